@@ -1,0 +1,5 @@
+//! tongue-fit.
+
+pub mod mesh;
+pub mod muscle;
+pub mod suggest;
