@@ -1,5 +1,8 @@
 //! tongue-fit.
 
+pub mod effect;
+pub mod material;
 pub mod mesh;
 pub mod muscle;
+pub mod sparse;
 pub mod suggest;

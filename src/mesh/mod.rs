@@ -2,6 +2,8 @@
 //!
 //! Dimension is a parameter: `D = 2` is the midsagittal plane (cells are triangles), `D = 3` space (tetrahedra).
 
+pub mod simplex;
+
 use nalgebra::SVector;
 
 /// The cells of a mesh (triangles in 2D, tetrahedra in 3D): `D + 1` node numbers each.

@@ -1,0 +1,81 @@
+//! What acts on the body. One trait, one file an effect; each *accumulates* its energy, force and stiffness.
+//!
+//! | effect | energy at rest of the tension | source |
+//! |---|---|---|
+//! | [`Tissue`] | `1/2 k (l - l0)²` a connection | Kato 2014, 3.2.2 (Kelvin-Voigt; the damper acts only in time) |
+//! | [`Contraction`] | `1/2 k1 (l - l0)² + F (l - l0)` a connection | 3.2.1 (at rest Q2 and the contractile damper drop out) |
+//! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
+//! | [`Bone`] | none: prescribes positions | 4.1 |
+
+mod bone;
+mod incompressibility;
+mod muscle;
+pub mod spring;
+mod tissue;
+
+use std::fmt::Debug;
+
+use nalgebra::SVector;
+
+use crate::sparse::{BlockMatrix, Pattern};
+
+pub use bone::Bone;
+pub use incompressibility::Incompressibility;
+pub use muscle::Contraction;
+pub use tissue::Tissue;
+
+/// Where an effect is evaluated.
+#[derive(Debug, Clone, Copy)]
+pub struct Configuration<'a, const D: usize> {
+    /// Positions of all nodes, m.
+    pub positions: &'a [SVector<f64, D>],
+    /// Contractile tension of every muscle of the mesh, N (2D: per metre of thickness).
+    pub tensions: &'a [f64],
+}
+
+/// Which second derivative is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tangent {
+    /// The true one; may be indefinite away from equilibrium.
+    Exact,
+    /// A positive semidefinite one close to it, element by element.
+    Convex,
+}
+
+/// Something that acts on the body. Its energy is in J (2D: per metre of thickness).
+pub trait Effect<const D: usize>: Debug + Send + Sync {
+    /// Short name, as it stands in plans and reports.
+    fn name(&self) -> &'static str;
+
+    /// Calls `couple` with every set of nodes that the stiffness of this effect couples with each other.
+    fn stencils(&self, couple: &mut dyn FnMut(&[usize]));
+
+    /// Looks up where its stiffness blocks go; called once, before any [`Effect::add_stiffness`].
+    fn bind(&mut self, pattern: &Pattern);
+
+    /// Potential energy, J.
+    fn energy(&self, at: Configuration<'_, D>) -> f64;
+
+    /// Adds the force on every node, N: minus the derivative of the energy.
+    fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]);
+
+    /// Adds the second derivative of the energy, N/m.
+    fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>);
+
+    /// Adds the derivative of the force with respect to the tension of muscle `muscle`, N/N.
+    fn add_force_per_tension(
+        &self,
+        _at: Configuration<'_, D>,
+        _muscle: usize,
+        _derivative: &mut [SVector<f64, D>],
+    ) {
+    }
+
+    /// Largest part (0 to 1) of `step` that the effect can be trusted for: no cell may turn over on the way.
+    fn step_limit(&self, _at: Configuration<'_, D>, _step: &[SVector<f64, D>]) -> f64 {
+        1.0
+    }
+
+    /// Calls `hold` with every node whose position this effect prescribes, and that position, m.
+    fn prescribed(&self, _hold: &mut dyn FnMut(usize, SVector<f64, D>)) {}
+}

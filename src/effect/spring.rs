@@ -1,0 +1,99 @@
+//! A straight element between two nodes: what tissue and muscle have in common.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::sparse::{BlockMatrix, Pattern, Slot};
+
+use super::Tangent;
+
+/// A linear spring between two nodes, with the places of its stiffness blocks.
+#[derive(Debug, Clone)]
+pub struct Spring {
+    /// The two nodes.
+    pub nodes: [usize; 2],
+    /// Spring constant, N/m (2D: per metre of thickness).
+    pub stiffness: f64,
+    /// Length at which the spring carries nothing, m.
+    pub rest_length: f64,
+    slots: [Slot; 3],
+}
+
+/// Distance between the ends and the unit direction from the first to the second.
+///
+/// Ends that coincide have no direction; the zero vector then stands for it, so that no force is invented and nothing is divided by zero.
+#[inline(always)]
+pub fn length_and_direction<const D: usize>(
+    positions: &[SVector<f64, D>],
+    nodes: [usize; 2],
+) -> (f64, SVector<f64, D>) {
+    let d = positions[nodes[1]] - positions[nodes[0]];
+    let length = d.norm();
+    if length > 0.0 { (length, d / length) } else { (0.0, SVector::zeros()) }
+}
+
+impl Spring {
+    /// A spring not yet bound to a matrix.
+    pub fn new(nodes: [usize; 2], stiffness: f64, rest_length: f64) -> Self {
+        let unbound = Pattern::new(0, &[], []).bin();
+        Self { nodes, stiffness, rest_length, slots: [unbound; 3] }
+    }
+
+    /// Looks up where the stiffness blocks go.
+    pub fn bind(&mut self, pattern: &Pattern) {
+        let [a, b] = self.nodes;
+        self.slots = [pattern.slot(a, a), pattern.slot(b, b), pattern.slot(a, b)];
+    }
+
+    /// Energy with an extra constant tension, J: `1/2 k (l - l0)² + F (l - l0)`.
+    #[inline(always)]
+    pub fn energy<const D: usize>(&self, positions: &[SVector<f64, D>], tension: f64) -> f64 {
+        let (length, _) = length_and_direction(positions, self.nodes);
+        let e = length - self.rest_length;
+        (0.5 * self.stiffness * e + tension) * e
+    }
+
+    /// Adds the force of tension `k (l - l0) + F` on both ends, N.
+    #[inline(always)]
+    pub fn add_force<const D: usize>(
+        &self,
+        positions: &[SVector<f64, D>],
+        tension: f64,
+        force: &mut [SVector<f64, D>],
+    ) {
+        let (length, n) = length_and_direction(positions, self.nodes);
+        let pull = n * (self.stiffness * (length - self.rest_length) + tension);
+        force[self.nodes[0]] += pull;
+        force[self.nodes[1]] -= pull;
+    }
+
+    /// Adds `k n nᵀ + (T / l) (I - n nᵀ)`, with `T` the whole tension: stiff along its direction, and across it as stiff as
+    /// it is taut. In compression the second part is negative; [`Tangent::Convex`] leaves it out then.
+    #[inline(always)]
+    pub fn add_stiffness<const D: usize>(
+        &self,
+        positions: &[SVector<f64, D>],
+        tension: f64,
+        tangent: Tangent,
+        stiffness: &mut BlockMatrix<D>,
+    ) {
+        let (length, n) = length_and_direction(positions, self.nodes);
+        let whole = self.stiffness * (length - self.rest_length) + tension;
+        let mut across = if length > 0.0 { whole / length } else { 0.0 };
+        if tangent == Tangent::Convex {
+            across = across.max(0.0);
+        }
+        let along = self.stiffness - across;
+        let mut block = SMatrix::<f64, D, D>::zeros();
+        for c in 0..D {
+            let f = along * n[c];
+            for r in 0..D {
+                block[(r, c)] = n[r] * f;
+            }
+            block[(c, c)] += across;
+        }
+        let [aa, bb, ab] = self.slots;
+        stiffness.add_symmetric(aa, &block);
+        stiffness.add_symmetric(bb, &block);
+        stiffness.sub_symmetric(ab, &block);
+    }
+}

@@ -1,0 +1,54 @@
+//! Passive tissue: Kelvin-Voigt connections (Kato 2014, 3.2.2).
+
+use nalgebra::SVector;
+
+use crate::sparse::{BlockMatrix, Pattern};
+
+use super::spring::Spring;
+use super::{Configuration, Effect, Tangent};
+
+/// The connections that are plain tissue: tension `k (l - l0)` each at equilibrium.
+///
+/// The thesis writes `r_i - r_j` where the elongation from rest is meant (eq. 3.9); without `l0` the rest shape would not be
+/// an equilibrium.
+#[derive(Debug, Clone)]
+pub struct Tissue {
+    springs: Vec<Spring>,
+}
+
+impl Tissue {
+    /// Tissue made of these connections.
+    pub fn new(springs: Vec<Spring>) -> Self {
+        Self { springs }
+    }
+}
+
+impl<const D: usize> Effect<D> for Tissue {
+    fn name(&self) -> &'static str {
+        "tissue"
+    }
+
+    fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
+        self.springs.iter().for_each(|s| couple(&s.nodes));
+    }
+
+    fn bind(&mut self, pattern: &Pattern) {
+        self.springs.iter_mut().for_each(|s| s.bind(pattern));
+    }
+
+    fn energy(&self, at: Configuration<'_, D>) -> f64 {
+        self.springs.iter().map(|s| s.energy(at.positions, 0.0)).sum()
+    }
+
+    fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
+        for s in &self.springs {
+            s.add_force(at.positions, 0.0, force);
+        }
+    }
+
+    fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
+        for s in &self.springs {
+            s.add_stiffness(at.positions, 0.0, tangent, stiffness);
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! From the physical constants of tissue to the coefficients of the model (Kato 2014, 3.3.4 and tables 4.1, 4.2).
+//!
+//! Lloyd, Székely and Harders (2007) choose the spring constant so that the stiffness matrix of a simplex made of springs
+//! (and of a term that keeps its area or volume) comes as near as can be, in least squares, to that of the linear finite
+//! element of the same shape: minimise `|K_CST - k K_springs - kappa K_measure|²` over `k` and `kappa`.
+
+use nalgebra::{SMatrix, SVector};
+use serde::Serialize;
+
+use crate::mesh::simplex::{self, Corners};
+
+/// Physical constants of tongue tissue.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Constants {
+    /// Density ρ, kg/m³.
+    pub density: f64,
+    /// Young's modulus E, Pa.
+    pub young_modulus: f64,
+    /// Poisson's ratio ν.
+    pub poisson_ratio: f64,
+    /// Viscosity η, N s/m².
+    pub viscosity: f64,
+}
+
+impl Constants {
+    /// Table 4.1 of the thesis (after Fujita 2008).
+    pub const TONGUE: Self =
+        Self { density: 1.0e3, young_modulus: 6.9e3, poisson_ratio: 0.49, viscosity: 3.0e3 };
+}
+
+/// Where the coefficients come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// Identified from the constants; masses that add up to the body's.
+    #[default]
+    Consistent,
+    /// Table 4.2 of the thesis to the letter, its factor of 1000 in kappa_s and of 1/100 in the mass included.
+    AsPrinted,
+}
+
+/// How the stiffness identified on one cell is laid on the connections.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Spread {
+    /// `k` on every connection, as the thesis does; only this reproduces its results.
+    #[default]
+    PerConnection,
+    /// `k` for every cell that a connection belongs to, as finite elements are assembled: `2 k` between two triangles.
+    Assembled,
+}
+
+/// Coefficients of the model; 2D: per metre of thickness.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Coefficients {
+    /// Spring constant k of a tissue connection, N/m.
+    pub tissue_stiffness: f64,
+    /// Damping b of a tissue connection, N s/m.
+    pub tissue_damping: f64,
+    /// kappa_s (area) or kappa_v (volume) of a cell, J.
+    pub kappa: f64,
+    /// Spring constant k1 (Q1, parallel) of a contracting connection, N/m.
+    pub muscle_parallel_stiffness: f64,
+    /// Spring constant k2 (Q2, in series with the contractile element) of a contracting connection, N/m.
+    pub muscle_series_stiffness: f64,
+    /// Damping b_cc of the contractile element, N s/m.
+    pub contractile_damping: f64,
+    /// Mass of a node, kg.
+    pub node_mass: f64,
+    /// How k is laid on the connections.
+    pub spread: Spread,
+}
+
+/// What the matching of stiffness matrices found.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Matched {
+    /// Spring constant of each edge, N/m (2D: per metre of thickness).
+    pub stiffness: f64,
+    /// kappa_s or kappa_v, J (2D: per metre of thickness).
+    pub kappa: f64,
+    /// What is left of the finite element's stiffness, relative to it (Frobenius norm): 0 where springs can stand for it.
+    pub relative_residual: f64,
+}
+
+/// Material constants out of their range, or a cell without extent.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MaterialError {
+    /// E is not positive and finite.
+    #[error("Young's modulus is {0} Pa; it must be positive and finite (tongue: 6.9e3)")]
+    YoungModulus(f64),
+    /// ν is outside (-1, 1/2): the elasticity matrix is singular at 1/2.
+    #[error("Poisson's ratio is {0}; it must lie between -1 and 0.5, both excluded (tongue: 0.49)")]
+    PoissonRatio(f64),
+    /// ρ is not positive and finite.
+    #[error("the density is {0} kg/m^3; it must be positive and finite (tongue: 1.0e3)")]
+    Density(f64),
+    /// η is negative or not finite.
+    #[error("the viscosity is {0} N s/m^2; it must be finite and not negative (tongue: 3.0e3)")]
+    Viscosity(f64),
+    /// The cell has no positive area or volume.
+    #[error("the cell to match has measure {0}; it must be positive")]
+    Degenerate(f64),
+}
+
+impl Constants {
+    /// Checks that all constants are in their physical range.
+    ///
+    /// # Errors
+    /// Names the first constant that is not.
+    pub fn check(&self) -> Result<(), MaterialError> {
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        if !positive(self.young_modulus) {
+            return Err(MaterialError::YoungModulus(self.young_modulus));
+        }
+        if !(self.poisson_ratio > -1.0 && self.poisson_ratio < 0.5) {
+            return Err(MaterialError::PoissonRatio(self.poisson_ratio));
+        }
+        if !positive(self.density) {
+            return Err(MaterialError::Density(self.density));
+        }
+        if !(self.viscosity.is_finite() && self.viscosity >= 0.0) {
+            return Err(MaterialError::Viscosity(self.viscosity));
+        }
+        Ok(())
+    }
+
+    /// Lamé's constants (λ, μ), Pa.
+    pub fn lame(&self) -> (f64, f64) {
+        let (e, nu) = (self.young_modulus, self.poisson_ratio);
+        (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
+    }
+}
+
+/// Identifies k and kappa on one cell: eq. 3.49, with `l0²` in eq. 3.44 and `1/S0²` in eq. 3.48 (slip 4).
+///
+/// 2D is plane strain (eqs. 3.38-3.42); 3D takes the full elasticity matrix. On an equilateral triangle the fit is exact.
+///
+/// # Errors
+/// [`MaterialError`] for constants out of range or a cell without positive measure.
+pub fn match_stiffness<const D: usize>(
+    constants: &Constants,
+    cell: &Corners<D>,
+) -> Result<Matched, MaterialError> {
+    constants.check()?;
+    let measure = simplex::measure(cell);
+    if !(measure.is_finite() && measure > 0.0) {
+        return Err(MaterialError::Degenerate(measure));
+    }
+    let (lambda, mu) = constants.lame();
+    let gradient = simplex::gradient(cell);
+    // The gradient of the shape function of corner a is (dS/da)/S; the block of corners a, b of the linear element is
+    // S (λ ga gbᵀ + μ (ga·gb I + gb gaᵀ)).
+    let element = |a: usize, b: usize| {
+        let (ga, gb) = (gradient[a] / measure, gradient[b] / measure);
+        (ga * gb.transpose() * lambda + (SMatrix::identity() * ga.dot(&gb) + gb * ga.transpose()) * mu)
+            * measure
+    };
+    let springs = |a: usize, b: usize| -> SMatrix<f64, D, D> {
+        let line = |i: usize, j: usize| {
+            let n = (cell[j] - cell[i]).normalize();
+            n * n.transpose()
+        };
+        if a != b {
+            return -line(a, b);
+        }
+        (0..=D).filter(|&c| c != a).map(|c| line(a, c)).sum()
+    };
+    let keep = |a: usize, b: usize| gradient[a] * gradient[b].transpose() / (measure * measure);
+
+    // Normal equations of the least squares over all entries of the matrices.
+    let (mut ss, mut sc, mut cc, mut es, mut ec, mut ee) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for a in 0..=D {
+        for b in 0..=D {
+            let (e, s, c) = (element(a, b), springs(a, b), keep(a, b));
+            ss += s.dot(&s);
+            sc += s.dot(&c);
+            cc += c.dot(&c);
+            es += e.dot(&s);
+            ec += e.dot(&c);
+            ee += e.dot(&e);
+        }
+    }
+    let determinant = ss * cc - sc * sc;
+    let stiffness = (es * cc - ec * sc) / determinant;
+    let kappa = (ec * ss - es * sc) / determinant;
+    let mut left = 0.0;
+    for a in 0..=D {
+        for b in 0..=D {
+            left += (element(a, b) - springs(a, b) * stiffness - keep(a, b) * kappa).norm_squared();
+        }
+    }
+    Ok(Matched { stiffness, kappa, relative_residual: (left / ee).sqrt() })
+}
+
+/// A regular simplex (equilateral triangle, regular tetrahedron) of a given side, m.
+pub fn regular_simplex<const D: usize>(side: f64) -> Corners<D> {
+    let mut corners = [SVector::zeros(); simplex::MAX_CORNERS];
+    corners[1][0] = side;
+    corners[2][0] = 0.5 * side;
+    corners[2][1] = side * 0.75f64.sqrt();
+    if D == 3 {
+        corners[3][0] = 0.5 * side;
+        corners[3][1] = side * (1.0f64 / 12.0).sqrt();
+        corners[3][2] = side * (2.0f64 / 3.0).sqrt();
+    }
+    corners
+}
+
+impl Coefficients {
+    /// Coefficients for a body whose connections have the mean length `side`, m, whose cells add up to `measure` (m² or m³),
+    /// and whose tissue has `nodes` nodes (thesis 4.1.1).
+    ///
+    /// # Errors
+    /// [`MaterialError`] for constants out of range.
+    pub fn new<const D: usize>(
+        constants: &Constants,
+        preset: Preset,
+        spread: Spread,
+        side: f64,
+        measure: f64,
+        nodes: usize,
+    ) -> Result<Self, MaterialError> {
+        if preset == Preset::AsPrinted {
+            return Ok(Self { spread, ..Self::AS_PRINTED });
+        }
+        let matched = match_stiffness::<D>(constants, &regular_simplex(side))?;
+        Ok(Self {
+            tissue_stiffness: matched.stiffness,
+            tissue_damping: constants.viscosity,
+            kappa: matched.kappa,
+            muscle_parallel_stiffness: matched.stiffness,
+            // The thesis takes k2 = b "to avoid divergence" (slip 8); at equilibrium it has no effect.
+            muscle_series_stiffness: constants.viscosity,
+            contractile_damping: constants.viscosity,
+            node_mass: constants.density * measure / nodes as f64,
+            spread,
+        })
+    }
+
+    /// Table 4.2 and eq. 4.1 as printed.
+    pub const AS_PRINTED: Self = Self {
+        tissue_stiffness: 2.67e3,
+        tissue_damping: 3.0e3,
+        kappa: 1.46e3,
+        muscle_parallel_stiffness: 2.67e3,
+        muscle_series_stiffness: 3.0e3,
+        contractile_damping: 3.0e3,
+        node_mass: 2.2e-4,
+        spread: Spread::PerConnection,
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_published_coefficients_come_out_of_an_equilateral_triangle() {
+        for side in [5.5e-3, 1.0e-3, 2.0] {
+            let m = match_stiffness::<2>(&Constants::TONGUE, &regular_simplex(side)).unwrap();
+            assert!((m.stiffness - 2673.6).abs() < 0.05, "{}", m.stiffness);
+            assert!((m.kappa / (side / 5.5e-3).powi(2) - 1.456).abs() < 5e-4, "{}", m.kappa);
+            assert!(m.relative_residual < 1e-14, "{}", m.relative_residual);
+        }
+    }
+
+    #[test]
+    fn a_regular_tetrahedron_cannot_be_matched_exactly_but_an_incompressible_one_nearly() {
+        let m = match_stiffness::<3>(&Constants::TONGUE, &regular_simplex(5.5e-3)).unwrap();
+        assert!(m.stiffness > 0.0 && m.kappa > 0.0);
+        assert!(m.relative_residual < 0.02, "{}", m.relative_residual);
+    }
+
+    #[test]
+    fn constants_out_of_range_are_named() {
+        let bad = |c: Constants| match_stiffness::<2>(&c, &regular_simplex(1.0)).unwrap_err();
+        let t = Constants::TONGUE;
+        assert_eq!(bad(Constants { poisson_ratio: 0.5, ..t }), MaterialError::PoissonRatio(0.5));
+        assert_eq!(bad(Constants { young_modulus: -1.0, ..t }), MaterialError::YoungModulus(-1.0));
+        assert!(matches!(bad(Constants { density: f64::NAN, ..t }), MaterialError::Density(_)));
+    }
+}

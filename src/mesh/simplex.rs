@@ -1,0 +1,226 @@
+//! Signed area of a triangle and signed volume of a tetrahedron, with first and second derivatives.
+//!
+//! The thesis puts absolute values around the components of the gradient (eqs. 3.22, 3.34); taken literally, the
+//! force always pushes towards +x, +y. Here everything is signed: the measure of an inverted cell is negative.
+
+use nalgebra::{SMatrix, SVector};
+
+/// Most corners a cell can have (a tetrahedron's four); a triangle uses the first three of such an array.
+pub const MAX_CORNERS: usize = 4;
+
+/// Positions of the `D + 1` corners of a cell, m; entries beyond are zero.
+pub type Corners<const D: usize> = [SVector<f64, D>; MAX_CORNERS];
+
+/// Picks the corners of `cell` (its `D + 1` node numbers) out of `positions`.
+#[inline]
+pub fn corners<const D: usize>(positions: &[SVector<f64, D>], cell: &[usize]) -> Corners<D> {
+    let mut out = [SVector::zeros(); MAX_CORNERS];
+    for (corner, &node) in out.iter_mut().zip(cell) {
+        *corner = positions[node];
+    }
+    out
+}
+
+/// Signed area (2D, m²; positive when counter-clockwise) or volume (3D, m³) of a simplex.
+#[inline]
+pub fn measure<const D: usize>(x: &Corners<D>) -> f64 {
+    const { assert!(D == 2 || D == 3, "a tongue is flat or solid") };
+    let (b, c) = (x[1] - x[0], x[2] - x[0]);
+    if D == 2 { 0.5 * (b[0] * c[1] - b[1] * c[0]) } else { cross(&b, &c).dot(&(x[3] - x[0])) / 6.0 }
+}
+
+/// Derivative of [`measure`] with respect to each corner, m (2D) or m² (3D).
+///
+/// 2D: `dS/dA = 1/2 (y_B - y_C, x_C - x_B)` and cyclic (thesis eq. 3.34 with its signs mended);
+/// 3D: a sixth of the cross product of the opposite face's edges (eq. 3.22 likewise).
+#[inline]
+pub fn gradient<const D: usize>(x: &Corners<D>) -> Corners<D> {
+    let mut g = [SVector::zeros(); MAX_CORNERS];
+    if D == 2 {
+        for a in 0..3 {
+            let (p, q) = (x[(a + 1) % 3], x[(a + 2) % 3]);
+            g[a][0] = 0.5 * (p[1] - q[1]);
+            g[a][1] = 0.5 * (q[0] - p[0]);
+        }
+    } else {
+        let (b, c, d) = (x[1] - x[0], x[2] - x[0], x[3] - x[0]);
+        g[1] = cross(&c, &d) / 6.0;
+        g[2] = cross(&d, &b) / 6.0;
+        g[3] = cross(&b, &c) / 6.0;
+        g[0] = -(g[1] + g[2] + g[3]);
+    }
+    g
+}
+
+/// Second derivative of [`measure`] with respect to corners `a` (rows) and `b` (columns), dimensionless (2D) or m (3D).
+#[inline]
+pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f64, D, D> {
+    let mut h = SMatrix::zeros();
+    if a == b {
+        return h;
+    }
+    if D == 2 {
+        let sign = if b == (a + 1) % 3 { 0.5 } else { -0.5 };
+        h[(0, 1)] = sign;
+        h[(1, 0)] = -sign;
+        return h;
+    }
+    // For corners a, b the block is the cross-product matrix of the edge between the other two corners, c -> d,
+    // against the sign of the permutation (a, b, c, d).
+    let [c, d] = others(a, b);
+    let sign = if permutation_is_even([a, b, c, d]) { -1.0 } else { 1.0 };
+    let e = (x[d] - x[c]) * (sign / 6.0);
+    h[(0, 1)] = -e[2];
+    h[(0, 2)] = e[1];
+    h[(1, 0)] = e[2];
+    h[(1, 2)] = -e[0];
+    h[(2, 0)] = -e[1];
+    h[(2, 1)] = e[0];
+    h
+}
+
+/// Largest `t <= 1` found such that the measure stays above `floor` along the whole straight way `x + s p`, `0 <= s <= t`.
+///
+/// The measure along a straight way is a polynomial of degree `D`. Its Bernstein coefficients bound it from below, so the
+/// answer is safe; it is sharpened by halving, to within about a hundredth of the way.
+pub fn way_above<const D: usize>(x: &Corners<D>, p: &Corners<D>, floor: f64) -> f64 {
+    let at = |t: f64| {
+        let mut y = *x;
+        for (y, p) in y.iter_mut().zip(p) {
+            *y += p * t;
+        }
+        measure(&y) - floor
+    };
+    // Power-basis coefficients by interpolation: exact up to rounding for degree 2 and 3.
+    let (c0, f1, fm) = (at(0.0), at(1.0), at(-1.0));
+    let c2 = 0.5 * (f1 + fm) - c0;
+    let odd = 0.5 * (f1 - fm);
+    let c3 = if D == 2 { 0.0 } else { (at(2.0) - c0 - 4.0 * c2 - 2.0 * odd) / 6.0 };
+    let c1 = odd - c3;
+    // Bernstein coefficients on [lo, hi]; positive ones prove the polynomial positive there.
+    let positive = |lo: f64, hi: f64| {
+        let w = hi - lo;
+        let d0 = c0 + lo * (c1 + lo * (c2 + lo * c3));
+        let d1 = w * (c1 + lo * (2.0 * c2 + 3.0 * lo * c3));
+        let d2 = w * w * (c2 + 3.0 * lo * c3);
+        let d3 = w * w * w * c3;
+        let b = [d0, d0 + d1 / 3.0, d0 + 2.0 * d1 / 3.0 + d2 / 3.0, d0 + d1 + d2 + d3];
+        b.iter().all(|b| *b > 0.0)
+    };
+    if positive(0.0, 1.0) {
+        return 1.0;
+    }
+    let (mut safe, mut width) = (0.0, 0.5);
+    while width > 1.0 / 128.0 && safe < 1.0 {
+        if positive(safe, safe + width) {
+            safe += width;
+        } else {
+            width *= 0.5;
+        }
+    }
+    safe
+}
+
+#[inline]
+fn cross<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) -> SVector<f64, D> {
+    let mut c = SVector::zeros();
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+    c
+}
+
+fn others(a: usize, b: usize) -> [usize; 2] {
+    let mut rest = [0; 2];
+    let mut n = 0;
+    for i in 0..MAX_CORNERS {
+        if i != a && i != b && n < 2 {
+            rest[n] = i;
+            n += 1;
+        }
+    }
+    rest
+}
+
+fn permutation_is_even(p: [usize; MAX_CORNERS]) -> bool {
+    let inversions =
+        (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j))).filter(|&(i, j)| p[i] > p[j]).count();
+    inversions % 2 == 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn some_corners<const D: usize>() -> Corners<D> {
+        let mut x = [SVector::zeros(); MAX_CORNERS];
+        for (i, corner) in x.iter_mut().enumerate().take(D + 1) {
+            for d in 0..D {
+                corner[d] = if i == d + 1 { 1.0 } else { 0.0 } + 0.1 * ((3 * i + 5 * d) as f64).sin();
+            }
+        }
+        x
+    }
+
+    fn derivatives_match_differences<const D: usize>() {
+        let x = some_corners::<D>();
+        let step = 1e-5;
+        for a in 0..=D {
+            for d in 0..D {
+                let moved = |s: f64| {
+                    let mut y = x;
+                    y[a][d] += s * step;
+                    y
+                };
+                let (up, down) = (moved(1.0), moved(-1.0));
+                let slope = (measure(&up) - measure(&down)) / (2.0 * step);
+                assert!((slope - gradient(&x)[a][d]).abs() < 1e-9);
+                for b in 0..=D {
+                    let change = (gradient(&up)[b] - gradient(&down)[b]) / (2.0 * step);
+                    let column = hessian(&x, b, a).column(d).into_owned();
+                    assert!((change - column).norm() < 1e-9, "D {D} blocks {b} {a}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn gradient_and_hessian_are_the_derivatives_of_the_measure() {
+        derivatives_match_differences::<2>();
+        derivatives_match_differences::<3>();
+    }
+
+    #[test]
+    fn unit_simplices_have_the_known_measure_and_mirrored_ones_its_negative() {
+        let mut flat = [SVector::<f64, 2>::zeros(); 4];
+        flat[1][0] = 1.0;
+        flat[2][1] = 1.0;
+        assert_eq!(measure(&flat), 0.5);
+        flat.swap(1, 2);
+        assert_eq!(measure(&flat), -0.5);
+        let mut solid = [SVector::<f64, 3>::zeros(); 4];
+        for d in 0..3 {
+            solid[d + 1][d] = 1.0;
+        }
+        assert!((measure(&solid) - 1.0 / 6.0).abs() < 1e-16);
+    }
+
+    #[test]
+    fn a_step_stops_before_the_cell_turns_over_even_if_it_would_turn_back() {
+        let x = some_corners::<2>();
+        // Corner C goes through the opposite edge: inverted from about half the way.
+        let mut p = [SVector::zeros(); MAX_CORNERS];
+        p[2][1] = -2.0 * x[2][1];
+        let t = way_above(&x, &p, 0.0);
+        assert!(t > 0.3 && t < 0.6, "{t}");
+        // Turning by half a turn along straight ways: the area is positive at both ends and negative or zero between.
+        let mut spin = [SVector::zeros(); MAX_CORNERS];
+        let centre = (x[0] + x[1] + x[2]) / 3.0;
+        for a in 0..3 {
+            spin[a] = (centre - x[a]) * 2.0;
+        }
+        let t = way_above(&x, &spin, 1e-9);
+        assert!(t > 0.45 && t < 0.5, "{t}");
+        assert_eq!(way_above(&x, &[SVector::zeros(); MAX_CORNERS], 0.0), 1.0);
+    }
+}

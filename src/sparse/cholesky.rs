@@ -1,0 +1,158 @@
+//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ`, left-looking, on a pattern made once.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::{BlockMatrix, Pattern};
+
+/// The matrix is not positive definite: the pivot of this unknown is not safely above zero.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("not positive definite at unknown {unknown} (pivot {pivot:e})")]
+pub struct NotPositiveDefinite {
+    /// Unknown node (elimination order) where the factorisation stopped.
+    pub unknown: usize,
+    /// The pivot found there.
+    pub pivot: f64,
+}
+
+/// A factor and the scratch space to make it; allocates nothing after its creation.
+#[derive(Debug, Clone)]
+pub struct Factor<const D: usize> {
+    /// Below the diagonal the blocks of `L`; on it the inverses of the diagonal blocks of `L` (lower triangular).
+    lower: Vec<SMatrix<f64, D, D>>,
+    place_of_row: Vec<u32>,
+}
+
+/// A pivot must exceed this part of the largest entry on the diagonal, or the matrix counts as singular.
+const SMALLEST_PIVOT: f64 = 1e-13;
+
+impl<const D: usize> Factor<D> {
+    /// Space for the factor of any matrix on `pattern`.
+    pub fn new(pattern: &Pattern) -> Self {
+        Self {
+            lower: vec![SMatrix::zeros(); pattern.blocks() + 1],
+            place_of_row: vec![0; pattern.unknowns()],
+        }
+    }
+
+    /// Factorises `matrix`.
+    ///
+    /// # Errors
+    /// [`NotPositiveDefinite`] where a pivot is below 1e-13 of the largest diagonal entry (or is not a number); the factor is
+    /// then of no use.
+    pub fn factorise(
+        &mut self,
+        pattern: &Pattern,
+        matrix: &BlockMatrix<D>,
+    ) -> Result<(), NotPositiveDefinite> {
+        self.lower.copy_from_slice(&matrix.blocks);
+        let floor = SMALLEST_PIVOT * matrix.largest_diagonal(pattern);
+        for j in 0..pattern.unknowns() {
+            let column = pattern.column(j);
+            for (p, &i) in column.clone().zip(pattern.rows(column.clone())) {
+                self.place_of_row[i as usize] = p as u32;
+            }
+            let (done, current) = self.lower.split_at_mut(column.start);
+            for &(k, place) in pattern.left_of(j) {
+                let places = place as usize..pattern.column(k as usize).end;
+                let head = done[place as usize].transpose();
+                for (block, &i) in done[places.clone()].iter().zip(pattern.rows(places)) {
+                    let target = self.place_of_row[i as usize] as usize - column.start;
+                    subtract_product(&mut current[target], block, &head);
+                }
+            }
+            let inverse = invert_lower_cholesky(&current[0], floor)
+                .map_err(|pivot| NotPositiveDefinite { unknown: j, pivot })?;
+            current[0] = inverse;
+            let turned = inverse.transpose();
+            for block in &mut current[1..column.len()] {
+                *block = product(block, &turned);
+            }
+        }
+        Ok(())
+    }
+
+    /// Solves `K x = b` in place; one vector for each unknown in the pattern's order.
+    pub fn solve(&self, pattern: &Pattern, b: &mut [SVector<f64, D>]) {
+        for j in 0..pattern.unknowns() {
+            let column = pattern.column(j);
+            let y = self.lower[column.start] * b[j];
+            b[j] = y;
+            let below = column.start + 1..column.end;
+            for (block, &i) in self.lower[below.clone()].iter().zip(pattern.rows(below)) {
+                b[i as usize] -= block * y;
+            }
+        }
+        for j in (0..pattern.unknowns()).rev() {
+            let column = pattern.column(j);
+            let below = column.start + 1..column.end;
+            let mut y = b[j];
+            for (block, &i) in self.lower[below.clone()].iter().zip(pattern.rows(below)) {
+                y -= block.tr_mul(&b[i as usize]);
+            }
+            b[j] = self.lower[column.start].tr_mul(&y);
+        }
+    }
+}
+
+#[inline(always)]
+fn subtract_product<const D: usize>(
+    target: &mut SMatrix<f64, D, D>,
+    a: &SMatrix<f64, D, D>,
+    b: &SMatrix<f64, D, D>,
+) {
+    *target -= product(a, b);
+}
+
+/// `a b` written out, so that it unrolls for the dimension at hand.
+#[inline(always)]
+fn product<const D: usize>(a: &SMatrix<f64, D, D>, b: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+    let mut out = SMatrix::zeros();
+    for c in 0..D {
+        for k in 0..D {
+            let f = b[(k, c)];
+            for r in 0..D {
+                out[(r, c)] += a[(r, k)] * f;
+            }
+        }
+    }
+    out
+}
+
+/// The inverse of the Cholesky factor of a small matrix (of which only the lower triangle is read), or the pivot that is
+/// not above `floor`.
+#[inline(always)]
+fn invert_lower_cholesky<const D: usize>(
+    a: &SMatrix<f64, D, D>,
+    floor: f64,
+) -> Result<SMatrix<f64, D, D>, f64> {
+    let mut l = SMatrix::<f64, D, D>::zeros();
+    let mut inverse = SMatrix::<f64, D, D>::zeros();
+    for j in 0..D {
+        let mut pivot = a[(j, j)];
+        for k in 0..j {
+            pivot -= l[(j, k)] * l[(j, k)];
+        }
+        // Written so that a pivot that is not a number fails too.
+        if !(pivot > floor && pivot.is_finite()) {
+            return Err(pivot);
+        }
+        l[(j, j)] = pivot.sqrt();
+        let reciprocal = 1.0 / l[(j, j)];
+        for i in j + 1..D {
+            let mut s = a[(i, j)];
+            for k in 0..j {
+                s -= l[(i, k)] * l[(j, k)];
+            }
+            l[(i, j)] = s * reciprocal;
+        }
+        inverse[(j, j)] = reciprocal;
+        for c in 0..j {
+            let mut s = 0.0;
+            for k in c..j {
+                s += l[(j, k)] * inverse[(k, c)];
+            }
+            inverse[(j, c)] = -s * reciprocal;
+        }
+    }
+    Ok(inverse)
+}

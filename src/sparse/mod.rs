@@ -1,0 +1,97 @@
+//! Sparse symmetric matrices of `D x D` blocks, one block row and column for each unknown node.
+//!
+//! Our own rather than a library's because it was measured faster: see `benches/` (`factorise`), where it stands beside
+//! faer's sparse Cholesky on the same matrices. What it does is small: an ordering, a pattern, a left-looking
+//! factorisation, two triangular solves.
+
+pub mod cholesky;
+pub mod ordering;
+pub mod pattern;
+
+use nalgebra::SMatrix;
+
+pub use pattern::{Pattern, Slot};
+
+/// Values of a symmetric block matrix on a [`Pattern`]: the lower triangle, column by column, fill-in included.
+///
+/// Assembly writes straight into the places that the factorisation will use, so a factorisation starts with one copy.
+/// The last block is a bin for what falls on fixed nodes, so that the assembly loops need not branch.
+#[derive(Debug, Clone)]
+pub struct BlockMatrix<const D: usize> {
+    pub(crate) blocks: Vec<SMatrix<f64, D, D>>,
+}
+
+impl<const D: usize> BlockMatrix<D> {
+    /// A zero matrix.
+    pub fn zeros(pattern: &Pattern) -> Self {
+        Self { blocks: vec![SMatrix::zeros(); pattern.blocks() + 1] }
+    }
+
+    /// Makes every entry zero.
+    pub fn clear(&mut self) {
+        self.blocks.fill(SMatrix::zeros());
+    }
+
+    /// Adds `block` at `slot`; `block` has its rows at the first node and its columns at the second node of the
+    /// pair with which the slot was looked up.
+    #[inline]
+    pub fn add(&mut self, slot: Slot, block: &SMatrix<f64, D, D>) {
+        let place = &mut self.blocks[slot.position()];
+        if slot.is_transposed() {
+            *place += block.transpose();
+        } else {
+            *place += block;
+        }
+    }
+
+    /// As [`BlockMatrix::add`] for a block that is symmetric in itself, which needs no turning.
+    #[inline]
+    pub fn add_symmetric(&mut self, slot: Slot, block: &SMatrix<f64, D, D>) {
+        self.blocks[slot.position()] += block;
+    }
+
+    /// Subtracts a block that is symmetric in itself.
+    #[inline]
+    pub fn sub_symmetric(&mut self, slot: Slot, block: &SMatrix<f64, D, D>) {
+        self.blocks[slot.position()] -= block;
+    }
+
+    /// Adds `shift` to every diagonal entry.
+    pub fn shift(&mut self, pattern: &Pattern, shift: f64) {
+        for j in 0..pattern.unknowns() {
+            let place = &mut self.blocks[pattern.column(j).start];
+            for d in 0..D {
+                place[(d, d)] += shift;
+            }
+        }
+    }
+
+    /// Largest absolute diagonal entry (of the fixed nodes' bin: not counted).
+    pub fn largest_diagonal(&self, pattern: &Pattern) -> f64 {
+        (0..pattern.unknowns())
+            .flat_map(|j| {
+                let block = &self.blocks[pattern.column(j).start];
+                (0..D).map(move |d| block[(d, d)].abs())
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// `out = self * v`, both with one vector for each unknown in the pattern's order.
+    pub fn multiply(
+        &self,
+        pattern: &Pattern,
+        v: &[nalgebra::SVector<f64, D>],
+        out: &mut [nalgebra::SVector<f64, D>],
+    ) {
+        out.fill(nalgebra::SVector::zeros());
+        for j in 0..pattern.unknowns() {
+            let column = pattern.column(j);
+            out[j] += self.blocks[column.start] * v[j];
+            for p in column.skip(1) {
+                let i = pattern.row(p);
+                out[i] += self.blocks[p] * v[j];
+                out[j] += self.blocks[p].tr_mul(&v[i]);
+            }
+        }
+    }
+}

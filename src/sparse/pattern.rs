@@ -1,0 +1,178 @@
+//! Which blocks of the stiffness matrix and of its factor can be other than zero, and where each is stored.
+
+use std::ops::Range;
+
+use super::ordering::minimum_degree;
+
+/// Where a block lies in a [`super::BlockMatrix`], and whether it must be transposed to be stored there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Slot(u32);
+
+impl Slot {
+    const TURNED: u32 = 1 << 31;
+
+    fn new(position: usize, transposed: bool) -> Self {
+        Self(position as u32 | if transposed { Self::TURNED } else { 0 })
+    }
+
+    #[inline]
+    pub(super) fn position(self) -> usize {
+        (self.0 & !Self::TURNED) as usize
+    }
+
+    #[inline]
+    pub(super) fn is_transposed(self) -> bool {
+        self.0 & Self::TURNED != 0
+    }
+}
+
+/// The numbering of the unknown nodes (elimination order) and the places of the factor's blocks.
+#[derive(Debug, Clone)]
+pub struct Pattern {
+    /// Node -> unknown number; `NONE` for nodes that are no unknowns.
+    unknown: Vec<u32>,
+    /// Unknown number -> node.
+    node: Vec<usize>,
+    /// Column `j` occupies places `start[j]..start[j + 1]`, its diagonal block first, then ascending rows.
+    start: Vec<usize>,
+    row: Vec<u32>,
+    /// Row `i` of the strict lower triangle: `(column, place)` of its blocks, ascending, in `row_start[i]..row_start[i + 1]`.
+    row_start: Vec<usize>,
+    row_blocks: Vec<(u32, u32)>,
+    /// Off-diagonal blocks of the matrix itself, fill-in not counted.
+    couplings: usize,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Pattern {
+    /// The pattern for `nodes` nodes in all, of which `is_unknown` are to be solved for, coupled within each of `cliques`
+    /// (node numbers; fixed ones are passed over).
+    pub fn new(nodes: usize, is_unknown: &[bool], cliques: impl IntoIterator<Item = Vec<usize>>) -> Self {
+        let mut number = vec![NONE; nodes];
+        let free: Vec<usize> = (0..nodes).filter(|&i| is_unknown[i]).collect();
+        for (u, &i) in free.iter().enumerate() {
+            number[i] = u as u32;
+        }
+        let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); free.len()];
+        for clique in cliques {
+            for &a in &clique {
+                for &b in &clique {
+                    if number[a] != NONE && number[b] != NONE && a != b {
+                        neighbours[number[a] as usize].push(number[b]);
+                    }
+                }
+            }
+        }
+        for list in &mut neighbours {
+            list.sort_unstable();
+            list.dedup();
+        }
+        let couplings = neighbours.iter().map(Vec::len).sum::<usize>() / 2;
+
+        let (order, fronts) = minimum_degree(neighbours);
+        let mut place = vec![0u32; order.len()];
+        for (k, &u) in order.iter().enumerate() {
+            place[u] = k as u32;
+        }
+        let node: Vec<usize> = order.iter().map(|&u| free[u]).collect();
+        let mut unknown = vec![NONE; nodes];
+        for (k, &i) in node.iter().enumerate() {
+            unknown[i] = k as u32;
+        }
+        let mut start = vec![0];
+        let mut row = Vec::new();
+        let mut rows = vec![Vec::new(); order.len()];
+        for (j, front) in fronts.iter().enumerate() {
+            row.push(j as u32);
+            let mut below: Vec<u32> = front.iter().map(|&u| place[u as usize]).collect();
+            below.sort_unstable();
+            for i in below {
+                rows[i as usize].push((j as u32, row.len() as u32));
+                row.push(i);
+            }
+            start.push(row.len());
+        }
+        let mut row_start = vec![0];
+        let mut row_blocks = Vec::with_capacity(row.len() - order.len());
+        for list in rows {
+            row_blocks.extend(list);
+            row_start.push(row_blocks.len());
+        }
+        Self { unknown, node, start, row, row_start, row_blocks, couplings }
+    }
+
+    /// Number of unknown nodes (block rows).
+    pub fn unknowns(&self) -> usize {
+        self.node.len()
+    }
+
+    /// Number of blocks in the lower triangle of the factor, diagonal and fill-in included.
+    pub fn blocks(&self) -> usize {
+        self.row.len()
+    }
+
+    /// Number of blocks in the lower triangle of the matrix itself, diagonal included, fill-in not.
+    pub fn matrix_blocks(&self) -> usize {
+        self.couplings + self.node.len()
+    }
+
+    /// The node that unknown `j` stands for.
+    #[inline]
+    pub fn node(&self, j: usize) -> usize {
+        self.node[j]
+    }
+
+    /// The nodes in elimination order.
+    #[inline]
+    pub fn nodes(&self) -> &[usize] {
+        &self.node
+    }
+
+    /// The unknown that stands for `node`, if it is one.
+    pub fn unknown(&self, node: usize) -> Option<usize> {
+        let u = self.unknown[node];
+        (u != NONE).then_some(u as usize)
+    }
+
+    /// Places of column `j`: the diagonal block, then those below it.
+    #[inline]
+    pub fn column(&self, j: usize) -> Range<usize> {
+        self.start[j]..self.start[j + 1]
+    }
+
+    /// Row (unknown number) of the block at a place.
+    #[inline]
+    pub fn row(&self, place: usize) -> usize {
+        self.row[place] as usize
+    }
+
+    #[inline]
+    pub(super) fn rows(&self, places: Range<usize>) -> &[u32] {
+        &self.row[places]
+    }
+
+    /// `(column, place)` of the blocks left of the diagonal in row `i`.
+    #[inline]
+    pub(super) fn left_of(&self, i: usize) -> &[(u32, u32)] {
+        &self.row_blocks[self.row_start[i]..self.row_start[i + 1]]
+    }
+
+    /// The place for what belongs to no unknown.
+    pub fn bin(&self) -> Slot {
+        Slot::new(self.blocks(), false)
+    }
+
+    /// Where the block of nodes `a` (rows) and `b` (columns) is stored; pairs with a node that is no unknown, and pairs that
+    /// were never coupled, go to the bin.
+    pub fn slot(&self, a: usize, b: usize) -> Slot {
+        let bin = self.bin();
+        let (Some(i), Some(j)) = (self.unknown(a), self.unknown(b)) else { return bin };
+        let (low, high) = (i.min(j), i.max(j));
+        let column = self.column(low);
+        match self.row[column.clone()].binary_search(&(high as u32)) {
+            Ok(p) => Slot::new(column.start + p, i < j),
+            Err(_) => bin,
+        }
+    }
+}
