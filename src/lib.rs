@@ -1,8 +1,10 @@
 //! tongue-fit.
 
 pub mod effect;
+pub mod equilibrium;
 pub mod material;
 pub mod mesh;
 pub mod muscle;
 pub mod sparse;
 pub mod suggest;
+pub mod system;

@@ -76,3 +76,12 @@ pub struct Mesh<const D: usize> {
     /// Nodes on bone, in ascending order.
     pub fixed: Vec<usize>,
 }
+
+impl<const D: usize> Mesh<D> {
+    /// For every node whether it belongs to a cell; the others lie outside the tissue.
+    pub fn in_tissue(&self) -> Vec<bool> {
+        let mut inside = vec![false; self.nodes.len()];
+        self.cells.iter().flatten().for_each(|&n| inside[n] = true);
+        inside
+    }
+}

@@ -89,14 +89,20 @@ pub fn way_above<const D: usize>(x: &Corners<D>, p: &Corners<D>, floor: f64) -> 
         for (y, p) in y.iter_mut().zip(p) {
             *y += p * t;
         }
-        measure(&y) - floor
+        measure(&y)
     };
-    // Power-basis coefficients by interpolation: exact up to rounding for degree 2 and 3.
-    let (c0, f1, fm) = (at(0.0), at(1.0), at(-1.0));
-    let c2 = 0.5 * (f1 + fm) - c0;
-    let odd = 0.5 * (f1 - fm);
-    let c3 = if D == 2 { 0.0 } else { (at(2.0) - c0 - 4.0 * c2 - 2.0 * odd) / 6.0 };
-    let c1 = odd - c3;
+    // The measure along the way as a polynomial; its leading coefficient is the measure of the step itself.
+    let (start, leading, f1) = (at(0.0), measure(p), at(1.0));
+    let c0 = start - floor;
+    let (c1, c2, c3) = if D == 2 {
+        (f1 - start - leading, leading, 0.0)
+    } else {
+        let fm = at(-1.0);
+        (0.5 * (f1 - fm) - leading, 0.5 * (f1 + fm) - start, leading)
+    };
+    if c0 > c1.abs() + c2.abs() + c3.abs() {
+        return 1.0;
+    }
     // Bernstein coefficients on [lo, hi]; positive ones prove the polynomial positive there.
     let positive = |lo: f64, hi: f64| {
         let w = hi - lo;

@@ -1,0 +1,330 @@
+//! The body made ready to be solved: effects, unknowns and the sparsity pattern, made once and then only read.
+//!
+//! A system is immutable and may be shared between threads; whatever a solve scribbles on lives in a
+//! [`crate::equilibrium::Workspace`], one a thread.
+
+pub mod path;
+
+use std::collections::BTreeMap;
+
+use nalgebra::SVector;
+
+use crate::effect::spring::Spring;
+use crate::effect::{Bone, Configuration, Contraction, Effect, Incompressibility, Tissue};
+use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
+use crate::mesh::{Mesh, simplex};
+use crate::sparse::Pattern;
+
+pub use path::{OutsidePath, StraightPath};
+
+/// Choices that make a mesh into a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Model {
+    /// Physical constants of the tissue.
+    pub constants: Constants,
+    /// Where the coefficients come from.
+    pub preset: Preset,
+    /// How the identified stiffness is laid on the connections.
+    pub spread: Spread,
+    /// How muscle parts outside the tissue are represented.
+    pub outside: OutsidePath,
+}
+
+impl Default for Model {
+    fn default() -> Self {
+        Self {
+            constants: Constants::TONGUE,
+            preset: Preset::default(),
+            spread: Spread::default(),
+            outside: OutsidePath::default(),
+        }
+    }
+}
+
+/// Why a system cannot be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SystemError {
+    /// The material's constants are out of range.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+    /// A muscle number that the mesh does not have.
+    #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
+    NoSuchMuscle {
+        /// The number asked for.
+        muscle: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A part of the body hangs on no bone and could drift away.
+    #[error(
+        "node {node} (and all that is joined to it) hangs on no bone, so it could move freely: fix at least one of its nodes"
+    )]
+    Loose {
+        /// A node of the loose part.
+        node: usize,
+    },
+    /// A cell has no positive area or volume at rest.
+    #[error(
+        "cell {cell} has measure {measure:e} at rest; it must be positive (counter-clockwise, not degenerate)"
+    )]
+    DegenerateCell {
+        /// Which cell.
+        cell: usize,
+        /// Its signed area, m², or volume, m³.
+        measure: f64,
+    },
+}
+
+/// A body ready to be solved.
+#[derive(Debug)]
+pub struct System<const D: usize> {
+    coefficients: Coefficients,
+    rest: Vec<SVector<f64, D>>,
+    effects: Vec<Box<dyn Effect<D>>>,
+    pattern: Pattern,
+    paths: Vec<StraightPath>,
+    muscle_ends: Vec<[usize; 2]>,
+    contracting: Vec<usize>,
+    /// Cells with their measure at rest, m² or m³.
+    cells: Vec<(Vec<usize>, f64)>,
+}
+
+impl<const D: usize> System<D> {
+    /// Makes the system in which the muscles `contracting` (numbers into `mesh.muscles`) can pull; every other connection is
+    /// plain tissue.
+    ///
+    /// # Errors
+    /// [`SystemError`] for bad constants, muscles that do not exist, degenerate cells and parts without bone.
+    pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
+        if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
+            return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
+        }
+        let cells: Vec<(Vec<usize>, f64)> = mesh
+            .cells
+            .iter()
+            .map(|cell| (cell.to_vec(), simplex::measure(&simplex::corners(&mesh.nodes, cell))))
+            .collect();
+        for (cell, (_, measure)) in cells.iter().enumerate() {
+            if !(*measure > 0.0 && measure.is_finite()) {
+                return Err(SystemError::DegenerateCell { cell, measure: *measure });
+            }
+        }
+        let coefficients = coefficients(mesh, model)?;
+        let stiffness = connection_stiffness(mesh, &coefficients);
+        let paths = match model.outside {
+            OutsidePath::Straight => path::find(mesh, &stiffness),
+            OutsidePath::Chain => Vec::new(),
+        };
+
+        // Every connection, or straight path in place of several, goes to the contracting muscle that runs along it, else to
+        // the tissue.
+        let mut in_path = vec![false; mesh.nodes.len()];
+        paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| in_path[n] = true);
+        let mut elements: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
+        for (&[a, b], &k) in mesh.connections.iter().zip(&stiffness) {
+            if !in_path[a] && !in_path[b] {
+                elements.insert([a, b], (k, (mesh.nodes[b] - mesh.nodes[a]).norm()));
+            }
+        }
+        for p in &paths {
+            elements.insert(sorted(p.ends()), (p.stiffness(), p.rest_length()));
+        }
+        let mut effects: Vec<Box<dyn Effect<D>>> = Vec::new();
+        let mut pulled: BTreeMap<[usize; 2], f64> = BTreeMap::new();
+        for &muscle in contracting {
+            let chain: Vec<usize> =
+                mesh.muscles[muscle].nodes.iter().copied().filter(|&n| !in_path[n]).collect();
+            let springs = chain
+                .windows(2)
+                .filter_map(|pair| {
+                    let key = sorted([pair[0], pair[1]]);
+                    // A connection that two muscles share keeps one parallel spring.
+                    let (k, l0) = match elements.remove(&key) {
+                        Some(element) => element,
+                        None => (0.0, *pulled.get(&key)?),
+                    };
+                    pulled.insert(key, l0);
+                    let parallel = coefficients.muscle_parallel_stiffness / coefficients.tissue_stiffness;
+                    Some(Spring::new(key, k * parallel, l0))
+                })
+                .collect();
+            effects.push(Box::new(Contraction::new(muscle, springs)));
+        }
+        let tissue = elements.into_iter().map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
+        effects.insert(0, Box::new(Tissue::new(tissue)));
+        if !mesh.cells.is_empty() {
+            effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
+        }
+        effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
+        Self::assemble(mesh, coefficients, effects, paths, contracting.to_vec(), cells)
+    }
+
+    fn assemble(
+        mesh: &Mesh<D>,
+        coefficients: Coefficients,
+        mut effects: Vec<Box<dyn Effect<D>>>,
+        paths: Vec<StraightPath>,
+        contracting: Vec<usize>,
+        cells: Vec<(Vec<usize>, f64)>,
+    ) -> Result<Self, SystemError> {
+        let mut rest = mesh.nodes.clone();
+        let mut is_unknown = vec![true; rest.len()];
+        paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| is_unknown[n] = false);
+        let mut held = vec![false; rest.len()];
+        for effect in &effects {
+            effect.prescribed(&mut |node, position| {
+                is_unknown[node] = false;
+                held[node] = true;
+                rest[node] = position;
+            });
+        }
+        let mut cliques = Vec::new();
+        for effect in &effects {
+            effect.stencils(&mut |nodes| cliques.push(nodes.to_vec()));
+        }
+        if let Some(node) = loose_node(rest.len(), &cliques, &is_unknown, &held) {
+            return Err(SystemError::Loose { node });
+        }
+        let pattern = Pattern::new(rest.len(), &is_unknown, cliques);
+        effects.iter_mut().for_each(|e| e.bind(&pattern));
+        Ok(Self {
+            coefficients,
+            rest,
+            effects,
+            pattern,
+            paths,
+            muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
+            contracting,
+            cells,
+        })
+    }
+
+    /// Coefficients in use.
+    pub fn coefficients(&self) -> &Coefficients {
+        &self.coefficients
+    }
+
+    /// Positions from which a solve starts, m: at rest, bones where they are prescribed.
+    pub fn rest(&self) -> &[SVector<f64, D>] {
+        &self.rest
+    }
+
+    /// The effects that are simulated.
+    pub fn effects(&self) -> &[Box<dyn Effect<D>>] {
+        &self.effects
+    }
+
+    /// Unknowns and sparsity.
+    pub fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    /// Straight elements that stand for chains outside the tissue.
+    pub fn paths(&self) -> &[StraightPath] {
+        &self.paths
+    }
+
+    /// Numbers of the muscles that can pull.
+    pub fn contracting(&self) -> &[usize] {
+        &self.contracting
+    }
+
+    /// Number of muscles of the mesh, contracting or not.
+    pub fn muscle_count(&self) -> usize {
+        self.muscle_ends.len()
+    }
+
+    /// End nodes of muscle number `muscle`.
+    pub fn muscle_ends(&self, muscle: usize) -> [usize; 2] {
+        self.muscle_ends[muscle]
+    }
+
+    /// Potential energy, J.
+    pub fn energy(&self, at: Configuration<'_, D>) -> f64 {
+        self.effects.iter().map(|e| e.energy(at)).sum()
+    }
+
+    /// Force on every node, N; on bone nodes minus the reaction of the bone.
+    pub fn force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
+        force.fill(SVector::zeros());
+        self.effects.iter().for_each(|e| e.add_force(at, force));
+    }
+
+    /// Length of muscle `muscle`: the straight distance between its ends, m.
+    pub fn length(&self, positions: &[SVector<f64, D>], muscle: usize) -> f64 {
+        let [a, b] = self.muscle_ends[muscle];
+        (positions[b] - positions[a]).norm()
+    }
+
+    /// Smallest and largest ratio of a cell's measure to that at rest; `(1, 1)` without cells.
+    pub fn cell_ratios(&self, positions: &[SVector<f64, D>]) -> (f64, f64) {
+        self.cells.iter().fold((f64::INFINITY, 0.0), |(lo, hi): (f64, f64), (cell, rest)| {
+            let ratio = simplex::measure(&simplex::corners(positions, cell)) / rest;
+            (lo.min(ratio), hi.max(ratio))
+        })
+    }
+
+    /// Puts the inner nodes of straight paths where they belong between the ends of their path.
+    pub fn place_path_nodes(&self, positions: &mut [SVector<f64, D>]) {
+        self.paths.iter().for_each(|p| p.place(positions));
+    }
+}
+
+/// Coefficients for a mesh: identified on an equilateral cell with the mesh's mean connection length as its side, as in
+/// thesis 4.1.1.
+///
+/// # Errors
+/// [`MaterialError`] for constants out of range.
+pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coefficients, MaterialError> {
+    let total: f64 = mesh.connections.iter().map(|&[a, b]| (mesh.nodes[b] - mesh.nodes[a]).norm()).sum();
+    let side = total / mesh.connections.len().max(1) as f64;
+    let measure = mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum();
+    let in_tissue = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
+    Coefficients::new::<D>(&model.constants, model.preset, model.spread, side, measure, in_tissue)
+}
+
+/// Spring constant of every connection of the mesh, N/m (2D: per metre of thickness).
+pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coefficients) -> Vec<f64> {
+    let k = coefficients.tissue_stiffness;
+    if coefficients.spread == Spread::PerConnection {
+        return vec![k; mesh.connections.len()];
+    }
+    let mut cells_of: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+    for cell in mesh.cells.iter() {
+        for (i, &a) in cell.iter().enumerate() {
+            for &b in &cell[i + 1..] {
+                *cells_of.entry(sorted([a, b])).or_default() += 1;
+            }
+        }
+    }
+    // Outside the tissue a connection belongs to no cell and keeps the k of one.
+    mesh.connections.iter().map(|c| k * cells_of.get(c).copied().unwrap_or(1) as f64).collect()
+}
+
+fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// A node of a part that no chain of couplings joins to a held node, if there is one.
+fn loose_node(nodes: usize, cliques: &[Vec<usize>], is_unknown: &[bool], held: &[bool]) -> Option<usize> {
+    let mut leader: Vec<usize> = (0..nodes).collect();
+    fn find(leader: &mut [usize], mut i: usize) -> usize {
+        while leader[i] != i {
+            leader[i] = leader[leader[i]];
+            i = leader[i];
+        }
+        i
+    }
+    for clique in cliques {
+        for pair in clique.windows(2) {
+            let (a, b) = (find(&mut leader, pair[0]), find(&mut leader, pair[1]));
+            leader[a.max(b)] = a.min(b);
+        }
+    }
+    let mut safe = vec![false; nodes];
+    for i in (0..nodes).filter(|&i| held[i]) {
+        let l = find(&mut leader, i);
+        safe[l] = true;
+    }
+    (0..nodes).find(|&i| is_unknown[i] && !safe[find(&mut leader, i)])
+}

@@ -1,0 +1,108 @@
+//! Muscle parts that run outside the tissue (styloglossus to the styloid process, hyoglossus to the hyoid bone).
+//!
+//! In the mesh such a part is a chain of connections with no cell beside it. Unloaded, a chain has no lateral stiffness (the
+//! stiffness matrix is singular), and pushed it folds: the "unnatural bending" of thesis 4.4.2. In the body a sheath keeps the
+//! part straight. So by default the chain is condensed into one straight two-point element: springs in series with
+//! `1/k = sum 1/k_i`, `l0 = sum l0_i`, and the muscle's tension unchanged. For a straight chain this is exact, and the inner
+//! nodes are placed afterwards where the chain's own equilibrium has them.
+
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
+
+use crate::mesh::Mesh;
+
+/// How the parts of muscles outside the tissue are represented.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutsidePath {
+    /// One straight two-point element, as if in a sheath.
+    #[default]
+    Straight,
+    /// The chain of the mesh, free to fold.
+    Chain,
+}
+
+/// A chain between two nodes that are on bone or in the tissue, condensed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StraightPath {
+    /// All nodes from end to end.
+    nodes: Vec<usize>,
+    /// At each node, the rest length up to there, m.
+    rest_up_to: Vec<f64>,
+    /// At each node, the compliance up to there, m/N.
+    compliance_up_to: Vec<f64>,
+}
+
+impl StraightPath {
+    /// The two end nodes.
+    pub fn ends(&self) -> [usize; 2] {
+        [self.nodes[0], self.nodes[self.nodes.len() - 1]]
+    }
+
+    /// The nodes between the ends.
+    pub fn inner_nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.nodes[1..self.nodes.len() - 1].iter().copied()
+    }
+
+    /// Spring constant of the series, N/m.
+    pub fn stiffness(&self) -> f64 {
+        1.0 / self.compliance_up_to[self.nodes.len() - 1]
+    }
+
+    /// Rest length of the series, m.
+    pub fn rest_length(&self) -> f64 {
+        self.rest_up_to[self.nodes.len() - 1]
+    }
+
+    /// Puts the inner nodes on the straight line between the ends, each where the tension of the chain is the same on both of
+    /// its sides.
+    pub fn place<const D: usize>(&self, positions: &mut [SVector<f64, D>]) {
+        let [a, b] = self.ends();
+        let (start, way) = (positions[a], positions[b] - positions[a]);
+        let length = way.norm();
+        let force = (length - self.rest_length()) * self.stiffness();
+        for (i, &node) in self.nodes.iter().enumerate().take(self.nodes.len() - 1).skip(1) {
+            let share = if length > 0.0 {
+                (self.rest_up_to[i] + force * self.compliance_up_to[i]) / length
+            } else {
+                0.0
+            };
+            positions[node] = start + way * share;
+        }
+    }
+}
+
+/// All paths outside the tissue: maximal runs of muscle-chain nodes that are in no cell, not fixed and joined to nothing else.
+///
+/// `stiffness` gives the spring constant of every connection, N/m.
+pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPath> {
+    let in_tissue = mesh.in_tissue();
+    let mut degree = vec![0; mesh.nodes.len()];
+    let mut stiffness_of = std::collections::BTreeMap::new();
+    for (&[a, b], &k) in mesh.connections.iter().zip(stiffness) {
+        degree[a] += 1;
+        degree[b] += 1;
+        stiffness_of.insert([a, b], k);
+    }
+    let is_inner = |n: usize| !in_tissue[n] && degree[n] == 2 && mesh.fixed.binary_search(&n).is_err();
+    let mut paths: Vec<StraightPath> = Vec::new();
+    for muscle in &mesh.muscles {
+        let stops: Vec<usize> = (0..muscle.nodes.len()).filter(|&i| !is_inner(muscle.nodes[i])).collect();
+        for stop in stops.windows(2).filter(|s| s[1] - s[0] > 1) {
+            let nodes = muscle.nodes[stop[0]..=stop[1]].to_vec();
+            let (mut rest, mut compliance) = (0.0, 0.0);
+            let mut path = StraightPath { nodes, rest_up_to: vec![0.0], compliance_up_to: vec![0.0] };
+            for pair in path.nodes.windows(2) {
+                let key = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+                rest += (mesh.nodes[pair[1]] - mesh.nodes[pair[0]]).norm();
+                compliance += stiffness_of.get(&key).map_or(0.0, |k| 1.0 / k);
+                path.rest_up_to.push(rest);
+                path.compliance_up_to.push(compliance);
+            }
+            if !paths.iter().any(|p| p.nodes == path.nodes) {
+                paths.push(path);
+            }
+        }
+    }
+    paths
+}

@@ -1,0 +1,76 @@
+//! The block Cholesky factorisation against faer's sparse one, and against the residual of what it solves.
+
+mod common;
+
+use faer::linalg::solvers::Solve;
+use faer::sparse::{SparseColMat, Triplet};
+use nalgebra::SVector;
+use tongue_fit::effect::{Configuration, Tangent};
+use tongue_fit::mesh::Mesh;
+use tongue_fit::sparse::BlockMatrix;
+use tongue_fit::sparse::cholesky::Factor;
+use tongue_fit::system::{Model, System};
+
+fn agrees<const D: usize>(mesh: &Mesh<D>, side: f64) {
+    let system = System::new(mesh, &Model::default(), &[0]).unwrap();
+    let x = common::shaken(mesh, 0.001 * side);
+    let at = Configuration { positions: &x, tensions: &[1.0] };
+    let pattern = system.pattern();
+    let mut k = BlockMatrix::zeros(pattern);
+    system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut k));
+    let n = pattern.unknowns();
+    let b: Vec<SVector<f64, D>> =
+        (0..n).map(|i| SVector::from_fn(|d, _| ((i * D + d) as f64).cos())).collect();
+
+    let mut factor = Factor::new(pattern);
+    factor.factorise(pattern, &k).unwrap();
+    let mut ours = b.clone();
+    factor.solve(pattern, &mut ours);
+
+    let mut triplets = Vec::new();
+    let mut column = vec![SVector::zeros(); n];
+    for j in 0..n * D {
+        let mut unit = vec![SVector::<f64, D>::zeros(); n];
+        unit[j / D][j % D] = 1.0;
+        k.multiply(pattern, &unit, &mut column);
+        for i in 0..n * D {
+            if column[i / D][i % D] != 0.0 {
+                triplets.push(Triplet::new(i, j, column[i / D][i % D]));
+            }
+        }
+    }
+    let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(n * D, n * D, &triplets).unwrap();
+    let theirs =
+        matrix.sp_cholesky(faer::Side::Lower).unwrap().solve(faer::Col::from_fn(n * D, |i| b[i / D][i % D]));
+    let largest = ours.iter().map(|v| v.amax()).fold(0.0, f64::max);
+    for i in 0..n * D {
+        let error = (ours[i / D][i % D] - theirs[i]).abs() / largest;
+        assert!(error < 1e-11, "entry {i} differs by {error:e}");
+    }
+    let mut back = vec![SVector::zeros(); n];
+    k.multiply(pattern, &ours, &mut back);
+    for (back, b) in back.iter().zip(&b) {
+        assert!((back - b).norm() < 1e-8, "residual {:e}", (back - b).norm());
+    }
+}
+
+#[test]
+fn in_the_plane_and_in_space() {
+    agrees(&common::lattice(12, 9, 5.5e-3), 5.5e-3);
+    agrees(&common::block(4, 5.5e-3), 5.5e-3);
+}
+
+#[test]
+fn an_indefinite_matrix_is_refused() {
+    let mesh = common::lattice(5, 5, 5.5e-3);
+    let system = System::new(&mesh, &Model::default(), &[]).unwrap();
+    let mut k = BlockMatrix::zeros(system.pattern());
+    let at = Configuration { positions: &mesh.nodes, tensions: &[0.0] };
+    system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut k));
+    let mut factor = Factor::new(system.pattern());
+    assert!(factor.factorise(system.pattern(), &k).is_ok());
+    k.shift(system.pattern(), -1.0e4);
+    assert!(factor.factorise(system.pattern(), &k).is_err());
+    k.shift(system.pattern(), f64::NAN);
+    assert!(factor.factorise(system.pattern(), &k).is_err());
+}
