@@ -2,4 +2,5 @@
 
 pub mod mesh;
 pub mod muscle;
+pub mod report;
 pub mod suggest;
