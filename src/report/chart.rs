@@ -1,25 +1,25 @@
 //! Bar chart of muscle lengths relative to the reference vowel /ɯ/: figure 4.9 of Kato (2014).
 
+use plotters::backend::SVGBackend;
 use plotters::chart::ChartBuilder;
-use plotters::element::Rectangle;
+use plotters::coord::CoordTranslate;
+use plotters::drawing::DrawingArea;
+use plotters::element::{PathElement, Rectangle};
 use plotters::style::text_anchor::HPos;
-use plotters::style::{Color, RGBColor, ShapeStyle, TRANSPARENT, WHITE};
+use plotters::style::{Color, RGBColor, TRANSPARENT, WHITE};
 
 use super::ReportError;
 use super::figure::{self, Canvas, DrawError, INK, MARGIN, RULE, Sheet, TEXT, WIDTH, px, stroke};
 
-/// Fill and outline of the bars of each series. Dark, light and hollow: they differ in grey print as well.
-const STYLES: [(RGBColor, RGBColor); 4] = [
-    (RGBColor(0x00, 0x72, 0xB2), INK),
-    (RGBColor(0xE6, 0x9F, 0x00), INK),
-    (WHITE, INK),
-    (RGBColor(0x99, 0x99, 0x99), INK),
-];
+/// Fill of the bars of each series. Dark, light, hollow and black: they differ in grey print as well.
+const FILLS: [RGBColor; 4] = [RGBColor(0x00, 0x72, 0xB2), RGBColor(0xE6, 0x9F, 0x00), WHITE, INK];
 
-const LEGEND: i32 = 52;
+const LEGEND_ROW: i32 = 40;
+const LEGEND_GAP: i32 = 8;
 const PLOT: i32 = 420;
 const LABELS: i32 = 48;
 const AXIS: i32 = 100;
+const SAMPLE: i32 = 46;
 /// Part of the distance between groups that the bars take.
 const FILLED: f64 = 0.78;
 
@@ -43,19 +43,21 @@ pub struct Series {
 /// series has not one value for each label, [`ReportError::Ratio`] for a value that is no ratio of lengths.
 pub fn changes(labels: &[String], series: &[Series], title: &str) -> Result<String, ReportError> {
     check(labels, series)?;
-    let sheet =
-        Sheet { title, description: description(labels, series), height: LEGEND + PLOT + LABELS + MARGIN };
+    let entries = legend_entries(series, labels.iter().any(|l| l.ends_with('*')));
+    let legend_height = entries.last().map_or(0, |e| e.y) + LEGEND_ROW + 2 * LEGEND_GAP;
+    let height = legend_height + PLOT + LABELS + MARGIN;
+    let sheet = Sheet { title, description: description(labels, series), height };
     sheet.draw(|canvas| {
-        let (top, below) = canvas.split_vertically(px(LEGEND));
-        legend(&top, series, labels.iter().any(|l| l.ends_with('*')))?;
+        let (top, below) = canvas.split_vertically(px(legend_height));
+        legend(&top, &entries)?;
         bars(&below, labels, series)
     })
 }
 
 fn check(labels: &[String], series: &[Series]) -> Result<(), ReportError> {
-    if labels.is_empty() || series.is_empty() || series.len() > STYLES.len() {
+    if labels.is_empty() || series.is_empty() || series.len() > FILLS.len() {
         let (labels, series) = (labels.len(), series.len());
-        return Err(ReportError::ChartShape { labels, series, most: STYLES.len() });
+        return Err(ReportError::ChartShape { labels, series, most: FILLS.len() });
     }
     for Series { name, values } in series {
         if values.len() != labels.len() {
@@ -112,27 +114,25 @@ fn bars(area: &Canvas, labels: &[String], series: &[Series]) -> Result<(), DrawE
         .axis_style(stroke(INK, 15))
         .set_all_tick_mark_size(px(6))
         .y_labels(steps + 1)
+        .y_label_offset(px(3))
         .y_label_formatter(&|v| format!("{v:.1}"))
         .y_label_style(figure::text(HPos::Right))
         .axis_desc_style(figure::text(HPos::Center))
         .y_desc("length relative to /ɯ/")
         .draw()?;
 
+    chart.draw_series([PathElement::new(vec![(0.0, 1.0), (groups, 1.0)], stroke(INK, 20))])?;
     let width = FILLED / series.len() as f64;
-    for (nth, (one, (fill, outline))) in series.iter().zip(STYLES).enumerate() {
+    // A muscle that did not change still shows a bar: a sliver on the line at 1.00.
+    let sliver = 0.006 * (high - low);
+    for (nth, (one, fill)) in series.iter().zip(FILLS).enumerate() {
         for (group, &value) in one.values.iter().enumerate() {
             let left = group as f64 + 0.5 * (1.0 - FILLED) + nth as f64 * width;
-            let corners = [(left, 1.0), (left + width, value)];
-            chart.draw_series([
-                Rectangle::new(corners, fill.filled()),
-                Rectangle::new(corners, stroke(outline, 10)),
-            ])?;
+            let (bottom, top) =
+                if (value - 1.0).abs() < sliver { (1.0 - sliver, 1.0 + sliver) } else { (1.0, value) };
+            draw_bar(chart.plotting_area(), (left, bottom), (left + width, top), fill)?;
         }
     }
-    chart.draw_series([plotters::element::PathElement::new(
-        vec![(0.0, 1.0), (groups, 1.0)],
-        stroke(INK, 20),
-    )])?;
     for (group, label) in labels.iter().enumerate() {
         let style =
             if label.ends_with('*') { figure::bold(HPos::Center) } else { figure::text(HPos::Center) };
@@ -143,24 +143,61 @@ fn bars(area: &Canvas, labels: &[String], series: &[Series]) -> Result<(), DrawE
     Ok(())
 }
 
-/// One row over the plot, so that it lies on no bar.
-fn legend(area: &Canvas, series: &[Series], any_active: bool) -> Result<(), DrawError> {
-    let entries = series.len() + usize::from(any_active);
-    let room = px(WIDTH - AXIS - MARGIN) / i32::try_from(entries).unwrap_or(1);
-    let middle = px(LEGEND / 2);
-    let mut left = px(AXIS);
-    for (one, (fill, outline)) in series.iter().zip(STYLES) {
-        let half = px(TEXT / 2 - 2);
-        let corners = [(left, middle - half), (left + px(36), middle + half)];
-        let styles: [ShapeStyle; 2] = [fill.filled(), stroke(outline, 10)];
-        for style in styles {
-            area.draw(&Rectangle::new(corners, style))?;
+/// A filled rectangle with an outline, which is a path because the SVG backend ignores the stroke width of rectangles.
+fn draw_bar<C, T>(
+    area: &DrawingArea<SVGBackend, C>,
+    from: (T, T),
+    to: (T, T),
+    fill: RGBColor,
+) -> Result<(), DrawError>
+where
+    C: CoordTranslate<From = (T, T)>,
+    T: Copy,
+{
+    area.draw(&Rectangle::new([from, to], fill.filled()))?;
+    let around = vec![from, (to.0, from.1), to, (from.0, to.1), from];
+    area.draw(&PathElement::new(around, stroke(INK, 12)))
+}
+
+/// An entry of the legend: a bar's colour (none for the mark of contracting muscles), its name and its place, px.
+struct Entry<'a> {
+    fill: Option<RGBColor>,
+    name: &'a str,
+    x: i32,
+    y: i32,
+}
+
+/// The entries in as many rows as they need, over the plot, so that they lie on no bar.
+fn legend_entries(series: &[Series], any_active: bool) -> Vec<Entry<'_>> {
+    let named = series.iter().zip(FILLS).map(|(s, fill)| (Some(fill), s.name.as_str()));
+    let (mut x, mut y) = (AXIS, 0);
+    let mut entries = Vec::new();
+    for (fill, name) in named.chain(any_active.then_some((None, "* contracting"))) {
+        let sample = if fill.is_some() { SAMPLE } else { 0 };
+        let letters = i32::try_from(name.chars().count()).unwrap_or(WIDTH);
+        // Letters of a sans-serif face are 0.55 times as wide as the face is high, on average.
+        let width = sample + letters.min(WIDTH) * TEXT * 55 / 100;
+        if x > AXIS && x + width > WIDTH - MARGIN {
+            (x, y) = (AXIS, y + LEGEND_ROW);
         }
-        area.draw_text(&figure::printable(&one.name), &figure::text(HPos::Left), (left + px(46), middle))?;
-        left += room;
+        entries.push(Entry { fill, name, x, y });
+        x += width + 2 * MARGIN;
     }
-    if any_active {
-        area.draw_text("* contracting", &figure::bold(HPos::Left), (left, middle))?;
+    entries
+}
+
+fn legend(area: &Canvas, entries: &[Entry]) -> Result<(), DrawError> {
+    for &Entry { fill, name, x, y } in entries {
+        let (left, middle) = (px(x), px(y + LEGEND_GAP + LEGEND_ROW / 2));
+        let half = px(TEXT / 2 - 2);
+        let (style, indent) = match fill {
+            Some(fill) => {
+                draw_bar(area, (left, middle - half), (left + px(SAMPLE - 10), middle + half), fill)?;
+                (figure::text(HPos::Left), px(SAMPLE))
+            }
+            None => (figure::bold(HPos::Left), 0),
+        };
+        area.draw_text(&figure::printable(name), &style, (left + indent, middle))?;
     }
     Ok(())
 }

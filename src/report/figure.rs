@@ -21,6 +21,8 @@ pub(super) const TEXT: i32 = 24;
 /// Size of the title, px, and the height of one of its lines.
 const TITLE: i32 = 28;
 const TITLE_LINE: i32 = 36;
+/// Lines of a title that are shown; the rest is in the accessible title only.
+const TITLE_LINES: usize = 6;
 /// Free margin at the edges, px.
 pub(super) const MARGIN: i32 = 16;
 
@@ -74,8 +76,9 @@ impl Sheet<'_> {
     /// # Errors
     /// [`ReportError::Drawing`] if the drawing library fails.
     pub fn draw(&self, body: impl FnOnce(&Canvas) -> Result<(), DrawError>) -> Result<String, ReportError> {
-        let lines = wrapped(&printable(self.title), (WIDTH - 2 * MARGIN) * 100 / (TITLE * 55));
-        let top = MARGIN + TITLE_LINE * i32::try_from(lines.len()).unwrap_or(i32::MAX / px(TITLE_LINE * 2));
+        let mut lines = wrapped(&printable(self.title), (WIDTH - 2 * MARGIN) * 100 / (TITLE * 55));
+        lines.truncate(TITLE_LINES);
+        let top = lines.iter().fold(MARGIN, |y, _| y + TITLE_LINE);
         let height = top + self.height;
         let mut svg = String::new();
         self.paint(&mut svg, height, top, &lines, body)

@@ -1,15 +1,16 @@
 //! Picture of the tongue: mesh at rest and deformed, muscles and bones.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use nalgebra::SVector;
+use plotters::backend::SVGBackend;
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::CoordTranslate;
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::coord::types::RangedCoordf64;
 use plotters::drawing::DrawingArea;
 use plotters::element::{DashedPathElement, PathElement, Rectangle};
-use plotters::prelude::SVGBackend;
 use plotters::style::text_anchor::HPos;
 use plotters::style::{Color, RGBColor, ShapeStyle, TRANSPARENT};
 
@@ -34,7 +35,7 @@ const REST: RGBColor = RGBColor(0xC4, 0xC4, 0xC4);
 const DEFORMED: RGBColor = RGBColor(0x55, 0x55, 0x55);
 
 const AXIS: i32 = 84;
-const AXIS_BELOW: i32 = 84;
+const AXIS_BELOW: i32 = 76;
 const ROW: i32 = 36;
 const SAMPLE: i32 = 62;
 const COLUMNS: usize = 4;
@@ -61,7 +62,7 @@ pub fn tongue(
     let deformed = millimetres(deformed);
     let view = View::of(rest.iter().chain(&deformed));
     let rows = mesh.muscles.len().div_ceil(COLUMNS - 1).max(3) + 1;
-    let legend_height = ROW * i32::try_from(rows).unwrap_or(1) + MARGIN;
+    let legend_height = ROW * i32::try_from(rows).unwrap_or(1) + 2 * MARGIN;
     let plot_height = view.height + AXIS_BELOW + MARGIN;
     let styles: Vec<_> = mesh
         .muscles
@@ -187,29 +188,47 @@ fn axes(chart: &mut Chart) -> Result<(), DrawError> {
         .set_all_tick_mark_size(px(6))
         .x_labels(10)
         .y_labels(10)
-        .x_label_formatter(&|v| format!("{v:.0}"))
-        .y_label_formatter(&|v| format!("{v:.0}"))
+        .y_label_offset(px(3))
+        .x_label_formatter(&|v| format!("{v:.0}").replace('-', "\u{2212}"))
+        .y_label_formatter(&|v| format!("{v:.0}").replace('-', "\u{2212}"))
         .x_label_style(figure::text(HPos::Center))
         .y_label_style(figure::text(HPos::Right))
         .axis_desc_style(figure::text(HPos::Center))
-        .x_desc("front \u{2190}     x (mm)     \u{2192} back")
+        .x_desc("front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back")
         .y_desc("y (mm)")
         .draw()
 }
 
-/// The connections at rest, and over them those of the deformed mesh.
+/// The connections at rest, and over them those of the deformed mesh; the outlines of the tissue are thicker.
 fn shapes(
     chart: &mut Chart,
     mesh: &Mesh<2>,
     rest: &[(f64, f64)],
     deformed: &[(f64, f64)],
 ) -> Result<(), DrawError> {
-    for (positions, style) in [(rest, stroke(REST, 12)), (deformed, stroke(DEFORMED, 13))] {
-        let ends = |&[a, b]: &[usize; 2]| Some(vec![*positions.get(a)?, *positions.get(b)?]);
-        let lines = mesh.connections.iter().filter_map(ends);
-        chart.draw_series(lines.map(|path| PathElement::new(path, style)))?;
+    let outline = outline(mesh);
+    for (positions, color) in [(rest, REST), (deformed, DEFORMED)] {
+        for pair @ &[a, b] in &mesh.connections {
+            let width = if outline.contains(pair) { 26 } else { 12 };
+            let path = [a, b].into_iter().filter_map(|n| positions.get(n).copied()).collect::<Vec<_>>();
+            chart.draw_series([PathElement::new(path, stroke(color, width))])?;
+        }
     }
     Ok(())
+}
+
+/// The edges, lower node number first, that belong to one triangle only.
+fn outline(mesh: &Mesh<2>) -> BTreeSet<[usize; 2]> {
+    let mut outline = BTreeSet::new();
+    for cell in mesh.cells.iter() {
+        for (&a, &b) in cell.iter().zip(cell.iter().cycle().skip(1)) {
+            let edge = [a.min(b), a.max(b)];
+            if !outline.remove(&edge) {
+                outline.insert(edge);
+            }
+        }
+    }
+    outline
 }
 
 fn bones(chart: &mut Chart, mesh: &Mesh<2>, deformed: &[(f64, f64)]) -> Result<(), DrawError> {
@@ -262,7 +281,7 @@ impl Line<'_> {
 fn legend(area: &Canvas, lines: &[Line], rows: usize) -> Result<(), DrawError> {
     let per_column = rows - 1;
     let width = (WIDTH - AXIS - MARGIN) / 4;
-    let row = |nth: usize| px(ROW / 2) + px(ROW) * (nth as i32);
+    let row = |nth: usize| px(MARGIN + ROW / 2) + px(ROW) * (nth as i32);
     let column = |nth: usize| px(AXIS + width * nth as i32);
     for (nth, style) in lines.iter().enumerate() {
         let (x, y) = (column(nth / per_column), row(nth % per_column));
