@@ -5,6 +5,8 @@ pub mod equilibrium;
 pub mod material;
 pub mod mesh;
 pub mod muscle;
+
+pub mod report;
 pub mod sparse;
 pub mod suggest;
 pub mod system;
