@@ -3,3 +3,4 @@
 pub mod mesh;
 pub mod muscle;
 pub mod suggest;
+pub mod target;
