@@ -163,9 +163,13 @@ fn length_faults() {
     // The column is that of the file, not of our own order.
     let reordered = "HGp_mm,vowel,HGa_mm,SGa_mm,SGm_mm,SGp_mm,GGp_mm,GGm_mm,GGa_mm,subject";
     assert!(
-        refusal(format!("{reordered}\n30,i,38,42,28,51,49,abc,47,S1\n")).starts_with("my.csv:2:8: GGm_mm is \"abc\"")
+        refusal(format!("{reordered}\n30,i,38,42,28,51,49,abc,47,S1\n"))
+            .starts_with("my.csv:2:8: GGm_mm is \"abc\"")
     );
-    assert!(refusal(format!("{reordered}\n30,i,38,42,28,51,49,-1,47,S1\n")).starts_with("my.csv:2:8: GGm_mm is -1"));
+    assert!(
+        refusal(format!("{reordered}\n30,i,38,42,28,51,49,-1,47,S1\n"))
+            .starts_with("my.csv:2:8: GGm_mm is -1")
+    );
     let long = length_refusal(&"x".repeat(100_000));
     assert_eq!(long, format!("my.csv:2:4: GGm_mm is \"{}...\", not a number; {number}", "x".repeat(40)));
 }
