@@ -10,3 +10,4 @@ pub mod report;
 pub mod sparse;
 pub mod suggest;
 pub mod system;
+pub mod target;
