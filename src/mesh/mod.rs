@@ -2,9 +2,27 @@
 //!
 //! Dimension is a parameter: `D = 2` is the midsagittal plane (cells are triangles), `D = 3` space (tetrahedra).
 
+mod anatomy;
+mod anchors;
+mod build;
+mod check;
+mod fill;
+mod frame;
+mod plane;
+mod quality;
 pub mod simplex;
+mod smooth;
+mod spline;
+mod triangulate;
 
 use nalgebra::SVector;
+
+pub use anatomy::{Anatomy, AnatomyError, AnatomyProblem, Bone, MuscleLine, OutsidePart, REFERENCE};
+pub use build::{DEFAULT_SPACING_M, MeshError, build};
+pub use check::MeshFault;
+pub use plane::Point;
+pub use quality::Quality;
+pub use spline::ClosedSpline;
 
 /// The cells of a mesh (triangles in 2D, tetrahedra in 3D): `D + 1` node numbers each.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -1,0 +1,142 @@
+//! What every mesh must be before anything is computed on it.
+
+use std::collections::BTreeSet;
+
+use nalgebra::SVector;
+
+use super::Mesh;
+
+/// Cells with less than this part of the area or volume that a cell of their longest edge could have are degenerate.
+const DEGENERATE: f64 = 1e-9;
+
+/// A fault of a mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say it")]
+pub enum MeshFault {
+    #[error("the position of node {node} is not finite")]
+    NotFinite { node: usize },
+    #[error("{what} refers to node {node}, but there are {count} nodes (numbered from 0)")]
+    NoSuchNode { what: String, node: usize, count: usize },
+    #[error("cell {cell} is turned inside out; list its nodes counter-clockwise (in space: positive volume)")]
+    Inverted { cell: usize },
+    #[error("cell {cell} has no area or volume")]
+    Degenerate { cell: usize },
+    #[error(
+        "connection {connection} joins nodes in descending order or a node to itself; write the lower one first"
+    )]
+    Unordered { connection: usize },
+    #[error("connection {connection} repeats an earlier one")]
+    Repeated { connection: usize },
+    #[error("connection {connection} has no length")]
+    NoLength { connection: usize },
+    #[error("nodes {from} and {to} of cell {cell} are not connected")]
+    CellEdge { cell: usize, from: usize, to: usize },
+    #[error("muscle {name} has {count} nodes; it needs at least two")]
+    ShortChain { name: String, count: usize },
+    #[error("muscle {name} steps from node {from} to node {to}, which are not connected")]
+    ChainStep { name: String, from: usize, to: usize },
+    #[error("the fixed nodes are not in ascending order, each once (entry {entry})")]
+    FixedOrder { entry: usize },
+}
+
+impl<const D: usize> Mesh<D> {
+    /// Checks that the mesh hangs together: finite positions, node numbers in range, upright cells, connections in
+    /// ascending order of their nodes and each once, and cells and muscles made of connections.
+    ///
+    /// # Errors
+    /// The first fault found.
+    pub fn check(&self) -> Result<(), MeshFault> {
+        if let Some(node) = self.nodes.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
+            return Err(MeshFault::NotFinite { node });
+        }
+        let connected = self.check_connections()?;
+        let joined = |a: usize, b: usize| connected.contains(&[a.min(b), a.max(b)]);
+        self.check_cells(joined)?;
+        for muscle in &self.muscles {
+            let (name, count) = (muscle.name.clone(), muscle.nodes.len());
+            if count < 2 {
+                return Err(MeshFault::ShortChain { name, count });
+            }
+            self.in_range(&muscle.nodes, || format!("muscle {name}"))?;
+            if let Some(step) = muscle.nodes.windows(2).find(|s| !joined(s[0], s[1])) {
+                return Err(MeshFault::ChainStep { name, from: step[0], to: step[1] });
+            }
+        }
+        self.in_range(&self.fixed, || "the list of fixed nodes".to_owned())?;
+        match self.fixed.windows(2).position(|pair| pair[0] >= pair[1]) {
+            Some(before) => Err(MeshFault::FixedOrder { entry: before + 1 }),
+            None => Ok(()),
+        }
+    }
+
+    fn check_connections(&self) -> Result<BTreeSet<[usize; 2]>, MeshFault> {
+        let mut seen = BTreeSet::new();
+        for (connection, [a, b]) in self.connections.iter().copied().enumerate() {
+            self.in_range(&[a, b], || format!("connection {connection}"))?;
+            if a >= b {
+                return Err(MeshFault::Unordered { connection });
+            }
+            if !seen.insert([a, b]) {
+                return Err(MeshFault::Repeated { connection });
+            }
+            if self.nodes[a] == self.nodes[b] {
+                return Err(MeshFault::NoLength { connection });
+            }
+        }
+        Ok(seen)
+    }
+
+    fn check_cells(&self, joined: impl Fn(usize, usize) -> bool) -> Result<(), MeshFault> {
+        for (cell, corners) in self.cells.iter().enumerate() {
+            self.in_range(corners, || format!("cell {cell}"))?;
+            let origin = self.nodes[corners[0]];
+            let mut sides: [SVector<f64, D>; D] = [SVector::zeros(); D];
+            sides.iter_mut().zip(&corners[1..]).for_each(|(side, node)| *side = self.nodes[*node] - origin);
+            let longest = sides.iter().map(|s| s.norm()).fold(0.0, f64::max);
+            let content = determinant(sides) / longest.powi(D as i32);
+            if content.is_nan() || content.abs() < DEGENERATE {
+                return Err(MeshFault::Degenerate { cell });
+            }
+            if content < 0.0 {
+                return Err(MeshFault::Inverted { cell });
+            }
+            for (i, from) in corners.iter().copied().enumerate() {
+                if let Some(to) = corners[i + 1..].iter().copied().find(|to| !joined(from, *to)) {
+                    return Err(MeshFault::CellEdge { cell, from, to });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn in_range(&self, nodes: &[usize], what: impl Fn() -> String) -> Result<(), MeshFault> {
+        let count = self.nodes.len();
+        match nodes.iter().copied().find(|node| *node >= count) {
+            Some(node) => Err(MeshFault::NoSuchNode { what: what(), node, count }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The determinant of D vectors, by elimination with the largest pivot. (nalgebra's asks for a bound on D that every
+/// caller would have to repeat.)
+fn determinant<const D: usize>(mut rows: [SVector<f64, D>; D]) -> f64 {
+    let mut product = 1.0;
+    for column in 0..D {
+        let best = (column..D).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()));
+        let best = best.unwrap_or(column);
+        if best != column {
+            rows.swap(best, column);
+            product = -product;
+        }
+        let pivot = rows[column];
+        if pivot[column] == 0.0 {
+            return 0.0;
+        }
+        product *= pivot[column];
+        for row in &mut rows[column + 1..] {
+            *row -= pivot * (row[column] / pivot[column]);
+        }
+    }
+    product
+}

@@ -1,0 +1,63 @@
+//! Points and straight lines in the midsagittal plane.
+
+use nalgebra::Vector2;
+
+/// A point or a displacement in the plane, m.
+pub type Point = Vector2<f64>;
+
+/// Twice the signed area of triangle `abc`, m²; positive when counter-clockwise.
+pub(crate) fn doubled_area(a: Point, b: Point, c: Point) -> f64 {
+    (b - a).perp(&(c - a))
+}
+
+/// The signed area inside a closed polygon, m²; positive when counter-clockwise.
+pub(crate) fn polygon_area(polygon: &[Point]) -> f64 {
+    0.5 * edges(polygon).map(|(a, b)| a.perp(&b)).sum::<f64>()
+}
+
+/// The edges of a closed polygon, the last one back to the start.
+pub(crate) fn edges(polygon: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
+    polygon.iter().zip(polygon.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
+}
+
+/// Whether a closed polygon encloses `p` (even-odd rule).
+pub(crate) fn encloses(polygon: &[Point], p: Point) -> bool {
+    edges(polygon).fold(false, |inside, (a, b)| {
+        let crosses = (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x);
+        inside != crosses
+    })
+}
+
+/// The fraction of the way from `a` to `b` at which the line is nearest to `p`, within 0 ..= 1.
+pub(crate) fn nearest_fraction(p: Point, a: Point, b: Point) -> f64 {
+    let along = b - a;
+    let squared = along.norm_squared();
+    if squared > 0.0 { ((p - a).dot(&along) / squared).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// The squared distance of `p` from the line from `a` to `b`, m².
+pub(crate) fn squared_distance_to_line(p: Point, a: Point, b: Point) -> f64 {
+    (a + (b - a) * nearest_fraction(p, a, b) - p).norm_squared()
+}
+
+/// Where line `ab` crosses line `cd`, as the fractions of the way along each; `None` when parallel.
+/// The fractions are within 0 ..= 1 only where the lines themselves, not their extensions, cross.
+pub(crate) fn crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<[f64; 2]> {
+    let (along, other) = (b - a, d - c);
+    let turn = along.perp(&other);
+    if turn.abs() <= 1e-12 * along.norm() * other.norm() {
+        return None;
+    }
+    Some([(c - a).perp(&other) / turn, (c - a).perp(&along) / turn])
+}
+
+/// Whether two edges of a polygon that share no corner meet.
+pub(crate) fn crosses_itself(polygon: &[Point]) -> bool {
+    let edges: Vec<_> = edges(polygon).map(|(a, b)| [a, b]).collect();
+    let last = edges.len().saturating_sub(1);
+    edges.iter().enumerate().any(|(i, first)| {
+        edges.iter().enumerate().skip(i + 2).filter(|(j, _)| !(i == 0 && *j == last)).any(|(_, second)| {
+            crossing(*first, *second).is_some_and(|at| at.iter().all(|t| (0.0..=1.0).contains(t)))
+        })
+    })
+}

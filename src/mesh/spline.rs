@@ -1,0 +1,200 @@
+//! The outline of the tongue as a smooth closed curve.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::plane::{self, Point};
+
+/// Straight pieces by which a span of the curve is measured. At 8 mm a span and a radius of 3 mm the curve then
+/// leaves its pieces by 3 µm.
+const PIECES: usize = 32;
+
+/// A closed cubic spline through given points, twice continuously differentiable, with the distance between
+/// consecutive points as its parameter (periodic chord-length spline; de Boor 1978, chapter IV).
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClosedSpline {
+    points: Vec<Point>,
+    /// Second derivative by the parameter at every point, 1/m.
+    bends: Vec<Point>,
+    /// A fine polygon of [`PIECES`] corners a span, and the distance along it of each corner, m.
+    samples: Vec<Point>,
+    distances: Vec<f64>,
+    perimeter: f64,
+}
+
+impl ClosedSpline {
+    /// The curve through `points` (m; at least three, consecutive ones apart), counter-clockwise whichever way they
+    /// were given. `None` where no such curve exists.
+    pub fn through(mut points: Vec<Point>) -> Option<Self> {
+        if plane::polygon_area(&points) < 0.0 {
+            points.get_mut(1..)?.reverse();
+        }
+        let bends = bends(&points)?;
+        let mut curve = Self { points, bends, samples: Vec::new(), distances: Vec::new(), perimeter: 0.0 };
+        curve.samples = (0..curve.points.len() * PIECES)
+            .map(|i| curve.at_parameter(i / PIECES, (i % PIECES) as f64 / PIECES as f64))
+            .collect();
+        for (a, b) in plane::edges(&curve.samples) {
+            curve.distances.push(curve.perimeter);
+            curve.perimeter += (b - a).norm();
+        }
+        Some(curve)
+    }
+
+    /// The points that the curve goes through, m, counter-clockwise.
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// The length of the curve, m.
+    pub fn perimeter(&self) -> f64 {
+        self.perimeter
+    }
+
+    /// The curve as a fine polygon, m, counter-clockwise.
+    pub fn polygon(&self) -> &[Point] {
+        &self.samples
+    }
+
+    /// The area inside, m²: half the integral of x dy - y dx, which Gauss's rule with three points a span gives exactly.
+    pub fn area(&self) -> f64 {
+        let reach = (0.6_f64).sqrt() / 2.0;
+        let rule = [(0.5 - reach, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + reach, 5.0 / 18.0)];
+        (0..self.points.len())
+            .flat_map(|span| rule.map(|(u, weight)| (span, u, weight)))
+            .map(|(span, u, weight)| {
+                0.5 * weight * self.at_parameter(span, u).perp(&self.slope_at_parameter(span, u))
+            })
+            .sum()
+    }
+
+    /// The point `distance` (m) along the curve from its first point; the curve is closed, so any distance is on it.
+    pub fn at(&self, distance: f64) -> Point {
+        let distance = distance.rem_euclid(self.perimeter);
+        let i = self.distances.partition_point(|d| *d <= distance).saturating_sub(1);
+        let from = self.distances.get(i).copied().unwrap_or(0.0);
+        let to = self.distances.get(i + 1).copied().unwrap_or(self.perimeter);
+        let part = if to > from { (distance - from) / (to - from) } else { 0.0 };
+        self.at_parameter(i / PIECES, ((i % PIECES) as f64 + part) / PIECES as f64)
+    }
+
+    /// The place on the curve nearest to `p`: how far along the curve and how far from `p`, m.
+    pub fn nearest(&self, p: Point) -> (f64, f64) {
+        let mut best = (0.0, f64::INFINITY);
+        for ((a, b), start) in plane::edges(&self.samples).zip(&self.distances) {
+            let part = plane::nearest_fraction(p, a, b);
+            let away = (a + (b - a) * part - p).norm();
+            if away < best.1 {
+                best = (start + part * (b - a).norm(), away);
+            }
+        }
+        best
+    }
+
+    /// Where a straight line crosses the curve: fractions of the way along the line, ascending.
+    pub fn crossings(&self, line: [Point; 2]) -> Vec<f64> {
+        let mut found: Vec<f64> = plane::edges(&self.samples)
+            .filter_map(|(a, b)| plane::crossing(line, [a, b]))
+            .filter(|[t, u]| (0.0..=1.0).contains(t) && (0.0..1.0).contains(u))
+            .map(|[t, _]| t)
+            .collect();
+        found.sort_by(f64::total_cmp);
+        found
+    }
+
+    /// The two ends of a span, their second derivatives and the span's length.
+    fn span(&self, span: usize) -> ([Point; 2], [Point; 2], f64) {
+        let next = (span + 1) % self.points.len();
+        let ends = [self.points[span], self.points[next]];
+        (ends, [self.bends[span], self.bends[next]], (ends[1] - ends[0]).norm())
+    }
+
+    fn at_parameter(&self, span: usize, u: f64) -> Point {
+        let ([a, b], [bend_a, bend_b], length) = self.span(span);
+        let v = 1.0 - u;
+        a * v + b * u + (bend_a * (v * v * v - v) + bend_b * (u * u * u - u)) * (length * length / 6.0)
+    }
+
+    /// Derivative by `u`, the fraction of the span.
+    fn slope_at_parameter(&self, span: usize, u: f64) -> Point {
+        let ([a, b], [bend_a, bend_b], length) = self.span(span);
+        let v = 1.0 - u;
+        b - a + (bend_a * (1.0 - 3.0 * v * v) + bend_b * (3.0 * u * u - 1.0)) * (length * length / 6.0)
+    }
+}
+
+/// Second derivatives that make slopes continuous at every point: a cyclic tridiagonal system.
+fn bends(points: &[Point]) -> Option<Vec<Point>> {
+    let n = points.len();
+    if n < 3 {
+        return None;
+    }
+    let chords: Vec<Point> = plane::edges(points).map(|(a, b)| b - a).collect();
+    let lengths: Vec<f64> = chords.iter().map(|c| c.norm()).collect();
+    if !lengths.iter().all(|l| *l > 0.0) {
+        return None;
+    }
+    let mut matrix = DMatrix::zeros(n, n);
+    let mut turns = [DVector::zeros(n), DVector::zeros(n)];
+    for i in 0..n {
+        let before = (i + n - 1) % n;
+        matrix[(i, before)] += lengths[before] / 6.0;
+        matrix[(i, i)] += (lengths[before] + lengths[i]) / 3.0;
+        matrix[(i, (i + 1) % n)] += lengths[i] / 6.0;
+        let turn = chords[i] / lengths[i] - chords[before] / lengths[before];
+        turns[0][i] = turn.x;
+        turns[1][i] = turn.y;
+    }
+    let factors = matrix.lu();
+    let [x, y] = turns.map(|turn| factors.solve(&turn));
+    Some(x?.iter().zip(y?.iter()).map(|(x, y)| Point::new(*x, *y)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    fn circle(count: usize) -> ClosedSpline {
+        let at = |i| TAU * f64::from(i) / count as f64;
+        ClosedSpline::through(
+            (0..count as u32).map(|i| Point::new(-at(i).sin(), at(i).cos())).rev().collect(),
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn a_spline_through_a_circle_approaches_it_with_the_fourth_power() {
+        let error = |count| (circle(count).area() - TAU / 2.0).abs();
+        let order = (error(12) / error(24)).log2();
+        assert!((3.7..4.3).contains(&order), "order {order}");
+        assert!((circle(48).perimeter() - TAU).abs() < 1e-4);
+    }
+
+    #[test]
+    fn goes_through_its_points_and_finds_them_again() {
+        let curve = circle(9);
+        for p in curve.points() {
+            let (along, away) = curve.nearest(*p);
+            assert!(away < 1e-12);
+            assert!((curve.at(along) - p).norm() < 1e-12);
+        }
+        assert!((curve.at(curve.perimeter() * 1.25) - curve.at(curve.perimeter() * 0.25)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_line_through_the_middle_crosses_twice() {
+        let found = circle(24).crossings([Point::new(-2.0, 0.1), Point::new(2.0, 0.1)]);
+        let expected = (1.0_f64 - 0.01).sqrt();
+        assert_eq!(found.len(), 2);
+        assert!(
+            (found[0] * 4.0 - 2.0 + expected).abs() < 1e-3 && (found[1] * 4.0 - 2.0 - expected).abs() < 1e-3
+        );
+    }
+
+    #[test]
+    fn repeated_points_have_no_curve() {
+        let p = Point::new(0.0, 0.0);
+        assert_eq!(ClosedSpline::through(vec![p, p, Point::new(1.0, 0.0)]), None);
+    }
+}
