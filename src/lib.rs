@@ -2,6 +2,7 @@
 
 pub mod effect;
 pub mod equilibrium;
+pub mod fit;
 pub mod material;
 pub mod mesh;
 pub mod muscle;

@@ -7,6 +7,7 @@ mod chart;
 mod figure;
 mod file;
 mod picture;
+mod record;
 
 use std::io;
 use std::path::PathBuf;
@@ -16,6 +17,7 @@ use plotters::drawing::DrawingAreaErrorKind;
 pub use chart::{Series, changes};
 pub use file::OutputDir;
 pub use picture::tongue;
+pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles};
 
 /// Why an output could not be made or written.
 #[derive(Debug, thiserror::Error)]

@@ -1,0 +1,97 @@
+//! Options that say which body is simulated and how.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use miette::{IntoDiagnostic, WrapErr, miette};
+use tongue_fit::material::{Preset, Spread};
+use tongue_fit::mesh::{self, Anatomy, Mesh};
+use tongue_fit::system::{Model, OutsidePath};
+
+/// The body and its model.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Body")]
+pub struct Arguments {
+    /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres
+    #[arg(long, value_name = "LENGTH", default_value = "5.5mm")]
+    h: String,
+    /// Anatomy file (TOML) in place of the built-in one
+    #[arg(long, value_name = "FILE")]
+    anatomy: Option<PathBuf>,
+    /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis to the letter
+    #[arg(long, value_enum, default_value = "consistent")]
+    preset: PresetName,
+    /// Stiffness on every connection once (as the thesis), or once for each triangle it belongs to
+    #[arg(long, value_enum, default_value = "per-connection")]
+    spread: SpreadName,
+    /// Muscle parts outside the tissue: straight, as in a sheath, or a chain that can fold
+    #[arg(long, value_enum, default_value = "straight")]
+    outside: OutsideName,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum PresetName {
+    Consistent,
+    AsPrinted,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SpreadName {
+    PerConnection,
+    Assembled,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum OutsideName {
+    Straight,
+    Chain,
+}
+
+impl Arguments {
+    /// The mesh.
+    ///
+    /// # Errors
+    /// A spacing that is no length or out of range; an anatomy file that cannot be read or is wrong.
+    pub fn mesh(&self) -> miette::Result<Mesh<2>> {
+        let anatomy = match &self.anatomy {
+            Some(path) => read_anatomy(path)?,
+            None => Anatomy::reference().into_diagnostic()?,
+        };
+        mesh::build(&anatomy, spacing(&self.h)?).into_diagnostic()
+    }
+
+    /// How the mesh is modelled.
+    pub fn model(&self) -> Model {
+        Model {
+            preset: match self.preset {
+                PresetName::Consistent => Preset::Consistent,
+                PresetName::AsPrinted => Preset::AsPrinted,
+            },
+            spread: match self.spread {
+                SpreadName::PerConnection => Spread::PerConnection,
+                SpreadName::Assembled => Spread::Assembled,
+            },
+            outside: match self.outside {
+                OutsideName::Straight => OutsidePath::Straight,
+                OutsideName::Chain => OutsidePath::Chain,
+            },
+            ..Model::default()
+        }
+    }
+}
+
+fn read_anatomy(path: &Path) -> miette::Result<Anatomy> {
+    let text = std::fs::read_to_string(path)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot read the anatomy file \"{}\"", path.display()))?;
+    Anatomy::from_toml(&text, &path.display().to_string()).into_diagnostic()
+}
+
+/// Metres from `5.5mm` or `5.5`.
+fn spacing(text: &str) -> miette::Result<f64> {
+    let number = text.trim().strip_suffix("mm").unwrap_or(text).trim();
+    number
+        .parse::<f64>()
+        .map(|mm| mm * 1e-3)
+        .map_err(|_| miette!("--h is \"{text}\", not a length; write millimetres, like 5.5mm"))
+}

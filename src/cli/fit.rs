@@ -1,0 +1,192 @@
+//! `tongue-fit --vowel a`: one fit.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use miette::{IntoDiagnostic, miette};
+use tongue_fit::equilibrium::{self, Workspace};
+use tongue_fit::fit::{self, Fit, Settings, Status};
+use tongue_fit::mesh::Mesh;
+use tongue_fit::muscle::{Muscle, PerMuscle};
+use tongue_fit::report::{self, FitRecord, OutputDir, Series};
+use tongue_fit::system::{Model, System};
+use tongue_fit::target::published::{self, Tables};
+use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+
+use super::{Global, Outcome, body, output, table};
+
+/// The folder for outputs where none is named.
+const DEFAULT_OUT: &str = "results";
+/// The subject of the thesis's experiment.
+const PUBLISHED_SUBJECT: &str = "S2";
+
+/// Options of the fit.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Fit")]
+pub struct Arguments {
+    /// Vowel to fit: i, e, a, o or ɯ (u is taken for ɯ)
+    #[arg(long, value_name = "V")]
+    vowel: Option<String>,
+    /// Subject whose lengths are fitted
+    #[arg(long, value_name = "NAME", default_value = PUBLISHED_SUBJECT)]
+    subject: String,
+    /// Quantity to hit: ratio (to GGa, as in the thesis) or stretch (to the subject's own /ɯ/)
+    #[arg(long, value_name = "KIND", default_value = "ratio")]
+    target: String,
+    /// Contracting muscles in place of the rule "shorter than in /ɯ/", such as GGa,SGm,HGa
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    muscles: Option<Vec<String>>,
+    /// Vowel taken as rest in place of ɯ
+    #[arg(long, value_name = "V")]
+    baseline: Option<String>,
+    /// Measured lengths (CSV) in place of the built-in ones
+    #[arg(long, value_name = "FILE")]
+    lengths: Option<PathBuf>,
+    /// Number of starting points of the search
+    #[arg(long, value_name = "N", default_value_t = Settings::default().starts)]
+    starts: usize,
+    /// Upper bound of every tension, N per metre of thickness
+    #[arg(long, value_name = "N", default_value_t = Settings::default().upper_bound, allow_hyphen_values = true)]
+    upper_bound: f64,
+    #[command(flatten)]
+    body: body::Arguments,
+}
+
+impl Arguments {
+    /// Whether a fit was asked for.
+    pub fn is_given(&self) -> bool {
+        self.vowel.is_some()
+    }
+
+    fn target(&self) -> miette::Result<Target> {
+        let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse().into_diagnostic()?;
+        let kind: TargetKind = self.target.parse().into_diagnostic()?;
+        let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
+        let muscles = self
+            .muscles
+            .as_ref()
+            .map(|names| names.iter().map(|n| n.parse::<Muscle>()).collect::<Result<Vec<_>, _>>())
+            .transpose()
+            .into_diagnostic()?;
+        let data = match &self.lengths {
+            Some(path) => Dataset::from_path(path),
+            None => Dataset::reference(),
+        };
+        let options = TargetOptions { muscles, baseline };
+        Target::new(&data.into_diagnostic()?, &self.subject, vowel, kind, &options).into_diagnostic()
+    }
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let clock = Instant::now();
+    if arguments.starts == 0 {
+        return Err(miette!("--starts is 0; the search needs at least one starting point"));
+    }
+    let target = arguments.target()?;
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let mesh = arguments.body.mesh()?;
+    let model = arguments.body.model();
+    let settings =
+        Settings { starts: arguments.starts, upper_bound: arguments.upper_bound, ..Settings::default() };
+    let fit = fit::fit(&mesh, &model, &target, &settings).into_diagnostic()?;
+    let published = published_answer(&mesh, &model, &target)?;
+
+    let record = FitRecord::new(&fit, &super::command_line(), clock.elapsed().as_secs_f64());
+    let json = record.to_json().into_diagnostic()?;
+    let csv = record.to_csv().into_diagnostic()?;
+    let (picture, chart) = pictures(&mesh, &fit, published.as_ref())?;
+    let files: [(&str, &[u8]); 4] = [
+        ("fit.json", json.as_bytes()),
+        ("fit.csv", &csv),
+        ("tongue.svg", picture.as_bytes()),
+        ("changes.svg", chart.as_bytes()),
+    ];
+    let written = out.write_all(&files).into_diagnostic()?;
+    if global.json {
+        output::print(&json)?;
+    } else {
+        output::print(&table::fit(&fit, published.as_ref(), &written, clock.elapsed().as_secs_f64()))?;
+    }
+    Ok(if fit.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+/// The published answer, simulated here.
+#[derive(Debug, Clone)]
+pub struct Published {
+    /// The tensions of thesis 4.4.1, N.
+    pub tensions: PerMuscle<f64>,
+    /// Simulated here: lengths to GGa.
+    pub ratios: PerMuscle<f64>,
+    /// Simulated here: lengths to rest.
+    pub stretches: PerMuscle<f64>,
+    /// Table 4.8: the thesis's own simulation, lengths to GGa.
+    pub thesis_ratios: PerMuscle<f64>,
+    /// The same as stretches of its own rest lengths, taking GGa as stretched as it is here.
+    pub thesis_stretches: PerMuscle<f64>,
+    /// Root mean square difference of the two over the seven ratios.
+    pub rms: f64,
+}
+
+/// Solves the published tensions, where the target is the one that they were published for.
+fn published_answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<Option<Published>> {
+    if target.subject != PUBLISHED_SUBJECT || target.vowel != Vowel::A || target.baseline != Vowel::U {
+        return Ok(None);
+    }
+    let numbers = fit::muscle_numbers(mesh).into_diagnostic()?;
+    let active: Vec<usize> = published::TENSIONS_A_N.iter().map(|(m, _)| numbers[m.index()]).collect();
+    let system = System::new(mesh, model, &active).into_diagnostic()?;
+    let mut tensions = [0.0; tongue_fit::muscle::COUNT];
+    let mut all = vec![0.0; system.muscle_count()];
+    for (m, tension) in published::TENSIONS_A_N {
+        tensions[m.index()] = tension;
+        all[numbers[m.index()]] = tension;
+    }
+    let mut workspace = Workspace::new(&system);
+    let solution = equilibrium::solve(&system, &mut workspace, &all, &equilibrium::Settings::default());
+    if solution.status != equilibrium::Status::Converged {
+        return Ok(None);
+    }
+    let lengths = numbers.map(|n| system.length(workspace.positions(), n));
+    let rest = numbers.map(|n| system.length(system.rest(), n));
+    let ratios = TargetKind::Ratio.values(&lengths, &rest);
+    let stretches = TargetKind::Stretch.values(&lengths, &rest);
+    let tables = Tables::reference().into_diagnostic()?;
+    let thesis_ratios = tables.simulated_ratio_a;
+    let gga_mm = stretches[Muscle::GGa.index()] * tables.rest_length_mm[Muscle::GGa.index()];
+    let thesis_stretches =
+        Muscle::ALL.map(|m| thesis_ratios[m.index()] * gga_mm / tables.rest_length_mm[m.index()]);
+    let others = Muscle::ALL.into_iter().filter(|m| *m != Muscle::GGa);
+    let squares: f64 = others.map(|m| (ratios[m.index()] - thesis_ratios[m.index()]).powi(2)).sum();
+    let rms = (squares / 7.0).sqrt();
+    Ok(Some(Published { tensions, ratios, stretches, thesis_ratios, thesis_stretches, rms }))
+}
+
+/// The deformed mesh, and figure 4.9 of the thesis.
+fn pictures(mesh: &Mesh<2>, fit: &Fit, published: Option<&Published>) -> miette::Result<(String, String)> {
+    let target = &fit.target;
+    let numbers = fit::muscle_numbers(mesh).into_diagnostic()?;
+    let active: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
+    let what = format!("{} /{}/", target.subject, target.vowel);
+    let title = format!("{what}: tongue at rest (grey) and at the tensions found");
+    let picture = report::tongue(mesh, &fit.positions, &active, &title).into_diagnostic()?;
+    let labels: Vec<String> = Muscle::ALL
+        .iter()
+        .map(|m| format!("{m}{}", if target.active.contains(m) { "*" } else { "" }))
+        .collect();
+    let of = TargetKind::Stretch;
+    let mut series = vec![
+        Series {
+            name: format!("measured ({})", target.subject),
+            values: of.values(&target.measured_mm, &target.baseline_mm).to_vec(),
+        },
+        Series { name: "simulated".into(), values: of.values(&fit.lengths, &fit.rest_lengths).to_vec() },
+    ];
+    if let Some(p) = published {
+        series.push(Series { name: "12.0/11.5/4.5 N".into(), values: p.stretches.to_vec() });
+    }
+    let title = format!("{what}: change of every muscle relative to /{}/", target.baseline);
+    let chart = report::changes(&labels, &series, &title).into_diagnostic()?;
+    Ok((picture, chart))
+}

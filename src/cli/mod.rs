@@ -1,0 +1,112 @@
+//! The command line: the only place that prints or picks paths.
+
+mod body;
+mod fit;
+mod mesh;
+mod output;
+mod simulate;
+mod table;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+/// Exit status when a run is done but a result did not converge or cannot be trusted.
+const UNTRUSTWORTHY: u8 = 3;
+
+/// How a command ended, other than by an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    /// Everything converged: exit status 0.
+    Good,
+    /// Something did not converge or sits on a bound: exit status 3.
+    Untrustworthy,
+}
+
+/// Finds how hard each tongue muscle pulls from how long it is.
+///
+/// Without a subcommand it fits one vowel: `tongue-fit --vowel a`.
+#[derive(Debug, Parser)]
+#[command(
+    name = "tongue-fit",
+    version,
+    max_term_width = 100,
+    after_help = "Example:\n  tongue-fit --vowel a"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    fit: fit::Arguments,
+    #[command(flatten)]
+    global: Global,
+}
+
+/// Options that every command takes.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Options of every command")]
+struct Global {
+    /// Folder for the output files [default: results for fits; simulate and mesh write files only when it is given]
+    #[arg(long, value_name = "DIR", global = true)]
+    out: Option<PathBuf>,
+    /// Number of threads; results do not depend on it [default: one for each core]
+    #[arg(long, value_name = "N", global = true)]
+    threads: Option<std::num::NonZeroUsize>,
+    /// Print one JSON object on stdout, and nothing else there
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Solve one equilibrium at given tensions
+    Simulate(simulate::Arguments),
+    /// Build the mesh and report its quality
+    Mesh(mesh::Arguments),
+}
+
+/// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
+/// usage, 3 done but something did not converge or cannot be trusted.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    if cli.command.is_some() && cli.fit.is_given() {
+        let message = "options of the fit (such as --vowel) do not go with a subcommand";
+        Cli::command().error(clap::error::ErrorKind::ArgumentConflict, message).exit();
+    }
+    if cli.command.is_none() && !cli.fit.is_given() {
+        let message = "say which vowel to fit: --vowel i, e, a, o or ɯ (or name a subcommand)";
+        Cli::command().error(clap::error::ErrorKind::MissingRequiredArgument, message).exit();
+    }
+    let result = set_threads(cli.global.threads).and_then(|()| match &cli.command {
+        None => fit::run(&cli.fit, &cli.global),
+        Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
+        Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
+    });
+    match result {
+        Ok(Outcome::Good) => ExitCode::SUCCESS,
+        Ok(Outcome::Untrustworthy) => ExitCode::from(UNTRUSTWORTHY),
+        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            output::error(&error);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn set_threads(threads: Option<std::num::NonZeroUsize>) -> miette::Result<()> {
+    use miette::{IntoDiagnostic, WrapErr};
+    let Some(threads) = threads else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.get())
+        .build_global()
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot start {threads} threads; ask for fewer"))
+}
+
+/// The command line as it was typed, for the records.
+fn command_line() -> String {
+    let mut words = vec!["tongue-fit".to_owned()];
+    words.extend(std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()));
+    words.join(" ")
+}

@@ -1,0 +1,90 @@
+//! `tongue-fit simulate`: one equilibrium at given tensions.
+
+use std::time::Instant;
+
+use miette::{IntoDiagnostic, miette};
+use tongue_fit::equilibrium::{self, Settings, Status, Workspace};
+use tongue_fit::fit;
+use tongue_fit::muscle::{Muscle, PerMuscle};
+use tongue_fit::report::{self, OutputDir, SimulationRecord};
+use tongue_fit::system::System;
+
+use super::{Global, Outcome, body, output, table};
+
+/// Options of `tongue-fit simulate`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(
+    after_help = "Example (the published answer for /a/):\n  tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5"
+)]
+pub struct Arguments {
+    /// Tension of a muscle, N per metre of thickness; may be given several times
+    #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
+    tension: Vec<String>,
+    #[command(flatten)]
+    body: body::Arguments,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let given = tensions(&arguments.tension)?;
+    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
+    let mesh = arguments.body.mesh()?;
+    let numbers = fit::muscle_numbers(&mesh).into_diagnostic()?;
+    let active: Vec<usize> = given.iter().map(|(m, _)| numbers[m.index()]).collect();
+    let system = System::new(&mesh, &arguments.body.model(), &active).into_diagnostic()?;
+    let mut by_muscle: PerMuscle<f64> = [0.0; tongue_fit::muscle::COUNT];
+    let mut all = vec![0.0; system.muscle_count()];
+    for (m, tension) in given {
+        by_muscle[m.index()] = tension;
+        all[numbers[m.index()]] = tension;
+    }
+
+    let mut workspace = Workspace::new(&system);
+    let clock = Instant::now();
+    let solution = equilibrium::solve(&system, &mut workspace, &all, &Settings::default());
+    let wall_s = clock.elapsed().as_secs_f64();
+
+    let positions = workspace.positions();
+    let rest = numbers.map(|n| system.length(system.rest(), n));
+    let lengths = numbers.map(|n| system.length(positions, n));
+    let ratios = system.cell_ratios(positions);
+    let record = SimulationRecord::new(&solution, &by_muscle, &lengths, &rest, positions, ratios, wall_s);
+    let json = serde_json::to_string_pretty(&record).into_diagnostic()? + "\n";
+    let mut written = Vec::new();
+    if let Some(out) = &out {
+        let picture = report::tongue(&mesh, positions, &active, "Tongue at rest (grey) and deformed")
+            .into_diagnostic()?;
+        let files = [("simulation.json", json.as_bytes()), ("tongue.svg", picture.as_bytes())];
+        written = out.write_all(&files).into_diagnostic()?;
+    }
+    if global.json {
+        output::print(&json)?;
+    } else {
+        output::print(&table::simulation(&record, &written))?;
+    }
+    Ok(if solution.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+/// Reads `MUSCLE=N` words.
+fn tensions(words: &[String]) -> miette::Result<Vec<(Muscle, f64)>> {
+    let mut out: Vec<(Muscle, f64)> = Vec::new();
+    for word in words {
+        let (name, value) = word
+            .split_once('=')
+            .ok_or_else(|| miette!("--tension {word}: write MUSCLE=NEWTONS, like GGa=12"))?;
+        let muscle: Muscle = name.parse().into_diagnostic().map_err(|e| miette!("--tension {word}: {e}"))?;
+        let tension: f64 = value.trim().parse().map_err(|_| {
+            miette!("--tension {word}: \"{value}\" is not a number; write newtons, like {muscle}=12")
+        })?;
+        if !tension.is_finite() || tension < 0.0 {
+            return Err(miette!(
+                "--tension {word}: a tension must be finite and not negative (muscles pull, they do not push)"
+            ));
+        }
+        if out.iter().any(|(m, _)| *m == muscle) {
+            return Err(miette!("--tension {word}: {muscle} is given twice; give each muscle once"));
+        }
+        out.push((muscle, tension));
+    }
+    Ok(out)
+}

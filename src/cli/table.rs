@@ -1,0 +1,200 @@
+//! Results as text for a terminal of 100 columns.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use comfy_table::{Cell, CellAlignment, Table, presets};
+use tongue_fit::fit::{Fit, Status};
+use tongue_fit::muscle::Muscle;
+use tongue_fit::report::SimulationRecord;
+use tongue_fit::target::TargetKind;
+
+use super::fit::Published;
+
+fn table(header: &[&str]) -> Table {
+    let mut t = Table::new();
+    t.load_style(presets::ASCII_MARKDOWN).set_header(header.iter().copied());
+    for column in 1..header.len() {
+        if let Some(c) = t.column_mut(column) {
+            c.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    t
+}
+
+fn files(text: &mut String, written: &[PathBuf]) {
+    for (i, path) in written.iter().enumerate() {
+        let _ = writeln!(text, "{:<8}{}", if i == 0 { "written" } else { "" }, path.display());
+    }
+}
+
+/// One equilibrium.
+pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
+    let mut t = table(&["muscle", "tension N/m", "length mm", "ratio to GGa", "stretch"]);
+    for m in Muscle::ALL {
+        let i = m.index();
+        t.add_row([
+            m.to_string(),
+            format!("{:.2}", record.tensions_n.0[i]),
+            format!("{:.2}", record.lengths_mm.0[i]),
+            format!("{:.3}", record.ratios.0[i]),
+            format!("{:.3}", record.stretches.0[i]),
+        ]);
+    }
+    let mut text = format!("{t}\n");
+    let _ = writeln!(
+        text,
+        "{:?} in {} iterations; largest residual force {:.1e} N; areas at {:.1} % to {:.1} % of rest",
+        record.status,
+        record.iterations,
+        record.max_residual_force_n,
+        100.0 * record.min_area_ratio,
+        100.0 * record.max_area_ratio
+    );
+    files(&mut text, written);
+    text
+}
+
+/// One fit.
+pub fn fit(fit: &Fit, published: Option<&Published>, written: &[PathBuf], wall_s: f64) -> String {
+    let target = &fit.target;
+    let mut text = format!(
+        "{} /{}/ against /{}/, {} fitted\n\n",
+        target.subject,
+        target.vowel,
+        target.baseline,
+        match target.kind {
+            TargetKind::Ratio => "ratios to GGa",
+            TargetKind::Stretch => "stretches",
+        }
+    );
+    text += &tensions(fit, published);
+    text += &lengths(fit, published);
+    text += &verdict(fit, published);
+    let _ = writeln!(text, "{} equilibria in {:.0} ms\n", fit.evaluations, 1e3 * wall_s);
+    files(&mut text, written);
+    text
+}
+
+fn tensions(fit: &Fit, published: Option<&Published>) -> String {
+    let mut header = vec!["tension, N per metre of thickness"];
+    header.extend(fit.target.active.iter().map(|m| m.name()));
+    let mut t = table(&header);
+    let row = |name: &str, values: &[f64; 8]| {
+        let mut row = vec![Cell::new(name)];
+        row.extend(fit.target.active.iter().map(|m| Cell::new(format!("{:.2}", values[m.index()]))));
+        row
+    };
+    t.add_row(row("found", &fit.tensions));
+    if let Some(p) = published {
+        t.add_row(row("published (Kato 2014, 4.4.1)", &p.tensions));
+    }
+    format!("{t}\n\n")
+}
+
+fn lengths(fit: &Fit, published: Option<&Published>) -> String {
+    let target = &fit.target;
+    let quantity = target.kind.name();
+    let (simulated, measured) = (format!("simulated {quantity}"), format!("measured {quantity}"));
+    let mut header = vec!["muscle", "mm", &simulated, &measured, "residual", "change", "measured"];
+    if published.is_some() {
+        header.extend(["published here", "table 4.8"]);
+    }
+    let mut t = table(&header);
+    for m in Muscle::ALL {
+        let i = m.index();
+        let mark = if target.active.contains(&m) { "*" } else { "" };
+        let doubt = if target.activation[i].uncertain { "?" } else { "" };
+        let change = |now: f64, then: f64| format!("{:+.1} %", 100.0 * (now / then - 1.0));
+        let mut row = vec![
+            format!("{m}{mark}{doubt}"),
+            format!("{:.1}", 1e3 * fit.lengths[i]),
+            format!("{:.3}", fit.simulated[i]),
+            format!("{:.3}", target.values[i]),
+            format!("{:+.3}", fit.residuals[i]),
+            change(fit.lengths[i], fit.rest_lengths[i]),
+            change(target.measured_mm[i], target.baseline_mm[i]),
+        ];
+        if let Some(p) = published {
+            let (here, there) = match target.kind {
+                TargetKind::Ratio => (&p.ratios, &p.thesis_ratios),
+                TargetKind::Stretch => (&p.stretches, &p.thesis_stretches),
+            };
+            row.push(format!("{:.3}", here[i]));
+            row.push(format!("{:.2}", there[i]));
+        }
+        t.add_row(row);
+    }
+    let mut text = format!("{t}\n* contracting: given a tension, and fitted\n");
+    if target.activation.iter().any(|a| a.uncertain) {
+        text += "? changed by no more than 1 mm, which two roundings to 1 mm can do: may be the other way\n";
+    }
+    text
+}
+
+fn verdict(fit: &Fit, published: Option<&Published>) -> String {
+    let target = &fit.target;
+    let mut text = String::new();
+    let status = match fit.status {
+        Status::Converged => "converged: the fitted muscles meet the target",
+        Status::TargetNotMet => "NOT MET: no tensions within the bounds meet the target; this is the nearest",
+        Status::AtUpperBound => "AT THE UPPER BOUND: a tension ended on it; do not trust the answer",
+        Status::IterationLimit => "NOT CONVERGED: the search stopped at its iteration limit",
+        Status::ReplayDiffers => "NOT REPRODUCED: solving again from rest gives another shape",
+    };
+    let _ = writeln!(text, "\n{status} (misfit {:.1e})", fit.misfit);
+    if let Some(rms) = fit.passive_rms() {
+        let _ = writeln!(text, "passive muscles, which the fit does not see: {rms:.3} RMS residual");
+    }
+    let named = |values: &[f64]| {
+        let pairs = target.active.iter().zip(values).map(|(m, v)| format!("{m} {v:.1}"));
+        pairs.collect::<Vec<_>>().join(", ")
+    };
+    match &fit.identifiability {
+        None => text += "uniqueness: not known, the equilibrium is singular\n",
+        Some(i) if i.null_directions.is_empty() => {
+            text += "unique: every direction of tension is determined by the target (locally)\n";
+        }
+        Some(i) => {
+            let _ = writeln!(
+                text,
+                "NOT UNIQUE: {} for {} tensions leave {} undetermined; this is the smallest total tension.\n\
+                 Equally good, within {:.0e} of the target:",
+                counted(target.fitted.len(), "equation"),
+                target.active.len(),
+                counted(i.null_directions.len(), "direction"),
+                fit.misfit_tolerance
+            );
+            for n in &i.null_directions {
+                let direction: Vec<String> = n.direction.iter().map(|d| format!("{d:.2}")).collect();
+                let _ = writeln!(text, "  from {} N", named(&n.from_n));
+                let _ =
+                    writeln!(text, "  to   {} N (direction here {})", named(&n.to_n), direction.join(" : "));
+            }
+        }
+    }
+    if let Some(p) = published {
+        let misfit: f64 = target
+            .fitted
+            .iter()
+            .map(|m| {
+                let here = match target.kind {
+                    TargetKind::Ratio => p.ratios[m.index()],
+                    TargetKind::Stretch => p.stretches[m.index()],
+                };
+                (here - target.values[m.index()]).powi(2)
+            })
+            .sum();
+        let _ = writeln!(
+            text,
+            "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over seven ratios",
+            (misfit / target.fitted.len() as f64).sqrt(),
+            p.rms
+        );
+    }
+    text
+}
+
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
