@@ -86,13 +86,14 @@ pub enum AnatomyProblem {
     MissingMuscle(Muscle),
     #[error("the two ends of {0} are the same point")]
     NoLength(Muscle),
-    #[error("{0} does not reach the tissue: both of its ends are outside the outline; move one of them inside")]
+    #[error(
+        "{0} does not reach the tissue: both of its ends are outside the outline; move one of them inside"
+    )]
     NotInTissue(Muscle),
     #[error(
-        "{muscle} leaves the tissue between its ends (it meets the outline {times} times on its way); \
-         a line may be outside only from one end to where it enters"
+        "{0} leaves the tissue between its ends; a line may be outside only from one end to where it enters"
     )]
-    LeavesTissue { muscle: Muscle, times: usize },
+    LeavesTissue(Muscle),
     #[error("the end [{x_mm}, {y_mm}] of {muscle} is outside the tissue and on no bone; add it to a bone")]
     Dangling { muscle: Muscle, x_mm: f64, y_mm: f64 },
     #[error(
@@ -158,7 +159,8 @@ impl Anatomy {
         let muscles = Muscle::ALL.map(|m| muscles[m.index()]);
         for (name, given) in &file.bones {
             for spanned in given {
-                holds_something(name, metres(spanned)?, &outline, &muscles).map_err(|p| (spanned.span(), p))?;
+                holds_something(name, metres(spanned)?, &outline, &muscles)
+                    .map_err(|p| (spanned.span(), p))?;
             }
         }
         Ok(Self { outline, muscles, bones })
@@ -238,7 +240,7 @@ fn muscle_line(
     let mut meets = outline.crossings(ends);
     meets.retain(|t| (margin(0)..=1.0 - margin(1)).contains(t));
     let at = |t: f64| ends[0] + (ends[1] - ends[0]) * t;
-    let leaves = AnatomyProblem::LeavesTissue { muscle, times: meets.len() };
+    let leaves = AnatomyProblem::LeavesTissue(muscle);
     let end = match outside {
         [true, true] => return Err(AnatomyProblem::NotInTissue(muscle)),
         [false, false] => {
@@ -267,7 +269,8 @@ fn holds_something(
     outline: &ClosedSpline,
     muscles: &PerMuscle<MuscleLine>,
 ) -> Result<(), AnatomyProblem> {
-    let from_end = muscles.iter().flat_map(|m| m.ends).map(|e| (e - point).norm()).fold(f64::INFINITY, f64::min);
+    let from_end =
+        muscles.iter().flat_map(|m| m.ends).map(|e| (e - point).norm()).fold(f64::INFINITY, f64::min);
     let from_outline = outline.nearest(point).1;
     if from_end < SAME_POINT_M || from_outline < ON_OUTLINE_M {
         return Ok(());

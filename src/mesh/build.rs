@@ -20,9 +20,13 @@ const COARSEST: f64 = 1.0 / 3.3;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say it")]
 pub enum MeshError {
-    #[error("the mesh spacing {h_mm} mm is not usable; for this anatomy give {least_mm:.2} to {most_mm:.1} mm")]
+    #[error(
+        "the mesh spacing {h_mm} mm is not usable; for this anatomy give {least_mm:.2} to {most_mm:.1} mm"
+    )]
     Spacing { h_mm: f64, least_mm: f64, most_mm: f64 },
-    #[error("near [{x_mm:.1}, {y_mm:.1}] mm two lines of outline and muscles collide at this spacing; try a finer one")]
+    #[error(
+        "near [{x_mm:.1}, {y_mm:.1}] mm two lines of outline and muscles collide at this spacing; try a finer one"
+    )]
     LinesCollide { x_mm: f64, y_mm: f64 },
     #[error("two nodes fall on the same place at this spacing; try a finer one")]
     CoincidentNodes,

@@ -21,7 +21,9 @@ pub enum MeshFault {
     Inverted { cell: usize },
     #[error("cell {cell} has no area or volume")]
     Degenerate { cell: usize },
-    #[error("connection {connection} joins nodes in descending order or a node to itself; write the lower one first")]
+    #[error(
+        "connection {connection} joins nodes in descending order or a node to itself; write the lower one first"
+    )]
     Unordered { connection: usize },
     #[error("connection {connection} repeats an earlier one")]
     Repeated { connection: usize },

@@ -66,9 +66,7 @@ fn hexagons(outline: &[Point], spacing: f64) -> impl Iterator<Item = Point> {
     let (rows, columns) = (((high.y - low.y) / rise) as usize + 1, ((high.x - low.x) / spacing) as usize + 1);
     (0..rows).flat_map(move |row| {
         let shift = if row % 2 == 0 { 0.0 } else { 0.5 };
-        (0..columns).map(move |column| {
-            low + Point::new((column as f64 + shift) * spacing, row as f64 * rise)
-        })
+        (0..columns).map(move |column| low + Point::new((column as f64 + shift) * spacing, row as f64 * rise))
     })
 }
 

@@ -140,7 +140,9 @@ impl Frame {
             let mut piece = pieces.get(&key).cloned().unwrap_or_else(|| {
                 let site = key.map(|anchor| {
                     let dangles = outside && outside_end.is_some_and(|e| stations[e * (last + 1)] == anchor);
-                    *sites.entry(anchor).or_insert_with(|| self.add(anchors.points[anchor], Freedom::None, dangles))
+                    *sites
+                        .entry(anchor)
+                        .or_insert_with(|| self.add(anchors.points[anchor], Freedom::None, dangles))
                 });
                 let piece = self.cut(site, key.map(|a| anchors.points[a]), outside, h);
                 pieces.insert(key, piece.clone());
@@ -214,7 +216,8 @@ fn with_area(polygon: &[Point], moves: &[bool], area: f64) -> Vec<Point> {
     // The area is a quadratic in the distance: a + b d + c d². Its smaller root, in the form that does not cancel.
     let step = area.abs().sqrt() * 1e-2;
     let [below, here, above] = [-step, 0.0, step].map(|by| plane::polygon_area(&moved(by)));
-    let (a, b, c) = (here - area, (above - below) / (2.0 * step), (above + below - 2.0 * here) / (2.0 * step * step));
+    let (a, b, c) =
+        (here - area, (above - below) / (2.0 * step), (above + below - 2.0 * here) / (2.0 * step * step));
     let root = b * b - 4.0 * a * c;
     if root < 0.0 || b <= 0.0 {
         return polygon.to_vec();

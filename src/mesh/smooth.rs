@@ -98,7 +98,8 @@ fn patch_score(points: &[Point], at: Point, patch: &[[usize; 2]], h: f64) -> f64
 
 fn polish(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 2]], h: f64) {
     let diagonal = 0.5_f64.sqrt();
-    let compass = [(1.0, 0.0), (diagonal, diagonal), (0.0, 1.0), (-diagonal, diagonal)].map(|(x, y)| Point::new(x, y));
+    let compass =
+        [(1.0, 0.0), (diagonal, diagonal), (0.0, 1.0), (-diagonal, diagonal)].map(|(x, y)| Point::new(x, y));
     let directions: &[Point] = match &freedom {
         Freedom::None => return,
         Freedom::Along(line) => std::slice::from_ref(line),

@@ -29,8 +29,7 @@ impl ClosedSpline {
             points.get_mut(1..)?.reverse();
         }
         let bends = bends(&points)?;
-        let mut curve =
-            Self { points, bends, samples: Vec::new(), distances: Vec::new(), perimeter: 0.0 };
+        let mut curve = Self { points, bends, samples: Vec::new(), distances: Vec::new(), perimeter: 0.0 };
         curve.samples = (0..curve.points.len() * PIECES)
             .map(|i| curve.at_parameter(i / PIECES, (i % PIECES) as f64 / PIECES as f64))
             .collect();
@@ -158,8 +157,10 @@ mod tests {
 
     fn circle(count: usize) -> ClosedSpline {
         let at = |i| TAU * f64::from(i) / count as f64;
-        ClosedSpline::through((0..count as u32).map(|i| Point::new(-at(i).sin(), at(i).cos())).rev().collect())
-            .unwrap()
+        ClosedSpline::through(
+            (0..count as u32).map(|i| Point::new(-at(i).sin(), at(i).cos())).rev().collect(),
+        )
+        .unwrap()
     }
 
     #[test]
@@ -186,7 +187,9 @@ mod tests {
         let found = circle(24).crossings([Point::new(-2.0, 0.1), Point::new(2.0, 0.1)]);
         let expected = (1.0_f64 - 0.01).sqrt();
         assert_eq!(found.len(), 2);
-        assert!((found[0] * 4.0 - 2.0 + expected).abs() < 1e-3 && (found[1] * 4.0 - 2.0 - expected).abs() < 1e-3);
+        assert!(
+            (found[0] * 4.0 - 2.0 + expected).abs() < 1e-3 && (found[1] * 4.0 - 2.0 - expected).abs() < 1e-3
+        );
     }
 
     #[test]
