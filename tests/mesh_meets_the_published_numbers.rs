@@ -1,5 +1,7 @@
 //! The mesh agrees with what the thesis publishes of its own, at any spacing keeps the anatomy, and says what is wrong.
 
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
 use tongue_fit::mesh::{
     Anatomy, AnatomyProblem, Cells, DEFAULT_SPACING_M, Mesh, MeshError, MeshFault, MuscleChain, Quality,
     REFERENCE, build,
