@@ -95,10 +95,9 @@ fn tensions(fit: &Fit, published: Option<&Published>) -> String {
 fn lengths(fit: &Fit, published: Option<&Published>) -> String {
     let target = &fit.target;
     let quantity = target.kind.name();
-    let (simulated, measured) = (format!("simulated {quantity}"), format!("measured {quantity}"));
-    let mut header = vec!["muscle", "mm", &simulated, &measured, "residual", "change", "measured"];
+    let mut header = vec!["muscle", "mm", quantity, "measured", "residual", "change", "measured"];
     if published.is_some() {
-        header.extend(["published here", "table 4.8"]);
+        header.extend(["published", "table 4.8"]);
     }
     let mut t = table(&header);
     for m in Muscle::ALL {
@@ -125,7 +124,15 @@ fn lengths(fit: &Fit, published: Option<&Published>) -> String {
         }
         t.add_row(row);
     }
-    let mut text = format!("{t}\n* contracting: given a tension, and fitted\n");
+    let mut text = format!(
+        "{t}\n* contracting: given a tension, and fitted; mm: length of the model, whose size is not the subject's\n"
+    );
+    if published.is_some() {
+        let _ = writeln!(
+            text,
+            "published: {quantity} simulated here with the published tensions; table 4.8: there"
+        );
+    }
     if target.activation.iter().any(|a| a.uncertain) {
         text += "? changed by no more than 1 mm, which two roundings to 1 mm can do: may be the other way\n";
     }

@@ -111,8 +111,8 @@ impl<const D: usize> Effect<D> for Incompressibility {
             for a in 0..=D {
                 let ga = gradient[a] * scale;
                 stiffness.add_symmetric(c.diagonal[a], &(ga * gradient[a].transpose()));
-                for b in a + 1..=D {
-                    let block = ga * gradient[b].transpose() + simplex::hessian(&x, a, b) * bend;
+                for (b, gb) in gradient.iter().enumerate().take(D + 1).skip(a + 1) {
+                    let block = ga * gb.transpose() + simplex::hessian(&x, a, b) * bend;
                     stiffness.add(c.pairs[pair], &block);
                     pair += 1;
                 }

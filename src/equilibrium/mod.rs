@@ -79,6 +79,8 @@ pub struct Workspace<const D: usize> {
     unknowns: Vec<SVector<f64, D>>,
     stiffness: BlockMatrix<D>,
     factor: Factor<D>,
+    /// Whether `factor` holds that of a stiffness near the present positions.
+    factor_ready: bool,
 }
 
 impl<const D: usize> Workspace<D> {
@@ -94,6 +96,7 @@ impl<const D: usize> Workspace<D> {
             unknowns: vec![SVector::zeros(); system.pattern().unknowns()],
             stiffness: BlockMatrix::zeros(system.pattern()),
             factor: Factor::new(system.pattern()),
+            factor_ready: false,
         }
     }
 
@@ -110,9 +113,11 @@ impl<const D: usize> Workspace<D> {
     /// Starts the next solve from the rest shape.
     pub fn start_from_rest(&mut self, system: &System<D>) {
         self.positions.copy_from_slice(system.rest());
+        self.factor_ready = false;
     }
 
-    /// Starts the next solve from given positions, m, one for each node.
+    /// Starts the next solve from given positions, m, one for each node: those of a solved neighbour, whose stiffness is taken
+    /// to be like that of the last solve.
     pub fn start_from(&mut self, positions: &[SVector<f64, D>]) {
         self.positions.copy_from_slice(positions);
     }

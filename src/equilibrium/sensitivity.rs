@@ -24,7 +24,9 @@ pub fn length_sensitivities<const D: usize>(
     let at = Configuration { positions: &w.positions, tensions: &w.tensions };
     w.stiffness.clear();
     system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut w.stiffness));
+    w.factor_ready = false;
     w.factor.factorise(pattern, &w.stiffness)?;
+    w.factor_ready = true;
     let mut out = DMatrix::zeros(system.muscle_count(), system.contracting().len());
     for (column, &muscle) in system.contracting().iter().enumerate() {
         w.step.fill(SVector::zeros());

@@ -34,9 +34,9 @@ pub struct NullDirection {
 /// would move the ratios by less than their rounding.
 const UNDETERMINED: f64 = 1e-3;
 /// Length of a step along an undetermined direction, N.
-const STRIDE: f64 = 1.0;
+const STRIDE: f64 = 5.0;
 /// Most steps to either side.
-const MOST_STRIDES: usize = 200;
+const MOST_STRIDES: usize = 100;
 
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as far as the
 /// misfit stays within the tolerance and the tensions within their bounds. `None` where the equilibrium was not found or is

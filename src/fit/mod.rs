@@ -37,7 +37,7 @@ pub struct Settings {
     pub effort: f64,
     /// Most iterations of Nelder-Mead from one simplex. Default 1000.
     pub max_iterations: u64,
-    /// A simplex whose corners are nearer than this to the best one has converged, N. Default 1e-5.
+    /// A simplex whose corners are nearer than this to the best one has converged, N. Default 1e-4.
     pub tension_tolerance: f64,
     /// A simplex whose costs have a smaller standard deviation has converged, dimensionless. Default 1e-17.
     pub cost_tolerance: f64,
@@ -54,7 +54,7 @@ impl Default for Settings {
             upper_bound: 100.0,
             effort: 2e-6,
             max_iterations: 1000,
-            tension_tolerance: 1e-5,
+            tension_tolerance: 1e-4,
             cost_tolerance: 1e-17,
             misfit_tolerance: 1e-3,
             equilibrium: equilibrium::Settings::default(),

@@ -16,7 +16,7 @@ use super::{FitError, Settings};
 /// Side of the first simplex, N.
 const FIRST_SIDE: f64 = 5.0;
 /// Side of the simplex with which the search is begun anew around its answer, N.
-const FRESH_SIDE: f64 = 0.5;
+const FRESH_SIDE: f64 = 0.1;
 /// Most fresh simplices.
 const MOST_RESTARTS: usize = 4;
 /// A fresh simplex that moves the answer by less than this confirms it, N.

@@ -91,10 +91,9 @@ pub enum AnatomyProblem {
     )]
     NotInTissue(Muscle),
     #[error(
-        "{muscle} leaves the tissue between its ends (it meets the outline {times} times on its way); \
-         a line may be outside only from one end to where it enters"
+        "{0} leaves the tissue between its ends; a line may be outside only from one end to where it enters"
     )]
-    LeavesTissue { muscle: Muscle, times: usize },
+    LeavesTissue(Muscle),
     #[error("the end [{x_mm}, {y_mm}] of {muscle} is outside the tissue and on no bone; add it to a bone")]
     Dangling { muscle: Muscle, x_mm: f64, y_mm: f64 },
     #[error(
@@ -241,7 +240,7 @@ fn muscle_line(
     let mut meets = outline.crossings(ends);
     meets.retain(|t| (margin(0)..=1.0 - margin(1)).contains(t));
     let at = |t: f64| ends[0] + (ends[1] - ends[0]) * t;
-    let leaves = AnatomyProblem::LeavesTissue { muscle, times: meets.len() };
+    let leaves = AnatomyProblem::LeavesTissue(muscle);
     let end = match outside {
         [true, true] => return Err(AnatomyProblem::NotInTissue(muscle)),
         [false, false] => {

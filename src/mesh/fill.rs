@@ -38,21 +38,22 @@ pub(crate) fn fill(frame: &mut Frame, wanted: usize, h: f64) -> Result<(), MeshE
     while missing > 0 {
         let mut holes = holes(&frame.nodes, &frame.segments)?;
         holes.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let mut added: Vec<Point> = Vec::new();
+        let (before, round) = (frame.nodes.len(), missing.div_ceil(ROUND));
         for (centre, radius) in &holes {
-            if added.len() == missing.div_ceil(ROUND) {
+            if frame.nodes.len() == before + round {
                 break;
             }
-            let crowded = added.iter().any(|p| (p - centre).norm() < *radius);
-            if !crowded && clear(centre, CLEAR / 2.0) {
-                added.push(*centre);
+            // A circle can reach over a line that its triangle may not cross, to nodes on the other side; and nodes
+            // of this round, the last in the list, have filled their neighbours' holes.
+            let filled = frame.nodes.iter().rev().any(|n| (n.at - centre).norm() < 0.99 * radius);
+            if !filled && clear(centre, CLEAR / 2.0) {
+                frame.nodes.push(Draft { at: *centre, freedom: Freedom::Plane });
             }
         }
-        if added.is_empty() {
+        if frame.nodes.len() == before {
             return Err(MeshError::NoRoom { missing });
         }
-        missing -= added.len();
-        frame.nodes.extend(added.into_iter().map(|at| Draft { at, freedom: Freedom::Plane }));
+        missing -= frame.nodes.len() - before;
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ const SWEEPS: usize = 3;
 const SINE_UNIT: f64 = 0.5;
 const LENGTH_UNIT: f64 = 0.6;
 /// Nodes whose triangles all score this much are left alone.
-const GOOD: f64 = 1.2;
+const GOOD: f64 = 0.9;
 /// First step of the search, and its smallest, in mesh spacings.
 const FIRST_STEP: f64 = 0.1;
 const LAST_STEP: f64 = 0.01;

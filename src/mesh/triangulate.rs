@@ -1,5 +1,6 @@
 //! Triangles between given nodes that keep given edges: spade's constrained Delaunay triangulation.
 
+use spade::handles::FixedVertexHandle as Handle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 use super::build::MeshError;
@@ -13,19 +14,17 @@ use super::plane::Point;
 /// Two segments cross, a node lies on a segment, or two nodes coincide.
 pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Vec<[usize; 3]>, MeshError> {
     let points = nodes.iter().map(|p| Point2::new(p.x, p.y)).collect();
-    let mut conflict = None;
+    // Conflicts are found below, together with segments that were split because a node lies on them.
     let cdt: ConstrainedDelaunayTriangulation<Point2<f64>> =
-        ConstrainedDelaunayTriangulation::try_bulk_load_cdt(points, segments.to_vec(), |edge| {
-            conflict.get_or_insert(edge);
-        })
-        .map_err(|_| MeshError::NotFinite)?;
+        ConstrainedDelaunayTriangulation::try_bulk_load_cdt(points, segments.to_vec(), |_| {})
+            .map_err(|_| MeshError::NotFinite)?;
     if cdt.num_vertices() != nodes.len() {
         return Err(MeshError::CoincidentNodes);
     }
-    // A segment through a node is kept as two: then there are more of them than were asked for.
-    if conflict.is_some() || cdt.num_constraints() != segments.len() {
-        let at = conflict.and_then(|[a, _]| nodes.get(a)).copied().unwrap_or_default() * 1e3;
-        return Err(MeshError::LinesCollide { x_mm: at.x, y_mm: at.y });
+    let kept = |[a, b]: &[usize; 2]| cdt.exists_constraint(Handle::from_index(*a), Handle::from_index(*b));
+    if let Some([a, b]) = segments.iter().find(|segment| !kept(segment)) {
+        let middle = (nodes[*a] + nodes[*b]) / 2.0 * 1e3;
+        return Err(MeshError::LinesCollide { x_mm: middle.x, y_mm: middle.y });
     }
 
     // Flood from outside over edges that are not segments: what stays dry is inside the outline.
