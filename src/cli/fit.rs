@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::equilibrium::{self, Workspace};
-use tongue_fit::fit::{self, Fit, Settings, Status};
+use tongue_fit::fit::{self, Fit, Method, Settings, Status};
 use tongue_fit::mesh::Mesh;
 use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, FitRecord, OutputDir, Series};
@@ -42,6 +42,9 @@ pub struct Arguments {
     /// Measured lengths (CSV) in place of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
+    /// What searches: the simplex of the thesis, or the derivatives of the equilibrium
+    #[arg(long, value_enum, default_value = "nelder-mead")]
+    method: MethodName,
     /// Number of starting points of the search
     #[arg(long, value_name = "N", default_value_t = Settings::default().starts)]
     starts: usize,
@@ -50,6 +53,12 @@ pub struct Arguments {
     upper_bound: f64,
     #[command(flatten)]
     body: body::Arguments,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum MethodName {
+    NelderMead,
+    GaussNewton,
 }
 
 impl Arguments {
@@ -88,8 +97,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let mesh = arguments.body.mesh()?;
     let model = arguments.body.model();
-    let settings =
-        Settings { starts: arguments.starts, upper_bound: arguments.upper_bound, ..Settings::default() };
+    let settings = Settings {
+        method: match arguments.method {
+            MethodName::NelderMead => Method::NelderMead,
+            MethodName::GaussNewton => Method::GaussNewton,
+        },
+        starts: arguments.starts,
+        upper_bound: arguments.upper_bound,
+        ..Settings::default()
+    };
     let fit = fit::fit(&mesh, &model, &target, &settings).into_diagnostic()?;
     let published = published_answer(&mesh, &model, &target)?;
 
