@@ -49,6 +49,7 @@ pub struct Forward<'a> {
     effort: f64,
     known: Vec<Known>,
     evaluations: usize,
+    factorisations: usize,
 }
 
 impl<'a> Forward<'a> {
@@ -72,6 +73,7 @@ impl<'a> Forward<'a> {
             effort: if undetermined { settings.effort } else { 0.0 },
             known: Vec::with_capacity(target.active.len() + 1),
             evaluations: 0,
+            factorisations: 0,
         }
     }
 
@@ -88,6 +90,16 @@ impl<'a> Forward<'a> {
     /// Equilibria solved so far.
     pub fn evaluations(&self) -> usize {
         self.evaluations
+    }
+
+    /// Factorisations so far, those for sensitivities included.
+    pub fn factorisations(&self) -> usize {
+        self.factorisations
+    }
+
+    /// Counts a factorisation that was made outside a solve.
+    pub(super) fn count_factorisation(&mut self) {
+        self.factorisations += 1;
     }
 
     /// The eight lengths in a shape, m.
@@ -115,7 +127,8 @@ impl<'a> Forward<'a> {
         for (m, t) in self.target.active.iter().zip(active) {
             self.all_tensions[self.numbers[m.index()]] = *t;
         }
-        if !self.solve_from_nearest(active) && !self.solve_from_rest() {
+        let warm = self.settings.warm_start && self.solve_from_nearest(active);
+        if !warm && !self.solve_from_rest() {
             return Outcome { cost: FAILED, misfit: f64::INFINITY, lengths: None };
         }
         let lengths = self.lengths_of(self.workspace.positions());
@@ -178,6 +191,7 @@ impl<'a> Forward<'a> {
     fn solve(&mut self) -> bool {
         let settings = &self.settings.equilibrium;
         let solution = equilibrium::solve(self.system, &mut self.workspace, &self.all_tensions, settings);
+        self.factorisations += solution.factorisations;
         solution.status == Status::Converged
     }
 
