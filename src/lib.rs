@@ -1,5 +1,6 @@
 //! tongue-fit.
 
+pub mod dynamics;
 pub mod effect;
 pub mod equilibrium;
 pub mod fit;
