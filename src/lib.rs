@@ -10,6 +10,7 @@ pub mod muscle;
 
 pub mod report;
 pub mod sparse;
+pub mod study;
 pub mod suggest;
 pub mod system;
 pub mod target;

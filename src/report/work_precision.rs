@@ -130,15 +130,9 @@ fn axes(canvas: &Canvas, frame: &Frame, x: &str, y: &str) -> Result<(), DrawErro
 
 /// `10⁻³`.
 fn power(exponent: i32) -> String {
-    let raised = exponent.to_string().chars().map(|c| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        digit => char::from_digit(digit.to_digit(10).unwrap_or(0), 10)
-            .and_then(|d| char::from_u32(0x2070 + d.to_digit(10)?))
-            .unwrap_or(digit),
-    });
+    const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let digits = exponent.to_string();
+    let raised = digits.chars().map(|c| c.to_digit(10).map_or('⁻', |d| RAISED[d as usize % 10]));
     format!("10{}", raised.collect::<String>())
 }
 

@@ -141,7 +141,9 @@ pub fn measure<T>(effort: &Effort, mut work: impl FnMut() -> T) -> Timed<T> {
     let mut result = work();
     let mut times = vec![begin.elapsed().as_secs_f64()];
     let warming = times[0];
-    while times.len() < effort.repeats + 1 && begin.elapsed() < Duration::from_secs_f64(effort.repeat_within_s) {
+    while times.len() < effort.repeats + 1
+        && begin.elapsed() < Duration::from_secs_f64(effort.repeat_within_s)
+    {
         let clock = Instant::now();
         result = work();
         times.push(clock.elapsed().as_secs_f64());
