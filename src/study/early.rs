@@ -11,7 +11,7 @@ use super::scene::Scene;
 
 const TIMES: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
 /// Tolerance of each step, m: its error is far below what stopping leaves.
-const TOLERANCE: f64 = 1e-10;
+const TOLERANCE: f64 = 1e-9;
 
 /// A trajectory cut off.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -32,7 +32,7 @@ pub struct Stopped {
     pub factorisations: u64,
 }
 
-/// The shape at each of the times, against equilibrium; integrated by ESDIRK4 at a tight tolerance.
+/// The shape at each of the times, against equilibrium; integrated by TR-BDF2 at a tight tolerance.
 ///
 /// # Errors
 /// [`StudyError`] where there is no reference or no trajectory.
@@ -40,7 +40,7 @@ pub fn ladder(scene: &Scene, effort: &Effort) -> Result<Vec<Stopped>, StudyError
     let (reference, _) = scene.reference()?;
     let motion = Motion::new(&scene.system, Tensions::Constant(scene.tensions.clone()))?;
     let whole = Effort { longest_run_s: f64::INFINITY, ..*effort };
-    let marched = march(&motion, Method::Esdirk4, Control::Adaptive(TOLERANCE), &TIMES, &whole);
+    let marched = march(&motion, Method::TrBdf2, Control::Adaptive(TOLERANCE), &TIMES, &whole);
     if let Some((_, why)) = marched.missing {
         return Err(StudyError::Trajectory(why));
     }

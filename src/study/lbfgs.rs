@@ -20,17 +20,29 @@ pub struct Minimised<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
     /// Why it stopped before its tolerance, if it did.
     pub shortfall: Option<String>,
-    /// Iterations.
+    /// Iterations; unknown, and zero, where argmin ended with an error.
     pub iterations: u64,
     /// Evaluations of energy or gradient, whichever were more.
     pub evaluations: u64,
 }
 
+/// Evaluations after which a run is given up: near rounding the line search may go on for ever, and argmin sets it no limit.
+const MOST_EVALUATIONS: u64 = 20_000;
+
+/// What the evaluations leave behind, also where argmin ends with an error and keeps its state to itself.
+struct Space<const D: usize> {
+    positions: Vec<SVector<f64, D>>,
+    force: Vec<SVector<f64, D>>,
+    least: f64,
+    best: Vec<SVector<f64, D>>,
+    energies: u64,
+    gradients: u64,
+}
+
 struct Energy<'a, const D: usize> {
     system: &'a System<D>,
     tensions: &'a [f64],
-    /// Positions and forces of all nodes.
-    space: RefCell<(Vec<SVector<f64, D>>, Vec<SVector<f64, D>>)>,
+    space: &'a RefCell<Space<D>>,
 }
 
 impl<const D: usize> Energy<'_, D> {
@@ -46,9 +58,19 @@ impl<const D: usize> CostFunction for Energy<'_, D> {
     type Output = f64;
 
     fn cost(&self, unknowns: &Vec<f64>) -> Result<f64, Error> {
-        let (positions, _) = &mut *self.space.borrow_mut();
-        self.place(unknowns, positions);
-        Ok(self.system.energy(Configuration { positions, tensions: self.tensions }))
+        let space = &mut *self.space.borrow_mut();
+        space.energies += 1;
+        if space.energies > MOST_EVALUATIONS {
+            return Err(Error::msg("the line search finds no end within rounding"));
+        }
+        self.place(unknowns, &mut space.positions);
+        let at = Configuration { positions: &space.positions, tensions: self.tensions };
+        let energy = self.system.energy(at);
+        if energy < space.least {
+            space.least = energy;
+            space.best.copy_from_slice(&space.positions);
+        }
+        Ok(energy)
     }
 }
 
@@ -57,7 +79,8 @@ impl<const D: usize> Gradient for Energy<'_, D> {
     type Gradient = Vec<f64>;
 
     fn gradient(&self, unknowns: &Vec<f64>) -> Result<Vec<f64>, Error> {
-        let (positions, force) = &mut *self.space.borrow_mut();
+        let Space { positions, force, gradients, .. } = &mut *self.space.borrow_mut();
+        *gradients += 1;
         self.place(unknowns, positions);
         self.system.force(Configuration { positions, tensions: self.tensions }, force);
         let nodes = self.system.pattern().nodes();
@@ -75,14 +98,15 @@ pub fn minimise<const D: usize>(
     let rest = system.rest().to_vec();
     let start: Vec<f64> =
         system.pattern().nodes().iter().flat_map(|&n| rest[n].iter().copied().collect::<Vec<_>>()).collect();
-    let problem =
-        Energy { system, tensions, space: RefCell::new((rest.clone(), vec![SVector::zeros(); rest.len()])) };
-    let failed = |e: Error| Minimised {
+    let space = RefCell::new(Space {
         positions: rest.clone(),
-        shortfall: Some(e.to_string()),
-        iterations: 0,
-        evaluations: 0,
-    };
+        force: vec![SVector::zeros(); rest.len()],
+        least: f64::INFINITY,
+        best: rest,
+        energies: 0,
+        gradients: 0,
+    });
+    let problem = Energy { system, tensions, space: &space };
     let solver = LBFGS::new(MoreThuenteLineSearch::new(), MEMORY)
         .with_tolerance_grad(tolerance)
         .and_then(|s| s.with_tolerance_cost(0.0));
@@ -92,24 +116,29 @@ pub fn minimise<const D: usize>(
             .timer(false)
             .run()
     });
-    let result = match run {
-        Ok(result) => result,
-        Err(error) => return failed(error),
+    let (shortfall, iterations, last) = match run {
+        Ok(result) => {
+            let state = result.state;
+            let shortfall = match state.get_termination_reason() {
+                Some(TerminationReason::SolverConverged) => None,
+                Some(reason) => Some(reason.to_string()),
+                None => Some("it did not say why it stopped".into()),
+            };
+            (shortfall, state.get_iter(), state.get_param().cloned())
+        }
+        Err(error) => (Some(error.to_string()), 0, None),
     };
-    let state = result.state;
-    let count = |name: &str| state.get_func_counts().get(name).copied().unwrap_or(0);
-    let evaluations = count("cost_count").max(count("gradient_count"));
-    let shortfall = match state.get_termination_reason() {
-        Some(TerminationReason::SolverConverged) => None,
-        Some(reason) => Some(reason.to_string()),
-        None => Some("it did not say why it stopped".into()),
-    };
-    let mut positions = rest.clone();
-    if let Some(best) = state.get_best_param() {
-        for (&node, x) in system.pattern().nodes().iter().zip(best.chunks_exact(D)) {
-            positions[node].copy_from_slice(x);
+    let mut space = space.into_inner();
+    if let Some(last) = last {
+        for (&node, x) in system.pattern().nodes().iter().zip(last.chunks_exact(D)) {
+            space.best[node].copy_from_slice(x);
         }
     }
-    system.place_path_nodes(&mut positions);
-    Minimised { positions, shortfall, iterations: state.get_iter(), evaluations }
+    system.place_path_nodes(&mut space.best);
+    Minimised {
+        positions: space.best,
+        shortfall,
+        iterations,
+        evaluations: space.energies.max(space.gradients),
+    }
 }

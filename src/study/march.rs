@@ -88,7 +88,7 @@ fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64],
         let estimate = so_far + price * (time - state.time);
         if estimate > effort.longest_run_s {
             let why = format!(
-                "about {} to t = {time} s, more than the {} s set for one run; take tr-bdf2 or esdirk4",
+                "about {} to t = {time} s, more than the {} s set for one run; take tr-bdf2",
                 duration(estimate),
                 effort.longest_run_s
             );

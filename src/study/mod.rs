@@ -3,7 +3,7 @@
 //! | axis | file | error against |
 //! |---|---|---|
 //! | 1 to equilibrium | [`equilibrium`] | Newton's method stopped by rounding alone |
-//! | 2 along the trajectory to 3 s | [`trajectory`] | ESDIRK4 at a tolerance a thousand times tighter |
+//! | 2 along the trajectory to 3 s | [`trajectory`] | TR-BDF2 at a tolerance a thousand times tighter |
 //! | 3 stopping early | [`early`] | the equilibrium |
 //! | 4 the mesh | [`mesh`] | the next coarser mesh: there is no limit to compare with |
 //! | 5 springs or finite elements | [`tissue`] | an exact solution (patch test), and the finest mesh |

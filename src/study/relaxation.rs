@@ -42,23 +42,24 @@ pub fn relax<const D: usize>(
         steps += 1;
         system.force(Configuration { positions: &positions, tensions }, &mut force);
         let nodes = system.pattern().nodes();
-        let residual = nodes.iter().map(|&n| force[n].norm_squared()).fold(0.0, f64::max).sqrt();
+        let largest = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
+        let residual = nodes.iter().map(|&n| force[n].norm_squared()).fold(0.0, largest).sqrt();
         if residual <= tolerance {
             converged = true;
             break;
         }
+        if !residual.is_finite() {
+            break;
+        }
+        // From rest half a step's pull gives the velocity in the middle of the step.
+        let part = if kinetic_before > 0.0 { 1.0 } else { 0.5 };
         let mut kinetic = 0.0;
         for (&n, m) in nodes.iter().zip(&mass) {
-            velocities[n] += force[n] / *m;
+            velocities[n] += force[n] * (part / *m);
             kinetic += m * velocities[n].norm_squared();
         }
         if kinetic < kinetic_before {
-            // The peak was about half a step ago.
-            for &n in nodes {
-                let back = velocities[n] * 0.5;
-                positions[n] -= back;
-                velocities[n] = SVector::zeros();
-            }
+            velocities.fill(SVector::zeros());
             mass = masses(system, &positions, tensions, &mut matrix);
             kinetic_before = 0.0;
             continue;
