@@ -70,28 +70,27 @@ fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64],
     };
     let mut state = motion.at_rest();
     let mut counts = Counts::default();
-    // Seconds that a second of the trajectory takes; measured first where steps may be hopelessly many.
-    let mut price = match control {
-        Control::Fixed(dt) => {
-            let mut trial = match method.integrator(motion, control) {
-                Ok(trial) => trial,
-                Err(error) => return Marched { missing: Some((true, error.to_string())), ..marched },
-            };
-            let end = times.last().copied().unwrap_or(0.0);
-            dynamics::cost_per_step(motion, trial.as_mut(), &state, end).as_secs_f64() / dt
+    if let Control::Fixed(dt) = control {
+        let end = times.last().copied().unwrap_or(0.0);
+        let steps = end / dt;
+        let mut trial = match method.integrator(motion, control) {
+            Ok(trial) => trial,
+            Err(error) => return Marched { missing: Some((true, error.to_string())), ..marched },
+        };
+        let estimate = dynamics::cost_per_step(motion, trial.as_mut(), &state, end).as_secs_f64() * steps;
+        if estimate > effort.longest_run_s || steps > effort.most_steps {
+            let why = format!(
+                "{steps:.1e} steps to t = {end} s, about {}, are more than this study sets for one run; take tr-bdf2",
+                duration(estimate)
+            );
+            return Marched { missing: Some((true, why)), ..marched };
         }
-        Control::Adaptive(_) => 0.0,
-    };
+    }
     let clock = Instant::now();
     for &time in times {
         let so_far = clock.elapsed().as_secs_f64();
-        let estimate = so_far + price * (time - state.time);
-        if estimate > effort.longest_run_s {
-            let why = format!(
-                "about {} to t = {time} s, more than the {} s set for one run; take tr-bdf2",
-                duration(estimate),
-                effort.longest_run_s
-            );
+        if so_far > effort.longest_run_s {
+            let why = format!("cut off after {}", duration(so_far));
             marched.missing = Some((true, why));
             return marched;
         }
@@ -106,9 +105,6 @@ fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64],
             return marched;
         }
         let seconds = clock.elapsed().as_secs_f64();
-        if matches!(control, Control::Fixed(_)) {
-            price = price.max((seconds - so_far) / (time - marched.stops.last().map_or(0.0, |s| s.time)));
-        }
         marched.stops.push(Stop { time, positions: state.positions.clone(), seconds, counts });
     }
     marched

@@ -20,7 +20,7 @@ const STEP_TOLERANCES: [f64; 5] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 /// the tolerance of a step, so the reference is a hundred times better than the tightest rung.
 const REFERENCE: [f64; 2] = [1e-11, 1e-10];
 /// Parts of the stability limit that explicit methods step with; two is refused.
-const PARTS: [f64; 4] = [2.0, 0.99, 0.5, 0.1];
+const PARTS: [f64; 3] = [2.0, 0.99, 0.05];
 
 /// The ladder of every method, and how far the reference is from one of ten times its tolerance, mm.
 ///
