@@ -10,6 +10,7 @@ use tongue_fit::system::{Model, OutsidePath};
 
 /// The body and its model.
 #[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
 #[command(next_help_heading = "Body")]
 pub struct Arguments {
     /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres

@@ -45,6 +45,7 @@ struct Cli {
 
 /// Options that every command takes.
 #[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
     /// Folder for the output files [default: results for fits; simulate and mesh write files only when it is given]
@@ -86,7 +87,6 @@ pub fn main() -> ExitCode {
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Untrustworthy) => ExitCode::from(UNTRUSTWORTHY),
-        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             output::error(&error);
             ExitCode::FAILURE
