@@ -138,15 +138,23 @@ fn without_mass_the_muscle_and_tissue_in_series_answer_with_two_exponentials() {
 }
 
 #[test]
-fn an_adaptive_run_keeps_its_tolerance() {
-    let system = bar(30.0, true);
+fn an_adaptive_run_keeps_to_the_sum_of_the_errors_that_it_allows() {
+    let system = System::new(&common::two_bars(5e-3), &Model::default(), &[0]).unwrap();
     let motion = Motion::with_mass(&system, Tensions::Constant(vec![PULL]), MASS).unwrap();
-    let exact = pulled(&system, motion.mass(), 0.3);
-    for tolerance in [1e-7, 1e-8, 1e-9] {
+    let end = |tolerance| {
         let mut integrator = Method::TrBdf2.integrator(&motion, Control::Adaptive(tolerance)).unwrap();
         let mut state = motion.at_rest();
-        run(&motion, integrator.as_mut(), &mut state, 0.3, &[], &mut ());
-        let error = (state.positions[1].x - system.rest()[1].x - exact).abs();
-        assert!(error < 20.0 * tolerance, "{error:e} m at a tolerance of {tolerance:e} m a step");
-    }
+        let outcome = run(&motion, integrator.as_mut(), &mut state, 0.7, &[], &mut ());
+        assert_eq!(outcome.status, Status::Completed);
+        (state.positions[1].x, outcome.counts.steps)
+    };
+    let (reference, _) = end(1e-13);
+    let errors = [1e-6, 1e-8, 1e-10].map(|tolerance| {
+        let (found, steps) = end(tolerance);
+        let error = (found - reference).abs();
+        assert!(error < steps as f64 * tolerance, "{error:e} m at {tolerance:e} m a step, {steps} steps");
+        error
+    });
+    // Error per step as h^3, error of the whole as h^2: 100^(2/3) = 21.5.
+    assert!(errors[0] > 5.0 * errors[1] && errors[1] > 5.0 * errors[2], "{errors:?}");
 }

@@ -7,6 +7,7 @@ mod mesh;
 mod output;
 mod simulate;
 mod table;
+mod trajectory;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -49,7 +50,8 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results for fits, results/accuracy; simulate and mesh write files only when it is given]
+    /// Folder for the output files [default: results for fits and trajectories, results/accuracy for accuracy; simulate and mesh
+    /// write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
     /// Number of threads; results do not depend on it [default: one for each core]
@@ -62,7 +64,7 @@ struct Global {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Solve one equilibrium at given tensions
+    /// Solve one equilibrium at given tensions, or follow the motion there
     Simulate(simulate::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),

@@ -222,11 +222,11 @@ impl<'a, const D: usize> Motion<'a, D> {
     pub fn energy(&self, state: &State<D>) -> f64 {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         let kinetic: f64 = state.velocities.iter().map(|v| 0.5 * self.mass * v.norm_squared()).sum();
-        let stored = |(e, range): (&Box<dyn crate::effect::Effect<D>>, &Range<usize>)| {
-            e.internal().map_or(0.0, |i| i.energy(&state.positions, &state.internal[range.clone()]))
-        };
-        kinetic
-            + self.system.energy(slack)
-            + self.system.effects().iter().zip(&self.internal).map(stored).sum::<f64>()
+        let effects = self.system.effects().iter().zip(&self.internal);
+        let stored: f64 = effects
+            .filter_map(|(e, range)| Some((e.internal()?, range)))
+            .map(|(i, range)| i.energy(&state.positions, &state.internal[range.clone()]))
+            .sum();
+        kinetic + self.system.energy(slack) + stored
     }
 }
