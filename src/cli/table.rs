@@ -76,6 +76,14 @@ pub fn fit(fit: &Fit, published: Option<&Published>, written: &[PathBuf], wall_s
     text
 }
 
+/// A misfit below this is rounding, whose digits differ between machines.
+const NO_MISFIT: f64 = 1e-9;
+
+/// Three digits with a sign, but none for a zero.
+fn residual(value: f64) -> String {
+    if value.abs() < 5e-4 { "0.000".into() } else { format!("{value:+.3}") }
+}
+
 /// Beyond this a number is written with an exponent, so that no column grows without end.
 const LARGE: f64 = 1e5;
 
@@ -117,7 +125,7 @@ fn lengths(fit: &Fit, published: Option<&Published>) -> String {
             format!("{:.1}", 1e3 * fit.lengths[i]),
             format!("{:.3}", fit.simulated[i]),
             format!("{:.3}", target.values[i]),
-            format!("{:+.3}", fit.residuals[i]),
+            residual(fit.residuals[i]),
             change(fit.lengths[i], fit.rest_lengths[i]),
             change(target.measured_mm[i], target.baseline_mm[i]),
         ];
@@ -159,7 +167,8 @@ fn verdict(fit: &Fit, published: Option<&Published>) -> String {
         Status::ReplayDiffers => "NOT REPRODUCED: solving again from rest gives another shape",
         Status::NoEquilibrium => "NO EQUILIBRIUM was found at the answer; do not use it",
     };
-    let _ = writeln!(text, "\n{status} (misfit {:.1e})", fit.misfit);
+    let misfit = if fit.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", fit.misfit) };
+    let _ = writeln!(text, "\n{status} (misfit {misfit})");
     if let Some(rms) = fit.passive_rms() {
         let _ = writeln!(text, "passive muscles, which the fit does not see: {rms:.3} RMS residual");
     }
