@@ -117,14 +117,12 @@ impl<const D: usize> System<D> {
             .map(|cell| (cell.to_vec(), simplex::measure(&simplex::corners(&mesh.nodes, cell))))
             .collect();
         let coefficients = coefficients(mesh, model)?;
-        let mut stiffness = connection_stiffness(mesh, &coefficients);
-        if model.tissue == TissueModel::FiniteElement {
-            let edges = cells_of_edges(mesh);
-            for (k, _) in stiffness.iter_mut().zip(&mesh.connections).filter(|(_, c)| edges.contains_key(*c))
-            {
-                *k = 0.0;
-            }
-        }
+        let stiffness = connection_stiffness(mesh, &coefficients);
+        // Connections whose springs the continuum replaces.
+        let continuum = match model.tissue {
+            TissueModel::MassSpring => BTreeMap::new(),
+            TissueModel::FiniteElement => cells_of_edges(mesh),
+        };
         let paths = match model.outside {
             OutsidePath::Straight => path::find(mesh, &stiffness),
             OutsidePath::Chain => Vec::new(),
@@ -156,6 +154,7 @@ impl<const D: usize> System<D> {
                 let key = sorted([pair[0], pair[1]]);
                 // A connection that two muscles share keeps one parallel spring; each has its own contractile branch.
                 let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
+                    (Some((k, l0)), _) if continuum.contains_key(&key) => (k, 0.0, l0),
                     (Some((k, l0)), _) => (k, k * parallel, l0),
                     (None, Some(&(k, l0))) => (k, 0.0, l0),
                     (None, None) => continue,
@@ -167,7 +166,7 @@ impl<const D: usize> System<D> {
             effects.push(Box::new(Contraction::new(muscle, springs, series, contraction_time)));
         }
         let retardation = coefficients.tissue_damping / coefficients.tissue_stiffness;
-        let springs = elements.into_iter().filter(|(_, (k, _))| *k > 0.0);
+        let springs = elements.into_iter().filter(|(key, _)| !continuum.contains_key(key));
         let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
         effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
         if !mesh.cells.is_empty() {
