@@ -55,10 +55,20 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
+/// Names of [`Method`] on the command line.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum MethodName {
+pub enum MethodName {
     NelderMead,
     GaussNewton,
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::NelderMead => Self::NelderMead,
+            MethodName::GaussNewton => Self::GaussNewton,
+        }
+    }
 }
 
 impl Arguments {
@@ -98,10 +108,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mesh = arguments.body.mesh()?;
     let model = arguments.body.model();
     let settings = Settings {
-        method: match arguments.method {
-            MethodName::NelderMead => Method::NelderMead,
-            MethodName::GaussNewton => Method::GaussNewton,
-        },
+        method: arguments.method.into(),
         starts: arguments.starts,
         upper_bound: arguments.upper_bound,
         ..Settings::default()

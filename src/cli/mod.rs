@@ -1,5 +1,6 @@
 //! The command line: the only place that prints or picks paths.
 
+mod batch;
 mod body;
 mod fit;
 mod mesh;
@@ -22,6 +23,8 @@ enum Outcome {
     Good,
     /// Something did not converge or sits on a bound: exit status 3.
     Untrustworthy,
+    /// The rest is done, but some rows of the input could not be used: exit status 1.
+    SomeRowsRefused,
 }
 
 /// Finds how hard each tongue muscle pulls from how long it is.
@@ -60,6 +63,8 @@ struct Global {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Fit every subject and vowel of a table, with errors that can be believed
+    Batch(batch::Arguments),
     /// Solve one equilibrium at given tensions
     Simulate(simulate::Arguments),
     /// Build the mesh and report its quality
@@ -80,12 +85,14 @@ pub fn main() -> ExitCode {
     }
     let result = set_threads(cli.global.threads).and_then(|()| match &cli.command {
         None => fit::run(&cli.fit, &cli.global),
+        Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
     });
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Untrustworthy) => ExitCode::from(UNTRUSTWORTHY),
+        Ok(Outcome::SomeRowsRefused) => ExitCode::FAILURE,
         Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             output::error(&error);

@@ -8,10 +8,15 @@
 //! of n muscles are n - 1 equations): of all tensions that fit equally well it takes those with the smallest sum.
 //! [`identifiability`] says how far the others reach.
 
+pub mod alarms;
+pub mod alternatives;
+pub mod batch;
 mod gauss_newton;
 pub mod identifiability;
 mod objective;
+pub mod rounding;
 mod search;
+pub mod uncertainty;
 
 use rayon::prelude::*;
 use serde::Serialize;

@@ -75,14 +75,24 @@ impl<'a> Forward<'a> {
         }
     }
 
-    /// Price of a newton of tension, 1/N; zero where the target determines the tensions.
+    /// Lengths at rest, m.
+    pub fn rest_lengths(&self) -> PerMuscle<f64> {
+        self.rest_lengths
+    }
+
+    /// Price of a newton of tension in the objective, 1/N; zero where the target determines the tensions.
     pub(super) fn effort(&self) -> f64 {
         self.effort
     }
 
-    /// Lengths at rest, m.
-    pub fn rest_lengths(&self) -> PerMuscle<f64> {
-        self.rest_lengths
+    /// Offers a solved shape (positions of all nodes, m) and its tensions (active muscles, N) as a start for what comes.
+    pub(super) fn begin_at(&mut self, active: &[f64], positions: &[SVector<f64, 2>]) {
+        self.known.clear();
+        self.known.push(Known {
+            tensions: active.to_vec(),
+            cost: f64::INFINITY,
+            positions: positions.to_vec(),
+        });
     }
 
     /// Equilibria solved so far.

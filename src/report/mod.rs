@@ -3,6 +3,7 @@
 //! The pictures are functions from numbers to SVG text and touch no file; [`OutputDir`] writes bytes and knows
 //! nothing of their meaning.
 
+pub mod batch;
 mod chart;
 mod figure;
 mod file;
@@ -73,6 +74,12 @@ pub enum ReportError {
         x: f64,
         /// Coordinate, m.
         y: f64,
+    },
+    /// A record that has no text form.
+    #[error("cannot write the record of a fit: {reason}; please report this as a defect")]
+    Record {
+        /// The refusal of the format.
+        reason: String,
     },
     /// Something names a node or a muscle that the mesh does not have.
     #[error("{what} names {kind} {number}, but the mesh has {count} (counted from 0); correct the number")]
