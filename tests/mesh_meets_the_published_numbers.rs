@@ -219,7 +219,7 @@ fn a_bad_anatomy_is_refused_with_line_and_column() {
         assert!(REFERENCE.contains(from), "{from}");
         let error = Anatomy::from_toml(&REFERENCE.replacen(from, to, 1), "my.toml").unwrap_err();
         let message = error.to_string();
-        assert!(message.starts_with(&format!("my.toml, line {}, column ", error.line)), "{message}");
+        assert!(message.starts_with(&format!("my.toml:{}:", error.line)), "{message}");
         assert!(error.line > 1 && message.contains(says), "expected \"{says}\": {message}");
     }
 }

@@ -1,7 +1,6 @@
 //! `tongue-fit batch`: every subject and vowel of a table.
 
 use std::collections::BTreeMap;
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -30,6 +29,7 @@ const MOST_NOTES: usize = 10;
 
 /// Options of `tongue-fit batch`.
 #[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit batch\n  \
     tongue-fit batch --target stretch --draws 0 --subsets 0\n  \
@@ -114,19 +114,18 @@ impl Arguments {
     }
 
     fn thoroughness(&self) -> miette::Result<Thoroughness> {
-        if self.starts == 0 {
-            return Err(miette!("--starts is 0; the search needs at least one starting point"));
-        }
         if !(self.thickness.is_finite() && self.thickness > 0.0) {
             return Err(miette!("--thickness is {} mm; it must be positive and finite", self.thickness));
         }
+        let settings = Settings {
+            method: Method::from(self.method),
+            starts: self.starts,
+            upper_bound: self.upper_bound,
+            ..Settings::default()
+        };
+        settings.check().into_diagnostic()?;
         Ok(Thoroughness {
-            settings: Settings {
-                method: Method::from(self.method),
-                starts: self.starts,
-                upper_bound: self.upper_bound,
-                ..Settings::default()
-            },
+            settings,
             draws: self.draws,
             seed: self.seed,
             subset_changes: self.subsets,
@@ -199,9 +198,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     let written = outputs::write_files(&out, &batch, &journal).into_diagnostic()?;
     if global.json {
-        let mut stdout = std::io::BufWriter::new(std::io::stdout().lock());
-        outputs::write_json(&mut stdout, &batch, &journal, true).into_diagnostic()?;
-        stdout.flush().into_diagnostic()?;
+        output::stream(|stdout| outputs::write_json(stdout, &batch, &journal, true))?;
     } else {
         output::print(&table::batch(&batch, &journal, &written, clock.elapsed().as_secs_f64())?)?;
     }

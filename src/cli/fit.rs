@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, miette};
+use miette::IntoDiagnostic;
 use tongue_fit::equilibrium::{self, Workspace};
 use tongue_fit::fit::{self, Fit, Method, Settings, Status};
 use tongue_fit::mesh::Mesh;
@@ -22,6 +22,7 @@ const PUBLISHED_SUBJECT: &str = "S2";
 
 /// Options of the fit.
 #[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
 #[command(next_help_heading = "Fit")]
 pub struct Arguments {
     /// Vowel to fit: i, e, a, o or ɯ (u is taken for ɯ)
@@ -99,20 +100,18 @@ impl Arguments {
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
-    if arguments.starts == 0 {
-        return Err(miette!("--starts is 0; the search needs at least one starting point"));
-    }
-    let target = arguments.target()?;
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
-    let mesh = arguments.body.mesh()?;
-    let model = arguments.body.model();
     let settings = Settings {
         method: arguments.method.into(),
         starts: arguments.starts,
         upper_bound: arguments.upper_bound,
         ..Settings::default()
     };
+    settings.check().into_diagnostic()?;
+    let target = arguments.target()?;
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let mesh = arguments.body.mesh()?;
+    let model = arguments.body.model();
     let fit = fit::fit(&mesh, &model, &target, &settings).into_diagnostic()?;
     let published = published_answer(&mesh, &model, &target)?;
 

@@ -13,6 +13,7 @@ use super::{Global, Outcome, body, output};
 
 /// Options of `tongue-fit mesh`.
 #[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
 #[command(after_help = "Example:\n  tongue-fit mesh --h 2.75mm --json > mesh.json")]
 pub struct Arguments {
     #[command(flatten)]

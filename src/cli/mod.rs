@@ -48,6 +48,7 @@ struct Cli {
 
 /// Options that every command takes.
 #[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
     /// Folder for the output files [default: results for fits; simulate and mesh write files only when it is given]
@@ -93,7 +94,6 @@ pub fn main() -> ExitCode {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Untrustworthy) => ExitCode::from(UNTRUSTWORTHY),
         Ok(Outcome::SomeRowsRefused) => ExitCode::FAILURE,
-        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             output::error(&error);
             ExitCode::FAILURE

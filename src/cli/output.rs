@@ -4,23 +4,24 @@ use std::io::{self, Write};
 
 use miette::{IntoDiagnostic, WrapErr};
 
-/// Writes to stdout.
+/// Writes to stdout. That nobody reads it any more (`| head`) is no error: the run goes on and ends as it would have.
 ///
 /// # Errors
-/// As the operating system; a closed pipe (`| head`) is told apart by [`is_closed_pipe`].
+/// As the operating system, but for a closed pipe.
 pub fn print(text: &str) -> miette::Result<()> {
-    let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .into_diagnostic()
-        .wrap_err("cannot write to stdout")
+    stream(|out| out.write_all(text.as_bytes()))
 }
 
-/// Whether an error only says that nobody reads stdout any more.
-pub fn is_closed_pipe(error: &miette::Report) -> bool {
-    error
-        .chain()
-        .any(|e| e.downcast_ref::<io::Error>().is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe))
+/// As [`print`], for what is too large to be held: `write` writes it.
+///
+/// # Errors
+/// As [`print`].
+pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::Result<()> {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    match write(&mut out).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => result.into_diagnostic().wrap_err("cannot write to stdout"),
+    }
 }
 
 /// One message on stderr, causes included, each said once.

@@ -13,6 +13,7 @@ use super::{Global, Outcome, body, output, table};
 
 /// Options of `tongue-fit simulate`.
 #[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
 #[command(
     after_help = "Example (the published answer for /a/):\n  tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5"
 )]

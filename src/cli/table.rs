@@ -168,8 +168,8 @@ fn verdict(fit: &Fit, published: Option<&Published>) -> String {
         Some(i) => {
             let _ = writeln!(
                 text,
-                "NOT UNIQUE: {} for {} tensions leave {} undetermined; this is the smallest total tension.\n\
-                 Equally good, within {:.0e} of the target:",
+                "NOT UNIQUE: {} for {} tensions leave {} undetermined.\n\
+                 Found is the answer with the smallest total tension; equally good, within {:.0e} of the target, is all",
                 counted(target.fitted.len(), "equation"),
                 target.active.len(),
                 counted(i.null_directions.len(), "direction"),
@@ -177,9 +177,13 @@ fn verdict(fit: &Fit, published: Option<&Published>) -> String {
             );
             for n in &i.null_directions {
                 let direction: Vec<String> = n.direction.iter().map(|d| format!("{d:.2}")).collect();
-                let _ = writeln!(text, "  from {} N", named(&n.from_n));
-                let _ =
-                    writeln!(text, "  to   {} N (direction here {})", named(&n.to_n), direction.join(" : "));
+                let _ = writeln!(text, "  from  {} N", named(&n.from_n));
+                let _ = writeln!(
+                    text,
+                    "  to    {} N\n  along {} at the answer",
+                    named(&n.to_n),
+                    direction.join(" : ")
+                );
             }
         }
     }

@@ -13,6 +13,7 @@ pub mod alternatives;
 pub mod batch;
 mod gauss_newton;
 pub mod identifiability;
+mod known;
 mod objective;
 pub mod rounding;
 mod search;
@@ -81,6 +82,32 @@ impl Default for Settings {
             misfit_tolerance: 1e-3,
             equilibrium: equilibrium::Settings::default(),
         }
+    }
+}
+
+impl Settings {
+    /// Checks that every setting is in its range.
+    ///
+    /// # Errors
+    /// [`FitError::Setting`] names the first that is not.
+    pub fn check(&self) -> Result<(), FitError> {
+        let positive = [
+            ("the number of starts", self.starts as f64),
+            ("the upper bound of the tensions", self.upper_bound),
+            ("the tension tolerance", self.tension_tolerance),
+            ("the misfit tolerance", self.misfit_tolerance),
+        ];
+        for (name, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(FitError::Setting { name, value, must: "positive and finite" });
+            }
+        }
+        for (name, value) in [("the effort", self.effort), ("the cost tolerance", self.cost_tolerance)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(FitError::Setting { name, value, must: "finite and not negative" });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -207,7 +234,7 @@ pub fn muscle_numbers<const D: usize>(mesh: &Mesh<D>) -> Result<PerMuscle<usize>
 /// # Errors
 /// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
 pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) -> Result<Fit, FitError> {
-    check(settings)?;
+    settings.check()?;
     let numbers = muscle_numbers(mesh)?;
     let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
     let system = System::new(mesh, model, &contracting)?;
@@ -223,11 +250,10 @@ pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) 
         })
         .collect::<Result<_, _>>()?;
     // The first of equals, whatever the order in which they finished.
-    let best = starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).ok_or(FitError::Setting {
-        name: "the number of starts",
-        value: 0.0,
-        must: "at least 1",
-    })?;
+    let best = starts
+        .iter()
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .ok_or_else(|| FitError::Search("no start was made".into()))?;
 
     let mut forward = Forward::new(&system, numbers, target, settings);
     let active = snap_to_lower_bound(&mut forward, best);
@@ -287,25 +313,4 @@ pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) 
 fn snap_to_lower_bound(forward: &mut Forward<'_>, best: &Start) -> Vec<f64> {
     let snapped: Vec<f64> = best.tensions.iter().map(|&t| if t < AT_BOUND { 0.0 } else { t }).collect();
     if forward.evaluate(&snapped).cost <= best.cost + f64::EPSILON { snapped } else { best.tensions.clone() }
-}
-
-fn check(settings: &Settings) -> Result<(), FitError> {
-    let positive = [
-        ("the upper bound of the tensions", settings.upper_bound),
-        ("the tension tolerance", settings.tension_tolerance),
-        ("the misfit tolerance", settings.misfit_tolerance),
-    ];
-    for (name, value) in positive {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(FitError::Setting { name, value, must: "positive and finite" });
-        }
-    }
-    if !(settings.effort.is_finite() && settings.effort >= 0.0) {
-        return Err(FitError::Setting {
-            name: "the effort",
-            value: settings.effort,
-            must: "finite and not negative",
-        });
-    }
-    Ok(())
 }

@@ -56,7 +56,7 @@ pub struct Bone {
 
 /// An anatomy that cannot be used: where in which file, and why.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{origin}, line {line}, column {column}: {problem}")]
+#[error("{origin}:{line}:{column}: {problem}")]
 pub struct AnatomyError {
     /// The file, or what stands for it.
     pub origin: String,
