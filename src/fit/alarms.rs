@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::mesh::Mesh;
 use crate::muscle::Muscle;
 
+use super::uncertainty::Intervals;
 use super::{AT_BOUND, Fit, Settings, Status};
 
 /// Thickness of the tongue over which a tension per metre acts, m: by it a published force (left and right together) becomes
@@ -60,6 +61,11 @@ pub enum Alarm {
         /// Sharpest turn beyond that at rest, degrees.
         turn_degrees: f64,
     },
+    /// The draws ended elsewhere than the answer: there are several shapes for the same tensions, or several optima.
+    IntervalMissesAnswer {
+        /// The muscle.
+        muscle: Muscle,
+    },
     /// The shape may not be the one that the tensions lead to.
     EquilibriumNotCertain {
         /// Why.
@@ -83,13 +89,22 @@ impl Alarm {
             Self::FoldedChain { muscle, turn_degrees } => {
                 format!("the chain of {muscle} folds by {turn_degrees:.0} degrees")
             }
+            Self::IntervalMissesAnswer { muscle } => format!(
+                "the interval of {muscle} does not hold the answer: redrawn lengths lead to another optimum"
+            ),
             Self::EquilibriumNotCertain { reason } => format!("equilibrium not certain: {reason}"),
         }
     }
 }
 
 /// All alarms of a fit, in a fixed order.
-pub fn alarms(mesh: &Mesh<2>, fit: &Fit, settings: &Settings, thickness_m: f64) -> Vec<Alarm> {
+pub fn alarms(
+    mesh: &Mesh<2>,
+    fit: &Fit,
+    intervals: Option<&Intervals>,
+    settings: &Settings,
+    thickness_m: f64,
+) -> Vec<Alarm> {
     let mut out = Vec::new();
     let tension = |m: &Muscle| fit.tensions[m.index()];
     for &muscle in &fit.target.active {
@@ -113,6 +128,12 @@ pub fn alarms(mesh: &Mesh<2>, fit: &Fit, settings: &Settings, thickness_m: f64) 
             out.push(Alarm::FoldedChain { muscle, turn_degrees: turn.to_degrees() });
         }
     }
+    let missed = intervals.iter().flat_map(|i| fit.target.active.iter().zip(&i.tensions));
+    out.extend(
+        missed
+            .filter(|(m, i)| tension(m) < i.low - AT_BOUND || tension(m) > i.high + AT_BOUND)
+            .map(|(m, _)| Alarm::IntervalMissesAnswer { muscle: *m }),
+    );
     let doubts = [
         (fit.status == Status::ReplayDiffers, "solving again from rest gives another shape or none"),
         (fit.status == Status::IterationLimit, "the search stopped at its iteration limit"),

@@ -221,12 +221,12 @@ pub fn assess(
         Lengths { subject: target.subject.clone(), vowel: target.baseline, length_mm: target.baseline_mm };
     Ok(Assessment {
         segments,
-        intervals,
         optima: alternatives::optima(&fit),
         subsets: alternatives::subsets(mesh, model, &fit, settings, how.subset_changes)?,
         pattern: patterns::check(target.vowel, &fit.tensions),
         rest: rest_shape::distance(&fit.rest_lengths, &baseline),
-        alarms: alarms::alarms(mesh, &fit, settings, how.thickness_m),
+        alarms: alarms::alarms(mesh, &fit, intervals.as_ref(), settings, how.thickness_m),
+        intervals,
         fit,
     })
 }
