@@ -1,13 +1,15 @@
 //! How far the tensions may move before the targets leave what the rounding of the data allows.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::identifiability::{decompose, linearise};
 use super::objective::Forward;
 use super::uncertainty::rounding_range;
 
-/// Halvings by which the end of a segment is found.
-const HALVINGS: usize = 10;
+/// Most evaluations that look for one end of a segment.
+const MOST_TRIES: usize = 12;
+/// An end is found when the nearest target is as near as this to the edge of its range, as part of half the range.
+const AT_EDGE: f64 = 0.01;
 
 /// A straight segment of tensions through the answer, along one singular direction.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,39 +33,68 @@ pub fn segments(forward: &mut Forward<'_>, tensions: &[f64]) -> Option<Vec<Round
     let here = DVector::from_column_slice(tensions);
     let out = values.into_iter().zip(directions).map(|(singular_value, direction)| RoundingSegment {
         singular_value,
-        from_n: end(forward, &here, &-&direction),
-        to_n: end(forward, &here, &direction),
+        from_n: end(forward, &jacobian, &here, &-&direction),
+        to_n: end(forward, &jacobian, &here, &direction),
         direction: direction.iter().copied().collect(),
     });
     Some(out.collect())
 }
 
-/// The last point along `direction` that is still within bounds and rounding, by bisection: the targets are taken to leave
-/// their ranges once and for all.
-fn end(forward: &mut Forward<'_>, here: &DVector<f64>, direction: &DVector<f64>) -> Vec<f64> {
+/// The last point along `direction` that is still within bounds and rounding: sought from where the linear model has it, outwards
+/// until it is passed, then by false position. The targets are taken to leave their ranges once and for all.
+fn end(
+    forward: &mut Forward<'_>,
+    jacobian: &DMatrix<f64>,
+    here: &DVector<f64>,
+    direction: &DVector<f64>,
+) -> Vec<f64> {
     let room = super::identifiability::room(here, direction, forward.settings.upper_bound).max(0.0);
     let at = |way: f64| (here + direction * way).map(|t| t.max(0.0));
-    if within(forward, at(room).as_slice()) {
-        return at(room).iter().copied().collect();
+    let mut inside = (0.0, outside_by(forward, here.as_slice()));
+    if inside.1 > 0.0 {
+        return here.iter().copied().collect();
     }
-    let (mut inside, mut outside) = (0.0, room);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (inside + outside);
-        if within(forward, at(middle).as_slice()) {
-            inside = middle;
+    let change = jacobian * direction;
+    let target = forward.target;
+    let linear = target.fitted.iter().zip(change.iter()).map(|(m, slope)| {
+        let (low, high) = rounding_range(target, *m);
+        0.5 * (high - low) / slope.abs()
+    });
+    let mut way = linear.fold(room, f64::min);
+    let mut outside: Option<(f64, f64)> = None;
+    for _ in 0..MOST_TRIES {
+        let by = outside_by(forward, at(way).as_slice());
+        if by > 0.0 {
+            outside = Some((way, by));
         } else {
-            outside = middle;
+            inside = (way, by);
+            if way >= room || by > -AT_EDGE {
+                break;
+            }
         }
+        way = match outside {
+            None => (2.0 * way).min(room),
+            // Where no equilibrium was found there is nothing to interpolate.
+            Some((far, by)) if by.is_finite() => {
+                let part = (AT_EDGE / 2.0 + inside.1) / (inside.1 - by);
+                inside.0 + (far - inside.0) * part.clamp(0.05, 0.95)
+            }
+            Some((far, _)) => 0.5 * (inside.0 + far),
+        };
     }
-    at(inside).iter().copied().collect()
+    at(inside.0).iter().copied().collect()
 }
 
-fn within(forward: &mut Forward<'_>, tensions: &[f64]) -> bool {
-    let Some(lengths) = forward.evaluate(tensions).lengths else { return false };
+/// How far the fitted value that is farthest out lies outside its range, as part of half that range: negative inside, infinite
+/// where no equilibrium is found.
+fn outside_by(forward: &mut Forward<'_>, tensions: &[f64]) -> f64 {
+    let Some(lengths) = forward.evaluate(tensions).lengths else { return f64::INFINITY };
     let target = forward.target;
     let simulated = target.simulated(&lengths, &forward.rest_lengths());
-    target.fitted.iter().all(|m| {
+    let each = target.fitted.iter().map(|m| {
         let (low, high) = rounding_range(target, *m);
-        (low..=high).contains(&simulated[m.index()])
-    })
+        let half = 0.5 * (high - low);
+        ((simulated[m.index()] - 0.5 * (low + high)).abs() - half) / half
+    });
+    each.fold(f64::NEG_INFINITY, f64::max)
 }
