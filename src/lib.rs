@@ -42,6 +42,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod dynamics;
 pub mod effect;
 pub mod equilibrium;
 pub mod fit;
@@ -50,6 +51,7 @@ pub mod mesh;
 pub mod muscle;
 pub mod report;
 pub mod sparse;
+pub mod study;
 pub mod suggest;
 pub mod system;
 pub mod target;

@@ -93,7 +93,6 @@ impl Arguments {
                 TissueName::Springs => TissueModel::MassSpring,
                 TissueName::Fe => TissueModel::FiniteElement,
             },
-            ..Model::default()
         }
     }
 }

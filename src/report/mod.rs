@@ -9,6 +9,7 @@ mod figure;
 mod file;
 mod picture;
 mod record;
+mod work_precision;
 
 use std::io;
 use std::path::PathBuf;
@@ -16,9 +17,10 @@ use std::path::PathBuf;
 use plotters::drawing::DrawingAreaErrorKind;
 
 pub use chart::{Series, changes};
-pub use file::OutputDir;
+pub use file::{OutputDir, Writes};
 pub use picture::tongue;
 pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles};
+pub use work_precision::{Curve, work_precision};
 
 /// Why an output could not be made or written.
 #[derive(Debug, thiserror::Error)]
@@ -127,6 +129,14 @@ pub enum ReportError {
         label: String,
         /// The value, dimensionless.
         value: f64,
+    },
+    /// A diagram without a point, or with more curves than can be told apart.
+    #[error("a diagram needs 1 to {most} curves with a positive, finite point each; got {curves}")]
+    Curves {
+        /// Curves with something to draw.
+        curves: usize,
+        /// How many can be told apart.
+        most: usize,
     },
     /// The drawing library failed.
     #[error("cannot draw the figure \"{title}\": {source}; please report this as a defect")]

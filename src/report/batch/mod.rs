@@ -16,7 +16,7 @@ use crate::target::published;
 
 use self::journal::{Entry, EntryResult, Fitted, Journal};
 use self::record::AssessedRecord;
-use super::{OutputDir, ReportError};
+use super::{OutputDir, ReportError, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::summary::{Digest, PassiveGroup, Summary, passive_groups};
@@ -97,7 +97,7 @@ pub fn write_files(
     batch: &Batch<'_>,
     journal: &Journal,
 ) -> Result<Vec<std::path::PathBuf>, ReportError> {
-    let write: [(&str, &dyn Fn(&mut dyn Write) -> io::Result<()>); 4] = [
+    let files: [(&str, &Writes<'_>); 4] = [
         ("batch.json", &|w| write_json(w, batch, journal, false)),
         ("fits.csv", &|w| write_fits(w, batch, journal)),
         ("muscles.csv", &|w| {
@@ -106,7 +106,7 @@ pub fn write_files(
         }),
         ("batch.html", &|w| page::write(w, batch, journal)),
     ];
-    out.write_streams(&write)
+    out.write_streams(&files)
 }
 
 /// The JSON document; `with_times` adds what differs from run to run.
