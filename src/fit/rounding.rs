@@ -98,3 +98,38 @@ fn outside_by(forward: &mut Forward<'_>, tensions: &[f64]) -> f64 {
     });
     each.fold(f64::NEG_INFINITY, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::{Settings, fit, muscle_numbers};
+    use crate::mesh::{self, Anatomy};
+    use crate::system::{Model, System};
+    use crate::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+
+    #[test]
+    fn segments_end_where_a_target_leaves_its_rounding_or_a_tension_its_bounds() {
+        let mesh = mesh::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap();
+        let data = Dataset::reference().unwrap();
+        let settings = Settings { method: crate::fit::Method::GaussNewton, ..Settings::default() };
+        for kind in TargetKind::ALL {
+            let target = Target::new(&data, "S2", Vowel::A, kind, &TargetOptions::default()).unwrap();
+            let found = fit(&mesh, &Model::default(), &target, &settings).unwrap();
+            let numbers = muscle_numbers(&mesh).unwrap();
+            let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
+            let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
+            let mut forward = Forward::new(&system, numbers, &target, &settings);
+            let answer: Vec<f64> = target.active.iter().map(|m| found.tensions[m.index()]).collect();
+            let all = segments(&mut forward, &answer).unwrap();
+            assert_eq!(all.len(), 3);
+            for (end, sign, direction) in
+                all.iter().flat_map(|s| [(&s.from_n, -1.0, &s.direction), (&s.to_n, 1.0, &s.direction)])
+            {
+                let by = outside_by(&mut forward, end);
+                let beyond: Vec<f64> = end.iter().zip(direction).map(|(t, d)| t + sign * 1e-6 * d).collect();
+                let at_bound = beyond.iter().any(|t| *t < 0.0 || *t > settings.upper_bound);
+                assert!(by <= 0.0 && (by > -0.02 || at_bound), "{kind}: {by} at {end:?}");
+            }
+        }
+    }
+}

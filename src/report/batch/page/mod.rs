@@ -1,6 +1,6 @@
 //! The page of a batch: one HTML file that needs no network, light and dark.
 //!
-//! The text is made here and by [`fit`]; sorting, the slider and the choice of a shape are a few lines of script in `page.js`.
+//! The text is made here and in `fit.rs`; sorting, the slider and the choice of a shape are a few lines of script in `page.js`.
 
 mod fit;
 
