@@ -28,8 +28,8 @@ pub struct Arguments {
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = tensions(&arguments.tension)?;
-    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let mesh = arguments.body.mesh()?;
+    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let numbers = fit::muscle_numbers(&mesh).into_diagnostic()?;
     let active: Vec<usize> = given.iter().map(|(m, _)| numbers[m.index()]).collect();
     let system = System::new(&mesh, &arguments.body.model(), &active).into_diagnostic()?;

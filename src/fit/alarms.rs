@@ -135,7 +135,8 @@ pub fn alarms(
             .map(|(m, _)| Alarm::IntervalMissesAnswer { muscle: *m }),
     );
     let doubts = [
-        (fit.status == Status::ReplayDiffers, "solving again from rest gives another shape or none"),
+        (fit.status == Status::ReplayDiffers, "solving again from rest gives another shape"),
+        (fit.status == Status::NoEquilibrium, "none was found"),
         (fit.status == Status::IterationLimit, "the search stopped at its iteration limit"),
         (fit.identifiability.is_none(), "the stiffness there is singular or not positive definite"),
     ];

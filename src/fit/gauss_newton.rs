@@ -12,7 +12,7 @@ use crate::muscle::PerMuscle;
 
 use super::identifiability::linearise;
 use super::objective::{FAILED, Forward};
-use super::search::{START_RANGE, Start, starting_point};
+use super::search::{SAME_COST, START_RANGE, Start, starting_point};
 
 /// Damping of the first step as part of the largest diagonal entry of the second derivative.
 const FIRST_DAMPING: f64 = 1e-3;
@@ -60,14 +60,27 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
         iterations: 0,
         restarts: 0,
         converged: false,
+        lengths: None,
     };
     // A start without an equilibrium is given up for the rest shape, which always has one.
     let point = Point::new(&mut forward, DVector::from_column_slice(&start.tensions))
         .or_else(|| Point::new(&mut forward, DVector::zeros(n)));
     if let Some(mut here) = point {
         start.converged = descend(&mut forward, &mut here, &mut start.iterations);
+        let mut from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
+        if (from_rest.cost - here.cost).abs() > SAME_COST * here.cost.abs().max(SAME_COST) {
+            // Another branch of equilibria than the one that leads there from rest: on with every candidate from rest.
+            forward.forget_neighbours();
+            start.converged = false;
+            if let Some(mut again) = Point::new(&mut forward, here.tensions.clone()) {
+                start.converged = descend(&mut forward, &mut again, &mut start.iterations);
+                here = again;
+                from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
+            }
+        }
         start.tensions = here.tensions.iter().copied().collect();
-        start.cost = here.cost;
+        start.cost = from_rest.cost;
+        start.lengths = from_rest.lengths;
     }
     start.evaluations = forward.evaluations();
     start.factorisations = forward.factorisations();

@@ -14,6 +14,7 @@ use crate::system::System;
 use crate::target::{ROUNDING_MM, Target, TargetKind};
 
 use super::gauss_newton::refit;
+use super::identifiability::into_the_valley;
 use super::objective::Forward;
 use super::{Fit, Settings};
 
@@ -126,7 +127,13 @@ fn fit_draw(
     let mut forward = Forward::new(system, numbers, target, settings);
     forward.begin_at(start, positions);
     let found = refit(&mut forward, start)?;
-    Some((found.tensions, found.lengths, found.misfit))
+    if target.fitted.len() == target.active.len() {
+        return Some((found.tensions, found.lengths, found.misfit));
+    }
+    // As the answer itself is.
+    let tensions = into_the_valley(&mut forward, &found.tensions);
+    let outcome = forward.evaluate(&tensions);
+    Some((tensions, outcome.lengths?, outcome.misfit))
 }
 
 /// The same target with every length drawn from its rounding interval.

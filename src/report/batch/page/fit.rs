@@ -187,9 +187,6 @@ fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
         Series { name: "measured".into(), values: f.target_stretches.0.to_vec() },
         Series { name: "simulated".into(), values: f.stretches.0.to_vec() },
     ];
-    changes(
-        &labels,
-        &series,
-        &format!("{} /{}/ against /{}/, {}", f.subject, f.vowel, f.baseline, f.target_kind),
-    )
+    let title = format!("{} /{}/ against /{}/, {}", f.subject, f.vowel, f.baseline, f.target_kind);
+    changes(&labels, &series, f.baseline.symbol(), &title)
 }
