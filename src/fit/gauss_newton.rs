@@ -68,15 +68,17 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
     if let Some(mut here) = point {
         start.converged = descend(&mut forward, &mut here, &mut start.iterations);
         let mut from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
+        // As in Nelder-Mead: another branch of equilibria than the one from rest does not count.
         if (from_rest.cost - here.cost).abs() > SAME_COST * here.cost.abs().max(SAME_COST) {
-            // Another branch of equilibria than the one that leads there from rest: on with every candidate from rest.
             forward.forget_neighbours();
-            start.converged = false;
-            if let Some(mut again) = Point::new(&mut forward, here.tensions.clone()) {
-                start.converged = descend(&mut forward, &mut again, &mut start.iterations);
-                here = again;
-                from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
-            }
+            start.converged = match Point::new(&mut forward, here.tensions.clone()) {
+                Some(again) => {
+                    here = again;
+                    descend(&mut forward, &mut here, &mut start.iterations)
+                }
+                None => false,
+            };
+            from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
         }
         start.tensions = here.tensions.iter().copied().collect();
         start.cost = from_rest.cost;

@@ -68,7 +68,7 @@ impl<'a> Forward<'a> {
             all_tensions: vec![0.0; system.muscle_count()],
             effort: if undetermined { settings.effort } else { 0.0 },
             known: BestKnown::new(target.active.len()),
-            from_neighbours: true,
+            from_neighbours: settings.warm_start,
             evaluations: 0,
             factorisations: 0,
         }

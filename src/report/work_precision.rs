@@ -80,8 +80,8 @@ fn description(x: &str, y: &str, curves: &[Curve]) -> String {
 
 /// The whole decades that hold all values.
 fn decades(values: impl Iterator<Item = f64>) -> RangeInclusive<i32> {
-    let (low, high) = values
-        .fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), v| (l.min(v.log10()), h.max(v.log10()).max(l)));
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = values.map(f64::log10).fold(none, |(l, h), v| (l.min(v), h.max(v)));
     let (low, high) = (low.floor() as i32, high.ceil() as i32);
     low..=high.max(low + 1)
 }

@@ -42,7 +42,7 @@ pub fn files(study: &Study) -> Result<Vec<(String, Vec<u8>)>, StudyError> {
         work_precision("Along the trajectory to t = 3 s", time, "largest position error, mm", &curves)?
             .into_bytes(),
     ));
-    let title = "Finer meshes do not settle: change of a ratio when the spacing is halved";
+    let title = "/a/: change of a ratio from one mesh spacing to the next finer one";
     out.push((
         "4-mesh.svg",
         work_precision(
@@ -53,7 +53,7 @@ pub fn files(study: &Study) -> Result<Vec<(String, Vec<u8>)>, StudyError> {
         )?
         .into_bytes(),
     ));
-    let title = "Fit of /a/: tension error";
+    let title = "Fit of /a/: Nelder-Mead's simplex from the nearest solved candidate (warm) or from rest (cold), and Gauss-Newton";
     out.push((
         "6-fit.svg",
         work_precision(title, "time of a fit, s", "largest tension error, N", &fit_curves(&study.fits))?
@@ -146,9 +146,9 @@ fn fit_curves(runs: &[FitRun]) -> Vec<Curve> {
     let mut curves = Vec::new();
     for kind in [TargetKind::Stretch, TargetKind::Ratio] {
         for (method, warm, name) in [
-            (crate::fit::Method::NelderMead, true, "Nelder-Mead, warm"),
-            (crate::fit::Method::NelderMead, false, "Nelder-Mead, cold"),
-            (crate::fit::Method::GaussNewton, true, "Gauss-Newton, warm"),
+            (crate::fit::Method::NelderMead, true, "simplex, warm"),
+            (crate::fit::Method::NelderMead, false, "simplex, cold"),
+            (crate::fit::Method::GaussNewton, true, "Gauss-Newton"),
         ] {
             let defaults = crate::fit::Settings::default();
             let ladder = runs

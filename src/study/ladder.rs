@@ -24,7 +24,7 @@ impl Effort {
     pub const FULL: Self = Self {
         repeats: 15,
         repeat_within_s: 1.0,
-        longest_run_s: 90.0,
+        longest_run_s: 100.0,
         most_steps: 2e7,
         spacings: &[11e-3, 5.5e-3, 2.75e-3, 1.4e-3, 0.7e-3],
     };

@@ -72,7 +72,7 @@ pub fn ladder(
             for (name, pull) in SCENES {
                 runs.push(one(&mesh, (name, pull), tissue, (h, meshed.seconds), effort)?);
             }
-            patches.push(PatchRun { tissue, h_mm: h * 1e3, error_mm: patch(&mesh, tissue)? });
+            patches.push(PatchRun { tissue, h_mm: h * 1e3, error_mm: patch(&mesh, h, tissue)? });
         }
     }
     compare(&mut runs);

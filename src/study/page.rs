@@ -149,8 +149,8 @@ fn conclusions(p: &mut String, study: &Study) {
     if let (Some(gn), Some(nm)) = (good(Method::GaussNewton), good(Method::NelderMead)) {
         let _ = writeln!(
             p,
-            "- For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria ({} starts), \
-             Nelder-Mead {} and {} ({} starts): {:.0} times as long.",
+            "- For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria (--starts {}), \
+             Nelder-Mead {} and {} (--starts {}): {:.0} times as long.",
             duration(gn.seconds),
             gn.equilibria,
             gn.starts,
@@ -166,8 +166,9 @@ fn conclusions(p: &mut String, study: &Study) {
 fn goals(p: &mut String, study: &Study) {
     let _ = writeln!(p, "## The goals, and what was measured\n");
     let _ = writeln!(p, "| goal | measured | met |\n|---|---|---|");
-    let mut goal = |what: &str, measured: String, met: bool| {
-        let _ = writeln!(p, "| {what} | {measured} | {} |", if met { "yes" } else { "**no**" });
+    let mut goal = |what: &str, measured: String, met: Option<bool>| {
+        let met = met.map_or("not measured", |met| if met { "yes" } else { "**no**" });
+        let _ = writeln!(p, "| {what} | {measured} | {met} |");
     };
     let newton = time(fastest_within(&of(&study.equilibrium, &[NEWTON]), 1e-9));
     let say = |t: Option<f64>| t.map_or_else(|| "not reached".to_owned(), duration);
@@ -181,26 +182,26 @@ fn goals(p: &mut String, study: &Study) {
             say(time(best)),
             best.map_or_else(String::new, |r| format!(" ({})", r.method))
         ),
-        newton.zip(time(best)).is_some_and(|(n, b)| n < b),
+        newton.zip(time(best)).map(|(n, b)| n < b),
     );
     let verlet = of(&study.equilibrium, &["verlet"]);
     let fastest = time(fastest_within(&verlet, 1e-2));
     let factor = newton.zip(fastest).map(|(n, v)| v / n);
     goal(
         "by at least 1000 times against Velocity Verlet",
-        match (factor, verlet.iter().rev().find(|r| r.seconds.is_none())) {
+        match (factor, verlet.iter().find(|r| r.ended.words().contains("steps to"))) {
             (Some(factor), _) => format!("{} for 1e-2 mm: {factor:.0} times", say(fastest)),
-            (None, Some(r)) => format!("Verlet did not get there ({})", r.ended.words()),
+            (None, Some(r)) => format!("Verlet: {}", r.ended.words()),
             (None, None) => "Verlet did not get there".into(),
         },
-        factor.is_some_and(|f| f >= 1000.0),
+        factor.map(|f| f >= 1000.0),
     );
     let adaptive = of(&study.trajectory, &ADAPTIVE);
     let run = fastest_within(&adaptive, 1e-4);
     goal(
         "adaptive implicit trajectory to t = 3 s, 1e-4 mm, under 0.2 s",
         run.map_or_else(|| "not reached".into(), told),
-        time(run).is_some_and(|t| t < 0.2),
+        Some(time(run).is_some_and(|t| t < 0.2)),
     );
     let stretch =
         |m: Method| study.fits.iter().filter(move |r| r.method == m && r.target == TargetKind::Stretch);
@@ -212,18 +213,19 @@ fn goals(p: &mut String, study: &Study) {
         goal(
             "Gauss-Newton fit of /a/ with stretch targets under 20 ms",
             format!("{} with {} starts", duration(gn.seconds), gn.starts),
-            gn.seconds < 0.02,
+            Some(gn.seconds < 0.02),
         );
         goal(
             "agreeing with Nelder-Mead to 1e-3 N",
             format!("at most {} N apart", number(gn.error_n + nm.error_n)),
-            gn.error_n + nm.error_n < 1e-3,
+            Some(gn.error_n + nm.error_n < 1e-3),
         );
     }
     p.push('\n');
 }
 
 fn run_table(p: &mut String, runs: &[Run]) {
+    let _ = writeln!(p, "<details><summary>All {} runs</summary>\n", runs.len());
     let _ = writeln!(
         p,
         "| method | setting | position error, mm | ratio error | time | steps | force evaluations | factorisations | ended |\n\
@@ -246,7 +248,7 @@ fn run_table(p: &mut String, runs: &[Run]) {
             r.ended.words()
         );
     }
-    p.push('\n');
+    p.push_str("\n</details>\n\n");
 }
 
 fn to_equilibrium(p: &mut String, study: &Study) {
@@ -266,9 +268,11 @@ fn along(p: &mut String, study: &Study) {
     let _ = writeln!(p, "## 2. Along the trajectory\n\n![position error against time](2-trajectory.svg)\n");
     let _ = writeln!(
         p,
-        "Largest error at t = 0.03, 0.1, 0.3, 0.6, 1, 2 and 3 s, where steps are made to end, against TR-BDF2 at a tolerance of 1e-8 \
-         mm a step, a thousand times tighter than the tightest rung; from one ten times looser that differs by {} mm.\n",
-        number(study.reference_doubt_mm)
+        "Largest error at t = 0.03, 0.1, 0.3, 0.6, 1, 2 and 3 s, where steps are made to end, against TR-BDF2 at a tolerance of 1e-9 \
+         mm a step, a thousand times tighter than the tightest rung; from one ten times looser that differs by {} mm. Errors below \
+         this ({} runs) are the reference's own.\n",
+        number(study.reference_doubt_mm),
+        study.trajectory.iter().filter(|r| r.error_mm.is_some_and(|e| e < study.reference_doubt_mm)).count()
     );
     run_table(p, &study.trajectory);
 }

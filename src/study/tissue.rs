@@ -40,11 +40,11 @@ pub fn model(tissue: &str) -> Model {
     }
 }
 
-/// Moves the outline (and what lies outside it) by a homogeneous deformation and solves for the inside.
+/// Moves the outline (and what lies outside it) by a homogeneous deformation and solves for the inside; `h` is the spacing, m.
 ///
 /// # Errors
 /// [`StudyError`] where the model cannot be made.
-pub fn patch(mesh: &Mesh<2>, tissue: &str) -> Result<f64, StudyError> {
+pub fn patch(mesh: &Mesh<2>, h: f64, tissue: &str) -> Result<f64, StudyError> {
     let deformation = Matrix2::new(1.1, 0.05, 0.0, 0.95);
     let mut edges = BTreeMap::<[usize; 2], usize>::new();
     for cell in mesh.cells.iter() {
@@ -58,8 +58,13 @@ pub fn patch(mesh: &Mesh<2>, tissue: &str) -> Result<f64, StudyError> {
     let held_mesh = Mesh { fixed: held, ..mesh.clone() };
     let system = System::new(&held_mesh, &model(tissue), &[])?;
     let moved: Vec<_> = mesh.nodes.iter().map(|p| deformation * p).collect();
+    // Inner nodes start off their places, so that finding them is an achievement.
+    let mut start = moved.clone();
+    for (i, p) in start.iter_mut().enumerate().filter(|(i, _)| inner[*i]) {
+        p.x += 0.05 * h * (1.7 * i as f64).sin();
+    }
     let mut workspace = Workspace::new(&system);
-    workspace.start_from(&moved);
+    workspace.start_from(&start);
     let slack = vec![0.0; system.muscle_count()];
     equilibrium::solve(&system, &mut workspace, &slack, &Settings::default());
     let off = workspace.positions().iter().zip(&moved).map(|(a, b)| (a - b).norm());

@@ -15,10 +15,10 @@ const TIMES: [f64; 7] = [0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 3.0];
 /// Steps of backward Euler, s.
 const IMPLICIT_STEPS: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
 /// Tolerances of the adaptive methods, m.
-const STEP_TOLERANCES: [f64; 5] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
+const STEP_TOLERANCES: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 /// Tolerances of the reference and of the one that it is checked against, m. The error along the way goes with the power 2/3 of
 /// the tolerance of a step, so the reference is a hundred times better than the tightest rung.
-const REFERENCE: [f64; 2] = [1e-11, 1e-10];
+const REFERENCE: [f64; 2] = [1e-12, 1e-11];
 /// Parts of the stability limit that explicit methods step with; two is refused.
 const PARTS: [f64; 3] = [2.0, 0.99, 0.05];
 
