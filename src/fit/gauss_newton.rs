@@ -8,6 +8,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::muscle::PerMuscle;
+
 use super::identifiability::linearise;
 use super::objective::{FAILED, Forward};
 use super::search::{SAME_COST, START_RANGE, Start, starting_point};
@@ -85,6 +87,29 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
     start.evaluations = forward.evaluations();
     start.factorisations = forward.factorisations();
     start
+}
+
+/// Where a search from a given point ended.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Refit {
+    /// Tensions of the active muscles, N.
+    pub tensions: Vec<f64>,
+    /// Objective there.
+    pub cost: f64,
+    /// Root mean square residual of the fitted muscles.
+    pub misfit: f64,
+    /// Lengths of the eight muscles there, m.
+    pub lengths: PerMuscle<f64>,
+}
+
+/// Searches from given tensions (N, active muscles) that are nearly right, within the bounds. `None` where there is no
+/// equilibrium to begin with.
+pub(super) fn refit(forward: &mut Forward<'_>, from: &[f64]) -> Option<Refit> {
+    let mut here = Point::new(forward, DVector::from_column_slice(from))?;
+    descend(forward, &mut here, &mut 0);
+    let tensions: Vec<f64> = here.tensions.iter().copied().collect();
+    let outcome = forward.evaluate(&tensions);
+    Some(Refit { cost: outcome.cost, misfit: outcome.misfit, lengths: outcome.lengths?, tensions })
 }
 
 /// Goes downhill from `here`, and says whether it arrived.

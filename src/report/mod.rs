@@ -4,6 +4,7 @@
 //! nothing of their meaning.
 
 mod animation;
+pub mod batch;
 mod chart;
 mod figure;
 mod file;
@@ -20,7 +21,7 @@ use plotters::drawing::DrawingAreaErrorKind;
 
 pub use animation::{Frame, animation};
 pub use chart::{Series, changes};
-pub use file::OutputDir;
+pub use file::{OutputDir, Writes};
 pub use picture::tongue;
 pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles};
 pub use trajectory::{TrajectoryRecord, lengths_over_time};
@@ -81,6 +82,12 @@ pub enum ReportError {
         x: f64,
         /// Coordinate, m.
         y: f64,
+    },
+    /// A record that has no text form.
+    #[error("cannot write the record of a fit: {reason}; please report this as a defect")]
+    Record {
+        /// The refusal of the format.
+        reason: String,
     },
     /// Something names a node or a muscle that the mesh does not have.
     #[error("{what} names {kind} {number}, but the mesh has {count} (counted from 0); correct the number")]
