@@ -7,6 +7,7 @@
 //! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
 //! | [`Bone`] | none: prescribes positions | 4.1 |
 
+pub mod barrier;
 mod bone;
 mod incompressibility;
 mod muscle;
@@ -74,6 +75,11 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Largest part (0 to 1) of `step` that the effect can be trusted for: no cell may turn over on the way.
     fn step_limit(&self, _at: Configuration<'_, D>, _step: &[SVector<f64, D>]) -> f64 {
         1.0
+    }
+
+    /// Number of elements so far compressed that the [`barrier`] acts in them: there the law is no longer the published one.
+    fn guarded(&self, _at: Configuration<'_, D>) -> usize {
+        0
     }
 
     /// Calls `hold` with every node whose position this effect prescribes, and that position, m.

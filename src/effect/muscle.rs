@@ -72,4 +72,8 @@ impl<const D: usize> Effect<D> for Contraction {
             }
         }
     }
+
+    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        self.springs.iter().filter(|s| s.is_guarded(at.positions)).count()
+    }
 }

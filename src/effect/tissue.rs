@@ -51,4 +51,8 @@ impl<const D: usize> Effect<D> for Tissue {
             s.add_stiffness(at.positions, 0.0, tangent, stiffness);
         }
     }
+
+    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        self.springs.iter().filter(|s| s.is_guarded(at.positions)).count()
+    }
 }

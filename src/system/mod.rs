@@ -264,6 +264,11 @@ impl<const D: usize> System<D> {
         })
     }
 
+    /// Number of elements in which the barrier against inversion acts ([`crate::effect::barrier`]).
+    pub fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        self.effects.iter().map(|e| e.guarded(at)).sum()
+    }
+
     /// Puts the inner nodes of straight paths where they belong between the ends of their path.
     pub fn place_path_nodes(&self, positions: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.place(positions));
