@@ -1,4 +1,46 @@
-//! tongue-fit.
+//! tongue-fit: how hard does each tongue muscle pull, if it is this long?
+//!
+//! # The equations
+//! A tongue is nodes `x_i` joined by connections, in the midsagittal plane (`D = 2`, plane strain, everything per metre of
+//! thickness) or in space (`D = 3`). At equilibrium its free nodes minimise the potential energy
+//!
+//! ```text
+//! E(x; F) =  sum over connections         1/2 k (l - l0)²            tissue (Kelvin-Voigt at rest)
+//!         +  sum over muscle connections  F (l - l0)                 tension F >= 0 of the contractile element
+//!         +  sum over cells               1/2 kappa ((S - S0)/S0)²   near-incompressible triangles or tetrahedra
+//! ```
+//!
+//! and the inverse problem is to find the tensions `F` whose muscle lengths (straight distances between a muscle's ends) meet
+//! measured ratios or stretches. Model and coefficients: Kato, bachelor thesis, Osaka University 2014, with its slips mended
+//! (listed in the README); lengths: Takano and Honda, Speech Communication 49 (2007).
+//!
+//! # The flow, one way
+//! ```text
+//! targets/*.csv   -> target       measured lengths: who contracts, what to hit
+//! anatomy         -> mesh         outline and muscle lines -> nodes, connections, cells, chains, bones
+//! E, nu, rho, eta -> material     coefficients by stiffness matching
+//! mesh + material -> system       only the effects that are called for; unknowns and sparsity, made once
+//! system + F      -> equilibrium  Newton's method on a sparse block Cholesky
+//! lengths, target -> fit          Nelder-Mead; what the data leave open
+//! fit             -> report       JSON, CSV, SVG
+//! ```
+//!
+//! # An example
+//! ```
+//! use tongue_fit::equilibrium::{self, Status, Workspace};
+//! use tongue_fit::mesh::{self, Anatomy};
+//! use tongue_fit::system::{Model, System};
+//!
+//! let mesh = mesh::build(&Anatomy::reference()?, mesh::DEFAULT_SPACING_M)?;
+//! let gga = 0; // muscles are numbered as in the published tables
+//! let system = System::new(&mesh, &Model::default(), &[gga])?;
+//! let mut workspace = Workspace::new(&system);
+//! let tensions = [12.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]; // N per metre of thickness
+//! let solution = equilibrium::solve(&system, &mut workspace, &tensions, &equilibrium::Settings::default());
+//! assert_eq!(solution.status, Status::Converged);
+//! assert!(system.length(workspace.positions(), gga) < system.length(system.rest(), gga));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod effect;
 pub mod equilibrium;
@@ -6,7 +48,6 @@ pub mod fit;
 pub mod material;
 pub mod mesh;
 pub mod muscle;
-
 pub mod report;
 pub mod sparse;
 pub mod suggest;

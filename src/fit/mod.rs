@@ -9,6 +9,7 @@
 //! [`identifiability`] says how far the others reach.
 
 pub mod identifiability;
+mod known;
 mod objective;
 mod search;
 

@@ -1,0 +1,143 @@
+//! Times of what the program spends its time on: `cargo bench`.
+//!
+//! `equilibrium` one solve; `factorise` our block Cholesky beside faer's sparse one and nalgebra's dense one on the same
+//! matrices; `fit` the multi-start on one and two threads.
+#![allow(clippy::unwrap_used, reason = "a bench that cannot begin has failed")]
+
+use divan::Bencher;
+use faer::sparse::{SparseColMat, Triplet};
+use nalgebra::{DMatrix, SVector};
+use tongue_fit::effect::{Configuration, Tangent};
+use tongue_fit::equilibrium::{Settings, Workspace, solve};
+use tongue_fit::fit;
+use tongue_fit::mesh::{self, Anatomy};
+use tongue_fit::sparse::BlockMatrix;
+use tongue_fit::sparse::cholesky::Factor;
+use tongue_fit::system::{Model, System};
+use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+
+const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
+const NEIGHBOUR: [f64; 8] = [12.3, 0.0, 0.0, 0.0, 11.3, 0.0, 4.7, 0.0];
+const ACTIVE: [usize; 3] = [0, 4, 6];
+/// Mesh spacings in units of 0.1 mm.
+const SPACINGS: [u32; 3] = [55, 27, 14];
+
+fn main() {
+    divan::main();
+}
+
+fn system(h_tenths: u32) -> System<2> {
+    let mesh = mesh::build(&Anatomy::reference().unwrap(), f64::from(h_tenths) * 1e-4).unwrap();
+    System::new(&mesh, &Model::default(), &ACTIVE).unwrap()
+}
+
+mod equilibrium {
+    use super::*;
+
+    #[divan::bench(args = SPACINGS)]
+    fn from_rest(bencher: Bencher, h_tenths: u32) {
+        let system = system(h_tenths);
+        let mut w = Workspace::new(&system);
+        bencher.bench_local(|| {
+            w.start_from_rest(&system);
+            solve(&system, &mut w, &PUBLISHED, &Settings::default())
+        });
+    }
+
+    #[divan::bench(args = SPACINGS)]
+    fn from_a_neighbour(bencher: Bencher, h_tenths: u32) {
+        let system = system(h_tenths);
+        let mut w = Workspace::new(&system);
+        solve(&system, &mut w, &NEIGHBOUR, &Settings::default());
+        let there = w.positions().to_vec();
+        w.start_from_rest(&system);
+        solve(&system, &mut w, &PUBLISHED, &Settings::default());
+        let here = w.positions().to_vec();
+        // To and fro, so that each solve starts from the other's shape, factor and all.
+        let mut forth = false;
+        bencher.bench_local(|| {
+            forth = !forth;
+            w.start_from(if forth { &here } else { &there });
+            solve(&system, &mut w, if forth { &NEIGHBOUR } else { &PUBLISHED }, &Settings::default())
+        });
+    }
+}
+
+mod factorise {
+    use super::*;
+
+    fn stiffness(system: &System<2>) -> BlockMatrix<2> {
+        let at = Configuration { positions: system.rest(), tensions: &PUBLISHED };
+        let mut k = BlockMatrix::zeros(system.pattern());
+        system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut k));
+        k
+    }
+
+    fn dense(system: &System<2>, k: &BlockMatrix<2>) -> DMatrix<f64> {
+        let n = system.pattern().unknowns();
+        let mut column = vec![SVector::zeros(); n];
+        let mut out = DMatrix::zeros(2 * n, 2 * n);
+        for j in 0..2 * n {
+            let mut unit = vec![SVector::<f64, 2>::zeros(); n];
+            unit[j / 2][j % 2] = 1.0;
+            k.multiply(system.pattern(), &unit, &mut column);
+            for i in 0..2 * n {
+                out[(i, j)] = column[i / 2][i % 2];
+            }
+        }
+        out
+    }
+
+    #[divan::bench(args = SPACINGS)]
+    fn block_cholesky(bencher: Bencher, h_tenths: u32) {
+        let system = system(h_tenths);
+        let k = stiffness(&system);
+        let mut factor = Factor::new(system.pattern());
+        bencher.bench_local(|| factor.factorise(system.pattern(), &k));
+    }
+
+    #[divan::bench(args = SPACINGS)]
+    fn faer_sparse(bencher: Bencher, h_tenths: u32) {
+        let system = system(h_tenths);
+        let k = dense(&system, &stiffness(&system));
+        let n = k.nrows();
+        let triplets: Vec<_> = (0..n * n)
+            .map(|i| Triplet::new(i % n, i / n, k[(i % n, i / n)]))
+            .filter(|t| t.val != 0.0)
+            .collect();
+        let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &triplets).unwrap();
+        let symbolic =
+            faer::sparse::linalg::solvers::SymbolicLlt::try_new(matrix.symbolic(), faer::Side::Lower)
+                .unwrap();
+        faer::set_global_parallelism(faer::Par::Seq);
+        bencher.bench_local(|| {
+            faer::sparse::linalg::solvers::Llt::try_new_with_symbolic(
+                symbolic.clone(),
+                matrix.as_ref(),
+                faer::Side::Lower,
+            )
+        });
+    }
+
+    #[divan::bench(args = [55])]
+    fn nalgebra_dense(bencher: Bencher, h_tenths: u32) {
+        let system = system(h_tenths);
+        let k = dense(&system, &stiffness(&system));
+        bencher.with_inputs(|| k.clone()).bench_local_values(|k| k.cholesky());
+    }
+}
+
+mod fit_s2_a {
+    use super::*;
+
+    #[divan::bench(args = [1, 2])]
+    fn eight_starts_on_threads(bencher: Bencher, threads: usize) {
+        let mesh = mesh::build(&Anatomy::reference().unwrap(), mesh::DEFAULT_SPACING_M).unwrap();
+        let options = TargetOptions::default();
+        let data = Dataset::reference().unwrap();
+        let target = Target::new(&data, "S2", Vowel::A, TargetKind::Ratio, &options).unwrap();
+        let settings = fit::Settings { starts: 8, ..Default::default() };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        bencher.bench_local(|| pool.install(|| fit::fit(&mesh, &Model::default(), &target, &settings)));
+    }
+}
