@@ -50,6 +50,7 @@ pub mod mesh;
 pub mod muscle;
 pub mod report;
 pub mod sparse;
+pub mod stability;
 pub mod suggest;
 pub mod system;
 pub mod target;

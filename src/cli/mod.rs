@@ -5,6 +5,7 @@ mod fit;
 mod mesh;
 mod output;
 mod simulate;
+mod stability;
 mod table;
 
 use std::path::PathBuf;
@@ -65,6 +66,8 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
+    /// Run the hard cases: loads, materials, meshes and targets far from the ordinary
+    Stability(stability::Arguments),
 }
 
 /// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
@@ -83,6 +86,7 @@ pub fn main() -> ExitCode {
         None => fit::run(&cli.fit, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
+        Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
     });
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,

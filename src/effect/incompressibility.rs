@@ -83,7 +83,11 @@ impl<const D: usize> Effect<D> for Incompressibility {
                 let x = simplex::corners(at.positions, &c.nodes[..=D]);
                 let strain = (simplex::measure(&x) - c.rest) / c.rest;
                 let square = strain * strain;
-                if strain < barrier::THRESHOLD - 1.0 { square + 2.0 * barrier(strain + 1.0).value } else { square }
+                if strain < barrier::THRESHOLD - 1.0 {
+                    square + 2.0 * barrier(strain + 1.0).value
+                } else {
+                    square
+                }
             })
             .sum();
         0.5 * self.kappa * strain_squares

@@ -7,6 +7,7 @@ mod newton;
 mod rescue;
 mod sensitivity;
 mod stability;
+mod trace;
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -19,6 +20,7 @@ use crate::system::System;
 pub use newton::solve;
 pub use sensitivity::length_sensitivities;
 pub use stability::smallest_eigenvalue;
+pub use trace::{Critical, CriticalKind, Trace, trace};
 
 /// When a solve stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,6 +103,9 @@ pub struct Solution {
     pub load_reached: f64,
     /// Load steps taken; 0 where the direct solve succeeded.
     pub load_steps: usize,
+    /// Unstable equilibria or ridges that the solve left downhill along negative curvature: more than none means that another
+    /// equilibrium branch exists beside the one reached.
+    pub escapes: usize,
     /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of the published law
     /// (see [`crate::effect::barrier`]).
     pub guarded: usize,

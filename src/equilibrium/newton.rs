@@ -56,6 +56,7 @@ impl Solution {
         smallest_eigenvalue: None,
         load_reached: 0.0,
         load_steps: 0,
+        escapes: 0,
         guarded: 0,
     };
 }
@@ -101,7 +102,10 @@ impl<'a, const D: usize> Newton<'a, D> {
             let slope = self.find_step();
             let mut moved = self.take_step(slope);
             if self.safeguarded_in_a_row > PATIENCE && !reuse {
-                moved |= self.follow_curvature();
+                if self.follow_curvature() {
+                    self.done.escapes += 1;
+                    moved = true;
+                }
             }
             if !moved && !reuse {
                 let resolved = self.done.max_residual_force <= self.rounding_level();

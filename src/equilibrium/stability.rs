@@ -45,6 +45,7 @@ pub(super) fn settle<const D: usize>(
             energy_evaluations: all.energy_evaluations + next.energy_evaluations,
             safeguarded: all.safeguarded + next.safeguarded,
             load_steps: all.load_steps,
+            escapes: all.escapes + 1 + next.escapes,
             ..next
         };
         if all.status != Status::Converged {
@@ -193,7 +194,7 @@ impl<const D: usize> Newton<'_, D> {
 }
 
 /// Size of the body: the longest side of its bounding box, m.
-fn extent<const D: usize>(positions: &[SVector<f64, D>]) -> f64 {
+pub(super) fn extent<const D: usize>(positions: &[SVector<f64, D>]) -> f64 {
     let Some(first) = positions.first() else { return 0.0 };
     let (low, high) = positions.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));
     (high - low).amax()

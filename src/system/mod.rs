@@ -12,7 +12,7 @@ use nalgebra::SVector;
 use crate::effect::spring::Spring;
 use crate::effect::{Bone, Configuration, Contraction, Effect, Incompressibility, Tissue};
 use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
-use crate::mesh::{Mesh, simplex};
+use crate::mesh::{Mesh, MeshFault, simplex};
 use crate::sparse::Pattern;
 
 pub use path::{OutsidePath, StraightPath};
@@ -63,6 +63,17 @@ pub enum SystemError {
         /// A node of the loose part.
         node: usize,
     },
+    /// The mesh does not hang together.
+    #[error("the mesh is faulty: {0}")]
+    Mesh(#[from] MeshFault),
+    /// The body is far larger than any tongue.
+    #[error(
+        "the body is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
+    )]
+    Scale {
+        /// The longest side of its bounding box, m.
+        size_m: f64,
+    },
     /// A cell has no positive area or volume at rest.
     #[error(
         "cell {cell} has measure {measure:e} at rest; it must be positive (counter-clockwise, not degenerate)"
@@ -74,6 +85,9 @@ pub enum SystemError {
         measure: f64,
     },
 }
+
+/// A larger body than this was given in millimetres: no tongue is 10 m long, and the smallest in millimetres is longer.
+const LARGEST_BODY_M: f64 = 10.0;
 
 /// A body ready to be solved.
 #[derive(Debug)]
@@ -94,10 +108,16 @@ impl<const D: usize> System<D> {
     /// plain tissue.
     ///
     /// # Errors
-    /// [`SystemError`] for bad constants, muscles that do not exist, degenerate cells and parts without bone.
+    /// [`SystemError`] for bad constants, muscles that do not exist, faulty meshes ([`Mesh::check`]), bodies given in
+    /// millimetres, and parts without bone.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
+        }
+        mesh.check()?;
+        let size_m = mesh.extent();
+        if size_m > LARGEST_BODY_M {
+            return Err(SystemError::Scale { size_m });
         }
         let cells: Vec<(Vec<usize>, f64)> = mesh
             .cells
@@ -157,6 +177,22 @@ impl<const D: usize> System<D> {
         }
         effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
         Self::assemble(mesh, coefficients, effects, paths, contracting.to_vec(), cells)
+    }
+
+    /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that [`System::new`] cannot
+    /// describe: uneven stiffness, other laws. `coefficients` are only carried along.
+    ///
+    /// # Errors
+    /// [`SystemError::Loose`] for parts without bone.
+    pub fn from_effects(
+        mesh: &Mesh<D>,
+        coefficients: Coefficients,
+        effects: Vec<Box<dyn Effect<D>>>,
+        contracting: &[usize],
+    ) -> Result<Self, SystemError> {
+        let measured = |cell: &[usize]| simplex::measure(&simplex::corners(&mesh.nodes, cell));
+        let cells = mesh.cells.iter().map(|c| (c.to_vec(), measured(c))).collect();
+        Self::assemble(mesh, coefficients, effects, Vec::new(), contracting.to_vec(), cells)
     }
 
     fn assemble(
