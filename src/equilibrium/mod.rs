@@ -103,9 +103,11 @@ pub struct Solution {
     pub load_reached: f64,
     /// Load steps taken; 0 where the direct solve succeeded.
     pub load_steps: usize,
-    /// Unstable equilibria or ridges that the solve left downhill along negative curvature: more than none means that another
-    /// equilibrium branch exists beside the one reached.
+    /// Unstable equilibria that the solve found and left downhill: more than none means that there is another equilibrium, and
+    /// that the branch left is not the one reached. Only looked for where the stability is checked at the solution.
     pub escapes: usize,
+    /// Iterations that went on along a direction of negative curvature, off a ridge of the energy.
+    pub ridges: usize,
     /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of the published law
     /// (see [`crate::effect::barrier`]).
     pub guarded: usize,

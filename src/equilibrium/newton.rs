@@ -57,6 +57,7 @@ impl Solution {
         load_reached: 0.0,
         load_steps: 0,
         escapes: 0,
+        ridges: 0,
         guarded: 0,
     };
 }
@@ -103,7 +104,7 @@ impl<'a, const D: usize> Newton<'a, D> {
             let mut moved = self.take_step(slope);
             if self.safeguarded_in_a_row > PATIENCE && !reuse {
                 if self.follow_curvature() {
-                    self.done.escapes += 1;
+                    self.done.ridges += 1;
                     moved = true;
                 }
             }

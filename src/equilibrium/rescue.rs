@@ -31,7 +31,7 @@ pub(super) fn step_load<const D: usize>(
         all.factorisations += last.factorisations;
         all.energy_evaluations += last.energy_evaluations;
         all.safeguarded += last.safeguarded;
-        all.escapes += last.escapes;
+        all.ridges += last.ridges;
         all.load_steps = taken;
         if last.status == Status::Converged {
             held.copy_from_slice(&workspace.positions);

@@ -45,7 +45,8 @@ pub(super) fn settle<const D: usize>(
             energy_evaluations: all.energy_evaluations + next.energy_evaluations,
             safeguarded: all.safeguarded + next.safeguarded,
             load_steps: all.load_steps,
-            escapes: all.escapes + 1 + next.escapes,
+            escapes: all.escapes + 1,
+            ridges: all.ridges + next.ridges,
             ..next
         };
         if all.status != Status::Converged {

@@ -106,7 +106,8 @@ impl<const D: usize> Path<'_, D> {
     /// The shape at `load` if it continues the branch on which `from` lies at `start`.
     fn continued(&mut self, from: &[SVector<f64, D>], start: f64, load: f64) -> Option<Vec<SVector<f64, D>>> {
         let up = self.at(from, load);
-        if up.status != Status::Converged || up.escapes > 0 || up.stability == Stability::Unstable {
+        if up.status != Status::Converged || up.escapes + up.ridges > 0 || up.stability == Stability::Unstable
+        {
             return None;
         }
         let there = self.w.positions.clone();

@@ -149,7 +149,7 @@ fn note_of(solution: &Solution) -> String {
         notes.push(format!("{} load steps", solution.load_steps));
     }
     if solution.escapes > 0 {
-        notes.push(format!("{} ways down from an unstable state: another branch exists", solution.escapes));
+        notes.push(format!("left {} unstable equilibria: another branch exists", solution.escapes));
     }
     if solution.guarded > 0 {
         notes.push("barrier active: not the published law".to_owned());

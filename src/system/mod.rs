@@ -63,6 +63,17 @@ pub enum SystemError {
         /// A node of the loose part.
         node: usize,
     },
+    /// A negative coefficient of incompressibility: the energy has no minimum.
+    #[error(
+        "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
+         energy has no minimum; springs alone already have 0.25, so give at least that"
+    )]
+    NegativeKappa {
+        /// The identified kappa_s or kappa_v, J.
+        kappa: f64,
+        /// Poisson's ratio ν.
+        poisson_ratio: f64,
+    },
     /// The mesh does not hang together.
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
@@ -130,6 +141,12 @@ impl<const D: usize> System<D> {
             }
         }
         let coefficients = coefficients(mesh, model)?;
+        // The matching leaves a rounding of the stiffness at exactly 1/4.
+        let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
+        if coefficients.kappa < -rounding {
+            let poisson_ratio = model.constants.poisson_ratio;
+            return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
+        }
         let stiffness = connection_stiffness(mesh, &coefficients);
         let paths = match model.outside {
             OutsidePath::Straight => path::find(mesh, &stiffness),
