@@ -31,7 +31,8 @@ fn imbalance(mesh: &Mesh<2>, stretch: &Matrix2<f64>) -> f64 {
     system.force(Configuration { positions: &x, tensions: &[0.0] }, &mut force);
     let side = (mesh.nodes[1] - mesh.nodes[0]).norm();
     let c = system.coefficients();
-    let shear = c.tissue_stiffness * side * (stretch - Matrix2::identity()).norm();
+    // Inside, a connection belongs to two triangles.
+    let shear = 2.0 * c.tissue_stiffness * side * (stretch - Matrix2::identity()).norm();
     let pressure = c.kappa * (stretch.determinant() - 1.0).abs() / (0.75f64.sqrt() / 2.0 * side * side);
     let carried = shear + pressure * side;
     inner(mesh).iter().map(|&i| force[i].norm()).fold(0.0, f64::max) / carried
