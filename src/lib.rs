@@ -21,6 +21,7 @@
 //! E, nu, rho, eta -> material     coefficients by stiffness matching
 //! mesh + material -> system       only the effects that are called for; unknowns and sparsity, made once
 //! system + F      -> equilibrium  Newton's method on a sparse block Cholesky
+//! system + F(t)   -> dynamics     masses, dampers, three-element muscles over time; integrators behind one trait
 //! lengths, target -> fit          Nelder-Mead; what the data leave open
 //! fit             -> report       JSON, CSV, SVG
 //! ```
@@ -42,6 +43,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod dynamics;
 pub mod effect;
 pub mod equilibrium;
 pub mod fit;

@@ -86,6 +86,12 @@ impl Spring {
         if let Some(b) = self.barrier(length) {
             whole += self.stiffness * self.rest_length * b.slope;
         }
+        self.add_pull(n, whole, force);
+    }
+
+    /// Adds the force of tension `whole`, N, along the direction `n` on both ends.
+    #[inline(always)]
+    pub fn add_pull<const D: usize>(&self, n: SVector<f64, D>, whole: f64, force: &mut [SVector<f64, D>]) {
         let pull = n * whole;
         force[self.nodes[0]] += pull;
         force[self.nodes[1]] -= pull;
@@ -103,16 +109,31 @@ impl Spring {
     ) {
         let (length, n) = length_and_direction(positions, self.nodes);
         let mut whole = self.stiffness * (length - self.rest_length) + tension;
-        let mut stretch_stiffness = self.stiffness;
+        let mut slope = self.stiffness;
         if let Some(b) = self.barrier(length) {
             whole += self.stiffness * self.rest_length * b.slope;
-            stretch_stiffness += self.stiffness * b.curvature;
+            slope += self.stiffness * b.curvature;
         }
+        self.add_line(length, n, slope, whole, tangent, stiffness);
+    }
+
+    /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for an element of length `l`, direction `n` and tension `T` that grows by
+    /// `slope` with its length, N/m.
+    #[inline(always)]
+    pub fn add_line<const D: usize>(
+        &self,
+        length: f64,
+        n: SVector<f64, D>,
+        slope: f64,
+        whole: f64,
+        tangent: Tangent,
+        stiffness: &mut BlockMatrix<D>,
+    ) {
         let mut across = if length > 0.0 { whole / length } else { 0.0 };
         if tangent == Tangent::Convex {
             across = across.max(0.0);
         }
-        let along = stretch_stiffness - across;
+        let along = slope - across;
         let mut block = SMatrix::<f64, D, D>::zeros();
         for c in 0..D {
             let f = along * n[c];
@@ -125,5 +146,21 @@ impl Spring {
         stiffness.add_symmetric(aa, &block);
         stiffness.add_symmetric(bb, &block);
         stiffness.sub_symmetric(ab, &block);
+    }
+
+    /// Adds the force of a damper beside the spring, N: tension `b dl/dt`.
+    #[inline(always)]
+    pub fn add_viscous_force<const D: usize>(
+        &self,
+        positions: &[SVector<f64, D>],
+        velocities: &[SVector<f64, D>],
+        damping: f64,
+        force: &mut [SVector<f64, D>],
+    ) {
+        let [a, b] = self.nodes;
+        let (_, n) = length_and_direction(positions, self.nodes);
+        let pull = n * (damping * n.dot(&(velocities[b] - velocities[a])));
+        force[a] += pull;
+        force[b] -= pull;
     }
 }

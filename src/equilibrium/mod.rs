@@ -57,7 +57,7 @@ pub enum Status {
     /// No step along a descent direction lowers the energy any more, or the steps that keep every cell from turning over
     /// have become too small; the residual force is still above the tolerance.
     Stalled,
-    /// A tension, position or energy is not a finite number.
+    /// A tension, position or energy is not a finite number, or there are not as many tensions as muscles.
     NotFinite,
 }
 
@@ -177,6 +177,9 @@ impl<const D: usize> Workspace<D> {
 
     /// Starts the next solve from given positions, m, one for each node: those of a solved neighbour, whose stiffness is taken
     /// to be like that of the last solve.
+    ///
+    /// # Panics
+    /// If there are not as many positions as nodes.
     pub fn start_from(&mut self, positions: &[SVector<f64, D>]) {
         self.positions.copy_from_slice(positions);
     }

@@ -15,12 +15,17 @@ const ENERGY_NOISE: f64 = 1e-13;
 const PATIENCE: usize = 3;
 /// A shorter part of a step than this is no step.
 const SHORTEST_STEP: f64 = 1e-12;
+/// Rounding errors of coordinates that can come together in one force, as a part of the largest coordinate.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// The factor at hand serves once more as long as the residual falls to less than this part in an iteration: a new factor costs
 /// about three times what an iteration with the old one does.
 const FAST_ENOUGH: f64 = 0.03;
 
 /// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
 /// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there.
+///
+/// Converged means a residual force below the tolerance, or below what rounding allows where that is more (very stiff bodies,
+/// bodies far from the origin).
 ///
 /// Never panics and never leaves a position that is not finite: what went wrong is in [`Solution::status`]. No accepted step
 /// turns a cell over, because every step is cut to where all cells keep at least a tenth of their measure. Where the direct
@@ -68,11 +73,16 @@ pub(super) struct Newton<'a, const D: usize> {
     pub(super) done: Solution,
     /// Iterations in a row in which the exact stiffness was not positive definite.
     safeguarded_in_a_row: usize,
+    /// Largest coordinate, m.
+    extent: f64,
+    /// Residual force below which there is only rounding, N: the stiffest entry times the rounding of a coordinate.
+    floor: f64,
 }
 
 impl<'a, const D: usize> Newton<'a, D> {
     pub(super) fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
-        Self { system, w, done: Solution::EMPTY, safeguarded_in_a_row: 0 }
+        let extent = w.positions.iter().map(|p| p.amax()).fold(0.0, f64::max);
+        Self { system, w, done: Solution::EMPTY, safeguarded_in_a_row: 0, extent, floor: 0.0 }
     }
 
     /// One solve from the positions in the workspace at all of the load.
@@ -90,7 +100,7 @@ impl<'a, const D: usize> Newton<'a, D> {
             if !(residual.is_finite() && self.done.energy.is_finite()) {
                 break Status::NotFinite;
             }
-            if residual <= settings.tolerance {
+            if residual <= settings.tolerance.max(self.floor) {
                 break Status::Converged;
             }
             if self.done.iterations == settings.max_iterations {
@@ -157,6 +167,7 @@ impl<'a, const D: usize> Newton<'a, D> {
     /// slack chain), the convex one with a growing multiple of the unit matrix.
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
+        self.floor = ROUNDING * self.w.stiffness.largest_diagonal(self.system.pattern()) * self.extent;
         let exact = self.try_factor();
         self.w.factor_is_exact = exact.is_ok();
         let Err(failure) = exact else {

@@ -20,7 +20,7 @@ use crate::mesh::{Mesh, MuscleChain};
 
 /// The palette of Okabe and Ito (2008), which colour-blind readers can tell apart, in an order that gives the
 /// genioglossus warm colours, the styloglossus cool ones and the hyoglossus green and black.
-const PALETTE: [RGBColor; 8] = [
+pub(super) const PALETTE: [RGBColor; 8] = [
     RGBColor(0xD5, 0x5E, 0x00), // GGa, vermillion
     RGBColor(0xE6, 0x9F, 0x00), // GGm, orange
     RGBColor(0xF0, 0xE4, 0x42), // GGp, yellow
@@ -31,8 +31,8 @@ const PALETTE: [RGBColor; 8] = [
     RGBColor(0x00, 0x00, 0x00), // HGp, black
 ];
 
-const REST: RGBColor = RGBColor(0xC4, 0xC4, 0xC4);
-const DEFORMED: RGBColor = RGBColor(0x55, 0x55, 0x55);
+pub(super) const REST: RGBColor = RGBColor(0xC4, 0xC4, 0xC4);
+pub(super) const DEFORMED: RGBColor = RGBColor(0x55, 0x55, 0x55);
 
 const AXIS: i32 = 84;
 const AXIS_BELOW: i32 = 76;
@@ -95,7 +95,11 @@ pub fn tongue(
 }
 
 /// Every number and position that the drawing relies on.
-fn check(mesh: &Mesh<2>, deformed: &[SVector<f64, 2>], active: &[usize]) -> Result<(), ReportError> {
+pub(super) fn check(
+    mesh: &Mesh<2>,
+    deformed: &[SVector<f64, 2>],
+    active: &[usize],
+) -> Result<(), ReportError> {
     let count = mesh.nodes.len();
     if deformed.len() != count {
         return Err(ReportError::NodeCount { nodes: count, deformed: deformed.len() });

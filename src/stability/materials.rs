@@ -68,9 +68,9 @@ fn uneven(
                 own.extend(springs[i].take());
             }
         }
-        effects.push(Box::new(Contraction::new(muscle, own)));
+        effects.push(Box::new(Contraction::new(muscle, own, Vec::new(), 1.0)));
     }
-    effects.push(Box::new(Tissue::new(springs.into_iter().flatten().collect())));
+    effects.push(Box::new(Tissue::new(springs.into_iter().flatten().collect(), 0.0)));
     effects.push(Box::new(Incompressibility::new(c.kappa * kappa_factor, &mesh.cells, &mesh.nodes)));
     effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
     System::from_effects(mesh, c, effects, contracting)

@@ -85,16 +85,6 @@ pub enum SystemError {
         /// The longest side of its bounding box, m.
         size_m: f64,
     },
-    /// A cell has no positive area or volume at rest.
-    #[error(
-        "cell {cell} has measure {measure:e} at rest; it must be positive (counter-clockwise, not degenerate)"
-    )]
-    DegenerateCell {
-        /// Which cell.
-        cell: usize,
-        /// Its signed area, m², or volume, m³.
-        measure: f64,
-    },
 }
 
 /// A larger body than this was given in millimetres: no tongue is 10 m long, and the smallest in millimetres is longer.
@@ -122,10 +112,10 @@ impl<const D: usize> System<D> {
     /// [`SystemError`] for bad constants, muscles that do not exist, faulty meshes ([`Mesh::check`]), bodies given in
     /// millimetres, and parts without bone.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
+        mesh.check()?;
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
         }
-        mesh.check()?;
         let size_m = mesh.extent();
         if size_m > LARGEST_BODY_M {
             return Err(SystemError::Scale { size_m });
@@ -135,11 +125,6 @@ impl<const D: usize> System<D> {
             .iter()
             .map(|cell| (cell.to_vec(), simplex::measure(&simplex::corners(&mesh.nodes, cell))))
             .collect();
-        for (cell, (_, measure)) in cells.iter().enumerate() {
-            if !(*measure > 0.0 && measure.is_finite()) {
-                return Err(SystemError::DegenerateCell { cell, measure: *measure });
-            }
-        }
         let coefficients = coefficients(mesh, model)?;
         // The matching leaves a rounding of the stiffness at exactly 1/4.
         let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
@@ -167,28 +152,31 @@ impl<const D: usize> System<D> {
             elements.insert(sorted(p.ends()), (p.stiffness(), p.rest_length()));
         }
         let mut effects: Vec<Box<dyn Effect<D>>> = Vec::new();
-        let mut pulled: BTreeMap<[usize; 2], f64> = BTreeMap::new();
+        let mut pulled: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
+        let parallel = coefficients.muscle_parallel_stiffness / coefficients.tissue_stiffness;
+        let contraction_time = coefficients.contractile_damping / coefficients.muscle_series_stiffness;
+        let in_series = coefficients.muscle_series_stiffness / coefficients.tissue_stiffness;
         for &muscle in contracting {
             let chain: Vec<usize> =
                 mesh.muscles[muscle].nodes.iter().copied().filter(|&n| !in_path[n]).collect();
-            let springs = chain
-                .windows(2)
-                .filter_map(|pair| {
-                    let key = sorted([pair[0], pair[1]]);
-                    // A connection that two muscles share keeps one parallel spring.
-                    let (k, l0) = match elements.remove(&key) {
-                        Some(element) => element,
-                        None => (0.0, *pulled.get(&key)?),
-                    };
-                    pulled.insert(key, l0);
-                    let parallel = coefficients.muscle_parallel_stiffness / coefficients.tissue_stiffness;
-                    Some(Spring::new(key, k * parallel, l0))
-                })
-                .collect();
-            effects.push(Box::new(Contraction::new(muscle, springs)));
+            let (mut springs, mut series) = (Vec::new(), Vec::new());
+            for pair in chain.windows(2) {
+                let key = sorted([pair[0], pair[1]]);
+                // A connection that two muscles share keeps one parallel spring; each has its own contractile branch.
+                let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
+                    (Some((k, l0)), _) => (k, k * parallel, l0),
+                    (None, Some(&(k, l0))) => (k, 0.0, l0),
+                    (None, None) => continue,
+                };
+                pulled.insert(key, (k, l0));
+                springs.push(Spring::new(key, q1, l0));
+                series.push(Spring::new(key, k * in_series, l0));
+            }
+            effects.push(Box::new(Contraction::new(muscle, springs, series, contraction_time)));
         }
+        let retardation = coefficients.tissue_damping / coefficients.tissue_stiffness;
         let tissue = elements.into_iter().map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
-        effects.insert(0, Box::new(Tissue::new(tissue)));
+        effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
         if !mesh.cells.is_empty() {
             effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
         }
