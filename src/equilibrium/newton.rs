@@ -112,11 +112,9 @@ impl<'a, const D: usize> Newton<'a, D> {
             }
             let slope = self.find_step();
             let mut moved = self.take_step(slope);
-            if self.safeguarded_in_a_row > PATIENCE && !reuse {
-                if self.follow_curvature() {
-                    self.done.ridges += 1;
-                    moved = true;
-                }
+            if self.safeguarded_in_a_row > PATIENCE && !reuse && self.follow_curvature() {
+                self.done.ridges += 1;
+                moved = true;
             }
             if !moved && !reuse {
                 let resolved = self.done.max_residual_force <= self.rounding_level();

@@ -10,6 +10,7 @@ mod invariance;
 mod loads;
 mod materials;
 mod meshes;
+mod motion;
 mod search;
 mod table;
 
@@ -38,7 +39,7 @@ pub struct Row {
     pub case: u8,
     /// Which variant.
     pub variant: String,
-    /// What was run: `equilibrium`, `fit`, `trace`, `mesh`.
+    /// What was run: `equilibrium`, `trace`, `fit`, `system`, or a method of integration.
     pub solver: &'static str,
     /// How it ended.
     pub status: String,
@@ -46,7 +47,7 @@ pub struct Row {
     pub converged: bool,
     /// Whether the promise was kept.
     pub kept: bool,
-    /// Newton iterations (of fits: equilibria solved).
+    /// Newton iterations; of fits the equilibria solved, of motions the steps.
     pub iterations: usize,
     /// Part of the load at which the state left behind is an equilibrium.
     pub load_reached: f64,
@@ -63,7 +64,7 @@ pub struct Row {
 }
 
 /// The numbers of the cases that can be run.
-pub const CASES: [u8; 8] = [2, 3, 4, 5, 6, 7, 9, 10];
+pub const CASES: [u8; 10] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
 
 /// Runs one case; no rows for a number that is not in [`CASES`].
 ///
@@ -71,12 +72,14 @@ pub const CASES: [u8; 8] = [2, 3, 4, 5, 6, 7, 9, 10];
 /// [`StabilityError`] when the reference body cannot be built.
 pub fn run(case: u8, extent: Extent) -> Result<Vec<Row>, StabilityError> {
     match case {
+        1 => motion::printed_table(),
         2 => loads::subsets(extent),
         3 => materials::extremes(),
         4 => loads::folding_chains(),
         5 => meshes::broken_and_large(extent),
         6 => search::targets(),
         7 => search::simplices(),
+        8 => motion::steps(extent),
         9 => branches::two_equilibria(),
         10 => invariance::same_answers(),
         _ => Ok(Vec::new()),
@@ -101,6 +104,12 @@ pub enum StabilityError {
     /// A fit that cannot begin.
     #[error(transparent)]
     Fit(#[from] crate::fit::FitError),
+    /// The equations of motion.
+    #[error(transparent)]
+    Motion(#[from] crate::dynamics::MotionError),
+    /// A step or a tolerance.
+    #[error(transparent)]
+    Method(#[from] crate::dynamics::MethodError),
     /// Threads.
     #[error("cannot start threads: {0}")]
     Threads(String),
