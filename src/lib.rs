@@ -53,6 +53,7 @@ pub mod muscle;
 pub mod report;
 pub mod sparse;
 pub mod stability;
+pub mod study;
 pub mod suggest;
 pub mod system;
 pub mod target;

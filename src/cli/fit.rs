@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::equilibrium::{self, Workspace};
-use tongue_fit::fit::{self, Fit, Settings, Status};
+use tongue_fit::fit::{self, Fit, Method, Settings, Status};
 use tongue_fit::mesh::Mesh;
 use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, FitRecord, OutputDir, Series};
@@ -45,6 +45,9 @@ pub struct Arguments {
     /// Measured lengths (CSV) in place of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
+    /// What searches: the simplex of the thesis, or the derivatives of the equilibrium
+    #[arg(long, value_enum, default_value = "nelder-mead")]
+    method: MethodName,
     /// Number of starting points of the search
     #[arg(long, value_name = "N", default_value_t = Settings::default().starts)]
     starts: usize,
@@ -53,6 +56,22 @@ pub struct Arguments {
     upper_bound: f64,
     #[command(flatten)]
     body: body::Arguments,
+}
+
+/// Names of [`Method`] on the command line.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum MethodName {
+    NelderMead,
+    GaussNewton,
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::NelderMead => Self::NelderMead,
+            MethodName::GaussNewton => Self::GaussNewton,
+        }
+    }
 }
 
 impl Arguments {
@@ -86,8 +105,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if arguments.starts > MOST_STARTS {
         return Err(miette!("--starts is {}; more than {MOST_STARTS} gain nothing", arguments.starts));
     }
-    let settings =
-        Settings { starts: arguments.starts, upper_bound: arguments.upper_bound, ..Settings::default() };
+    let settings = Settings {
+        method: arguments.method.into(),
+        starts: arguments.starts,
+        upper_bound: arguments.upper_bound,
+        ..Settings::default()
+    };
     settings.check().into_diagnostic()?;
     let target = arguments.target()?;
     let mesh = arguments.body.mesh()?;

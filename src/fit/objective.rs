@@ -13,7 +13,7 @@ use super::known::{BestKnown, Known};
 
 /// Cost of a candidate whose equilibrium was not found: worse than any real misfit, and finite, because argmin's Nelder-Mead
 /// panics on errors in its first simplex and gives up on NaN.
-const FAILED: f64 = 1e6;
+pub(super) const FAILED: f64 = 1e6;
 
 /// What a candidate came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +45,7 @@ pub struct Forward<'a> {
     /// Whether candidates start from their nearest solved neighbour; else all start from rest.
     from_neighbours: bool,
     evaluations: usize,
+    factorisations: usize,
 }
 
 impl<'a> Forward<'a> {
@@ -67,8 +68,9 @@ impl<'a> Forward<'a> {
             all_tensions: vec![0.0; system.muscle_count()],
             effort: if undetermined { settings.effort } else { 0.0 },
             known: BestKnown::new(target.active.len()),
-            from_neighbours: true,
+            from_neighbours: settings.warm_start,
             evaluations: 0,
+            factorisations: 0,
         }
     }
 
@@ -77,9 +79,30 @@ impl<'a> Forward<'a> {
         self.rest_lengths
     }
 
+    /// Price of a newton of tension in the objective, 1/N; zero where the target determines the tensions.
+    pub(super) fn effort(&self) -> f64 {
+        self.effort
+    }
+
+    /// Offers a solved shape (positions of all nodes, m) and its tensions (active muscles, N) as a start for what comes.
+    pub(super) fn begin_at(&mut self, active: &[f64], positions: &[SVector<f64, 2>]) {
+        self.known = BestKnown::new(active.len());
+        self.known.remember(active, f64::INFINITY, positions);
+    }
+
     /// Equilibria solved so far.
     pub fn evaluations(&self) -> usize {
         self.evaluations
+    }
+
+    /// Factorisations so far, those for sensitivities included.
+    pub fn factorisations(&self) -> usize {
+        self.factorisations
+    }
+
+    /// Counts a factorisation that was made outside a solve.
+    pub(super) fn count_factorisation(&mut self) {
+        self.factorisations += 1;
     }
 
     /// The eight lengths in a shape, m.
@@ -104,7 +127,8 @@ impl<'a> Forward<'a> {
     /// Solves the candidate (tensions of the active muscles, N) and prices it.
     pub fn evaluate(&mut self, active: &[f64]) -> Outcome {
         self.set_tensions(active);
-        let solved = (self.from_neighbours && self.solve_from_nearest(active)) || self.solve_from_rest();
+        let warm = self.settings.warm_start && self.from_neighbours;
+        let solved = (warm && self.solve_from_nearest(active)) || self.solve_from_rest();
         let outcome = self.price(active, solved);
         if outcome.lengths.is_some() {
             self.known.remember(active, outcome.cost, self.workspace.positions());
@@ -156,18 +180,19 @@ impl<'a> Forward<'a> {
 
     /// Solves several candidates at once, each from rest on its own workspace, keeps them as starts, and gives their costs.
     pub(super) fn evaluate_in_parallel(&mut self, candidates: &[Vec<f64>]) -> Vec<f64> {
-        let solved: Vec<(f64, Option<Known>)> = candidates
+        let solved: Vec<(f64, usize, Option<Known>)> = candidates
             .par_iter()
             .map(|active| {
                 let mut own = Forward::new(self.system, self.numbers, self.target, self.settings);
                 let cost = own.evaluate(active).cost;
-                (cost, own.known.best().cloned())
+                (cost, own.factorisations, own.known.best().cloned())
             })
             .collect();
         self.evaluations += candidates.len();
         let mut costs = Vec::with_capacity(candidates.len());
-        for (cost, known) in solved {
+        for (cost, factorisations, known) in solved {
             costs.push(cost);
+            self.factorisations += factorisations;
             if let Some(known) = known {
                 self.known.remember(&known.tensions, cost, &known.positions);
             }
@@ -199,6 +224,7 @@ impl<'a> Forward<'a> {
     fn solve(&mut self) -> bool {
         let settings = &self.settings.equilibrium;
         let solution = equilibrium::solve(self.system, &mut self.workspace, &self.all_tensions, settings);
+        self.factorisations += solution.factorisations;
         solution.status == Status::Converged
     }
 }

@@ -23,9 +23,9 @@ const MOST_RESTARTS: usize = 5;
 /// A fresh simplex that moves the answer by less than this confirms it, N.
 const CONFIRMED: f64 = 1e-3;
 /// Costs that differ by less than this part belong to the same equilibrium.
-const SAME_COST: f64 = 1e-6;
+pub(super) const SAME_COST: f64 = 1e-6;
 /// Part of the upper bound within which starts are spread.
-const START_RANGE: f64 = 0.3;
+pub(super) const START_RANGE: f64 = 0.3;
 
 /// Where one start ended.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -36,11 +36,13 @@ pub struct Start {
     pub cost: f64,
     /// Equilibria solved.
     pub evaluations: usize,
-    /// Nelder-Mead iterations, over all simplices.
+    /// Factorisations of a stiffness.
+    pub factorisations: usize,
+    /// Iterations, over all simplices where there are any.
     pub iterations: u64,
     /// Fresh simplices after the first.
     pub restarts: usize,
-    /// Whether the last simplex shrank to the tolerance and confirmed the one before.
+    /// Whether the last simplex shrank to the tolerance and confirmed the one before; of Gauss-Newton, whether its steps did.
     pub converged: bool,
     /// Lengths of the eight muscles at the answer as the search found it, m; `None` where no candidate had an equilibrium.
     #[serde(skip)]
@@ -132,6 +134,7 @@ pub(super) fn run(forward: Forward<'_>, number: usize) -> Result<Start, FitError
         tensions: corner.clone(),
         cost: f64::INFINITY,
         evaluations: 0,
+        factorisations: 0,
         iterations: 0,
         restarts: 0,
         converged: false,
@@ -166,6 +169,7 @@ pub(super) fn run(forward: Forward<'_>, number: usize) -> Result<Start, FitError
         forward.borrow_mut().begin_simplex();
     }
     start.evaluations = forward.borrow().evaluations();
+    start.factorisations = forward.borrow().factorisations();
     Ok(start)
 }
 
@@ -202,7 +206,7 @@ fn one_simplex(
 }
 
 /// Start number `number`: a point of Halton's sequence, which fills the box evenly and is the same everywhere.
-fn starting_point(number: usize, dimension: usize, range: f64) -> Vec<f64> {
+pub(super) fn starting_point(number: usize, dimension: usize, range: f64) -> Vec<f64> {
     const PRIMES: [usize; crate::muscle::COUNT] = [2, 3, 5, 7, 11, 13, 17, 19];
     (0..dimension).map(|d| range * radical_inverse(number + 1, PRIMES[d % PRIMES.len()])).collect()
 }

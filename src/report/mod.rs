@@ -4,6 +4,7 @@
 //! nothing of their meaning.
 
 mod animation;
+pub mod batch;
 mod chart;
 mod figure;
 mod file;
@@ -11,6 +12,7 @@ mod picture;
 mod record;
 mod trajectory;
 mod vtu;
+mod work_precision;
 
 use std::io;
 use std::path::PathBuf;
@@ -19,11 +21,12 @@ use plotters::drawing::DrawingAreaErrorKind;
 
 pub use animation::{Frame, animation};
 pub use chart::{Series, changes};
-pub use file::OutputDir;
+pub use file::{OutputDir, Writes};
 pub use picture::tongue;
 pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles};
 pub use trajectory::{TrajectoryRecord, lengths_over_time};
 pub use vtu::{pvd, vtu};
+pub use work_precision::{Curve, work_precision};
 
 /// Why an output could not be made or written.
 #[derive(Debug, thiserror::Error)]
@@ -80,6 +83,12 @@ pub enum ReportError {
         /// Coordinate, m.
         y: f64,
     },
+    /// A record that has no text form.
+    #[error("cannot write the record of a fit: {reason}; please report this as a defect")]
+    Record {
+        /// The refusal of the format.
+        reason: String,
+    },
     /// Something names a node or a muscle that the mesh does not have.
     #[error("{what} names {kind} {number}, but the mesh has {count} (counted from 0); correct the number")]
     Number {
@@ -129,6 +138,14 @@ pub enum ReportError {
         label: String,
         /// The value, dimensionless.
         value: f64,
+    },
+    /// A diagram without a point, or with more curves than can be told apart.
+    #[error("a diagram needs 1 to {most} curves with a positive, finite point each; got {curves}")]
+    Curves {
+        /// Curves with something to draw.
+        curves: usize,
+        /// How many can be told apart.
+        most: usize,
     },
     /// The drawing library failed.
     #[error("cannot draw the figure \"{title}\": {source}; please report this as a defect")]

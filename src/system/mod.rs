@@ -3,18 +3,21 @@
 //! A system is immutable and may be shared between threads; whatever a solve scribbles on lives in a
 //! [`crate::equilibrium::Workspace`], one a thread.
 
+mod error;
 pub mod path;
 
 use std::collections::BTreeMap;
 
 use nalgebra::SVector;
+use serde::Serialize;
 
 use crate::effect::spring::Spring;
-use crate::effect::{Bone, Configuration, Contraction, Effect, Incompressibility, Tissue};
+use crate::effect::{Bone, Configuration, Contraction, Effect, FiniteElements, Incompressibility, Tissue};
 use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
-use crate::mesh::{Mesh, MeshFault, simplex};
+use crate::mesh::{Mesh, simplex};
 use crate::sparse::Pattern;
 
+pub use error::SystemError;
 pub use path::{OutsidePath, StraightPath};
 
 /// Choices that make a mesh into a model.
@@ -28,6 +31,21 @@ pub struct Model {
     pub spread: Spread,
     /// How muscle parts outside the tissue are represented.
     pub outside: OutsidePath,
+    /// What the tissue itself is made of.
+    pub tissue: TissueModel,
+}
+
+/// What carries the load inside the cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TissueModel {
+    /// Springs on the connections and a term that keeps each cell's measure, as the thesis does.
+    #[default]
+    MassSpring,
+    /// Finite elements of E and ν alone: preset and spread are without effect inside the cells. Connections that are edges of
+    /// cells carry no spring then, and a muscle there nothing but its contractile tension, since the continuum already is
+    /// all of the tissue, the muscle's own included; outside the cells everything stays as it is.
+    FiniteElement,
 }
 
 impl Default for Model {
@@ -37,54 +55,9 @@ impl Default for Model {
             preset: Preset::default(),
             spread: Spread::default(),
             outside: OutsidePath::default(),
+            tissue: TissueModel::default(),
         }
     }
-}
-
-/// Why a system cannot be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SystemError {
-    /// The material's constants are out of range.
-    #[error(transparent)]
-    Material(#[from] MaterialError),
-    /// A muscle number that the mesh does not have.
-    #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
-    NoSuchMuscle {
-        /// The number asked for.
-        muscle: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// A part of the body hangs on no bone and could drift away.
-    #[error(
-        "node {node} (and all that is joined to it) hangs on no bone, so it could move freely: fix at least one of its nodes"
-    )]
-    Loose {
-        /// A node of the loose part.
-        node: usize,
-    },
-    /// A negative coefficient of incompressibility: the energy has no minimum.
-    #[error(
-        "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
-         energy has no minimum; springs alone already have 0.25, so give at least that"
-    )]
-    NegativeKappa {
-        /// The identified kappa_s or kappa_v, J.
-        kappa: f64,
-        /// Poisson's ratio ν.
-        poisson_ratio: f64,
-    },
-    /// The mesh does not hang together.
-    #[error("the mesh is faulty: {0}")]
-    Mesh(#[from] MeshFault),
-    /// The body is far larger than any tongue.
-    #[error(
-        "the body is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
-    )]
-    Scale {
-        /// The longest side of its bounding box, m.
-        size_m: f64,
-    },
 }
 
 /// A larger body than this was given in millimetres: no tongue is 10 m long, and the smallest in millimetres is longer.
@@ -93,6 +66,7 @@ const LARGEST_BODY_M: f64 = 10.0;
 /// A body ready to be solved.
 #[derive(Debug)]
 pub struct System<const D: usize> {
+    tissue: TissueModel,
     coefficients: Coefficients,
     rest: Vec<SVector<f64, D>>,
     effects: Vec<Box<dyn Effect<D>>>,
@@ -127,12 +101,17 @@ impl<const D: usize> System<D> {
             .collect();
         let coefficients = coefficients(mesh, model)?;
         // The matching leaves a rounding of the stiffness at exactly 1/4.
-        let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
-        if coefficients.kappa < -rounding {
+        let rounding = 1e-12 * coefficients.tissue_stiffness * size_m * size_m;
+        if model.tissue == TissueModel::MassSpring && coefficients.kappa < -rounding {
             let poisson_ratio = model.constants.poisson_ratio;
             return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
         }
         let stiffness = connection_stiffness(mesh, &coefficients);
+        // Connections whose springs the continuum replaces.
+        let continuum = match model.tissue {
+            TissueModel::MassSpring => BTreeMap::new(),
+            TissueModel::FiniteElement => cells_of_edges(mesh),
+        };
         let paths = match model.outside {
             OutsidePath::Straight => path::find(mesh, &stiffness),
             OutsidePath::Chain => Vec::new(),
@@ -164,6 +143,7 @@ impl<const D: usize> System<D> {
                 let key = sorted([pair[0], pair[1]]);
                 // A connection that two muscles share keeps one parallel spring; each has its own contractile branch.
                 let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
+                    (Some((k, l0)), _) if continuum.contains_key(&key) => (k, 0.0, l0),
                     (Some((k, l0)), _) => (k, k * parallel, l0),
                     (None, Some(&(k, l0))) => (k, 0.0, l0),
                     (None, None) => continue,
@@ -175,13 +155,21 @@ impl<const D: usize> System<D> {
             effects.push(Box::new(Contraction::new(muscle, springs, series, contraction_time)));
         }
         let retardation = coefficients.tissue_damping / coefficients.tissue_stiffness;
-        let tissue = elements.into_iter().map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
+        let springs = elements.into_iter().filter(|(key, _)| !continuum.contains_key(key));
+        let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
         effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
         if !mesh.cells.is_empty() {
-            effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
+            effects.push(match model.tissue {
+                TissueModel::MassSpring => {
+                    Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes))
+                }
+                TissueModel::FiniteElement => {
+                    Box::new(FiniteElements::new(model.constants.lame(), &mesh.cells, &mesh.nodes))
+                }
+            });
         }
         effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
-        Self::assemble(mesh, coefficients, effects, paths, contracting.to_vec(), cells)
+        Self::assemble(mesh, model.tissue, coefficients, effects, paths, contracting.to_vec(), cells)
     }
 
     /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that [`System::new`] cannot
@@ -197,11 +185,13 @@ impl<const D: usize> System<D> {
     ) -> Result<Self, SystemError> {
         let measured = |cell: &[usize]| simplex::measure(&simplex::corners(&mesh.nodes, cell));
         let cells = mesh.cells.iter().map(|c| (c.to_vec(), measured(c))).collect();
-        Self::assemble(mesh, coefficients, effects, Vec::new(), contracting.to_vec(), cells)
+        let tissue = TissueModel::MassSpring;
+        Self::assemble(mesh, tissue, coefficients, effects, Vec::new(), contracting.to_vec(), cells)
     }
 
     fn assemble(
         mesh: &Mesh<D>,
+        tissue: TissueModel,
         coefficients: Coefficients,
         mut effects: Vec<Box<dyn Effect<D>>>,
         paths: Vec<StraightPath>,
@@ -229,6 +219,7 @@ impl<const D: usize> System<D> {
         let pattern = Pattern::new(rest.len(), &is_unknown, cliques);
         effects.iter_mut().for_each(|e| e.bind(&pattern));
         Ok(Self {
+            tissue,
             coefficients,
             rest,
             effects,
@@ -238,6 +229,11 @@ impl<const D: usize> System<D> {
             contracting,
             cells,
         })
+    }
+
+    /// What the tissue is made of.
+    pub fn tissue(&self) -> TissueModel {
+        self.tissue
     }
 
     /// Coefficients in use.
@@ -335,6 +331,13 @@ pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coeff
     if coefficients.spread == Spread::PerConnection {
         return vec![k; mesh.connections.len()];
     }
+    let cells_of = cells_of_edges(mesh);
+    // Outside the tissue a connection belongs to no cell and keeps the k of one.
+    mesh.connections.iter().map(|c| k * cells_of.get(c).copied().unwrap_or(1) as f64).collect()
+}
+
+/// For every edge of a cell the number of cells that share it.
+fn cells_of_edges<const D: usize>(mesh: &Mesh<D>) -> BTreeMap<[usize; 2], usize> {
     let mut cells_of: BTreeMap<[usize; 2], usize> = BTreeMap::new();
     for cell in mesh.cells.iter() {
         for (i, &a) in cell.iter().enumerate() {
@@ -343,8 +346,7 @@ pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coeff
             }
         }
     }
-    // Outside the tissue a connection belongs to no cell and keeps the k of one.
-    mesh.connections.iter().map(|c| k * cells_of.get(c).copied().unwrap_or(1) as f64).collect()
+    cells_of
 }
 
 fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
