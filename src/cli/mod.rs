@@ -78,10 +78,10 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
-    /// Measure what accuracy costs in time, for every way to get an answer
-    Accuracy(accuracy::Arguments),
     /// Run the hard cases: loads, materials, meshes and targets far from the ordinary
     Stability(stability::Arguments),
+    /// Measure what accuracy costs in time, for every way to get an answer
+    Accuracy(accuracy::Arguments),
 }
 
 /// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
@@ -107,8 +107,8 @@ pub fn main() -> ExitCode {
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
-        Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
         Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
+        Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
     });
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,

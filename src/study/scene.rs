@@ -98,7 +98,7 @@ pub fn shortfall(status: Status) -> Option<&'static str> {
         Status::Converged => None,
         Status::IterationLimit => Some("iteration limit"),
         Status::Stalled => Some("rounding stops the descent before the force tolerance"),
-        Status::Unstable => Some("the equilibrium found is not a stable one"),
+        Status::Unstable => Some("an unstable equilibrium"),
         Status::NotFinite => Some("a number is not finite"),
     }
 }

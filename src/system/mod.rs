@@ -3,6 +3,7 @@
 //! A system is immutable and may be shared between threads; whatever a solve scribbles on lives in a
 //! [`crate::equilibrium::Workspace`], one a thread.
 
+mod error;
 pub mod path;
 
 use std::collections::BTreeMap;
@@ -13,9 +14,10 @@ use serde::Serialize;
 use crate::effect::spring::Spring;
 use crate::effect::{Bone, Configuration, Contraction, Effect, FiniteElements, Incompressibility, Tissue};
 use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
-use crate::mesh::{Mesh, MeshFault, simplex};
+use crate::mesh::{Mesh, simplex};
 use crate::sparse::Pattern;
 
+pub use error::SystemError;
 pub use path::{OutsidePath, StraightPath};
 
 /// Choices that make a mesh into a model.
@@ -56,52 +58,6 @@ impl Default for Model {
             tissue: TissueModel::default(),
         }
     }
-}
-
-/// Why a system cannot be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SystemError {
-    /// The material's constants are out of range.
-    #[error(transparent)]
-    Material(#[from] MaterialError),
-    /// A muscle number that the mesh does not have.
-    #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
-    NoSuchMuscle {
-        /// The number asked for.
-        muscle: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// A part of the body hangs on no bone and could drift away.
-    #[error(
-        "node {node} (and all that is joined to it) hangs on no bone, so it could move freely: fix at least one of its nodes"
-    )]
-    Loose {
-        /// A node of the loose part.
-        node: usize,
-    },
-    /// A negative coefficient of incompressibility: the energy has no minimum.
-    #[error(
-        "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
-         energy has no minimum; springs alone already have 0.25, so give at least that"
-    )]
-    NegativeKappa {
-        /// The identified kappa_s or kappa_v, J.
-        kappa: f64,
-        /// Poisson's ratio ν.
-        poisson_ratio: f64,
-    },
-    /// The mesh does not hang together.
-    #[error("the mesh is faulty: {0}")]
-    Mesh(#[from] MeshFault),
-    /// The body is far larger than any tongue.
-    #[error(
-        "the body is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
-    )]
-    Scale {
-        /// The longest side of its bounding box, m.
-        size_m: f64,
-    },
 }
 
 /// A larger body than this was given in millimetres: no tongue is 10 m long, and the smallest in millimetres is longer.
@@ -145,7 +101,7 @@ impl<const D: usize> System<D> {
             .collect();
         let coefficients = coefficients(mesh, model)?;
         // The matching leaves a rounding of the stiffness at exactly 1/4.
-        let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
+        let rounding = 1e-12 * coefficients.tissue_stiffness * size_m * size_m;
         if model.tissue == TissueModel::MassSpring && coefficients.kappa < -rounding {
             let poisson_ratio = model.constants.poisson_ratio;
             return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
@@ -229,15 +185,8 @@ impl<const D: usize> System<D> {
     ) -> Result<Self, SystemError> {
         let measured = |cell: &[usize]| simplex::measure(&simplex::corners(&mesh.nodes, cell));
         let cells = mesh.cells.iter().map(|c| (c.to_vec(), measured(c))).collect();
-        Self::assemble(
-            mesh,
-            TissueModel::MassSpring,
-            coefficients,
-            effects,
-            Vec::new(),
-            contracting.to_vec(),
-            cells,
-        )
+        let tissue = TissueModel::MassSpring;
+        Self::assemble(mesh, tissue, coefficients, effects, Vec::new(), contracting.to_vec(), cells)
     }
 
     fn assemble(
