@@ -52,6 +52,7 @@ pub mod mesh;
 pub mod muscle;
 pub mod report;
 pub mod sparse;
+pub mod stability;
 pub mod study;
 pub mod suggest;
 pub mod system;

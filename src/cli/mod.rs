@@ -7,6 +7,7 @@ mod fit;
 mod mesh;
 mod output;
 mod simulate;
+mod stability;
 mod table;
 mod trajectory;
 
@@ -79,6 +80,8 @@ enum Command {
     Mesh(mesh::Arguments),
     /// Measure what accuracy costs in time, for every way to get an answer
     Accuracy(accuracy::Arguments),
+    /// Run the hard cases: loads, materials, meshes and targets far from the ordinary
+    Stability(stability::Arguments),
 }
 
 /// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
@@ -105,6 +108,7 @@ pub fn main() -> ExitCode {
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
         Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
+        Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
     });
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,

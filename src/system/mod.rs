@@ -80,10 +80,32 @@ pub enum SystemError {
         /// A node of the loose part.
         node: usize,
     },
-    /// The mesh is not one that can be solved.
+    /// A negative coefficient of incompressibility: the energy has no minimum.
+    #[error(
+        "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
+         energy has no minimum; springs alone already have 0.25, so give at least that"
+    )]
+    NegativeKappa {
+        /// The identified kappa_s or kappa_v, J.
+        kappa: f64,
+        /// Poisson's ratio ν.
+        poisson_ratio: f64,
+    },
+    /// The mesh does not hang together.
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
+    /// The body is far larger than any tongue.
+    #[error(
+        "the body is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
+    )]
+    Scale {
+        /// The longest side of its bounding box, m.
+        size_m: f64,
+    },
 }
+
+/// A larger body than this was given in millimetres: no tongue is 10 m long, and the smallest in millimetres is longer.
+const LARGEST_BODY_M: f64 = 10.0;
 
 /// A body ready to be solved.
 #[derive(Debug)]
@@ -105,11 +127,16 @@ impl<const D: usize> System<D> {
     /// plain tissue.
     ///
     /// # Errors
-    /// [`SystemError`] for a faulty mesh, bad constants, muscles that do not exist and parts without bone.
+    /// [`SystemError`] for bad constants, muscles that do not exist, faulty meshes ([`Mesh::check`]), bodies given in
+    /// millimetres, and parts without bone.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
         mesh.check()?;
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
+        }
+        let size_m = mesh.extent();
+        if size_m > LARGEST_BODY_M {
+            return Err(SystemError::Scale { size_m });
         }
         let cells: Vec<(Vec<usize>, f64)> = mesh
             .cells
@@ -117,6 +144,12 @@ impl<const D: usize> System<D> {
             .map(|cell| (cell.to_vec(), simplex::measure(&simplex::corners(&mesh.nodes, cell))))
             .collect();
         let coefficients = coefficients(mesh, model)?;
+        // The matching leaves a rounding of the stiffness at exactly 1/4.
+        let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
+        if model.tissue == TissueModel::MassSpring && coefficients.kappa < -rounding {
+            let poisson_ratio = model.constants.poisson_ratio;
+            return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
+        }
         let stiffness = connection_stiffness(mesh, &coefficients);
         // Connections whose springs the continuum replaces.
         let continuum = match model.tissue {
@@ -181,6 +214,30 @@ impl<const D: usize> System<D> {
         }
         effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
         Self::assemble(mesh, model.tissue, coefficients, effects, paths, contracting.to_vec(), cells)
+    }
+
+    /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that [`System::new`] cannot
+    /// describe: uneven stiffness, other laws. `coefficients` are only carried along.
+    ///
+    /// # Errors
+    /// [`SystemError::Loose`] for parts without bone.
+    pub fn from_effects(
+        mesh: &Mesh<D>,
+        coefficients: Coefficients,
+        effects: Vec<Box<dyn Effect<D>>>,
+        contracting: &[usize],
+    ) -> Result<Self, SystemError> {
+        let measured = |cell: &[usize]| simplex::measure(&simplex::corners(&mesh.nodes, cell));
+        let cells = mesh.cells.iter().map(|c| (c.to_vec(), measured(c))).collect();
+        Self::assemble(
+            mesh,
+            TissueModel::MassSpring,
+            coefficients,
+            effects,
+            Vec::new(),
+            contracting.to_vec(),
+            cells,
+        )
     }
 
     fn assemble(
@@ -293,6 +350,11 @@ impl<const D: usize> System<D> {
             let ratio = simplex::measure(&simplex::corners(positions, cell)) / rest;
             (lo.min(ratio), hi.max(ratio))
         })
+    }
+
+    /// Number of elements in which the barrier against inversion acts ([`crate::effect::barrier`]).
+    pub fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        self.effects.iter().map(|e| e.guarded(at)).sum()
     }
 
     /// Puts the inner nodes of straight paths where they belong between the ends of their path.
