@@ -208,7 +208,9 @@ fn both_presets_and_both_spreads_solve_the_published_load() {
             &[&["simulate", "--json", "--tension", "GGa=12", "--tension", "SGm=11.5"], &options[..]].concat(),
         );
         assert_eq!(s["status"], "converged", "{options:?}");
-        assert!(s["max_residual_force_n"].as_f64().unwrap() < 1e-8, "{options:?}");
+        // The printed kappa_s makes the body 1000 times stiffer, and with it the rounding of its forces.
+        let bound = if options[1] == "as-printed" { 2e-8 } else { 1e-9 };
+        assert!(s["max_residual_force_n"].as_f64().unwrap() < bound, "{options:?}");
         assert!(s["stretches"]["GGa"].as_f64().unwrap() < 0.95);
     }
 }

@@ -13,6 +13,11 @@ use crate::system::System;
 /// Pairs of steps and gradient changes that it remembers.
 const MEMORY: usize = 10;
 
+/// Connections that meet in a node, about: how much stiffer a node is held than a connection.
+const NEIGHBOURS: f64 = 6.0;
+/// Energy that stands for an infinite one, J.
+const OUT_OF_REACH: f64 = 1e6;
+
 /// How a minimisation went.
 #[derive(Debug, Clone)]
 pub struct Minimised<const D: usize> {
@@ -40,6 +45,9 @@ struct Space<const D: usize> {
 }
 
 struct Energy<'a, const D: usize> {
+    /// Root of a stiffness, √(N/m), by which positions are multiplied: the search's first step is then about as long as a force
+    /// over a stiffness, and does not turn every cell over.
+    scale: f64,
     system: &'a System<D>,
     tensions: &'a [f64],
     space: &'a RefCell<Space<D>>,
@@ -48,7 +56,7 @@ struct Energy<'a, const D: usize> {
 impl<const D: usize> Energy<'_, D> {
     fn place(&self, unknowns: &[f64], positions: &mut [SVector<f64, D>]) {
         for (&node, x) in self.system.pattern().nodes().iter().zip(unknowns.chunks_exact(D)) {
-            positions[node].copy_from_slice(x);
+            positions[node] = SVector::from_fn(|d, _| x[d] / self.scale);
         }
     }
 }
@@ -70,7 +78,8 @@ impl<const D: usize> CostFunction for Energy<'_, D> {
             space.least = energy;
             space.best.copy_from_slice(&space.positions);
         }
-        Ok(energy)
+        // Beyond inversion the energy is infinite, with which argmin's line search cannot interpolate.
+        Ok(energy.min(OUT_OF_REACH))
     }
 }
 
@@ -84,7 +93,8 @@ impl<const D: usize> Gradient for Energy<'_, D> {
         self.place(unknowns, positions);
         self.system.force(Configuration { positions, tensions: self.tensions }, force);
         let nodes = self.system.pattern().nodes();
-        Ok(nodes.iter().flat_map(|&n| force[n].iter().map(|f| -f).collect::<Vec<_>>()).collect())
+        let slope = |f: &f64| if f.is_finite() { -f / self.scale } else { 0.0 };
+        Ok(nodes.iter().flat_map(|&n| force[n].iter().map(slope).collect::<Vec<_>>()).collect())
     }
 }
 
@@ -96,8 +106,9 @@ pub fn minimise<const D: usize>(
     most_iterations: u64,
 ) -> Minimised<D> {
     let rest = system.rest().to_vec();
-    let start: Vec<f64> =
-        system.pattern().nodes().iter().flat_map(|&n| rest[n].iter().copied().collect::<Vec<_>>()).collect();
+    let scale = (NEIGHBOURS * system.coefficients().tissue_stiffness).sqrt();
+    let scaled = |n: &usize| rest[*n].iter().map(|x| x * scale).collect::<Vec<_>>();
+    let start: Vec<f64> = system.pattern().nodes().iter().flat_map(scaled).collect();
     let space = RefCell::new(Space {
         positions: rest.clone(),
         force: vec![SVector::zeros(); rest.len()],
@@ -106,9 +117,9 @@ pub fn minimise<const D: usize>(
         energies: 0,
         gradients: 0,
     });
-    let problem = Energy { system, tensions, space: &space };
+    let problem = Energy { scale, system, tensions, space: &space };
     let solver = LBFGS::new(MoreThuenteLineSearch::new(), MEMORY)
-        .with_tolerance_grad(tolerance)
+        .with_tolerance_grad(tolerance / scale)
         .and_then(|s| s.with_tolerance_cost(0.0));
     let run = solver.and_then(|solver| {
         Executor::new(problem, solver)
@@ -131,7 +142,7 @@ pub fn minimise<const D: usize>(
     let mut space = space.into_inner();
     if let Some(last) = last {
         for (&node, x) in system.pattern().nodes().iter().zip(last.chunks_exact(D)) {
-            space.best[node].copy_from_slice(x);
+            space.best[node] = SVector::from_fn(|d, _| x[d] / scale);
         }
     }
     system.place_path_nodes(&mut space.best);
