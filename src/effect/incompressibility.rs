@@ -24,7 +24,7 @@ struct Cell {
 /// `W = 1/2 kappa ((S - S0)/S0)²` for every cell, `S` its *signed* area (2D; eq. 3.28) or volume (3D; eq. 3.16).
 ///
 /// Force `-kappa (S - S0)/S0² dS/dx`: eqs. 3.30 and 3.18 with the sign of a conservative force and a signed gradient.
-/// Below a tenth of the measure at rest a [`barrier`](super::barrier) is added, times kappa, so that no cell turns over.
+/// Below a tenth of the measure at rest a [`barrier()`] is added, times kappa, so that no cell turns over.
 #[derive(Debug, Clone)]
 pub struct Incompressibility {
     /// kappa_s (2D) or kappa_v (3D), J.

@@ -163,7 +163,7 @@ fn note_of(solution: &Solution) -> String {
     if solution.guarded > 0 {
         notes.push("barrier active: not the published law".to_owned());
     }
-    if solution.status != Status::Converged {
+    if solution.max_residual_force > Settings::default().tolerance {
         notes.push(format!("residual {:.1e} N", solution.max_residual_force));
     }
     notes.join("; ")
