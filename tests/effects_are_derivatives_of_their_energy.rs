@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, SVector};
 use tongue_fit::effect::{Configuration, Effect, Tangent};
 use tongue_fit::mesh::Mesh;
 use tongue_fit::sparse::BlockMatrix;
-use tongue_fit::system::{Model, System};
+use tongue_fit::system::{Model, System, TissueModel};
 
 fn dense<const D: usize>(system: &System<D>, k: &BlockMatrix<D>) -> DMatrix<f64> {
     let n = system.pattern().unknowns();
@@ -45,8 +45,8 @@ fn force<const D: usize>(effect: &dyn Effect<D>, at: Configuration<'_, D>) -> Ve
     f
 }
 
-fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64) -> Vec<&'static str> {
-    let system = System::new(mesh, &Model::default(), &[0]).unwrap();
+fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64, tissue: TissueModel) -> Vec<&'static str> {
+    let system = System::new(mesh, &Model { tissue, ..Model::default() }, &[0]).unwrap();
     let tensions = [7.5];
     let x = common::shaken(mesh, 0.08 * side);
     let at = Configuration { positions: &x, tensions: &tensions };
@@ -94,22 +94,29 @@ fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64) -> Vec<&'static str> {
 
 #[test]
 fn in_the_plane_and_in_space() {
-    let all = ["tissue", "muscle", "incompressibility", "bone"];
-    assert_eq!(check_all(&common::lattice(4, 4, 5.5e-3), 5.5e-3), all);
-    assert_eq!(check_all(&common::block(2, 5.5e-3), 5.5e-3), all);
+    let kinds = [
+        (TissueModel::MassSpring, ["tissue", "muscle", "incompressibility", "bone"]),
+        (TissueModel::FiniteElement, ["tissue", "muscle", "finite elements", "bone"]),
+    ];
+    for (tissue, all) in kinds {
+        assert_eq!(check_all(&common::lattice(4, 4, 5.5e-3), 5.5e-3, tissue), all);
+        assert_eq!(check_all(&common::block(2, 5.5e-3), 5.5e-3, tissue), all);
+    }
 }
 
 #[test]
 fn moving_the_whole_body_costs_no_energy_and_neither_does_turning_it() {
     let mesh = common::lattice(4, 4, 5.5e-3);
-    let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
     let x = common::shaken(&mesh, 5e-4);
     let turn = nalgebra::Rotation2::new(0.7);
     let turned: Vec<_> = x.iter().map(|p| turn * p + SVector::from([0.02, -0.01])).collect();
     let tensions = [7.5];
-    for effect in system.effects() {
-        let before = effect.energy(Configuration { positions: &x, tensions: &tensions });
-        let after = effect.energy(Configuration { positions: &turned, tensions: &tensions });
-        assert!((before - after).abs() < 1e-14, "{}: {before} {after}", effect.name());
+    for tissue in [TissueModel::MassSpring, TissueModel::FiniteElement] {
+        let system = System::new(&mesh, &Model { tissue, ..Model::default() }, &[0]).unwrap();
+        for effect in system.effects() {
+            let before = effect.energy(Configuration { positions: &x, tensions: &tensions });
+            let after = effect.energy(Configuration { positions: &turned, tensions: &tensions });
+            assert!((before - after).abs() < 1e-14, "{}: {before} {after}", effect.name());
+        }
     }
 }

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::material::{Preset, Spread};
 use tongue_fit::mesh::{self, Anatomy, Mesh};
-use tongue_fit::system::{Model, OutsidePath};
+use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
 /// The body and its model.
 #[derive(Debug, Clone, clap::Args)]
@@ -28,6 +28,9 @@ pub struct Arguments {
     /// Muscle parts outside the tissue: straight, as in a sheath, or a chain that can fold
     #[arg(long, value_enum, default_value = "straight")]
     outside: OutsideName,
+    /// Tissue: springs and area terms (as the thesis), or finite elements of the same E and nu
+    #[arg(long, value_enum, default_value = "springs")]
+    tissue: TissueName,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -46,6 +49,12 @@ enum SpreadName {
 enum OutsideName {
     Straight,
     Chain,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum TissueName {
+    Springs,
+    Fe,
 }
 
 impl Arguments {
@@ -75,6 +84,10 @@ impl Arguments {
             outside: match self.outside {
                 OutsideName::Straight => OutsidePath::Straight,
                 OutsideName::Chain => OutsidePath::Chain,
+            },
+            tissue: match self.tissue {
+                TissueName::Springs => TissueModel::MassSpring,
+                TissueName::Fe => TissueModel::FiniteElement,
             },
             ..Model::default()
         }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 use tongue_fit::equilibrium::{self, Workspace};
-use tongue_fit::fit::{self, Fit, Settings, Status};
+use tongue_fit::fit::{self, Fit, Method, Settings, Status};
 use tongue_fit::mesh::Mesh;
 use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, FitRecord, OutputDir, Series};
@@ -43,6 +43,9 @@ pub struct Arguments {
     /// Measured lengths (CSV) in place of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
+    /// What searches: the simplex of the thesis, or the derivatives of the equilibrium
+    #[arg(long, value_enum, default_value = "nelder-mead")]
+    method: MethodName,
     /// Number of starting points of the search
     #[arg(long, value_name = "N", default_value_t = Settings::default().starts)]
     starts: usize,
@@ -51,6 +54,12 @@ pub struct Arguments {
     upper_bound: f64,
     #[command(flatten)]
     body: body::Arguments,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum MethodName {
+    NelderMead,
+    GaussNewton,
 }
 
 impl Arguments {
@@ -81,8 +90,15 @@ impl Arguments {
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
-    let settings =
-        Settings { starts: arguments.starts, upper_bound: arguments.upper_bound, ..Settings::default() };
+    let settings = Settings {
+        method: match arguments.method {
+            MethodName::NelderMead => Method::NelderMead,
+            MethodName::GaussNewton => Method::GaussNewton,
+        },
+        starts: arguments.starts,
+        upper_bound: arguments.upper_bound,
+        ..Settings::default()
+    };
     settings.check().into_diagnostic()?;
     let target = arguments.target()?;
     let out =

@@ -5,9 +5,11 @@
 //! | [`Tissue`] | `1/2 k (l - l0)²` a connection | Kato 2014, 3.2.2 (Kelvin-Voigt; the damper acts only in time) |
 //! | [`Contraction`] | `1/2 k1 (l - l0)² + F (l - l0)` a connection | 3.2.1 (at rest Q2 and the contractile damper drop out) |
 //! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
+//! | [`FiniteElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | 2.3 names them |
 //! | [`Bone`] | none: prescribes positions | 4.1 |
 
 mod bone;
+mod finite_element;
 mod incompressibility;
 mod muscle;
 pub mod spring;
@@ -20,6 +22,7 @@ use nalgebra::SVector;
 use crate::sparse::{BlockMatrix, Pattern};
 
 pub use bone::Bone;
+pub use finite_element::FiniteElements;
 pub use incompressibility::Incompressibility;
 pub use muscle::Contraction;
 pub use tissue::Tissue;

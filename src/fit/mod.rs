@@ -4,10 +4,11 @@
 //! minimise over 0 <= F <= F_max:  sum over fitted muscles (simulated - measured)²  +  effort * sum F
 //! ```
 //!
-//! by Nelder-Mead from several starts. The effort term is there only where the equations are fewer than the tensions (ratios
+//! by Nelder-Mead from several starts (or, [`Method::GaussNewton`], with the derivatives that the equilibrium gives for little). The effort term is there only where the equations are fewer than the tensions (ratios
 //! of n muscles are n - 1 equations): of all tensions that fit equally well it takes those with the smallest sum.
 //! [`identifiability`] says how far the others reach.
 
+mod gauss_newton;
 pub mod identifiability;
 mod objective;
 mod search;
@@ -25,9 +26,22 @@ pub use identifiability::Identifiability;
 pub use objective::{Forward, Outcome};
 pub use search::Start;
 
+/// What searches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// The simplex of Nelder and Mead (1965), as the thesis takes; needs costs only.
+    #[default]
+    NelderMead,
+    /// Damped Gauss-Newton with exact sensitivities.
+    GaussNewton,
+}
+
 /// How the search is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
+    /// What searches from each start.
+    pub method: Method,
     /// Number of starting points. Default 4.
     pub starts: usize,
     /// Upper bound of every tension, N (per metre of thickness). Default 100.
@@ -35,11 +49,13 @@ pub struct Settings {
     /// Price of a newton of tension in the objective where the tensions are not determined, 1/N. Default 2e-6: it moves the
     /// fitted ratios by less than 1e-3.
     pub effort: f64,
-    /// Most iterations of Nelder-Mead from one simplex. Default 1000.
+    /// Most iterations of Nelder-Mead from one simplex, or of Gauss-Newton. Default 1000.
     pub max_iterations: u64,
-    /// A simplex whose corners are nearer than this to the best one has converged, N. Default 1e-4.
+    /// A simplex whose corners are nearer than this to the best one has converged, and so has an undamped Gauss-Newton step
+    /// that is shorter, N. Default 1e-4.
     pub tension_tolerance: f64,
-    /// A simplex whose costs have a smaller standard deviation has converged, dimensionless. Default 1e-17.
+    /// A simplex whose costs have a smaller standard deviation has converged, and so has a Gauss-Newton step that promises
+    /// less, dimensionless. Default 1e-17.
     pub cost_tolerance: f64,
     /// Root mean square misfit of the fitted ratios or stretches up to which the target counts as met. Default 1e-3.
     pub misfit_tolerance: f64,
@@ -50,6 +66,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            method: Method::default(),
             starts: 4,
             upper_bound: 100.0,
             effort: 2e-6,
@@ -218,7 +235,13 @@ pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) 
 
     let starts: Vec<Start> = (0..settings.starts)
         .into_par_iter()
-        .map(|number| search::run(Forward::new(&system, numbers, target, settings), number))
+        .map(|number| {
+            let forward = Forward::new(&system, numbers, target, settings);
+            match settings.method {
+                Method::NelderMead => search::run(forward, number),
+                Method::GaussNewton => Ok(gauss_newton::run(forward, number)),
+            }
+        })
         .collect::<Result<_, _>>()?;
     // The first of equals, whatever the order in which they finished.
     let best = starts

@@ -11,7 +11,7 @@ use super::Settings;
 
 /// Cost of a candidate whose equilibrium was not found: worse than any real misfit, and finite, because argmin's Nelder-Mead
 /// panics on errors in its first simplex and gives up on NaN.
-const FAILED: f64 = 1e6;
+pub(super) const FAILED: f64 = 1e6;
 
 /// What a candidate came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,6 +73,11 @@ impl<'a> Forward<'a> {
             known: Vec::with_capacity(target.active.len() + 1),
             evaluations: 0,
         }
+    }
+
+    /// Price of a newton of tension, 1/N; zero where the target determines the tensions.
+    pub(super) fn effort(&self) -> f64 {
+        self.effort
     }
 
     /// Lengths at rest, m.

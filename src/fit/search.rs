@@ -22,7 +22,7 @@ const MOST_RESTARTS: usize = 4;
 /// A fresh simplex that moves the answer by less than this confirms it, N.
 const CONFIRMED: f64 = 1e-3;
 /// Part of the upper bound within which starts are spread.
-const START_RANGE: f64 = 0.3;
+pub(super) const START_RANGE: f64 = 0.3;
 
 /// Where one start ended.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,11 +33,11 @@ pub struct Start {
     pub cost: f64,
     /// Equilibria solved.
     pub evaluations: usize,
-    /// Nelder-Mead iterations, over all simplices.
+    /// Iterations, over all simplices where there are any.
     pub iterations: u64,
     /// Fresh simplices after the first.
     pub restarts: usize,
-    /// Whether the last simplex shrank to the tolerance and confirmed the one before.
+    /// Whether the last simplex shrank to the tolerance and confirmed the one before; of Gauss-Newton, whether its steps did.
     pub converged: bool,
 }
 
@@ -176,7 +176,7 @@ fn one_simplex(
 }
 
 /// Start number `number`: a point of Halton's sequence, which fills the box evenly and is the same everywhere.
-fn starting_point(number: usize, dimension: usize, range: f64) -> Vec<f64> {
+pub(super) fn starting_point(number: usize, dimension: usize, range: f64) -> Vec<f64> {
     const PRIMES: [usize; crate::muscle::COUNT] = [2, 3, 5, 7, 11, 13, 17, 19];
     (0..dimension).map(|d| range * radical_inverse(number + 1, PRIMES[d % PRIMES.len()])).collect()
 }

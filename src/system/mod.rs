@@ -8,9 +8,10 @@ pub mod path;
 use std::collections::BTreeMap;
 
 use nalgebra::SVector;
+use serde::Serialize;
 
 use crate::effect::spring::Spring;
-use crate::effect::{Bone, Configuration, Contraction, Effect, Incompressibility, Tissue};
+use crate::effect::{Bone, Configuration, Contraction, Effect, FiniteElements, Incompressibility, Tissue};
 use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
 use crate::mesh::{Mesh, simplex};
 use crate::sparse::Pattern;
@@ -28,6 +29,21 @@ pub struct Model {
     pub spread: Spread,
     /// How muscle parts outside the tissue are represented.
     pub outside: OutsidePath,
+    /// What the tissue itself is made of.
+    pub tissue: TissueModel,
+}
+
+/// What carries the load inside the cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TissueModel {
+    /// Springs on the connections and a term that keeps each cell's measure, as the thesis does.
+    #[default]
+    MassSpring,
+    /// Finite elements of E and ν alone: preset and spread are without effect inside the cells. Connections that are edges of
+    /// cells carry no spring then, and a muscle there nothing but its contractile tension, since the continuum already is
+    /// all of the tissue, the muscle's own included; outside the cells everything stays as it is.
+    FiniteElement,
 }
 
 impl Default for Model {
@@ -37,6 +53,7 @@ impl Default for Model {
             preset: Preset::default(),
             spread: Spread::default(),
             outside: OutsidePath::default(),
+            tissue: TissueModel::default(),
         }
     }
 }
@@ -110,7 +127,14 @@ impl<const D: usize> System<D> {
             }
         }
         let coefficients = coefficients(mesh, model)?;
-        let stiffness = connection_stiffness(mesh, &coefficients);
+        let mut stiffness = connection_stiffness(mesh, &coefficients);
+        if model.tissue == TissueModel::FiniteElement {
+            let edges = cells_of_edges(mesh);
+            for (k, _) in stiffness.iter_mut().zip(&mesh.connections).filter(|(_, c)| edges.contains_key(*c))
+            {
+                *k = 0.0;
+            }
+        }
         let paths = match model.outside {
             OutsidePath::Straight => path::find(mesh, &stiffness),
             OutsidePath::Chain => Vec::new(),
@@ -150,10 +174,18 @@ impl<const D: usize> System<D> {
                 .collect();
             effects.push(Box::new(Contraction::new(muscle, springs)));
         }
-        let tissue = elements.into_iter().map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
+        let springs = elements.into_iter().filter(|(_, (k, _))| *k > 0.0);
+        let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
         effects.insert(0, Box::new(Tissue::new(tissue)));
         if !mesh.cells.is_empty() {
-            effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
+            effects.push(match model.tissue {
+                TissueModel::MassSpring => {
+                    Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes))
+                }
+                TissueModel::FiniteElement => {
+                    Box::new(FiniteElements::new(model.constants.lame(), &mesh.cells, &mesh.nodes))
+                }
+            });
         }
         effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
         Self::assemble(mesh, coefficients, effects, paths, contracting.to_vec(), cells)
@@ -289,6 +321,13 @@ pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coeff
     if coefficients.spread == Spread::PerConnection {
         return vec![k; mesh.connections.len()];
     }
+    let cells_of = cells_of_edges(mesh);
+    // Outside the tissue a connection belongs to no cell and keeps the k of one.
+    mesh.connections.iter().map(|c| k * cells_of.get(c).copied().unwrap_or(1) as f64).collect()
+}
+
+/// For every edge of a cell the number of cells that share it.
+fn cells_of_edges<const D: usize>(mesh: &Mesh<D>) -> BTreeMap<[usize; 2], usize> {
     let mut cells_of: BTreeMap<[usize; 2], usize> = BTreeMap::new();
     for cell in mesh.cells.iter() {
         for (i, &a) in cell.iter().enumerate() {
@@ -297,8 +336,7 @@ pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coeff
             }
         }
     }
-    // Outside the tissue a connection belongs to no cell and keeps the k of one.
-    mesh.connections.iter().map(|c| k * cells_of.get(c).copied().unwrap_or(1) as f64).collect()
+    cells_of
 }
 
 fn sorted([a, b]: [usize; 2]) -> [usize; 2] {

@@ -92,3 +92,18 @@ pub fn shaken<const D: usize>(mesh: &Mesh<D>, size: f64) -> Vec<SVector<f64, D>>
     }
     x
 }
+
+/// Nodes that no face of a single cell touches: those not on the surface of the body.
+pub fn inner_nodes<const D: usize>(mesh: &Mesh<D>) -> Vec<usize> {
+    let mut faces = std::collections::BTreeMap::<Vec<usize>, usize>::new();
+    for cell in mesh.cells.iter() {
+        for left_out in 0..=D {
+            let mut face: Vec<usize> = (0..=D).filter(|i| *i != left_out).map(|i| cell[i]).collect();
+            face.sort_unstable();
+            *faces.entry(face).or_default() += 1;
+        }
+    }
+    let surface: BTreeSet<usize> =
+        faces.into_iter().filter(|(_, n)| *n == 1).flat_map(|(face, _)| face).collect();
+    (0..mesh.nodes.len()).filter(|n| !surface.contains(n)).collect()
+}
