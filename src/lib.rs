@@ -42,6 +42,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod dynamics;
 pub mod effect;
 pub mod equilibrium;
 pub mod fit;

@@ -77,8 +77,8 @@ impl<const D: usize> Element<D> {
         let x = simplex::corners(positions, &self.nodes[..=D]);
         let measure = simplex::measure(&x);
         let mut gradient = SMatrix::zeros();
-        for a in 0..=D {
-            gradient += x[a] * self.shape[a].transpose();
+        for (x, shape) in x.iter().zip(&self.shape) {
+            gradient += x * shape.transpose();
         }
         let shape = simplex::gradient(&x).map(|g| g / measure);
         Deformed { gradient, ratio: measure / self.rest, shape }

@@ -11,6 +11,7 @@
 mod bone;
 mod finite_element;
 mod incompressibility;
+mod internal;
 mod muscle;
 pub mod spring;
 mod tissue;
@@ -24,6 +25,7 @@ use crate::sparse::{BlockMatrix, Pattern};
 pub use bone::Bone;
 pub use finite_element::FiniteElements;
 pub use incompressibility::Incompressibility;
+pub use internal::Internal;
 pub use muscle::Contraction;
 pub use tissue::Tissue;
 
@@ -81,4 +83,23 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
 
     /// Calls `hold` with every node whose position this effect prescribes, and that position, m.
     fn prescribed(&self, _hold: &mut dyn FnMut(usize, SVector<f64, D>)) {}
+
+    /// Adds the force of the effect's dampers on every node, N, at the given velocities, m/s: linear in them. Only a
+    /// trajectory asks for it.
+    fn add_viscous_force(
+        &self,
+        _at: Configuration<'_, D>,
+        _velocities: &[SVector<f64, D>],
+        _force: &mut [SVector<f64, D>],
+    ) {
+    }
+
+    /// Adds `weight` times minus the derivative of the viscous force with respect to the velocities, N s/m: symmetric and
+    /// positive semidefinite.
+    fn add_damping(&self, _at: Configuration<'_, D>, _weight: f64, _damping: &mut BlockMatrix<D>) {}
+
+    /// What the effect has of internal states, whose history a trajectory must follow.
+    fn internal(&self) -> Option<&dyn Internal<D>> {
+        None
+    }
 }

@@ -78,11 +78,26 @@ impl Spring {
     ) {
         let (length, n) = length_and_direction(positions, self.nodes);
         let whole = self.stiffness * (length - self.rest_length) + tension;
+        self.add_line(length, n, self.stiffness, whole, tangent, stiffness);
+    }
+
+    /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for an element of length `l`, direction `n` and tension `T` that grows by
+    /// `slope` with its length, N/m.
+    #[inline(always)]
+    pub fn add_line<const D: usize>(
+        &self,
+        length: f64,
+        n: SVector<f64, D>,
+        slope: f64,
+        whole: f64,
+        tangent: Tangent,
+        stiffness: &mut BlockMatrix<D>,
+    ) {
         let mut across = if length > 0.0 { whole / length } else { 0.0 };
         if tangent == Tangent::Convex {
             across = across.max(0.0);
         }
-        let along = self.stiffness - across;
+        let along = slope - across;
         let mut block = SMatrix::<f64, D, D>::zeros();
         for c in 0..D {
             let f = along * n[c];
@@ -95,5 +110,21 @@ impl Spring {
         stiffness.add_symmetric(aa, &block);
         stiffness.add_symmetric(bb, &block);
         stiffness.sub_symmetric(ab, &block);
+    }
+
+    /// Adds the force of a damper beside the spring, N: tension `b dl/dt`.
+    #[inline(always)]
+    pub fn add_viscous_force<const D: usize>(
+        &self,
+        positions: &[SVector<f64, D>],
+        velocities: &[SVector<f64, D>],
+        damping: f64,
+        force: &mut [SVector<f64, D>],
+    ) {
+        let [a, b] = self.nodes;
+        let (_, n) = length_and_direction(positions, self.nodes);
+        let pull = n * (damping * n.dot(&(velocities[b] - velocities[a])));
+        force[a] += pull;
+        force[b] -= pull;
     }
 }

@@ -4,22 +4,24 @@ use nalgebra::SVector;
 
 use crate::sparse::{BlockMatrix, Pattern};
 
-use super::spring::Spring;
+use super::spring::{Spring, length_and_direction};
 use super::{Configuration, Effect, Tangent};
 
-/// The connections that are plain tissue: tension `k (l - l0)` each at equilibrium.
+/// The connections that are plain tissue: tension `k (l - l0) + b dl/dt` each, of which the damper counts only in time.
 ///
 /// The thesis writes `r_i - r_j` where the elongation from rest is meant (eq. 3.9); without `l0` the rest shape would not be
 /// an equilibrium.
 #[derive(Debug, Clone)]
 pub struct Tissue {
     springs: Vec<Spring>,
+    /// b/k, s; the same for every connection, and so for straight paths in place of several in series.
+    retardation: f64,
 }
 
 impl Tissue {
-    /// Tissue made of these connections.
-    pub fn new(springs: Vec<Spring>) -> Self {
-        Self { springs }
+    /// Tissue made of these connections, each with a damper `b = retardation * k` beside its spring (retardation time in s).
+    pub fn new(springs: Vec<Spring>, retardation: f64) -> Self {
+        Self { springs, retardation }
     }
 }
 
@@ -49,6 +51,25 @@ impl<const D: usize> Effect<D> for Tissue {
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for s in &self.springs {
             s.add_stiffness(at.positions, 0.0, tangent, stiffness);
+        }
+    }
+
+    fn add_viscous_force(
+        &self,
+        at: Configuration<'_, D>,
+        velocities: &[SVector<f64, D>],
+        force: &mut [SVector<f64, D>],
+    ) {
+        for s in &self.springs {
+            s.add_viscous_force(at.positions, velocities, self.retardation * s.stiffness, force);
+        }
+    }
+
+    fn add_damping(&self, at: Configuration<'_, D>, weight: f64, damping: &mut BlockMatrix<D>) {
+        for s in &self.springs {
+            let (length, n) = length_and_direction(at.positions, s.nodes);
+            let slope = weight * self.retardation * s.stiffness;
+            s.add_line(length, n, slope, 0.0, Tangent::Convex, damping);
         }
     }
 }

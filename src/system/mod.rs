@@ -95,6 +95,7 @@ pub enum SystemError {
 /// A body ready to be solved.
 #[derive(Debug)]
 pub struct System<const D: usize> {
+    tissue: TissueModel,
     coefficients: Coefficients,
     rest: Vec<SVector<f64, D>>,
     effects: Vec<Box<dyn Effect<D>>>,
@@ -154,29 +155,32 @@ impl<const D: usize> System<D> {
             elements.insert(sorted(p.ends()), (p.stiffness(), p.rest_length()));
         }
         let mut effects: Vec<Box<dyn Effect<D>>> = Vec::new();
-        let mut pulled: BTreeMap<[usize; 2], f64> = BTreeMap::new();
+        let mut pulled: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
+        let parallel = coefficients.muscle_parallel_stiffness / coefficients.tissue_stiffness;
+        let contraction_time = coefficients.contractile_damping / coefficients.muscle_series_stiffness;
+        let in_series = coefficients.muscle_series_stiffness / coefficients.tissue_stiffness;
         for &muscle in contracting {
             let chain: Vec<usize> =
                 mesh.muscles[muscle].nodes.iter().copied().filter(|&n| !in_path[n]).collect();
-            let springs = chain
-                .windows(2)
-                .filter_map(|pair| {
-                    let key = sorted([pair[0], pair[1]]);
-                    // A connection that two muscles share keeps one parallel spring.
-                    let (k, l0) = match elements.remove(&key) {
-                        Some(element) => element,
-                        None => (0.0, *pulled.get(&key)?),
-                    };
-                    pulled.insert(key, l0);
-                    let parallel = coefficients.muscle_parallel_stiffness / coefficients.tissue_stiffness;
-                    Some(Spring::new(key, k * parallel, l0))
-                })
-                .collect();
-            effects.push(Box::new(Contraction::new(muscle, springs)));
+            let (mut springs, mut series) = (Vec::new(), Vec::new());
+            for pair in chain.windows(2) {
+                let key = sorted([pair[0], pair[1]]);
+                // A connection that two muscles share keeps one parallel spring; each has its own contractile branch.
+                let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
+                    (Some((k, l0)), _) => (k, k * parallel, l0),
+                    (None, Some(&(k, l0))) => (k, 0.0, l0),
+                    (None, None) => continue,
+                };
+                pulled.insert(key, (k, l0));
+                springs.push(Spring::new(key, q1, l0));
+                series.push(Spring::new(key, k * in_series, l0));
+            }
+            effects.push(Box::new(Contraction::new(muscle, springs, series, contraction_time)));
         }
+        let retardation = coefficients.tissue_damping / coefficients.tissue_stiffness;
         let springs = elements.into_iter().filter(|(_, (k, _))| *k > 0.0);
         let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
-        effects.insert(0, Box::new(Tissue::new(tissue)));
+        effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
         if !mesh.cells.is_empty() {
             effects.push(match model.tissue {
                 TissueModel::MassSpring => {
@@ -188,11 +192,12 @@ impl<const D: usize> System<D> {
             });
         }
         effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
-        Self::assemble(mesh, coefficients, effects, paths, contracting.to_vec(), cells)
+        Self::assemble(mesh, model.tissue, coefficients, effects, paths, contracting.to_vec(), cells)
     }
 
     fn assemble(
         mesh: &Mesh<D>,
+        tissue: TissueModel,
         coefficients: Coefficients,
         mut effects: Vec<Box<dyn Effect<D>>>,
         paths: Vec<StraightPath>,
@@ -220,6 +225,7 @@ impl<const D: usize> System<D> {
         let pattern = Pattern::new(rest.len(), &is_unknown, cliques);
         effects.iter_mut().for_each(|e| e.bind(&pattern));
         Ok(Self {
+            tissue,
             coefficients,
             rest,
             effects,
@@ -229,6 +235,11 @@ impl<const D: usize> System<D> {
             contracting,
             cells,
         })
+    }
+
+    /// What the tissue is made of.
+    pub fn tissue(&self) -> TissueModel {
+        self.tissue
     }
 
     /// Coefficients in use.

@@ -5,6 +5,10 @@
 //! part straight. So by default the chain is condensed into one straight two-point element: springs in series with
 //! `1/k = sum 1/k_i`, `l0 = sum l0_i`, and the muscle's tension unchanged. For a straight chain this is exact, and the inner
 //! nodes are placed afterwards where the chain's own equilibrium has them.
+//!
+//! In motion the dampers and the contractile elements are condensed likewise (`1/b = sum 1/b_i`, and so for k2 and b_cc). As
+//! all of a link's coefficients are in the same proportion to each other in every link, the links then keep to one another and
+//! this is exact too, but for the mass of the inner nodes, which is left out.
 
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,224 @@
+//! The equations of motion of a system under given tensions.
+
+use std::ops::Range;
+
+use nalgebra::SVector;
+
+use crate::effect::{Configuration, Tangent};
+use crate::sparse::BlockMatrix;
+use crate::system::{System, TissueModel};
+
+use super::{Counts, State, Tensions};
+
+/// A system, and the tensions of its muscles over time.
+#[derive(Debug)]
+pub struct Motion<'a, const D: usize> {
+    system: &'a System<D>,
+    tensions: Tensions,
+    slack: Vec<f64>,
+    mass: f64,
+    /// For every effect the range of its internal states.
+    internal: Vec<Range<usize>>,
+}
+
+/// Why a system cannot be set in motion.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MotionError {
+    /// Tensions for another number of muscles.
+    #[error("tensions are given for {given} muscles, but the mesh has {muscles}; give one for each")]
+    TensionCount {
+        /// How many are given.
+        given: usize,
+        /// How many muscles there are.
+        muscles: usize,
+    },
+    /// Tissue without dampers.
+    #[error(
+        "finite-element tissue has no viscosity here, so it has no motion over time: solve its equilibrium, or take \
+         the tissue of springs and dampers (--tissue springs)"
+    )]
+    Elastic,
+    /// A coefficient that motion needs to be positive.
+    #[error("the {name} is {value}; for a trajectory it must be positive and finite")]
+    Coefficient {
+        /// Which.
+        name: &'static str,
+        /// Its value, SI.
+        value: f64,
+    },
+}
+
+/// What the equations of motion give at a state.
+#[derive(Debug, Clone)]
+pub struct Rates<const D: usize> {
+    /// Acceleration of every node, m/s²; zero where the node is no unknown.
+    pub acceleration: Vec<SVector<f64, D>>,
+    /// Rates of the internal states, m/s for contractile elements.
+    pub internal: Vec<f64>,
+    tensions: Vec<f64>,
+    force: Vec<SVector<f64, D>>,
+}
+
+impl<'a, const D: usize> Motion<'a, D> {
+    /// Sets up the equations.
+    ///
+    /// # Errors
+    /// [`MotionError`] where the tissue has no dampers, the tensions are not one for each muscle, or a mass, or k2 or b_cc of a contracting muscle, is not
+    /// positive.
+    pub fn new(system: &'a System<D>, tensions: Tensions) -> Result<Self, MotionError> {
+        if system.tissue() == TissueModel::FiniteElement {
+            return Err(MotionError::Elastic);
+        }
+        let (given, muscles) = (tensions.muscle_count(), system.muscle_count());
+        if given != muscles {
+            return Err(MotionError::TensionCount { given, muscles });
+        }
+        let c = system.coefficients();
+        let positive = |name, value: f64| match value > 0.0 && value.is_finite() {
+            true => Ok(()),
+            false => Err(MotionError::Coefficient { name, value }),
+        };
+        positive("mass of a node (kg)", c.node_mass)?;
+        if !system.contracting().is_empty() {
+            positive("series stiffness k2 of a muscle (N/m)", c.muscle_series_stiffness)?;
+            positive("contractile damping b_cc of a muscle (N s/m)", c.contractile_damping)?;
+        }
+        let mut end = 0;
+        let internal = system
+            .effects()
+            .iter()
+            .map(|e| {
+                let start = end;
+                end += e.internal().map_or(0, |i| i.count());
+                start..end
+            })
+            .collect();
+        Ok(Self { system, tensions, slack: vec![0.0; muscles], mass: c.node_mass, internal })
+    }
+
+    /// The system.
+    pub fn system(&self) -> &'a System<D> {
+        self.system
+    }
+
+    /// The tensions over time.
+    pub fn tensions(&self) -> &Tensions {
+        &self.tensions
+    }
+
+    /// Mass of every unknown node, kg.
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// The state at time zero: at rest, nothing contracted.
+    pub fn at_rest(&self) -> State<D> {
+        State {
+            time: 0.0,
+            positions: self.system.rest().to_vec(),
+            velocities: vec![SVector::zeros(); self.system.rest().len()],
+            internal: vec![0.0; self.internal.last().map_or(0, |r| r.end)],
+        }
+    }
+
+    /// Space for the rates.
+    pub fn rates(&self) -> Rates<D> {
+        let zeros = vec![SVector::zeros(); self.system.rest().len()];
+        Rates {
+            acceleration: zeros.clone(),
+            internal: vec![0.0; self.internal.last().map_or(0, |r| r.end)],
+            tensions: self.slack.clone(),
+            force: zeros,
+        }
+    }
+
+    /// Evaluates the right-hand side: one evaluation of the force.
+    pub fn evaluate(&self, state: &State<D>, rates: &mut Rates<D>, counts: &mut Counts) {
+        counts.force_evaluations += 1;
+        let Rates { acceleration, internal, tensions, force } = rates;
+        self.force(state, force);
+        for &node in self.system.pattern().nodes() {
+            acceleration[node] = force[node] / self.mass;
+        }
+        self.tensions.at(state.time, tensions);
+        let at = Configuration { positions: &state.positions, tensions };
+        for (effect, range) in self.system.effects().iter().zip(&self.internal) {
+            if let Some(i) = effect.internal() {
+                i.rates(at, &state.internal[range.clone()], &mut internal[range.clone()]);
+            }
+        }
+    }
+
+    /// The force on every node, N, dampers and contractile branches included.
+    pub(super) fn force(&self, state: &State<D>, force: &mut [SVector<f64, D>]) {
+        let slack = Configuration { positions: &state.positions, tensions: &self.slack };
+        force.fill(SVector::zeros());
+        for (effect, range) in self.system.effects().iter().zip(&self.internal) {
+            effect.add_force(slack, force);
+            effect.add_viscous_force(slack, &state.velocities, force);
+            if let Some(i) = effect.internal() {
+                i.add_force(slack, &state.internal[range.clone()], force);
+            }
+        }
+    }
+
+    /// Solves the internal states' equations `s = known + step rate` at the state's positions and time.
+    pub(super) fn settle(&self, state: &mut State<D>, step: f64, tensions: &mut [f64]) {
+        self.tensions.at(state.time, tensions);
+        let at = Configuration { positions: &state.positions, tensions };
+        for (effect, range) in self.system.effects().iter().zip(&self.internal) {
+            if let Some(i) = effect.internal() {
+                i.settle(at, step, &mut state.internal[range.clone()]);
+            }
+        }
+    }
+
+    /// `m / step² + C / step + K`, N/m, with the internal states eliminated: the matrix of an implicit step. The change of the
+    /// dampers' directions is left out of it, which keeps it symmetric; Newton's method makes up for that.
+    pub(super) fn add_step_matrix(
+        &self,
+        state: &State<D>,
+        step: f64,
+        tangent: Tangent,
+        matrix: &mut BlockMatrix<D>,
+    ) {
+        self.add_stiffness(state, step, tangent, matrix);
+        self.add_damping(state, 1.0 / step, matrix);
+        matrix.shift(self.system.pattern(), self.mass / (step * step));
+    }
+
+    /// The stiffness, N/m, with the internal states settled over `step`, s (zero: held).
+    pub(super) fn add_stiffness(
+        &self,
+        state: &State<D>,
+        step: f64,
+        tangent: Tangent,
+        matrix: &mut BlockMatrix<D>,
+    ) {
+        let slack = Configuration { positions: &state.positions, tensions: &self.slack };
+        for (effect, range) in self.system.effects().iter().zip(&self.internal) {
+            effect.add_stiffness(slack, tangent, matrix);
+            if let Some(i) = effect.internal() {
+                i.add_stiffness(slack, step, &state.internal[range.clone()], tangent, matrix);
+            }
+        }
+    }
+
+    /// `weight` times the damping matrix, N s/m.
+    pub(super) fn add_damping(&self, state: &State<D>, weight: f64, matrix: &mut BlockMatrix<D>) {
+        let slack = Configuration { positions: &state.positions, tensions: &self.slack };
+        self.system.effects().iter().for_each(|e| e.add_damping(slack, weight, matrix));
+    }
+
+    /// Kinetic energy and the energy of all springs (Q2 included) and cells, J. Without tension it can only fall.
+    pub fn energy(&self, state: &State<D>) -> f64 {
+        let slack = Configuration { positions: &state.positions, tensions: &self.slack };
+        let kinetic: f64 = state.velocities.iter().map(|v| 0.5 * self.mass * v.norm_squared()).sum();
+        let stored = |(e, range): (&Box<dyn crate::effect::Effect<D>>, &Range<usize>)| {
+            e.internal().map_or(0.0, |i| i.energy(&state.positions, &state.internal[range.clone()]))
+        };
+        kinetic
+            + self.system.energy(slack)
+            + self.system.effects().iter().zip(&self.internal).map(stored).sum::<f64>()
+    }
+}

@@ -1,0 +1,137 @@
+//! From a state to a later one, step by step, looking in at given times.
+
+use nalgebra::SVector;
+use serde::Serialize;
+
+use super::{Counts, Failure, Integrator, Motion, State};
+
+/// A node this many times further from the origin than the body is large has flown away.
+const FLOWN: f64 = 100.0;
+/// Explicit steps are tiny: cells are looked at, and progress is told, once in so many.
+const STRIDE: u64 = 64;
+
+/// How a trajectory ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// It reached its end.
+    Completed,
+    /// The error could not be held with any step worth the name.
+    StepTooSmall,
+    /// Newton's method did not converge at the fixed step; take a smaller one.
+    NotSolved,
+    /// A node has flown away: the step is beyond the stability limit.
+    Diverged,
+    /// A position is not a finite number.
+    NotFinite,
+    /// A cell has turned over.
+    InvertedCell,
+}
+
+/// What a run did.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Outcome {
+    /// How it ended.
+    pub status: Status,
+    /// Where it ended, s; the state is the last good one.
+    pub time_s: f64,
+    /// What it cost.
+    pub counts: Counts,
+}
+
+/// Who looks on.
+pub trait Observer<const D: usize> {
+    /// The positions of all nodes, m, at one of the times asked for, s (cubic Hermite interpolation between steps).
+    fn sample(&mut self, time: f64, positions: &[SVector<f64, D>]);
+
+    /// Called now and then with the time reached, s.
+    fn progress(&mut self, _time: f64) {}
+}
+
+/// For who does not look on.
+impl<const D: usize> Observer<D> for () {
+    fn sample(&mut self, _time: f64, _positions: &[SVector<f64, D>]) {}
+}
+
+/// `count` times evenly from 0 to `t_end`, both included (s).
+pub fn sample_times(t_end: f64, count: usize) -> Vec<f64> {
+    let last = count.saturating_sub(1).max(1) as f64;
+    (0..count).map(|i| if i + 1 == count && i > 0 { t_end } else { t_end * i as f64 / last }).collect()
+}
+
+/// Runs from `state` to `t_end`, s, and leaves there the state reached; `samples` are ascending times at which `observer` is
+/// shown the body. Steps end at every kink of the tensions.
+///
+/// Never panics and never leaves a number that is not finite in the state.
+pub fn run<const D: usize>(
+    motion: &Motion<'_, D>,
+    integrator: &mut dyn Integrator<D>,
+    state: &mut State<D>,
+    t_end: f64,
+    samples: &[f64],
+    observer: &mut dyn Observer<D>,
+) -> Outcome {
+    let system = motion.system();
+    let size = system.rest().iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let far = (FLOWN * size).powi(2);
+    let stride = if integrator.amplification(0.0, 0.0, 0.0).is_some() { STRIDE } else { 1 };
+    let mut counts = Counts::default();
+    let mut before = state.clone();
+    let mut between = state.positions.clone();
+    let mut next = 0;
+    while let Some(&time) = samples.get(next).filter(|&&t| t <= state.time) {
+        between.copy_from_slice(&state.positions);
+        system.place_path_nodes(&mut between);
+        observer.sample(time, &between);
+        next += 1;
+    }
+    let mut status = Status::Completed;
+    while state.time < t_end {
+        before.clone_from(state);
+        let until = motion.tensions().next_kink(state.time).min(t_end);
+        if let Err(failure) = integrator.step(motion, state, until, &mut counts) {
+            status = match failure {
+                Failure::StepTooSmall => Status::StepTooSmall,
+                Failure::NotSolved => Status::NotSolved,
+            };
+            break;
+        }
+        // Written so that a number that is not finite fails too.
+        if !system.pattern().nodes().iter().all(|&i| state.positions[i].norm_squared() <= far) {
+            let finite = state.positions.iter().flatten().all(|x| x.is_finite());
+            status = if finite { Status::Diverged } else { Status::NotFinite };
+            std::mem::swap(state, &mut before);
+            break;
+        }
+        if counts.steps % stride == 0 || state.time >= t_end {
+            if system.cell_ratios(&state.positions).0 <= 0.0 {
+                status = Status::InvertedCell;
+                break;
+            }
+            observer.progress(state.time);
+        }
+        while let Some(&time) = samples.get(next).filter(|&&t| t <= state.time) {
+            interpolate(&before, state, time, &mut between);
+            system.place_path_nodes(&mut between);
+            observer.sample(time, &between);
+            next += 1;
+        }
+    }
+    system.place_path_nodes(&mut state.positions);
+    Outcome { status, time_s: state.time, counts }
+}
+
+/// Positions at a time between two states: the cubic with their positions and velocities.
+fn interpolate<const D: usize>(a: &State<D>, b: &State<D>, time: f64, out: &mut [SVector<f64, D>]) {
+    if time >= b.time {
+        return out.copy_from_slice(&b.positions);
+    }
+    let h = b.time - a.time;
+    let s = (time - a.time) / h;
+    let r = 1.0 - s;
+    let (pa, pb) = (r * r * (1.0 + 2.0 * s), s * s * (1.0 + 2.0 * r));
+    let (va, vb) = (h * s * r * r, -h * s * s * r);
+    for (i, o) in out.iter_mut().enumerate() {
+        *o = a.positions[i] * pa + b.positions[i] * pb + a.velocities[i] * va + b.velocities[i] * vb;
+    }
+}

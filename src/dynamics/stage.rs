@@ -1,0 +1,184 @@
+//! One implicit stage: the equations of motion at a time, solved by Newton's method for the positions alone.
+//!
+//! Given the known parts `x0, v0, c0` and the step `g`, solve
+//!
+//! ```text
+//! x = x0 + g v      v = v0 + g F(x, v, c) / m      c = c0 + g dc/dt(x, c)
+//! ```
+//!
+//! `v` and `c` follow from `x`, so the unknowns are those of the equilibrium and the matrix `m/g² + C/g + K` has its pattern;
+//! every contractile element is eliminated by itself.
+
+use nalgebra::SVector;
+
+use crate::effect::{Configuration, Tangent};
+use crate::sparse::BlockMatrix;
+use crate::sparse::cholesky::Factor;
+
+use super::{Counts, Motion, State};
+
+/// Above this contraction of the corrections an old factor is replaced.
+const SLOW: f64 = 0.2;
+/// Corrections below this part of the body's size are rounding.
+const ROUNDING: f64 = 1e-16;
+/// After this many iterations a solve is given up.
+const MOST_ITERATIONS: usize = 25;
+/// A solve whose corrections grow this many times, with a new factor each, is given up.
+const MOST_GROWTHS: usize = 3;
+
+/// Newton's method did not converge, or met a number that is not finite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct NotSolved;
+
+/// Solves stages; keeps the factor for as long as it serves.
+#[derive(Debug)]
+pub(super) struct StageSolver<const D: usize> {
+    matrix: BlockMatrix<D>,
+    factor: Factor<D>,
+    /// The step for which the factor was made; zero where there is none.
+    factor_step: f64,
+    /// How much smaller a correction was than the one before, lately.
+    contraction: f64,
+    force: Vec<SVector<f64, D>>,
+    step: Vec<SVector<f64, D>>,
+    unknowns: Vec<SVector<f64, D>>,
+    tensions: Vec<f64>,
+    /// Largest correction that counts as rounding, m.
+    rounding: f64,
+}
+
+impl<const D: usize> StageSolver<D> {
+    pub(super) fn new(motion: &Motion<'_, D>) -> Self {
+        let system = motion.system();
+        let zeros = vec![SVector::zeros(); system.rest().len()];
+        let size = system.rest().iter().map(|p| p.amax()).fold(0.0, f64::max);
+        Self {
+            matrix: BlockMatrix::zeros(system.pattern()),
+            factor: Factor::new(system.pattern()),
+            factor_step: 0.0,
+            contraction: 1.0,
+            force: zeros.clone(),
+            step: zeros,
+            unknowns: vec![SVector::zeros(); system.pattern().unknowns()],
+            tensions: vec![0.0; system.muscle_count()],
+            rounding: ROUNDING * size,
+        }
+    }
+
+    /// Moves `state` by `way` (m, for each node), less where a cell would turn over.
+    pub(super) fn predict(motion: &Motion<'_, D>, state: &mut State<D>, way: &[SVector<f64, D>]) {
+        let at = Configuration { positions: &state.positions, tensions: &[] };
+        let part = motion.system().effects().iter().map(|e| e.step_limit(at, way)).fold(1.0, f64::min);
+        for &i in motion.system().pattern().nodes() {
+            state.positions[i] += way[i] * part;
+        }
+    }
+
+    /// Solves for `stage` at its time, starting from its positions; `known` holds x0, v0, c0. Corrections are expected to be
+    /// within `tolerance`, m, of none at the end.
+    pub(super) fn solve(
+        &mut self,
+        motion: &Motion<'_, D>,
+        known: &State<D>,
+        stage: &mut State<D>,
+        g: f64,
+        tolerance: f64,
+        counts: &mut Counts,
+    ) -> Result<(), NotSolved> {
+        let mut fresh = false;
+        let mut last = f64::INFINITY;
+        let mut growths = 0;
+        for _ in 0..MOST_ITERATIONS {
+            self.follow(motion, known, stage, g);
+            motion.force(stage, &mut self.force);
+            counts.force_evaluations += 1;
+            if self.factor_step != g {
+                self.factorise(motion, stage, g, counts)?;
+                fresh = true;
+            }
+            let correction = self.correct(motion, known, stage, g)?;
+            if correction.is_finite() && last.is_finite() {
+                self.contraction = correction / last;
+            }
+            let left = match self.contraction < 1.0 {
+                true => correction * self.contraction / (1.0 - self.contraction),
+                false => correction,
+            };
+            if left <= tolerance || correction <= self.rounding {
+                self.follow(motion, known, stage, g);
+                return Ok(());
+            }
+            if self.contraction >= 1.0 && last.is_finite() {
+                growths += 1;
+                if growths > MOST_GROWTHS {
+                    break;
+                }
+            }
+            if self.contraction > SLOW && (!fresh || last.is_finite()) {
+                self.factor_step = 0.0;
+            }
+            last = correction;
+        }
+        self.factor_step = 0.0;
+        self.contraction = 1.0;
+        Err(NotSolved)
+    }
+
+    /// Velocities and internal states that go with the positions.
+    fn follow(&mut self, motion: &Motion<'_, D>, known: &State<D>, stage: &mut State<D>, g: f64) {
+        for &i in motion.system().pattern().nodes() {
+            stage.velocities[i] = (stage.positions[i] - known.positions[i]) / g;
+        }
+        stage.internal.copy_from_slice(&known.internal);
+        motion.settle(stage, g, &mut self.tensions);
+    }
+
+    fn factorise(
+        &mut self,
+        motion: &Motion<'_, D>,
+        stage: &State<D>,
+        g: f64,
+        counts: &mut Counts,
+    ) -> Result<(), NotSolved> {
+        // With a long step the matrix can be indefinite, near buckling; the convex one never is.
+        for tangent in [Tangent::Exact, Tangent::Convex] {
+            self.matrix.clear();
+            motion.add_step_matrix(stage, g, tangent, &mut self.matrix);
+            counts.factorisations += 1;
+            if self.factor.factorise(motion.system().pattern(), &self.matrix).is_ok() {
+                self.factor_step = g;
+                return Ok(());
+            }
+        }
+        self.factor_step = 0.0;
+        Err(NotSolved)
+    }
+
+    /// Moves the positions by one correction and returns the largest of a node, m.
+    fn correct(
+        &mut self,
+        motion: &Motion<'_, D>,
+        known: &State<D>,
+        stage: &mut State<D>,
+        g: f64,
+    ) -> Result<f64, NotSolved> {
+        let pattern = motion.system().pattern();
+        let inertia = motion.mass() / g;
+        for (u, &i) in self.unknowns.iter_mut().zip(pattern.nodes()) {
+            *u = self.force[i] - (stage.velocities[i] - known.velocities[i]) * inertia;
+        }
+        self.factor.solve(pattern, &mut self.unknowns);
+        let mut largest: f64 = 0.0;
+        for (u, &i) in self.unknowns.iter().zip(pattern.nodes()) {
+            let size = u.norm_squared();
+            if !size.is_finite() {
+                self.factor_step = 0.0;
+                return Err(NotSolved);
+            }
+            largest = largest.max(size);
+            self.step[i] = *u;
+        }
+        Self::predict(motion, stage, &self.step);
+        Ok(largest.sqrt())
+    }
+}
