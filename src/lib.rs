@@ -50,6 +50,7 @@ pub mod material;
 pub mod mesh;
 pub mod muscle;
 pub mod report;
+pub mod scene;
 pub mod sparse;
 pub mod suggest;
 pub mod system;

@@ -5,7 +5,8 @@
 //! element of the same shape: minimise `|K_CST - k K_springs - kappa K_measure|²` over `k` and `kappa`.
 
 use nalgebra::{SMatrix, SVector};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::mesh::simplex::{self, Corners};
 
@@ -29,7 +30,7 @@ impl Constants {
 }
 
 /// Where the coefficients come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// Identified from the constants; masses that add up to the body's.
@@ -40,7 +41,7 @@ pub enum Preset {
 }
 
 /// How the stiffness identified on one cell is laid on the connections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Spread {
     /// `k` on every connection, as the thesis does; only this reproduces its results.

@@ -4,6 +4,8 @@ mod body;
 mod fit;
 mod mesh;
 mod output;
+mod scene;
+mod scene_table;
 mod simulate;
 mod table;
 
@@ -63,6 +65,8 @@ struct Global {
 enum Command {
     /// Solve one equilibrium at given tensions
     Simulate(simulate::Arguments),
+    /// Scenes: simulate only the effects that a scene calls for
+    Scene(scene::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
 }
@@ -82,6 +86,7 @@ pub fn main() -> ExitCode {
     let result = set_threads(cli.global.threads).and_then(|()| match &cli.command {
         None => fit::run(&cli.fit, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
+        Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
     });
     match result {

@@ -20,7 +20,7 @@ const FAST_ENOUGH: f64 = 0.03;
 ///
 /// Never panics and never leaves a position that is not finite: what went wrong is in [`Solution::status`]. No accepted step
 /// turns a cell over, because every step is cut to where all cells keep at least a tenth of their measure.
-pub fn solve<const D: usize>(
+pub(super) fn solve<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],

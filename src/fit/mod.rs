@@ -228,15 +228,28 @@ pub fn muscle_numbers<const D: usize>(mesh: &Mesh<D>) -> Result<PerMuscle<usize>
 /// # Errors
 /// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
 pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) -> Result<Fit, FitError> {
-    settings.check()?;
     let numbers = muscle_numbers(mesh)?;
     let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
     let system = System::new(mesh, model, &contracting)?;
+    fit_system(&system, numbers, target, settings)
+}
 
+/// As [`fit`], in a system at hand: one in which all of the target's active muscles contract. `numbers` are those of the eight
+/// muscles among the chains of its mesh.
+///
+/// # Errors
+/// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
+pub fn fit_system(
+    system: &System<2>,
+    numbers: PerMuscle<usize>,
+    target: &Target,
+    settings: &Settings,
+) -> Result<Fit, FitError> {
+    settings.check()?;
     let starts: Vec<Start> = (0..settings.starts)
         .into_par_iter()
         .map(|number| {
-            let forward = Forward::new(&system, numbers, target, settings);
+            let forward = Forward::new(system, numbers, target, settings);
             match settings.method {
                 Method::NelderMead => search::run(forward, number),
                 Method::GaussNewton => Ok(gauss_newton::run(forward, number)),
@@ -249,16 +262,16 @@ pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) 
         .min_by(|a, b| a.cost.total_cmp(&b.cost))
         .ok_or_else(|| FitError::Search("no start was made".into()))?;
 
-    let mut forward = Forward::new(&system, numbers, target, settings);
+    let mut forward = Forward::new(system, numbers, target, settings);
     let active = snap_to_lower_bound(&mut forward, best);
     let evaluations = starts.iter().map(|s| s.evaluations).sum::<usize>();
     let rest_lengths = forward.rest_lengths();
     let outcome = forward.evaluate(&active);
     let identifiability = identifiability::analyse(&mut forward, &active);
 
-    let mut workspace = Workspace::new(&system);
+    let mut workspace = Workspace::new(system);
     let solution =
-        equilibrium::solve(&system, &mut workspace, &forward.all_tensions(&active), &settings.equilibrium);
+        equilibrium::solve(system, &mut workspace, &forward.all_tensions(&active), &settings.equilibrium);
     let replayed = forward.lengths_of(workspace.positions());
     let lengths = outcome.lengths.unwrap_or(replayed);
     let largest_difference = lengths.iter().zip(&replayed).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -8,6 +8,8 @@ mod figure;
 mod file;
 mod picture;
 mod record;
+mod solid;
+mod vtu;
 
 use std::io;
 use std::path::PathBuf;
@@ -16,8 +18,10 @@ use plotters::drawing::DrawingAreaErrorKind;
 
 pub use chart::{Series, changes};
 pub use file::OutputDir;
-pub use picture::tongue;
+pub use picture::{tongue, tongue_at_wall};
 pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles};
+pub use solid::solid;
+pub use vtu::vtu;
 
 /// Why an output could not be made or written.
 #[derive(Debug, thiserror::Error)]

@@ -57,10 +57,25 @@ pub fn tongue(
     active: &[usize],
     title: &str,
 ) -> Result<String, ReportError> {
+    tongue_at_wall(mesh, deformed, active, &[], title)
+}
+
+/// As [`tongue`], with the rigid outline (m) that it meets, if it has points.
+///
+/// # Errors
+/// As [`tongue`].
+pub fn tongue_at_wall(
+    mesh: &Mesh<2>,
+    deformed: &[SVector<f64, 2>],
+    active: &[usize],
+    wall: &[SVector<f64, 2>],
+    title: &str,
+) -> Result<String, ReportError> {
     check(mesh, deformed, active)?;
     let rest = millimetres(&mesh.nodes);
     let deformed = millimetres(deformed);
-    let view = View::of(rest.iter().chain(&deformed));
+    let wall = millimetres(wall);
+    let view = View::of(rest.iter().chain(&deformed).chain(&wall));
     let rows = mesh.muscles.len().div_ceil(COLUMNS - 1).max(3) + 1;
     let legend_height = ROW * i32::try_from(rows).unwrap_or(1) + 2 * MARGIN;
     let plot_height = view.height + AXIS_BELOW + MARGIN;
@@ -83,6 +98,9 @@ pub fn tongue(
             .build_cartesian_2d(view.x.clone(), view.y.clone())?;
         axes(&mut chart)?;
         shapes(&mut chart, mesh, &rest, &deformed)?;
+        if !wall.is_empty() {
+            chart.draw_series([PathElement::new(wall, stroke(INK, 60))])?;
+        }
         for pulling in [false, true] {
             for style in styles.iter().filter(|s| s.active == pulling) {
                 let path = style.muscle.nodes.iter().filter_map(|&n| deformed.get(n).copied()).collect();

@@ -3,6 +3,7 @@
 //! A system is immutable and may be shared between threads; whatever a solve scribbles on lives in a
 //! [`crate::equilibrium::Workspace`], one a thread.
 
+mod additions;
 pub mod path;
 
 use std::collections::BTreeMap;
@@ -16,6 +17,7 @@ use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
 use crate::mesh::{Mesh, simplex};
 use crate::sparse::Pattern;
 
+pub use additions::Additions;
 pub use path::{OutsidePath, StraightPath};
 
 /// Choices that make a mesh into a model.
@@ -80,6 +82,12 @@ pub enum SystemError {
         /// A node of the loose part.
         node: usize,
     },
+    /// A node is to be carried along by a bone that does not hold it.
+    #[error("node {node} is to be carried by a bone, but no bone holds it; fix it in the mesh")]
+    NotOnBone {
+        /// The node.
+        node: usize,
+    },
     /// A cell has no positive area or volume at rest.
     #[error(
         "cell {cell} has measure {measure:e} at rest; it must be positive (counter-clockwise, not degenerate)"
@@ -98,6 +106,8 @@ pub struct System<const D: usize> {
     tissue: TissueModel,
     coefficients: Coefficients,
     rest: Vec<SVector<f64, D>>,
+    /// Bone nodes that are to be elsewhere than at rest, and where, m.
+    carried: Vec<(usize, SVector<f64, D>)>,
     effects: Vec<Box<dyn Effect<D>>>,
     pattern: Pattern,
     paths: Vec<StraightPath>,
@@ -114,6 +124,19 @@ impl<const D: usize> System<D> {
     /// # Errors
     /// [`SystemError`] for bad constants, muscles that do not exist, degenerate cells and parts without bone.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
+        Self::with(mesh, model, contracting, Additions::default())
+    }
+
+    /// As [`System::new`], with what a scene adds to the plain model or takes from it.
+    ///
+    /// # Errors
+    /// As [`System::new`], and [`SystemError::NotOnBone`] for a node to be carried that no bone holds.
+    pub fn with(
+        mesh: &Mesh<D>,
+        model: &Model,
+        contracting: &[usize],
+        additions: Additions<D>,
+    ) -> Result<Self, SystemError> {
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
         }
@@ -181,17 +204,23 @@ impl<const D: usize> System<D> {
         let springs = elements.into_iter().filter(|(_, (k, _))| *k > 0.0);
         let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
         effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
-        if !mesh.cells.is_empty() {
-            effects.push(match model.tissue {
-                TissueModel::MassSpring => {
-                    Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes))
-                }
-                TissueModel::FiniteElement => {
-                    Box::new(FiniteElements::new(model.constants.lame(), &mesh.cells, &mesh.nodes))
-                }
-            });
+        match model.tissue {
+            _ if mesh.cells.is_empty() => {}
+            TissueModel::MassSpring if !additions.incompressible => {}
+            TissueModel::MassSpring => {
+                effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
+            }
+            TissueModel::FiniteElement => {
+                effects.push(Box::new(FiniteElements::new(model.constants.lame(), &mesh.cells, &mesh.nodes)));
+            }
         }
-        effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
+        effects.extend(additions.effects);
+        let mut held: BTreeMap<usize, SVector<f64, D>> =
+            mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect();
+        for (node, position) in additions.carried {
+            *held.get_mut(&node).ok_or(SystemError::NotOnBone { node })? = position;
+        }
+        effects.push(Box::new(Bone::new(held.into_iter().collect())));
         Self::assemble(mesh, model.tissue, coefficients, effects, paths, contracting.to_vec(), cells)
     }
 
@@ -204,7 +233,8 @@ impl<const D: usize> System<D> {
         contracting: Vec<usize>,
         cells: Vec<(Vec<usize>, f64)>,
     ) -> Result<Self, SystemError> {
-        let mut rest = mesh.nodes.clone();
+        let rest = mesh.nodes.clone();
+        let mut carried = Vec::new();
         let mut is_unknown = vec![true; rest.len()];
         paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| is_unknown[n] = false);
         let mut held = vec![false; rest.len()];
@@ -212,7 +242,9 @@ impl<const D: usize> System<D> {
             effect.prescribed(&mut |node, position| {
                 is_unknown[node] = false;
                 held[node] = true;
-                rest[node] = position;
+                if position != rest[node] {
+                    carried.push((node, position));
+                }
             });
         }
         let mut cliques = Vec::new();
@@ -228,6 +260,7 @@ impl<const D: usize> System<D> {
             tissue,
             coefficients,
             rest,
+            carried,
             effects,
             pattern,
             paths,
@@ -247,9 +280,14 @@ impl<const D: usize> System<D> {
         &self.coefficients
     }
 
-    /// Positions from which a solve starts, m: at rest, bones where they are prescribed.
+    /// Positions at rest, m, bones included.
     pub fn rest(&self) -> &[SVector<f64, D>] {
         &self.rest
+    }
+
+    /// Bone nodes that are carried away from where they are at rest, and where to, m.
+    pub fn carried(&self) -> &[(usize, SVector<f64, D>)] {
+        &self.carried
     }
 
     /// The effects that are simulated.
@@ -305,6 +343,11 @@ impl<const D: usize> System<D> {
             let ratio = simplex::measure(&simplex::corners(positions, cell)) / rest;
             (lo.min(ratio), hi.max(ratio))
         })
+    }
+
+    /// Area, m², or volume, m³, of all cells together.
+    pub fn measure(&self, positions: &[SVector<f64, D>]) -> f64 {
+        self.cells.iter().map(|(cell, _)| simplex::measure(&simplex::corners(positions, cell))).sum()
     }
 
     /// Puts the inner nodes of straight paths where they belong between the ends of their path.

@@ -1,0 +1,79 @@
+//! Bones that are carried away from where they are at rest: a jaw that opens, a hyoid that rises.
+//!
+//! Moved at once, a bone would turn over the cells beside it, and no step of Newton's method could undo that. So it is carried
+//! in parts, each at most half of what the effects can be trusted for, and the body follows after each.
+
+use nalgebra::SVector;
+
+use crate::effect::Configuration;
+use crate::system::System;
+
+use super::{Settings, Solution, Status, Workspace, newton};
+
+/// Residual force at which the body has followed well enough for the next part, N.
+const FOLLOWED: f64 = 1e-4;
+/// Most parts. The reference tongue's jaw opens by 10 degrees in 12.
+const MOST_PARTS: usize = 1000;
+
+/// As [`newton::solve`], after the bones have been carried to where the system wants them.
+pub fn solve<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &Settings,
+) -> Solution {
+    let mut spent: Option<Solution> = None;
+    for _ in 0..MOST_PARTS {
+        if !carry(system, workspace) {
+            let last = newton::solve(system, workspace, tensions, settings);
+            return spent.map_or(last, |s| s.and(last));
+        }
+        let follow = Settings { tolerance: settings.tolerance.max(FOLLOWED), ..*settings };
+        let part = newton::solve(system, workspace, tensions, &follow);
+        let sum = spent.map_or(part, |s| s.and(part));
+        if !matches!(part.status, Status::Converged | Status::Stalled) {
+            return sum;
+        }
+        spent = Some(sum);
+    }
+    let last = newton::solve(system, workspace, tensions, settings);
+    Solution { status: Status::Stalled, ..spent.map_or(last, |s| s.and(last)) }
+}
+
+/// Moves the bones a part of what is left of their way; false when they were already there.
+fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> bool {
+    let there = |&(node, to): &(usize, SVector<f64, D>)| w.positions[node] == to;
+    if system.carried().iter().all(there) {
+        return false;
+    }
+    w.step.fill(SVector::zeros());
+    for &(node, to) in system.carried() {
+        w.step[node] = to - w.positions[node];
+    }
+    let at = Configuration { positions: &w.positions, tensions: &w.tensions };
+    let limit = system.effects().iter().map(|e| e.step_limit(at, &w.step)).fold(1.0, f64::min);
+    for &(node, to) in system.carried() {
+        if limit < 1.0 {
+            w.positions[node] += w.step[node] * (0.5 * limit);
+        } else {
+            w.positions[node] = to;
+        }
+    }
+    w.factor_ready = false;
+    // The step belongs to unknowns only; Newton's method relies on zeros elsewhere.
+    w.step.fill(SVector::zeros());
+    true
+}
+
+impl Solution {
+    /// The end of `last` with the cost of both.
+    fn and(self, last: Self) -> Self {
+        Self {
+            iterations: self.iterations + last.iterations,
+            factorisations: self.factorisations + last.factorisations,
+            energy_evaluations: self.energy_evaluations + last.energy_evaluations,
+            safeguarded: self.safeguarded + last.safeguarded,
+            ..last
+        }
+    }
+}
