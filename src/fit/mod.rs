@@ -10,6 +10,7 @@
 
 mod gauss_newton;
 pub mod identifiability;
+mod known;
 mod objective;
 mod search;
 

@@ -1,6 +1,7 @@
 //! From candidate tensions to a cost: total, that is finite whatever the candidate.
 
 use nalgebra::SVector;
+use rayon::prelude::*;
 
 use crate::equilibrium::{self, Status, Workspace};
 use crate::muscle::{Muscle, PerMuscle};
@@ -8,6 +9,7 @@ use crate::system::System;
 use crate::target::Target;
 
 use super::Settings;
+use super::known::{BestKnown, Known};
 
 /// Cost of a candidate whose equilibrium was not found: worse than any real misfit, and finite, because argmin's Nelder-Mead
 /// panics on errors in its first simplex and gives up on NaN.
@@ -22,14 +24,6 @@ pub struct Outcome {
     pub misfit: f64,
     /// Lengths of the eight muscles, m, where an equilibrium was found.
     pub lengths: Option<PerMuscle<f64>>,
-}
-
-/// A solved candidate, kept as a start for its neighbours.
-#[derive(Debug, Clone)]
-struct Known {
-    tensions: Vec<f64>,
-    cost: f64,
-    positions: Vec<SVector<f64, 2>>,
 }
 
 /// Solves candidates one after another, each from the nearest of the best ones solved before.
@@ -47,7 +41,7 @@ pub struct Forward<'a> {
     rest_lengths: PerMuscle<f64>,
     all_tensions: Vec<f64>,
     effort: f64,
-    known: Vec<Known>,
+    known: BestKnown,
     evaluations: usize,
 }
 
@@ -70,7 +64,7 @@ impl<'a> Forward<'a> {
             rest_lengths,
             all_tensions: vec![0.0; system.muscle_count()],
             effort: if undetermined { settings.effort } else { 0.0 },
-            known: Vec::with_capacity(target.active.len() + 1),
+            known: BestKnown::new(target.active.len()),
             evaluations: 0,
         }
     }
@@ -130,42 +124,44 @@ impl<'a> Forward<'a> {
         if !cost.is_finite() {
             return Outcome { cost: FAILED, misfit: f64::INFINITY, lengths: None };
         }
-        self.remember(active, cost);
+        self.known.remember(active, cost, self.workspace.positions());
         let misfit = (squares / self.target.fitted.len() as f64).sqrt();
         Outcome { cost, misfit, lengths: Some(lengths) }
     }
 
-    /// Largest distance of one of the best candidates (as many as a simplex has corners) from the best one, N; infinite
-    /// before there are as many.
-    pub fn spread(&self) -> f64 {
-        if self.known.len() < self.known.capacity() {
-            return f64::INFINITY;
+    /// Solves several candidates at once, each from rest on its own workspace, keeps them as starts, and gives their costs.
+    pub(super) fn evaluate_in_parallel(&mut self, candidates: &[Vec<f64>]) -> Vec<f64> {
+        let solved: Vec<(f64, Option<Known>)> = candidates
+            .par_iter()
+            .map(|active| {
+                let mut own = Forward::new(self.system, self.numbers, self.target, self.settings);
+                let cost = own.evaluate(active).cost;
+                (cost, own.known.best().cloned())
+            })
+            .collect();
+        self.evaluations += candidates.len();
+        let mut costs = Vec::with_capacity(candidates.len());
+        for (cost, known) in solved {
+            costs.push(cost);
+            if let Some(known) = known {
+                self.known.remember(&known.tensions, cost, &known.positions);
+            }
         }
-        let best = self.known.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-        best.map_or(f64::INFINITY, |best| {
-            self.known
-                .iter()
-                .map(|k| distance_squared(&k.tensions, &best.tensions))
-                .fold(0.0, f64::max)
-                .sqrt()
-        })
+        costs
     }
 
-    /// Forgets the best candidates, so that [`Forward::spread`] speaks of a new simplex; keeps the best as a start.
+    /// How far the best candidates (as many as a simplex has corners) lie apart, N.
+    pub fn spread(&self) -> f64 {
+        self.known.spread()
+    }
+
+    /// Forgets all but the best candidate, so that [`Forward::spread`] speaks of a new simplex.
     pub(super) fn begin_simplex(&mut self) {
-        if let Some(best) =
-            (0..self.known.len()).min_by(|&a, &b| self.known[a].cost.total_cmp(&self.known[b].cost))
-        {
-            self.known.swap(0, best);
-            self.known.truncate(1);
-        }
+        self.known.keep_best();
     }
 
     fn solve_from_nearest(&mut self, active: &[f64]) -> bool {
-        let nearest = self.known.iter().min_by(|a, b| {
-            distance_squared(&a.tensions, active).total_cmp(&distance_squared(&b.tensions, active))
-        });
-        let Some(nearest) = nearest else { return false };
+        let Some(nearest) = self.known.nearest(active) else { return false };
         self.workspace.start_from(&nearest.positions);
         self.solve()
     }
@@ -180,22 +176,4 @@ impl<'a> Forward<'a> {
         let solution = equilibrium::solve(self.system, &mut self.workspace, &self.all_tensions, settings);
         solution.status == Status::Converged
     }
-
-    /// Keeps the candidate if it is among the best, in the place of the worst.
-    fn remember(&mut self, active: &[f64], cost: f64) {
-        let positions = self.workspace.positions();
-        if self.known.len() < self.known.capacity() {
-            self.known.push(Known { tensions: active.to_vec(), cost, positions: positions.to_vec() });
-        } else if let Some(worst) = self.known.iter_mut().max_by(|a, b| a.cost.total_cmp(&b.cost))
-            && cost < worst.cost
-        {
-            worst.tensions.copy_from_slice(active);
-            worst.cost = cost;
-            worst.positions.copy_from_slice(positions);
-        }
-    }
-}
-
-fn distance_squared(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }

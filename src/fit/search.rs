@@ -47,6 +47,8 @@ type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
 struct Folded<'a, 'b> {
     forward: &'b RefCell<Forward<'a>>,
     upper_bound: f64,
+    /// Corners of the first simplex, solved beforehand in parallel, with their costs.
+    solved: Vec<(Vec<f64>, f64)>,
 }
 
 impl CostFunction for Folded<'_, '_> {
@@ -54,6 +56,9 @@ impl CostFunction for Folded<'_, '_> {
     type Output = f64;
 
     fn cost(&self, parameters: &Vec<f64>) -> Result<f64, Error> {
+        if let Some((_, cost)) = self.solved.iter().find(|(corner, _)| corner == parameters) {
+            return Ok(*cost);
+        }
         let tensions = fold(parameters, self.upper_bound);
         Ok(self.forward.borrow_mut().evaluate(&tensions).cost)
     }
@@ -161,8 +166,11 @@ fn one_simplex(
         vertex[i] += if vertex[i] + side <= settings.upper_bound { side } else { -side };
         simplex.push(vertex);
     }
+    // Every corner lies within the bounds, so it needs no folding.
+    let costs = forward.borrow_mut().evaluate_in_parallel(&simplex);
+    let solved = simplex.iter().cloned().zip(costs).collect();
     let inner = NelderMead::new(simplex).with_sd_tolerance(settings.cost_tolerance).map_err(failed)?;
-    let problem = Folded { forward, upper_bound: settings.upper_bound };
+    let problem = Folded { forward, upper_bound: settings.upper_bound, solved };
     let solver = Search { inner, forward, tension_tolerance: settings.tension_tolerance };
     let result = Executor::new(problem, solver)
         .configure(|state| state.max_iters(settings.max_iterations))
