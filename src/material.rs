@@ -225,14 +225,16 @@ impl Coefficients {
             return Ok(Self { spread, ..Self::AS_PRINTED });
         }
         let matched = match_stiffness::<D>(constants, &regular_simplex(side))?;
+        // In the plane b = eta is per metre of thickness; in space a connection is about as thick as it is long.
+        let damping = constants.viscosity * if D == 2 { 1.0 } else { side };
         Ok(Self {
             tissue_stiffness: matched.stiffness,
-            tissue_damping: constants.viscosity,
+            tissue_damping: damping,
             kappa: matched.kappa,
             muscle_parallel_stiffness: matched.stiffness,
             // The thesis takes k2 = b "to avoid divergence" (slip 8); at equilibrium it has no effect.
-            muscle_series_stiffness: constants.viscosity,
-            contractile_damping: constants.viscosity,
+            muscle_series_stiffness: damping,
+            contractile_damping: damping,
             node_mass: constants.density * measure / nodes as f64,
             spread,
         })

@@ -1,5 +1,6 @@
 //! Every effect that a system can simulate: its force is minus the derivative of its energy, its stiffness minus the
-//! derivative of its force, its convex stiffness has no negative eigenvalue, and its tension derivative is what it says.
+//! derivative of its force, its convex stiffness has no negative eigenvalue, and its tension derivative is what it says. In motion
+//! its damping is minus the derivative of its viscous force, and what acts through internal states obeys the same rules.
 //!
 //! The list of effects is taken from a system with everything switched on, so a new effect is covered by being used.
 
@@ -84,10 +85,105 @@ fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64, tissue: TissueModel) -> 
         for ((more, here), derivative) in more.iter().zip(&here).zip(&per_tension) {
             assert!((more - here - derivative).norm() < 1e-12, "{}: tension derivative", effect.name());
         }
+        check_damping(&system, effect, at, scale);
+        check_internal(&system, effect, at, step);
         let total: SVector<f64, D> = here.iter().sum();
         assert!(total.norm() < 1e-9, "{}: inner forces do not cancel", effect.name());
     }
     system.effects().iter().map(|e| e.name()).collect()
+}
+
+/// The damping is minus the derivative of the viscous force, never feeds energy, and does not resist moving as a whole.
+fn check_damping<const D: usize>(
+    system: &System<D>,
+    effect: &dyn Effect<D>,
+    at: Configuration<'_, D>,
+    scale: f64,
+) {
+    let nodes = system.pattern().nodes();
+    let viscous = |v: &[SVector<f64, D>]| {
+        let mut f = vec![SVector::zeros(); v.len()];
+        effect.add_viscous_force(at, v, &mut f);
+        f
+    };
+    let weight = 0.5;
+    let mut c = BlockMatrix::zeros(system.pattern());
+    effect.add_damping(at, weight, &mut c);
+    let damping = dense(system, &c) / weight;
+    for (u, &node) in nodes.iter().enumerate() {
+        for d in 0..D {
+            let mut v = vec![SVector::zeros(); at.positions.len()];
+            v[node][d] = 1.0;
+            let f = viscous(&v);
+            for (w, &other) in nodes.iter().enumerate() {
+                for e in 0..D {
+                    let error = (f[other][e] + damping[(w * D + e, u * D + d)]).abs() / scale;
+                    assert!(error < 1e-12, "{}: damping off by {error:e}", effect.name());
+                }
+            }
+        }
+    }
+    assert!(damping.symmetric_eigenvalues().min() > -1e-9 * scale, "{}: feeds energy", effect.name());
+    let together = viscous(&vec![SVector::repeat(0.3); at.positions.len()]);
+    assert!(together.iter().all(|f| f.norm() < 1e-9), "{}: resists moving as a whole", effect.name());
+}
+
+/// The force through internal states is minus the derivative of its energy; with the states settled, its stiffness is minus the
+/// derivative of that; settled states solve their equation.
+fn check_internal<const D: usize>(
+    system: &System<D>,
+    effect: &dyn Effect<D>,
+    at: Configuration<'_, D>,
+    step: f64,
+) {
+    let Some(internal) = effect.internal() else { return };
+    assert!(internal.count() > 0);
+    let known: Vec<f64> = (0..internal.count()).map(|i| 1e-4 * (i as f64).sin()).collect();
+    for time_step in [0.0, 0.01, 2.0] {
+        let settled = |at: Configuration<'_, D>| {
+            let mut s = known.clone();
+            internal.settle(at, time_step, &mut s);
+            s
+        };
+        let states = settled(at);
+        let mut rates = vec![0.0; states.len()];
+        internal.rates(at, &states, &mut rates);
+        for ((s, k), r) in states.iter().zip(&known).zip(&rates) {
+            assert!(
+                (s - k - time_step * r).abs() < 1e-15 + 1e-12 * s.abs(),
+                "{}: not settled",
+                effect.name()
+            );
+        }
+        let force = |at: Configuration<'_, D>, states: &[f64]| {
+            let mut f = vec![SVector::<f64, D>::zeros(); at.positions.len()];
+            internal.add_force(at, states, &mut f);
+            f
+        };
+        let mut k = BlockMatrix::zeros(system.pattern());
+        internal.add_stiffness(at, time_step, &states, Tangent::Exact, &mut k);
+        let k = dense(system, &k);
+        let here = force(at, &states);
+        for (u, &node) in system.pattern().nodes().iter().enumerate() {
+            for d in 0..D {
+                let (mut up, mut down) = (at.positions.to_vec(), at.positions.to_vec());
+                up[node][d] += step;
+                down[node][d] -= step;
+                let slope = (internal.energy(&up, &states) - internal.energy(&down, &states)) / (2.0 * step);
+                assert!((slope + here[node][d]).abs() < 1e-5, "{}: force of states", effect.name());
+                let up = Configuration { positions: &up, ..at };
+                let down = Configuration { positions: &down, ..at };
+                let (fu, fd) = (force(up, &settled(up)), force(down, &settled(down)));
+                for (v, &other) in system.pattern().nodes().iter().enumerate() {
+                    for e in 0..D {
+                        let change = -(fu[other][e] - fd[other][e]) / (2.0 * step);
+                        let error = (change - k[(v * D + e, u * D + d)]).abs() / k.amax().max(1.0);
+                        assert!(error < 1e-6, "{}: stiffness of states off by {error:e}", effect.name());
+                    }
+                }
+            }
+        }
+    }
 }
 
 #[test]

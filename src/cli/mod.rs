@@ -8,6 +8,7 @@ mod scene;
 mod scene_table;
 mod simulate;
 mod table;
+mod trajectory;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -50,7 +51,7 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results for fits; simulate and mesh write files only when it is given]
+    /// Folder for the output files [default: results for fits and trajectories; simulate and mesh write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
     /// Number of threads; results do not depend on it [default: one for each core]
@@ -63,7 +64,7 @@ struct Global {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Solve one equilibrium at given tensions
+    /// Solve one equilibrium at given tensions, or follow the motion there
     Simulate(simulate::Arguments),
     /// Scenes: simulate only the effects that a scene calls for
     Scene(scene::Arguments),

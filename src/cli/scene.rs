@@ -7,8 +7,9 @@ use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 use tongue_fit::report::{self, OutputDir};
 use tongue_fit::scene::body::{self, AnyBody};
+use tongue_fit::scene::compare::{Compared, compare};
 use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
-use tongue_fit::scene::run::{self, Outcome as Result_};
+use tongue_fit::scene::run::{self, Outcome as Answer};
 use tongue_fit::scene::{self, Plan, Scene};
 
 use super::{Global, Outcome, output, scene_table};
@@ -32,6 +33,8 @@ enum Action {
     Explain(Which),
     /// Run a scene; with --out its picture and its numbers are written
     Run(Which),
+    /// Run scenes pruned and with everything simulated, and compare times and shapes; with --out as CSV too
+    Compare(Several),
     /// Print the JSON schema of scene files, from which editors complete them
     Schema,
 }
@@ -41,6 +44,13 @@ struct Which {
     /// A built-in scene, or the path of a scene file (TOML)
     #[arg(value_name = "NAME")]
     name: String,
+}
+
+#[derive(Debug, Clone, clap::Args)]
+struct Several {
+    /// Built-in scenes, or paths of scene files [default: all that are built in]
+    #[arg(value_name = "NAME")]
+    names: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -65,6 +75,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             explain(&plan, global)
         }
         Action::Run(which) => run_one(&which.name, global),
+        Action::Compare(several) => compare_all(&several.names, global),
     }
 }
 
@@ -125,24 +136,23 @@ fn explain(plan: &Plan, global: &Global) -> miette::Result<Outcome> {
 fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let scene = load(name)?;
-    let (result, shape) = match prepared(&scene)? {
+    let (result, picture, vtu) = match prepared(&scene)? {
         Ready::Flat(p) => {
             let mesh = p.built.mesh.clone();
             let wall = p.wall.as_ref().map(|w| w.outline().to_vec()).unwrap_or_default();
             let active = p.system.contracting().to_vec();
             let result = run::run(&scene, p).into_diagnostic()?;
-            let positions: Vec<_> =
-                result.positions_m.iter().map(|p| nalgebra::Vector2::from_column_slice(p)).collect();
+            let positions = positions::<2>(&result);
             let picture = report::tongue_at_wall(&mesh, &positions, &active, &wall, &scene.title);
-            (result, (picture.into_diagnostic()?, report::vtu(&mesh, &positions)))
+            (result, picture.into_diagnostic()?, None)
         }
         Ready::Solid(p) => {
             let mesh = p.built.mesh.clone();
             let result = run::run(&scene, p).into_diagnostic()?;
-            let positions: Vec<_> =
-                result.positions_m.iter().map(|p| nalgebra::Vector3::from_column_slice(p)).collect();
-            let picture = report::solid(&mesh, &positions, &scene.title);
-            (result, (picture.into_diagnostic()?, report::vtu(&mesh, &positions)))
+            let positions = positions::<3>(&result);
+            let picture = report::solid(&mesh, &positions, &scene.title).into_diagnostic()?;
+            let vtu = report::vtu(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
+            (result, picture, Some(vtu))
         }
     };
     let json = serde_json::to_string_pretty(&result).into_diagnostic()? + "\n";
@@ -150,15 +160,11 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
     if let Some(out) = &out {
         let stem = Path::new(name).file_stem().map_or_else(|| name.into(), |s| s.to_string_lossy());
         let trajectory = result.trajectory.as_ref().map(|_| scene_table::trajectory_csv(&result));
-        let names = ["svg", "vtu", "json", "csv"].map(|extension| format!("{stem}.{extension}"));
-        let mut files: Vec<(&str, &[u8])> = vec![
-            (names[0].as_str(), shape.0.as_bytes()),
-            (names[1].as_str(), shape.1.as_bytes()),
-            (names[2].as_str(), json.as_bytes()),
-        ];
-        if let Some(csv) = &trajectory {
-            files.push((names[3].as_str(), csv.as_bytes()));
-        }
+        let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
+        let mut files: Vec<(&str, &[u8])> =
+            vec![(names[0].as_str(), picture.as_bytes()), (names[1].as_str(), json.as_bytes())];
+        files.extend(vtu.iter().map(|text| (names[2].as_str(), text.as_bytes())));
+        files.extend(trajectory.iter().map(|text| (names[3].as_str(), text.as_bytes())));
         written = out.write_all(&files).into_diagnostic()?;
     }
     match global.json {
@@ -168,6 +174,38 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
     Ok(outcome(&result))
 }
 
-fn outcome(result: &Result_) -> Outcome {
+fn outcome(result: &Answer) -> Outcome {
     if result.converged { Outcome::Good } else { Outcome::Untrustworthy }
+}
+
+fn positions<const D: usize>(result: &Answer) -> Vec<nalgebra::SVector<f64, D>> {
+    result.positions_m.iter().map(|p| nalgebra::SVector::from_column_slice(p)).collect()
+}
+
+fn compare_all(names: &[String], global: &Global) -> miette::Result<Outcome> {
+    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
+    let names: Vec<String> = match names {
+        [] => scene::names().map(str::to_owned).collect(),
+        given => given.to_vec(),
+    };
+    let mut all: Vec<Compared> = Vec::new();
+    for name in &names {
+        let scene = load(name)?;
+        scene.check().into_diagnostic()?;
+        all.push(match body::build(&scene.body).into_diagnostic()? {
+            AnyBody::Flat(b) => compare(name, &scene, &b).into_diagnostic()?,
+            AnyBody::Solid(b) => compare(name, &scene, &b).into_diagnostic()?,
+        });
+    }
+    let written = match &out {
+        Some(out) => vec![out.write("pruning.csv", scene_table::pruning_csv(&all)).into_diagnostic()?],
+        None => Vec::new(),
+    };
+    match global.json {
+        true => output::print(
+            &(serde_json::to_string_pretty(&serde_json::json!({ "scenes": all })).into_diagnostic()? + "\n"),
+        )?,
+        false => output::print(&scene_table::pruning(&all, &written))?,
+    }
+    Ok(if all.iter().all(|c| c.converged) { Outcome::Good } else { Outcome::Untrustworthy })
 }

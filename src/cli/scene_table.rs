@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use tongue_fit::scene::Plan;
+use tongue_fit::scene::compare::Compared;
 use tongue_fit::scene::run::Outcome;
 
 use super::table::{files, table};
@@ -87,6 +88,9 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
             c.largest_n,
             c.closest_mm
         );
+        if c.edge_through_wall {
+            text += "PENETRATED: between two nodes the surface passes through a corner of the wall; refine the mesh\n";
+        }
     }
     let _ = writeln!(text, "force of the body on the bones: {} N", vector(&o.on_bones_n));
     if let Some(t) = &o.trajectory {
@@ -165,4 +169,53 @@ fn wrapped(text: &str) -> Vec<String> {
         }
     }
     lines
+}
+
+/// Pruned against full, a row a scene.
+pub fn pruning(all: &[Compared], written: &[PathBuf]) -> String {
+    let mut t = table(&["scene", "pruned ms", "all static ms", "all in time ms", "differ mm", "in time mm"]);
+    for c in all {
+        let some =
+            |v: Option<f64>, digits: usize| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
+        let small = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.1e}"));
+        t.add_row([
+            format!("{}{}", c.scene, if c.converged { "" } else { " (NOT CONVERGED)" }),
+            format!("{:.3}", c.pruned_ms),
+            some(c.full_static_ms, 3),
+            some(c.full_dynamic_ms, 1),
+            small(c.static_difference_mm),
+            small(c.dynamic_difference_mm),
+        ]);
+    }
+    let mut text = format!(
+        "{t}\n\nall static: every muscle with the three-element model, weight and wall without strength; the same shape.\n\
+         all in time: that, with mass, dampers and muscle dynamics, followed from rest until nothing moves.\n"
+    );
+    files(&mut text, written);
+    text
+}
+
+/// The same as CSV.
+pub fn pruning_csv(all: &[Compared]) -> String {
+    let mut text = "scene,converged,pruned_ms,full_static_ms,full_dynamic_ms,static_difference_mm,dynamic_difference_mm,\
+                    pruned_elements,full_elements,steps\n"
+        .to_owned();
+    for c in all {
+        let some = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{},{}",
+            c.scene,
+            c.converged,
+            c.pruned_ms,
+            some(c.full_static_ms),
+            some(c.full_dynamic_ms),
+            some(c.static_difference_mm),
+            some(c.dynamic_difference_mm),
+            c.pruned_elements,
+            c.full_elements,
+            c.steps.map_or_else(String::new, |s| s.to_string())
+        );
+    }
+    text
 }

@@ -1,4 +1,4 @@
-//! `tongue-fit simulate`: one equilibrium at given tensions.
+//! `tongue-fit simulate`: one equilibrium at given tensions, or the motion there.
 
 use std::time::Instant;
 
@@ -9,18 +9,20 @@ use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, OutputDir, SimulationRecord};
 use tongue_fit::system::System;
 
-use super::{Global, Outcome, body, output, table};
+use super::{Global, Outcome, body, output, table, trajectory};
 
 /// Options of `tongue-fit simulate`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(
-    after_help = "Example (the published answer for /a/):\n  tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5"
+    after_help = "Example (the published answer for /a/):\n  tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5\n\nExample (its first 3 s):\n  tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --trajectory"
 )]
 pub struct Arguments {
     /// Tension of a muscle, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
     tension: Vec<String>,
+    #[command(flatten)]
+    trajectory: trajectory::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }
@@ -28,6 +30,9 @@ pub struct Arguments {
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = tensions(&arguments.tension)?;
+    if arguments.trajectory.is_given() {
+        return trajectory::run(&arguments.trajectory, &given, &arguments.body, global);
+    }
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let mesh = arguments.body.mesh()?;
     let numbers = fit::muscle_numbers(&mesh).into_diagnostic()?;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use tongue_fit::fit::{Fit, Status};
 use tongue_fit::muscle::Muscle;
-use tongue_fit::report::SimulationRecord;
+use tongue_fit::report::{SimulationRecord, TrajectoryRecord};
 use tongue_fit::target::TargetKind;
 
 use super::fit::Published;
@@ -48,6 +48,39 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
         record.status,
         record.iterations,
         record.max_residual_force_n,
+        100.0 * record.min_area_ratio,
+        100.0 * record.max_area_ratio
+    );
+    files(&mut text, written);
+    text
+}
+
+/// One trajectory.
+pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
+    let mut t = table(&["muscle", "length mm", "ratio to GGa"]);
+    let gga = record.lengths_mm.0[Muscle::GGa.index()];
+    for m in Muscle::ALL {
+        let length = record.lengths_mm.0[m.index()];
+        t.add_row([m.to_string(), format!("{length:.3}"), format!("{:.4}", length / gga)]);
+    }
+    let mut text = format!("{t}\n");
+    let counts = &record.counts;
+    let _ = writeln!(
+        text,
+        "{:?} at t = {:.4} s of {} s; {} in {:.0} ms: {} steps, {} rejected, {} forces, {} factorisations",
+        record.status,
+        record.time_s,
+        record.t_end_s,
+        record.method,
+        1e3 * record.wall_s,
+        counts.steps,
+        counts.rejected,
+        counts.force_evaluations,
+        counts.factorisations
+    );
+    let _ = writeln!(
+        text,
+        "areas at {:.1} % to {:.1} % of rest",
         100.0 * record.min_area_ratio,
         100.0 * record.max_area_ratio
     );

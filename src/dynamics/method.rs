@@ -8,11 +8,11 @@ use serde::Serialize;
 use crate::suggest;
 
 use super::backward_euler::BackwardEuler;
-use super::esdirk::Esdirk;
 use super::rk4::Rk4;
 use super::symplectic_euler::SymplecticEuler;
+use super::tr_bdf2::TrBdf2;
 use super::velocity_verlet::VelocityVerlet;
-use super::{Integrator, Motion, Spectrum, esdirk4, stability_limit, tr_bdf2};
+use super::{Integrator, Motion, Spectrum, stability_limit};
 
 /// A method of integration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -20,8 +20,6 @@ use super::{Integrator, Motion, Spectrum, esdirk4, stability_limit, tr_bdf2};
 pub enum Method {
     /// TR-BDF2.
     TrBdf2,
-    /// ESDIRK4(3)6L\[2\]SA.
-    Esdirk4,
     /// Backward Euler.
     BackwardEuler,
     /// Velocity Verlet, the thesis's.
@@ -58,7 +56,7 @@ pub enum MethodError {
     },
     /// A tolerance for a method without error control.
     #[error(
-        "{method} has no error control, so it takes a step, not a tolerance: give a step, or use tr-bdf2 or esdirk4"
+        "{method} has no error control, so it takes a step, not a tolerance: give a step, or use tr-bdf2"
     )]
     NotAdaptive {
         /// The method.
@@ -94,20 +92,13 @@ pub struct UnknownMethod {
 
 impl Method {
     /// All methods.
-    pub const ALL: [Method; 6] = [
-        Method::TrBdf2,
-        Method::Esdirk4,
-        Method::BackwardEuler,
-        Method::Verlet,
-        Method::Rk4,
-        Method::SymplecticEuler,
-    ];
+    pub const ALL: [Method; 5] =
+        [Method::TrBdf2, Method::BackwardEuler, Method::Verlet, Method::Rk4, Method::SymplecticEuler];
 
     /// The name, as on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Method::TrBdf2 => "tr-bdf2",
-            Method::Esdirk4 => "esdirk4",
             Method::BackwardEuler => "backward-euler",
             Method::Verlet => "verlet",
             Method::Rk4 => "rk4",
@@ -117,7 +108,7 @@ impl Method {
 
     /// Whether it can choose its own steps.
     pub const fn is_adaptive(self) -> bool {
-        matches!(self, Method::TrBdf2 | Method::Esdirk4)
+        matches!(self, Method::TrBdf2)
     }
 
     /// Whether its steps are limited by stability.
@@ -144,8 +135,7 @@ impl Method {
             _ => {}
         }
         Ok(match (self, control) {
-            (Method::TrBdf2, _) => Box::new(Esdirk::new(motion, &tr_bdf2::TABLEAU, control)),
-            (Method::Esdirk4, _) => Box::new(Esdirk::new(motion, &esdirk4::TABLEAU, control)),
+            (Method::TrBdf2, _) => Box::new(TrBdf2::new(motion, control)),
             (method, Control::Adaptive(_)) => return Err(MethodError::NotAdaptive { method }),
             (Method::BackwardEuler, Control::Fixed(dt)) => Box::new(BackwardEuler::new(motion, dt)),
             (Method::Verlet, Control::Fixed(dt)) => Box::new(VelocityVerlet::new(motion, dt)),

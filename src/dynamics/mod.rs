@@ -23,12 +23,9 @@
 //! | [`rk4`] | 4 | fixed, explicit | Kutta 1901 |
 //! | [`backward_euler`] | 1 | fixed, implicit | |
 //! | [`tr_bdf2`] | 2 | fixed or adaptive, implicit | Bank et al. 1985, Hosea and Shampine 1996 |
-//! | [`esdirk4`] | 4 | fixed or adaptive, implicit | Kennedy and Carpenter 2003 |
 
 pub mod backward_euler;
 mod curves;
-pub mod esdirk;
-pub mod esdirk4;
 mod method;
 mod motion;
 pub mod rk4;

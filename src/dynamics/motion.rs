@@ -66,6 +66,14 @@ impl<'a, const D: usize> Motion<'a, D> {
     /// [`MotionError`] where the tissue has no dampers, the tensions are not one for each muscle, or a mass, or k2 or b_cc of a contracting muscle, is not
     /// positive.
     pub fn new(system: &'a System<D>, tensions: Tensions) -> Result<Self, MotionError> {
+        Self::with_mass(system, tensions, system.coefficients().node_mass)
+    }
+
+    /// As [`Motion::new`] with another mass of every node, kg.
+    ///
+    /// # Errors
+    /// As [`Motion::new`].
+    pub fn with_mass(system: &'a System<D>, tensions: Tensions, mass: f64) -> Result<Self, MotionError> {
         if system.tissue() == TissueModel::FiniteElement {
             return Err(MotionError::Elastic);
         }
@@ -78,7 +86,7 @@ impl<'a, const D: usize> Motion<'a, D> {
             true => Ok(()),
             false => Err(MotionError::Coefficient { name, value }),
         };
-        positive("mass of a node (kg)", c.node_mass)?;
+        positive("mass of a node (kg)", mass)?;
         if !system.contracting().is_empty() {
             positive("series stiffness k2 of a muscle (N/m)", c.muscle_series_stiffness)?;
             positive("contractile damping b_cc of a muscle (N s/m)", c.contractile_damping)?;
@@ -93,7 +101,7 @@ impl<'a, const D: usize> Motion<'a, D> {
                 start..end
             })
             .collect();
-        Ok(Self { system, tensions, slack: vec![0.0; muscles], mass: c.node_mass, internal })
+        Ok(Self { system, tensions, slack: vec![0.0; muscles], mass, internal })
     }
 
     /// The system.

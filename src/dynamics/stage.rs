@@ -19,11 +19,13 @@ use super::{Counts, Motion, State};
 
 /// Above this contraction of the corrections an old factor is replaced.
 const SLOW: f64 = 0.2;
+/// Power with which the contraction found in one solve is taken over to the next.
+const FORGETTING: f64 = 0.8;
 /// Corrections below this part of the body's size are rounding.
-const ROUNDING: f64 = 1e-16;
+const ROUNDING: f64 = 1e-15;
 /// After this many iterations a solve is given up.
 const MOST_ITERATIONS: usize = 25;
-/// A solve whose corrections grow this many times, with a new factor each, is given up.
+/// A solve whose corrections grow more often than this, with a new factor each time, is given up.
 const MOST_GROWTHS: usize = 3;
 
 /// Newton's method did not converge, or met a number that is not finite.
@@ -85,7 +87,8 @@ impl<const D: usize> StageSolver<D> {
         tolerance: f64,
         counts: &mut Counts,
     ) -> Result<(), NotSolved> {
-        let mut fresh = false;
+        // What was learnt of the contraction holds less and less (Hairer and Wanner 1996, IV.8).
+        self.contraction = self.contraction.powf(FORGETTING);
         let mut last = f64::INFINITY;
         let mut growths = 0;
         for _ in 0..MOST_ITERATIONS {
@@ -94,10 +97,9 @@ impl<const D: usize> StageSolver<D> {
             counts.force_evaluations += 1;
             if self.factor_step != g {
                 self.factorise(motion, stage, g, counts)?;
-                fresh = true;
             }
             let correction = self.correct(motion, known, stage, g)?;
-            if correction.is_finite() && last.is_finite() {
+            if last.is_finite() {
                 self.contraction = correction / last;
             }
             let left = match self.contraction < 1.0 {
@@ -108,14 +110,12 @@ impl<const D: usize> StageSolver<D> {
                 self.follow(motion, known, stage, g);
                 return Ok(());
             }
-            if self.contraction >= 1.0 && last.is_finite() {
-                growths += 1;
+            if last.is_finite() && self.contraction > SLOW {
+                self.factor_step = 0.0;
+                growths += usize::from(self.contraction >= 1.0);
                 if growths > MOST_GROWTHS {
                     break;
                 }
-            }
-            if self.contraction > SLOW && (!fresh || last.is_finite()) {
-                self.factor_step = 0.0;
             }
             last = correction;
         }

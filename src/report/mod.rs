@@ -3,12 +3,14 @@
 //! The pictures are functions from numbers to SVG text and touch no file; [`OutputDir`] writes bytes and knows
 //! nothing of their meaning.
 
+mod animation;
 mod chart;
 mod figure;
 mod file;
 mod picture;
 mod record;
 mod solid;
+mod trajectory;
 mod vtu;
 
 use std::io;
@@ -16,12 +18,14 @@ use std::path::PathBuf;
 
 use plotters::drawing::DrawingAreaErrorKind;
 
+pub use animation::{Frame, animation};
 pub use chart::{Series, changes};
 pub use file::OutputDir;
 pub use picture::{tongue, tongue_at_wall};
 pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles};
 pub use solid::solid;
-pub use vtu::vtu;
+pub use trajectory::{TrajectoryRecord, lengths_over_time};
+pub use vtu::{pvd, vtu};
 
 /// Why an output could not be made or written.
 #[derive(Debug, thiserror::Error)]
@@ -90,6 +94,9 @@ pub enum ReportError {
         /// How many there are.
         count: usize,
     },
+    /// A motion without any frame.
+    #[error("a motion needs at least one frame; got none")]
+    NoFrame,
     /// A chart without bars, or with more series than can be told apart.
     #[error(
         "a chart needs at least one label and 1 to {most} series; got {labels} labels and {series} series"

@@ -20,7 +20,7 @@ use crate::mesh::{Mesh, MuscleChain};
 
 /// The palette of Okabe and Ito (2008), which colour-blind readers can tell apart, in an order that gives the
 /// genioglossus warm colours, the styloglossus cool ones and the hyoglossus green and black.
-const PALETTE: [RGBColor; 8] = [
+pub(super) const PALETTE: [RGBColor; 8] = [
     RGBColor(0xD5, 0x5E, 0x00), // GGa, vermillion
     RGBColor(0xE6, 0x9F, 0x00), // GGm, orange
     RGBColor(0xF0, 0xE4, 0x42), // GGp, yellow
@@ -31,8 +31,8 @@ const PALETTE: [RGBColor; 8] = [
     RGBColor(0x00, 0x00, 0x00), // HGp, black
 ];
 
-const REST: RGBColor = RGBColor(0xC4, 0xC4, 0xC4);
-const DEFORMED: RGBColor = RGBColor(0x55, 0x55, 0x55);
+pub(super) const REST: RGBColor = RGBColor(0xC4, 0xC4, 0xC4);
+pub(super) const DEFORMED: RGBColor = RGBColor(0x55, 0x55, 0x55);
 
 const AXIS: i32 = 84;
 const AXIS_BELOW: i32 = 76;
@@ -71,6 +71,34 @@ pub fn tongue_at_wall(
     wall: &[SVector<f64, 2>],
     title: &str,
 ) -> Result<String, ReportError> {
+    let axes = ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"];
+    draw(
+        mesh,
+        deformed,
+        active,
+        wall,
+        title,
+        &Words { axes, shown: "Midsagittal section of the tongue, front to the left" },
+    )
+}
+
+/// What a picture says of itself.
+pub(super) struct Words {
+    /// Names of the axes.
+    pub axes: [&'static str; 2],
+    /// What is to be seen, for readers who cannot see it.
+    pub shown: &'static str,
+}
+
+/// The picture of any flat mesh.
+pub(super) fn draw(
+    mesh: &Mesh<2>,
+    deformed: &[SVector<f64, 2>],
+    active: &[usize],
+    wall: &[SVector<f64, 2>],
+    title: &str,
+    words: &Words,
+) -> Result<String, ReportError> {
     check(mesh, deformed, active)?;
     let rest = millimetres(&mesh.nodes);
     let deformed = millimetres(deformed);
@@ -86,7 +114,11 @@ pub fn tongue_at_wall(
         .zip(PALETTE.into_iter().cycle())
         .map(|((number, muscle), color)| Line { muscle, color, active: active.contains(&number) })
         .collect();
-    let sheet = Sheet { title, description: description(mesh, &styles), height: plot_height + legend_height };
+    let sheet = Sheet {
+        title,
+        description: description(mesh, &styles, words.shown),
+        height: plot_height + legend_height,
+    };
     sheet.draw(|canvas| {
         let (above, below) = canvas.split_vertically(px(plot_height));
         let mut chart = ChartBuilder::on(&above)
@@ -96,7 +128,7 @@ pub fn tongue_at_wall(
             .y_label_area_size(px(AXIS - MARGIN))
             .x_label_area_size(px(AXIS_BELOW))
             .build_cartesian_2d(view.x.clone(), view.y.clone())?;
-        axes(&mut chart)?;
+        axes(&mut chart, words.axes)?;
         shapes(&mut chart, mesh, &rest, &deformed)?;
         if !wall.is_empty() {
             chart.draw_series([PathElement::new(wall, stroke(INK, 60))])?;
@@ -113,7 +145,11 @@ pub fn tongue_at_wall(
 }
 
 /// Every number and position that the drawing relies on.
-fn check(mesh: &Mesh<2>, deformed: &[SVector<f64, 2>], active: &[usize]) -> Result<(), ReportError> {
+pub(super) fn check<const D: usize>(
+    mesh: &Mesh<D>,
+    deformed: &[SVector<f64, D>],
+    active: &[usize],
+) -> Result<(), ReportError> {
     let count = mesh.nodes.len();
     if deformed.len() != count {
         return Err(ReportError::NodeCount { nodes: count, deformed: deformed.len() });
@@ -121,7 +157,7 @@ fn check(mesh: &Mesh<2>, deformed: &[SVector<f64, 2>], active: &[usize]) -> Resu
     for (shape, positions) in [("rest", mesh.nodes.as_slice()), ("deformed", deformed)] {
         for (node, p) in positions.iter().enumerate() {
             if !p.iter().all(|c| c.abs() <= 1e3) {
-                return Err(ReportError::Position { shape, node, x: p.x, y: p.y });
+                return Err(ReportError::Position { shape, node, x: p[0], y: p[1] });
             }
         }
     }
@@ -146,14 +182,14 @@ fn check(mesh: &Mesh<2>, deformed: &[SVector<f64, 2>], active: &[usize]) -> Resu
     }
 }
 
-fn description(mesh: &Mesh<2>, lines: &[Line]) -> String {
+fn description(mesh: &Mesh<2>, lines: &[Line], shown: &str) -> String {
     let names = |active| {
         let names: Vec<_> =
             lines.iter().filter(|l| l.active == active).map(|l| l.muscle.name.as_str()).collect();
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
     };
     format!(
-        "Midsagittal section of the tongue, front to the left: a mesh of {} nodes and {} triangles at rest (grey) and \
+        "{shown}: a mesh of {} nodes and {} triangles at rest (grey) and \
          deformed (dark). Contracting muscles: {}. Passive muscles: {}.",
         mesh.nodes.len(),
         mesh.cells.len(),
@@ -197,7 +233,7 @@ impl View {
     }
 }
 
-fn axes(chart: &mut Chart) -> Result<(), DrawError> {
+fn axes(chart: &mut Chart, [x, y]: [&str; 2]) -> Result<(), DrawError> {
     chart
         .configure_mesh()
         .disable_mesh()
@@ -212,8 +248,8 @@ fn axes(chart: &mut Chart) -> Result<(), DrawError> {
         .x_label_style(figure::text(HPos::Center))
         .y_label_style(figure::text(HPos::Right))
         .axis_desc_style(figure::text(HPos::Center))
-        .x_desc("front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back")
-        .y_desc("y (mm)")
+        .x_desc(x)
+        .y_desc(y)
         .draw()
 }
 
@@ -309,13 +345,17 @@ fn legend(area: &Canvas, lines: &[Line], rows: usize) -> Result<(), DrawError> {
     }
     let last = column(lines.len().div_ceil(per_column));
     let samples = [("rest", Some(REST)), ("deformed", Some(DEFORMED)), ("bone", None)];
-    for (nth, (name, color)) in samples.into_iter().enumerate() {
+    let samples = samples.into_iter().filter(|(_, color)| color.is_some() || !lines.is_empty());
+    for (nth, (name, color)) in samples.enumerate() {
         let y = row(nth);
         match color {
             Some(color) => area.draw(&line((last, y), (last + px(SAMPLE), y), stroke(color, 20)))?,
             None => bone(area, (last + px(SAMPLE / 2), y))?,
         }
         area.draw_text(name, &figure::text(HPos::Left), (last + px(SAMPLE + 12), y))?;
+    }
+    if lines.is_empty() {
+        return Ok(());
     }
     let note = "thick: contracting muscle; thin and dashed: passive muscle";
     area.draw_text(note, &figure::text(HPos::Left), (px(AXIS), row(per_column)))

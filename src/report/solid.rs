@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use nalgebra::SVector;
 
-use super::{ReportError, tongue};
+use super::ReportError;
+use super::picture::{Words, draw};
 use crate::mesh::{Cells, Mesh};
 
 /// Turn about the vertical and tilt towards the viewer, rad.
@@ -16,7 +17,7 @@ const TILT: f64 = 0.3;
 /// `positions` holds the position of every node, m.
 ///
 /// # Errors
-/// As [`tongue`].
+/// As [`super::tongue`].
 pub fn solid(mesh: &Mesh<3>, positions: &[SVector<f64, 3>], title: &str) -> Result<String, ReportError> {
     let mut edges = BTreeSet::new();
     for face in mesh.surface() {
@@ -29,10 +30,14 @@ pub fn solid(mesh: &Mesh<3>, positions: &[SVector<f64, 3>], title: &str) -> Resu
         cells: Cells::new(),
         connections: edges.into_iter().collect(),
         muscles: Vec::new(),
-        fixed: mesh.fixed.clone(),
+        fixed: Vec::new(),
     };
     let deformed: Vec<_> = positions.iter().map(projected).collect();
-    tongue(&flat, &deformed, &[], title)
+    let words = Words {
+        axes: ["across (mm)", "up, tilted (mm)"],
+        shown: "A solid seen from the side and a little from above",
+    };
+    draw(&flat, &deformed, &[], &[], title, &words)
 }
 
 fn projected(p: &SVector<f64, 3>) -> SVector<f64, 2> {

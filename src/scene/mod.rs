@@ -1,10 +1,11 @@
 //! Scenes: what happens and what is wanted. The plan decides what must be computed for it; nothing else is paid for.
 //!
 //! [`mod@file`] is the scene as it is written, [`body`] the mesh that it names, [`plan`] what is simulated and what is left
-//! out and why, [`prepare`] the system made after it, [`run`] the result.
+//! out and why, [`prepare`] the system made after it, [`run`] the result, [`compare`] what pruning saves.
 
 pub mod body;
 mod check;
+pub mod compare;
 pub mod file;
 pub mod plan;
 pub mod prepare;

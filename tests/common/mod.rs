@@ -107,3 +107,21 @@ pub fn inner_nodes<const D: usize>(mesh: &Mesh<D>) -> Vec<usize> {
         faces.into_iter().filter(|(_, n)| *n == 1).flat_map(|(face, _)| face).collect();
     (0..mesh.nodes.len()).filter(|n| !surface.contains(n)).collect()
 }
+
+/// One connection from a bone to a free node, along x: a muscle too. Length in m.
+pub fn bar(length: f64) -> Mesh<2> {
+    Mesh {
+        nodes: vec![SVector::from([0.0, 0.0]), SVector::from([length, 0.0])],
+        cells: Cells::new(),
+        connections: vec![[0, 1]],
+        muscles: vec![MuscleChain { name: "bar".into(), nodes: vec![0, 1] }],
+        fixed: vec![0],
+    }
+}
+
+/// Two connections in a row between two bones, along x; the first is a muscle. Length of each in m.
+pub fn two_bars(length: f64) -> Mesh<2> {
+    let nodes = (0..3).map(|i| SVector::from([f64::from(i) * length, 0.0])).collect();
+    let muscles = vec![MuscleChain { name: "bar".into(), nodes: vec![0, 1] }];
+    Mesh { nodes, cells: Cells::new(), connections: vec![[0, 1], [1, 2]], muscles, fixed: vec![0, 2] }
+}

@@ -1,0 +1,316 @@
+//! `tongue-fit simulate --trajectory`: the body in motion.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use miette::{IntoDiagnostic, miette};
+use nalgebra::SVector;
+use tongue_fit::dynamics::{
+    self, Control, Curves, Integrator, Method, Motion, Observer, State, Status, Tensions, sample_times,
+};
+use tongue_fit::fit;
+use tongue_fit::mesh::Mesh;
+use tongue_fit::muscle::{Muscle, PerMuscle};
+use tongue_fit::report::{self, Frame, OutputDir, TrajectoryRecord};
+use tongue_fit::system::System;
+
+use super::{Global, Outcome, body, output, table};
+
+/// The folder for outputs where none is named.
+const DEFAULT_OUT: &str = "results";
+/// Where no step is given: this part of the stability limit for explicit methods,
+const PART_OF_LIMIT: f64 = 0.9;
+/// and this step for implicit ones without error control, s.
+const IMPLICIT_STEP: f64 = 1e-3;
+/// Lengths are written this many times as often as frames.
+const LENGTHS_PER_FRAME: usize = 10;
+/// Most frames: each is a file.
+const MOST_FRAMES: usize = 2000;
+/// A run that is expected to take longer is refused.
+const LONGEST_RUN: Duration = Duration::from_secs(30 * 60);
+/// Nothing is shown of a run shorter than this.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Options of a trajectory.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Trajectory")]
+pub struct Arguments {
+    /// Follow the motion from rest over time, in place of solving for the equilibrium; writes to --out [default: results]
+    #[arg(long)]
+    trajectory: bool,
+    /// End of the motion, s
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 3.0,
+        allow_hyphen_values = true,
+        requires = "trajectory"
+    )]
+    t_end: f64,
+    /// Integrator: tr-bdf2, backward-euler, verlet, rk4 or symplectic-euler
+    #[arg(long, value_name = "NAME", default_value = Method::TrBdf2.name(), requires = "trajectory")]
+    method: String,
+    /// Fixed step, s [default: error control; 1 ms for backward-euler; 0.9 of the stability limit for explicit methods]
+    #[arg(
+        long,
+        value_name = "S",
+        allow_hyphen_values = true,
+        requires = "trajectory",
+        conflicts_with = "tolerance"
+    )]
+    dt: Option<f64>,
+    /// Largest error of a node in one step of tr-bdf2, mm [default: 1e-6]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true, requires = "trajectory")]
+    tolerance: Option<f64>,
+    /// Time in which the tensions grow to what --tension says, s
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        requires = "trajectory"
+    )]
+    ramp: f64,
+    /// Tensions over time in place of --tension: CSV with the columns time_s, GGa, ... (N per metre of thickness)
+    #[arg(long, value_name = "FILE", requires = "trajectory", conflicts_with_all = ["tension", "ramp"])]
+    tension_curves: Option<PathBuf>,
+    /// Number of frames for ParaView and the animation, the first and the last moment included
+    #[arg(long, value_name = "N", default_value_t = 31, requires = "trajectory")]
+    frames: usize,
+    /// Run even beyond the stability limit, and however long it takes
+    #[arg(long, requires = "trajectory")]
+    force: bool,
+}
+
+/// Tolerance of a step where none is given, mm.
+const TOLERANCE_MM: f64 = 1e-6;
+
+impl Arguments {
+    /// Whether a trajectory was asked for.
+    pub fn is_given(&self) -> bool {
+        self.trajectory
+    }
+
+    /// Checks all numbers before anything is computed.
+    fn check(&self) -> miette::Result<Method> {
+        if !(self.t_end > 0.0 && self.t_end.is_finite()) {
+            return Err(miette!("--t-end is {}; it must be a positive time in seconds, like 3", self.t_end));
+        }
+        if !(self.ramp >= 0.0 && self.ramp.is_finite()) {
+            return Err(miette!("--ramp is {}; it must be a time in seconds, 0 for a step", self.ramp));
+        }
+        let positive = |name: &str, value: Option<f64>, unit: &str| match value {
+            Some(v) if !(v > 0.0 && v.is_finite()) => {
+                Err(miette!("--{name} is {v}; it must be a positive number of {unit}"))
+            }
+            _ => Ok(()),
+        };
+        positive("dt", self.dt, "seconds")?;
+        positive("tolerance", self.tolerance, "millimetres")?;
+        if !(2..=MOST_FRAMES).contains(&self.frames) {
+            return Err(miette!("--frames is {}; take 2 to {MOST_FRAMES}", self.frames));
+        }
+        self.method.parse().into_diagnostic()
+    }
+
+    fn control(&self, method: Method, motion: &Motion<'_, 2>) -> Control {
+        match (self.dt, method.stability_limit(motion)) {
+            (Some(dt), _) => Control::Fixed(dt),
+            (None, Some(limit)) if self.tolerance.is_none() => Control::Fixed(PART_OF_LIMIT * limit),
+            (None, None) if !method.is_adaptive() && self.tolerance.is_none() => {
+                Control::Fixed(IMPLICIT_STEP)
+            }
+            (None, _) => Control::Adaptive(1e-3 * self.tolerance.unwrap_or(TOLERANCE_MM)),
+        }
+    }
+
+    /// The integrator, unless its step is beyond its limit or the run would take too long.
+    fn integrator(
+        &self,
+        method: Method,
+        control: Control,
+        motion: &Motion<'_, 2>,
+    ) -> miette::Result<Box<dyn Integrator<2>>> {
+        if self.force {
+            return method.integrator(motion, control).into_diagnostic();
+        }
+        let mut integrator = method.checked(motion, control).map_err(|e| {
+            miette!("{e}{}", if method.is_explicit() { " (--force runs it all the same)" } else { "" })
+        })?;
+        if let Control::Fixed(dt) = control {
+            let cost = dynamics::cost_per_step(motion, integrator.as_mut(), &motion.at_rest(), self.t_end);
+            let seconds = cost.as_secs_f64() * self.t_end / dt;
+            if seconds > LONGEST_RUN.as_secs_f64() {
+                return Err(miette!(
+                    "{method} with a step of {dt:.2e} s would take about {} for {} s ({:.1e} steps of {:.1} us each): \
+                     take --method tr-bdf2, which needs a few hundred steps (or --force to run it all the same)",
+                    duration(seconds),
+                    self.t_end,
+                    self.t_end / dt,
+                    cost.as_secs_f64() * 1e6
+                ));
+            }
+        }
+        method.integrator(motion, control).into_diagnostic()
+    }
+}
+
+fn duration(seconds: f64) -> String {
+    if seconds < 2.0 * 3600.0 {
+        format!("{:.0} minutes", seconds / 60.0)
+    } else if seconds < 2.0 * 86400.0 {
+        format!("{:.0} hours", seconds / 3600.0)
+    } else {
+        format!("{:.1e} days", seconds / 86400.0)
+    }
+}
+
+/// Runs it; `given` are the tensions of `--tension`.
+pub fn run(
+    arguments: &Arguments,
+    given: &[(Muscle, f64)],
+    body: &body::Arguments,
+    global: &Global,
+) -> miette::Result<Outcome> {
+    let method = arguments.check()?;
+    let curves = arguments.tension_curves.as_ref().map(Curves::from_path).transpose().into_diagnostic()?;
+    let mesh = body.mesh()?;
+    let numbers = fit::muscle_numbers(&mesh).into_diagnostic()?;
+    let active: Vec<usize> = match &curves {
+        Some(curves) => curves.muscles().iter().map(|m| numbers[m.index()]).collect(),
+        None => given.iter().map(|(m, _)| numbers[m.index()]).collect(),
+    };
+    let system = System::new(&mesh, &body.model(), &active).into_diagnostic()?;
+    let tensions = match curves {
+        Some(curves) => curves.tensions(&numbers, system.muscle_count()),
+        None => {
+            let mut to = vec![0.0; system.muscle_count()];
+            given.iter().for_each(|(m, tension)| to[numbers[m.index()]] = *tension);
+            Tensions::Ramp { to, duration: arguments.ramp }
+        }
+    };
+    let motion = Motion::new(&system, tensions).into_diagnostic()?;
+    let control = arguments.control(method, &motion);
+    let mut integrator = arguments.integrator(method, control, &motion)?;
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+
+    let clock = Instant::now();
+    let times = sample_times(arguments.t_end, (arguments.frames - 1) * LENGTHS_PER_FRAME + 1);
+    let mut watch = Watch::new(&system, numbers, arguments.t_end);
+    let mut state: State<2> = motion.at_rest();
+    let outcome =
+        dynamics::run(&motion, integrator.as_mut(), &mut state, arguments.t_end, &times, &mut watch);
+    watch.clear();
+    let record = TrajectoryRecord::new(
+        &super::command_line(),
+        (method, control),
+        arguments.t_end,
+        outcome,
+        watch.lengths.last().map_or(&[0.0; tongue_fit::muscle::COUNT], |(_, l)| l),
+        system.cell_ratios(&state.positions),
+        clock.elapsed().as_secs_f64(),
+    );
+    let json = serde_json::to_string_pretty(&record).into_diagnostic()? + "\n";
+    let written = write(&out, &json, &mesh, &motion, &watch, &active)?;
+    if global.json {
+        output::print(&json)?;
+    } else {
+        output::print(&table::trajectory(&record, &written))?;
+    }
+    Ok(if outcome.status == Status::Completed { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+/// Writes all files; names those that a reader opens.
+fn write(
+    out: &OutputDir,
+    json: &str,
+    mesh: &Mesh<2>,
+    motion: &Motion<'_, 2>,
+    watch: &Watch<'_>,
+    active: &[usize],
+) -> miette::Result<Vec<PathBuf>> {
+    let mut tensions = vec![0.0; mesh.muscles.len()];
+    let mut at = |time| {
+        motion.tensions().at(time, &mut tensions);
+        tensions.clone()
+    };
+    let rows: Vec<(f64, PerMuscle<f64>, PerMuscle<f64>)> = watch
+        .lengths
+        .iter()
+        .map(|(time, lengths)| {
+            let all = at(*time);
+            (*time, *lengths, watch.numbers.map(|n| all[n]))
+        })
+        .collect();
+    let csv = report::lengths_over_time(&rows).into_diagnostic()?;
+    let title = "Tongue in motion from rest (grey)";
+    let svg = report::animation(mesh, &watch.frames, active, title).into_diagnostic()?;
+    let mut files: Vec<(String, Vec<u8>)> = vec![
+        ("trajectory.json".to_owned(), json.as_bytes().to_vec()),
+        ("trajectory.csv".to_owned(), csv),
+        ("trajectory.svg".to_owned(), svg.into_bytes()),
+    ];
+    let mut frames = Vec::new();
+    for (nth, frame) in watch.frames.iter().enumerate() {
+        let name = format!("trajectory_{nth:04}.vtu");
+        let vtu = report::vtu(mesh, &frame.positions, &at(frame.time)).into_diagnostic()?;
+        files.push((name.clone(), vtu.into_bytes()));
+        frames.push((frame.time, name));
+    }
+    let pvd = report::pvd(frames.iter().map(|(time, name)| (*time, name.as_str())));
+    files.insert(3, ("trajectory.pvd".to_owned(), pvd.into_bytes()));
+    let named: Vec<(&str, &[u8])> = files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
+    let mut written = out.write_all(&named).into_diagnostic()?;
+    written.truncate(4);
+    Ok(written)
+}
+
+/// Collects lengths and frames, and shows how far a long run is.
+struct Watch<'a> {
+    system: &'a System<2>,
+    numbers: PerMuscle<usize>,
+    /// Times, s, and lengths, m.
+    lengths: Vec<(f64, PerMuscle<f64>)>,
+    frames: Vec<Frame>,
+    t_end: f64,
+    begin: Instant,
+    bar: Option<ProgressBar>,
+}
+
+impl<'a> Watch<'a> {
+    fn new(system: &'a System<2>, numbers: PerMuscle<usize>, t_end: f64) -> Self {
+        let begin = Instant::now();
+        Self { system, numbers, lengths: Vec::new(), frames: Vec::new(), t_end, begin, bar: None }
+    }
+
+    fn clear(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Observer<2> for Watch<'_> {
+    fn sample(&mut self, time: f64, positions: &[SVector<f64, 2>]) {
+        if self.lengths.len() % LENGTHS_PER_FRAME == 0 {
+            self.frames.push(Frame { time, positions: positions.to_vec() });
+        }
+        self.lengths.push((time, self.numbers.map(|n| self.system.length(positions, n))));
+    }
+
+    fn progress(&mut self, time: f64) {
+        if self.bar.is_none() && self.begin.elapsed() > PATIENCE {
+            // Hidden where stderr is no terminal.
+            let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr())
+                .with_elapsed(self.begin.elapsed());
+            let style = ProgressStyle::with_template("{bar:40} {percent:>3} %, {eta} left");
+            self.bar = Some(style.map_or(bar.clone(), |s| bar.with_style(s)));
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_position((1000.0 * time / self.t_end) as u64);
+        }
+    }
+}

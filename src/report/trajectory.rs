@@ -1,0 +1,88 @@
+//! What a trajectory says of itself in JSON and CSV.
+
+use serde::Serialize;
+
+use super::ByMuscle;
+use crate::dynamics::{Control, Counts, Method, Outcome, Status};
+use crate::muscle::{Muscle, PerMuscle};
+
+/// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrajectoryRecord {
+    /// Version of tongue-fit.
+    pub version: &'static str,
+    /// The command line.
+    pub command: String,
+    /// How it ended.
+    pub status: Status,
+    /// The integrator.
+    pub method: Method,
+    /// Fixed step, s; null with error control.
+    pub dt_s: Option<f64>,
+    /// Error allowed in a step, mm; null with a fixed step.
+    pub tolerance_mm: Option<f64>,
+    /// The end asked for, s.
+    pub t_end_s: f64,
+    /// The end reached, s.
+    pub time_s: f64,
+    /// What it cost.
+    pub counts: Counts,
+    /// Lengths at the last time written, mm.
+    pub lengths_mm: ByMuscle<f64>,
+    /// Smallest ratio of a triangle's area to that at rest, at the end.
+    pub min_area_ratio: f64,
+    /// Largest such ratio.
+    pub max_area_ratio: f64,
+    /// Time of the run, s.
+    pub wall_s: f64,
+}
+
+impl TrajectoryRecord {
+    /// Collects what a run left: how it was made, the end asked for (s), what it did, the last lengths (m), area ratios at the
+    /// end and the time it took (s).
+    pub fn new(
+        command: &str,
+        (method, control): (Method, Control),
+        t_end: f64,
+        outcome: Outcome,
+        lengths: &PerMuscle<f64>,
+        area_ratios: (f64, f64),
+        wall_s: f64,
+    ) -> Self {
+        let (dt_s, tolerance_mm) = match control {
+            Control::Fixed(dt) => (Some(dt), None),
+            Control::Adaptive(tolerance) => (None, Some(tolerance * 1e3)),
+        };
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            command: command.to_owned(),
+            status: outcome.status,
+            method,
+            dt_s,
+            tolerance_mm,
+            t_end_s: t_end,
+            time_s: outcome.time_s,
+            counts: outcome.counts,
+            lengths_mm: ByMuscle(lengths.map(|l| l * 1e3)),
+            min_area_ratio: area_ratios.0,
+            max_area_ratio: area_ratios.1,
+            wall_s,
+        }
+    }
+}
+
+/// A CSV table with a row for each time: `time_s`, the eight lengths `GGa_mm` .. and tensions `GGa_n_per_m` ... Rows hold time (s),
+/// lengths (m) and tensions (N per metre of thickness).
+///
+/// # Errors
+/// As [`csv::Writer`]; none when writing to memory.
+pub fn lengths_over_time(rows: &[(f64, PerMuscle<f64>, PerMuscle<f64>)]) -> csv::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let columns = |unit: &'static str| Muscle::ALL.map(|m| format!("{m}_{unit}"));
+    writer.write_record(["time_s".to_owned()].iter().chain(&columns("mm")).chain(&columns("n_per_m")))?;
+    for (time, lengths, tensions) in rows {
+        let values = lengths.iter().map(|l| l * 1e3).chain(tensions.iter().copied());
+        writer.write_record(std::iter::once(*time).chain(values).map(|v| v.to_string()))?;
+    }
+    writer.into_inner().map_err(|e| e.into_error().into())
+}

@@ -1,0 +1,171 @@
+//! Frames for ParaView: VTK XML files (ASCII, unstructured grid) and the collection that gives them their times.
+
+use std::fmt::Write as _;
+
+use nalgebra::SVector;
+
+use super::ReportError;
+use super::picture::check;
+use crate::mesh::{Mesh, simplex};
+
+/// VTK's numbers for cells of lines, triangles and tetrahedra.
+const POLY_LINE: u8 = 4;
+const TRIANGLE: u8 = 5;
+const TETRAHEDRON: u8 = 10;
+
+/// One shape of the body as a VTU file: the triangles (in space: tetrahedra), then the muscles as lines.
+///
+/// Points lie at `positions` (m, one for each node of `mesh`) and carry their `displacement` from rest, m. Cells carry `muscle`
+/// (its number in `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest; 1 for muscles) and `tension` (N per metre
+/// of thickness, in space N; of `tensions`, one for each muscle; 0 for tissue).
+///
+/// # Errors
+/// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for [`super::tongue`];
+/// [`ReportError::Number`] also where a tension is missing.
+pub fn vtu<const D: usize>(
+    mesh: &Mesh<D>,
+    positions: &[SVector<f64, D>],
+    tensions: &[f64],
+) -> Result<String, ReportError> {
+    check(mesh, positions, &[])?;
+    if tensions.len() != mesh.muscles.len() {
+        return Err(ReportError::Number {
+            what: "the list of tensions".to_owned(),
+            kind: "muscle",
+            number: tensions.len(),
+            count: mesh.muscles.len(),
+        });
+    }
+    let lines = || mesh.muscles.iter().map(|m| m.nodes.as_slice());
+    let cells = || mesh.cells.iter().chain(lines());
+    let mut end = 0;
+    let ends = cells().map(|c| {
+        end += c.len();
+        end.to_string()
+    });
+    let ratio = |cell: &[usize]| {
+        let area = |x: &[SVector<f64, D>]| simplex::measure(&simplex::corners(x, cell));
+        area(positions) / area(&mesh.nodes)
+    };
+    let none = |value: &'static str| mesh.cells.iter().map(move |_| value.to_owned());
+    let point = |p: &SVector<f64, D>| format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0));
+    let (kind, measure) = if D == 2 { (TRIANGLE, "area_ratio") } else { (TETRAHEDRON, "volume_ratio") };
+
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
+         <UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">",
+        mesh.nodes.len(),
+        mesh.cells.len() + mesh.muscles.len()
+    );
+    out += "<Points>\n";
+    array(&mut out, "position", "Float64", 3, positions.iter().map(point));
+    out += "</Points>\n<Cells>\n";
+    let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
+    array(&mut out, "connectivity", "Int64", 1, cells().map(join));
+    array(&mut out, "offsets", "Int64", 1, ends);
+    let types = mesh.cells.iter().map(|_| kind).chain(lines().map(|_| POLY_LINE));
+    array(&mut out, "types", "UInt8", 1, types.map(|t| t.to_string()));
+    out += "</Cells>\n<PointData Vectors=\"displacement\">\n";
+    let moved = positions.iter().zip(&mesh.nodes).map(|(p, rest)| point(&(p - rest)));
+    array(&mut out, "displacement", "Float64", 3, moved);
+    let _ = writeln!(out, "</PointData>\n<CellData Scalars=\"{measure}\">");
+    let ratios = mesh.cells.iter().map(|c| ratio(c).to_string()).chain(lines().map(|_| "1".to_owned()));
+    array(&mut out, measure, "Float64", 1, ratios);
+    let numbers = none("-1").chain((0..mesh.muscles.len()).map(|m| m.to_string()));
+    array(&mut out, "muscle", "Int64", 1, numbers);
+    array(&mut out, "tension", "Float64", 1, none("0").chain(tensions.iter().map(f64::to_string)));
+    out += "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+    Ok(out)
+}
+
+fn array(
+    out: &mut String,
+    name: &str,
+    kind: &str,
+    components: usize,
+    values: impl IntoIterator<Item = String>,
+) {
+    let _ = writeln!(
+        out,
+        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
+    );
+    for value in values {
+        *out += &value;
+        out.push('\n');
+    }
+    *out += "</DataArray>\n";
+}
+
+/// The PVD file that gives every frame (time in s, plain file name) its time.
+pub fn pvd<'a>(frames: impl IntoIterator<Item = (f64, &'a str)>) -> String {
+    let mut out =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n".to_owned();
+    for (time, file) in frames {
+        let _ = writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>");
+    }
+    out + "</Collection>\n</VTKFile>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Cells, MuscleChain};
+
+    fn triangle() -> Mesh<2> {
+        let mut cells = Cells::new();
+        cells.push(&[0, 1, 2]);
+        Mesh {
+            nodes: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(SVector::from).to_vec(),
+            cells,
+            connections: vec![[0, 1], [0, 2], [1, 2]],
+            muscles: vec![MuscleChain { name: "GGa".into(), nodes: vec![0, 1, 2] }],
+            fixed: vec![0],
+        }
+    }
+
+    fn values<'a>(document: &'a roxmltree::Document<'_>, name: &str) -> Vec<f64> {
+        let node = document.descendants().find(|n| n.attribute("Name") == Some(name)).unwrap();
+        node.text().unwrap().split_whitespace().map(|w| w.parse().unwrap()).collect()
+    }
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let mesh = triangle();
+        let moved = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]].map(SVector::from);
+        let text = vtu(&mesh, &moved, &[12.5]).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        assert_eq!(values(&document, "position"), [0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        assert_eq!(values(&document, "displacement"), [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(values(&document, "connectivity"), [0.0, 1.0, 2.0, 0.0, 1.0, 2.0]);
+        assert_eq!(values(&document, "offsets"), [3.0, 6.0]);
+        assert_eq!(values(&document, "types"), [5.0, 4.0]);
+        assert_eq!(values(&document, "area_ratio"), [2.0, 1.0]);
+        assert_eq!(values(&document, "tension"), [0.0, 12.5]);
+        assert!(matches!(vtu(&mesh, &moved, &[]), Err(ReportError::Number { .. })));
+    }
+
+    #[test]
+    fn a_solid_is_written_as_tetrahedra() {
+        let mesh = crate::mesh::solid::cylinder(0.01, 0.02, 1, 2);
+        let text = vtu(&mesh, &mesh.nodes, &[0.5; 7]).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let kinds = values(&document, "types");
+        assert_eq!(kinds.iter().filter(|k| **k == 10.0).count(), mesh.cells.len());
+        assert_eq!(values(&document, "volume_ratio"), vec![1.0; mesh.cells.len() + 7]);
+        assert_eq!(values(&document, "position").len(), 3 * mesh.nodes.len());
+    }
+
+    #[test]
+    fn the_collection_names_every_frame_with_its_time() {
+        let text = pvd([(0.0, "a.vtu"), (0.5, "b.vtu")]);
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let sets: Vec<_> = document
+            .descendants()
+            .filter(|n| n.has_tag_name("DataSet"))
+            .map(|n| (n.attribute("timestep").unwrap(), n.attribute("file").unwrap()))
+            .collect();
+        assert_eq!(sets, [("0", "a.vtu"), ("0.5", "b.vtu")]);
+    }
+}
