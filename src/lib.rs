@@ -23,6 +23,7 @@
 //! system + F      -> equilibrium  Newton's method on a sparse block Cholesky
 //! lengths, target -> fit          Nelder-Mead; what the data leave open
 //! fit             -> report       JSON, CSV, SVG
+//! scene           -> all of it    a file says what happens and what is wanted; nothing else is computed
 //! ```
 //!
 //! # An example
