@@ -95,7 +95,7 @@ fn a_pressed_block_bears_on_the_wall_what_the_bone_does_not_and_no_node_passes()
     let wall: Vec<Vector2<f64>> = [[-0.05, 3e-3], [0.01, 1.5e-3], [0.03, 2.5e-3], [0.09, 2.0e-3]]
         .map(|[x, up]| Vector2::new(x, top + up))
         .to_vec();
-    for push in [20.0, 200.0, 2000.0] {
+    for push in [300.0, 1000.0, 5000.0] {
         let up = SVector::from([0.0, push]);
         let masses = lumped_masses(&block, 1e3);
         let gravity = Gravity::new(&masses, up, &block.nodes);

@@ -80,7 +80,8 @@ impl<const D: usize> Effect<D> for Contraction {
     }
 
     fn internal(&self) -> Option<&dyn Internal<D>> {
-        Some(self)
+        // Inside finite elements the connections have no stiffness, and so no contractile branch that could move.
+        self.series.iter().all(|s| s.stiffness > 0.0).then_some(self)
     }
 }
 
