@@ -21,6 +21,7 @@
 //! E, nu, rho, eta -> material     coefficients by stiffness matching
 //! mesh + material -> system       only the effects that are called for; unknowns and sparsity, made once
 //! system + F      -> equilibrium  Newton's method on a sparse block Cholesky
+//! system + F(t)   -> dynamics     masses, dampers, three-element muscles over time; integrators behind one trait
 //! lengths, target -> fit          Nelder-Mead; what the data leave open
 //! fit             -> report       JSON, CSV, SVG
 //! scene           -> all of it    a file says what happens and what is wanted; nothing else is computed
@@ -53,6 +54,7 @@ pub mod muscle;
 pub mod report;
 pub mod scene;
 pub mod sparse;
+pub mod study;
 pub mod suggest;
 pub mod system;
 pub mod target;

@@ -26,9 +26,10 @@ fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
                     simplex.tensions.iter().zip(&derivatives.tensions).map(|(a, b)| (a - b).abs());
                 let most = differences.fold(0.0, f64::max);
                 if (subject, vowel, kind) == ("S3", Vowel::I, TargetKind::Ratio) {
-                    // With a tension on its upper bound the cost has two minima here, and steps downhill find the higher.
+                    // At 100 N on its upper bound the body has two equilibria. The simplex, which goes from neighbour to
+                    // neighbour, ends on the one that a solve from rest does not find; replayed from rest it is the worse fit.
                     assert_eq!(derivatives.status, Status::AtUpperBound);
-                    assert!(derivatives.misfit > simplex.misfit);
+                    assert!(derivatives.misfit < simplex.misfit);
                 } else {
                     assert!(most < 1e-3, "{subject} {vowel} {kind}: {most} N apart");
                 }

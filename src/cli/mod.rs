@@ -1,5 +1,6 @@
 //! The command line: the only place that prints or picks paths.
 
+mod accuracy;
 mod body;
 mod fit;
 mod mesh;
@@ -51,7 +52,8 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results for fits and trajectories; simulate and mesh write files only when it is given]
+    /// Folder for the output files [default: results for fits and trajectories, results/accuracy for accuracy; simulate and mesh
+    /// write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
     /// Number of threads; results do not depend on it [default: one for each core]
@@ -70,6 +72,8 @@ enum Command {
     Scene(scene::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
+    /// Measure what accuracy costs in time, for every way to get an answer
+    Accuracy(accuracy::Arguments),
 }
 
 /// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
@@ -89,6 +93,7 @@ pub fn main() -> ExitCode {
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
+        Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
     });
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,

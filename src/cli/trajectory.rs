@@ -209,7 +209,7 @@ pub fn run(
         (method, control),
         arguments.t_end,
         outcome,
-        watch.lengths.last().map_or(&[0.0; tongue_fit::muscle::COUNT], |(_, l)| l),
+        &numbers.map(|n| system.length(&state.positions, n)),
         system.cell_ratios(&state.positions),
         clock.elapsed().as_secs_f64(),
     );
@@ -295,7 +295,7 @@ impl<'a> Watch<'a> {
 
 impl Observer<2> for Watch<'_> {
     fn sample(&mut self, time: f64, positions: &[SVector<f64, 2>]) {
-        if self.lengths.len() % LENGTHS_PER_FRAME == 0 {
+        if self.lengths.len().is_multiple_of(LENGTHS_PER_FRAME) {
             self.frames.push(Frame { time, positions: positions.to_vec() });
         }
         self.lengths.push((time, self.numbers.map(|n| self.system.length(positions, n))));

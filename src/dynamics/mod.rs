@@ -112,9 +112,10 @@ pub trait Integrator<const D: usize>: Debug + Send {
         counts: &mut Counts,
     ) -> Result<(), Failure>;
 
-    /// For explicit methods the matrix that one step of `dt` multiplies the state of `x'' = -stiffness x - damping x'` by
-    /// (1/s², 1/s), from which the largest stable step follows; none for methods without such a limit.
-    fn amplification(&self, _stiffness: f64, _damping: f64, _dt: f64) -> Option<DMatrix<f64>> {
+    /// For explicit methods the matrix that a step multiplies the state of `x'' = -k x - c x'` by, from which the largest stable
+    /// step follows; none for methods without such a limit. `stiffness` is `k dt²` and `damping` is `c dt`; the state is
+    /// position, velocity times `dt` and so on, so that all numbers are of one size.
+    fn amplification(&self, _stiffness: f64, _damping: f64) -> Option<DMatrix<f64>> {
         None
     }
 }

@@ -63,8 +63,8 @@ impl<'a, const D: usize> Motion<'a, D> {
     /// Sets up the equations.
     ///
     /// # Errors
-    /// [`MotionError`] where the tissue has no dampers, the tensions are not one for each muscle, or a mass, or k2 or b_cc of a contracting muscle, is not
-    /// positive.
+    /// [`MotionError`] where the tissue has no dampers, the tensions are not one for each muscle, or a mass, or k2 or b_cc of a
+    /// contracting muscle, is not positive.
     pub fn new(system: &'a System<D>, tensions: Tensions) -> Result<Self, MotionError> {
         Self::with_mass(system, tensions, system.coefficients().node_mass)
     }
@@ -222,11 +222,11 @@ impl<'a, const D: usize> Motion<'a, D> {
     pub fn energy(&self, state: &State<D>) -> f64 {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         let kinetic: f64 = state.velocities.iter().map(|v| 0.5 * self.mass * v.norm_squared()).sum();
-        let stored = |(e, range): (&Box<dyn crate::effect::Effect<D>>, &Range<usize>)| {
-            e.internal().map_or(0.0, |i| i.energy(&state.positions, &state.internal[range.clone()]))
-        };
-        kinetic
-            + self.system.energy(slack)
-            + self.system.effects().iter().zip(&self.internal).map(stored).sum::<f64>()
+        let effects = self.system.effects().iter().zip(&self.internal);
+        let stored: f64 = effects
+            .filter_map(|(e, range)| Some((e.internal()?, range)))
+            .map(|(i, range)| i.energy(&state.positions, &state.internal[range.clone()]))
+            .sum();
+        kinetic + self.system.energy(slack) + stored
     }
 }

@@ -86,8 +86,8 @@ impl<const D: usize> Integrator<D> for Rk4<D> {
     }
 
     /// `1 + z + z²/2 + z³/6 + z⁴/24` of the equation's matrix.
-    fn amplification(&self, stiffness: f64, damping: f64, dt: f64) -> Option<DMatrix<f64>> {
-        let z = dmatrix![0.0, 1.0; -stiffness, -damping] * dt;
+    fn amplification(&self, stiffness: f64, damping: f64) -> Option<DMatrix<f64>> {
+        let z = dmatrix![0.0, 1.0; -stiffness, -damping];
         let one = DMatrix::identity(2, 2);
         Some(&one + &z * (&one + &z * (&one + &z * (&one + &z / 4.0) / 3.0) / 2.0))
     }

@@ -74,7 +74,7 @@ pub fn run<const D: usize>(
     let system = motion.system();
     let size = system.rest().iter().map(|p| p.norm()).fold(0.0, f64::max);
     let far = (FLOWN * size).powi(2);
-    let stride = if integrator.amplification(0.0, 0.0, 0.0).is_some() { STRIDE } else { 1 };
+    let stride = if integrator.amplification(0.0, 0.0).is_some() { STRIDE } else { 1 };
     let mut counts = Counts::default();
     let mut before = state.clone();
     let mut between = state.positions.clone();

@@ -14,11 +14,11 @@ const MEASUREMENT: Duration = Duration::from_millis(10);
 /// The longest stable step of an explicit method, s, on modes as stiff and as damped as the stiffest and the most damped one
 /// (`spectrum`); none for methods that are stable at every step.
 pub fn stability_limit<const D: usize>(integrator: &dyn Integrator<D>, spectrum: &Spectrum) -> Option<f64> {
-    integrator.amplification(0.0, 0.0, 0.0)?;
+    integrator.amplification(0.0, 0.0)?;
     let (k, c) = (spectrum.stiffness, spectrum.damping);
     let stable = |dt: f64| {
         PARTS.into_iter().flat_map(|p| [(k, p * c), (p * k, c)]).all(|(k, c)| {
-            let matrix = integrator.amplification(k, c, dt);
+            let matrix = integrator.amplification(k * dt * dt, c * dt);
             matrix.is_none_or(|m| m.complex_eigenvalues().iter().all(|e| e.norm() <= 1.0 + ROUNDING))
         })
     };

@@ -51,8 +51,7 @@ impl<const D: usize> Integrator<D> for SymplecticEuler<D> {
         Ok(())
     }
 
-    fn amplification(&self, stiffness: f64, damping: f64, dt: f64) -> Option<DMatrix<f64>> {
-        let v = [-stiffness * dt, 1.0 - damping * dt];
-        Some(dmatrix![1.0 + dt * v[0], dt * v[1]; v[0], v[1]])
+    fn amplification(&self, stiffness: f64, damping: f64) -> Option<DMatrix<f64>> {
+        Some(dmatrix![1.0 - stiffness, 1.0 - damping; -stiffness, 1.0 - damping])
     }
 }

@@ -74,17 +74,12 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
         Ok(())
     }
 
-    /// On the state (x, v, a) with the acceleration carried over.
-    fn amplification(&self, stiffness: f64, damping: f64, dt: f64) -> Option<DMatrix<f64>> {
-        let position = [1.0, dt, 0.5 * dt * dt];
-        let acceleration = [
-            -stiffness * position[0],
-            -stiffness * position[1] - damping,
-            -stiffness * position[2] - damping * dt,
-        ];
+    /// On (x, v dt, a dt²), with the acceleration carried over.
+    fn amplification(&self, stiffness: f64, damping: f64) -> Option<DMatrix<f64>> {
+        let acceleration = [-stiffness, -stiffness - damping, -0.5 * stiffness - damping];
         Some(dmatrix![
-            position[0], position[1], position[2];
-            0.5 * dt * acceleration[0], 1.0 + 0.5 * dt * acceleration[1], 0.5 * dt * (1.0 + acceleration[2]);
+            1.0, 1.0, 0.5;
+            0.5 * acceleration[0], 1.0 + 0.5 * acceleration[1], 0.5 * (1.0 + acceleration[2]);
             acceleration[0], acceleration[1], acceleration[2]
         ])
     }

@@ -59,6 +59,7 @@ pub fn analyse(forward: &mut Forward<'_>, tensions: &[f64]) -> Option<Identifiab
 /// d(fitted value)/d(tension), 1/N, and the residuals of the fitted values, at the equilibrium of `tensions`.
 pub(super) fn linearise(forward: &mut Forward<'_>, tensions: &[f64]) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let lengths = forward.evaluate(tensions).lengths?;
+    forward.count_factorisation();
     let per_tension = length_sensitivities(forward.system, &mut forward.workspace).ok()?;
     let target = forward.target;
     let rest = forward.rest_lengths();

@@ -60,6 +60,8 @@ pub struct Settings {
     pub cost_tolerance: f64,
     /// Root mean square misfit of the fitted ratios or stretches up to which the target counts as met. Default 1e-3.
     pub misfit_tolerance: f64,
+    /// Whether a candidate is solved from the nearest one solved before, or from rest. Default: the nearest.
+    pub warm_start: bool,
     /// Settings of each equilibrium.
     pub equilibrium: equilibrium::Settings,
 }
@@ -75,6 +77,7 @@ impl Default for Settings {
             tension_tolerance: 1e-4,
             cost_tolerance: 1e-17,
             misfit_tolerance: 1e-3,
+            warm_start: true,
             equilibrium: equilibrium::Settings::default(),
         }
     }

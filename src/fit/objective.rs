@@ -43,6 +43,7 @@ pub struct Forward<'a> {
     effort: f64,
     known: BestKnown,
     evaluations: usize,
+    factorisations: usize,
 }
 
 impl<'a> Forward<'a> {
@@ -66,6 +67,7 @@ impl<'a> Forward<'a> {
             effort: if undetermined { settings.effort } else { 0.0 },
             known: BestKnown::new(target.active.len()),
             evaluations: 0,
+            factorisations: 0,
         }
     }
 
@@ -82,6 +84,16 @@ impl<'a> Forward<'a> {
     /// Equilibria solved so far.
     pub fn evaluations(&self) -> usize {
         self.evaluations
+    }
+
+    /// Factorisations so far, those for sensitivities included.
+    pub fn factorisations(&self) -> usize {
+        self.factorisations
+    }
+
+    /// Counts a factorisation that was made outside a solve.
+    pub(super) fn count_factorisation(&mut self) {
+        self.factorisations += 1;
     }
 
     /// The eight lengths in a shape, m.
@@ -109,7 +121,8 @@ impl<'a> Forward<'a> {
         for (m, t) in self.target.active.iter().zip(active) {
             self.all_tensions[self.numbers[m.index()]] = *t;
         }
-        if !self.solve_from_nearest(active) && !self.solve_from_rest() {
+        let warm = self.settings.warm_start && self.solve_from_nearest(active);
+        if !warm && !self.solve_from_rest() {
             return Outcome { cost: FAILED, misfit: f64::INFINITY, lengths: None };
         }
         let lengths = self.lengths_of(self.workspace.positions());
@@ -131,18 +144,19 @@ impl<'a> Forward<'a> {
 
     /// Solves several candidates at once, each from rest on its own workspace, keeps them as starts, and gives their costs.
     pub(super) fn evaluate_in_parallel(&mut self, candidates: &[Vec<f64>]) -> Vec<f64> {
-        let solved: Vec<(f64, Option<Known>)> = candidates
+        let solved: Vec<(f64, usize, Option<Known>)> = candidates
             .par_iter()
             .map(|active| {
                 let mut own = Forward::new(self.system, self.numbers, self.target, self.settings);
                 let cost = own.evaluate(active).cost;
-                (cost, own.known.best().cloned())
+                (cost, own.factorisations, own.known.best().cloned())
             })
             .collect();
         self.evaluations += candidates.len();
         let mut costs = Vec::with_capacity(candidates.len());
-        for (cost, known) in solved {
+        for (cost, factorisations, known) in solved {
             costs.push(cost);
+            self.factorisations += factorisations;
             if let Some(known) = known {
                 self.known.remember(&known.tensions, cost, &known.positions);
             }
@@ -174,6 +188,7 @@ impl<'a> Forward<'a> {
     fn solve(&mut self) -> bool {
         let settings = &self.settings.equilibrium;
         let solution = equilibrium::solve(self.system, &mut self.workspace, &self.all_tensions, settings);
+        self.factorisations += solution.factorisations;
         solution.status == Status::Converged
     }
 }

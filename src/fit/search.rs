@@ -33,6 +33,8 @@ pub struct Start {
     pub cost: f64,
     /// Equilibria solved.
     pub evaluations: usize,
+    /// Factorisations of a stiffness.
+    pub factorisations: usize,
     /// Iterations, over all simplices where there are any.
     pub iterations: u64,
     /// Fresh simplices after the first.
@@ -126,6 +128,7 @@ pub(super) fn run(forward: Forward<'_>, number: usize) -> Result<Start, FitError
         tensions: corner.clone(),
         cost: f64::INFINITY,
         evaluations: 0,
+        factorisations: 0,
         iterations: 0,
         restarts: 0,
         converged: false,
@@ -148,6 +151,7 @@ pub(super) fn run(forward: Forward<'_>, number: usize) -> Result<Start, FitError
         forward.borrow_mut().begin_simplex();
     }
     start.evaluations = forward.borrow().evaluations();
+    start.factorisations = forward.borrow().factorisations();
     Ok(start)
 }
 

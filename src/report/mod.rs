@@ -12,6 +12,7 @@ mod record;
 mod solid;
 mod trajectory;
 mod vtu;
+mod work_precision;
 
 use std::io;
 use std::path::PathBuf;
@@ -26,6 +27,7 @@ pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, Simulation
 pub use solid::solid;
 pub use trajectory::{TrajectoryRecord, lengths_over_time};
 pub use vtu::{pvd, vtu};
+pub use work_precision::{Curve, work_precision};
 
 /// Why an output could not be made or written.
 #[derive(Debug, thiserror::Error)]
@@ -131,6 +133,14 @@ pub enum ReportError {
         label: String,
         /// The value, dimensionless.
         value: f64,
+    },
+    /// A diagram without a point, or with more curves than can be told apart.
+    #[error("a diagram needs 1 to {most} curves with a positive, finite point each; got {curves}")]
+    Curves {
+        /// Curves with something to draw.
+        curves: usize,
+        /// How many can be told apart.
+        most: usize,
     },
     /// The drawing library failed.
     #[error("cannot draw the figure \"{title}\": {source}; please report this as a defect")]

@@ -27,7 +27,7 @@ pub struct TrajectoryRecord {
     pub time_s: f64,
     /// What it cost.
     pub counts: Counts,
-    /// Lengths at the last time written, mm.
+    /// Lengths at the end reached, mm.
     pub lengths_mm: ByMuscle<f64>,
     /// Smallest ratio of a triangle's area to that at rest, at the end.
     pub min_area_ratio: f64,
@@ -38,8 +38,8 @@ pub struct TrajectoryRecord {
 }
 
 impl TrajectoryRecord {
-    /// Collects what a run left: how it was made, the end asked for (s), what it did, the last lengths (m), area ratios at the
-    /// end and the time it took (s).
+    /// Collects what a run left: how it was made, the end asked for (s), what it did, lengths (m) and area ratios at
+    /// the end reached, and the time it took (s).
     pub fn new(
         command: &str,
         (method, control): (Method, Control),

@@ -125,7 +125,7 @@ mod tests {
         }
     }
 
-    fn values<'a>(document: &'a roxmltree::Document<'_>, name: &str) -> Vec<f64> {
+    fn values(document: &roxmltree::Document<'_>, name: &str) -> Vec<f64> {
         let node = document.descendants().find(|n| n.attribute("Name") == Some(name)).unwrap();
         node.text().unwrap().split_whitespace().map(|w| w.parse().unwrap()).collect()
     }

@@ -1,0 +1,52 @@
+//! `tongue-fit accuracy`: what accuracy costs in time.
+
+use miette::IntoDiagnostic;
+use tongue_fit::report::OutputDir;
+use tongue_fit::study::{self, Circumstances, Effort};
+
+use super::{Global, Outcome, output};
+
+const DEFAULT_OUT: &str = "results/accuracy";
+
+/// Options of `tongue-fit accuracy`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(after_help = "Example:\n  tongue-fit accuracy --quick")]
+pub struct Arguments {
+    /// Within half a minute: fewer repeats, no mesh below 1.4 mm, long explicit runs refused (the full study: ten minutes)
+    #[arg(long)]
+    quick: bool,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let effort = if arguments.quick { Effort::QUICK } else { Effort::FULL };
+    let study = study::run(&effort, &mut |what| output::note(what)).into_diagnostic()?;
+    let made = Circumstances { command: super::command_line(), machine: machine() };
+    let page = study::page(&study, &made);
+    let mut files = study::files(&study).into_diagnostic()?;
+    files.push(("README.md".into(), page.into_bytes()));
+    let named: Vec<(&str, &[u8])> = files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
+    let written = out.write_all(&named).into_diagnostic()?;
+    if global.json {
+        output::print(&(serde_json::json!({ "written": written }).to_string() + "\n"))?;
+    } else {
+        let lines: Vec<String> = written.iter().map(|p| format!("written {}\n", p.display())).collect();
+        output::print(&lines.concat())?;
+    }
+    Ok(Outcome::Good)
+}
+
+/// Processor, threads and operating system, as far as they can be known.
+fn machine() -> String {
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpu.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
+    format!(
+        "{} ({} threads in use, {} {})",
+        model.map_or("an unnamed processor", |(_, name)| name.trim()),
+        rayon::current_num_threads(),
+        std::env::consts::OS,
+        std::env::consts::ARCH
+    )
+}
