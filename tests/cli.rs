@@ -202,12 +202,42 @@ fn tensions_that_are_none_are_refused() {
 }
 
 #[test]
+fn both_presets_and_both_spreads_solve_the_published_load() {
+    for options in [["--preset", "as-printed"], ["--spread", "assembled"], ["--outside", "chain"]] {
+        let s = json(
+            &[&["simulate", "--json", "--tension", "GGa=12", "--tension", "SGm=11.5"], &options[..]].concat(),
+        );
+        assert_eq!(s["status"], "converged", "{options:?}");
+        assert!(s["max_residual_force_n"].as_f64().unwrap() < 1e-8, "{options:?}");
+        assert!(s["stretches"]["GGa"].as_f64().unwrap() < 0.95);
+    }
+}
+
+#[test]
+fn the_published_answer_stands_only_beside_what_it_was_published_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = |options: &[&str]| stdout(&run_in(folder.path(), &[&["--vowel", "a"], options].concat()));
+    assert!(printed(&[]).contains("table 4.8"));
+    assert!(!printed(&["--muscles", "GGa,SGm"]).contains("table 4.8"));
+    assert!(!printed(&["--subject", "S1"]).contains("table 4.8"));
+    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/takano2007_lengths.csv");
+    assert!(!printed(&["--lengths", own]).contains("table 4.8"));
+}
+
+#[test]
 fn wrong_usage_exits_with_2() {
     refused(&["--vowl", "a"], 2);
     refused(&[], 2);
     refused(&["simulate", "--tension"], 2);
     refused(&["mesh", "--preset", "golden"], 2);
-    refused(&["--vowel", "a", "mesh"], 2);
+    assert!(refused(&["--vowel", "a", "mesh"], 2).contains("--vowel"));
+    assert!(refused(&["--h", "2.75mm", "mesh"], 2).contains("--h"));
+    assert!(refused(&["--starts", "3", "simulate"], 2).contains("--starts"));
+    assert_eq!(
+        run(&["--threads", "1", "mesh"]).status.code(),
+        Some(0),
+        "options of every command may stand anywhere"
+    );
     refused(&["--vowel", "a", "--threads", "0"], 2);
 }
 
@@ -219,6 +249,10 @@ fn spacings_and_settings_out_of_range_are_refused() {
     }
     assert!(refused(&["--vowel", "a", "--starts", "0"], 1).contains("number of starts"));
     assert!(refused(&["--vowel", "a", "--upper-bound", "-3"], 1).contains("upper bound"));
+    assert!(refused(&["--vowel", "a", "--h", "100"], 1).contains("mm"));
+    assert!(refused(&["--vowel", "a", "--anatomy", "no/such.toml"], 1).contains("no/such.toml"));
+    assert!(refused(&["--vowel", "a", "--threads", "100000"], 1).contains("--threads"));
+    assert!(refused(&["--vowel", "a", "--starts", "1000000"], 1).contains("--starts"));
 }
 
 #[test]

@@ -254,7 +254,7 @@ fn series(name: &str, values: &[f64]) -> Series {
 #[test]
 fn bars_are_as_long_as_the_change_and_on_its_side_of_one() {
     let both = [series("measured", &MEASURED), series("simulated", &SIMULATED)];
-    let svg = changes(&labels(), &both, "Figure 4.9: changes relative to /ɯ/").unwrap();
+    let svg = changes(&labels(), &both, "ɯ", "Figure 4.9: changes relative to /ɯ/").unwrap();
     check_figure(&svg);
     let document = Document::parse(&svg).unwrap();
     // The sheet itself, two samples in the legend, then the bars of each series in the order of the labels.
@@ -292,12 +292,13 @@ fn legends_of_any_length_stay_apart() {
     let svg = changes(
         &labels(),
         &many,
+        "ɯ",
         "a title that is so long that it needs more than a single line to be shown",
     )
     .unwrap();
     check_figure(&svg);
     let none_active = LABELS.map(|l| l.trim_end_matches('*').to_owned());
-    let svg = changes(&none_active, &many[..1], "passive").unwrap();
+    let svg = changes(&none_active, &many[..1], "ɯ", "passive").unwrap();
     check_figure(&svg);
     assert!(!svg.contains("contracting"));
 }
@@ -305,7 +306,7 @@ fn legends_of_any_length_stay_apart() {
 #[test]
 fn every_range_of_ratios_has_a_readable_axis() {
     for values in [[1.0; 8], [0.999; 8], [0.01; 8], [2.7; 8], [13.0; 8], [100.0; 8]] {
-        let svg = changes(&labels(), &[series("measured", &values)], "range").unwrap();
+        let svg = changes(&labels(), &[series("measured", &values)], "ɯ", "range").unwrap();
         check_figure(&svg);
         let document = Document::parse(&svg).unwrap();
         let ticks = texts(&document).iter().filter(|t| t.parse::<f64>().is_ok()).count();
@@ -316,7 +317,7 @@ fn every_range_of_ratios_has_a_readable_axis() {
 #[test]
 fn a_chart_of_inconsistent_data_is_refused() {
     let good = series("measured", &MEASURED);
-    let refused = |labels: &[String], series: &[Series]| changes(labels, series, "").unwrap_err();
+    let refused = |labels: &[String], series: &[Series]| changes(labels, series, "ɯ", "").unwrap_err();
     let (five, none) = (vec![good.clone(); 5], ReportError::ChartShape { labels: 8, series: 0, most: 4 });
     assert_eq!(refused(&labels(), &[]).to_string(), none.to_string());
     assert!(matches!(refused(&labels(), &five), ReportError::ChartShape { series: 5, most: 4, .. }));
@@ -336,6 +337,6 @@ fn a_chart_of_inconsistent_data_is_refused() {
 #[test]
 fn the_same_numbers_give_the_same_bytes() {
     assert_eq!(picture(), picture());
-    let chart = || changes(&labels(), &[series("measured", &MEASURED)], "t").unwrap();
+    let chart = || changes(&labels(), &[series("measured", &MEASURED)], "ɯ", "t").unwrap();
     assert_eq!(chart(), chart());
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use miette::IntoDiagnostic;
+use miette::{IntoDiagnostic, miette};
 use tongue_fit::equilibrium::{self, Workspace};
 use tongue_fit::fit::{self, Fit, Method, Settings, Status};
 use tongue_fit::mesh::Mesh;
@@ -17,6 +17,8 @@ use super::{Global, Outcome, body, output, table};
 
 /// The folder for outputs where none is named.
 const DEFAULT_OUT: &str = "results";
+/// More starting points than this are surely a slip.
+const MOST_STARTS: usize = 10_000;
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
 
@@ -90,6 +92,9 @@ impl Arguments {
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
+    if arguments.starts > MOST_STARTS {
+        return Err(miette!("--starts is {}; more than {MOST_STARTS} gain nothing", arguments.starts));
+    }
     let settings = Settings {
         method: match arguments.method {
             MethodName::NelderMead => Method::NelderMead,
@@ -101,12 +106,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     settings.check().into_diagnostic()?;
     let target = arguments.target()?;
+    let mesh = arguments.body.mesh()?;
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
-    let mesh = arguments.body.mesh()?;
     let model = arguments.body.model();
     let fit = fit::fit(&mesh, &model, &target, &settings).into_diagnostic()?;
-    let published = published_answer(&mesh, &model, &target)?;
+    let published = match arguments.lengths {
+        None => published_answer(&mesh, &model, &target)?,
+        Some(_) => None,
+    };
 
     let record = FitRecord::new(&fit, &super::command_line(), clock.elapsed().as_secs_f64());
     let json = record.to_json().into_diagnostic()?;
@@ -146,7 +154,11 @@ pub struct Published {
 
 /// Solves the published tensions, where the target is the one that they were published for.
 fn published_answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<Option<Published>> {
-    if target.subject != PUBLISHED_SUBJECT || target.vowel != Vowel::A || target.baseline != Vowel::U {
+    let muscles = published::TENSIONS_A_N.map(|(m, _)| m);
+    if target.subject != PUBLISHED_SUBJECT
+        || (target.vowel, target.baseline) != (Vowel::A, Vowel::U)
+        || target.active != muscles
+    {
         return Ok(None);
     }
     let numbers = fit::muscle_numbers(mesh).into_diagnostic()?;
@@ -178,6 +190,12 @@ fn published_answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::R
     Ok(Some(Published { tensions, ratios, stretches, thesis_ratios, thesis_stretches, rms }))
 }
 
+/// The published tensions in a few characters, for the legend.
+fn published_name() -> String {
+    let tensions = published::TENSIONS_A_N.map(|(_, t)| format!("{t:.1}"));
+    format!("{} N", tensions.join("/"))
+}
+
 /// The deformed mesh, and figure 4.9 of the thesis.
 fn pictures(mesh: &Mesh<2>, fit: &Fit, published: Option<&Published>) -> miette::Result<(String, String)> {
     let target = &fit.target;
@@ -199,9 +217,9 @@ fn pictures(mesh: &Mesh<2>, fit: &Fit, published: Option<&Published>) -> miette:
         Series { name: "simulated".into(), values: of.values(&fit.lengths, &fit.rest_lengths).to_vec() },
     ];
     if let Some(p) = published {
-        series.push(Series { name: "12.0/11.5/4.5 N".into(), values: p.stretches.to_vec() });
+        series.push(Series { name: published_name(), values: p.stretches.to_vec() });
     }
     let title = format!("{what}: change of every muscle relative to /{}/", target.baseline);
-    let chart = report::changes(&labels, &series, &title).into_diagnostic()?;
+    let chart = report::changes(&labels, &series, target.baseline.symbol(), &title).into_diagnostic()?;
     Ok((picture, chart))
 }

@@ -55,8 +55,8 @@ struct Record {
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let mesh = arguments.body.mesh()?;
+    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let coefficients = system::coefficients(&mesh, &arguments.body.model()).into_diagnostic()?;
     let stiffness = system::connection_stiffness(&mesh, &coefficients);
     let quality = Quality::of(&mesh);

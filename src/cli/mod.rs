@@ -14,10 +14,15 @@ mod trajectory;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// Exit status when a run is done but a result did not converge or cannot be trusted.
 const UNTRUSTWORTHY: u8 = 3;
+
+/// More threads than this are surely a slip, and starting them takes longer than a fit.
+const MOST_THREADS: usize = 1024;
 
 /// How a command ended, other than by an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,14 +84,20 @@ enum Command {
 /// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
 /// usage, 3 done but something did not converge or cannot be trusted.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    if cli.command.is_some() && cli.fit.is_given() {
-        let message = "options of the fit (such as --vowel) do not go with a subcommand";
-        Cli::command().error(clap::error::ErrorKind::ArgumentConflict, message).exit();
+    let matches = Cli::command().get_matches();
+    let cli = match Cli::from_arg_matches(&matches) {
+        Ok(cli) => cli,
+        Err(error) => error.exit(),
+    };
+    if let Some(option) = misplaced_option(&matches) {
+        let message = format!(
+            "--{option} belongs to the fit of a vowel or stands behind its subcommand, not before it"
+        );
+        Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
     }
     if cli.command.is_none() && !cli.fit.is_given() {
         let message = "say which vowel to fit: --vowel i, e, a, o or ɯ (or name a subcommand)";
-        Cli::command().error(clap::error::ErrorKind::MissingRequiredArgument, message).exit();
+        Cli::command().error(ErrorKind::MissingRequiredArgument, message).exit();
     }
     let result = set_threads(cli.global.threads).and_then(|()| match &cli.command {
         None => fit::run(&cli.fit, &cli.global),
@@ -105,9 +116,23 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// An option of the fit that was given although a subcommand follows; options of every command may stand anywhere.
+fn misplaced_option(matches: &ArgMatches) -> Option<String> {
+    matches.subcommand()?;
+    let command = Cli::command();
+    let given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
+    command
+        .get_arguments()
+        .filter(|a| !a.is_global_set() && given(a.get_id().as_str()))
+        .find_map(|a| a.get_long().map(str::to_owned))
+}
+
 fn set_threads(threads: Option<std::num::NonZeroUsize>) -> miette::Result<()> {
     use miette::{IntoDiagnostic, WrapErr};
     let Some(threads) = threads else { return Ok(()) };
+    if threads.get() > MOST_THREADS {
+        return Err(miette::miette!("--threads is {threads}; give at most {MOST_THREADS}"));
+    }
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.get())
         .build_global()

@@ -33,8 +33,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if arguments.trajectory.is_given() {
         return trajectory::run(&arguments.trajectory, &given, &arguments.body, global);
     }
-    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let mesh = arguments.body.mesh()?;
+    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let numbers = fit::muscle_numbers(&mesh).into_diagnostic()?;
     let active: Vec<usize> = given.iter().map(|(m, _)| numbers[m.index()]).collect();
     let system = System::new(&mesh, &arguments.body.model(), &active).into_diagnostic()?;

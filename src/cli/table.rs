@@ -35,7 +35,7 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
         let i = m.index();
         t.add_row([
             m.to_string(),
-            format!("{:.2}", record.tensions_n.0[i]),
+            newtons(record.tensions_n.0[i]),
             format!("{:.2}", record.lengths_mm.0[i]),
             format!("{:.3}", record.ratios.0[i]),
             format!("{:.3}", record.stretches.0[i]),
@@ -109,13 +109,28 @@ pub fn fit(fit: &Fit, published: Option<&Published>, written: &[PathBuf], wall_s
     text
 }
 
+/// A misfit below this is rounding, whose digits differ between machines.
+const NO_MISFIT: f64 = 1e-9;
+
+/// Three digits with a sign, but none for a zero.
+fn residual(value: f64) -> String {
+    if value.abs() < 5e-4 { "0.000".into() } else { format!("{value:+.3}") }
+}
+
+/// Beyond this a number is written with an exponent, so that no column grows without end.
+const LARGE: f64 = 1e5;
+
+fn newtons(tension: f64) -> String {
+    if tension < LARGE { format!("{tension:.2}") } else { format!("{tension:.2e}") }
+}
+
 fn tensions(fit: &Fit, published: Option<&Published>) -> String {
     let mut header = vec!["tension, N per metre of thickness"];
     header.extend(fit.target.active.iter().map(|m| m.name()));
     let mut t = table(&header);
     let row = |name: &str, values: &[f64; 8]| {
         let mut row = vec![Cell::new(name)];
-        row.extend(fit.target.active.iter().map(|m| Cell::new(format!("{:.2}", values[m.index()]))));
+        row.extend(fit.target.active.iter().map(|m| Cell::new(newtons(values[m.index()]))));
         row
     };
     t.add_row(row("found", &fit.tensions));
@@ -143,7 +158,7 @@ fn lengths(fit: &Fit, published: Option<&Published>) -> String {
             format!("{:.1}", 1e3 * fit.lengths[i]),
             format!("{:.3}", fit.simulated[i]),
             format!("{:.3}", target.values[i]),
-            format!("{:+.3}", fit.residuals[i]),
+            residual(fit.residuals[i]),
             change(fit.lengths[i], fit.rest_lengths[i]),
             change(target.measured_mm[i], target.baseline_mm[i]),
         ];
@@ -177,21 +192,29 @@ fn verdict(fit: &Fit, published: Option<&Published>) -> String {
     let mut text = String::new();
     let status = match fit.status {
         Status::Converged => "converged: the fitted muscles meet the target",
-        Status::TargetNotMet => "NOT MET: no tensions within the bounds meet the target; this is the nearest",
+        Status::TargetNotMet => {
+            "NOT MET: the search found no tensions that meet the target; these come nearest"
+        }
         Status::AtUpperBound => "AT THE UPPER BOUND: a tension ended on it; do not trust the answer",
         Status::IterationLimit => "NOT CONVERGED: the search stopped at its iteration limit",
         Status::ReplayDiffers => "NOT REPRODUCED: solving again from rest gives another shape",
+        Status::NoEquilibrium => "NO EQUILIBRIUM was found at the answer; do not use it",
     };
-    let _ = writeln!(text, "\n{status} (misfit {:.1e})", fit.misfit);
+    let misfit = if fit.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", fit.misfit) };
+    let _ = writeln!(text, "\n{status} (misfit {misfit})");
     if let Some(rms) = fit.passive_rms() {
         let _ = writeln!(text, "passive muscles, which the fit does not see: {rms:.3} RMS residual");
     }
     let named = |values: &[f64]| {
-        let pairs = target.active.iter().zip(values).map(|(m, v)| format!("{m} {v:.1}"));
+        let pairs = target
+            .active
+            .iter()
+            .zip(values)
+            .map(|(m, v)| if *v < LARGE { format!("{m} {v:.1}") } else { format!("{m} {v:.1e}") });
         pairs.collect::<Vec<_>>().join(", ")
     };
     match &fit.identifiability {
-        None => text += "uniqueness: not known, the equilibrium is singular\n",
+        None => text += "uniqueness: not known, for want of a regular equilibrium\n",
         Some(i) if i.null_directions.is_empty() => {
             text += "unique: every direction of tension is determined by the target (locally)\n";
         }
@@ -199,11 +222,12 @@ fn verdict(fit: &Fit, published: Option<&Published>) -> String {
             let _ = writeln!(
                 text,
                 "NOT UNIQUE: {} for {} tensions leave {} undetermined.\n\
-                 Found is the answer with the smallest total tension; equally good, within {:.0e} of the target, is all",
+                 Found is {}; as good, within {:.0e}, is all",
                 counted(target.fitted.len(), "equation"),
                 target.active.len(),
                 counted(i.null_directions.len(), "direction"),
-                fit.misfit_tolerance
+                if fit.status == Status::Converged { "the smallest total tension" } else { "one answer" },
+                fit.misfit_tolerance.max(fit.misfit)
             );
             for n in &i.null_directions {
                 let direction: Vec<String> = n.direction.iter().map(|d| format!("{d:.2}")).collect();

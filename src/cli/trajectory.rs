@@ -246,8 +246,13 @@ fn write(
         })
         .collect();
     let csv = report::lengths_over_time(&rows).into_diagnostic()?;
-    let title = "Tongue in motion from rest (grey)";
-    let svg = report::animation(mesh, &watch.frames, active, title).into_diagnostic()?;
+    let names: Vec<&str> =
+        active.iter().filter_map(|&m| mesh.muscles.get(m)).map(|m| m.name.as_str()).collect();
+    let title = match names.is_empty() {
+        true => "At rest; nothing pulls".to_owned(),
+        false => format!("Pulling: {} (grey: at rest)", names.join(", ")),
+    };
+    let svg = report::animation(mesh, &watch.frames, active, &title).into_diagnostic()?;
     let mut files: Vec<(String, Vec<u8>)> = vec![
         ("trajectory.json".to_owned(), json.as_bytes().to_vec()),
         ("trajectory.csv".to_owned(), csv),

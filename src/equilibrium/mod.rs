@@ -36,14 +36,14 @@ impl Default for Settings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The residual force is below the tolerance.
+    /// The residual force is below the tolerance, or as small as rounding lets it be.
     Converged,
     /// The iteration limit came first.
     IterationLimit,
     /// No step along a descent direction lowers the energy any more, or the steps that keep every cell from turning over
     /// have become too small; the residual force is still above the tolerance.
     Stalled,
-    /// A tension, position or energy is not a finite number.
+    /// A tension, position or energy is not a finite number, or there are not as many tensions as muscles.
     NotFinite,
 }
 
@@ -119,6 +119,9 @@ impl<const D: usize> Workspace<D> {
 
     /// Starts the next solve from given positions, m, one for each node: those of a solved neighbour, whose stiffness is taken
     /// to be like that of the last solve.
+    ///
+    /// # Panics
+    /// If there are not as many positions as nodes.
     pub fn start_from(&mut self, positions: &[SVector<f64, D>]) {
         self.positions.copy_from_slice(positions);
     }

@@ -11,12 +11,17 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 const ENERGY_NOISE: f64 = 1e-13;
 /// A shorter part of a step than this is no step.
 const SHORTEST_STEP: f64 = 1e-12;
+/// Rounding errors of coordinates that can come together in one force, as a part of the largest coordinate.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// The factor at hand serves once more as long as the residual falls to less than this part in an iteration: a new factor costs
 /// about three times what an iteration with the old one does.
 const FAST_ENOUGH: f64 = 0.03;
 
 /// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
 /// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there.
+///
+/// Converged means a residual force below the tolerance, or below what rounding allows where that is more (very stiff bodies,
+/// bodies far from the origin).
 ///
 /// Never panics and never leaves a position that is not finite: what went wrong is in [`Solution::status`]. No accepted step
 /// turns a cell over, because every step is cut to where all cells keep at least a tenth of their measure.
@@ -26,7 +31,8 @@ pub(super) fn solve<const D: usize>(
     tensions: &[f64],
     settings: &Settings,
 ) -> Solution {
-    Newton { system, w: workspace, done: Solution::EMPTY }.run(tensions, settings)
+    let extent = workspace.positions.iter().map(|p| p.amax()).fold(0.0, f64::max);
+    Newton { system, w: workspace, done: Solution::EMPTY, extent, floor: 0.0 }.run(tensions, settings)
 }
 
 impl Solution {
@@ -45,6 +51,10 @@ struct Newton<'a, const D: usize> {
     system: &'a System<D>,
     w: &'a mut Workspace<D>,
     done: Solution,
+    /// Largest coordinate, m.
+    extent: f64,
+    /// Residual force below which there is only rounding, N: the stiffest entry times the rounding of a coordinate.
+    floor: f64,
 }
 
 impl<const D: usize> Newton<'_, D> {
@@ -62,7 +72,7 @@ impl<const D: usize> Newton<'_, D> {
             if !(residual.is_finite() && self.done.energy.is_finite()) {
                 break Status::NotFinite;
             }
-            if residual <= settings.tolerance {
+            if residual <= settings.tolerance.max(self.floor) {
                 break Status::Converged;
             }
             if self.done.iterations == settings.max_iterations {
@@ -115,6 +125,7 @@ impl<const D: usize> Newton<'_, D> {
     /// slack chain), the convex one with a growing multiple of the unit matrix.
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
+        self.floor = ROUNDING * self.w.stiffness.largest_diagonal(self.system.pattern()) * self.extent;
         if self.try_factor() {
             return true;
         }

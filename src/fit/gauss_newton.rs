@@ -58,6 +58,7 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
         iterations: 0,
         restarts: 0,
         converged: false,
+        lengths: None,
     };
     // A start without an equilibrium is given up for the rest shape, which always has one.
     let point = Point::new(&mut forward, DVector::from_column_slice(&start.tensions))
@@ -66,6 +67,7 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
         start.converged = descend(&mut forward, &mut here, &mut start.iterations);
         start.tensions = here.tensions.iter().copied().collect();
         start.cost = here.cost;
+        start.lengths = forward.evaluate(&start.tensions).lengths;
     }
     start.evaluations = forward.evaluations();
     start.factorisations = forward.factorisations();

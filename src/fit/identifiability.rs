@@ -33,10 +33,16 @@ pub struct NullDirection {
 /// A singular value below this part of the largest leaves its direction undetermined: over the whole range of tensions it
 /// would move the ratios by less than their rounding.
 const UNDETERMINED: f64 = 1e-3;
-/// Length of a step along an undetermined direction, N.
+/// Longest step along an undetermined direction, N.
 const STRIDE: f64 = 5.0;
+/// Shortest step: an end is known to about this, N.
+const SHORTEST_STRIDE: f64 = 0.05;
 /// Most steps to either side.
-const MOST_STRIDES: usize = 100;
+const MOST_STRIDES: usize = 200;
+/// A misfit that is none.
+const IN_THE_VALLEY: f64 = 1e-10;
+/// Most corrections that move an answer into the valley.
+const MOST_CORRECTIONS: usize = 8;
 
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as far as the
 /// misfit stays within the tolerance and the tensions within their bounds. `None` where the equilibrium was not found or is
@@ -105,31 +111,29 @@ fn decompose(jacobian: &DMatrix<f64>) -> Option<(Vec<f64>, Vec<DVector<f64>>)> {
 }
 
 /// Walks from `start` along `direction` and on along the valley, and returns where it ends: at a bound, or where the misfit
-/// leaves the tolerance.
+/// leaves the tolerance however short the step.
 fn follow(forward: &mut Forward<'_>, start: &[f64], direction: &DVector<f64>) -> Vec<f64> {
     let bound = forward.settings.upper_bound;
     let tolerance = forward.settings.misfit_tolerance.max(forward.evaluate(start).misfit * 1.01);
     let mut here = DVector::from_column_slice(start);
     let mut along = direction.clone();
+    let mut stride = STRIDE;
     for _ in 0..MOST_STRIDES {
         let room = room(&here, &along, bound);
-        if room <= 0.0 {
+        if room <= 1e-9 || stride < SHORTEST_STRIDE {
             break;
         }
-        let mut next = &here + &along * room.min(STRIDE);
-        let Some((jacobian, residuals)) = linearise(forward, next.as_slice()) else { break };
-        // Back into the valley: the smallest correction that meets the targets to first order.
-        if let Ok(inverse) = jacobian.clone().pseudo_inverse(1e-9) {
-            next -= inverse * residuals;
-        }
-        next.apply(|t| *t = t.clamp(0.0, bound));
+        let mut next = &here + &along * room.min(stride);
+        let jacobian = correct(forward, &mut next, bound);
         let misfit = forward.evaluate(next.as_slice()).misfit;
         let gained = (&next - &here).dot(&along);
-        if misfit.is_nan() || misfit > tolerance || gained < 1e-6 {
-            break;
-        }
+        let Some(jacobian) = jacobian.filter(|_| misfit <= tolerance && gained > 0.5 * room.min(stride))
+        else {
+            stride *= 0.5;
+            continue;
+        };
         here = next;
-        if room <= STRIDE {
+        if room <= stride {
             break;
         }
         // The valley bends: go on along its direction here, the way that leads on.
@@ -141,6 +145,59 @@ fn follow(forward: &mut Forward<'_>, start: &[f64], direction: &DVector<f64>) ->
         }
     }
     here.iter().copied().collect()
+}
+
+/// Moves `tensions` by the smallest correction that meets the targets to first order, within the bounds: tensions that would
+/// leave them are held there and the others corrected anew. Returns the sensitivities used.
+fn correct(forward: &mut Forward<'_>, tensions: &mut DVector<f64>, bound: f64) -> Option<DMatrix<f64>> {
+    let (jacobian, residuals) = linearise(forward, tensions.as_slice())?;
+    let start = tensions.clone();
+    let mut free = jacobian.clone();
+    for _ in 0..tensions.len() {
+        let inverse = free.clone().pseudo_inverse(1e-9).ok()?;
+        let left = &residuals + &jacobian * (&*tensions - &start);
+        let next = &*tensions - inverse * left;
+        let out = |t: f64| !(0.0..=bound).contains(&t);
+        let leaving: Vec<usize> =
+            (0..next.len()).filter(|&i| out(next[i]) && next[i] != tensions[i]).collect();
+        if leaving.is_empty() {
+            *tensions = next;
+            break;
+        }
+        for i in leaving {
+            tensions[i] = next[i].clamp(0.0, bound);
+            free.column_mut(i).fill(0.0);
+        }
+    }
+    Some(jacobian)
+}
+
+/// Moves an answer that the effort term holds a little beside the valley into it: the nearest tensions that meet the targets.
+/// Returns the answer itself where that makes nothing better.
+pub(super) fn into_the_valley(forward: &mut Forward<'_>, answer: &[f64]) -> Vec<f64> {
+    let bound = forward.settings.upper_bound;
+    let mut best = (forward.evaluate(answer).misfit, answer.to_vec());
+    let mut here = DVector::from_column_slice(answer);
+    for _ in 0..MOST_CORRECTIONS {
+        if best.0 < IN_THE_VALLEY {
+            break;
+        }
+        let mut target = here.clone();
+        if correct(forward, &mut target, bound).is_none() {
+            break;
+        }
+        // A whole step where the valley is straight; less where it is not.
+        let step = target - &here;
+        let better = (0..6).find_map(|halvings| {
+            let next = &here + &step * 0.5f64.powi(halvings);
+            let misfit = forward.evaluate_from_rest(next.as_slice()).misfit;
+            (misfit < 0.95 * best.0).then_some((misfit, next))
+        });
+        let Some((misfit, next)) = better else { break };
+        best = (misfit, next.iter().copied().collect());
+        here = next;
+    }
+    best.1
 }
 
 /// How far one can go before a tension leaves its bounds, N.

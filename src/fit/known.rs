@@ -58,6 +58,11 @@ impl BestKnown {
         }
     }
 
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.list.clear();
+    }
+
     /// Forgets all but the best, so that [`BestKnown::spread`] speaks of a new simplex.
     pub fn keep_best(&mut self) {
         let best = self.best().cloned();

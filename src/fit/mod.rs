@@ -4,9 +4,13 @@
 //! minimise over 0 <= F <= F_max:  sum over fitted muscles (simulated - measured)²  +  effort * sum F
 //! ```
 //!
-//! by Nelder-Mead from several starts (or, [`Method::GaussNewton`], with the derivatives that the equilibrium gives for little). The effort term is there only where the equations are fewer than the tensions (ratios
-//! of n muscles are n - 1 equations): of all tensions that fit equally well it takes those with the smallest sum.
-//! [`identifiability`] says how far the others reach.
+//! by Nelder-Mead from several starts (or, [`Method::GaussNewton`], with the derivatives that the equilibrium gives for
+//! little). The effort term is there only where the equations are fewer than the tensions (ratios of n muscles are n - 1
+//! equations): of all tensions that fit equally well it takes those with the smallest sum. The answer is then moved by the
+//! little that the effort held it beside the target. [`identifiability`] says how far the others reach.
+//!
+//! Candidates start from solved neighbours; what a simplex ends with is solved from rest, and where that gives another
+//! equilibrium the search begins again with every candidate from rest.
 
 mod gauss_newton;
 pub mod identifiability;
@@ -145,8 +149,10 @@ pub enum Status {
     AtUpperBound,
     /// The search stopped at its iteration limit.
     IterationLimit,
-    /// The equilibrium of the answer could not be found again from rest, or is another one.
+    /// Solved again from rest, the answer has other lengths: it lies on another branch of equilibria.
     ReplayDiffers,
+    /// No equilibrium was found at the answer.
+    NoEquilibrium,
 }
 
 /// The answer solved once more from rest.
@@ -212,7 +218,7 @@ impl Fit {
 /// Answers nearer to the lower bound than this are on it, N.
 const AT_BOUND: f64 = 1e-3;
 /// A replay from rest must give the same lengths within this, m.
-const SAME_LENGTH: f64 = 1e-9;
+const SAME_LENGTH: f64 = 1e-8;
 
 /// The numbers of the eight muscles among the chains of a mesh.
 ///
@@ -267,18 +273,24 @@ pub fn fit_system(
         .ok_or_else(|| FitError::Search("no start was made".into()))?;
 
     let mut forward = Forward::new(system, numbers, target, settings);
-    let active = snap_to_lower_bound(&mut forward, best);
-    let evaluations = starts.iter().map(|s| s.evaluations).sum::<usize>();
-    let rest_lengths = forward.rest_lengths();
+    let mut active = snap_to_lower_bound(&mut forward, best);
+    if target.fitted.len() < target.active.len() && best.lengths.is_some() {
+        active = identifiability::into_the_valley(&mut forward, &active);
+    }
     let outcome = forward.evaluate(&active);
+    // What the search found; where the answer was moved after it, what that came to from its neighbours.
+    let found = if active == best.tensions { best.lengths } else { outcome.lengths };
+    let rest_lengths = forward.rest_lengths();
     let identifiability = identifiability::analyse(&mut forward, &active);
+    let evaluations = starts.iter().map(|s| s.evaluations).sum::<usize>() + forward.evaluations();
 
     let mut workspace = Workspace::new(system);
     let solution =
         equilibrium::solve(system, &mut workspace, &forward.all_tensions(&active), &settings.equilibrium);
-    let replayed = forward.lengths_of(workspace.positions());
-    let lengths = outcome.lengths.unwrap_or(replayed);
-    let largest_difference = lengths.iter().zip(&replayed).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let lengths = forward.lengths_of(workspace.positions());
+    let largest_difference = found.map_or(f64::INFINITY, |found| {
+        found.iter().zip(&lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    });
     let (min_area_ratio, max_area_ratio) = system.cell_ratios(workspace.positions());
     let replay = Replay { solution, largest_difference, min_area_ratio, max_area_ratio };
 
@@ -288,10 +300,9 @@ pub fn fit_system(
     for (m, t) in target.active.iter().zip(&active) {
         tensions[m.index()] = *t;
     }
-    let reproduced = outcome.lengths.is_some()
-        && solution.status == equilibrium::Status::Converged
-        && largest_difference <= SAME_LENGTH;
-    let status = if !reproduced {
+    let status = if solution.status != equilibrium::Status::Converged {
+        Status::NoEquilibrium
+    } else if largest_difference > SAME_LENGTH {
         Status::ReplayDiffers
     } else if active.iter().any(|&t| t > settings.upper_bound - AT_BOUND) {
         Status::AtUpperBound

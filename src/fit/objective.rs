@@ -42,6 +42,8 @@ pub struct Forward<'a> {
     all_tensions: Vec<f64>,
     effort: f64,
     known: BestKnown,
+    /// Whether candidates start from their nearest solved neighbour; else all start from rest.
+    from_neighbours: bool,
     evaluations: usize,
     factorisations: usize,
 }
@@ -66,6 +68,7 @@ impl<'a> Forward<'a> {
             all_tensions: vec![0.0; system.muscle_count()],
             effort: if undetermined { settings.effort } else { 0.0 },
             known: BestKnown::new(target.active.len()),
+            from_neighbours: settings.warm_start,
             evaluations: 0,
             factorisations: 0,
         }
@@ -117,13 +120,40 @@ impl<'a> Forward<'a> {
 
     /// Solves the candidate (tensions of the active muscles, N) and prices it.
     pub fn evaluate(&mut self, active: &[f64]) -> Outcome {
+        self.set_tensions(active);
+        let solved = (self.from_neighbours && self.solve_from_nearest(active)) || self.solve_from_rest();
+        let outcome = self.price(active, solved);
+        if outcome.lengths.is_some() {
+            self.known.remember(active, outcome.cost, self.workspace.positions());
+        }
+        outcome
+    }
+
+    /// As [`Forward::evaluate`], but started from rest whatever is known, and not kept as a start.
+    pub fn evaluate_from_rest(&mut self, active: &[f64]) -> Outcome {
+        self.set_tensions(active);
+        let solved = self.solve_from_rest();
+        self.price(active, solved)
+    }
+
+    /// From now on every candidate starts from rest.
+    pub(super) fn forget_neighbours(&mut self) {
+        self.from_neighbours = false;
+        self.known.clear();
+    }
+
+    fn set_tensions(&mut self, active: &[f64]) {
         self.evaluations += 1;
         for (m, t) in self.target.active.iter().zip(active) {
             self.all_tensions[self.numbers[m.index()]] = *t;
         }
-        let warm = self.settings.warm_start && self.solve_from_nearest(active);
-        if !warm && !self.solve_from_rest() {
-            return Outcome { cost: FAILED, misfit: f64::INFINITY, lengths: None };
+    }
+
+    /// Outcome of the candidate whose equilibrium is in the workspace, if it was found.
+    fn price(&self, active: &[f64], solved: bool) -> Outcome {
+        let failed = Outcome { cost: FAILED, misfit: f64::INFINITY, lengths: None };
+        if !solved {
+            return failed;
         }
         let lengths = self.lengths_of(self.workspace.positions());
         let simulated = self.target.simulated(&lengths, &self.rest_lengths);
@@ -135,9 +165,8 @@ impl<'a> Forward<'a> {
             .sum();
         let cost = squares + self.effort * active.iter().sum::<f64>();
         if !cost.is_finite() {
-            return Outcome { cost: FAILED, misfit: f64::INFINITY, lengths: None };
+            return failed;
         }
-        self.known.remember(active, cost, self.workspace.positions());
         let misfit = (squares / self.target.fitted.len() as f64).sqrt();
         Outcome { cost, misfit, lengths: Some(lengths) }
     }

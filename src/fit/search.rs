@@ -12,15 +12,18 @@ use serde::Serialize;
 
 use super::objective::Forward;
 use super::{FitError, Settings};
+use crate::muscle::PerMuscle;
 
 /// Side of the first simplex, N.
 const FIRST_SIDE: f64 = 5.0;
 /// Side of the simplex with which the search is begun anew around its answer, N.
 const FRESH_SIDE: f64 = 0.1;
 /// Most fresh simplices.
-const MOST_RESTARTS: usize = 4;
+const MOST_RESTARTS: usize = 5;
 /// A fresh simplex that moves the answer by less than this confirms it, N.
 const CONFIRMED: f64 = 1e-3;
+/// Costs that differ by less than this part belong to the same equilibrium.
+const SAME_COST: f64 = 1e-6;
 /// Part of the upper bound within which starts are spread.
 pub(super) const START_RANGE: f64 = 0.3;
 
@@ -41,6 +44,9 @@ pub struct Start {
     pub restarts: usize,
     /// Whether the last simplex shrank to the tolerance and confirmed the one before; of Gauss-Newton, whether its steps did.
     pub converged: bool,
+    /// Lengths of the eight muscles at the answer as the search found it, m; `None` where no candidate had an equilibrium.
+    #[serde(skip)]
+    pub lengths: Option<PerMuscle<f64>>,
 }
 
 type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
@@ -132,17 +138,29 @@ pub(super) fn run(forward: Forward<'_>, number: usize) -> Result<Start, FitError
         iterations: 0,
         restarts: 0,
         converged: false,
+        lengths: None,
     };
     for restarts in 0..=MOST_RESTARTS {
         let (found, cost, iterations, stopped) = one_simplex(&forward, settings, &corner, side)?;
+        start.iterations += iterations;
+        // A candidate that was reached from a neighbour may lie on another branch of equilibria than the one that
+        // leads to it from rest. Then the search goes on from rest only, and what it had found does not count.
+        let from_rest = forward.borrow_mut().evaluate_from_rest(&found);
+        if (from_rest.cost - cost).abs() > SAME_COST * cost.abs().max(SAME_COST) {
+            forward.borrow_mut().forget_neighbours();
+            start.cost = f64::INFINITY;
+            corner = found;
+            side = FIRST_SIDE.min(0.25 * settings.upper_bound);
+            continue;
+        }
         let moved = found.iter().zip(&start.tensions).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         start.restarts = restarts;
-        start.iterations += iterations;
         if cost < start.cost {
             start.tensions = found;
             start.cost = cost;
+            start.lengths = from_rest.lengths;
         }
-        start.converged = stopped && restarts > 0 && moved < CONFIRMED;
+        start.converged = stopped && restarts > 0 && moved < CONFIRMED && from_rest.lengths.is_some();
         if start.converged {
             break;
         }

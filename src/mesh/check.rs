@@ -2,9 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::SVector;
-
-use super::Mesh;
+use super::{Mesh, simplex};
 
 /// Cells with less than this part of the area or volume that a cell of their longest edge could have are degenerate.
 const DEGENERATE: f64 = 1e-9;
@@ -89,11 +87,11 @@ impl<const D: usize> Mesh<D> {
     fn check_cells(&self, joined: impl Fn(usize, usize) -> bool) -> Result<(), MeshFault> {
         for (cell, corners) in self.cells.iter().enumerate() {
             self.in_range(corners, || format!("cell {cell}"))?;
-            let origin = self.nodes[corners[0]];
-            let mut sides: [SVector<f64, D>; D] = [SVector::zeros(); D];
-            sides.iter_mut().zip(&corners[1..]).for_each(|(side, node)| *side = self.nodes[*node] - origin);
-            let longest = sides.iter().map(|s| s.norm()).fold(0.0, f64::max);
-            let content = determinant(sides) / longest.powi(D as i32);
+            let x = simplex::corners(&self.nodes, corners);
+            let sides = (0..=D).flat_map(|i| (0..i).map(move |j| (x[i] - x[j]).norm()));
+            // The measure of a cube is D! times that of its corner simplex.
+            let cube = if D == 2 { 2.0 } else { 6.0 };
+            let content = cube * simplex::measure(&x) / sides.fold(0.0, f64::max).powi(D as i32);
             if content.is_nan() || content.abs() < DEGENERATE {
                 return Err(MeshFault::Degenerate { cell });
             }
@@ -116,27 +114,4 @@ impl<const D: usize> Mesh<D> {
             None => Ok(()),
         }
     }
-}
-
-/// The determinant of D vectors, by elimination with the largest pivot. (nalgebra's asks for a bound on D that every
-/// caller would have to repeat.)
-fn determinant<const D: usize>(mut rows: [SVector<f64, D>; D]) -> f64 {
-    let mut product = 1.0;
-    for column in 0..D {
-        let best = (column..D).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()));
-        let best = best.unwrap_or(column);
-        if best != column {
-            rows.swap(best, column);
-            product = -product;
-        }
-        let pivot = rows[column];
-        if pivot[column] == 0.0 {
-            return 0.0;
-        }
-        product *= pivot[column];
-        for row in &mut rows[column + 1..] {
-            *row -= pivot * (row[column] / pivot[column]);
-        }
-    }
-    product
 }

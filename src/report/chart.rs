@@ -1,4 +1,4 @@
-//! Bar chart of muscle lengths relative to the reference vowel /ɯ/: figure 4.9 of Kato (2014).
+//! Bar chart of muscle lengths relative to a baseline vowel: figure 4.9 of Kato (2014).
 
 use plotters::backend::SVGBackend;
 use plotters::chart::ChartBuilder;
@@ -28,29 +28,34 @@ const FILLED: f64 = 0.78;
 pub struct Series {
     /// Name in the legend, e.g. `measured`.
     pub name: String,
-    /// Length relative to the subject's own length in /ɯ/, dimensionless; one for each label.
+    /// Length relative to the subject's own length in the baseline, dimensionless; one for each label.
     pub values: Vec<f64>,
 }
 
 /// Draws grouped bars that grow from 1.00, upwards for a longer muscle and downwards for a shorter one
 /// (Kato 2014, figure 4.9), as SVG text.
 ///
-/// `labels` name the groups; a label that ends in `*` marks a contracting muscle and is explained in the legend. The
+/// `baseline` is the symbol of the vowel that the lengths are relative to. `labels` name the groups; a label that ends in `*` marks a contracting muscle and is explained in the legend. The
 /// vertical axis spans the data in steps of 0.1 where that gives a readable number of steps.
 ///
 /// # Errors
 /// [`ReportError::ChartShape`] without labels or with no or more than four series, [`ReportError::SeriesLength`] if a
 /// series has not one value for each label, [`ReportError::Ratio`] for a value that is no ratio of lengths.
-pub fn changes(labels: &[String], series: &[Series], title: &str) -> Result<String, ReportError> {
+pub fn changes(
+    labels: &[String],
+    series: &[Series],
+    baseline: &str,
+    title: &str,
+) -> Result<String, ReportError> {
     check(labels, series)?;
     let entries = legend_entries(series, labels.iter().any(|l| l.ends_with('*')));
     let legend_height = entries.last().map_or(0, |e| e.y) + LEGEND_ROW + 2 * LEGEND_GAP;
     let height = legend_height + PLOT + LABELS + MARGIN;
-    let sheet = Sheet { title, description: description(labels, series), height };
+    let sheet = Sheet { title, description: description(labels, series, baseline), height };
     sheet.draw(|canvas| {
         let (top, below) = canvas.split_vertically(px(legend_height));
         legend(&top, &entries)?;
-        bars(&below, labels, series)
+        bars(&below, labels, series, baseline)
     })
 }
 
@@ -74,12 +79,12 @@ fn check(labels: &[String], series: &[Series]) -> Result<(), ReportError> {
 }
 
 /// The numbers of the chart in words.
-fn description(labels: &[String], series: &[Series]) -> String {
+fn description(labels: &[String], series: &[Series], baseline: &str) -> String {
     let told = series.iter().map(|s| {
         let values: Vec<_> = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}")).collect();
         format!("{}: {}.", s.name, values.join(", "))
     });
-    format!("Muscle lengths relative to /ɯ/. {}", told.collect::<Vec<_>>().join(" "))
+    format!("Muscle lengths relative to /{baseline}/. {}", told.collect::<Vec<_>>().join(" "))
 }
 
 /// Ends of the vertical axis and the number of steps between them: the data, 1.00 and a little room.
@@ -96,7 +101,7 @@ fn axis(series: &[Series]) -> (f64, f64, usize) {
     (first * step, last * step, (last - first) as usize)
 }
 
-fn bars(area: &Canvas, labels: &[String], series: &[Series]) -> Result<(), DrawError> {
+fn bars(area: &Canvas, labels: &[String], series: &[Series], baseline: &str) -> Result<(), DrawError> {
     let (low, high, steps) = axis(series);
     let groups = labels.len() as f64;
     let mut chart = ChartBuilder::on(area)
@@ -118,7 +123,7 @@ fn bars(area: &Canvas, labels: &[String], series: &[Series]) -> Result<(), DrawE
         .y_label_formatter(&|v| format!("{v:.1}"))
         .y_label_style(figure::text(HPos::Right))
         .axis_desc_style(figure::text(HPos::Center))
-        .y_desc("length relative to /ɯ/")
+        .y_desc(format!("length relative to /{baseline}/"))
         .draw()?;
 
     chart.draw_series([PathElement::new(vec![(0.0, 1.0), (groups, 1.0)], stroke(INK, 20))])?;

@@ -14,7 +14,7 @@ use serde::Serialize;
 use crate::effect::spring::Spring;
 use crate::effect::{Bone, Configuration, Contraction, Effect, FiniteElements, Incompressibility, Tissue};
 use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
-use crate::mesh::{Mesh, simplex};
+use crate::mesh::{Mesh, MeshFault, simplex};
 use crate::sparse::Pattern;
 
 pub use additions::Additions;
@@ -88,16 +88,9 @@ pub enum SystemError {
         /// The node.
         node: usize,
     },
-    /// A cell has no positive area or volume at rest.
-    #[error(
-        "cell {cell} has measure {measure:e} at rest; it must be positive (counter-clockwise, not degenerate)"
-    )]
-    DegenerateCell {
-        /// Which cell.
-        cell: usize,
-        /// Its signed area, m², or volume, m³.
-        measure: f64,
-    },
+    /// The mesh is not one that can be solved.
+    #[error("the mesh is faulty: {0}")]
+    Mesh(#[from] MeshFault),
 }
 
 /// A body ready to be solved.
@@ -122,7 +115,7 @@ impl<const D: usize> System<D> {
     /// plain tissue.
     ///
     /// # Errors
-    /// [`SystemError`] for bad constants, muscles that do not exist, degenerate cells and parts without bone.
+    /// [`SystemError`] for a faulty mesh, bad constants, muscles that do not exist and parts without bone.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
         Self::with(mesh, model, contracting, Additions::default())
     }
@@ -137,6 +130,7 @@ impl<const D: usize> System<D> {
         contracting: &[usize],
         additions: Additions<D>,
     ) -> Result<Self, SystemError> {
+        mesh.check()?;
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
         }
@@ -145,11 +139,6 @@ impl<const D: usize> System<D> {
             .iter()
             .map(|cell| (cell.to_vec(), simplex::measure(&simplex::corners(&mesh.nodes, cell))))
             .collect();
-        for (cell, (_, measure)) in cells.iter().enumerate() {
-            if !(*measure > 0.0 && measure.is_finite()) {
-                return Err(SystemError::DegenerateCell { cell, measure: *measure });
-            }
-        }
         let coefficients = coefficients(mesh, model)?;
         let mut stiffness = connection_stiffness(mesh, &coefficients);
         if model.tissue == TissueModel::FiniteElement {
