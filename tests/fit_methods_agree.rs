@@ -1,7 +1,7 @@
 //! Nelder-Mead, which sees costs only, and Gauss-Newton, which sees derivatives, come to the same tensions.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use tongue_fit::fit::{self, Method, Settings, Status};
+use tongue_fit::fit::{self, Method, Settings};
 use tongue_fit::mesh::{Anatomy, DEFAULT_SPACING_M, build};
 use tongue_fit::system::Model;
 use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
@@ -21,18 +21,16 @@ fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
                 };
                 let (simplex, derivatives) = (run(Method::NelderMead), run(Method::GaussNewton));
                 assert_eq!(simplex.status, derivatives.status, "{subject} {vowel} {kind}");
-                assert!(derivatives.evaluations < 100, "{} equilibria", derivatives.evaluations);
+                assert!(derivatives.evaluations < 150, "{} equilibria", derivatives.evaluations);
                 let differences =
                     simplex.tensions.iter().zip(&derivatives.tensions).map(|(a, b)| (a - b).abs());
                 let most = differences.fold(0.0, f64::max);
-                if (subject, vowel, kind) == ("S3", Vowel::I, TargetKind::Ratio) {
-                    // At 100 N on its upper bound the body has two equilibria. The simplex, which goes from neighbour to
-                    // neighbour, ends on the one that a solve from rest does not find; replayed from rest it is the worse fit.
-                    assert_eq!(derivatives.status, Status::AtUpperBound);
-                    assert!(derivatives.misfit < simplex.misfit);
-                } else {
-                    assert!(most < 1e-3, "{subject} {vowel} {kind}: {most} N apart");
-                }
+                assert!(
+                    most < 1e-3,
+                    "{subject} {vowel} {kind}: {most} N apart, {} {}",
+                    simplex.misfit,
+                    derivatives.misfit
+                );
             }
         }
     }

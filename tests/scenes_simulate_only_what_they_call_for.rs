@@ -59,7 +59,7 @@ fn what_every_shipped_scene_leaves_out_does_not_change_its_answer() {
         assert!(c.dynamic_difference_mm.is_none_or(|d| d < 1e-6), "{c:?}");
         let has_fit = scene::shipped(name).unwrap().fit.is_some();
         assert_eq!(c.dynamic_difference_mm.is_none(), has_fit, "{c:?}");
-        assert!(c.pruned_elements < c.full_elements, "{c:?}");
+        assert!(c.pruned_elements <= c.full_elements, "{c:?}");
     }
 }
 

@@ -257,7 +257,8 @@ mod tests {
             for (d, e) in [Vector2::x(), Vector2::y()].into_iter().enumerate() {
                 let (up, down) = (wall.feel(p + e * h), wall.feel(p - e * h));
                 let slope = (up.energy - down.energy) / (2.0 * h);
-                assert!((slope - felt.gradient[d]).abs() < 1e-7, "{p}: {slope} {}", felt.gradient[d]);
+                // At a corner the second derivative jumps, so the difference is of first order in its step.
+                assert!((slope - felt.gradient[d]).abs() < 1e-5, "{p}: {slope} {}", felt.gradient[d]);
             }
         }
         assert!(wall.feel(Vector2::new(0.2, 1.199)).energy > 1.0);

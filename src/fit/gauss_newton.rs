@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::identifiability::linearise;
 use super::objective::{FAILED, Forward};
-use super::search::{START_RANGE, Start, starting_point};
+use super::search::{SAME_COST, START_RANGE, Start, starting_point};
 
 /// Damping of the first step as part of the largest diagonal entry of the second derivative.
 const FIRST_DAMPING: f64 = 1e-3;
@@ -65,6 +65,17 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
         .or_else(|| Point::new(&mut forward, DVector::zeros(n)));
     if let Some(mut here) = point {
         start.converged = descend(&mut forward, &mut here, &mut start.iterations);
+        let from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
+        // As for Nelder-Mead: an answer on another branch of equilibria than the one from rest is searched for anew.
+        if (from_rest.cost - here.cost).abs() > SAME_COST * here.cost {
+            forward.forget_neighbours();
+            let again = Point::new(&mut forward, DVector::from_column_slice(&start.tensions))
+                .or_else(|| Point::new(&mut forward, DVector::zeros(n)));
+            if let Some(point) = again {
+                here = point;
+                start.converged = descend(&mut forward, &mut here, &mut start.iterations);
+            }
+        }
         start.tensions = here.tensions.iter().copied().collect();
         start.cost = here.cost;
         start.lengths = forward.evaluate(&start.tensions).lengths;

@@ -23,7 +23,7 @@ const MOST_RESTARTS: usize = 5;
 /// A fresh simplex that moves the answer by less than this confirms it, N.
 const CONFIRMED: f64 = 1e-3;
 /// Costs that differ by less than this part belong to the same equilibrium.
-const SAME_COST: f64 = 1e-6;
+pub(super) const SAME_COST: f64 = 1e-6;
 /// Part of the upper bound within which starts are spread.
 pub(super) const START_RANGE: f64 = 0.3;
 

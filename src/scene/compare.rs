@@ -15,8 +15,8 @@ use crate::equilibrium::{self, Settings, Status, Workspace};
 
 /// Solves of which the fastest counts.
 const REPETITIONS: usize = 15;
-/// Long enough for the slowest mode of the tissue (about a second) to die out, s.
-const LONG_S: f64 = 60.0;
+/// Long enough for the slowest mode of the tissue (about a second, in space some seconds) to die out, s.
+const LONG_S: f64 = 200.0;
 /// Error allowed in each step on the way there, mm.
 const TOLERANCE_MM: f64 = 1e-6;
 
