@@ -69,7 +69,7 @@ pub struct Plan {
 /// measured on the reference tongue and the shipped solids (`results/scenes`). By dimension.
 const NS_PER_BLOCK: [f64; 2] = [5.0, 8.0];
 /// Nanoseconds for an element that writes no blocks of its own (a node's weight, a node facing a segment of a wall).
-const NS_PER_LIGHT_ELEMENT: f64 = 4.0;
+const NS_PER_LIGHT_ELEMENT: f64 = 8.0;
 /// Operations that a factorisation does in a nanosecond. By dimension.
 const OPERATIONS_PER_NS: [f64; 2] = [1.3, 2.0];
 
