@@ -63,7 +63,7 @@ impl Scene {
             }
         }
         if let Some(jaw) = &self.effects.jaw {
-            if !(jaw.opening_deg.abs() <= 60.0) {
+            if !(-60.0..=60.0).contains(&jaw.opening_deg) {
                 let must = "between -60 and 60";
                 return Err(SceneError::Value {
                     key: "effects.jaw.opening_deg",
