@@ -54,6 +54,7 @@ pub mod muscle;
 pub mod report;
 pub mod scene;
 pub mod sparse;
+pub mod stability;
 pub mod study;
 pub mod suggest;
 pub mod system;

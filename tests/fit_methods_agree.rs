@@ -1,7 +1,7 @@
 //! Nelder-Mead, which sees costs only, and Gauss-Newton, which sees derivatives, come to the same tensions.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use tongue_fit::fit::{self, Method, Settings};
+use tongue_fit::fit::{self, Fit, Method, Settings};
 use tongue_fit::mesh::{Anatomy, DEFAULT_SPACING_M, build};
 use tongue_fit::system::Model;
 use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
@@ -21,16 +21,17 @@ fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
                 };
                 let (simplex, derivatives) = (run(Method::NelderMead), run(Method::GaussNewton));
                 assert_eq!(simplex.status, derivatives.status, "{subject} {vowel} {kind}");
-                assert!(derivatives.evaluations < 150, "{} equilibria", derivatives.evaluations);
+                let equilibria: usize = derivatives.starts.iter().map(|s| s.evaluations).sum();
+                assert!(equilibria < 100, "{equilibria} equilibria");
+                // What the searches found, before a fit moves it into the valley of an undetermined target.
+                let found = |fit: &Fit| -> Vec<f64> {
+                    let best = fit.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+                    best.unwrap().tensions.clone()
+                };
                 let differences =
-                    simplex.tensions.iter().zip(&derivatives.tensions).map(|(a, b)| (a - b).abs());
+                    found(&simplex).into_iter().zip(found(&derivatives)).map(|(a, b)| (a - b).abs());
                 let most = differences.fold(0.0, f64::max);
-                assert!(
-                    most < 1e-3,
-                    "{subject} {vowel} {kind}: {most} N apart, {} {}",
-                    simplex.misfit,
-                    derivatives.misfit
-                );
+                assert!(most < 1e-3, "{subject} {vowel} {kind}: {most} N apart");
             }
         }
     }

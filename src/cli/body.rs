@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::material::{Preset, Spread};
+use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::mesh::{self, Anatomy, Mesh};
 use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Stiffness on every connection once (as the thesis), or once for each triangle it belongs to
     #[arg(long, value_enum, default_value = "per-connection")]
     spread: SpreadName,
+    /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
+    #[arg(long, value_name = "NU", default_value_t = Constants::TONGUE.poisson_ratio)]
+    poisson_ratio: f64,
     /// Muscle parts outside the tissue: straight, as in a sheath, or a chain that can fold
     #[arg(long, value_enum, default_value = "straight")]
     outside: OutsideName,
@@ -73,6 +76,7 @@ impl Arguments {
     /// How the mesh is modelled.
     pub fn model(&self) -> Model {
         Model {
+            constants: Constants { poisson_ratio: self.poisson_ratio, ..Constants::TONGUE },
             preset: match self.preset {
                 PresetName::Consistent => Preset::Consistent,
                 PresetName::AsPrinted => Preset::AsPrinted,
@@ -89,7 +93,6 @@ impl Arguments {
                 TissueName::Springs => TissueModel::MassSpring,
                 TissueName::Fe => TissueModel::FiniteElement,
             },
-            ..Model::default()
         }
     }
 }

@@ -58,10 +58,20 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
+/// Names of [`Method`] on the command line.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum MethodName {
+pub enum MethodName {
     NelderMead,
     GaussNewton,
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::NelderMead => Self::NelderMead,
+            MethodName::GaussNewton => Self::GaussNewton,
+        }
+    }
 }
 
 impl Arguments {
@@ -96,10 +106,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         return Err(miette!("--starts is {}; more than {MOST_STARTS} gain nothing", arguments.starts));
     }
     let settings = Settings {
-        method: match arguments.method {
-            MethodName::NelderMead => Method::NelderMead,
-            MethodName::GaussNewton => Method::GaussNewton,
-        },
+        method: arguments.method.into(),
         starts: arguments.starts,
         upper_bound: arguments.upper_bound,
         ..Settings::default()

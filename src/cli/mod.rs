@@ -1,6 +1,7 @@
 //! The command line: the only place that prints or picks paths.
 
 mod accuracy;
+mod batch;
 mod body;
 mod fit;
 mod mesh;
@@ -8,6 +9,7 @@ mod output;
 mod scene;
 mod scene_table;
 mod simulate;
+mod stability;
 mod table;
 mod trajectory;
 
@@ -31,6 +33,8 @@ enum Outcome {
     Good,
     /// Something did not converge or sits on a bound: exit status 3.
     Untrustworthy,
+    /// The rest is done, but some rows of the input could not be used: exit status 1.
+    SomeRowsRefused,
 }
 
 /// Finds how hard each tongue muscle pulls from how long it is.
@@ -57,8 +61,7 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results for fits and trajectories, results/accuracy for accuracy; simulate and mesh
-    /// write files only when it is given]
+    /// Folder for the output files [default: results, or a folder of the command's in it; simulate and mesh write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
     /// Number of threads; results do not depend on it [default: one for each core]
@@ -71,12 +74,16 @@ struct Global {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Fit every subject and vowel of a table, with errors that can be believed
+    Batch(batch::Arguments),
     /// Solve one equilibrium at given tensions, or follow the motion there
     Simulate(simulate::Arguments),
     /// Scenes: simulate only the effects that a scene calls for
     Scene(scene::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
+    /// Run the hard cases: loads, materials, meshes and targets far from the ordinary
+    Stability(stability::Arguments),
     /// Measure what accuracy costs in time, for every way to get an answer
     Accuracy(accuracy::Arguments),
 }
@@ -101,14 +108,17 @@ pub fn main() -> ExitCode {
     }
     let result = set_threads(cli.global.threads).and_then(|()| match &cli.command {
         None => fit::run(&cli.fit, &cli.global),
+        Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
+        Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
         Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
     });
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Untrustworthy) => ExitCode::from(UNTRUSTWORTHY),
+        Ok(Outcome::SomeRowsRefused) => ExitCode::FAILURE,
         Err(error) => {
             output::error(&error);
             ExitCode::FAILURE

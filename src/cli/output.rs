@@ -9,8 +9,16 @@ use miette::{IntoDiagnostic, WrapErr};
 /// # Errors
 /// As the operating system, but for a closed pipe.
 pub fn print(text: &str) -> miette::Result<()> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    stream(|out| out.write_all(text.as_bytes()))
+}
+
+/// As [`print`], for what is too large to be held: `write` writes it.
+///
+/// # Errors
+/// As [`print`].
+pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::Result<()> {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    match write(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result.into_diagnostic().wrap_err("cannot write to stdout"),
     }

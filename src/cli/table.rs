@@ -4,8 +4,11 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
+use miette::IntoDiagnostic;
 use tongue_fit::fit::{Fit, Status};
 use tongue_fit::muscle::Muscle;
+use tongue_fit::report::batch::journal::{Entry, EntryResult, Journal};
+use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{SimulationRecord, TrajectoryRecord};
 use tongue_fit::target::TargetKind;
 
@@ -265,4 +268,105 @@ fn verdict(fit: &Fit, published: Option<&Published>) -> String {
 
 fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// Fits that are listed one by one.
+const MOST_LISTED: usize = 60;
+
+/// A batch.
+///
+/// # Errors
+/// When the journal cannot be read.
+pub fn batch(
+    batch: &Batch<'_>,
+    journal: &Journal,
+    written: &[PathBuf],
+    wall_s: f64,
+) -> miette::Result<String> {
+    let s = batch.summary;
+    let mut text = String::new();
+    if batch.jobs.len() <= MOST_LISTED {
+        text += &listed(batch, journal)?;
+    }
+    let mut t = table(&["passive stretches, RMS", "fits", "model", "no change", ""]);
+    for g in &s.passive {
+        let vowel = g.vowel.map_or("all".to_owned(), |v| format!("/{v}/"));
+        let mark = if g.substitute_baseline { " (against a substitute baseline)" } else { "" };
+        t.add_row([
+            format!("{} {vowel}{mark}", g.target_kind),
+            g.fits.to_string(),
+            format!("{:.3}", g.rms_stretch),
+            format!("{:.3}", g.no_change_rms_stretch),
+            if g.worse_than_no_change { "worse than no change".into() } else { String::new() },
+        ]);
+    }
+    let _ = writeln!(text, "{t}\n");
+    let statuses: Vec<String> =
+        s.statuses.iter().map(|(k, n)| format!("{n} {}", k.replace('_', " "))).collect();
+    let _ = writeln!(text, "{} fits in {wall_s:.1} s: {}", s.fits, statuses.join(", "));
+    let _ = writeln!(
+        text,
+        "{} baselines, {} not fitted, {} unreadable",
+        counted(s.baselines, "row"),
+        s.not_fitted,
+        s.unreadable_rows
+    );
+    if let Some(n) = &s.nearest_row_to_rest {
+        let _ = writeln!(
+            text,
+            "the model at rest is nearest to {} /{}/ ({:.3} RMS of the seven ratios)",
+            n.subject, n.vowel, n.distance.rms_ratio
+        );
+    }
+    if s.fits > MOST_FITS_ON_PAGE {
+        let _ =
+            writeln!(text, "batch.html shows the first {MOST_FITS_ON_PAGE} fits; the other files have all");
+    }
+    files(&mut text, written);
+    Ok(text)
+}
+
+/// One line a fit.
+fn listed(batch: &Batch<'_>, journal: &Journal) -> miette::Result<String> {
+    let mut t = table(&["fit", "tensions, N/m (95 %)", "misfit", "passive", "alarms"]);
+    if let Some(c) = t.column_mut(1) {
+        c.set_cell_alignment(CellAlignment::Left);
+    }
+    for (number, job) in batch.jobs.iter().enumerate() {
+        let Some(Entry { result: EntryResult::Fitted(fit), .. }) = journal.read(number).into_diagnostic()?
+        else {
+            continue;
+        };
+        let record: serde_json::Value = serde_json::from_str(&fit.json).into_diagnostic()?;
+        let target = &job.target;
+        let tensions = target.active.iter().map(|m| {
+            let tension = record["tensions_n"][m.name()].as_f64().unwrap_or(f64::NAN);
+            let interval = &record["intervals"]["tensions_n"][m.name()];
+            match (interval["low"].as_f64(), interval["high"].as_f64()) {
+                (Some(low), Some(high)) => format!("{m} {tension:.1} ({low:.1}–{high:.1})"),
+                _ => format!("{m} {tension:.1}"),
+            }
+        });
+        let number = |value: &serde_json::Value| value.as_f64();
+        t.add_row([
+            format!(
+                "{}{} /{}/ {}",
+                target.subject,
+                if job.substitute { "†" } else { "" },
+                target.vowel,
+                target.kind
+            ),
+            wrapped(tensions),
+            number(&record["misfit"]).map(|x| format!("{x:.0e}")).unwrap_or_default(),
+            number(&record["passive"]["rms_stretch"]).map(|x| format!("{x:.3}")).unwrap_or_default(),
+            record["alarms"].as_array().map_or(0, Vec::len).to_string(),
+        ]);
+    }
+    Ok(format!("{t}\n\n"))
+}
+
+/// Two a line, so that the table stays within 100 columns.
+fn wrapped(parts: impl Iterator<Item = String>) -> String {
+    let parts: Vec<String> = parts.collect();
+    parts.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n")
 }

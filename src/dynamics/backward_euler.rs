@@ -50,8 +50,14 @@ impl<const D: usize> Integrator<D> for BackwardEuler<D> {
         StageSolver::predict(motion, stage, way);
         stage.time = after(dt, state.time, until);
         if solver.solve(motion, state, stage, dt, SOLVED, counts).is_err() {
+            // After a long step the velocity throws the body far beyond where it goes; where it was is nearer.
             counts.rejected += 1;
-            return Err(Failure::NotSolved);
+            stage.clone_from(state);
+            stage.time = after(dt, state.time, until);
+            if solver.solve(motion, state, stage, dt, SOLVED, counts).is_err() {
+                counts.rejected += 1;
+                return Err(Failure::NotSolved);
+            }
         }
         std::mem::swap(state, stage);
         counts.steps += 1;

@@ -23,6 +23,8 @@ const SLOW: f64 = 0.2;
 const FORGETTING: f64 = 0.8;
 /// Corrections below this part of the body's size are rounding.
 const ROUNDING: f64 = 1e-15;
+/// Corrections below this part of it that shrink no more are rounding too: at long steps the softest mode magnifies it.
+const STALLED: f64 = 1e-10;
 /// After this many iterations a solve is given up.
 const MOST_ITERATIONS: usize = 25;
 /// A solve whose corrections grow more often than this, with a new factor each time, is given up.
@@ -106,7 +108,10 @@ impl<const D: usize> StageSolver<D> {
                 true => correction * self.contraction / (1.0 - self.contraction),
                 false => correction,
             };
-            if left <= tolerance || correction <= self.rounding {
+            let stalled = last.is_finite()
+                && self.contraction > 0.5
+                && correction <= self.rounding * (STALLED / ROUNDING);
+            if left <= tolerance || correction <= self.rounding || stalled {
                 self.follow(motion, known, stage, g);
                 return Ok(());
             }

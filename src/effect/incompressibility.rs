@@ -6,6 +6,7 @@ use crate::mesh::Cells;
 use crate::mesh::simplex::{self, MAX_CORNERS};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
+use super::barrier::{self, barrier};
 use super::{Configuration, Effect, Tangent};
 
 /// A step may take at most this part of what is left of a cell's measure.
@@ -23,6 +24,7 @@ struct Cell {
 /// `W = 1/2 kappa ((S - S0)/S0)²` for every cell, `S` its *signed* area (2D; eq. 3.28) or volume (3D; eq. 3.16).
 ///
 /// Force `-kappa (S - S0)/S0² dS/dx`: eqs. 3.30 and 3.18 with the sign of a conservative force and a signed gradient.
+/// Below a tenth of the measure at rest a [`barrier`](super::barrier) is added, times kappa, so that no cell turns over.
 #[derive(Debug, Clone)]
 pub struct Incompressibility {
     /// kappa_s (2D) or kappa_v (3D), J.
@@ -80,7 +82,12 @@ impl<const D: usize> Effect<D> for Incompressibility {
             .map(|c| {
                 let x = simplex::corners(at.positions, &c.nodes[..=D]);
                 let strain = (simplex::measure(&x) - c.rest) / c.rest;
-                strain * strain
+                let square = strain * strain;
+                if strain < barrier::THRESHOLD - 1.0 {
+                    square + 2.0 * barrier(strain + 1.0).value
+                } else {
+                    square
+                }
             })
             .sum();
         0.5 * self.kappa * strain_squares
@@ -89,7 +96,11 @@ impl<const D: usize> Effect<D> for Incompressibility {
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for c in &self.cells {
             let x = simplex::corners(at.positions, &c.nodes[..=D]);
-            let pressure = -self.kappa * (simplex::measure(&x) - c.rest) / (c.rest * c.rest);
+            let measure = simplex::measure(&x);
+            let mut pressure = -self.kappa * (measure - c.rest) / (c.rest * c.rest);
+            if measure < barrier::THRESHOLD * c.rest {
+                pressure -= self.kappa * barrier(measure / c.rest).slope / c.rest;
+            }
             let gradient = simplex::gradient(&x);
             for a in 0..=D {
                 force[c.nodes[a]] += gradient[a] * pressure;
@@ -101,11 +112,17 @@ impl<const D: usize> Effect<D> for Incompressibility {
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for c in &self.cells {
             let x = simplex::corners(at.positions, &c.nodes[..=D]);
-            let scale = self.kappa / (c.rest * c.rest);
-            let bend = match tangent {
-                Tangent::Exact => scale * (simplex::measure(&x) - c.rest),
-                Tangent::Convex => 0.0,
-            };
+            let mut scale = self.kappa / (c.rest * c.rest);
+            let measure = simplex::measure(&x);
+            let mut bend = scale * (measure - c.rest);
+            if measure < barrier::THRESHOLD * c.rest {
+                let b = barrier(measure / c.rest);
+                bend += scale * c.rest * b.slope;
+                scale += scale * b.curvature;
+            }
+            if tangent == Tangent::Convex {
+                bend = 0.0;
+            }
             let gradient = simplex::gradient(&x);
             let mut pair = 0;
             for a in 0..=D {
@@ -129,5 +146,13 @@ impl<const D: usize> Effect<D> for Incompressibility {
             limit *= simplex::way_above(&x, &p, floor);
         }
         limit
+    }
+
+    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        let flat = |c: &&Cell| {
+            let x = simplex::corners(at.positions, &c.nodes[..=D]);
+            simplex::measure(&x) < barrier::THRESHOLD * c.rest
+        };
+        self.cells.iter().filter(flat).count()
     }
 }

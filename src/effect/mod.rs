@@ -10,6 +10,7 @@
 //! | [`Contact`] | `-κ (d - d̂)² ln(d/d̂)` a node nearer than `d̂` to the palate | Li et al. 2020, eq. 6 |
 //! | [`Bone`] | none: prescribes positions | 4.1 |
 
+pub mod barrier;
 mod bone;
 mod contact;
 mod finite_element;
@@ -92,6 +93,11 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Largest part (0 to 1) of `step` that the effect can be trusted for: no cell may turn over on the way.
     fn step_limit(&self, _at: Configuration<'_, D>, _step: &[SVector<f64, D>]) -> f64 {
         1.0
+    }
+
+    /// Number of elements so far compressed that the [`barrier`] acts in them: there the law is no longer the published one.
+    fn guarded(&self, _at: Configuration<'_, D>) -> usize {
+        0
     }
 
     /// Calls `hold` with every node whose position this effect prescribes, and that position, m.

@@ -79,9 +79,12 @@ impl<const D: usize> Effect<D> for Contraction {
         }
     }
 
+    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        self.springs.iter().filter(|s| s.is_guarded(at.positions)).count()
+    }
+
     fn internal(&self) -> Option<&dyn Internal<D>> {
-        // Inside finite elements the connections have no stiffness, and so no contractile branch that could move.
-        self.series.iter().all(|s| s.stiffness > 0.0).then_some(self)
+        Some(self)
     }
 }
 
@@ -101,7 +104,9 @@ impl<const D: usize> Internal<D> for Contraction {
 
     fn add_force(&self, at: Configuration<'_, D>, states: &[f64], force: &mut [SVector<f64, D>]) {
         for (s, c) in self.series.iter().zip(states) {
-            s.add_force(at.positions, -s.stiffness * c, force);
+            // Without the barrier: that is the parallel spring's.
+            let (length, n) = length_and_direction(at.positions, s.nodes);
+            s.add_pull(n, s.stiffness * (length - s.rest_length - c), force);
         }
     }
 

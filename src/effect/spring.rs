@@ -5,6 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::Tangent;
+use super::barrier::{self, Barrier, barrier};
 
 /// A linear spring between two nodes, with the places of its stiffness blocks.
 #[derive(Debug, Clone)]
@@ -44,12 +45,32 @@ impl Spring {
         self.slots = [pattern.slot(a, a), pattern.slot(b, b), pattern.slot(a, b)];
     }
 
-    /// Energy with an extra constant tension, J: `1/2 k (l - l0)² + F (l - l0)`.
+    /// The barrier, where the spring is so short that it acts.
+    #[inline(always)]
+    fn barrier(&self, length: f64) -> Option<Barrier> {
+        (length < barrier::THRESHOLD * self.rest_length).then(|| barrier(length / self.rest_length))
+    }
+
+    /// Whether the spring is so short that the barrier acts.
+    pub fn is_guarded<const D: usize>(&self, positions: &[SVector<f64, D>]) -> bool {
+        let [a, b] = self.nodes;
+        let least = barrier::THRESHOLD * self.rest_length;
+        self.stiffness > 0.0 && (positions[b] - positions[a]).norm_squared() < least * least
+    }
+
+    /// Energy with an extra constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and below a tenth of the rest length `k l0²`
+    /// times the [`barrier`](super::barrier).
     #[inline(always)]
     pub fn energy<const D: usize>(&self, positions: &[SVector<f64, D>], tension: f64) -> f64 {
         let (length, _) = length_and_direction(positions, self.nodes);
         let e = length - self.rest_length;
-        (0.5 * self.stiffness * e + tension) * e
+        let energy = (0.5 * self.stiffness * e + tension) * e;
+        match self.barrier(length) {
+            Some(b) if self.stiffness > 0.0 => {
+                energy + self.stiffness * self.rest_length * self.rest_length * b.value
+            }
+            _ => energy,
+        }
     }
 
     /// Adds the force of tension `k (l - l0) + F` on both ends, N.
@@ -61,7 +82,17 @@ impl Spring {
         force: &mut [SVector<f64, D>],
     ) {
         let (length, n) = length_and_direction(positions, self.nodes);
-        let pull = n * (self.stiffness * (length - self.rest_length) + tension);
+        let mut whole = self.stiffness * (length - self.rest_length) + tension;
+        if let Some(b) = self.barrier(length) {
+            whole += self.stiffness * self.rest_length * b.slope;
+        }
+        self.add_pull(n, whole, force);
+    }
+
+    /// Adds the force of tension `whole`, N, along the direction `n` on both ends.
+    #[inline(always)]
+    pub fn add_pull<const D: usize>(&self, n: SVector<f64, D>, whole: f64, force: &mut [SVector<f64, D>]) {
+        let pull = n * whole;
         force[self.nodes[0]] += pull;
         force[self.nodes[1]] -= pull;
     }
@@ -77,8 +108,13 @@ impl Spring {
         stiffness: &mut BlockMatrix<D>,
     ) {
         let (length, n) = length_and_direction(positions, self.nodes);
-        let whole = self.stiffness * (length - self.rest_length) + tension;
-        self.add_line(length, n, self.stiffness, whole, tangent, stiffness);
+        let mut whole = self.stiffness * (length - self.rest_length) + tension;
+        let mut slope = self.stiffness;
+        if let Some(b) = self.barrier(length) {
+            whole += self.stiffness * self.rest_length * b.slope;
+            slope += self.stiffness * b.curvature;
+        }
+        self.add_line(length, n, slope, whole, tangent, stiffness);
     }
 
     /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for an element of length `l`, direction `n` and tension `T` that grows by

@@ -54,6 +54,10 @@ impl<const D: usize> Effect<D> for Tissue {
         }
     }
 
+    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        self.springs.iter().filter(|s| s.is_guarded(at.positions)).count()
+    }
+
     fn add_viscous_force(
         &self,
         at: Configuration<'_, D>,

@@ -15,7 +15,17 @@ const FOLLOWED: f64 = 1e-4;
 /// Most parts. The reference tongue's jaw opens by 10 degrees in 12.
 const MOST_PARTS: usize = 1000;
 
-/// As [`newton::solve`], after the bones have been carried to where the system wants them.
+/// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
+/// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there.
+///
+/// Converged means a residual force below the tolerance, or below what rounding allows where that is more (very stiff bodies,
+/// bodies far from the origin).
+///
+/// Never panics and never leaves a position that is not finite: what went wrong is in [`Solution::status`]. No accepted step
+/// turns a cell over, because every step is cut to where all cells keep at least a tenth of their measure. Where the direct
+/// way fails, the load is put on in steps, from rest; where the equilibrium found is not a stable one, the way leads on
+/// downhill from it. Bones that the system carries away
+/// from where they are at rest are first brought to their places, unless they are there already.
 pub fn solve<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -28,7 +38,7 @@ pub fn solve<const D: usize>(
             let last = newton::solve(system, workspace, tensions, settings);
             return spent.map_or(last, |s| s.and(last));
         }
-        let follow = Settings { tolerance: settings.tolerance.max(FOLLOWED), ..*settings };
+        let follow = Settings { tolerance: settings.tolerance.max(FOLLOWED), certify: false, ..*settings };
         let part = newton::solve(system, workspace, tensions, &follow);
         let sum = spent.map_or(part, |s| s.and(part));
         if !matches!(part.status, Status::Converged | Status::Stalled) {
@@ -73,6 +83,9 @@ impl Solution {
             factorisations: self.factorisations + last.factorisations,
             energy_evaluations: self.energy_evaluations + last.energy_evaluations,
             safeguarded: self.safeguarded + last.safeguarded,
+            load_steps: self.load_steps + last.load_steps,
+            escapes: self.escapes + last.escapes,
+            ridges: self.ridges + last.ridges,
             ..last
         }
     }

@@ -5,30 +5,42 @@
 
 mod carry;
 mod newton;
+mod rescue;
 mod sensitivity;
+mod stability;
+mod trace;
 
 use nalgebra::SVector;
 use serde::Serialize;
 
+use crate::effect::Configuration;
 use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
 use crate::system::System;
 
 pub use carry::solve;
 pub use sensitivity::length_sensitivities;
+pub use stability::smallest_eigenvalue;
+pub use trace::{Critical, CriticalKind, Trace, trace};
 
 /// When a solve stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Largest residual force on a free node that counts as equilibrium, N. Default 1e-9.
     pub tolerance: f64,
-    /// Most Newton iterations. Default 200.
+    /// Most Newton iterations. Default 200; with load steps, of each of them.
     pub max_iterations: usize,
+    /// Most steps in which the load is put on where the direct solve fails. Default 60; 0 gives up at once.
+    pub load_steps: usize,
+    /// Whether to check the stability of every solution by a factorisation of the exact stiffness at it and to compute its
+    /// smallest eigenvalue. Default false: the last factorisation, a step or two before the solution, is then taken for it
+    /// wherever it was exact.
+    pub certify: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { tolerance: 1e-9, max_iterations: 200 }
+        Self { tolerance: 1e-9, max_iterations: 200, load_steps: 60, certify: false }
     }
 }
 
@@ -36,15 +48,34 @@ impl Default for Settings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The residual force is below the tolerance, or as small as rounding lets it be.
+    /// The residual force is below the tolerance, or as small as rounding lets it be, and the equilibrium is not known to be
+    /// unstable.
     Converged,
-    /// The iteration limit came first.
+    /// An equilibrium was found, but an unstable one, and no way downhill from it led to a stable one.
+    Unstable,
+    /// The iteration limit came first. What was reached in load steps is in [`Solution::load_reached`].
     IterationLimit,
     /// No step along a descent direction lowers the energy any more, or the steps that keep every cell from turning over
     /// have become too small; the residual force is still above the tolerance.
     Stalled,
     /// A tension, position or energy is not a finite number, or there are not as many tensions as muscles.
     NotFinite,
+}
+
+/// What is known of the eigenvalues of the stiffness at the solution, over the free nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stability {
+    /// Nothing: no equilibrium was reached.
+    Unchecked,
+    /// All were positive at the last factorisation, a step or two before the solution.
+    Near,
+    /// All are positive at the solution.
+    Stable,
+    /// None is negative, but some are zero to rounding: a slack chain can be moved without work.
+    Neutral,
+    /// At least one is negative.
+    Unstable,
 }
 
 /// What a solve did; the positions are in the workspace.
@@ -64,6 +95,23 @@ pub struct Solution {
     pub max_residual_force: f64,
     /// Potential energy, J.
     pub energy: f64,
+    /// What is known of the stability.
+    pub stability: Stability,
+    /// Smallest eigenvalue of the stiffness of the free nodes, N/m; only where [`Settings::certify`] asks for it.
+    pub smallest_eigenvalue: Option<f64>,
+    /// Part of the tensions at which the positions left behind are an equilibrium: 1 when converged, less where load stepping
+    /// stopped, 0 where no equilibrium was found.
+    pub load_reached: f64,
+    /// Load steps taken; 0 where the direct solve succeeded.
+    pub load_steps: usize,
+    /// Unstable equilibria that the solve found and left downhill: more than none means that there is another equilibrium, and
+    /// that the branch left is not the one reached. Only looked for where the stability is checked at the solution.
+    pub escapes: usize,
+    /// Iterations that went on along a direction of negative curvature, off a ridge of the energy.
+    pub ridges: usize,
+    /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of the published law
+    /// (see [`crate::effect::barrier`]).
+    pub guarded: usize,
 }
 
 /// All that a solve writes to. One for each thread and system; reused from solve to solve without allocating.
@@ -82,6 +130,10 @@ pub struct Workspace<const D: usize> {
     factor: Factor<D>,
     /// Whether `factor` holds that of a stiffness near the present positions.
     factor_ready: bool,
+    /// Whether the last factorisation in an iteration was one of the exact stiffness.
+    factor_is_exact: bool,
+    /// A direction of negative curvature, one vector for each unknown, in elimination order.
+    curvature: Vec<SVector<f64, D>>,
 }
 
 impl<const D: usize> Workspace<D> {
@@ -95,10 +147,16 @@ impl<const D: usize> Workspace<D> {
             force: zeros.clone(),
             step: zeros,
             unknowns: vec![SVector::zeros(); system.pattern().unknowns()],
+            curvature: vec![SVector::zeros(); system.pattern().unknowns()],
             stiffness: BlockMatrix::zeros(system.pattern()),
             factor: Factor::new(system.pattern()),
             factor_ready: false,
+            factor_is_exact: false,
         }
+    }
+
+    fn configuration(&self) -> Configuration<'_, D> {
+        Configuration { positions: &self.positions, tensions: &self.tensions }
     }
 
     /// Positions of all nodes, m.
@@ -115,6 +173,7 @@ impl<const D: usize> Workspace<D> {
     pub fn start_from_rest(&mut self, system: &System<D>) {
         self.positions.copy_from_slice(system.rest());
         self.factor_ready = false;
+        self.factor_is_exact = false;
     }
 
     /// Starts the next solve from given positions, m, one for each node: those of a solved neighbour, whose stiffness is taken

@@ -1,14 +1,18 @@
 //! Newton's method on the energy, with a line search, and safeguards that act only where they are needed.
 
 use crate::effect::{Configuration, Tangent};
+use crate::sparse::cholesky::NotPositiveDefinite;
 use crate::system::System;
 
-use super::{Settings, Solution, Status, Workspace};
+use super::{Settings, Solution, Stability, Status, Workspace, rescue, stability};
 
 /// Part of the decrease that the slope promises which a step must achieve (Armijo).
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Energies nearer than this, relative to their size, cannot be told apart in double precision.
 const ENERGY_NOISE: f64 = 1e-13;
+/// So many iterations in a row may find the exact stiffness not positive definite before its negative curvature is followed:
+/// it passes by itself far from the solution, but not on the ridge on which a straight pushed chain sits.
+const PATIENCE: usize = 3;
 /// A shorter part of a step than this is no step.
 const SHORTEST_STEP: f64 = 1e-12;
 /// Rounding errors of coordinates that can come together in one force, as a part of the largest coordinate.
@@ -17,22 +21,22 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// about three times what an iteration with the old one does.
 const FAST_ENOUGH: f64 = 0.03;
 
-/// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
-/// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there.
-///
-/// Converged means a residual force below the tolerance, or below what rounding allows where that is more (very stiff bodies,
-/// bodies far from the origin).
-///
-/// Never panics and never leaves a position that is not finite: what went wrong is in [`Solution::status`]. No accepted step
-/// turns a cell over, because every step is cut to where all cells keep at least a tenth of their measure.
+/// As [`super::solve`], with the bones where they are.
 pub(super) fn solve<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
     settings: &Settings,
 ) -> Solution {
-    let extent = workspace.positions.iter().map(|p| p.amax()).fold(0.0, f64::max);
-    Newton { system, w: workspace, done: Solution::EMPTY, extent, floor: 0.0 }.run(tensions, settings)
+    let mut done = Newton::new(system, workspace).run(tensions, settings);
+    if matches!(done.status, Status::IterationLimit | Status::Stalled) && settings.load_steps > 0 {
+        done = rescue::step_load(system, workspace, tensions, settings, &done);
+    }
+    if done.status == Status::Converged && (settings.certify || done.stability == Stability::Unchecked) {
+        done = stability::settle(system, workspace, settings, &done);
+    }
+    done.guarded = system.guarded(workspace.configuration());
+    done
 }
 
 impl Solution {
@@ -44,21 +48,36 @@ impl Solution {
         safeguarded: 0,
         max_residual_force: f64::INFINITY,
         energy: f64::NAN,
+        stability: Stability::Unchecked,
+        smallest_eigenvalue: None,
+        load_reached: 0.0,
+        load_steps: 0,
+        escapes: 0,
+        ridges: 0,
+        guarded: 0,
     };
 }
 
-struct Newton<'a, const D: usize> {
-    system: &'a System<D>,
-    w: &'a mut Workspace<D>,
-    done: Solution,
+pub(super) struct Newton<'a, const D: usize> {
+    pub(super) system: &'a System<D>,
+    pub(super) w: &'a mut Workspace<D>,
+    pub(super) done: Solution,
+    /// Iterations in a row in which the exact stiffness was not positive definite.
+    safeguarded_in_a_row: usize,
     /// Largest coordinate, m.
     extent: f64,
     /// Residual force below which there is only rounding, N: the stiffest entry times the rounding of a coordinate.
     floor: f64,
 }
 
-impl<const D: usize> Newton<'_, D> {
-    fn run(mut self, tensions: &[f64], settings: &Settings) -> Solution {
+impl<'a, const D: usize> Newton<'a, D> {
+    pub(super) fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
+        let extent = w.positions.iter().map(|p| p.amax()).fold(0.0, f64::max);
+        Self { system, w, done: Solution::EMPTY, safeguarded_in_a_row: 0, extent, floor: 0.0 }
+    }
+
+    /// One solve from the positions in the workspace at all of the load.
+    pub(super) fn run(mut self, tensions: &[f64], settings: &Settings) -> Solution {
         if tensions.len() != self.w.tensions.len() || tensions.iter().any(|t| !t.is_finite()) {
             return Solution { status: Status::NotFinite, ..self.done };
         }
@@ -83,23 +102,34 @@ impl<const D: usize> Newton<'_, D> {
                 break Status::Stalled;
             }
             let slope = self.find_step();
-            let moved = self.take_step(slope);
+            let mut moved = self.take_step(slope);
+            if self.safeguarded_in_a_row > PATIENCE && !reuse && self.follow_curvature() {
+                self.done.ridges += 1;
+                moved = true;
+            }
             if !moved && !reuse {
-                break Status::Stalled;
+                let resolved = self.done.max_residual_force <= self.rounding_level();
+                break if resolved { Status::Converged } else { Status::Stalled };
             }
             reuse = moved && self.done.max_residual_force < FAST_ENOUGH * residual;
         };
+        if self.done.status == Status::Converged {
+            self.done.load_reached = 1.0;
+            if self.w.factor_is_exact {
+                self.done.stability = Stability::Near;
+            }
+        }
         self.system.place_path_nodes(&mut self.w.positions);
         self.done
     }
 
-    fn energy(&mut self) -> f64 {
+    pub(super) fn energy(&mut self) -> f64 {
         self.done.energy_evaluations += 1;
         let w = &*self.w;
         self.system.energy(Configuration { positions: &w.positions, tensions: &w.tensions })
     }
 
-    fn update_force(&mut self) {
+    pub(super) fn update_force(&mut self) {
         let w = &mut *self.w;
         let at = Configuration { positions: &w.positions, tensions: &w.tensions };
         self.system.force(at, &mut w.force);
@@ -108,17 +138,18 @@ impl<const D: usize> Newton<'_, D> {
         self.done.max_residual_force = largest.sqrt();
     }
 
-    fn assemble(&mut self, tangent: Tangent) {
+    pub(super) fn assemble(&mut self, tangent: Tangent) {
         let w = &mut *self.w;
         let at = Configuration { positions: &w.positions, tensions: &w.tensions };
         w.stiffness.clear();
         self.system.effects().iter().for_each(|e| e.add_stiffness(at, tangent, &mut w.stiffness));
     }
 
-    fn try_factor(&mut self) -> bool {
+    pub(super) fn try_factor(&mut self) -> Result<(), NotPositiveDefinite> {
         self.done.factorisations += 1;
-        self.w.factor_ready = self.w.factor.factorise(self.system.pattern(), &self.w.stiffness).is_ok();
-        self.w.factor_ready
+        let result = self.w.factor.factorise(self.system.pattern(), &self.w.stiffness);
+        self.w.factor_ready = result.is_ok();
+        result
     }
 
     /// Factorises the exact stiffness; where that is not positive definite, the convex one, and where that is singular (a
@@ -126,16 +157,23 @@ impl<const D: usize> Newton<'_, D> {
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
         self.floor = ROUNDING * self.w.stiffness.largest_diagonal(self.system.pattern()) * self.extent;
-        if self.try_factor() {
+        let exact = self.try_factor();
+        self.w.factor_is_exact = exact.is_ok();
+        let Err(failure) = exact else {
+            self.safeguarded_in_a_row = 0;
             return true;
-        }
+        };
         self.done.safeguarded += 1;
+        self.safeguarded_in_a_row += 1;
+        if self.safeguarded_in_a_row > PATIENCE {
+            self.find_curvature(&failure);
+        }
         self.assemble(Tangent::Convex);
         let pattern = self.system.pattern();
         let mut shift = 1e-6 * self.w.stiffness.largest_diagonal(pattern);
         self.w.stiffness.shift(pattern, shift);
         for _ in 0..8 {
-            if self.try_factor() {
+            if self.try_factor().is_ok() {
                 return true;
             }
             self.w.stiffness.shift(pattern, 9.0 * shift);
@@ -160,16 +198,17 @@ impl<const D: usize> Newton<'_, D> {
         slope
     }
 
+    /// Largest part of the step that no effect forbids.
+    pub(super) fn step_limit(&self) -> f64 {
+        let at = self.w.configuration();
+        self.system.effects().iter().map(|e| e.step_limit(at, &self.w.step)).fold(1.0, f64::min)
+    }
+
     /// Moves along the step as far as the energy falls; updates energy and force. False when there is no such way.
     fn take_step(&mut self, slope: f64) -> bool {
         let old = self.done.energy;
         let noise = ENERGY_NOISE * old.abs();
-        let limit = {
-            let w = &*self.w;
-            let at = Configuration { positions: &w.positions, tensions: &w.tensions };
-            self.system.effects().iter().map(|e| e.step_limit(at, &w.step)).fold(1.0, f64::min)
-        };
-        let mut part = limit;
+        let mut part = self.step_limit();
         self.w.trial.copy_from_slice(&self.w.positions);
         while part > SHORTEST_STEP {
             let w = &mut *self.w;

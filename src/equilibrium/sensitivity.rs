@@ -27,6 +27,7 @@ pub fn length_sensitivities<const D: usize>(
     w.factor_ready = false;
     w.factor.factorise(pattern, &w.stiffness)?;
     w.factor_ready = true;
+    w.factor_is_exact = true;
     let mut out = DMatrix::zeros(system.muscle_count(), system.contracting().len());
     for (column, &muscle) in system.contracting().iter().enumerate() {
         w.step.fill(SVector::zeros());

@@ -8,6 +8,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::muscle::PerMuscle;
+
 use super::identifiability::linearise;
 use super::objective::{FAILED, Forward};
 use super::search::{SAME_COST, START_RANGE, Start, starting_point};
@@ -65,24 +67,49 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
         .or_else(|| Point::new(&mut forward, DVector::zeros(n)));
     if let Some(mut here) = point {
         start.converged = descend(&mut forward, &mut here, &mut start.iterations);
-        let from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
-        // As for Nelder-Mead: an answer on another branch of equilibria than the one from rest is searched for anew.
-        if (from_rest.cost - here.cost).abs() > SAME_COST * here.cost {
+        let mut from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
+        // As in Nelder-Mead: another branch of equilibria than the one from rest does not count.
+        if (from_rest.cost - here.cost).abs() > SAME_COST * here.cost.abs().max(SAME_COST) {
             forward.forget_neighbours();
-            let again = Point::new(&mut forward, DVector::from_column_slice(&start.tensions))
-                .or_else(|| Point::new(&mut forward, DVector::zeros(n)));
-            if let Some(point) = again {
-                here = point;
-                start.converged = descend(&mut forward, &mut here, &mut start.iterations);
-            }
+            start.converged = match Point::new(&mut forward, here.tensions.clone()) {
+                Some(again) => {
+                    here = again;
+                    descend(&mut forward, &mut here, &mut start.iterations)
+                }
+                None => false,
+            };
+            from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
         }
         start.tensions = here.tensions.iter().copied().collect();
-        start.cost = here.cost;
-        start.lengths = forward.evaluate(&start.tensions).lengths;
+        start.cost = from_rest.cost;
+        start.lengths = from_rest.lengths;
     }
     start.evaluations = forward.evaluations();
     start.factorisations = forward.factorisations();
     start
+}
+
+/// Where a search from a given point ended.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Refit {
+    /// Tensions of the active muscles, N.
+    pub tensions: Vec<f64>,
+    /// Objective there.
+    pub cost: f64,
+    /// Root mean square residual of the fitted muscles.
+    pub misfit: f64,
+    /// Lengths of the eight muscles there, m.
+    pub lengths: PerMuscle<f64>,
+}
+
+/// Searches from given tensions (N, active muscles) that are nearly right, within the bounds. `None` where there is no
+/// equilibrium to begin with.
+pub(super) fn refit(forward: &mut Forward<'_>, from: &[f64]) -> Option<Refit> {
+    let mut here = Point::new(forward, DVector::from_column_slice(from))?;
+    descend(forward, &mut here, &mut 0);
+    let tensions: Vec<f64> = here.tensions.iter().copied().collect();
+    let outcome = forward.evaluate(&tensions);
+    Some(Refit { cost: outcome.cost, misfit: outcome.misfit, lengths: outcome.lengths?, tensions })
 }
 
 /// Goes downhill from `here`, and says whether it arrived.

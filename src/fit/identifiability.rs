@@ -91,7 +91,7 @@ pub(super) fn linearise(forward: &mut Forward<'_>, tensions: &[f64]) -> Option<(
 }
 
 /// Singular values, largest first, and for each its direction in the space of tensions; null directions included.
-fn decompose(jacobian: &DMatrix<f64>) -> Option<(Vec<f64>, Vec<DVector<f64>>)> {
+pub(super) fn decompose(jacobian: &DMatrix<f64>) -> Option<(Vec<f64>, Vec<DVector<f64>>)> {
     let n = jacobian.ncols();
     // Rows of zeros make the decomposition give every direction, those without an equation too.
     let padded = jacobian.clone().resize_vertically(jacobian.nrows().max(n), 0.0);
@@ -201,7 +201,7 @@ pub(super) fn into_the_valley(forward: &mut Forward<'_>, answer: &[f64]) -> Vec<
 }
 
 /// How far one can go before a tension leaves its bounds, N.
-fn room(here: &DVector<f64>, along: &DVector<f64>, bound: f64) -> f64 {
+pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, bound: f64) -> f64 {
     here.iter()
         .zip(along.iter())
         .map(|(t, d)| match d {

@@ -4,19 +4,24 @@
 //! minimise over 0 <= F <= F_max:  sum over fitted muscles (simulated - measured)²  +  effort * sum F
 //! ```
 //!
-//! by Nelder-Mead from several starts (or, [`Method::GaussNewton`], with the derivatives that the equilibrium gives for
-//! little). The effort term is there only where the equations are fewer than the tensions (ratios of n muscles are n - 1
-//! equations): of all tensions that fit equally well it takes those with the smallest sum. The answer is then moved by the
-//! little that the effort held it beside the target. [`identifiability`] says how far the others reach.
+//! by Nelder-Mead from several starts (or, [`Method::GaussNewton`], with the derivatives that the equilibrium gives for little).
+//! The effort term is there only where the equations are fewer than the tensions (ratios of n muscles are n - 1 equations): of
+//! all tensions that fit equally well it takes those with the smallest sum. The answer is then moved by the little that the
+//! effort held it beside the target. [`identifiability`] says how far the others reach.
 //!
-//! Candidates start from solved neighbours; what a simplex ends with is solved from rest, and where that gives another
+//! Candidates start from solved neighbours; what a search ends with is solved from rest, and where that gives another
 //! equilibrium the search begins again with every candidate from rest.
 
+pub mod alarms;
+pub mod alternatives;
+pub mod batch;
 mod gauss_newton;
 pub mod identifiability;
 mod known;
 mod objective;
+pub mod rounding;
 mod search;
+pub mod uncertainty;
 
 use rayon::prelude::*;
 use serde::Serialize;

@@ -74,14 +74,20 @@ impl<'a> Forward<'a> {
         }
     }
 
-    /// Price of a newton of tension, 1/N; zero where the target determines the tensions.
+    /// Lengths at rest, m.
+    pub fn rest_lengths(&self) -> PerMuscle<f64> {
+        self.rest_lengths
+    }
+
+    /// Price of a newton of tension in the objective, 1/N; zero where the target determines the tensions.
     pub(super) fn effort(&self) -> f64 {
         self.effort
     }
 
-    /// Lengths at rest, m.
-    pub fn rest_lengths(&self) -> PerMuscle<f64> {
-        self.rest_lengths
+    /// Offers a solved shape (positions of all nodes, m) and its tensions (active muscles, N) as a start for what comes.
+    pub(super) fn begin_at(&mut self, active: &[f64], positions: &[SVector<f64, 2>]) {
+        self.known = BestKnown::new(active.len());
+        self.known.remember(active, f64::INFINITY, positions);
     }
 
     /// Equilibria solved so far.
@@ -121,7 +127,8 @@ impl<'a> Forward<'a> {
     /// Solves the candidate (tensions of the active muscles, N) and prices it.
     pub fn evaluate(&mut self, active: &[f64]) -> Outcome {
         self.set_tensions(active);
-        let solved = (self.from_neighbours && self.solve_from_nearest(active)) || self.solve_from_rest();
+        let warm = self.settings.warm_start && self.from_neighbours;
+        let solved = (warm && self.solve_from_nearest(active)) || self.solve_from_rest();
         let outcome = self.price(active, solved);
         if outcome.lengths.is_some() {
             self.known.remember(active, outcome.cost, self.workspace.positions());

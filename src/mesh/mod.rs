@@ -125,4 +125,11 @@ impl<const D: usize> Mesh<D> {
         self.cells.iter().flatten().for_each(|&n| inside[n] = true);
         inside
     }
+
+    /// The longest side of the bounding box, m; 0 without nodes.
+    pub fn extent(&self) -> f64 {
+        let Some(first) = self.nodes.first() else { return 0.0 };
+        let (low, high) = self.nodes.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));
+        (high - low).amax()
+    }
 }

@@ -1,7 +1,7 @@
 //! Output files that are either whole or not there: each is written beside its place and renamed into it.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
@@ -61,26 +61,31 @@ impl OutputDir {
     /// # Errors
     /// [`ReportError::Name`] if a name contains a folder; [`ReportError::File`] if a file cannot be written.
     pub fn write_all(&self, files: &[(&str, &[u8])]) -> Result<Vec<PathBuf>, ReportError> {
+        let writers: Vec<_> =
+            files.iter().map(|&(_, bytes)| move |w: &mut dyn Write| w.write_all(bytes)).collect();
+        let streams: Vec<(&str, &Writes<'_>)> =
+            files.iter().zip(&writers).map(|(&(name, _), w)| (name, w as &Writes<'_>)).collect();
+        self.write_streams(&streams)
+    }
+
+    /// As [`OutputDir::write_all`], for files that are too large to be held: each is given by what writes it.
+    ///
+    /// # Errors
+    /// As [`OutputDir::write_all`], and whatever the writers report.
+    pub fn write_streams(&self, files: &[(&str, &Writes<'_>)]) -> Result<Vec<PathBuf>, ReportError> {
         let mut ready = Vec::with_capacity(files.len());
-        for &(name, bytes) in files {
+        for &(name, write) in files {
             let path = self.place(name)?;
             let fail = |source| ReportError::File { path: path.clone(), source };
             // A rename onto a folder fails, which would come too late for the files renamed before it.
             if path.is_dir() {
                 return Err(fail(io::ErrorKind::IsADirectory.into()));
             }
-            let mut file = staged(&self.path).map_err(fail)?;
-            file.write_all(bytes).map_err(fail)?;
-            ready.push((file, path));
+            let mut file = BufWriter::new(staged(&self.path).map_err(fail)?);
+            write(&mut file).map_err(fail)?;
+            ready.push((file.into_inner().map_err(|e| fail(e.into_error()))?, path));
         }
-        let mut written = Vec::with_capacity(ready.len());
-        for (file, path) in ready {
-            match file.persist(&path) {
-                Ok(_) => written.push(path),
-                Err(refused) => return Err(ReportError::File { path, source: refused.error }),
-            }
-        }
-        Ok(written)
+        persist(ready)
     }
 
     fn place(&self, name: &str) -> Result<PathBuf, ReportError> {
@@ -90,6 +95,21 @@ impl OutputDir {
             Err(ReportError::Name { name: name.to_owned() })
         }
     }
+}
+
+/// What writes a file's content.
+pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
+
+/// Gives written files their names.
+fn persist(ready: Vec<(NamedTempFile, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
+    let mut written = Vec::with_capacity(ready.len());
+    for (file, path) in ready {
+        match file.persist(&path) {
+            Ok(_) => written.push(path),
+            Err(refused) => return Err(ReportError::File { path, source: refused.error }),
+        }
+    }
+    Ok(written)
 }
 
 /// A temporary file in the folder, which vanishes unless it is renamed. It is made with the permissions of an ordinary

@@ -4,6 +4,7 @@
 //! nothing of their meaning.
 
 mod animation;
+pub mod batch;
 mod chart;
 mod figure;
 mod file;
@@ -21,7 +22,7 @@ use plotters::drawing::DrawingAreaErrorKind;
 
 pub use animation::{Frame, animation};
 pub use chart::{Series, changes};
-pub use file::OutputDir;
+pub use file::{OutputDir, Writes};
 pub use picture::{tongue, tongue_at_wall};
 pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles};
 pub use solid::solid;
@@ -83,6 +84,12 @@ pub enum ReportError {
         x: f64,
         /// Coordinate, m.
         y: f64,
+    },
+    /// A record that has no text form.
+    #[error("cannot write the record of a fit: {reason}; please report this as a defect")]
+    Record {
+        /// The refusal of the format.
+        reason: String,
     },
     /// Something names a node or a muscle that the mesh does not have.
     #[error("{what} names {kind} {number}, but the mesh has {count} (counted from 0); correct the number")]

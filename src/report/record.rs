@@ -186,8 +186,9 @@ pub struct FitRecord {
     pub min_area_ratio: f64,
     /// Largest such ratio.
     pub max_area_ratio: f64,
-    /// Time of the whole fit, s.
-    pub wall_s: f64,
+    /// Time of the whole fit, s; left out of files that are to be the same after every run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_s: Option<f64>,
 }
 
 impl FitRecord {
@@ -235,7 +236,7 @@ impl FitRecord {
             replay_difference_m: fit.replay.largest_difference,
             min_area_ratio: fit.replay.min_area_ratio,
             max_area_ratio: fit.replay.max_area_ratio,
-            wall_s,
+            wall_s: Some(wall_s),
         }
     }
 

@@ -71,6 +71,37 @@ impl<const D: usize> Factor<D> {
         Ok(())
     }
 
+    /// After a factorisation that failed: a direction `d`, one vector for each unknown, with `dᵀ K d` not above zero (but for
+    /// the floor of the pivots).
+    ///
+    /// `d` is zero after the unknown where it failed, the eigenvector `v` of that pivot's smallest eigenvalue at it, and
+    /// `-A⁻¹ b v` before it, `A` the part factorised and `b` the column beside it.
+    pub fn negative_curvature(
+        &self,
+        pattern: &Pattern,
+        failure: &NotPositiveDefinite,
+        d: &mut [SVector<f64, D>],
+    ) {
+        let at = failure.unknown;
+        d.fill(SVector::zeros());
+        d[at] = lowest_mode(&self.lower[pattern.column(at).start]);
+        for &(k, place) in pattern.left_of(at) {
+            d[k as usize] = -self.lower[place as usize].tr_mul(&d[at]);
+        }
+        for j in (0..at).rev() {
+            let column = pattern.column(j);
+            let mut y = d[j];
+            let below = column.start + 1..column.end;
+            for (block, &i) in self.lower[below.clone()].iter().zip(pattern.rows(below)) {
+                // Rows from the failed one on are on the right-hand side already, or beyond it.
+                if (i as usize) < at {
+                    y -= block.tr_mul(&d[i as usize]);
+                }
+            }
+            d[j] = self.lower[column.start].tr_mul(&y);
+        }
+    }
+
     /// Solves `K x = b` in place; one vector for each unknown in the pattern's order.
     pub fn solve(&self, pattern: &Pattern, b: &mut [SVector<f64, D>]) {
         for j in 0..pattern.unknowns() {
@@ -155,4 +186,33 @@ fn invert_lower_cholesky<const D: usize>(
         }
     }
     Ok(inverse)
+}
+
+/// The eigenvector of the smallest eigenvalue of a small symmetric matrix (of which only the lower triangle is read), by the
+/// power method on `c I - A`, which is enough for a direction of descent.
+fn lowest_mode<const D: usize>(a: &SMatrix<f64, D, D>) -> SVector<f64, D> {
+    let mut whole = *a;
+    for r in 0..D {
+        for c in r + 1..D {
+            whole[(r, c)] = whole[(c, r)];
+        }
+    }
+    let size = whole.norm();
+    let mut best = SVector::<f64, D>::zeros();
+    let mut least = f64::INFINITY;
+    for axis in 0..D {
+        let mut v = SVector::<f64, D>::zeros();
+        v[axis] = 1.0;
+        for _ in 0..30 {
+            let next = v * size - whole * v;
+            if next.norm() > 0.0 {
+                v = next.normalize();
+            }
+        }
+        let quotient = v.dot(&(whole * v));
+        if quotient < least {
+            (least, best) = (quotient, v);
+        }
+    }
+    best
 }

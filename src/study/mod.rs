@@ -20,6 +20,7 @@ pub mod lbfgs;
 pub mod march;
 pub mod mesh;
 mod page;
+mod page_axes;
 pub mod relaxation;
 pub mod scene;
 pub mod search;

@@ -12,7 +12,7 @@ use crate::target::TargetKind;
 use super::StudyError;
 
 /// Newton iterations for a reference: it goes on until rounding stops it.
-const TO_THE_END: Settings = Settings { tolerance: 0.0, max_iterations: 100 };
+const TO_THE_END: Settings = Settings { tolerance: 0.0, max_iterations: 100, load_steps: 0, certify: false };
 
 /// A system at given tensions.
 #[derive(Debug)]
@@ -98,6 +98,7 @@ pub fn shortfall(status: Status) -> Option<&'static str> {
         Status::Converged => None,
         Status::IterationLimit => Some("iteration limit"),
         Status::Stalled => Some("rounding stops the descent before the force tolerance"),
+        Status::Unstable => Some("an unstable equilibrium"),
         Status::NotFinite => Some("a number is not finite"),
     }
 }

@@ -115,7 +115,7 @@ fn row(settings: &Settings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64
         misfit: fit.misfit,
         seconds,
         repeats,
-        equilibria: fit.evaluations,
+        equilibria: fit.starts.iter().map(|s| s.evaluations).sum(),
         factorisations: fit.starts.iter().map(|s| s.factorisations).sum(),
         iterations: fit.starts.iter().map(|s| s.iterations).sum(),
         ended,

@@ -4,6 +4,7 @@
 //! [`crate::equilibrium::Workspace`], one a thread.
 
 mod additions;
+mod error;
 pub mod path;
 
 use std::collections::BTreeMap;
@@ -14,10 +15,11 @@ use serde::Serialize;
 use crate::effect::spring::Spring;
 use crate::effect::{Bone, Configuration, Contraction, Effect, FiniteElements, Incompressibility, Tissue};
 use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
-use crate::mesh::{Mesh, MeshFault, simplex};
+use crate::mesh::{Mesh, simplex};
 use crate::sparse::Pattern;
 
 pub use additions::Additions;
+pub use error::SystemError;
 pub use path::{OutsidePath, StraightPath};
 
 /// Choices that make a mesh into a model.
@@ -60,38 +62,8 @@ impl Default for Model {
     }
 }
 
-/// Why a system cannot be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SystemError {
-    /// The material's constants are out of range.
-    #[error(transparent)]
-    Material(#[from] MaterialError),
-    /// A muscle number that the mesh does not have.
-    #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
-    NoSuchMuscle {
-        /// The number asked for.
-        muscle: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// A part of the body hangs on no bone and could drift away.
-    #[error(
-        "node {node} (and all that is joined to it) hangs on no bone, so it could move freely: fix at least one of its nodes"
-    )]
-    Loose {
-        /// A node of the loose part.
-        node: usize,
-    },
-    /// A node is to be carried along by a bone that does not hold it.
-    #[error("node {node} is to be carried by a bone, but no bone holds it; fix it in the mesh")]
-    NotOnBone {
-        /// The node.
-        node: usize,
-    },
-    /// The mesh is not one that can be solved.
-    #[error("the mesh is faulty: {0}")]
-    Mesh(#[from] MeshFault),
-}
+/// A larger body than this was given in millimetres: no tongue is 10 m long, and the smallest in millimetres is longer.
+const LARGEST_BODY_M: f64 = 10.0;
 
 /// A body ready to be solved.
 #[derive(Debug)]
@@ -115,7 +87,8 @@ impl<const D: usize> System<D> {
     /// plain tissue.
     ///
     /// # Errors
-    /// [`SystemError`] for a faulty mesh, bad constants, muscles that do not exist and parts without bone.
+    /// [`SystemError`] for bad constants, muscles that do not exist, faulty meshes ([`Mesh::check`]), bodies given in
+    /// millimetres, and parts without bone.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
         Self::with(mesh, model, contracting, Additions::default())
     }
@@ -134,20 +107,29 @@ impl<const D: usize> System<D> {
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
         }
+        let size_m = mesh.extent();
+        if size_m > LARGEST_BODY_M {
+            return Err(SystemError::Scale { size_m });
+        }
         let cells: Vec<(Vec<usize>, f64)> = mesh
             .cells
             .iter()
             .map(|cell| (cell.to_vec(), simplex::measure(&simplex::corners(&mesh.nodes, cell))))
             .collect();
         let coefficients = coefficients(mesh, model)?;
-        let mut stiffness = connection_stiffness(mesh, &coefficients);
-        if model.tissue == TissueModel::FiniteElement {
-            let edges = cells_of_edges(mesh);
-            for (k, _) in stiffness.iter_mut().zip(&mesh.connections).filter(|(_, c)| edges.contains_key(*c))
-            {
-                *k = 0.0;
-            }
+        // The matching leaves a rounding of the stiffness at exactly 1/4.
+        let rounding = 1e-12 * coefficients.tissue_stiffness * size_m * size_m;
+        let incompressible = model.tissue == TissueModel::MassSpring && additions.incompressible;
+        if incompressible && coefficients.kappa < -rounding {
+            let poisson_ratio = model.constants.poisson_ratio;
+            return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
         }
+        let stiffness = connection_stiffness(mesh, &coefficients);
+        // Connections whose springs the continuum replaces.
+        let continuum = match model.tissue {
+            TissueModel::MassSpring => BTreeMap::new(),
+            TissueModel::FiniteElement => cells_of_edges(mesh),
+        };
         let paths = match model.outside {
             OutsidePath::Straight => path::find(mesh, &stiffness),
             OutsidePath::Chain => Vec::new(),
@@ -179,6 +161,7 @@ impl<const D: usize> System<D> {
                 let key = sorted([pair[0], pair[1]]);
                 // A connection that two muscles share keeps one parallel spring; each has its own contractile branch.
                 let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
+                    (Some((k, l0)), _) if continuum.contains_key(&key) => (k, 0.0, l0),
                     (Some((k, l0)), _) => (k, k * parallel, l0),
                     (None, Some(&(k, l0))) => (k, 0.0, l0),
                     (None, None) => continue,
@@ -190,12 +173,12 @@ impl<const D: usize> System<D> {
             effects.push(Box::new(Contraction::new(muscle, springs, series, contraction_time)));
         }
         let retardation = coefficients.tissue_damping / coefficients.tissue_stiffness;
-        let springs = elements.into_iter().filter(|(_, (k, _))| *k > 0.0);
+        let springs = elements.into_iter().filter(|(key, _)| !continuum.contains_key(key));
         let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
         effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
         match model.tissue {
             _ if mesh.cells.is_empty() => {}
-            TissueModel::MassSpring if !additions.incompressible => {}
+            TissueModel::MassSpring if !incompressible => {}
             TissueModel::MassSpring => {
                 effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
             }
@@ -211,6 +194,23 @@ impl<const D: usize> System<D> {
         }
         effects.push(Box::new(Bone::new(held.into_iter().collect())));
         Self::assemble(mesh, model.tissue, coefficients, effects, paths, contracting.to_vec(), cells)
+    }
+
+    /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that [`System::new`] cannot
+    /// describe: uneven stiffness, other laws. `coefficients` are only carried along.
+    ///
+    /// # Errors
+    /// [`SystemError::Loose`] for parts without bone.
+    pub fn from_effects(
+        mesh: &Mesh<D>,
+        coefficients: Coefficients,
+        effects: Vec<Box<dyn Effect<D>>>,
+        contracting: &[usize],
+    ) -> Result<Self, SystemError> {
+        let measured = |cell: &[usize]| simplex::measure(&simplex::corners(&mesh.nodes, cell));
+        let cells = mesh.cells.iter().map(|c| (c.to_vec(), measured(c))).collect();
+        let tissue = TissueModel::MassSpring;
+        Self::assemble(mesh, tissue, coefficients, effects, Vec::new(), contracting.to_vec(), cells)
     }
 
     fn assemble(
@@ -337,6 +337,11 @@ impl<const D: usize> System<D> {
     /// Area, m², or volume, m³, of all cells together.
     pub fn measure(&self, positions: &[SVector<f64, D>]) -> f64 {
         self.cells.iter().map(|(cell, _)| simplex::measure(&simplex::corners(positions, cell))).sum()
+    }
+
+    /// Number of elements in which the barrier against inversion acts ([`crate::effect::barrier`]).
+    pub fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        self.effects.iter().map(|e| e.guarded(at)).sum()
     }
 
     /// Puts the inner nodes of straight paths where they belong between the ends of their path.

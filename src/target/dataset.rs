@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::record::read;
+use super::record::{read, read_each};
 use super::{Error, Lengths, Row, Vowel};
 use crate::suggest;
 
@@ -60,14 +60,38 @@ impl Dataset {
         Self::parse(&bytes, origin)
     }
 
+    /// As [`Dataset::from_path`], but a broken row is left out and told in the second half of the answer, in file order. What is
+    /// wrong with the file as a whole (encoding, line ends, header) still refuses it, and so does a table with no good row.
+    ///
+    /// # Errors
+    /// [`Error::Unreadable`]; [`Error::Malformed`] for the whole file, or for the first row where none is good.
+    pub fn from_path_leaving_out_broken_rows(path: impl AsRef<Path>) -> Result<(Self, Vec<Error>), Error> {
+        let origin = path.as_ref().display().to_string();
+        let bytes =
+            std::fs::read(path).map_err(|source| Error::Unreadable { origin: origin.clone(), source })?;
+        let mut broken = Vec::new();
+        let rows = read_each(&bytes, &origin, &mut |e| {
+            broken.push(e);
+            Ok(())
+        });
+        match rows {
+            Err(_) if !broken.is_empty() => Err(broken.swap_remove(0)),
+            Err(e) => Err(e),
+            Ok(rows) => Ok((Self::of(rows, &origin), broken)),
+        }
+    }
+
     fn parse(bytes: &[u8], origin: &str) -> Result<Self, Error> {
-        let rows = read(bytes, origin)?;
+        Ok(Self::of(read(bytes, origin)?, origin))
+    }
+
+    fn of(rows: Vec<Row>, origin: &str) -> Self {
         let mut index = BTreeMap::<_, [Option<usize>; Vowel::COUNT]>::new();
         for (number, row) in rows.iter().enumerate() {
             let of_subject = index.entry(row.lengths.subject.clone()).or_default();
             of_subject[row.lengths.vowel.index()] = Some(number);
         }
-        Ok(Self { origin: origin.to_owned(), rows, index })
+        Self { origin: origin.to_owned(), rows, index }
     }
 
     /// Where the data came from: the path as given, or what [`Dataset::from_reader`] was told.

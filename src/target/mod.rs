@@ -11,8 +11,10 @@ mod activation;
 mod dataset;
 mod error;
 mod kind;
+pub mod patterns;
 pub mod published;
 mod record;
+pub mod rest_shape;
 mod spec;
 mod vowel;
 

@@ -101,6 +101,16 @@ impl<'a> Place<'a> {
 
 /// All rows of the table in `bytes`, in file order; `origin` names it in errors.
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Row>, Error> {
+    read_each(bytes, origin, &mut Err)
+}
+
+/// As [`read`], but what is wrong with a single row goes to `bad`, which may accept it and go on without that row. Of a row that
+/// is given twice the first is kept.
+pub(super) fn read_each(
+    bytes: &[u8],
+    origin: &str,
+    bad: &mut dyn FnMut(Error) -> Result<(), Error>,
+) -> Result<Vec<Row>, Error> {
     let text = plain_text(bytes, origin)?;
     let mut reader =
         csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text.as_bytes());
@@ -112,12 +122,20 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Row>, Error> {
     let mut record = StringRecord::new();
     while reader.read_record(&mut record).map_err(|e| unexpected(origin, &e))? {
         let at = place(&record, text, origin);
-        let lengths = row(&record, &header, at)?;
-        if let Some(first) = seen.insert((lengths.subject.clone(), lengths.vowel), at.line) {
-            return Err(at.error(
+        let lengths = match row(&record, &header, at) {
+            Ok(lengths) => lengths,
+            Err(e) => {
+                bad(e)?;
+                continue;
+            }
+        };
+        let first = *seen.entry((lengths.subject.clone(), lengths.vowel)).or_insert(at.line);
+        if first != at.line {
+            bad(at.error(
                 format!("{} /{}/ is given twice, here and on line {first}", lengths.subject, lengths.vowel),
                 "keep one of the two lines",
-            ));
+            ))?;
+            continue;
         }
         rows.push(Row { line: at.line, lengths });
     }

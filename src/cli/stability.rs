@@ -1,0 +1,64 @@
+//! `tongue-fit stability`: the hard cases.
+
+use std::path::Path;
+
+use miette::{IntoDiagnostic, miette};
+use tongue_fit::report::OutputDir;
+use tongue_fit::stability::{self, CASES, Extent};
+
+use super::{Global, Outcome, command_line, output};
+
+/// Options of `tongue-fit stability`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Example:\n  tongue-fit stability --full --out results/stability")]
+pub struct Arguments {
+    /// All variants of every case (minutes) instead of a sample (seconds)
+    #[arg(long)]
+    full: bool,
+    /// Run only this case; may be given several times
+    #[arg(long, value_name = "NUMBER")]
+    case: Vec<u8>,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let extent = if arguments.full { Extent::Full } else { Extent::Sample };
+    if let Some(unknown) = arguments.case.iter().find(|c| !CASES.contains(c)) {
+        let known: Vec<String> = CASES.iter().map(u8::to_string).collect();
+        return Err(miette!("--case {unknown}: there is no such case; there are {}", known.join(", ")));
+    }
+    let folder = global.out.clone().unwrap_or_else(|| Path::new("results").join("stability"));
+    let out = OutputDir::prepare(folder).into_diagnostic()?;
+    let mut rows = Vec::new();
+    for case in CASES.into_iter().filter(|c| arguments.case.is_empty() || arguments.case.contains(c)) {
+        let found = stability::run(case, extent).into_diagnostic()?;
+        let kept = found.iter().filter(|r| r.kept).count();
+        let converged = found.iter().filter(|r| r.converged).count();
+        output::note(&format!(
+            "case {case:2}: {:4} rows, {converged:4} converged, promise kept in {kept:4}",
+            found.len()
+        ));
+        rows.extend(found);
+    }
+    let table = stability::csv(&rows).into_diagnostic()?;
+    let text = stability::markdown(&rows, &command_line());
+    let files = [("stability.csv", table.as_slice()), ("stability.md", text.as_bytes())];
+    let written = out.write_all(&files).into_diagnostic()?;
+    if global.json {
+        output::print(
+            &(serde_json::to_string_pretty(&serde_json::json!({ "rows": rows })).into_diagnostic()? + "\n"),
+        )?;
+    } else {
+        let broken: Vec<_> = rows.iter().filter(|r| !r.kept).collect();
+        let mut text = format!("{} rows, promise kept in {}\n", rows.len(), rows.len() - broken.len());
+        for r in &broken {
+            text += &format!("  case {} {}: {} ({})\n", r.case, r.variant, r.status, r.note);
+        }
+        for path in written {
+            text += &format!("wrote {}\n", path.display());
+        }
+        output::print(&text)?;
+    }
+    Ok(if rows.iter().all(|r| r.kept) { Outcome::Good } else { Outcome::Untrustworthy })
+}

@@ -1,0 +1,63 @@
+//! Putting the load on in steps, where the direct solve fails.
+
+use crate::system::System;
+
+use super::newton::Newton;
+use super::{Settings, Solution, Stability, Status, Workspace};
+
+/// A load step below this part of the load is no step.
+const SHORTEST_LOAD_STEP: f64 = 1e-5;
+
+/// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each solved from the equilibrium before; a step that fails is halved, one that
+/// succeeds doubled. Leaves the last equilibrium reached; `failed` is what the direct solve did.
+pub(super) fn step_load<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &Settings,
+    failed: &Solution,
+) -> Solution {
+    let (mut reached, mut step) = (0.0, 0.25);
+    let mut held = match system.carried() {
+        [] => system.rest().to_vec(),
+        // The rest shape does not know where carried bones have gone.
+        _ => workspace.positions.clone(),
+    };
+    let mut last = *failed;
+    let (mut at_held, mut all) = (Solution { load_reached: 0.0, ..*failed }, *failed);
+    for taken in 1..=settings.load_steps {
+        let load = f64::min(reached + step, 1.0);
+        workspace.positions.copy_from_slice(&held);
+        workspace.factor_ready = false;
+        let part: Vec<f64> = tensions.iter().map(|t| t * load).collect();
+        last = Newton::new(system, workspace).run(&part, settings);
+        all.iterations += last.iterations;
+        all.factorisations += last.factorisations;
+        all.energy_evaluations += last.energy_evaluations;
+        all.safeguarded += last.safeguarded;
+        all.ridges += last.ridges;
+        all.load_steps = taken;
+        if last.status == Status::Converged {
+            held.copy_from_slice(&workspace.positions);
+            at_held = last;
+            reached = load;
+            step *= 2.0;
+        } else {
+            step *= 0.5;
+        }
+        if reached == 1.0 || step < SHORTEST_LOAD_STEP {
+            break;
+        }
+    }
+    workspace.positions.copy_from_slice(&held);
+    let complete = reached == 1.0;
+    let stuck = if last.status == Status::Converged { Status::IterationLimit } else { last.status };
+    Solution {
+        status: if complete { Status::Converged } else { stuck },
+        max_residual_force: at_held.max_residual_force,
+        energy: at_held.energy,
+        stability: if reached > 0.0 { at_held.stability } else { Stability::Unchecked },
+        load_reached: reached,
+        ..all
+    }
+}

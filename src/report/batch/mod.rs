@@ -1,0 +1,208 @@
+//! What a batch leaves behind: two tables, one JSON document and one page, made of what each fit said when it was done.
+
+pub mod journal;
+pub mod page;
+pub mod record;
+mod summary;
+mod tables;
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use crate::fit::batch::{Assessment, BaselineRow, Job, Refusal};
+use crate::mesh::Mesh;
+use crate::target::published;
+
+use self::journal::{Entry, EntryResult, Fitted, Journal};
+use self::record::AssessedRecord;
+use super::{OutputDir, ReportError, Writes};
+
+pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
+pub use self::summary::{Digest, PassiveGroup, Summary, passive_groups};
+
+/// Where an output comes from; said by each of them.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Provenance {
+    /// Version of tongue-fit.
+    pub version: String,
+    /// The command line, without what changes no result.
+    pub command: String,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Hash of all inputs: version, data, mesh, model and settings.
+    pub inputs_sha256: String,
+}
+
+/// What a batch consists of, beside the fits.
+#[derive(Debug)]
+pub struct Batch<'a> {
+    /// Where it comes from.
+    pub provenance: &'a Provenance,
+    /// The jobs, in order.
+    pub jobs: &'a [Job],
+    /// The rows that are baselines.
+    pub baselines: &'a [BaselineRow],
+    /// The rows that could not be fitted; those that fail later are added.
+    pub refusals: &'a [Refusal],
+    /// What was wrong with rows that could not be read.
+    pub unreadable: &'a [String],
+    /// The numbers.
+    pub summary: &'a Summary,
+    /// The mesh.
+    pub mesh: &'a Mesh<2>,
+}
+
+/// SHA-256 of texts, one after another and told apart, in hexadecimal.
+pub fn sha256(texts: &[&str]) -> String {
+    use sha2::Digest as _;
+    let mut hash = sha2::Sha256::new();
+    for text in texts {
+        hash.update((text.len() as u64).to_le_bytes());
+        hash.update(text.as_bytes());
+    }
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Puts a finished fit into the words of every output.
+///
+/// # Errors
+/// [`ReportError`] for a figure that cannot be drawn or a record that cannot be written.
+pub fn fitted(
+    number: usize,
+    job: &Job,
+    assessment: &Assessment,
+    mesh: &Mesh<2>,
+    tables: Option<&published::Tables>,
+    provenance: &Provenance,
+) -> Result<EntryResult, ReportError> {
+    let record = AssessedRecord::new(job, assessment, tables, &provenance.command);
+    let text = |e: csv::Error| ReportError::Record { reason: e.to_string() };
+    let on_page = number < page::MOST_FITS;
+    Ok(EntryResult::Fitted(Box::new(Fitted {
+        digest: Digest::new(&record),
+        json: serde_json::to_string(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
+        muscles: tables::muscle_lines(&record, provenance).map_err(text)?,
+        fits: tables::fit_line(&record, provenance).map_err(text)?,
+        page: on_page.then(|| page::PageFit::new(number, &record, assessment, mesh)).transpose()?,
+    })))
+}
+
+/// Writes all files of a finished batch, each whole or not at all, and returns their paths.
+///
+/// # Errors
+/// [`ReportError::File`] as the operating system.
+pub fn write_files(
+    out: &OutputDir,
+    batch: &Batch<'_>,
+    journal: &Journal,
+) -> Result<Vec<std::path::PathBuf>, ReportError> {
+    let files: [(&str, &Writes<'_>); 4] = [
+        ("batch.json", &|w| write_json(w, batch, journal, false)),
+        ("fits.csv", &|w| write_fits(w, batch, journal)),
+        ("muscles.csv", &|w| {
+            w.write_all(tables::header(&tables::MUSCLE_COLUMNS)?.as_bytes())?;
+            each_fit(batch, journal, |_, fit| w.write_all(fit.muscles.as_bytes()))
+        }),
+        ("batch.html", &|w| page::write(w, batch, journal)),
+    ];
+    out.write_streams(&files)
+}
+
+/// The JSON document; `with_times` adds what differs from run to run.
+///
+/// # Errors
+/// As the operating system.
+pub fn write_json(
+    w: &mut dyn Write,
+    batch: &Batch<'_>,
+    journal: &Journal,
+    with_times: bool,
+) -> io::Result<()> {
+    let p = serde_json::to_string(batch.provenance)?;
+    // The provenance is an object: its fields come first, without the closing brace.
+    write!(w, "{},\n\"summary\":", p.trim_end_matches('}'))?;
+    serde_json::to_writer(&mut *w, batch.summary)?;
+    write!(w, ",\n\"fits\":[")?;
+    let mut first = true;
+    each_fit(batch, journal, |wall_s, fit| {
+        w.write_all(if first { b"\n" } else { b",\n" })?;
+        first = false;
+        if with_times {
+            return write!(w, "{{\"wall_s\":{wall_s},{}", fit.json.trim_start_matches('{'));
+        }
+        w.write_all(fit.json.as_bytes())
+    })?;
+    let baselines: Vec<_> = batch
+        .baselines
+        .iter()
+        .map(|b| {
+            serde_json::json!({
+                "subject": b.subject, "vowel": b.vowel, "line": b.line, "substitute_baseline": b.substitute
+            })
+        })
+        .collect();
+    let refusals: Vec<_> = all_refusals(batch, journal)?
+        .iter()
+        .map(|r| {
+            serde_json::json!({
+                "subject": r.subject, "vowel": r.vowel, "line": r.line, "target_kind": r.kind, "message": r.message
+            })
+        })
+        .collect();
+    write!(w, "],\n\"baselines\":")?;
+    serde_json::to_writer(&mut *w, &baselines)?;
+    write!(w, ",\n\"not_fitted\":")?;
+    serde_json::to_writer(&mut *w, &refusals)?;
+    write!(w, ",\n\"unreadable_rows\":")?;
+    serde_json::to_writer(&mut *w, batch.unreadable)?;
+    writeln!(w, "}}")
+}
+
+fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+    w.write_all(tables::header(&tables::fit_columns())?.as_bytes())?;
+    each_fit(batch, journal, |_, fit| w.write_all(fit.fits.as_bytes()))?;
+    for baseline in batch.baselines {
+        w.write_all(tables::baseline_line(baseline, batch.provenance)?.as_bytes())?;
+    }
+    for refusal in all_refusals(batch, journal)? {
+        w.write_all(tables::refusal_line(&refusal, batch.provenance)?.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// The fits, in the order of the jobs, with the time each took, s.
+fn each_fit(
+    batch: &Batch<'_>,
+    journal: &Journal,
+    mut then: impl FnMut(f64, &Fitted) -> io::Result<()>,
+) -> io::Result<()> {
+    for number in 0..batch.jobs.len() {
+        if let Some(Entry { wall_s, result: EntryResult::Fitted(fit), .. }) =
+            journal.read(number).map_err(io::Error::other)?
+        {
+            then(wall_s, &fit)?;
+        }
+    }
+    Ok(())
+}
+
+/// Those of the plan and those that could not begin.
+fn all_refusals(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<Refusal>> {
+    let mut all = batch.refusals.to_vec();
+    for (number, job) in batch.jobs.iter().enumerate().filter(|(n, _)| journal.is_refused(*n)) {
+        if let Some(Entry { result: EntryResult::Refused(message), .. }) =
+            journal.read(number).map_err(io::Error::other)?
+        {
+            let t = &job.target;
+            all.push(Refusal {
+                line: job.line,
+                subject: t.subject.clone(),
+                vowel: t.vowel,
+                kind: Some(t.kind),
+                message,
+            });
+        }
+    }
+    Ok(all)
+}

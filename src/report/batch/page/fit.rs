@@ -1,0 +1,192 @@
+//! One fit's part of the page.
+
+use maud::{Markup, PreEscaped, html};
+use serde::{Deserialize, Serialize};
+
+use super::number;
+use crate::fit::batch::Assessment;
+use crate::mesh::Mesh;
+use crate::muscle::Muscle;
+use crate::report::batch::record::{AssessedRecord, SubsetRecord};
+use crate::report::batch::tables::name;
+use crate::report::record::SomeMuscles;
+use crate::report::{ReportError, Series, changes};
+
+/// Residual at which a cell of the heat map has its full colour.
+const FULL_COLOUR: f64 = 0.25;
+
+/// What the page shows of one fit, ready to be put in its places.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PageFit {
+    /// Number of the job.
+    pub number: usize,
+    /// `S2 /a/ ratio`.
+    pub label: String,
+    /// Row of the heat map.
+    pub heat_row: String,
+    /// Row of the table of fits.
+    pub table_row: String,
+    /// Figure and findings.
+    pub detail: String,
+    /// Displacement of every node from rest, µm.
+    pub moved: Vec<[i64; 2]>,
+    /// Names of the contracting muscles.
+    pub active: Vec<String>,
+}
+
+/// Metres as whole micrometres.
+pub fn micrometres(metres: f64) -> i64 {
+    (metres * 1e6).round() as i64
+}
+
+impl PageFit {
+    /// Of a record and the fit that it is of.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a figure that cannot be drawn.
+    pub fn new(
+        number: usize,
+        r: &AssessedRecord,
+        assessment: &Assessment,
+        mesh: &Mesh<2>,
+    ) -> Result<Self, ReportError> {
+        let f = &r.fit;
+        let mark = if r.substitute_baseline { "†" } else { "" };
+        let label = format!("{}{mark} /{}/ {}", f.subject, f.vowel, f.target_kind);
+        let moved = assessment.fit.positions.iter().zip(&mesh.nodes).map(|(p, rest)| {
+            let way = p - rest;
+            [way.x, way.y].map(micrometres)
+        });
+        Ok(Self {
+            number,
+            heat_row: heat_row(number, r, mark).into_string(),
+            table_row: table_row(number, r, mark).into_string(),
+            detail: detail(number, r, &label, &figure(r)?).into_string(),
+            moved: moved.collect(),
+            active: f.active.iter().map(Muscle::to_string).collect(),
+            label,
+        })
+    }
+}
+
+fn heat_row(id: usize, r: &AssessedRecord, mark: &str) -> Markup {
+    let f = &r.fit;
+    html! {
+        tr {
+            td { (f.subject) (mark) }
+            td { a href={ "#fit-" (id) } { "/" (f.vowel) "/" } }
+            td { (f.target_kind) }
+            @for m in Muscle::ALL {
+                @let residual = f.residuals.0[m.index()];
+                td data-v=(residual) style=(colour(residual)) {
+                    @if r.fitted.contains(&m) { "● " }
+                    (format!("{:+.1}", 100.0 * residual))
+                }
+            }
+        }
+    }
+}
+
+/// Vermilion for too long, blue for too short: colours that colour-blind readers can tell apart.
+fn colour(residual: f64) -> String {
+    let strength = 0.85 * (residual.abs() / FULL_COLOUR).min(1.0);
+    let rgb = if residual > 0.0 { "213 94 0" } else { "0 114 178" };
+    format!("background: rgb({rgb} / {strength:.2})")
+}
+
+fn table_row(id: usize, r: &AssessedRecord, mark: &str) -> Markup {
+    let f = &r.fit;
+    let optional = |value: Option<f64>| match value {
+        Some(v) => number(v, 3),
+        None => html! { td { "–" } },
+    };
+    html! {
+        tr {
+            td { (f.subject) (mark) }
+            td { a href={ "#fit-" (id) } { "/" (f.vowel) "/" } }
+            td { "/" (f.baseline) "/" }
+            td { (f.target_kind) }
+            td { (name(&f.status).replace('_', " ")) }
+            td data-v=(f.misfit) { (format!("{:.1e}", f.misfit)) }
+            (optional(r.passive.rms_stretch))
+            (optional(r.passive.no_change_rms_stretch))
+            (number(r.alarms.len() as f64, 0))
+            @for m in Muscle::ALL {
+                @let tension = f.tensions_n.0[m.index()];
+                td data-v=(tension) {
+                    @if f.active.contains(&m) {
+                        (format!("{tension:.1}"))
+                        @if let Some(i) = &r.intervals {
+                            @let i = i.tensions_n.0[m.index()];
+                            span.interval { " [" (format!("{:.1}", i.low)) ", " (format!("{:.1}", i.high)) "]" }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str) -> Markup {
+    let f = &r.fit;
+    let groups = |g: &[crate::target::patterns::Group]| {
+        if g.is_empty() { "none".to_owned() } else { g.iter().map(name).collect::<Vec<_>>().join(", ") }
+    };
+    let rms = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.3}"));
+    html! {
+        details id={ "fit-" (id) } {
+            summary { (label) ": " (name(&f.status).replace('_', " ")) @if !r.alarms.is_empty() { ", " (r.alarms.len()) " alarms" } }
+            div.figure { (PreEscaped(figure)) }
+            @if !r.alarms.is_empty() { ul.alarms { @for a in &r.alarms { li { (a.message) } } } }
+            p {
+                "Passive muscles, stretches: " (rms(r.passive.rms_stretch)) " RMS, no change " (rms(r.passive.no_change_rms_stretch))
+                @if let Some(t) = r.passive.thesis_rms_stretch { ", the thesis's own simulation " (format!("{t:.3}")) }
+                ". Ratios: " (rms(r.passive.rms_ratio)) ", no change " (rms(r.passive.no_change_rms_ratio))
+                @if let Some(t) = r.passive.thesis_rms_ratio { ", the thesis's own simulation " (format!("{t:.3}")) }
+                "."
+            }
+            p {
+                "Published pattern: found " (groups(&r.pattern.found)) "; missing " (groups(&r.pattern.missing))
+                "; unexpected " (groups(&r.pattern.unexpected)) "."
+            }
+            @if let Some(segments) = &r.within_rounding {
+                p { "Along each singular direction, tensions that keep the targets within the rounding of the data:" }
+                ul { @for s in segments {
+                    li { (format!("{:.1e}", s.singular_value)) " per N: " (tensions(&s.from_n)) " to " (tensions(&s.to_n)) }
+                } }
+            }
+            @if !r.other_optima.is_empty() {
+                p { "Other local optima:" }
+                ul { @for o in &r.other_optima { li { (tensions(&o.tensions_n)) ", cost " (format!("{:.1e}", o.cost)) " against " (format!("{:.1e}", r.cost)) } } }
+            }
+            @if !r.other_subsets.is_empty() {
+                p { (r.other_subsets_within_rounding) " other subsets of contracting muscles meet the target within rounding. The best:" }
+                ul { @for s in &r.other_subsets { li { (subset(s)) } } }
+            }
+        }
+    }
+}
+
+fn subset(s: &SubsetRecord) -> Markup {
+    html! {
+        (tensions(&s.tensions_n)) ": misfit " (format!("{:.1e}", s.misfit)) ", whole row " (format!("{:.3}", s.row_rms))
+        @if s.within_rounding { ", within rounding" }
+    }
+}
+
+fn tensions(values: &SomeMuscles) -> String {
+    values.0.iter().map(|(m, v)| format!("{m} {v:.1}")).collect::<Vec<_>>().join(", ") + " N"
+}
+
+/// Figure 4.9 for this fit. Its title is the page's, so the figure needs none of its own beside the label.
+fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
+    let f = &r.fit;
+    let labels: Vec<String> =
+        Muscle::ALL.iter().map(|m| format!("{m}{}", if f.active.contains(m) { "*" } else { "" })).collect();
+    let series = [
+        Series { name: "measured".into(), values: f.target_stretches.0.to_vec() },
+        Series { name: "simulated".into(), values: f.stretches.0.to_vec() },
+    ];
+    let title = format!("{} /{}/ against /{}/, {}", f.subject, f.vowel, f.baseline, f.target_kind);
+    changes(&labels, &series, f.baseline.symbol(), &title)
+}

@@ -1,0 +1,200 @@
+//! The page of a batch: one HTML file that needs no network, light and dark.
+//!
+//! The text is made here and in `fit.rs`; sorting, the slider and the choice of a shape are a few lines of script in `page.js`.
+
+mod fit;
+
+use std::io::{self, Write};
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::journal::Journal;
+use super::summary::PassiveGroup;
+use super::{Batch, all_refusals, each_fit};
+use crate::mesh::Mesh;
+use crate::muscle::Muscle;
+
+pub use self::fit::PageFit;
+
+/// Fits that the page shows; a table of thousands would be too large for a browser.
+pub const MOST_FITS: usize = 200;
+
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// Writes the page.
+///
+/// # Errors
+/// As the operating system.
+pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+    let mut fits = Vec::new();
+    each_fit(batch, journal, |_, fitted| {
+        fits.extend(fitted.page.clone());
+        Ok(())
+    })?;
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "tongue-fit batch" }
+                link rel="icon" href="data:,";
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                (top(batch, fits.len()))
+                (passive(&batch.summary.passive))
+                (heat_map(&fits))
+                (viewer(&fits))
+                (fit_table(&fits))
+                section {
+                    h2 { "Every fit" }
+                    p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and what speaks for and against the answer." }
+                    @for f in &fits { (PreEscaped(&f.detail)) }
+                }
+                (others(batch, journal)?)
+                script type="application/json" id="data" { (PreEscaped(data(batch.mesh, &fits))) }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    };
+    w.write_all(page.into_string().as_bytes())
+}
+
+fn top(batch: &Batch<'_>, shown: usize) -> Markup {
+    let (p, s) = (batch.provenance, batch.summary);
+    html! {
+        header {
+            h1 { "Tongue muscle tensions fitted to measured lengths" }
+            button #theme type="button" { "Dark or light" }
+            p { "tongue-fit " (p.version) " · " code { (p.command) } " · seed " (p.seed) " · inputs " code { (p.inputs_sha256) } }
+            p {
+                (s.rows) " rows: " (s.fits) " fits ("
+                @for (i, (status, n)) in s.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
+                "), " (s.baselines) " baselines, " (s.not_fitted) " not fitted, " (s.unreadable_rows) " unreadable. "
+                @if shown < s.fits { strong { "This page shows the first " (shown) " fits; all of them are in the CSV and JSON files." } }
+            }
+            @if !s.substitute_baselines.is_empty() {
+                p { "No /ɯ/ was measured for " (s.substitute_baselines.join(", ")) ": fitted against /e/ and marked †." }
+            }
+            @if let Some(n) = &s.nearest_row_to_rest {
+                p { "The model at rest is nearest to /" (n.vowel) "/ of " (n.subject) ": " (format!("{:.3}", n.distance.rms_ratio)) " (" (s.rest_shape_measure) ")." }
+            }
+            p { "Tensions are newtons per metre of thickness. In brackets: 95 % intervals from redrawing every length within its rounding of ±0.5 mm (" (s.draws) " draws a fit)." }
+        }
+    }
+}
+
+fn passive(groups: &[PassiveGroup]) -> Markup {
+    html! {
+        section {
+            h2 { "Muscles that the fit does not see" }
+            p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change." }
+            table.sortable #passive {
+                thead { tr { @for h in ["target", "vowel", "fits", "model", "no change", "verdict"] { th { button type="button" { (h) } } } } }
+                tbody {
+                    @for g in groups {
+                        tr {
+                            td { (g.target_kind) @if g.substitute_baseline { "†" } }
+                            td { @match g.vowel { Some(v) => { "/" (v) "/" }, None => "all" } }
+                            (number(g.fits as f64, 0))
+                            (number(g.rms_stretch, 3))
+                            (number(g.no_change_rms_stretch, 3))
+                            td { @if g.worse_than_no_change { "worse than no change" } @else { "better" } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn heat_map(fits: &[PageFit]) -> Markup {
+    html! {
+        section {
+            h2 { "Residuals" }
+            p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks contracting muscles, which the fit has to hit." }
+            table.sortable #heat {
+                thead { tr {
+                    @for h in ["subject", "vowel", "target"] { th { button type="button" { (h) } } }
+                    @for m in Muscle::ALL { th { button type="button" { (m) } } }
+                } }
+                tbody { @for f in fits { (PreEscaped(&f.heat_row)) } }
+            }
+        }
+    }
+}
+
+fn viewer(fits: &[PageFit]) -> Markup {
+    html! {
+        section {
+            h2 { "Shapes" }
+            p {
+                label { "Fit " select #shape { @for f in fits { option value=(f.number) { (f.label) } } } }
+                " "
+                label { "rest " input #slider type="range" min="0" max="100" value="100"; " fitted" }
+                " " output #part { "100 %" }
+            }
+            svg #tongue role="img" aria-label="Mesh of the tongue between rest and the fitted shape" {}
+            p.legend { "Grey: rest. Thick: contracting muscles; thin: passive. Front of the mouth to the left." }
+        }
+    }
+}
+
+fn fit_table(fits: &[PageFit]) -> Markup {
+    let columns =
+        ["subject", "vowel", "baseline", "target", "status", "misfit", "passive", "no change", "alarms"];
+    html! {
+        section {
+            h2 { "Tensions" }
+            table.sortable #fits {
+                thead { tr {
+                    @for h in columns { th { button type="button" { (h) } } }
+                    @for m in Muscle::ALL { th { button type="button" { (m) } } }
+                } }
+                tbody { @for f in fits { (PreEscaped(&f.table_row)) } }
+            }
+        }
+    }
+}
+
+fn others(batch: &Batch<'_>, journal: &Journal) -> io::Result<Markup> {
+    let refusals = all_refusals(batch, journal)?;
+    Ok(html! {
+        section {
+            h2 { "Rows without a fit" }
+            ul {
+                @for b in batch.baselines.iter().take(MOST_FITS) {
+                    li { (b.subject) " /" (b.vowel) "/: the baseline itself" @if b.substitute { " (in place of a missing /ɯ/)" } }
+                }
+                @for r in refusals.iter().take(MOST_FITS) {
+                    li { "line " (r.line) ", " (r.subject) " /" (r.vowel) "/: " (r.message) }
+                }
+                @for u in batch.unreadable.iter().take(MOST_FITS) { li { (u) } }
+            }
+        }
+    })
+}
+
+/// A table cell that sorts by its number.
+fn number(value: f64, digits: usize) -> Markup {
+    html! { td data-v=(value) { (format!("{value:.digits$}")) } }
+}
+
+/// The mesh once, and of every fit the displacements: µm, integers.
+fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
+    let rest: Vec<[i64; 2]> = mesh.nodes.iter().map(|p| [p.x, p.y].map(fit::micrometres)).collect();
+    let muscles: Vec<_> =
+        mesh.muscles.iter().map(|m| serde_json::json!({"name": m.name, "nodes": m.nodes})).collect();
+    let shapes: Vec<_> = fits
+        .iter()
+        .map(|f| serde_json::json!({"fit": f.number, "moved": f.moved, "active": f.active}))
+        .collect();
+    serde_json::json!({
+        "rest": rest, "connections": mesh.connections, "fixed": mesh.fixed, "muscles": muscles, "shapes": shapes,
+    })
+    .to_string()
+    // The text stands in a script element, which only this sequence could end.
+    .replace("</", "<\\/")
+}

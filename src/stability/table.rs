@@ -1,0 +1,126 @@
+//! The rows as CSV and as Markdown.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use super::Row;
+
+/// What each case is about.
+fn title(case: u8) -> &'static str {
+    match case {
+        1 => "Table 4.2 as printed, and its slips one by one",
+        2 => "Subsets of the eight muscles at 1, 10, 100 and 1000 N",
+        3 => "Materials at the edges of their ranges",
+        4 => "Folding chains",
+        5 => "Slivers, broken meshes, large meshes",
+        6 => "Targets",
+        7 => "Nelder-Mead",
+        8 => "Steps of time",
+        9 => "Two equilibria",
+        10 => "Threads, numbering, position",
+        _ => "",
+    }
+}
+
+/// All rows as CSV, units in the column names.
+///
+/// # Errors
+/// As the CSV writer's; into memory it has none of its own.
+pub fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record([
+        "case",
+        "variant",
+        "solver",
+        "status",
+        "converged",
+        "promise_kept",
+        "iterations",
+        "load_reached",
+        "min_area_ratio",
+        "smallest_eigenvalue_n_per_m",
+        "elements_in_barrier",
+        "wall_s",
+        "note",
+    ])?;
+    for r in rows {
+        writer.write_record([
+            r.case.to_string(),
+            r.variant.clone(),
+            r.solver.to_owned(),
+            r.status.clone(),
+            r.converged.to_string(),
+            r.kept.to_string(),
+            r.iterations.to_string(),
+            r.load_reached.to_string(),
+            optional(r.min_area_ratio, |v| format!("{v:.6}")),
+            optional(r.smallest_eigenvalue, |v| format!("{v:.6e}")),
+            r.guarded.to_string(),
+            format!("{:.6}", r.wall_s),
+            r.note.clone(),
+        ])?;
+    }
+    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+}
+
+/// A summary of all cases, and under it every row; of case 2, which has a thousand, those that are not ordinary.
+pub fn markdown(rows: &[Row], command: &str) -> String {
+    let mut out = String::from("# Hard cases\n\n");
+    let _ = writeln!(
+        out,
+        "Made by `{command}`. A promise is kept when the run ended in a stable equilibrium or in a status"
+    );
+    let _ = writeln!(out, "that says what happened, without an inverted cell or a number that is not one.\n");
+    out.push_str("| case | | rows | converged | promise kept | with the barrier active | longest, s |\n|--|--|--|--|--|--|--|\n");
+    let mut cases: BTreeMap<u8, Vec<&Row>> = BTreeMap::new();
+    rows.iter().for_each(|r| cases.entry(r.case).or_default().push(r));
+    for (case, rows) in &cases {
+        let count = |f: fn(&&&Row) -> bool| rows.iter().filter(f).count();
+        let longest = rows.iter().map(|r| r.wall_s).fold(0.0, f64::max);
+        let _ = writeln!(
+            out,
+            "| {case} | {} | {} | {} | {} | {} | {longest:.3} |",
+            title(*case),
+            rows.len(),
+            count(|r| r.converged),
+            count(|r| r.kept),
+            count(|r| r.guarded > 0),
+        );
+    }
+    for (case, rows) in &cases {
+        let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
+        let shown: Vec<&&Row> = rows.iter().filter(|r| *case != 2 || !r.kept || !r.converged).collect();
+        if shown.len() < rows.len() {
+            let _ = writeln!(
+                out,
+                "{} of {} rows, those that did not converge; the rest is in the CSV.\n",
+                shown.len(),
+                rows.len()
+            );
+        }
+        if shown.is_empty() {
+            continue;
+        }
+        out.push_str("| variant | solver | status | kept | iterations | smallest area ratio | smallest eigenvalue, N/m | time, s | note |\n|--|--|--|--|--|--|--|--|--|\n");
+        for r in shown {
+            let _ = writeln!(
+                out,
+                "| {} | {} | {} | {} | {} | {} | {} | {:.4} | {} |",
+                r.variant,
+                r.solver,
+                r.status,
+                if r.kept { "yes" } else { "**no**" },
+                r.iterations,
+                optional(r.min_area_ratio, |v| format!("{v:.3}")),
+                optional(r.smallest_eigenvalue, |v| format!("{v:.2e}")),
+                r.wall_s,
+                r.note.replace('|', "/"),
+            );
+        }
+    }
+    out
+}
+
+fn optional(value: Option<f64>, format: impl Fn(f64) -> String) -> String {
+    value.map(format).unwrap_or_default()
+}

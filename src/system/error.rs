@@ -1,0 +1,56 @@
+//! Why a mesh and a model do not make a system.
+
+use crate::material::MaterialError;
+use crate::mesh::MeshFault;
+
+/// Why a system cannot be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SystemError {
+    /// The material's constants are out of range.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+    /// A muscle number that the mesh does not have.
+    #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
+    NoSuchMuscle {
+        /// The number asked for.
+        muscle: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A part of the body hangs on no bone and could drift away.
+    #[error(
+        "node {node} (and all that is joined to it) hangs on no bone, so it could move freely: fix at least one of its nodes"
+    )]
+    Loose {
+        /// A node of the loose part.
+        node: usize,
+    },
+    /// A node is to be carried along by a bone that does not hold it.
+    #[error("node {node} is to be carried by a bone, but no bone holds it; fix it in the mesh")]
+    NotOnBone {
+        /// The node.
+        node: usize,
+    },
+    /// A negative coefficient of incompressibility: the energy has no minimum.
+    #[error(
+        "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
+         energy has no minimum; springs alone already have 0.25, so give at least that"
+    )]
+    NegativeKappa {
+        /// The identified kappa_s or kappa_v, J.
+        kappa: f64,
+        /// Poisson's ratio ν.
+        poisson_ratio: f64,
+    },
+    /// The mesh does not hang together.
+    #[error("the mesh is faulty: {0}")]
+    Mesh(#[from] MeshFault),
+    /// The body is far larger than any tongue.
+    #[error(
+        "the body is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
+    )]
+    Scale {
+        /// The longest side of its bounding box, m.
+        size_m: f64,
+    },
+}
