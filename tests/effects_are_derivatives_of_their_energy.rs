@@ -4,6 +4,8 @@
 //!
 //! The list of effects is taken from a system with everything switched on, so a new effect is covered by being used.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot begin has failed")]
+
 mod common;
 
 use nalgebra::{DMatrix, SVector, Vector2};

@@ -59,7 +59,7 @@ impl Spring {
     }
 
     /// Energy with an extra constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and below a tenth of the rest length `k l0²`
-    /// times the [`barrier`](super::barrier).
+    /// times the [`super::barrier`].
     #[inline(always)]
     pub fn energy<const D: usize>(&self, positions: &[SVector<f64, D>], tension: f64) -> f64 {
         let (length, _) = length_and_direction(positions, self.nodes);
