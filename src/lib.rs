@@ -24,6 +24,7 @@
 //! system + F(t)   -> dynamics     masses, dampers, three-element muscles over time; integrators behind one trait
 //! lengths, target -> fit          Nelder-Mead; what the data leave open
 //! fit             -> report       JSON, CSV, SVG
+//! scene           -> all of it    a file says what happens and what is wanted; nothing else is computed
 //! ```
 //!
 //! # An example
@@ -51,6 +52,7 @@ pub mod material;
 pub mod mesh;
 pub mod muscle;
 pub mod report;
+pub mod scene;
 pub mod sparse;
 pub mod stability;
 pub mod study;

@@ -5,7 +5,8 @@
 //! element of the same shape: minimise `|K_CST - k K_springs - kappa K_measure|²` over `k` and `kappa`.
 
 use nalgebra::{SMatrix, SVector};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::mesh::simplex::{self, Corners};
 
@@ -29,7 +30,7 @@ impl Constants {
 }
 
 /// Where the coefficients come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// Identified from the constants; masses that add up to the body's.
@@ -40,7 +41,7 @@ pub enum Preset {
 }
 
 /// How the stiffness identified on one cell is laid on the connections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Spread {
     /// `k` on every connection, as the thesis does; only this reproduces its results.
@@ -224,14 +225,16 @@ impl Coefficients {
             return Ok(Self { spread, ..Self::AS_PRINTED });
         }
         let matched = match_stiffness::<D>(constants, &regular_simplex(side))?;
+        // In the plane b = eta is per metre of thickness; in space a connection is about as thick as it is long.
+        let damping = constants.viscosity * if D == 2 { 1.0 } else { side };
         Ok(Self {
             tissue_stiffness: matched.stiffness,
-            tissue_damping: constants.viscosity,
+            tissue_damping: damping,
             kappa: matched.kappa,
             muscle_parallel_stiffness: matched.stiffness,
             // The thesis takes k2 = b "to avoid divergence" (slip 8); at equilibrium it has no effect.
-            muscle_series_stiffness: constants.viscosity,
-            contractile_damping: constants.viscosity,
+            muscle_series_stiffness: damping,
+            contractile_damping: damping,
             node_mass: constants.density * measure / nodes as f64,
             spread,
         })

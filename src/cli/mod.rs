@@ -6,6 +6,8 @@ mod body;
 mod fit;
 mod mesh;
 mod output;
+mod scene;
+mod scene_table;
 mod simulate;
 mod stability;
 mod table;
@@ -76,6 +78,8 @@ enum Command {
     Batch(batch::Arguments),
     /// Solve one equilibrium at given tensions, or follow the motion there
     Simulate(simulate::Arguments),
+    /// Scenes: simulate only the effects that a scene calls for
+    Scene(scene::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
     /// Run the hard cases: loads, materials, meshes and targets far from the ordinary
@@ -106,6 +110,7 @@ pub fn main() -> ExitCode {
         None => fit::run(&cli.fit, &cli.global),
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
+        Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
         Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
         Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),

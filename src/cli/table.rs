@@ -14,7 +14,7 @@ use tongue_fit::target::TargetKind;
 
 use super::fit::Published;
 
-fn table(header: &[&str]) -> Table {
+pub(super) fn table(header: &[&str]) -> Table {
     let mut t = Table::new();
     t.load_style(presets::ASCII_MARKDOWN).set_header(header.iter().copied());
     for column in 1..header.len() {
@@ -25,7 +25,7 @@ fn table(header: &[&str]) -> Table {
     t
 }
 
-fn files(text: &mut String, written: &[PathBuf]) {
+pub(super) fn files(text: &mut String, written: &[PathBuf]) {
     for (i, path) in written.iter().enumerate() {
         let _ = writeln!(text, "{:<8}{}", if i == 0 { "written" } else { "" }, path.display());
     }

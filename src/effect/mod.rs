@@ -6,11 +6,15 @@
 //! | [`Contraction`] | `1/2 k1 (l - l0)² + F (l - l0)` a connection | 3.2.1 (at rest Q2 and the contractile damper drop out) |
 //! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
 //! | [`FiniteElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | 2.3 names them |
+//! | [`Gravity`] | `-m g·(x - X)` a node | Newton 1687 |
+//! | [`Contact`] | `-κ (d - d̂)² ln(d/d̂)` a node nearer than `d̂` to the palate | Li et al. 2020, eq. 6 |
 //! | [`Bone`] | none: prescribes positions | 4.1 |
 
 pub mod barrier;
 mod bone;
+mod contact;
 mod finite_element;
+mod gravity;
 mod incompressibility;
 mod internal;
 mod muscle;
@@ -23,8 +27,10 @@ use nalgebra::SVector;
 
 use crate::sparse::{BlockMatrix, Pattern};
 
-pub use bone::Bone;
+pub use bone::{Bone, Carried};
+pub use contact::Contact;
 pub use finite_element::FiniteElements;
+pub use gravity::{Gravity, lumped_masses};
 pub use incompressibility::Incompressibility;
 pub use internal::Internal;
 pub use muscle::Contraction;
@@ -55,6 +61,13 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
 
     /// Calls `couple` with every set of nodes that the stiffness of this effect couples with each other.
     fn stencils(&self, couple: &mut dyn FnMut(&[usize]));
+
+    /// Number of elements that every evaluation visits: the measure of what the effect costs.
+    fn elements(&self) -> usize {
+        let mut count = 0;
+        self.stencils(&mut |_| count += 1);
+        count
+    }
 
     /// Looks up where its stiffness blocks go; called once, before any [`Effect::add_stiffness`].
     fn bind(&mut self, pattern: &Pattern);

@@ -3,6 +3,7 @@
 //! `minimise E(x) = sum 1/2 k (l - l0)² + sum F (l - l0) + sum 1/2 kappa ((S - S0)/S0)²` over the free nodes. Masses,
 //! dampers, Q2 and the contractile dampers have no effect on where it lies, so none of them is computed.
 
+mod carry;
 mod newton;
 mod rescue;
 mod sensitivity;
@@ -17,7 +18,7 @@ use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
 use crate::system::System;
 
-pub use newton::solve;
+pub use carry::solve;
 pub use sensitivity::length_sensitivities;
 pub use stability::smallest_eigenvalue;
 pub use trace::{Critical, CriticalKind, Trace, trace};

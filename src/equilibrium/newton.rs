@@ -21,17 +21,8 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// about three times what an iteration with the old one does.
 const FAST_ENOUGH: f64 = 0.03;
 
-/// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
-/// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there.
-///
-/// Converged means a residual force below the tolerance, or below what rounding allows where that is more (very stiff bodies,
-/// bodies far from the origin).
-///
-/// Never panics and never leaves a position that is not finite: what went wrong is in [`Solution::status`]. No accepted step
-/// turns a cell over, because every step is cut to where all cells keep at least a tenth of their measure. Where the direct
-/// way fails, the load is put on in steps, from rest; where the equilibrium found is not a stable one, the way leads on
-/// downhill from it.
-pub fn solve<const D: usize>(
+/// As [`super::solve`], with the bones where they are.
+pub(super) fn solve<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],

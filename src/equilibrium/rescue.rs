@@ -8,7 +8,7 @@ use super::{Settings, Solution, Stability, Status, Workspace};
 /// A load step below this part of the load is no step.
 const SHORTEST_LOAD_STEP: f64 = 1e-5;
 
-/// Goes from rest to the whole load in steps, each solved from the equilibrium before; a step that fails is halved, one that
+/// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each solved from the equilibrium before; a step that fails is halved, one that
 /// succeeds doubled. Leaves the last equilibrium reached; `failed` is what the direct solve did.
 pub(super) fn step_load<const D: usize>(
     system: &System<D>,
@@ -18,7 +18,11 @@ pub(super) fn step_load<const D: usize>(
     failed: &Solution,
 ) -> Solution {
     let (mut reached, mut step) = (0.0, 0.25);
-    let mut held = system.rest().to_vec();
+    let mut held = match system.carried() {
+        [] => system.rest().to_vec(),
+        // The rest shape does not know where carried bones have gone.
+        _ => workspace.positions.clone(),
+    };
     let mut last = *failed;
     let (mut at_held, mut all) = (Solution { load_reached: 0.0, ..*failed }, *failed);
     for taken in 1..=settings.load_steps {

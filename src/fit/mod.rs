@@ -243,15 +243,28 @@ pub fn muscle_numbers<const D: usize>(mesh: &Mesh<D>) -> Result<PerMuscle<usize>
 /// # Errors
 /// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
 pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) -> Result<Fit, FitError> {
-    settings.check()?;
     let numbers = muscle_numbers(mesh)?;
     let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
     let system = System::new(mesh, model, &contracting)?;
+    fit_system(&system, numbers, target, settings)
+}
 
+/// As [`fit`], in a system at hand: one in which all of the target's active muscles contract. `numbers` are those of the eight
+/// muscles among the chains of its mesh.
+///
+/// # Errors
+/// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
+pub fn fit_system(
+    system: &System<2>,
+    numbers: PerMuscle<usize>,
+    target: &Target,
+    settings: &Settings,
+) -> Result<Fit, FitError> {
+    settings.check()?;
     let starts: Vec<Start> = (0..settings.starts)
         .into_par_iter()
         .map(|number| {
-            let forward = Forward::new(&system, numbers, target, settings);
+            let forward = Forward::new(system, numbers, target, settings);
             match settings.method {
                 Method::NelderMead => search::run(forward, number),
                 Method::GaussNewton => Ok(gauss_newton::run(forward, number)),
@@ -264,7 +277,7 @@ pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) 
         .min_by(|a, b| a.cost.total_cmp(&b.cost))
         .ok_or_else(|| FitError::Search("no start was made".into()))?;
 
-    let mut forward = Forward::new(&system, numbers, target, settings);
+    let mut forward = Forward::new(system, numbers, target, settings);
     let mut active = snap_to_lower_bound(&mut forward, best);
     if target.fitted.len() < target.active.len() && best.lengths.is_some() {
         active = identifiability::into_the_valley(&mut forward, &active);
@@ -276,9 +289,9 @@ pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) 
     let identifiability = identifiability::analyse(&mut forward, &active);
     let evaluations = starts.iter().map(|s| s.evaluations).sum::<usize>() + forward.evaluations();
 
-    let mut workspace = Workspace::new(&system);
+    let mut workspace = Workspace::new(system);
     let solution =
-        equilibrium::solve(&system, &mut workspace, &forward.all_tensions(&active), &settings.equilibrium);
+        equilibrium::solve(system, &mut workspace, &forward.all_tensions(&active), &settings.equilibrium);
     let lengths = forward.lengths_of(workspace.positions());
     let largest_difference = found.map_or(f64::INFINITY, |found| {
         found.iter().zip(&lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)

@@ -12,6 +12,7 @@ mod plane;
 mod quality;
 pub mod simplex;
 mod smooth;
+pub mod solid;
 mod spline;
 mod triangulate;
 
@@ -96,6 +97,28 @@ pub struct Mesh<const D: usize> {
 }
 
 impl<const D: usize> Mesh<D> {
+    /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one cell only.
+    pub fn surface_nodes(&self) -> Vec<usize> {
+        let faces = self.surface();
+        let mut nodes: Vec<usize> = faces.into_iter().flatten().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// The edges (in space: faces) that belong to one cell only, the nodes of each ascending.
+    pub fn surface(&self) -> Vec<Vec<usize>> {
+        let mut faces: std::collections::BTreeMap<Vec<usize>, usize> = std::collections::BTreeMap::new();
+        for cell in self.cells.iter() {
+            for left_out in cell {
+                let mut face: Vec<usize> = cell.iter().copied().filter(|n| n != left_out).collect();
+                face.sort_unstable();
+                *faces.entry(face).or_default() += 1;
+            }
+        }
+        faces.into_iter().filter(|(_, cells)| *cells == 1).map(|(face, _)| face).collect()
+    }
+
     /// For every node whether it belongs to a cell; the others lie outside the tissue.
     pub fn in_tissue(&self) -> Vec<bool> {
         let mut inside = vec![false; self.nodes.len()];

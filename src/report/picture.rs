@@ -57,10 +57,53 @@ pub fn tongue(
     active: &[usize],
     title: &str,
 ) -> Result<String, ReportError> {
+    tongue_at_wall(mesh, deformed, active, &[], title)
+}
+
+/// As [`tongue`], with the rigid outline (m) that it meets, if it has points.
+///
+/// # Errors
+/// As [`tongue`].
+pub fn tongue_at_wall(
+    mesh: &Mesh<2>,
+    deformed: &[SVector<f64, 2>],
+    active: &[usize],
+    wall: &[SVector<f64, 2>],
+    title: &str,
+) -> Result<String, ReportError> {
+    let axes = ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"];
+    draw(
+        mesh,
+        deformed,
+        active,
+        wall,
+        title,
+        &Words { axes, shown: "Midsagittal section of the tongue, front to the left" },
+    )
+}
+
+/// What a picture says of itself.
+pub(super) struct Words {
+    /// Names of the axes.
+    pub axes: [&'static str; 2],
+    /// What is to be seen, for readers who cannot see it.
+    pub shown: &'static str,
+}
+
+/// The picture of any flat mesh.
+pub(super) fn draw(
+    mesh: &Mesh<2>,
+    deformed: &[SVector<f64, 2>],
+    active: &[usize],
+    wall: &[SVector<f64, 2>],
+    title: &str,
+    words: &Words,
+) -> Result<String, ReportError> {
     check(mesh, deformed, active)?;
     let rest = millimetres(&mesh.nodes);
     let deformed = millimetres(deformed);
-    let view = View::of(rest.iter().chain(&deformed));
+    let wall = millimetres(wall);
+    let view = View::of(rest.iter().chain(&deformed).chain(&wall));
     let rows = mesh.muscles.len().div_ceil(COLUMNS - 1).max(3) + 1;
     let legend_height = ROW * i32::try_from(rows).unwrap_or(1) + 2 * MARGIN;
     let plot_height = view.height + AXIS_BELOW + MARGIN;
@@ -71,7 +114,11 @@ pub fn tongue(
         .zip(PALETTE.into_iter().cycle())
         .map(|((number, muscle), color)| Line { muscle, color, active: active.contains(&number) })
         .collect();
-    let sheet = Sheet { title, description: description(mesh, &styles), height: plot_height + legend_height };
+    let sheet = Sheet {
+        title,
+        description: description(mesh, &styles, words.shown),
+        height: plot_height + legend_height,
+    };
     sheet.draw(|canvas| {
         let (above, below) = canvas.split_vertically(px(plot_height));
         let mut chart = ChartBuilder::on(&above)
@@ -81,8 +128,11 @@ pub fn tongue(
             .y_label_area_size(px(AXIS - MARGIN))
             .x_label_area_size(px(AXIS_BELOW))
             .build_cartesian_2d(view.x.clone(), view.y.clone())?;
-        axes(&mut chart)?;
+        axes(&mut chart, words.axes)?;
         shapes(&mut chart, mesh, &rest, &deformed)?;
+        if !wall.is_empty() {
+            chart.draw_series([PathElement::new(wall, stroke(INK, 60))])?;
+        }
         for pulling in [false, true] {
             for style in styles.iter().filter(|s| s.active == pulling) {
                 let path = style.muscle.nodes.iter().filter_map(|&n| deformed.get(n).copied()).collect();
@@ -95,9 +145,9 @@ pub fn tongue(
 }
 
 /// Every number and position that the drawing relies on.
-pub(super) fn check(
-    mesh: &Mesh<2>,
-    deformed: &[SVector<f64, 2>],
+pub(super) fn check<const D: usize>(
+    mesh: &Mesh<D>,
+    deformed: &[SVector<f64, D>],
     active: &[usize],
 ) -> Result<(), ReportError> {
     let count = mesh.nodes.len();
@@ -107,7 +157,7 @@ pub(super) fn check(
     for (shape, positions) in [("rest", mesh.nodes.as_slice()), ("deformed", deformed)] {
         for (node, p) in positions.iter().enumerate() {
             if !p.iter().all(|c| c.abs() <= 1e3) {
-                return Err(ReportError::Position { shape, node, x: p.x, y: p.y });
+                return Err(ReportError::Position { shape, node, x: p[0], y: p[1] });
             }
         }
     }
@@ -132,14 +182,14 @@ pub(super) fn check(
     }
 }
 
-fn description(mesh: &Mesh<2>, lines: &[Line]) -> String {
+fn description(mesh: &Mesh<2>, lines: &[Line], shown: &str) -> String {
     let names = |active| {
         let names: Vec<_> =
             lines.iter().filter(|l| l.active == active).map(|l| l.muscle.name.as_str()).collect();
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
     };
     format!(
-        "Midsagittal section of the tongue, front to the left: a mesh of {} nodes and {} triangles at rest (grey) and \
+        "{shown}: a mesh of {} nodes and {} triangles at rest (grey) and \
          deformed (dark). Contracting muscles: {}. Passive muscles: {}.",
         mesh.nodes.len(),
         mesh.cells.len(),
@@ -183,7 +233,7 @@ impl View {
     }
 }
 
-fn axes(chart: &mut Chart) -> Result<(), DrawError> {
+fn axes(chart: &mut Chart, [x, y]: [&str; 2]) -> Result<(), DrawError> {
     chart
         .configure_mesh()
         .disable_mesh()
@@ -198,8 +248,8 @@ fn axes(chart: &mut Chart) -> Result<(), DrawError> {
         .x_label_style(figure::text(HPos::Center))
         .y_label_style(figure::text(HPos::Right))
         .axis_desc_style(figure::text(HPos::Center))
-        .x_desc("front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back")
-        .y_desc("y (mm)")
+        .x_desc(x)
+        .y_desc(y)
         .draw()
 }
 
@@ -295,13 +345,17 @@ fn legend(area: &Canvas, lines: &[Line], rows: usize) -> Result<(), DrawError> {
     }
     let last = column(lines.len().div_ceil(per_column));
     let samples = [("rest", Some(REST)), ("deformed", Some(DEFORMED)), ("bone", None)];
-    for (nth, (name, color)) in samples.into_iter().enumerate() {
+    let samples = samples.into_iter().filter(|(_, color)| color.is_some() || !lines.is_empty());
+    for (nth, (name, color)) in samples.enumerate() {
         let y = row(nth);
         match color {
             Some(color) => area.draw(&line((last, y), (last + px(SAMPLE), y), stroke(color, 20)))?,
             None => bone(area, (last + px(SAMPLE / 2), y))?,
         }
         area.draw_text(name, &figure::text(HPos::Left), (last + px(SAMPLE + 12), y))?;
+    }
+    if lines.is_empty() {
+        return Ok(());
     }
     let note = "thick: contracting muscle; thin and dashed: passive muscle";
     area.draw_text(note, &figure::text(HPos::Left), (px(AXIS), row(per_column)))

@@ -8,20 +8,25 @@ use super::ReportError;
 use super::picture::check;
 use crate::mesh::{Mesh, simplex};
 
-/// VTK's numbers for cells of lines and triangles.
+/// VTK's numbers for cells of lines, triangles and tetrahedra.
 const POLY_LINE: u8 = 4;
 const TRIANGLE: u8 = 5;
+const TETRAHEDRON: u8 = 10;
 
-/// One shape of the body as a VTU file: the triangles, then the muscles as lines.
+/// One shape of the body as a VTU file: the triangles (in space: tetrahedra), then the muscles as lines.
 ///
 /// Points lie at `positions` (m, one for each node of `mesh`) and carry their `displacement` from rest, m. Cells carry `muscle`
-/// (its number in `mesh.muscles`; -1 for triangles), `area_ratio` (to that at rest; 1 for muscles) and `tension` (N per metre
-/// of thickness, of `tensions`, one for each muscle; 0 for triangles).
+/// (its number in `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest; 1 for muscles) and `tension` (N per metre
+/// of thickness, in space N; of `tensions`, one for each muscle; 0 for tissue).
 ///
 /// # Errors
 /// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for [`super::tongue`];
 /// [`ReportError::Number`] also where a tension is missing.
-pub fn vtu(mesh: &Mesh<2>, positions: &[SVector<f64, 2>], tensions: &[f64]) -> Result<String, ReportError> {
+pub fn vtu<const D: usize>(
+    mesh: &Mesh<D>,
+    positions: &[SVector<f64, D>],
+    tensions: &[f64],
+) -> Result<String, ReportError> {
     check(mesh, positions, &[])?;
     if tensions.len() != mesh.muscles.len() {
         return Err(ReportError::Number {
@@ -39,11 +44,12 @@ pub fn vtu(mesh: &Mesh<2>, positions: &[SVector<f64, 2>], tensions: &[f64]) -> R
         end.to_string()
     });
     let ratio = |cell: &[usize]| {
-        let area = |x: &[SVector<f64, 2>]| simplex::measure(&simplex::corners(x, cell));
+        let area = |x: &[SVector<f64, D>]| simplex::measure(&simplex::corners(x, cell));
         area(positions) / area(&mesh.nodes)
     };
     let none = |value: &'static str| mesh.cells.iter().map(move |_| value.to_owned());
-    let point = |p: &SVector<f64, 2>| format!("{} {} 0", p.x, p.y);
+    let point = |p: &SVector<f64, D>| format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0));
+    let (kind, measure) = if D == 2 { (TRIANGLE, "area_ratio") } else { (TETRAHEDRON, "volume_ratio") };
 
     let mut out = String::new();
     let _ = writeln!(
@@ -59,14 +65,14 @@ pub fn vtu(mesh: &Mesh<2>, positions: &[SVector<f64, 2>], tensions: &[f64]) -> R
     let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
     array(&mut out, "connectivity", "Int64", 1, cells().map(join));
     array(&mut out, "offsets", "Int64", 1, ends);
-    let types = mesh.cells.iter().map(|_| TRIANGLE).chain(lines().map(|_| POLY_LINE));
+    let types = mesh.cells.iter().map(|_| kind).chain(lines().map(|_| POLY_LINE));
     array(&mut out, "types", "UInt8", 1, types.map(|t| t.to_string()));
     out += "</Cells>\n<PointData Vectors=\"displacement\">\n";
     let moved = positions.iter().zip(&mesh.nodes).map(|(p, rest)| point(&(p - rest)));
     array(&mut out, "displacement", "Float64", 3, moved);
-    out += "</PointData>\n<CellData Scalars=\"area_ratio\">\n";
+    let _ = writeln!(out, "</PointData>\n<CellData Scalars=\"{measure}\">");
     let ratios = mesh.cells.iter().map(|c| ratio(c).to_string()).chain(lines().map(|_| "1".to_owned()));
-    array(&mut out, "area_ratio", "Float64", 1, ratios);
+    array(&mut out, measure, "Float64", 1, ratios);
     let numbers = none("-1").chain((0..mesh.muscles.len()).map(|m| m.to_string()));
     array(&mut out, "muscle", "Int64", 1, numbers);
     array(&mut out, "tension", "Float64", 1, none("0").chain(tensions.iter().map(f64::to_string)));
@@ -138,6 +144,17 @@ mod tests {
         assert_eq!(values(&document, "area_ratio"), [2.0, 1.0]);
         assert_eq!(values(&document, "tension"), [0.0, 12.5]);
         assert!(matches!(vtu(&mesh, &moved, &[]), Err(ReportError::Number { .. })));
+    }
+
+    #[test]
+    fn a_solid_is_written_as_tetrahedra() {
+        let mesh = crate::mesh::solid::cylinder(0.01, 0.02, 1, 2);
+        let text = vtu(&mesh, &mesh.nodes, &[0.5; 7]).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let kinds = values(&document, "types");
+        assert_eq!(kinds.iter().filter(|k| **k == 10.0).count(), mesh.cells.len());
+        assert_eq!(values(&document, "volume_ratio"), vec![1.0; mesh.cells.len() + 7]);
+        assert_eq!(values(&document, "position").len(), 3 * mesh.nodes.len());
     }
 
     #[test]

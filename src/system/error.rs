@@ -25,6 +25,12 @@ pub enum SystemError {
         /// A node of the loose part.
         node: usize,
     },
+    /// A node is to be carried along by a bone that does not hold it.
+    #[error("node {node} is to be carried by a bone, but no bone holds it; fix it in the mesh")]
+    NotOnBone {
+        /// The node.
+        node: usize,
+    },
     /// A negative coefficient of incompressibility: the energy has no minimum.
     #[error(
         "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \

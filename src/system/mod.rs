@@ -3,6 +3,7 @@
 //! A system is immutable and may be shared between threads; whatever a solve scribbles on lives in a
 //! [`crate::equilibrium::Workspace`], one a thread.
 
+mod additions;
 mod error;
 pub mod path;
 
@@ -17,6 +18,7 @@ use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
 use crate::mesh::{Mesh, simplex};
 use crate::sparse::Pattern;
 
+pub use additions::Additions;
 pub use error::SystemError;
 pub use path::{OutsidePath, StraightPath};
 
@@ -69,6 +71,8 @@ pub struct System<const D: usize> {
     tissue: TissueModel,
     coefficients: Coefficients,
     rest: Vec<SVector<f64, D>>,
+    /// Bone nodes that are to be elsewhere than at rest, and where, m.
+    carried: Vec<(usize, SVector<f64, D>)>,
     effects: Vec<Box<dyn Effect<D>>>,
     pattern: Pattern,
     paths: Vec<StraightPath>,
@@ -86,6 +90,19 @@ impl<const D: usize> System<D> {
     /// [`SystemError`] for bad constants, muscles that do not exist, faulty meshes ([`Mesh::check`]), bodies given in
     /// millimetres, and parts without bone.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
+        Self::with(mesh, model, contracting, Additions::default())
+    }
+
+    /// As [`System::new`], with what a scene adds to the plain model or takes from it.
+    ///
+    /// # Errors
+    /// As [`System::new`], and [`SystemError::NotOnBone`] for a node to be carried that no bone holds.
+    pub fn with(
+        mesh: &Mesh<D>,
+        model: &Model,
+        contracting: &[usize],
+        additions: Additions<D>,
+    ) -> Result<Self, SystemError> {
         mesh.check()?;
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
@@ -102,7 +119,8 @@ impl<const D: usize> System<D> {
         let coefficients = coefficients(mesh, model)?;
         // The matching leaves a rounding of the stiffness at exactly 1/4.
         let rounding = 1e-12 * coefficients.tissue_stiffness * size_m * size_m;
-        if model.tissue == TissueModel::MassSpring && coefficients.kappa < -rounding {
+        let incompressible = model.tissue == TissueModel::MassSpring && additions.incompressible;
+        if incompressible && coefficients.kappa < -rounding {
             let poisson_ratio = model.constants.poisson_ratio;
             return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
         }
@@ -158,17 +176,23 @@ impl<const D: usize> System<D> {
         let springs = elements.into_iter().filter(|(key, _)| !continuum.contains_key(key));
         let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
         effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
-        if !mesh.cells.is_empty() {
-            effects.push(match model.tissue {
-                TissueModel::MassSpring => {
-                    Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes))
-                }
-                TissueModel::FiniteElement => {
-                    Box::new(FiniteElements::new(model.constants.lame(), &mesh.cells, &mesh.nodes))
-                }
-            });
+        match model.tissue {
+            _ if mesh.cells.is_empty() => {}
+            TissueModel::MassSpring if !incompressible => {}
+            TissueModel::MassSpring => {
+                effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
+            }
+            TissueModel::FiniteElement => {
+                effects.push(Box::new(FiniteElements::new(model.constants.lame(), &mesh.cells, &mesh.nodes)));
+            }
         }
-        effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
+        effects.extend(additions.effects);
+        let mut held: BTreeMap<usize, SVector<f64, D>> =
+            mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect();
+        for (node, position) in additions.carried {
+            *held.get_mut(&node).ok_or(SystemError::NotOnBone { node })? = position;
+        }
+        effects.push(Box::new(Bone::new(held.into_iter().collect())));
         Self::assemble(mesh, model.tissue, coefficients, effects, paths, contracting.to_vec(), cells)
     }
 
@@ -198,7 +222,8 @@ impl<const D: usize> System<D> {
         contracting: Vec<usize>,
         cells: Vec<(Vec<usize>, f64)>,
     ) -> Result<Self, SystemError> {
-        let mut rest = mesh.nodes.clone();
+        let rest = mesh.nodes.clone();
+        let mut carried = Vec::new();
         let mut is_unknown = vec![true; rest.len()];
         paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| is_unknown[n] = false);
         let mut held = vec![false; rest.len()];
@@ -206,7 +231,9 @@ impl<const D: usize> System<D> {
             effect.prescribed(&mut |node, position| {
                 is_unknown[node] = false;
                 held[node] = true;
-                rest[node] = position;
+                if position != rest[node] {
+                    carried.push((node, position));
+                }
             });
         }
         let mut cliques = Vec::new();
@@ -222,6 +249,7 @@ impl<const D: usize> System<D> {
             tissue,
             coefficients,
             rest,
+            carried,
             effects,
             pattern,
             paths,
@@ -241,9 +269,14 @@ impl<const D: usize> System<D> {
         &self.coefficients
     }
 
-    /// Positions from which a solve starts, m: at rest, bones where they are prescribed.
+    /// Positions at rest, m, bones included.
     pub fn rest(&self) -> &[SVector<f64, D>] {
         &self.rest
+    }
+
+    /// Bone nodes that are carried away from where they are at rest, and where to, m.
+    pub fn carried(&self) -> &[(usize, SVector<f64, D>)] {
+        &self.carried
     }
 
     /// The effects that are simulated.
@@ -299,6 +332,11 @@ impl<const D: usize> System<D> {
             let ratio = simplex::measure(&simplex::corners(positions, cell)) / rest;
             (lo.min(ratio), hi.max(ratio))
         })
+    }
+
+    /// Area, m², or volume, m³, of all cells together.
+    pub fn measure(&self, positions: &[SVector<f64, D>]) -> f64 {
+        self.cells.iter().map(|(cell, _)| simplex::measure(&simplex::corners(positions, cell))).sum()
     }
 
     /// Number of elements in which the barrier against inversion acts ([`crate::effect::barrier`]).

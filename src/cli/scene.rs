@@ -1,0 +1,211 @@
+//! `tongue-fit scene`: list, explain and run scenes.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use miette::{IntoDiagnostic, WrapErr};
+use serde::Serialize;
+use tongue_fit::report::{self, OutputDir};
+use tongue_fit::scene::body::{self, AnyBody};
+use tongue_fit::scene::compare::{Compared, compare};
+use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
+use tongue_fit::scene::run::{self, Outcome as Answer};
+use tongue_fit::scene::{self, Plan, Scene};
+
+use super::{Global, Outcome, output, scene_table};
+
+/// Options of `tongue-fit scene`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(
+    after_help = "Example:\n  tongue-fit scene explain vowel-a\n  tongue-fit scene run vowel-i-palate --out results/scenes"
+)]
+pub struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Clone, clap::Subcommand)]
+enum Action {
+    /// List the scenes that are built in
+    List,
+    /// Say what is simulated for a scene, what is left out, and why
+    Explain(Which),
+    /// Run a scene; with --out its picture and its numbers are written
+    Run(Which),
+    /// Run scenes pruned and with everything simulated, and compare times and shapes; with --out as CSV too
+    Compare(Several),
+    /// Print the JSON schema of scene files, from which editors complete them
+    Schema,
+}
+
+#[derive(Debug, Clone, clap::Args)]
+struct Which {
+    /// A built-in scene, or the path of a scene file (TOML)
+    #[arg(value_name = "NAME")]
+    name: String,
+}
+
+#[derive(Debug, Clone, clap::Args)]
+struct Several {
+    /// Built-in scenes, or paths of scene files [default: all that are built in]
+    #[arg(value_name = "NAME")]
+    names: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Listed {
+    name: &'static str,
+    title: String,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    match &arguments.action {
+        Action::List => list(global),
+        Action::Schema => {
+            output::print(&(serde_json::to_string_pretty(&Scene::schema()).into_diagnostic()? + "\n"))?;
+            Ok(Outcome::Good)
+        }
+        Action::Explain(which) => {
+            let plan = match prepared(&load(&which.name)?)? {
+                Ready::Flat(p) => p.plan,
+                Ready::Solid(p) => p.plan,
+            };
+            explain(&plan, global)
+        }
+        Action::Run(which) => run_one(&which.name, global),
+        Action::Compare(several) => compare_all(&several.names, global),
+    }
+}
+
+fn list(global: &Global) -> miette::Result<Outcome> {
+    let mut listed = Vec::new();
+    for name in scene::names() {
+        listed.push(Listed { name, title: scene::shipped(name).into_diagnostic()?.title });
+    }
+    if global.json {
+        output::print(
+            &(serde_json::to_string_pretty(&serde_json::json!({ "scenes": listed })).into_diagnostic()?
+                + "\n"),
+        )?;
+    } else {
+        let mut text = String::new();
+        for Listed { name, title } in listed {
+            let _ = writeln!(text, "{name:<20}{title}");
+        }
+        output::print(&text)?;
+    }
+    Ok(Outcome::Good)
+}
+
+/// A built-in scene, or one in a file where the name is that of a file.
+fn load(name: &str) -> miette::Result<Scene> {
+    let path = Path::new(name);
+    if scene::names().any(|n| n == name) || !(path.exists() || name.ends_with(".toml")) {
+        return scene::shipped(name).into_diagnostic();
+    }
+    let text = std::fs::read_to_string(path)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot read the scene file \"{name}\""))?;
+    Scene::from_toml(&text, name).into_diagnostic()
+}
+
+/// A prepared scene in the plane or in space.
+enum Ready {
+    Flat(Prepared<2>),
+    Solid(Prepared<3>),
+}
+
+fn prepared(scene: &Scene) -> miette::Result<Ready> {
+    scene.check().into_diagnostic()?;
+    Ok(match body::build(&scene.body).into_diagnostic()? {
+        AnyBody::Flat(b) => Ready::Flat(prepare(scene, b, Extent::Pruned).into_diagnostic()?),
+        AnyBody::Solid(b) => Ready::Solid(prepare(scene, b, Extent::Pruned).into_diagnostic()?),
+    })
+}
+
+fn explain(plan: &Plan, global: &Global) -> miette::Result<Outcome> {
+    match global.json {
+        true => output::print(&(serde_json::to_string_pretty(plan).into_diagnostic()? + "\n"))?,
+        false => output::print(&scene_table::plan(plan))?,
+    }
+    Ok(Outcome::Good)
+}
+
+fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
+    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
+    let scene = load(name)?;
+    let (result, picture, vtu) = match prepared(&scene)? {
+        Ready::Flat(p) => {
+            let mesh = p.built.mesh.clone();
+            let wall = p.wall.as_ref().map(|w| w.outline().to_vec()).unwrap_or_default();
+            let active = p.system.contracting().to_vec();
+            let result = run::run(&scene, p).into_diagnostic()?;
+            let positions = positions::<2>(&result);
+            let picture = report::tongue_at_wall(&mesh, &positions, &active, &wall, &scene.title);
+            (result, picture.into_diagnostic()?, None)
+        }
+        Ready::Solid(p) => {
+            let mesh = p.built.mesh.clone();
+            let result = run::run(&scene, p).into_diagnostic()?;
+            let positions = positions::<3>(&result);
+            let picture = report::solid(&mesh, &positions, &scene.title).into_diagnostic()?;
+            let vtu = report::vtu(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
+            (result, picture, Some(vtu))
+        }
+    };
+    let json = serde_json::to_string_pretty(&result).into_diagnostic()? + "\n";
+    let mut written = Vec::new();
+    if let Some(out) = &out {
+        let stem = Path::new(name).file_stem().map_or_else(|| name.into(), |s| s.to_string_lossy());
+        let trajectory = result.trajectory.as_ref().map(|_| scene_table::trajectory_csv(&result));
+        let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
+        let mut files: Vec<(&str, &[u8])> =
+            vec![(names[0].as_str(), picture.as_bytes()), (names[1].as_str(), json.as_bytes())];
+        files.extend(vtu.iter().map(|text| (names[2].as_str(), text.as_bytes())));
+        files.extend(trajectory.iter().map(|text| (names[3].as_str(), text.as_bytes())));
+        written = out.write_all(&files).into_diagnostic()?;
+    }
+    match global.json {
+        true => output::print(&json)?,
+        false => output::print(&scene_table::outcome(&result, &written))?,
+    }
+    Ok(outcome(&result))
+}
+
+fn outcome(result: &Answer) -> Outcome {
+    if result.converged { Outcome::Good } else { Outcome::Untrustworthy }
+}
+
+fn positions<const D: usize>(result: &Answer) -> Vec<nalgebra::SVector<f64, D>> {
+    result.positions_m.iter().map(|p| nalgebra::SVector::from_column_slice(p)).collect()
+}
+
+fn compare_all(names: &[String], global: &Global) -> miette::Result<Outcome> {
+    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
+    let names: Vec<String> = match names {
+        [] => scene::names().map(str::to_owned).collect(),
+        given => given.to_vec(),
+    };
+    let mut all: Vec<Compared> = Vec::new();
+    for name in &names {
+        let scene = load(name)?;
+        scene.check().into_diagnostic()?;
+        all.push(match body::build(&scene.body).into_diagnostic()? {
+            AnyBody::Flat(b) => compare(name, &scene, &b).into_diagnostic()?,
+            AnyBody::Solid(b) => compare(name, &scene, &b).into_diagnostic()?,
+        });
+    }
+    let written = match &out {
+        Some(out) => vec![out.write("pruning.csv", scene_table::pruning_csv(&all)).into_diagnostic()?],
+        None => Vec::new(),
+    };
+    match global.json {
+        true => output::print(
+            &(serde_json::to_string_pretty(&serde_json::json!({ "scenes": all })).into_diagnostic()? + "\n"),
+        )?,
+        false => output::print(&scene_table::pruning(&all, &written))?,
+    }
+    Ok(if all.iter().all(|c| c.converged) { Outcome::Good } else { Outcome::Untrustworthy })
+}

@@ -1,0 +1,221 @@
+//! Plans and results of scenes as text for a terminal of 100 columns.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use tongue_fit::scene::Plan;
+use tongue_fit::scene::compare::Compared;
+use tongue_fit::scene::run::Outcome;
+
+use super::table::{files, table};
+
+/// Letters of a reason that fit beside the other columns.
+const REASON: usize = 50;
+
+/// What is simulated, what is left out, and why.
+pub fn plan(plan: &Plan) -> String {
+    let mut text = format!("{}\n{}; {}\n\n", plan.title, plan.body, plan.method);
+    let mut t = table(&["effect", "", "elements", "µs", "why"]);
+    for e in &plan.effects {
+        let (mark, elements, cost) = match e.simulated {
+            true => ("on", e.elements.to_string(), format!("{:.1}", e.estimated_us)),
+            false => ("-", String::new(), String::new()),
+        };
+        for (i, line) in wrapped(&e.why).into_iter().enumerate() {
+            match i {
+                0 => t.add_row([e.effect, mark, &elements, &cost, &line]),
+                _ => t.add_row(["", "", "", "", &line]),
+            };
+        }
+    }
+    left(&mut t, 4);
+    let _ = writeln!(text, "{t}\n");
+    let mut t = table(&["muscle", "", "why"]);
+    for m in &plan.muscles {
+        t.add_row([m.muscle.as_str(), if m.contracting { "on" } else { "-" }, &m.why]);
+    }
+    left(&mut t, 2);
+    if !plan.muscles.is_empty() {
+        let _ = writeln!(text, "{t}\n");
+    }
+    let _ = writeln!(
+        text,
+        "{} unknowns ({} nodes in {}D); stiffness {} nonzeros, factor {}\n\
+         µs: estimated for one iteration (energy, force, stiffness); a factorisation about {:.0} µs ({} operations)",
+        plan.unknowns,
+        plan.nodes,
+        plan.dimension,
+        plan.nonzeros,
+        plan.factor_nonzeros,
+        plan.estimated_factor_us,
+        plan.factor_operations
+    );
+    text
+}
+
+/// What came out.
+pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
+    let mut text = format!("{}\n{}; {}\n\n", o.plan.title, o.plan.body, o.plan.method);
+    if !o.muscles.is_empty() {
+        let mut t = table(&["muscle", "tension N", "rest mm", "length mm", "stretch"]);
+        for m in &o.muscles {
+            t.add_row([
+                m.muscle.clone(),
+                format!("{:.2}", m.tension_n),
+                format!("{:.2}", m.rest_mm),
+                format!("{:.2}", m.length_mm),
+                format!("{:.3}", m.stretch),
+            ]);
+        }
+        let _ = writeln!(text, "{t}\n");
+    }
+    let verdict = if o.converged { "converged" } else { "NOT CONVERGED: do not trust the shape" };
+    let measure = if o.plan.dimension == 2 { "area" } else { "volume" };
+    let _ = writeln!(
+        text,
+        "{verdict} in {:.2} ms; cells at {:.1} % to {:.1} % of their {measure} at rest, the whole at {:.2} %",
+        1e3 * o.wall_s,
+        100.0 * o.min_cell_ratio,
+        100.0 * o.max_cell_ratio,
+        100.0 * o.measure_ratio
+    );
+    if let Some(c) = &o.contact {
+        let _ = writeln!(
+            text,
+            "{} nodes touch the wall and press on it with {} N; the largest {:.2} N; the closest at {:.3} mm",
+            c.touching,
+            vector(&c.on_wall_n),
+            c.largest_n,
+            c.closest_mm
+        );
+        if c.edge_through_wall {
+            text += "PENETRATED: between two nodes the surface passes through a corner of the wall; refine the mesh\n";
+        }
+    }
+    let _ = writeln!(text, "force of the body on the bones: {} N", vector(&o.on_bones_n));
+    if let Some(t) = &o.trajectory {
+        let _ = writeln!(
+            text,
+            "{:?} at {} s: {} steps, {} rejected, {} factorisations",
+            t.status, t.time_s, t.counts.steps, t.counts.rejected, t.counts.factorisations
+        );
+    }
+    if let Some(s) = &o.solution {
+        let _ = writeln!(
+            text,
+            "{} iterations, {} factorisations, {} energies; largest residual force {:.1e} N\n",
+            s.iterations, s.factorisations, s.energy_evaluations, s.max_residual_force
+        );
+        let mut t = table(&["effect", "energy µs", "force µs", "stiffness µs", "in the solve µs"]);
+        for e in &o.time_by_effect {
+            let us = |v: f64| format!("{v:.2}");
+            t.add_row([
+                e.effect.to_owned(),
+                us(e.energy_us),
+                us(e.force_us),
+                us(e.stiffness_us),
+                us(e.total_us),
+            ]);
+        }
+        let _ = writeln!(text, "{t}");
+    }
+    files(&mut text, written);
+    text
+}
+
+/// The lengths over time, a row a moment.
+pub fn trajectory_csv(o: &Outcome) -> String {
+    let mut text = "time_s".to_owned();
+    for m in &o.muscles {
+        let _ = write!(text, ",{}_mm", m.muscle);
+    }
+    text.push('\n');
+    for moment in o.trajectory.iter().flat_map(|t| &t.moments) {
+        let _ = write!(text, "{}", moment.time_s);
+        for length in &moment.lengths_mm {
+            let _ = write!(text, ",{length}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn vector(v: &[f64]) -> String {
+    // Adding zero turns -0.000 into 0.000.
+    let parts: Vec<String> = v.iter().map(|x| format!("{:.3}", (x * 1e3).round() / 1e3 + 0.0)).collect();
+    format!("({})", parts.join(", "))
+}
+
+fn left(t: &mut comfy_table::Table, column: usize) {
+    if let Some(c) = t.column_mut(column) {
+        c.set_cell_alignment(comfy_table::CellAlignment::Left);
+    }
+}
+
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines: Vec<String> = vec![String::new()];
+    for word in text.split_whitespace() {
+        let full = lines
+            .last()
+            .is_some_and(|l| !l.is_empty() && l.chars().count() + 1 + word.chars().count() > REASON);
+        if full {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+    }
+    lines
+}
+
+/// Pruned against full, a row a scene.
+pub fn pruning(all: &[Compared], written: &[PathBuf]) -> String {
+    let mut t = table(&["scene", "pruned ms", "all static ms", "all in time ms", "differ mm", "in time mm"]);
+    for c in all {
+        let some =
+            |v: Option<f64>, digits: usize| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
+        let small = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.1e}"));
+        t.add_row([
+            format!("{}{}", c.scene, if c.converged { "" } else { " (NOT CONVERGED)" }),
+            format!("{:.3}", c.pruned_ms),
+            some(c.full_static_ms, 3),
+            some(c.full_dynamic_ms, 1),
+            small(c.static_difference_mm),
+            small(c.dynamic_difference_mm),
+        ]);
+    }
+    let mut text = format!(
+        "{t}\n\nall static: every muscle with the three-element model, weight and wall without strength; the same shape.\n\
+         all in time: that, with mass, dampers and muscle dynamics, followed from rest until nothing moves.\n"
+    );
+    files(&mut text, written);
+    text
+}
+
+/// The same as CSV.
+pub fn pruning_csv(all: &[Compared]) -> String {
+    let mut text = "scene,converged,pruned_ms,full_static_ms,full_dynamic_ms,static_difference_mm,dynamic_difference_mm,\
+                    pruned_elements,full_elements,steps\n"
+        .to_owned();
+    for c in all {
+        let some = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{},{}",
+            c.scene,
+            c.converged,
+            c.pruned_ms,
+            some(c.full_static_ms),
+            some(c.full_dynamic_ms),
+            some(c.static_difference_mm),
+            some(c.dynamic_difference_mm),
+            c.pruned_elements,
+            c.full_elements,
+            c.steps.map_or_else(String::new, |s| s.to_string())
+        );
+    }
+    text
+}

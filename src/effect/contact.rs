@@ -1,0 +1,283 @@
+//! Contact of the tongue's surface with a rigid outline: palate and teeth.
+//!
+//! A node at distance `d < d̂` of the outline has the energy `b(d) = -κ (d - d̂)² ln(d/d̂)`, which is twice continuously
+//! differentiable at `d̂`, where the wall begins to be felt, and infinite at the wall (Li et al. 2020, Incremental Potential Contact,
+//! eq. 6). With a step limit that stops short of every crossing no node ever passes, whatever the force.
+//!
+//! Along a polyline the barriers of all segments are added and those of the corners between them taken off again (Li et al. 2023,
+//! Convergent IPC), so that beside a straight run of segments the node feels one wall, not one for each segment, and the
+//! energy is smooth across corners.
+
+use nalgebra::{SMatrix, SVector, Vector2};
+
+use crate::sparse::{BlockMatrix, Pattern, Slot};
+
+use super::{Configuration, Effect, Tangent};
+
+/// A step goes at most this part of the way to the wall.
+const LARGEST_APPROACH: f64 = 0.9;
+/// Segments are taken this much longer (relative) when crossings are sought, so that rounding opens no gap at a corner.
+const OVERLAP: f64 = 1e-9;
+
+/// A rigid wall along a polyline in the first two coordinates (in space: extended from left to right without end), felt by
+/// the given nodes.
+#[derive(Debug, Clone)]
+pub struct Contact {
+    outline: Vec<Vector2<f64>>,
+    nodes: Vec<(usize, Slot)>,
+    /// κ, N/m (2D: per metre of thickness).
+    stiffness: f64,
+    /// d̂, m.
+    reach: f64,
+}
+
+/// What the wall does to a node: derivatives of its energy by the first two coordinates.
+#[derive(Debug, Clone, Copy, Default)]
+struct Felt {
+    energy: f64,
+    gradient: Vector2<f64>,
+    exact: nalgebra::Matrix2<f64>,
+    convex: nalgebra::Matrix2<f64>,
+}
+
+impl Contact {
+    /// A wall of stiffness `stiffness` (κ, N/m; zero is no wall) that is felt from `reach` (d̂, m; positive) on, by `nodes`.
+    pub fn new(outline: Vec<Vector2<f64>>, nodes: &[usize], stiffness: f64, reach: f64) -> Self {
+        let unbound = Pattern::new(0, &[], []).bin();
+        Self { outline, nodes: nodes.iter().map(|&n| (n, unbound)).collect(), stiffness, reach }
+    }
+
+    /// The corners of the wall, m.
+    pub fn outline(&self) -> &[Vector2<f64>] {
+        &self.outline
+    }
+
+    /// Distance of a point from the outline, m.
+    pub fn distance<const D: usize>(&self, point: &SVector<f64, D>) -> f64 {
+        let p = flat(point);
+        self.segments().map(|s| nearest(p, s).0.norm()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The first of the straight lines `pairs` (node numbers) that meets the outline at the given positions, m: what lies on
+    /// both sides of a wall has penetrated it.
+    pub fn penetrated<const D: usize>(
+        &self,
+        positions: &[SVector<f64, D>],
+        pairs: &[[usize; 2]],
+    ) -> Option<[usize; 2]> {
+        let ends = |&[a, b]: &[usize; 2]| [flat(&positions[a]), flat(&positions[b])];
+        let meets = |pair: &&[usize; 2]| {
+            let [a, b] = ends(pair);
+            self.segments().any(|s| first_meeting(a, b - a, s).is_some_and(|t| t <= 1.0))
+        };
+        pairs.iter().find(meets).copied()
+    }
+
+    fn segments(&self) -> impl Iterator<Item = [Vector2<f64>; 2]> + '_ {
+        self.outline.windows(2).map(|w| [w[0], w[1]])
+    }
+
+    /// Sums over the runs of the outline near `p`: plus every segment that `p` stands beside, and at every corner as many times
+    /// as segments end there for `p`, less one between two segments.
+    fn feel(&self, p: Vector2<f64>) -> Felt {
+        let mut felt = Felt::default();
+        let mut ended_before = 1;
+        let mut previous: Option<Vector2<f64>> = None;
+        for segment in self.segments() {
+            let [a, b] = segment;
+            let (way, place) = nearest(p, segment);
+            let at_start = i32::from(place == Place::Start);
+            // The first end of the outline belongs to one segment only.
+            let weight = if previous.is_some() { ended_before + at_start - 1 } else { at_start };
+            self.add_barrier(&mut felt, p - a, weight, false);
+            if place == Place::Beside {
+                self.add_barrier(&mut felt, way, 1, true);
+            }
+            ended_before = i32::from(place == Place::End);
+            previous = Some(b);
+        }
+        if let Some(end) = previous {
+            self.add_barrier(&mut felt, p - end, ended_before, false);
+        }
+        felt
+    }
+
+    /// Adds `weight` times the barrier at the displacement `way` from the wall; `straight` where the wall is a line, else a point.
+    fn add_barrier(&self, felt: &mut Felt, way: Vector2<f64>, weight: i32, straight: bool) {
+        let squared = way.norm_squared();
+        if weight == 0 || squared >= self.reach * self.reach {
+            return;
+        }
+        let weight = f64::from(weight) * self.stiffness;
+        let d = squared.sqrt();
+        let n = way / d;
+        let (gap, log) = (d - self.reach, (d / self.reach).ln());
+        let slope = -weight * gap * (2.0 * log + gap / d);
+        let bend = weight * (-2.0 * log - 4.0 * gap / d + (gap / d).powi(2));
+        felt.energy -= weight * gap * gap * log;
+        felt.gradient += n * slope;
+        let line = n * n.transpose();
+        felt.exact += line * bend;
+        felt.convex += line * bend.max(0.0);
+        if !straight {
+            let across = (nalgebra::Matrix2::identity() - line) * (slope / d);
+            felt.exact += across;
+            if weight < 0.0 {
+                felt.convex += across;
+            }
+        }
+    }
+}
+
+/// Where on a segment the nearest point is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Start,
+    Beside,
+    End,
+}
+
+fn flat<const D: usize>(p: &SVector<f64, D>) -> Vector2<f64> {
+    Vector2::new(p[0], p[1])
+}
+
+/// The way from the nearest point of a segment to `p`, m, and where that point is.
+fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, Place) {
+    let (along, from_a) = (b - a, p - a);
+    let t = from_a.dot(&along) / along.norm_squared();
+    if t <= 0.0 {
+        (from_a, Place::Start)
+    } else if t >= 1.0 {
+        (p - b, Place::End)
+    } else {
+        (from_a - along * t, Place::Beside)
+    }
+}
+
+/// How far along `p + t step`, `t > 0`, a segment is first met.
+fn first_meeting(p: Vector2<f64>, step: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> Option<f64> {
+    let along = b - a;
+    let turn = step.perp(&along);
+    let t = (a - p).perp(&along) / turn;
+    let s = (a - p).perp(&step) / turn;
+    // Parallel ways give numbers that are not finite and fail.
+    (t >= 0.0 && t.is_finite() && (-OVERLAP..=1.0 + OVERLAP).contains(&s)).then_some(t)
+}
+
+impl<const D: usize> Effect<D> for Contact {
+    fn name(&self) -> &'static str {
+        "contact"
+    }
+
+    fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
+        self.nodes.iter().for_each(|(n, _)| couple(&[*n]));
+    }
+
+    /// A node facing a segment.
+    fn elements(&self) -> usize {
+        self.nodes.len() * self.outline.len().saturating_sub(1)
+    }
+
+    fn bind(&mut self, pattern: &Pattern) {
+        self.nodes.iter_mut().for_each(|(n, slot)| *slot = pattern.slot(*n, *n));
+    }
+
+    fn energy(&self, at: Configuration<'_, D>) -> f64 {
+        if self.stiffness == 0.0 {
+            return 0.0;
+        }
+        self.nodes.iter().map(|(n, _)| self.feel(flat(&at.positions[*n])).energy).sum()
+    }
+
+    fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
+        for (n, _) in &self.nodes {
+            let felt = self.feel(flat(&at.positions[*n]));
+            force[*n][0] -= felt.gradient.x;
+            force[*n][1] -= felt.gradient.y;
+        }
+    }
+
+    /// [`Tangent::Convex`] keeps what pushes along the way to the wall and leaves out what a corner takes off.
+    fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
+        for (n, slot) in &self.nodes {
+            let felt = self.feel(flat(&at.positions[*n]));
+            let plane = if tangent == Tangent::Exact { felt.exact } else { felt.convex };
+            let mut block = SMatrix::<f64, D, D>::zeros();
+            for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                block[(r, c)] = plane[(r, c)];
+            }
+            stiffness.add_symmetric(*slot, &block);
+        }
+    }
+
+    /// No node may come nearer to the wall, on its straight way, than a tenth of the way to where it would pass.
+    fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
+        let mut limit: f64 = 1.0;
+        if self.stiffness == 0.0 {
+            return limit;
+        }
+        for (n, _) in &self.nodes {
+            let (p, way) = (flat(&at.positions[*n]), flat(&step[*n]));
+            for t in self.segments().filter_map(|s| first_meeting(p, way, s)) {
+                limit = limit.min(LARGEST_APPROACH * t);
+            }
+        }
+        limit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corner(stiffness: f64) -> Contact {
+        // A wall with a straight joint, a corner that points away and one that points towards the node's side (below).
+        let at = [[-2.0, 1.0], [-1.0, 1.0], [0.0, 1.0], [0.5, 1.5], [1.0, 1.0], [2.0, 1.0]];
+        Contact::new(at.map(Vector2::from).to_vec(), &[0], stiffness, 0.6)
+    }
+
+    #[test]
+    fn beside_a_straight_run_one_wall_is_felt_however_many_segments_it_has() {
+        let d: f64 = 0.3;
+        let exact = -(d - 0.6) * (d - 0.6) * (d / 0.6).ln();
+        for x in [-1.2, -1.0, -0.9, -0.75] {
+            let felt = corner(1.0).feel(Vector2::new(x, 0.7));
+            assert!((felt.energy - exact).abs() < 1e-15, "{x}: {}", felt.energy);
+        }
+    }
+
+    #[test]
+    fn the_energy_is_smooth_across_corners_and_positive_near_the_wall() {
+        let wall = corner(1.0);
+        let h = 1e-6;
+        for i in 0..400 {
+            let p = Vector2::new(-2.5 + 0.0125 * f64::from(i), 0.8);
+            let felt = wall.feel(p);
+            assert!(felt.energy >= 0.0, "{p}");
+            for (d, e) in [Vector2::x(), Vector2::y()].into_iter().enumerate() {
+                let (up, down) = (wall.feel(p + e * h), wall.feel(p - e * h));
+                let slope = (up.energy - down.energy) / (2.0 * h);
+                // At a corner the second derivative jumps, so the difference is of first order in its step.
+                assert!((slope - felt.gradient[d]).abs() < 1e-5, "{p}: {slope} {}", felt.gradient[d]);
+            }
+        }
+        assert!(wall.feel(Vector2::new(0.2, 1.199)).energy > 1.0);
+    }
+
+    #[test]
+    fn a_step_stops_before_the_wall_and_along_it_is_free() {
+        let wall = corner(1.0);
+        let limit = |from: [f64; 2], to: [f64; 2]| {
+            let x = [Vector2::from(from)];
+            let step = [Vector2::from(to) - x[0]];
+            let at = Configuration { positions: &x, tensions: &[] };
+            wall.step_limit(at, &step)
+        };
+        assert!((limit([-1.5, 0.0], [-1.5, 2.0]) - 0.45).abs() < 1e-15);
+        assert!((limit([-1.5, 2.0], [-1.5, 0.0]) - 0.45).abs() < 1e-15, "from the other side");
+        assert!((limit([0.0, 0.0], [0.0, 2.0]) - 0.45).abs() < 1e-15, "through a corner");
+        assert_eq!(limit([-1.5, 0.99], [1.5, 0.99]), 1.0);
+        let near = limit([-1.5, 0.0], [-1.5, 0.99]);
+        assert!((0.99 * near - 0.9).abs() < 1e-15, "short of the wall too, a tenth of the way is kept");
+    }
+}

@@ -1,0 +1,73 @@
+//! Weight: a constant force on every node of the tissue.
+
+use nalgebra::SVector;
+
+use crate::mesh::{Mesh, simplex};
+use crate::sparse::{BlockMatrix, Pattern};
+
+use super::{Configuration, Effect, Tangent};
+
+/// A node with weight.
+#[derive(Debug, Clone)]
+struct Load<const D: usize> {
+    node: usize,
+    /// Its weight, N (2D: per metre of thickness).
+    weight: SVector<f64, D>,
+    /// Where its potential energy counts as zero, m.
+    origin: SVector<f64, D>,
+}
+
+/// `W = - sum m_i g·(x_i - X_i)`, `X` the rest position. Measured from rest, because from a far origin the energy would be large
+/// and its differences, on which the line search lives, would drown in rounding.
+#[derive(Debug, Clone)]
+pub struct Gravity<const D: usize> {
+    loads: Vec<Load<D>>,
+}
+
+impl<const D: usize> Gravity<D> {
+    /// Weight of the given masses (node, kg; 2D: per metre of thickness) under an acceleration, m/s²; `rest` are the positions of
+    /// all nodes, m, at which the energy is zero. Masses of nodes that do not exist are left out.
+    pub fn new(masses: &[(usize, f64)], acceleration: SVector<f64, D>, rest: &[SVector<f64, D>]) -> Self {
+        let load = |&(node, mass): &(usize, f64)| {
+            rest.get(node).map(|&origin| Load { node, weight: acceleration * mass, origin })
+        };
+        Self { loads: masses.iter().filter_map(load).collect() }
+    }
+}
+
+/// The mass of every node of the tissue, kg (2D: per metre of thickness): each cell's, in equal parts to its corners.
+///
+/// The thesis gives all nodes the same mass (eq. 4.1). The sum is the same, but a corner of the outline then weighs as much as an
+/// inner node with twice the tissue around it, which a finer mesh would not mend.
+pub fn lumped_masses<const D: usize>(mesh: &Mesh<D>, density: f64) -> Vec<(usize, f64)> {
+    let mut mass = vec![0.0; mesh.nodes.len()];
+    for cell in mesh.cells.iter() {
+        let share = density * simplex::measure(&simplex::corners(&mesh.nodes, cell)) / (D + 1) as f64;
+        cell.iter().for_each(|&n| mass[n] += share);
+    }
+    mass.into_iter().enumerate().filter(|(_, m)| *m > 0.0).collect()
+}
+
+impl<const D: usize> Effect<D> for Gravity<D> {
+    fn name(&self) -> &'static str {
+        "gravity"
+    }
+
+    fn stencils(&self, _couple: &mut dyn FnMut(&[usize])) {}
+
+    fn elements(&self) -> usize {
+        self.loads.len()
+    }
+
+    fn bind(&mut self, _pattern: &Pattern) {}
+
+    fn energy(&self, at: Configuration<'_, D>) -> f64 {
+        -self.loads.iter().map(|l| l.weight.dot(&(at.positions[l.node] - l.origin))).sum::<f64>()
+    }
+
+    fn add_force(&self, _at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
+        self.loads.iter().for_each(|l| force[l.node] += l.weight);
+    }
+
+    fn add_stiffness(&self, _at: Configuration<'_, D>, _tangent: Tangent, _stiffness: &mut BlockMatrix<D>) {}
+}

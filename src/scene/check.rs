@@ -1,0 +1,171 @@
+//! What a scene asks for that cannot be had together, as far as it shows without the mesh.
+
+use super::SceneError;
+use super::body::{finite, not_negative, positive};
+use super::file::{Body, Scene, Want};
+
+impl Scene {
+    /// Names the first two things that contradict each other, or the first number out of its range.
+    ///
+    /// # Errors
+    /// [`SceneError::Contradiction`] and [`SceneError::Value`].
+    pub fn check(&self) -> Result<(), SceneError> {
+        self.check_numbers()?;
+        self.check_tissue()?;
+        self.check_motion()?;
+        if let (Some(_), Some(muscle)) = (&self.fit, self.tensions_n.keys().next()) {
+            let why = "a fit finds the tensions; give one or the other";
+            return Err(contradiction("[fit]", format!("tensions_n.{muscle}"), why));
+        }
+        match &self.effects.gravity {
+            Some(g) if g.posture.is_some() == g.direction.is_some() => {
+                let why = "say exactly one of them, since each tells where things fall";
+                Err(contradiction("effects.gravity.posture", "effects.gravity.direction", why))
+            }
+            Some(g) if g.posture.is_some() && self.is_solid() => {
+                let why = "a simple solid has no head to hold; give effects.gravity.direction";
+                Err(contradiction("effects.gravity.posture", self.body_key(), why))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_numbers(&self) -> Result<(), SceneError> {
+        for &tension in self.tensions_n.values() {
+            not_negative("a tension of tensions_n", tension)?;
+        }
+        if let Some(g) = &self.effects.gravity {
+            not_negative("effects.gravity.acceleration_m_per_s2", g.acceleration_m_per_s2)?;
+            for &x in g.direction.iter().flatten() {
+                finite("effects.gravity.direction", x)?;
+            }
+        }
+        if let Some(c) = &self.effects.contact {
+            positive("effects.contact.reach_mm", c.reach_mm)?;
+            if let Some(k) = c.stiffness_n_per_m {
+                not_negative("effects.contact.stiffness_n_per_m", k)?;
+            }
+            for &x in c.outline_mm.iter().flatten().flatten() {
+                finite("effects.contact.outline_mm", x)?;
+            }
+            let points = c.outline_mm.as_deref().unwrap_or(&[[0.0, 0.0], [1.0, 0.0]]);
+            if points.len() < 2 {
+                let must = "at least 2 points";
+                return Err(SceneError::Value {
+                    key: "effects.contact.outline_mm",
+                    value: points.len() as f64,
+                    must,
+                });
+            }
+            if points.windows(2).any(|p| p[0] == p[1]) {
+                let must = "made of points that differ from the one before";
+                return Err(SceneError::Value { key: "effects.contact.outline_mm", value: f64::NAN, must });
+            }
+        }
+        if let Some(jaw) = &self.effects.jaw {
+            if !(-60.0..=60.0).contains(&jaw.opening_deg) {
+                let must = "between -60 and 60";
+                return Err(SceneError::Value {
+                    key: "effects.jaw.opening_deg",
+                    value: jaw.opening_deg,
+                    must,
+                });
+            }
+            jaw.joint_mm.iter().try_for_each(|&x| finite("effects.jaw.joint_mm", x).map(|_| ()))?;
+        }
+        if let Some(hyoid) = &self.effects.hyoid {
+            hyoid.shift_mm.iter().try_for_each(|&x| finite("effects.hyoid.shift_mm", x).map(|_| ()))?;
+        }
+        if let Some(t) = &self.trajectory {
+            positive("trajectory.duration_s", t.duration_s)?;
+            not_negative("trajectory.ramp_s", t.ramp_s)?;
+            positive("trajectory.tolerance_mm", t.tolerance_mm)?;
+        }
+        Ok(())
+    }
+
+    fn check_tissue(&self) -> Result<(), SceneError> {
+        let e = &self.effects;
+        let continuum = e.finite_elements == Some(true);
+        if continuum && e.springs == Some(true) {
+            let why = "each is all of the tissue, so together it would count twice; ask for one of them";
+            return Err(contradiction("effects.springs = true", "effects.finite_elements = true", why));
+        }
+        if continuum && e.incompressibility == Some(true) {
+            let why = "the continuum keeps its measure by Poisson's ratio, so it would count twice; ask for one of them";
+            return Err(contradiction(
+                "effects.incompressibility = true",
+                "effects.finite_elements = true",
+                why,
+            ));
+        }
+        if !continuum && e.springs == Some(false) {
+            let why = "nothing would hold the body together; ask for one of them";
+            return Err(contradiction("effects.springs = false", "the lack of effects.finite_elements", why));
+        }
+        Ok(())
+    }
+
+    fn check_motion(&self) -> Result<(), SceneError> {
+        let e = &self.effects;
+        if self.want != Want::Trajectory {
+            return match &self.trajectory {
+                Some(_) => {
+                    let why = "an equilibrium has no duration; want = \"trajectory\", or remove the table";
+                    Err(contradiction("[trajectory]", "want", why))
+                }
+                None => Ok(()),
+            };
+        }
+        let wanted = "want = \"trajectory\"";
+        if self.trajectory.is_none() {
+            let why = "say how long: [trajectory] duration_s = 3.0";
+            return Err(contradiction(wanted, "the lack of [trajectory]", why));
+        }
+        if e.inertia == Some(false) {
+            let why = "a body without mass has no motion to follow";
+            return Err(contradiction(wanted, "effects.inertia = false", why));
+        }
+        if self.material.density_kg_per_m3 == Some(0.0) {
+            let why = "a body without mass has no motion to follow";
+            return Err(contradiction(wanted, "material.density_kg_per_m3 = 0", why));
+        }
+        if e.muscle_dynamics == Some(false) {
+            let why = "over time a muscle pulls through its series spring and damper; leave them on";
+            return Err(contradiction(wanted, "effects.muscle_dynamics = false", why));
+        }
+        if e.viscosity == Some(false) {
+            let why =
+                "without dampers the body would swing for ever at frequencies that no step could follow";
+            return Err(contradiction(wanted, "effects.viscosity = false", why));
+        }
+        if e.finite_elements == Some(true) {
+            let why = "the continuum has no viscosity here; take springs";
+            return Err(contradiction(wanted, "effects.finite_elements = true", why));
+        }
+        if self.fit.is_some() {
+            let why = "lengths are fitted at equilibrium; want = \"lengths\" or \"shape\"";
+            return Err(contradiction(wanted, "[fit]", why));
+        }
+        Ok(())
+    }
+
+    /// Whether the body is in space.
+    pub fn is_solid(&self) -> bool {
+        matches!(self.body, Body::Cylinder(_) | Body::Block(_))
+    }
+
+    /// The key of the body in the file.
+    pub(super) fn body_key(&self) -> &'static str {
+        match self.body {
+            Body::Tongue(_) => "[body.tongue]",
+            Body::Mesh(_) => "[body.mesh]",
+            Body::Cylinder(_) => "[body.cylinder]",
+            Body::Block(_) => "[body.block]",
+        }
+    }
+}
+
+pub(super) fn contradiction(first: impl Into<String>, second: impl Into<String>, why: &str) -> SceneError {
+    SceneError::contradiction(first, second, why)
+}

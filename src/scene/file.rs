@@ -1,0 +1,334 @@
+//! The scene file: what happens and what is wanted, in TOML. Lengths in mm, angles in degrees, else SI; the units are in the keys.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::SceneError;
+use crate::material::{Preset, Spread};
+use crate::suggest;
+
+/// A scene.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// One line that says what is shown.
+    pub title: String,
+    /// Where the numbers come from, and what to know of them.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub note: String,
+    /// What is wanted; decides what need not be computed.
+    pub want: Want,
+    /// The body.
+    pub body: Body,
+    /// What the body is made of.
+    #[serde(default)]
+    pub material: Material,
+    /// Contractile tensions by muscle, N (2D: per metre of thickness). Muscles that are not named are plain tissue.
+    #[serde(default)]
+    pub tensions_n: BTreeMap<String, f64>,
+    /// Measured lengths to fit, in place of tensions.
+    pub fit: Option<FitTarget>,
+    /// What acts.
+    #[serde(default)]
+    pub effects: Effects,
+    /// How long to follow the motion; goes with `want = "trajectory"`.
+    pub trajectory: Option<Trajectory>,
+}
+
+/// What is wanted of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Want {
+    /// The lengths of the muscles at equilibrium.
+    Lengths,
+    /// The whole shape at equilibrium.
+    Shape,
+    /// The way there: the shape over time.
+    Trajectory,
+}
+
+/// The body.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Body {
+    /// The reference tongue, in the midsagittal plane.
+    Tongue(Tongue),
+    /// A mesh as `tongue-fit mesh --json` prints it.
+    Mesh(MeshFile),
+    /// A solid cylinder of tissue that stands on its fixed base (z = 0), with axial muscle fibres called `axial`.
+    Cylinder(Cylinder),
+    /// A solid block of tissue that stands on its fixed base (z = 0).
+    Block(Block),
+}
+
+/// The reference tongue.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tongue {
+    /// Mesh spacing, mm.
+    #[serde(default = "default_spacing")]
+    pub h_mm: f64,
+}
+
+/// A mesh file.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshFile {
+    /// Its path, from the current folder.
+    pub file: String,
+}
+
+/// A cylinder along z.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Radius, mm.
+    pub radius_mm: f64,
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Mesh spacing, mm.
+    pub h_mm: f64,
+}
+
+/// A block with a corner at the origin.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Block {
+    /// Extent along x, y and z, mm.
+    pub size_mm: [f64; 3],
+    /// Mesh spacing, mm.
+    pub h_mm: f64,
+}
+
+/// Physical constants; those of table 4.1 of the thesis where nothing is said.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Young's modulus, Pa.
+    pub young_modulus_pa: Option<f64>,
+    /// Poisson's ratio.
+    pub poisson_ratio: Option<f64>,
+    /// Density, kg/m³.
+    pub density_kg_per_m3: Option<f64>,
+    /// Viscosity, Pa s.
+    pub viscosity_pa_s: Option<f64>,
+    /// Coefficients identified from the constants (`consistent`), or table 4.2 of the thesis to the letter (`as-printed`).
+    pub preset: Option<Preset>,
+    /// Stiffness on every connection once (`per-connection`, as the thesis; the default in the plane), or once for each cell it
+    /// belongs to (`assembled`; the default in space, where every connection is shared by several tetrahedra).
+    pub spread: Option<Spread>,
+}
+
+/// Measured lengths to fit.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FitTarget {
+    /// Subject, S1 to S4.
+    pub subject: String,
+    /// Vowel: i, e, a, o or ɯ.
+    pub vowel: String,
+    /// `ratio` (to GGa) or `stretch` (to the subject's own /ɯ/).
+    #[serde(default = "default_kind")]
+    pub target: String,
+}
+
+/// What acts on the body. Each is off unless asked for, or needed for what is wanted.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Effects {
+    /// Tissue as springs on the connections (thesis 3.2.2). Needed unless finite elements are asked for.
+    pub springs: Option<bool>,
+    /// Tissue as a continuum, in place of springs and of incompressibility.
+    pub finite_elements: Option<bool>,
+    /// Cells that keep their area or volume (thesis 3.3).
+    pub incompressibility: Option<bool>,
+    /// One straight element in place of a chain that runs outside the tissue and could fold. On unless refused.
+    pub straight_paths: Option<bool>,
+    /// Weight.
+    pub gravity: Option<Gravity>,
+    /// Palate and teeth.
+    pub contact: Option<Contact>,
+    /// A mandible that turns about its joint and carries the origin of the genioglossus.
+    pub jaw: Option<Jaw>,
+    /// A hyoid bone that is shifted.
+    pub hyoid: Option<Hyoid>,
+    /// Mass; only a trajectory needs it.
+    pub inertia: Option<bool>,
+    /// Dampers of the tissue; only a trajectory needs them.
+    pub viscosity: Option<bool>,
+    /// Series spring and damper of the contractile element; only a trajectory needs them.
+    pub muscle_dynamics: Option<bool>,
+}
+
+/// Weight. Say either the posture or the direction.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gravity {
+    /// How the head is held.
+    pub posture: Option<Posture>,
+    /// Where things fall: one number for each dimension, of any length.
+    pub direction: Option<Vec<f64>>,
+    /// Acceleration, m/s².
+    #[serde(default = "default_gravity")]
+    pub acceleration_m_per_s2: f64,
+}
+
+/// How the head of the midsagittal model is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Posture {
+    /// Standing or sitting: weight acts downwards, along -y.
+    Upright,
+    /// On the back, as in an MR scanner: weight acts to the back of the head, along +x.
+    Supine,
+    /// Face down: weight acts to the front, along -x.
+    Prone,
+}
+
+/// A rigid wall that the surface of the body cannot pass.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Corners of the wall in the x-y plane, mm; the palate of `targets/palate.toml` where none are given.
+    pub outline_mm: Option<Vec<[f64; 2]>>,
+    /// How hard the wall pushes, N/m (2D: per metre of thickness); the spring constant of the tissue where nothing is said.
+    pub stiffness_n_per_m: Option<f64>,
+    /// Distance from which on it is felt, mm.
+    #[serde(default = "default_reach")]
+    pub reach_mm: f64,
+}
+
+/// A mandible that is turned.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Jaw {
+    /// Opening angle, degrees.
+    pub opening_deg: f64,
+    /// The joint, mm.
+    #[serde(default = "default_joint")]
+    pub joint_mm: [f64; 2],
+}
+
+/// A hyoid bone that is shifted.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Hyoid {
+    /// Displacement, mm: x to the back, y up.
+    pub shift_mm: [f64; 2],
+}
+
+/// How long to follow a motion.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Trajectory {
+    /// Duration, s.
+    pub duration_s: f64,
+    /// Time over which the tensions grow, s; zero is a step.
+    #[serde(default)]
+    pub ramp_s: f64,
+    /// Error allowed in each step, mm.
+    #[serde(default = "default_tolerance")]
+    pub tolerance_mm: f64,
+}
+
+fn default_spacing() -> f64 {
+    5.5
+}
+
+fn default_kind() -> String {
+    "ratio".to_owned()
+}
+
+fn default_gravity() -> f64 {
+    9.81
+}
+
+fn default_reach() -> f64 {
+    1.0
+}
+
+fn default_joint() -> [f64; 2] {
+    super::JOINT_MM
+}
+
+fn default_tolerance() -> f64 {
+    1e-3
+}
+
+impl Scene {
+    /// Reads a scene; `origin` is what messages call the text, usually its path.
+    ///
+    /// # Errors
+    /// [`SceneError::Syntax`] with line and column; an unknown key or word comes with the nearest one that is known.
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, SceneError> {
+        toml::from_str(text).map_err(|error| {
+            let start = error.span().map_or(0, |s| s.start);
+            let before = text.get(..start).unwrap_or(text);
+            SceneError::Syntax {
+                origin: origin.to_owned(),
+                line: before.matches('\n').count() + 1,
+                column: before.rsplit('\n').next().unwrap_or("").chars().count() + 1,
+                problem: with_nearest(error.message()),
+            }
+        })
+    }
+
+    /// The JSON schema of scene files, from which editors complete and check them.
+    pub fn schema() -> schemars::Schema {
+        schemars::schema_for!(Scene)
+    }
+}
+
+/// Serde's message about an unknown field or variant lists the known ones; this adds which of them is nearest.
+fn with_nearest(message: &str) -> String {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let known: Vec<&str> = quoted.by_ref().skip(1).collect();
+    let unknown = message.split('`').nth(1).filter(|_| message.starts_with("unknown "));
+    match unknown.and_then(|name| suggest::nearest(name, known.iter().copied())) {
+        Some(near) => format!("{message}; did you mean `{near}`?"),
+        None => message.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "title = \"t\"\nwant = \"lengths\"\n[body.tongue]\nh_mm = 5.5\n[effects]\n";
+
+    fn refused(text: &str) -> String {
+        Scene::from_toml(text, "my.toml").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_with_its_line_and_the_nearest_key() {
+        assert!(Scene::from_toml(GOOD, "my.toml").is_ok());
+        let message = refused(&format!("{GOOD}gravty = {{ posture = \"supine\" }}\n"));
+        assert!(message.starts_with("my.toml:6:1: unknown field `gravty`"), "{message}");
+        assert!(message.ends_with("did you mean `gravity`?"), "{message}");
+        let message = refused(&GOOD.replace("h_mm", "h"));
+        assert!(message.starts_with("my.toml:4:1:") && message.contains("h_mm"), "{message}");
+    }
+
+    #[test]
+    fn an_unknown_word_is_refused_with_the_nearest_one() {
+        let message = refused(&GOOD.replace("lengths", "length"));
+        assert!(message.starts_with("my.toml:2:8:"), "{message}");
+        assert!(message.ends_with("did you mean `lengths`?"), "{message}");
+        let message = refused(&GOOD.replace("tongue", "tounge"));
+        assert!(message.ends_with("did you mean `tongue`?"), "{message}");
+    }
+
+    #[test]
+    fn the_published_schema_is_that_of_the_program() {
+        let published: serde_json::Value =
+            serde_json::from_str(include_str!("../../targets/scenes/scene.schema.json")).unwrap();
+        assert_eq!(
+            published,
+            serde_json::to_value(Scene::schema()).unwrap(),
+            "run `tongue-fit scene schema`"
+        );
+    }
+}

@@ -1,0 +1,311 @@
+//! From a scene and its body to the system that simulates what the scene calls for and nothing else.
+
+use nalgebra::{SVector, Vector2};
+
+use super::SceneError;
+use super::body::Built;
+use super::file::{Gravity as GravityKeys, Posture, Scene, Want};
+use super::plan::{self, Decision, Plan, Role};
+use crate::effect::{Carried, Contact, Effect, Gravity, lumped_masses};
+use crate::fit;
+use crate::material::{Constants, Spread};
+use crate::suggest;
+use crate::system::{self, Additions, Model, OutsidePath, System, TissueModel};
+use crate::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+
+/// A scene ready to run.
+#[derive(Debug)]
+pub struct Prepared<const D: usize> {
+    /// What is computed.
+    pub plan: Plan,
+    /// The body.
+    pub built: Built<D>,
+    /// The system.
+    pub system: System<D>,
+    /// Tension of every muscle of the mesh, N.
+    pub tensions: Vec<f64>,
+    /// The wall, if there is one.
+    pub wall: Option<Contact>,
+    /// What is to be fitted, if anything.
+    pub target: Option<Target>,
+}
+
+/// How much is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// What the scene calls for.
+    Pruned,
+    /// Everything, whether or not it has an effect: every muscle with the three-element model, weight and walls of no strength.
+    Full,
+}
+
+/// Plans a scene and makes its system.
+///
+/// # Errors
+/// [`SceneError`]: what contradicts itself, what is out of range.
+pub fn prepare<const D: usize>(
+    scene: &Scene,
+    built: Built<D>,
+    extent: Extent,
+) -> Result<Prepared<D>, SceneError> {
+    scene.check()?;
+    let model = model::<D>(scene);
+    let target = scene.fit.as_ref().map(|_| target(scene, &built)).transpose()?;
+    let tensions = tensions(scene, &built)?;
+    let all = 0..built.mesh.muscles.len();
+    let contracting: Vec<usize> = match (&target, extent) {
+        (_, Extent::Full) => all.collect(),
+        (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&built.mesh.muscles[m].name)).collect(),
+        (Some(target), _) => {
+            let numbers = fit::muscle_numbers(&built.mesh)?;
+            target.active.iter().map(|m| numbers[m.index()]).collect()
+        }
+    };
+
+    let mut decisions = tissue_decisions(scene, &built, &contracting);
+    let mut additions =
+        Additions { incompressible: scene.effects.incompressibility == Some(true), ..Additions::default() };
+    let coefficients = system::coefficients(&built.mesh, &model)?;
+    decisions.push(Decision::asked("gravity", scene.effects.gravity.is_some()));
+    if let Some(gravity) = gravity(scene, &built, &model, extent)? {
+        additions.effects.push(Box::new(gravity));
+    }
+    decisions.push(Decision::asked("contact", scene.effects.contact.is_some()));
+    let wall = contact(scene, &built, coefficients.tissue_stiffness, extent)?;
+    if let Some(wall) = &wall {
+        additions.effects.push(Box::new(wall.clone()));
+    }
+    decisions.extend(carry_bones(scene, &built, &mut additions)?);
+    decisions.push(match built.mesh.fixed.len() {
+        0 => Decision::no("bone", "no node is fixed"),
+        n => Decision::yes("bone", format!("{n} nodes are fixed")),
+    });
+    decisions.extend(plan::motion(scene, !contracting.is_empty()));
+    if extent == Extent::Full {
+        for idle in decisions.iter_mut().filter(|d| matches!(d.effect, "gravity" | "contact") && !d.simulated)
+        {
+            idle.simulated = idle.effect == "gravity" || wall.is_some();
+            idle.why = "without strength: everything is simulated".to_owned();
+        }
+    }
+
+    let system = System::with(&built.mesh, &model, &contracting, additions)?;
+    let roles = roles(scene, &built, &contracting, target.is_some());
+    let method = method(scene);
+    let plan = plan::count(scene, &built.what, method, decisions, roles, &system);
+    Ok(Prepared { plan, built, system, tensions, wall, target })
+}
+
+fn model<const D: usize>(scene: &Scene) -> Model {
+    let (m, e, table) = (&scene.material, &scene.effects, Constants::TONGUE);
+    let spread = if D == 3 { Spread::Assembled } else { Spread::PerConnection };
+    Model {
+        constants: Constants {
+            density: m.density_kg_per_m3.unwrap_or(table.density),
+            young_modulus: m.young_modulus_pa.unwrap_or(table.young_modulus),
+            poisson_ratio: m.poisson_ratio.unwrap_or(table.poisson_ratio),
+            viscosity: m.viscosity_pa_s.unwrap_or(table.viscosity),
+        },
+        preset: m.preset.unwrap_or_default(),
+        spread: m.spread.unwrap_or(spread),
+        outside: if e.straight_paths == Some(false) { OutsidePath::Chain } else { OutsidePath::Straight },
+        tissue: match e.finite_elements {
+            Some(true) => TissueModel::FiniteElement,
+            _ => TissueModel::MassSpring,
+        },
+    }
+}
+
+fn target<const D: usize>(scene: &Scene, built: &Built<D>) -> Result<Target, SceneError> {
+    let Some(wanted) = &scene.fit else { return Err(SceneError::contradiction("[fit]", "its absence", "")) };
+    if let Err(missing) = fit::muscle_numbers(&built.mesh) {
+        let why = format!("{missing}; fit a body that has all eight muscles, or give tensions");
+        return Err(SceneError::contradiction("[fit]", scene.body_key(), why));
+    }
+    let vowel: Vowel = wanted.vowel.parse()?;
+    let kind: TargetKind = wanted.target.parse()?;
+    Ok(Target::new(&Dataset::reference()?, &wanted.subject, vowel, kind, &TargetOptions::default())?)
+}
+
+/// The tension of every muscle of the mesh; all of one name have the same.
+fn tensions<const D: usize>(scene: &Scene, built: &Built<D>) -> Result<Vec<f64>, SceneError> {
+    let names = built.mesh.muscles.iter().map(|m| m.name.as_str());
+    if let Some(name) = scene.tensions_n.keys().find(|n| !names.clone().any(|m| m == n.as_str())) {
+        let mut known: Vec<&str> = names.collect();
+        known.dedup();
+        let why = match known.is_empty() {
+            true => "it has no muscles".to_owned(),
+            false => format!("it has no such muscle; {}", suggest::hint(name, known)),
+        };
+        return Err(SceneError::contradiction(format!("tensions_n.{name}"), scene.body_key(), why));
+    }
+    Ok(names.map(|n| scene.tensions_n.get(n).copied().unwrap_or(0.0)).collect())
+}
+
+fn tissue_decisions<const D: usize>(scene: &Scene, built: &Built<D>, contracting: &[usize]) -> Vec<Decision> {
+    let e = &scene.effects;
+    let continuum = e.finite_elements == Some(true);
+    let outside = built.mesh.in_tissue().iter().any(|inside| !inside);
+    let in_its_place = "finite elements are asked for in its place";
+    vec![
+        match continuum {
+            false => Decision::yes("springs", "needed: the tissue is made of them"),
+            true if outside => Decision::yes("springs", "only outside the tissue, which is finite elements"),
+            true => Decision::no("springs", in_its_place),
+        },
+        Decision::asked("finite elements", continuum),
+        match contracting.len() {
+            0 => Decision::no("muscle", "no muscle contracts"),
+            1 => {
+                Decision::yes("muscle", "1 chain contracts; only its connections get the three-element model")
+            }
+            n => Decision::yes(
+                "muscle",
+                format!("{n} chains contract; only their connections get the three-element model"),
+            ),
+        },
+        match e.incompressibility {
+            _ if continuum => Decision::no("incompressibility", in_its_place),
+            asked => Decision::asked("incompressibility", asked == Some(true)),
+        },
+        match e.straight_paths {
+            _ if !outside => Decision::no("straight paths", "no muscle runs outside the tissue"),
+            Some(false) => Decision::no("straight paths", "refused: the chains outside the tissue may fold"),
+            _ => Decision::yes(
+                "straight paths",
+                "needed: a chain outside the tissue would have no lateral stiffness",
+            ),
+        },
+    ]
+}
+
+fn gravity<const D: usize>(
+    scene: &Scene,
+    built: &Built<D>,
+    model: &Model,
+    extent: Extent,
+) -> Result<Option<Gravity<D>>, SceneError> {
+    let acceleration = match &scene.effects.gravity {
+        Some(keys) => direction::<D>(keys)? * keys.acceleration_m_per_s2,
+        None if extent == Extent::Full => SVector::zeros(),
+        None => return Ok(None),
+    };
+    let masses = lumped_masses(&built.mesh, model.constants.density);
+    Ok(Some(Gravity::new(&masses, acceleration, &built.mesh.nodes)))
+}
+
+fn direction<const D: usize>(keys: &GravityKeys) -> Result<SVector<f64, D>, SceneError> {
+    let flat = |x: f64, y: f64| {
+        let mut v = SVector::zeros();
+        (v[0], v[1]) = (x, y);
+        v
+    };
+    match (keys.posture, &keys.direction) {
+        (Some(Posture::Upright), _) => Ok(flat(0.0, -1.0)),
+        (Some(Posture::Supine), _) => Ok(flat(1.0, 0.0)),
+        (Some(Posture::Prone), _) => Ok(flat(-1.0, 0.0)),
+        (None, given) => plan::unit(given.as_deref().unwrap_or_default()),
+    }
+}
+
+fn contact<const D: usize>(
+    scene: &Scene,
+    built: &Built<D>,
+    tissue_stiffness: f64,
+    extent: Extent,
+) -> Result<Option<Contact>, SceneError> {
+    let surface = built.mesh.surface_nodes();
+    let Some(keys) = &scene.effects.contact else {
+        let idle = |outline: &Vec<Vector2<f64>>| Contact::new(outline.clone(), &surface, 0.0, 1e-3);
+        return Ok(built.palate.as_ref().filter(|_| extent == Extent::Full).map(idle));
+    };
+    let outline: Vec<Vector2<f64>> = match (&keys.outline_mm, &built.palate) {
+        (Some(points), _) => points.iter().map(|&[x, y]| Vector2::new(x, y) * 1e-3).collect(),
+        (None, Some(palate)) => palate.clone(),
+        (None, None) => {
+            let why = "no palate goes with this body; give effects.contact.outline_mm";
+            return Err(SceneError::contradiction("effects.contact", scene.body_key(), why));
+        }
+    };
+    let stiffness = keys.stiffness_n_per_m.unwrap_or(tissue_stiffness);
+    let wall = Contact::new(outline, &surface, stiffness, keys.reach_mm * 1e-3);
+    if let Some([a, b]) = wall.penetrated(&built.mesh.nodes, &built.mesh.connections) {
+        let [x, y] = [0, 1].map(|d| 500.0 * (built.mesh.nodes[a][d] + built.mesh.nodes[b][d]));
+        let why = format!(
+            "the body passes through the wall at rest, near [{x:.1}, {y:.1}] mm; move the wall out of the body"
+        );
+        return Err(SceneError::contradiction("effects.contact", scene.body_key(), why));
+    }
+    Ok(Some(wall))
+}
+
+/// Where jaw and hyoid take the nodes that they hold.
+fn carry_bones<const D: usize>(
+    scene: &Scene,
+    built: &Built<D>,
+    additions: &mut Additions<D>,
+) -> Result<[Decision; 2], SceneError> {
+    let millimetres = |[x, y]: [f64; 2]| {
+        let mut v = SVector::<f64, D>::zeros();
+        (v[0], v[1]) = (x * 1e-3, y * 1e-3);
+        v
+    };
+    let jaw = scene.effects.jaw.as_ref();
+    let hyoid = scene.effects.hyoid.as_ref();
+    let turned =
+        jaw.map(|j| Carried::Turned { joint: millimetres(j.joint_mm), angle: j.opening_deg.to_radians() });
+    let shifted = hyoid.map(|h| Carried::Shifted(millimetres(h.shift_mm)));
+    let wanted = [("effects.jaw", turned, &built.mandible), ("effects.hyoid", shifted, &built.hyoid)];
+    for (key, carried, nodes) in wanted {
+        let Some(carried) = carried else { continue };
+        if nodes.is_empty() {
+            let why = "this body does not say which of its nodes are on that bone; take the reference tongue";
+            return Err(SceneError::contradiction(key, scene.body_key(), why));
+        }
+        additions.carried.extend(nodes.iter().map(|&n| (n, carried.place(built.mesh.nodes[n]))));
+    }
+    Ok([Decision::asked("jaw", jaw.is_some()), Decision::asked("hyoid", hyoid.is_some())])
+}
+
+fn roles<const D: usize>(scene: &Scene, built: &Built<D>, contracting: &[usize], fitted: bool) -> Vec<Role> {
+    let mut roles: Vec<Role> = Vec::new();
+    for (number, muscle) in built.mesh.muscles.iter().enumerate() {
+        if roles.iter().any(|r| r.muscle == muscle.name) {
+            continue;
+        }
+        let contracts = contracting.contains(&number);
+        let why = match scene.tensions_n.get(&muscle.name) {
+            _ if !contracts => "passive: its connections are tissue".to_owned(),
+            Some(tension) => format!("contracts with {tension} N"),
+            None if fitted => {
+                "shorter in this vowel than at rest: contracts, with a tension to be found".to_owned()
+            }
+            None => "contracts with 0 N, because everything is simulated".to_owned(),
+        };
+        roles.push(Role { muscle: muscle.name.clone(), contracting: contracts, why });
+    }
+    roles
+}
+
+fn method(scene: &Scene) -> String {
+    match scene.want {
+        Want::Trajectory => "TR-BDF2 with adaptive steps".to_owned(),
+        _ if scene.fit.is_some() => "Nelder-Mead over equilibria by Newton's method on the energy".to_owned(),
+        _ => "one equilibrium by Newton's method on the energy".to_owned(),
+    }
+}
+
+/// Numbers of the muscles that contract, by the plan of a prepared scene.
+impl<const D: usize> Prepared<D> {
+    /// The effects of the system, each name once, with the effects that carry it.
+    pub fn effects_by_name(&self) -> Vec<(&'static str, Vec<&dyn Effect<D>>)> {
+        let mut groups: Vec<(&'static str, Vec<&dyn Effect<D>>)> = Vec::new();
+        for effect in self.system.effects() {
+            match groups.iter_mut().find(|(name, _)| *name == effect.name()) {
+                Some((_, group)) => group.push(effect.as_ref()),
+                None => groups.push((effect.name(), vec![effect.as_ref()])),
+            }
+        }
+        groups
+    }
+}

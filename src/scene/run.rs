@@ -1,0 +1,317 @@
+//! A scene run: the shape or the way to it, what it cost, and what the walls and bones bear.
+
+use std::time::Instant;
+
+use nalgebra::SVector;
+use serde::Serialize;
+
+use super::SceneError;
+use super::file::{Scene, Want};
+use super::plan::Plan;
+use super::prepare::Prepared;
+use crate::dynamics::{self, Control, Counts, Method, Motion, Observer, Tensions};
+use crate::effect::{Configuration, Tangent};
+use crate::equilibrium::{self, Settings, Solution, Workspace};
+use crate::fit;
+use crate::sparse::BlockMatrix;
+use crate::system::System;
+
+/// Moments at which a trajectory is looked at.
+const SAMPLES: usize = 121;
+/// Repetitions of each evaluation when effects are timed.
+const REPETITIONS: u32 = 50;
+
+/// Length of a muscle; of muscles that share a name the mean.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MuscleLength {
+    /// Its name.
+    pub muscle: String,
+    /// Its tension, N (2D: per metre of thickness).
+    pub tension_n: f64,
+    /// Length at rest, mm.
+    pub rest_mm: f64,
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Length to that at rest.
+    pub stretch: f64,
+}
+
+/// What a wall bears.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ContactForce {
+    /// Force of the body on the wall, N (2D: per metre of thickness).
+    pub on_wall_n: Vec<f64>,
+    /// Largest force of a node on the wall, N.
+    pub largest_n: f64,
+    /// Nodes that feel the wall.
+    pub touching: usize,
+    /// Smallest distance of a node from the wall, mm.
+    pub closest_mm: f64,
+    /// Whether a corner of the wall has come between two nodes: nodes feel the wall, the lines between them do not.
+    pub edge_through_wall: bool,
+}
+
+/// Time of an effect in the solve: the measured time of each evaluation by the number of them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectTime {
+    /// The effect.
+    pub effect: &'static str,
+    /// One evaluation of the energy, microseconds.
+    pub energy_us: f64,
+    /// One of the force, microseconds.
+    pub force_us: f64,
+    /// One of the stiffness, microseconds.
+    pub stiffness_us: f64,
+    /// All of them in the solve, microseconds.
+    pub total_us: f64,
+}
+
+/// The body at one moment of a trajectory.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Moment {
+    /// Time, s.
+    pub time_s: f64,
+    /// Length of every muscle, mm; of muscles that share a name the mean.
+    pub lengths_mm: Vec<f64>,
+}
+
+/// A trajectory.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Way {
+    /// How it ended.
+    pub status: dynamics::Status,
+    /// Time reached, s.
+    pub time_s: f64,
+    /// What it cost.
+    pub counts: Counts,
+    /// The body at evenly spaced moments.
+    pub moments: Vec<Moment>,
+}
+
+/// The result of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// What was planned.
+    pub plan: Plan,
+    /// Whether all of it converged.
+    pub converged: bool,
+    /// Tension of every muscle chain of the mesh, N (2D: per metre of thickness).
+    pub tensions_n: Vec<f64>,
+    /// Muscles, each name once.
+    pub muscles: Vec<MuscleLength>,
+    /// Smallest ratio of a cell's area or volume to that at rest.
+    pub min_cell_ratio: f64,
+    /// Largest such ratio.
+    pub max_cell_ratio: f64,
+    /// Area, m², or volume, m³, of the whole to that at rest.
+    pub measure_ratio: f64,
+    /// What the wall bears.
+    pub contact: Option<ContactForce>,
+    /// Force of the body on the bones, N, by dimension.
+    pub on_bones_n: Vec<f64>,
+    /// The last equilibrium, where one was wanted.
+    pub solution: Option<Solution>,
+    /// How the fit ended, where there was one.
+    pub fit: Option<fit::Status>,
+    /// The trajectory, where one was wanted.
+    pub trajectory: Option<Way>,
+    /// Time of the answer, s: solve, fit or trajectory.
+    pub wall_s: f64,
+    /// The same by effect, for an equilibrium; what is left is the linear algebra.
+    pub time_by_effect: Vec<EffectTime>,
+    /// Positions of all nodes, m.
+    pub positions_m: Vec<Vec<f64>>,
+}
+
+/// Runs a prepared scene.
+///
+/// # Errors
+/// [`SceneError`] where it cannot begin; whatever happens later is in the outcome.
+pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<Outcome, SceneError> {
+    let clock = Instant::now();
+    let mut fitted = None;
+    if let Some(target) = &prepared.target {
+        let fit = fit_tensions(&prepared, target)?;
+        fitted = Some(fit.status);
+        let numbers = fit::muscle_numbers(&prepared.built.mesh)?;
+        for (number, tension) in numbers.iter().zip(fit.tensions) {
+            prepared.tensions[*number] = tension;
+        }
+    }
+    let system = &prepared.system;
+    let mut workspace = Workspace::new(system);
+    let (mut solution, mut trajectory) = (None, None);
+    let positions = if scene.want == Want::Trajectory {
+        let (way, positions) = follow(scene, system, &prepared, &mut workspace)?;
+        trajectory = Some(way);
+        positions
+    } else {
+        solution = Some(equilibrium::solve(system, &mut workspace, &prepared.tensions, &Settings::default()));
+        workspace.positions().to_vec()
+    };
+    let wall_s = clock.elapsed().as_secs_f64();
+    let converged = solution.is_none_or(|s| s.status == equilibrium::Status::Converged)
+        && fitted.is_none_or(|f| f == fit::Status::Converged)
+        && trajectory.as_ref().is_none_or(|t| t.status == dynamics::Status::Completed);
+
+    let at = Configuration { positions: &positions, tensions: &prepared.tensions };
+    let contact = contact(&prepared, at);
+    let converged = converged && !contact.as_ref().is_some_and(|c| c.edge_through_wall);
+    let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
+    Ok(Outcome {
+        converged,
+        tensions_n: prepared.tensions.clone(),
+        muscles: muscles(&prepared, &positions),
+        min_cell_ratio,
+        max_cell_ratio,
+        measure_ratio: system.measure(&positions) / system.measure(system.rest()),
+        contact,
+        on_bones_n: on_bones(&prepared, at),
+        solution,
+        fit: fitted,
+        trajectory,
+        wall_s,
+        time_by_effect: solution.map_or_else(Vec::new, |s| time_by_effect(&prepared, at, &s)),
+        positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
+        plan: prepared.plan,
+    })
+}
+
+/// Fits in the plane; a solid has none of the eight muscles, so it never gets here with a target.
+fn fit_tensions<const D: usize>(
+    prepared: &Prepared<D>,
+    target: &crate::target::Target,
+) -> Result<fit::Fit, SceneError> {
+    let numbers = fit::muscle_numbers(&prepared.built.mesh)?;
+    let system: &dyn std::any::Any = &prepared.system;
+    match system.downcast_ref::<System<2>>() {
+        Some(system) => Ok(fit::fit_system(system, numbers, target, &fit::Settings::default())?),
+        None => Err(SceneError::contradiction(
+            "[fit]",
+            "a body in space",
+            "lengths were measured in the midsagittal plane",
+        )),
+    }
+}
+
+struct Lengths<'a, const D: usize> {
+    prepared: &'a Prepared<D>,
+    moments: Vec<Moment>,
+}
+
+impl<const D: usize> Observer<D> for Lengths<'_, D> {
+    fn sample(&mut self, time_s: f64, positions: &[SVector<f64, D>]) {
+        let lengths_mm = muscles(self.prepared, positions).into_iter().map(|m| m.length_mm).collect();
+        self.moments.push(Moment { time_s, lengths_mm });
+    }
+}
+
+/// Follows the motion from rest; bones that are carried are so before it begins.
+pub(super) fn follow<const D: usize>(
+    scene: &Scene,
+    system: &System<D>,
+    prepared: &Prepared<D>,
+    workspace: &mut Workspace<D>,
+) -> Result<(Way, Vec<SVector<f64, D>>), SceneError> {
+    let wanted = scene.trajectory.as_ref();
+    let (duration, ramp, tolerance) =
+        wanted.map_or((0.0, 0.0, 1e-6), |t| (t.duration_s, t.ramp_s, t.tolerance_mm * 1e-3));
+    let tensions = Tensions::Ramp { to: prepared.tensions.clone(), duration: ramp };
+    let motion = Motion::new(system, tensions)?;
+    let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(tolerance))?;
+    let mut state = motion.at_rest();
+    if !system.carried().is_empty() {
+        let slack = vec![0.0; prepared.tensions.len()];
+        equilibrium::solve(system, workspace, &slack, &Settings::default());
+        state.positions.copy_from_slice(workspace.positions());
+    }
+    let mut lengths = Lengths { prepared, moments: Vec::with_capacity(SAMPLES) };
+    let times = dynamics::sample_times(duration, SAMPLES);
+    let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, duration, &times, &mut lengths);
+    let way = Way {
+        status: outcome.status,
+        time_s: outcome.time_s,
+        counts: outcome.counts,
+        moments: lengths.moments,
+    };
+    Ok((way, state.positions))
+}
+
+fn muscles<const D: usize>(prepared: &Prepared<D>, positions: &[SVector<f64, D>]) -> Vec<MuscleLength> {
+    let system = &prepared.system;
+    let chains = &prepared.built.mesh.muscles;
+    let mut out: Vec<MuscleLength> = Vec::new();
+    for role in &prepared.plan.muscles {
+        let same: Vec<usize> = (0..chains.len()).filter(|&m| chains[m].name == role.muscle).collect();
+        let mean = |x: &[SVector<f64, D>]| {
+            same.iter().map(|&m| system.length(x, m)).sum::<f64>() / same.len().max(1) as f64
+        };
+        let (rest, length) = (mean(system.rest()), mean(positions));
+        out.push(MuscleLength {
+            muscle: role.muscle.clone(),
+            tension_n: same.first().map_or(0.0, |&m| prepared.tensions[m]),
+            rest_mm: 1e3 * rest,
+            length_mm: 1e3 * length,
+            stretch: length / rest,
+        });
+    }
+    out
+}
+
+fn contact<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) -> Option<ContactForce> {
+    let wall = prepared.wall.as_ref()?;
+    let mut force = vec![SVector::zeros(); at.positions.len()];
+    let groups = prepared.effects_by_name();
+    let (_, effects) = groups.iter().find(|(name, _)| *name == "contact")?;
+    effects.iter().for_each(|e| e.add_force(at, &mut force));
+    let total: SVector<f64, D> = force.iter().sum();
+    let surface = prepared.built.mesh.surface_nodes();
+    let closest = surface.iter().map(|&n| wall.distance(&at.positions[n])).fold(f64::INFINITY, f64::min);
+    Some(ContactForce {
+        on_wall_n: total.iter().map(|f| -f).collect(),
+        largest_n: force.iter().map(SVector::norm).fold(0.0, f64::max),
+        touching: force.iter().filter(|f| f.norm() > 0.0).count(),
+        closest_mm: 1e3 * closest,
+        edge_through_wall: wall.penetrated(at.positions, &prepared.built.mesh.connections).is_some(),
+    })
+}
+
+fn on_bones<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) -> Vec<f64> {
+    let mut force = vec![SVector::zeros(); at.positions.len()];
+    prepared.system.force(at, &mut force);
+    let total: SVector<f64, D> = prepared.built.mesh.fixed.iter().map(|&n| force[n]).sum();
+    total.iter().copied().collect()
+}
+
+/// Times every effect where the solve ended, and multiplies by how often the solve evaluated it.
+fn time_by_effect<const D: usize>(
+    prepared: &Prepared<D>,
+    at: Configuration<'_, D>,
+    solution: &Solution,
+) -> Vec<EffectTime> {
+    let mut force = vec![SVector::zeros(); at.positions.len()];
+    let mut stiffness = BlockMatrix::zeros(prepared.system.pattern());
+    let us = |work: &mut dyn FnMut()| {
+        // The fastest of some: whatever makes it slower is not the effect.
+        let once = |_| {
+            let clock = Instant::now();
+            work();
+            1e6 * clock.elapsed().as_secs_f64()
+        };
+        (0..REPETITIONS).map(once).fold(f64::INFINITY, f64::min)
+    };
+    let groups = prepared.effects_by_name();
+    let times = groups.iter().map(|(name, effects)| {
+        let energy_us = us(&mut || {
+            std::hint::black_box(effects.iter().map(|e| e.energy(at)).sum::<f64>());
+        });
+        let force_us = us(&mut || effects.iter().for_each(|e| e.add_force(at, &mut force)));
+        let stiffness_us =
+            us(&mut || effects.iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness)));
+        let total_us = energy_us * solution.energy_evaluations as f64
+            + force_us * (solution.iterations + 1) as f64
+            + stiffness_us * solution.factorisations as f64;
+        EffectTime { effect: name, energy_us, force_us, stiffness_us, total_us }
+    });
+    times.filter(|t| t.effect != "bone").collect()
+}

@@ -1,0 +1,22 @@
+//! What a scene adds to the plain model of tissue, muscles and bones, or takes from it.
+
+use nalgebra::SVector;
+
+use crate::effect::Effect;
+
+/// Changes to the plain model. The default changes nothing.
+#[derive(Debug)]
+pub struct Additions<const D: usize> {
+    /// Further effects.
+    pub effects: Vec<Box<dyn Effect<D>>>,
+    /// Bone nodes that are carried away from where they are at rest, and where to, m.
+    pub carried: Vec<(usize, SVector<f64, D>)>,
+    /// Whether the cells of mass-spring tissue keep their measure. Default true.
+    pub incompressible: bool,
+}
+
+impl<const D: usize> Default for Additions<D> {
+    fn default() -> Self {
+        Self { effects: Vec::new(), carried: Vec::new(), incompressible: true }
+    }
+}
