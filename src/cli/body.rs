@@ -5,8 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::material::{Constants, Preset, Spread};
+use tongue_fit::mesh::gmsh::{self, Unit};
 use tongue_fit::mesh::{self, Anatomy, Mesh};
-use tongue_fit::system::{Model, OutsidePath, TissueModel};
+use tongue_fit::system::{self, Model, OutsidePath, TissueModel};
+
+use super::output;
 
 /// The body and its model.
 #[derive(Debug, Clone, clap::Args)]
@@ -19,6 +22,12 @@ pub struct Arguments {
     /// Anatomy file (TOML) in place of the built-in one
     #[arg(long, value_name = "FILE")]
     anatomy: Option<PathBuf>,
+    /// Gmsh mesh (.msh, 4.1 or 2.2) in place of an anatomy; `tongue-fit mesh check` says what it must have
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
+    mesh: Option<PathBuf>,
+    /// Unit of the coordinates in that file
+    #[arg(long, value_enum, default_value = "m", requires = "mesh")]
+    mesh_unit: UnitName,
     /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis to the letter
     #[arg(long, value_enum, default_value = "consistent")]
     preset: PresetName,
@@ -60,12 +69,34 @@ enum TissueName {
     Fe,
 }
 
+/// Names of [`Unit`] on the command line.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum UnitName {
+    /// Metres
+    M,
+    /// Millimetres
+    Mm,
+}
+
+impl From<UnitName> for Unit {
+    fn from(name: UnitName) -> Self {
+        match name {
+            UnitName::M => Self::M,
+            UnitName::Mm => Self::Mm,
+        }
+    }
+}
+
 impl Arguments {
     /// The mesh.
     ///
     /// # Errors
-    /// A spacing that is no length or out of range; an anatomy file that cannot be read or is wrong.
+    /// A spacing that is no length or out of range; an anatomy or mesh file that cannot be read or is wrong; a mesh in space, or
+    /// far larger than any tongue.
     pub fn mesh(&self) -> miette::Result<Mesh<2>> {
+        if let Some(path) = &self.mesh {
+            return flat(path, self.mesh_unit.into());
+        }
         let anatomy = match &self.anatomy {
             Some(path) => read_anatomy(path)?,
             None => Anatomy::reference().into_diagnostic()?,
@@ -95,6 +126,35 @@ impl Arguments {
             },
         }
     }
+}
+
+/// Reads a Gmsh file.
+///
+/// # Errors
+/// As the operating system; [`gmsh::GmshError`].
+pub fn read_gmsh(path: &Path, unit: Unit) -> miette::Result<gmsh::File> {
+    let bytes = std::fs::read(path).into_diagnostic().wrap_err_with(|| {
+        format!("cannot read the mesh file \"{}\"; name a Gmsh mesh (.msh)", path.display())
+    })?;
+    gmsh::read(&bytes, &path.display().to_string(), unit).into_diagnostic()
+}
+
+/// A body in the plane, of a size that can be a tongue's.
+fn flat(path: &Path, unit: Unit) -> miette::Result<Mesh<2>> {
+    let shown = path.display();
+    let gmsh::File::Flat(body) = read_gmsh(path, unit)? else {
+        return Err(miette!(
+            "{shown}: this is a body of tetrahedra, and the command needs one in the midsagittal plane; simulate it \
+             as a scene ([body.mesh] file = \"{shown}\")"
+        ));
+    };
+    if let Err(error) = system::check_size(&body.mesh) {
+        return Err(miette!("{shown}: {error}, or read them with --mesh-unit mm"));
+    }
+    if let Some(suspicion) = gmsh::unit_suspicion(&body.mesh) {
+        output::note(&format!("{shown}: {suspicion}"));
+    }
+    Ok(body.mesh)
 }
 
 fn read_anatomy(path: &Path) -> miette::Result<Anatomy> {

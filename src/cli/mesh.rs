@@ -5,19 +5,30 @@ use std::fmt::Write as _;
 use miette::IntoDiagnostic;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
-use tongue_fit::mesh::{MuscleChain, Quality};
-use tongue_fit::report::{ByMuscle, OutputDir};
+use tongue_fit::mesh::{MuscleChain, Quality, gmsh};
+use tongue_fit::report::{self, ByMuscle, OutputDir};
 use tongue_fit::{fit, system};
 
-use super::{Global, Outcome, body, output};
+use super::{Global, Outcome, body, mesh_check, output};
 
 /// Options of `tongue-fit mesh`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
-#[command(after_help = "Example:\n  tongue-fit mesh --h 2.75mm --json > mesh.json")]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  tongue-fit mesh --h 2.75mm --json > mesh.json\n  tongue-fit mesh check my.msh"
+)]
 pub struct Arguments {
+    #[command(subcommand)]
+    action: Option<Action>,
     #[command(flatten)]
     body: body::Arguments,
+}
+
+#[derive(Debug, Clone, clap::Subcommand)]
+enum Action {
+    /// Read a Gmsh mesh (.msh) and say what it is, how good, and what it lacks
+    Check(mesh_check::Arguments),
 }
 
 #[derive(Serialize)]
@@ -55,6 +66,9 @@ struct Record {
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    if let Some(Action::Check(check)) = &arguments.action {
+        return mesh_check::run(check, global);
+    }
     let mesh = arguments.body.mesh()?;
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let coefficients = system::coefficients(&mesh, &arguments.body.model()).into_diagnostic()?;
@@ -80,8 +94,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     let json = serde_json::to_string_pretty(&record).into_diagnostic()? + "\n";
     let written = match &out {
-        Some(out) => Some(out.write("mesh.json", &json).into_diagnostic()?),
-        None => None,
+        Some(out) => {
+            let at_rest = vec![0.0; mesh.muscles.len()];
+            let vtu = report::vtu(&mesh, &mesh.nodes, &at_rest).into_diagnostic()?;
+            let msh = gmsh::write(&mesh);
+            let files =
+                [("mesh.json", json.as_bytes()), ("mesh.msh", msh.as_bytes()), ("mesh.vtu", vtu.as_bytes())];
+            out.write_all(&files).into_diagnostic()?
+        }
+        None => Vec::new(),
     };
     if global.json {
         output::print(&json)?;
@@ -118,7 +139,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     for (chain, length) in mesh.muscles.iter().zip(mesh.muscles.iter().map(|m| length(m.ends()))) {
         line(&chain.name, format!("{:.1} mm, {} connections", length * 1e3, chain.nodes.len() - 1));
     }
-    if let Some(path) = written {
+    for path in written {
         line("written", path.display().to_string());
     }
     output::print(&text)?;

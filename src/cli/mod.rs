@@ -5,6 +5,7 @@ mod batch;
 mod body;
 mod fit;
 mod mesh;
+mod mesh_check;
 mod output;
 mod scene;
 mod scene_table;
@@ -33,6 +34,8 @@ enum Outcome {
     Good,
     /// Something did not converge or sits on a bound: exit status 3.
     Untrustworthy,
+    /// The input was read and told about, but nothing can be computed with it: exit status 1.
+    Unusable,
     /// The rest is done, but some rows of the input could not be used: exit status 1.
     SomeRowsRefused,
 }
@@ -118,7 +121,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Untrustworthy) => ExitCode::from(UNTRUSTWORTHY),
-        Ok(Outcome::SomeRowsRefused) => ExitCode::FAILURE,
+        Ok(Outcome::Unusable | Outcome::SomeRowsRefused) => ExitCode::FAILURE,
         Err(error) => {
             output::error(&error);
             ExitCode::FAILURE

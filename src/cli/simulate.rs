@@ -60,7 +60,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(out) = &out {
         let picture = report::tongue(&mesh, positions, &active, "Tongue at rest (grey) and deformed")
             .into_diagnostic()?;
-        let files = [("simulation.json", json.as_bytes()), ("tongue.svg", picture.as_bytes())];
+        let vtu = report::vtu(&mesh, positions, &all).into_diagnostic()?;
+        let msh = report::msh(&mesh, positions, &all).into_diagnostic()?;
+        let files = [
+            ("simulation.json", json.as_bytes()),
+            ("tongue.svg", picture.as_bytes()),
+            ("tongue.vtu", vtu.as_bytes()),
+            ("tongue.msh", msh.as_bytes()),
+        ];
         written = out.write_all(&files).into_diagnostic()?;
     }
     if global.json {

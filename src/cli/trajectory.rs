@@ -246,6 +246,7 @@ fn write(
         })
         .collect();
     let csv = report::lengths_over_time(&rows).into_diagnostic()?;
+    let sto = report::sto("tongue-fit: muscle lengths and tensions over time", &rows);
     let names: Vec<&str> =
         active.iter().filter_map(|&m| mesh.muscles.get(m)).map(|m| m.name.as_str()).collect();
     let title = match names.is_empty() {
@@ -256,6 +257,7 @@ fn write(
     let mut files: Vec<(String, Vec<u8>)> = vec![
         ("trajectory.json".to_owned(), json.as_bytes().to_vec()),
         ("trajectory.csv".to_owned(), csv),
+        ("trajectory.sto".to_owned(), sto.into_bytes()),
         ("trajectory.svg".to_owned(), svg.into_bytes()),
     ];
     let mut frames = Vec::new();
@@ -266,10 +268,10 @@ fn write(
         frames.push((frame.time, name));
     }
     let pvd = report::pvd(frames.iter().map(|(time, name)| (*time, name.as_str())));
-    files.insert(3, ("trajectory.pvd".to_owned(), pvd.into_bytes()));
+    files.insert(4, ("trajectory.pvd".to_owned(), pvd.into_bytes()));
     let named: Vec<(&str, &[u8])> = files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
     let mut written = out.write_all(&named).into_diagnostic()?;
-    written.truncate(4);
+    written.truncate(5);
     Ok(written)
 }
 

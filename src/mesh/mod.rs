@@ -8,6 +8,7 @@ mod build;
 mod check;
 mod fill;
 mod frame;
+pub mod gmsh;
 mod plane;
 mod quality;
 pub mod simplex;
@@ -22,7 +23,7 @@ pub use anatomy::{Anatomy, AnatomyError, AnatomyProblem, Bone, MuscleLine, Outsi
 pub use build::{DEFAULT_SPACING_M, MeshError, build};
 pub use check::MeshFault;
 pub use plane::Point;
-pub use quality::Quality;
+pub use quality::{Quality, SolidQuality};
 pub use spline::ClosedSpline;
 
 /// The cells of a mesh (triangles in 2D, tetrahedra in 3D): `D + 1` node numbers each.

@@ -5,19 +5,21 @@ use std::fmt::Write as _;
 use nalgebra::SVector;
 
 use super::ReportError;
-use super::picture::check;
-use crate::mesh::{Mesh, simplex};
+use super::fields::{DISPLACEMENT, Fields, STRETCH};
+use crate::mesh::Mesh;
 
 /// VTK's numbers for cells of lines, triangles and tetrahedra.
-const POLY_LINE: u8 = 4;
+const LINE: u8 = 3;
 const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
 
-/// One shape of the body as a VTU file: the triangles (in space: tetrahedra), then the muscles as lines.
+/// One shape of the body as a VTU file: the triangles (in space: tetrahedra), then the connections of the muscles as lines, one
+/// muscle after another.
 ///
-/// Points lie at `positions` (m, one for each node of `mesh`) and carry their `displacement` from rest, m. Cells carry `muscle`
-/// (its number in `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest; 1 for muscles) and `tension` (N per metre
-/// of thickness, in space N; of `tensions`, one for each muscle; 0 for tissue).
+/// Points lie at `positions` (m, one for each node of `mesh`) and carry `displacement_m` from rest. Cells carry `muscle` (its number in
+/// `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1 for lines), `stretch`
+/// (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m` (N per metre of thickness; in space `tension_n`; of
+/// `tensions`, one for each muscle; 0 for tissue).
 ///
 /// # Errors
 /// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for [`super::tongue`];
@@ -27,29 +29,18 @@ pub fn vtu<const D: usize>(
     positions: &[SVector<f64, D>],
     tensions: &[f64],
 ) -> Result<String, ReportError> {
-    check(mesh, positions, &[])?;
-    if tensions.len() != mesh.muscles.len() {
-        return Err(ReportError::Number {
-            what: "the list of tensions".to_owned(),
-            kind: "muscle",
-            number: tensions.len(),
-            count: mesh.muscles.len(),
-        });
-    }
-    let lines = || mesh.muscles.iter().map(|m| m.nodes.as_slice());
+    let fields = Fields::new(mesh, positions, tensions)?;
+    let lines = || mesh.muscles.iter().flat_map(|m| m.nodes.windows(2));
     let cells = || mesh.cells.iter().chain(lines());
     let mut end = 0;
     let ends = cells().map(|c| {
         end += c.len();
         end.to_string()
     });
-    let ratio = |cell: &[usize]| {
-        let area = |x: &[SVector<f64, D>]| simplex::measure(&simplex::corners(x, cell));
-        area(positions) / area(&mesh.nodes)
-    };
-    let none = |value: &'static str| mesh.cells.iter().map(move |_| value.to_owned());
+    let tissue = |value: &'static str| mesh.cells.iter().map(move |_| value.to_owned());
     let point = |p: &SVector<f64, D>| format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0));
-    let (kind, measure) = if D == 2 { (TRIANGLE, "area_ratio") } else { (TETRAHEDRON, "volume_ratio") };
+    let kind = if D == 2 { TRIANGLE } else { TETRAHEDRON };
+    let measure = fields.cell_ratio_name();
 
     let mut out = String::new();
     let _ = writeln!(
@@ -57,7 +48,7 @@ pub fn vtu<const D: usize>(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
          <UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">",
         mesh.nodes.len(),
-        mesh.cells.len() + mesh.muscles.len()
+        cells().count()
     );
     out += "<Points>\n";
     array(&mut out, "position", "Float64", 3, positions.iter().map(point));
@@ -65,17 +56,18 @@ pub fn vtu<const D: usize>(
     let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
     array(&mut out, "connectivity", "Int64", 1, cells().map(join));
     array(&mut out, "offsets", "Int64", 1, ends);
-    let types = mesh.cells.iter().map(|_| kind).chain(lines().map(|_| POLY_LINE));
+    let types = mesh.cells.iter().map(|_| kind).chain(lines().map(|_| LINE));
     array(&mut out, "types", "UInt8", 1, types.map(|t| t.to_string()));
-    out += "</Cells>\n<PointData Vectors=\"displacement\">\n";
-    let moved = positions.iter().zip(&mesh.nodes).map(|(p, rest)| point(&(p - rest)));
-    array(&mut out, "displacement", "Float64", 3, moved);
+    let _ = writeln!(out, "</Cells>\n<PointData Vectors=\"{DISPLACEMENT}\">");
+    array(&mut out, DISPLACEMENT, "Float64", 3, fields.displacements().map(|d| point(&d)));
     let _ = writeln!(out, "</PointData>\n<CellData Scalars=\"{measure}\">");
-    let ratios = mesh.cells.iter().map(|c| ratio(c).to_string()).chain(lines().map(|_| "1".to_owned()));
+    let of_lines = |values: Vec<f64>| values.into_iter().map(|v| v.to_string());
+    let ratios = fields.cell_ratios().map(|r| r.to_string()).chain(lines().map(|_| "1".to_owned()));
     array(&mut out, measure, "Float64", 1, ratios);
-    let numbers = none("-1").chain((0..mesh.muscles.len()).map(|m| m.to_string()));
-    array(&mut out, "muscle", "Int64", 1, numbers);
-    array(&mut out, "tension", "Float64", 1, none("0").chain(tensions.iter().map(f64::to_string)));
+    let numbers = (0..).zip(&mesh.muscles).flat_map(|(n, m)| m.nodes.windows(2).map(move |_| n.to_string()));
+    array(&mut out, "muscle", "Int64", 1, tissue("-1").chain(numbers));
+    array(&mut out, STRETCH, "Float64", 1, tissue("1").chain(of_lines(fields.stretches())));
+    array(&mut out, fields.tension_name(), "Float64", 1, tissue("0").chain(of_lines(fields.tensions())));
     out += "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
     Ok(out)
 }
@@ -137,12 +129,14 @@ mod tests {
         let text = vtu(&mesh, &moved, &[12.5]).unwrap();
         let document = roxmltree::Document::parse(&text).unwrap();
         assert_eq!(values(&document, "position"), [0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-        assert_eq!(values(&document, "displacement"), [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(values(&document, "connectivity"), [0.0, 1.0, 2.0, 0.0, 1.0, 2.0]);
-        assert_eq!(values(&document, "offsets"), [3.0, 6.0]);
-        assert_eq!(values(&document, "types"), [5.0, 4.0]);
-        assert_eq!(values(&document, "area_ratio"), [2.0, 1.0]);
-        assert_eq!(values(&document, "tension"), [0.0, 12.5]);
+        assert_eq!(values(&document, "displacement_m"), [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(values(&document, "connectivity"), [0.0, 1.0, 2.0, 0.0, 1.0, 1.0, 2.0]);
+        assert_eq!(values(&document, "offsets"), [3.0, 5.0, 7.0]);
+        assert_eq!(values(&document, "types"), [5.0, 3.0, 3.0]);
+        assert_eq!(values(&document, "muscle"), [-1.0, 0.0, 0.0]);
+        assert_eq!(values(&document, "area_ratio"), [2.0, 1.0, 1.0]);
+        assert_eq!(values(&document, "stretch"), [1.0, 2.0, 2.5f64.sqrt()]);
+        assert_eq!(values(&document, "tension_n_per_m"), [0.0, 12.5, 12.5]);
         assert!(matches!(vtu(&mesh, &moved, &[]), Err(ReportError::Number { .. })));
     }
 
@@ -153,7 +147,9 @@ mod tests {
         let document = roxmltree::Document::parse(&text).unwrap();
         let kinds = values(&document, "types");
         assert_eq!(kinds.iter().filter(|k| **k == 10.0).count(), mesh.cells.len());
-        assert_eq!(values(&document, "volume_ratio"), vec![1.0; mesh.cells.len() + 7]);
+        let lines: usize = mesh.muscles.iter().map(|m| m.nodes.len() - 1).sum();
+        assert_eq!(values(&document, "volume_ratio"), vec![1.0; mesh.cells.len() + lines]);
+        assert_eq!(values(&document, "tension_n").last(), Some(&0.5));
         assert_eq!(values(&document, "position").len(), 3 * mesh.nodes.len());
     }
 

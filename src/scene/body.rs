@@ -4,9 +4,11 @@ use nalgebra::{SVector, Vector2};
 use serde::Deserialize;
 
 use super::SceneError;
-use super::file::{Block, Body, Cylinder};
+use super::file::{Block, Body, Cylinder, MeshFile};
+use crate::mesh::gmsh::{self, Unit};
 use crate::mesh::{self, Anatomy, Cells, Mesh, MuscleChain, solid};
 use crate::muscle::Muscle;
+use crate::system;
 
 /// The palate of the reference tongue, as text.
 const PALATE: &str = include_str!("../../targets/palate.toml");
@@ -46,7 +48,10 @@ pub enum AnyBody {
 pub fn build(body: &Body) -> Result<AnyBody, SceneError> {
     Ok(match body {
         Body::Tongue(tongue) => AnyBody::Flat(reference_tongue(tongue.h_mm)?),
-        Body::Mesh(given) => AnyBody::Flat(from_file(&given.file)?),
+        Body::Mesh(given) => match given.file.to_ascii_lowercase().ends_with(".msh") {
+            true => from_gmsh(&given.file, given.unit)?,
+            false => AnyBody::Flat(from_json(given)?),
+        },
         Body::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
         Body::Block(b) => AnyBody::Solid(block(b)?),
     })
@@ -97,8 +102,32 @@ struct ConnectionText {
     nodes: [usize; 2],
 }
 
-fn from_file(file: &str) -> Result<Built<2>, SceneError> {
+fn from_gmsh(file: &str, unit: Unit) -> Result<AnyBody, SceneError> {
     let wrong = |problem: String| SceneError::MeshFile { file: file.to_owned(), problem };
+    let bytes = std::fs::read(file).map_err(|e| wrong(format!("cannot be read: {e}")))?;
+    Ok(match gmsh::read(&bytes, file, unit)? {
+        gmsh::File::Flat(body) => AnyBody::Flat(with_bones(file, body)?),
+        gmsh::File::Solid(body) => AnyBody::Solid(with_bones(file, body)?),
+    })
+}
+
+/// A body from Gmsh: its groups say which nodes the mandible carries and which are on the hyoid bone.
+fn with_bones<const D: usize>(file: &str, body: gmsh::Body<D>) -> Result<Built<D>, SceneError> {
+    system::check_size(&body.mesh).map_err(|error| SceneError::MeshFile {
+        file: file.to_owned(),
+        problem: format!("is of no use: {error}, or read them with [body.mesh] unit = \"mm\""),
+    })?;
+    let (mandible, hyoid) = (body.bone("mental_spine"), body.bone("hyoid"));
+    let what = format!("the mesh of \"{file}\"");
+    Ok(Built { what, mesh: body.mesh, mandible, hyoid, palate: None })
+}
+
+fn from_json(given: &MeshFile) -> Result<Built<2>, SceneError> {
+    let file = given.file.as_str();
+    let wrong = |problem: String| SceneError::MeshFile { file: file.to_owned(), problem };
+    if given.unit != Unit::M {
+        return Err(wrong("holds metres, as its keys say; leave out [body.mesh] unit".to_owned()));
+    }
     let text = std::fs::read_to_string(file).map_err(|e| wrong(format!("cannot be read: {e}")))?;
     let text: MeshText = serde_json::from_str(&text)
         .map_err(|e| wrong(format!("is not as `tongue-fit mesh --json` prints it: {e}")))?;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SceneError;
 use crate::material::{Preset, Spread};
+use crate::mesh::gmsh::Unit;
 use crate::suggest;
 
 /// A scene.
@@ -55,7 +56,7 @@ pub enum Want {
 pub enum Body {
     /// The reference tongue, in the midsagittal plane.
     Tongue(Tongue),
-    /// A mesh as `tongue-fit mesh --json` prints it.
+    /// A mesh from a file: Gmsh's (.msh), in the plane or in space, or as `tongue-fit mesh --json` prints it.
     Mesh(MeshFile),
     /// A solid cylinder of tissue that stands on its fixed base (z = 0), with axial muscle fibres called `axial`.
     Cylinder(Cylinder),
@@ -76,8 +77,11 @@ pub struct Tongue {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshFile {
-    /// Its path, from the current folder.
+    /// Its path, from the current folder; a name that ends in .msh is Gmsh's.
     pub file: String,
+    /// Unit of the coordinates in a .msh file: `m` or `mm`.
+    #[serde(default)]
+    pub unit: Unit,
 }
 
 /// A cylinder along z.

@@ -15,6 +15,7 @@ mod shipped;
 use crate::dynamics::{MethodError, MotionError};
 use crate::fit::FitError;
 use crate::material::MaterialError;
+use crate::mesh::gmsh::GmshError;
 use crate::mesh::{AnatomyError, MeshError, MeshFault};
 use crate::suggest;
 use crate::system::SystemError;
@@ -76,6 +77,9 @@ pub enum SceneError {
         /// What is wrong with it.
         problem: String,
     },
+    /// A Gmsh file that is no body.
+    #[error(transparent)]
+    Gmsh(#[from] GmshError),
     /// The reference anatomy cannot be used.
     #[error(transparent)]
     Anatomy(#[from] AnatomyError),

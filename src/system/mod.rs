@@ -107,10 +107,7 @@ impl<const D: usize> System<D> {
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
         }
-        let size_m = mesh.extent();
-        if size_m > LARGEST_BODY_M {
-            return Err(SystemError::Scale { size_m });
-        }
+        check_size(mesh)?;
         let cells: Vec<(Vec<usize>, f64)> = mesh
             .cells
             .iter()
@@ -118,7 +115,7 @@ impl<const D: usize> System<D> {
             .collect();
         let coefficients = coefficients(mesh, model)?;
         // The matching leaves a rounding of the stiffness at exactly 1/4.
-        let rounding = 1e-12 * coefficients.tissue_stiffness * size_m * size_m;
+        let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
         let incompressible = model.tissue == TissueModel::MassSpring && additions.incompressible;
         if incompressible && coefficients.kappa < -rounding {
             let poisson_ratio = model.constants.poisson_ratio;
@@ -348,6 +345,15 @@ impl<const D: usize> System<D> {
     pub fn place_path_nodes(&self, positions: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.place(positions));
     }
+}
+
+/// Checks that a body was not given in millimetres.
+///
+/// # Errors
+/// [`SystemError::Scale`] if it is more than 10 m across.
+pub fn check_size<const D: usize>(mesh: &Mesh<D>) -> Result<(), SystemError> {
+    let size_m = mesh.extent();
+    if size_m > LARGEST_BODY_M { Err(SystemError::Scale { size_m }) } else { Ok(()) }
 }
 
 /// Coefficients for a mesh: identified on an equilateral cell with the mesh's mean connection length as its side, as in

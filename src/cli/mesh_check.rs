@@ -1,0 +1,198 @@
+//! `tongue-fit mesh check`: what a Gmsh file holds, how good it is, and what it lacks.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use miette::IntoDiagnostic;
+use serde::Serialize;
+use tongue_fit::mesh::gmsh::{self, Body, Concern, File, Format, Unused};
+use tongue_fit::mesh::{Quality, SolidQuality};
+use tongue_fit::system::{Model, System, SystemError};
+
+use super::body::{self, UnitName};
+use super::{Global, Outcome, output};
+
+/// Options of `tongue-fit mesh check`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(
+    after_help = "Example:\n  tongue-fit mesh check my.msh\n\nPhysical groups say what is what: a surface (in space a volume) called tissue, \
+                  curves called GGa, GGm, ... or muscle:NAME, and points or curves called bone or bone:NAME.\n\
+                  Exit status: 0 good, 1 cannot be used, 3 can be used, but look at it."
+)]
+pub struct Arguments {
+    /// The mesh, of format 4.1 or 2.2
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Unit of the coordinates in the file
+    #[arg(long, value_enum, default_value = "m")]
+    mesh_unit: UnitName,
+}
+
+#[derive(Serialize)]
+struct Record {
+    file: String,
+    format: Format,
+    dimension: usize,
+    usable: bool,
+    concerns: Vec<Told>,
+    quality: AnyQuality,
+    extent_m: f64,
+    muscles: Vec<MuscleRecord>,
+    bones: Vec<BoneRecord>,
+    unused: Vec<Unused>,
+}
+
+#[derive(Serialize)]
+struct Told {
+    severity: Severity,
+    message: String,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Severity {
+    Error,
+    Warning,
+    Remark,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum AnyQuality {
+    Flat(Quality),
+    Solid(SolidQuality),
+}
+
+#[derive(Serialize)]
+struct MuscleRecord {
+    name: String,
+    length_mm: f64,
+    nodes: usize,
+}
+
+#[derive(Serialize)]
+struct BoneRecord {
+    name: String,
+    nodes: usize,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let record = match body::read_gmsh(&arguments.file, arguments.mesh_unit.into())? {
+        File::Flat(body) => {
+            let quality = Quality::of(&body.mesh);
+            record(arguments, &body, quality.smallest_angle_deg, AnyQuality::Flat(quality))
+        }
+        File::Solid(body) => {
+            let quality = SolidQuality::of(&body.mesh);
+            record(arguments, &body, quality.smallest_angle_deg, AnyQuality::Solid(quality))
+        }
+    };
+    match global.json {
+        true => output::print(&(serde_json::to_string_pretty(&record).into_diagnostic()? + "\n"))?,
+        false => output::print(&text(&record))?,
+    }
+    Ok(match record.concerns.iter().any(|c| c.severity == Severity::Warning) {
+        _ if !record.usable => Outcome::Unusable,
+        true => Outcome::Untrustworthy,
+        false => Outcome::Good,
+    })
+}
+
+fn record<const D: usize>(
+    arguments: &Arguments,
+    body: &Body<D>,
+    smallest_angle_deg: f64,
+    quality: AnyQuality,
+) -> Record {
+    let told = |concern: &Concern| {
+        let severity = match concern {
+            c if c.is_fatal() => Severity::Error,
+            c if c.is_remark() => Severity::Remark,
+            _ => Severity::Warning,
+        };
+        Told { severity, message: concern.to_string() }
+    };
+    let mut concerns: Vec<Told> = gmsh::review(body, smallest_angle_deg).iter().map(told).collect();
+    let refusal = System::new(&body.mesh, &Model::default(), &[]).err();
+    match &refusal {
+        // Said already, with what to do about it in a file.
+        None | Some(SystemError::Scale { .. }) => {}
+        Some(SystemError::Loose { .. }) if body.mesh.fixed.is_empty() => {}
+        Some(SystemError::Loose { node }) => {
+            let tag = body.tags.get(*node).copied().unwrap_or_default();
+            let message = format!(
+                "the part with Gmsh's node {tag} hangs on no bone, so it could move freely: join it to the rest, or give it one"
+            );
+            concerns.push(Told { severity: Severity::Error, message });
+        }
+        Some(other) => concerns.push(Told { severity: Severity::Error, message: other.to_string() }),
+    }
+    let mesh = &body.mesh;
+    let length_mm = |[a, b]: [usize; 2]| (mesh.nodes[b] - mesh.nodes[a]).norm() * 1e3;
+    let muscles = mesh.muscles.iter().map(|m| MuscleRecord {
+        name: m.name.clone(),
+        length_mm: length_mm(m.ends()),
+        nodes: m.nodes.len(),
+    });
+    let bones = body.bones.iter().map(|b| BoneRecord { name: b.name.clone(), nodes: b.nodes.len() });
+    Record {
+        file: arguments.file.display().to_string(),
+        format: body.format,
+        dimension: D,
+        usable: refusal.is_none(),
+        concerns,
+        quality,
+        extent_m: mesh.extent(),
+        muscles: muscles.collect(),
+        bones: bones.collect(),
+        unused: body.unused.clone(),
+    }
+}
+
+fn text(record: &Record) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<28}{value}");
+    };
+    let form = if record.format.binary { "binary" } else { "text" };
+    line("file", format!("{} (Gmsh {}, {form})", record.file, record.format.version));
+    let nodes =
+        |all: usize, outside: usize| format!("{all} ({} in tissue, {outside} outside)", all - outside);
+    match &record.quality {
+        AnyQuality::Flat(q) => {
+            line("nodes", nodes(q.nodes, q.nodes_outside_tissue));
+            line("triangles, area", format!("{}, {:.1} mm²", q.cells, q.area_m2 * 1e6));
+            line("smallest angle", format!("{:.1}°", q.smallest_angle_deg));
+            line("connections", connections(q.connections, q.shortest_connection_m, q.longest_connection_m));
+        }
+        AnyQuality::Solid(q) => {
+            line("nodes", nodes(q.nodes, q.nodes_outside_tissue));
+            line("tetrahedra, volume", format!("{}, {:.1} mm³", q.cells, q.volume_m3 * 1e9));
+            line("smallest angle", format!("{:.1}° between faces", q.smallest_angle_deg));
+            line("connections", connections(q.connections, q.shortest_connection_m, q.longest_connection_m));
+        }
+    }
+    line("extent", format!("{:.1} mm", record.extent_m * 1e3));
+    for muscle in &record.muscles {
+        line(&muscle.name, format!("{:.1} mm, {} connections", muscle.length_mm, muscle.nodes - 1));
+    }
+    for bone in &record.bones {
+        let nodes = if bone.nodes == 1 { "node" } else { "nodes" };
+        line(&format!("bone {}", bone.name), format!("{} {nodes}", bone.nodes));
+    }
+    for Told { severity, message } in &record.concerns {
+        let word = match severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+            Severity::Remark => "remark",
+        };
+        let _ = writeln!(text, "{word}: {message}");
+    }
+    text + if record.usable { "usable\n" } else { "NOT USABLE\n" }
+}
+
+fn connections(count: usize, shortest_m: f64, longest_m: f64) -> String {
+    format!("{count}, {:.2} to {:.2} mm long", shortest_m * 1e3, longest_m * 1e3)
+}

@@ -1,0 +1,175 @@
+//! Walks through the bytes of a Gmsh file, which are text, or text with numbers in binary between.
+
+use super::error::{Found, Located, Problem};
+
+/// A place in the bytes, and how numbers are written there.
+pub(super) struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    binary: bool,
+    /// Whether numbers in binary have their most significant byte first.
+    big_endian: bool,
+}
+
+impl<'a> Cursor<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0, binary: false, big_endian: false }
+    }
+
+    /// The byte where what comes next begins.
+    pub fn at(&mut self) -> usize {
+        if !self.binary {
+            self.skip_space();
+        }
+        self.at
+    }
+
+    pub fn is_binary(&self) -> bool {
+        self.binary
+    }
+
+    /// From here on numbers are in binary; the next four bytes are a 1, which tells the order of the bytes.
+    pub fn begin_binary(&mut self) -> Found<()> {
+        self.binary = true;
+        let at = self.at;
+        match self.array::<4>("the number that tells the order of the bytes")? {
+            [1, 0, 0, 0] => Ok(()),
+            [0, 0, 0, 1] => {
+                self.big_endian = true;
+                Ok(())
+            }
+            _ => Err(Located::at(at, Problem::ByteOrder)),
+        }
+    }
+
+    /// The name of the section that begins next, without the `$`, and the byte where it stands; `None` at the end of the file.
+    pub fn section(&mut self) -> Found<Option<(&'a str, usize)>> {
+        self.skip_space();
+        if self.at == self.bytes.len() {
+            return Ok(None);
+        }
+        let at = self.at;
+        let line = self.line("a section")?;
+        match line.trim().strip_prefix('$') {
+            Some(name) if !name.is_empty() && !name.starts_with("End") => Ok(Some((name, at))),
+            _ => Err(Located::at(at, Problem::NoSection { found: shortened(line) })),
+        }
+    }
+
+    /// The end of a section must come next.
+    pub fn end(&mut self, section: &'static str) -> Found<()> {
+        self.skip_space();
+        let at = self.at;
+        let found = self.token(section)?;
+        match found.strip_prefix("$End") == Some(section) {
+            true => Ok(()),
+            false => Err(Located::at(at, Problem::NoEnd { section, found: shortened(found) })),
+        }
+    }
+
+    /// Leaves out the rest of a section.
+    pub fn skip(&mut self, section: &str) -> Found<()> {
+        let end = format!("$End{section}");
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        match rest.windows(end.len()).position(|w| w == end.as_bytes()) {
+            Some(offset) => {
+                self.at += offset + end.len();
+                Ok(())
+            }
+            None => Err(Located::at(self.at, Problem::Ended { what: format!("${end}", end = &end[1..]) })),
+        }
+    }
+
+    /// What is left of this line, as text; the next one begins after it.
+    pub fn line(&mut self, what: &str) -> Found<&'a str> {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        if rest.is_empty() {
+            return Err(Located::at(self.at, Problem::Ended { what: what.to_owned() }));
+        }
+        let length = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
+        let text = self.text(self.at, self.at + length, what)?;
+        self.at = (self.at + length + 1).min(self.bytes.len());
+        Ok(text)
+    }
+
+    /// A number of a line of its own, which is text in binary files too.
+    pub fn count_in_text(&mut self, what: &'static str) -> Found<u64> {
+        self.skip_space();
+        let at = self.at;
+        let text = self.line(what)?.trim();
+        text.parse().map_err(|_| not_a_number(at, what, text))
+    }
+
+    /// The next word.
+    pub fn token(&mut self, what: &str) -> Found<&'a str> {
+        self.skip_space();
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        if length == 0 {
+            return Err(Located::at(self.at, Problem::Ended { what: what.to_owned() }));
+        }
+        let text = self.text(self.at, self.at + length, what)?;
+        self.at += length;
+        Ok(text)
+    }
+
+    /// A whole number; in binary of four bytes.
+    pub fn int(&mut self, what: &'static str) -> Found<i64> {
+        match (self.binary, self.big_endian) {
+            (false, _) => self.number(what),
+            (true, false) => Ok(i32::from_le_bytes(self.array(what)?).into()),
+            (true, true) => Ok(i32::from_be_bytes(self.array(what)?).into()),
+        }
+    }
+
+    /// A number that counts or names; in binary of eight bytes.
+    pub fn size(&mut self, what: &'static str) -> Found<u64> {
+        match (self.binary, self.big_endian) {
+            (false, _) => self.number(what),
+            (true, false) => Ok(u64::from_le_bytes(self.array(what)?)),
+            (true, true) => Ok(u64::from_be_bytes(self.array(what)?)),
+        }
+    }
+
+    /// A real number; in binary of eight bytes.
+    pub fn real(&mut self, what: &'static str) -> Found<f64> {
+        match (self.binary, self.big_endian) {
+            (false, _) => self.number(what),
+            (true, false) => Ok(f64::from_le_bytes(self.array(what)?)),
+            (true, true) => Ok(f64::from_be_bytes(self.array(what)?)),
+        }
+    }
+
+    fn number<T: std::str::FromStr>(&mut self, what: &'static str) -> Found<T> {
+        let text = self.token(what)?;
+        text.parse().map_err(|_| not_a_number(self.at - text.len(), what, text))
+    }
+
+    fn array<const N: usize>(&mut self, what: &str) -> Found<[u8; N]> {
+        let bytes = self.bytes.get(self.at..self.at.saturating_add(N));
+        let Some(bytes) = bytes.and_then(|b| <[u8; N]>::try_from(b).ok()) else {
+            return Err(Located::at(self.at, Problem::Ended { what: what.to_owned() }));
+        };
+        self.at += N;
+        Ok(bytes)
+    }
+
+    fn text(&self, from: usize, to: usize, what: &str) -> Found<&'a str> {
+        let bytes = self.bytes.get(from..to).unwrap_or_default();
+        std::str::from_utf8(bytes).map_err(|_| Located::at(from, Problem::NotText { what: what.to_owned() }))
+    }
+
+    fn skip_space(&mut self) {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        self.at += rest.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(rest.len());
+    }
+}
+
+fn not_a_number(at: usize, what: &str, found: &str) -> Located {
+    Located::at(at, Problem::NotANumber { what: what.to_owned(), found: shortened(found) })
+}
+
+/// Enough of a word to find it again.
+fn shortened(text: &str) -> String {
+    text.trim().chars().take(40).collect()
+}

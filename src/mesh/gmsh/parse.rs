@@ -1,0 +1,315 @@
+//! The sections of a Gmsh file, without a thought on what they mean: formats 4.1 and 2.2, text and binary.
+
+use std::collections::BTreeMap;
+
+use super::Format;
+use super::cursor::Cursor;
+use super::error::{Found, Located, Problem};
+
+/// What a file holds. Tags are Gmsh's numbers.
+pub(super) struct Raw {
+    pub format: Format,
+    /// Names of the physical groups, by dimension and tag, each with the byte where it stands.
+    pub names: BTreeMap<(usize, i64), (String, usize)>,
+    /// Positions by tag, in the unit of the file.
+    pub nodes: BTreeMap<u64, [f64; 3]>,
+    /// Elements as they come; one that is in several physical groups comes once for each.
+    pub elements: Vec<Element>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Element {
+    pub tag: u64,
+    pub dimension: usize,
+    /// Its physical group; 0 for none.
+    pub group: i64,
+    pub nodes: Vec<u64>,
+    /// The byte where it stands.
+    pub at: usize,
+}
+
+/// Physical groups by dimension and tag of the entity.
+type Entities = BTreeMap<(i64, i64), Vec<i64>>;
+
+/// Dimension and number of nodes of an element type.
+fn shape(kind: i64, element: u64, at: usize) -> Found<(usize, usize)> {
+    let linear =
+        "only lines, triangles and tetrahedra of the first order are read: set Mesh.ElementOrder = 1";
+    let simplex = "only triangles and tetrahedra are read: switch off Recombine (Mesh.RecombineAll = 0)";
+    let (what, remedy) = match kind {
+        15 => return Ok((0, 1)),
+        1 => return Ok((1, 2)),
+        2 => return Ok((2, 3)),
+        4 => return Ok((3, 4)),
+        3 | 10 | 16 => ("quadrangle".to_owned(), simplex),
+        5 | 12 | 17 => ("hexahedron".to_owned(), simplex),
+        6 | 13 | 18 => ("prism".to_owned(), simplex),
+        7 | 14 | 19 => ("pyramid".to_owned(), simplex),
+        8 => ("line of the second order (3 nodes)".to_owned(), linear),
+        9 => ("triangle of the second order (6 nodes)".to_owned(), linear),
+        11 => ("tetrahedron of the second order (10 nodes)".to_owned(), linear),
+        26..=28 => ("line of a higher order".to_owned(), linear),
+        20..=25 => ("triangle of a higher order".to_owned(), linear),
+        29..=31 => ("tetrahedron of a higher order".to_owned(), linear),
+        other => (format!("cell of Gmsh's type {other}"), linear),
+    };
+    Err(Located::at(at, Problem::Element { element, what, remedy }))
+}
+
+/// Reads a file.
+pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
+    if !matches!(cursor.section(), Ok(Some(("MeshFormat", _)))) {
+        return Err(Located::at(0, Problem::NotGmsh));
+    }
+    let format = header(cursor)?;
+    let mut names = BTreeMap::new();
+    let (mut entities, mut nodes, mut elements) = (None, None, None);
+    while let Some((section, at)) = cursor.section()? {
+        match section {
+            "PhysicalNames" => physical_names(cursor, &mut names)?,
+            "PartitionedEntities" => return Err(Located::at(at, Problem::Partitioned)),
+            "Entities" if format.version == "4.1" => {
+                once(&mut entities, "Entities", at, entities_4(cursor)?)?;
+            }
+            "Nodes" => {
+                let read = if format.version == "4.1" { nodes_4(cursor)? } else { nodes_2(cursor)? };
+                once(&mut nodes, "Nodes", at, read)?;
+            }
+            "Elements" => {
+                let read = if format.version == "4.1" { elements_4(cursor)? } else { elements_2(cursor)? };
+                once(&mut elements, "Elements", at, read)?;
+            }
+            other => cursor.skip(other)?,
+        }
+    }
+    let missing = |section| Located::whole(Problem::NoSuchSection { section });
+    let nodes = nodes.ok_or_else(|| missing("Nodes"))?;
+    let mut elements = elements.ok_or_else(|| missing("Elements"))?;
+    if format.version == "4.1" {
+        elements = in_groups(elements, &entities.unwrap_or_default());
+    }
+    for element in &elements {
+        if let Some(&node) = element.nodes.iter().find(|n| !nodes.contains_key(n)) {
+            return Err(Located::at(element.at, Problem::NoSuchNode { element: element.tag, node }));
+        }
+    }
+    Ok(Raw { format, names, nodes, elements })
+}
+
+fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> Found<()> {
+    match slot.replace(value) {
+        None => Ok(()),
+        Some(_) => Err(Located::at(at, Problem::SectionTwice { section })),
+    }
+}
+
+fn header(cursor: &mut Cursor<'_>) -> Found<Format> {
+    let at = cursor.at();
+    let version = match cursor.token("the version of the format")? {
+        "4.1" => "4.1",
+        "2.2" => "2.2",
+        other => {
+            let found = other.chars().take(10).collect();
+            return Err(Located::at(at, Problem::Version { found }));
+        }
+    };
+    let kind = cursor.int("0 for text or 1 for binary")?;
+    let binary = match kind {
+        0 => false,
+        1 => true,
+        number => return Err(Located::at(at, Problem::OutOfRange { what: "file type", number })),
+    };
+    let size = cursor.line("the size of numbers")?.trim();
+    if size != "8" {
+        return Err(Located::at(at, Problem::DataSize { found: size.chars().take(10).collect() }));
+    }
+    if binary {
+        cursor.begin_binary()?;
+    }
+    cursor.end("MeshFormat")?;
+    Ok(Format { version, binary })
+}
+
+fn physical_names(cursor: &mut Cursor<'_>, names: &mut BTreeMap<(usize, i64), (String, usize)>) -> Found<()> {
+    let count = cursor.count_in_text("the number of physical groups")?;
+    for _ in 0..count {
+        let at = cursor.at();
+        let line = cursor.line("a physical group")?;
+        let parsed = || {
+            let (dimension, rest) = line.trim().split_once(char::is_whitespace)?;
+            let (tag, name) = rest.trim().split_once(char::is_whitespace)?;
+            let name = name.trim().strip_prefix('"')?.strip_suffix('"')?;
+            let dimension = dimension.parse().ok().filter(|d| *d <= 3)?;
+            Some(((dimension, tag.parse().ok()?), (name.to_owned(), at)))
+        };
+        let (key, name) = parsed().ok_or_else(|| {
+            Located::at(at, Problem::PhysicalName { found: line.trim().chars().take(60).collect() })
+        })?;
+        names.insert(key, name);
+    }
+    cursor.end("PhysicalNames")
+}
+
+/// A tag or a count of format 2.2: a positive whole number.
+fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Found<u64> {
+    let at = cursor.at();
+    let number = cursor.int(what)?;
+    match u64::try_from(number) {
+        Ok(n) if n > 0 => Ok(n),
+        _ => Err(Located::at(at, Problem::OutOfRange { what, number })),
+    }
+}
+
+fn position(cursor: &mut Cursor<'_>, node: u64) -> Found<[f64; 3]> {
+    let at = cursor.at();
+    let mut x = [0.0; 3];
+    for c in &mut x {
+        *c = cursor.real("a coordinate")?;
+    }
+    match x.iter().all(|c| c.is_finite()) {
+        true => Ok(x),
+        false => Err(Located::at(at, Problem::NotFinite { node })),
+    }
+}
+
+fn nodes_2(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
+    let count = cursor.count_in_text("the number of nodes")?;
+    let mut nodes = BTreeMap::new();
+    for _ in 0..count {
+        let at = cursor.at();
+        let node = positive(cursor, "node")?;
+        if nodes.insert(node, position(cursor, node)?).is_some() {
+            return Err(Located::at(at, Problem::NodeTwice { node }));
+        }
+    }
+    cursor.end("Nodes")?;
+    Ok(nodes)
+}
+
+fn elements_2(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
+    let count = cursor.count_in_text("the number of elements")?;
+    let mut elements: Vec<Element> = Vec::new();
+    while (elements.len() as u64) < count {
+        // In binary elements of one type follow each other, and what they share is said once before them.
+        let (kind, follow, tags, first) = match cursor.is_binary() {
+            true => {
+                let kind = cursor.int("the type of an element")?;
+                let follow = positive(cursor, "number of elements")?;
+                (kind, follow, cursor.int("the number of tags")?, None)
+            }
+            false => {
+                let tag = positive(cursor, "element")?;
+                let kind = cursor.int("the type of an element")?;
+                (kind, 1, cursor.int("the number of tags")?, Some(tag))
+            }
+        };
+        for _ in 0..follow {
+            let at = cursor.at();
+            let tag = first.map_or_else(|| positive(cursor, "element"), Ok)?;
+            let mut group = 0;
+            for nth in 0..tags {
+                let value = cursor.int("a tag of an element")?;
+                if nth == 0 {
+                    group = value.saturating_abs();
+                }
+            }
+            let (dimension, corners) = shape(kind, tag, at)?;
+            let nodes = (0..corners).map(|_| positive(cursor, "node")).collect::<Found<_>>()?;
+            elements.push(Element { tag, dimension, group, nodes, at });
+        }
+    }
+    cursor.end("Elements")?;
+    Ok(elements)
+}
+
+fn entities_4(cursor: &mut Cursor<'_>) -> Found<Entities> {
+    let mut counts = [0; 4];
+    for count in &mut counts {
+        *count = cursor.size("the number of entities")?;
+    }
+    let mut entities = Entities::new();
+    for (dimension, count) in counts.into_iter().enumerate() {
+        for _ in 0..count {
+            let tag = cursor.int("an entity")?;
+            for _ in 0..if dimension == 0 { 3 } else { 6 } {
+                cursor.real("a coordinate of an entity")?;
+            }
+            let groups = cursor.size("the number of physical groups")?;
+            let mut of_entity = Vec::new();
+            for _ in 0..groups {
+                of_entity.push(cursor.int("a physical group")?.saturating_abs());
+            }
+            if dimension > 0 {
+                for _ in 0..cursor.size("the number of bounding entities")? {
+                    cursor.int("a bounding entity")?;
+                }
+            }
+            entities.insert((dimension as i64, tag), of_entity);
+        }
+    }
+    cursor.end("Entities")?;
+    Ok(entities)
+}
+
+fn nodes_4(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
+    let blocks = cursor.size("the number of blocks")?;
+    for what in ["the number of nodes", "the lowest node", "the highest node"] {
+        cursor.size(what)?;
+    }
+    let mut nodes = BTreeMap::new();
+    for _ in 0..blocks {
+        let dimension = cursor.int("the dimension of an entity")?;
+        cursor.int("an entity")?;
+        let parametric = cursor.int("0, or 1 for parametric coordinates")?;
+        let count = cursor.size("the number of nodes of a block")?;
+        let mut tags = Vec::new();
+        for _ in 0..count {
+            tags.push((cursor.at(), cursor.size("a node")?));
+        }
+        for (at, node) in tags {
+            if nodes.insert(node, position(cursor, node)?).is_some() {
+                return Err(Located::at(at, Problem::NodeTwice { node }));
+            }
+            for _ in 0..if parametric == 0 { 0 } else { dimension.clamp(0, 3) } {
+                cursor.real("a parametric coordinate")?;
+            }
+        }
+    }
+    cursor.end("Nodes")?;
+    Ok(nodes)
+}
+
+/// Elements whose `group` is still the tag of their entity.
+fn elements_4(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
+    let blocks = cursor.size("the number of blocks")?;
+    for what in ["the number of elements", "the lowest element", "the highest element"] {
+        cursor.size(what)?;
+    }
+    let mut elements = Vec::new();
+    for _ in 0..blocks {
+        cursor.int("the dimension of an entity")?;
+        let entity = cursor.int("an entity")?;
+        let kind = cursor.int("the type of the elements")?;
+        for _ in 0..cursor.size("the number of elements of a block")? {
+            let at = cursor.at();
+            let tag = cursor.size("an element")?;
+            let (dimension, corners) = shape(kind, tag, at)?;
+            let nodes = (0..corners).map(|_| cursor.size("a node")).collect::<Found<_>>()?;
+            elements.push(Element { tag, dimension, group: entity, nodes, at });
+        }
+    }
+    cursor.end("Elements")?;
+    Ok(elements)
+}
+
+/// Every element once for each physical group of its entity.
+fn in_groups(elements: Vec<Element>, entities: &Entities) -> Vec<Element> {
+    let mut out = Vec::with_capacity(elements.len());
+    for element in elements {
+        match entities.get(&(element.dimension as i64, element.group)).map(Vec::as_slice) {
+            None | Some([]) => out.push(Element { group: 0, ..element }),
+            Some(groups) => out.extend(groups.iter().map(|&group| Element { group, ..element.clone() })),
+        }
+    }
+    out
+}

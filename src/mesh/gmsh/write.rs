@@ -1,0 +1,109 @@
+//! A mesh as a Gmsh file of format 4.1, as text.
+
+use std::fmt::Write as _;
+
+use nalgebra::SVector;
+
+use crate::mesh::Mesh;
+use crate::muscle::Muscle;
+
+/// The tag of the first line of muscle number `muscle`: elements are numbered cells first, then the muscles' lines one muscle
+/// after another, then the bones' points.
+pub fn first_line<const D: usize>(mesh: &Mesh<D>, muscle: usize) -> usize {
+    let before = mesh.muscles.iter().take(muscle);
+    1 + mesh.cells.len() + before.map(|m| m.nodes.len().saturating_sub(1)).sum::<usize>()
+}
+
+/// The mesh at rest, in metres, with the physical groups that [`super::read`] knows: node `n` has the tag `n + 1`. Read again it is the
+/// same mesh to the last bit if its fixed nodes, cells and muscles are in the order that [`super::Body::mesh`] tells.
+pub fn write<const D: usize>(mesh: &Mesh<D>) -> String {
+    let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
+    let names: Vec<String> = mesh.muscles.iter().map(|m| group_name(&m.name)).collect();
+    let _ = writeln!(out, "$PhysicalNames\n{}", names.len() + 1 + usize::from(!mesh.fixed.is_empty()));
+    if !mesh.fixed.is_empty() {
+        out += "0 1 \"bone\"\n";
+    }
+    for (nth, name) in names.iter().enumerate() {
+        let _ = writeln!(out, "1 {} \"{name}\"", nth + 1);
+    }
+    let _ = writeln!(out, "{D} 1 \"tissue\"\n$EndPhysicalNames");
+    entities(&mut out, mesh);
+
+    let count = mesh.nodes.len();
+    let _ = writeln!(out, "$Nodes\n1 {count} 1 {count}\n{D} 1 0 {count}");
+    for tag in 1..=count {
+        let _ = writeln!(out, "{tag}");
+    }
+    for x in &mesh.nodes {
+        let _ = writeln!(out, "{}", point(x));
+    }
+    out += "$EndNodes\n";
+    elements(&mut out, mesh);
+    out
+}
+
+/// One entity for each group, but a point for each node on bone.
+fn entities<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
+    let (surfaces, volumes) = if D == 2 { (1, 0) } else { (0, 1) };
+    let _ = writeln!(out, "$Entities\n{} {} {surfaces} {volumes}", mesh.fixed.len(), mesh.muscles.len());
+    for (nth, &node) in mesh.fixed.iter().enumerate() {
+        let x = mesh.nodes.get(node).map(point).unwrap_or_default();
+        let _ = writeln!(out, "{} {x} 1 1", nth + 1);
+    }
+    for (nth, muscle) in mesh.muscles.iter().enumerate() {
+        let nodes = muscle.nodes.iter().filter_map(|&n| mesh.nodes.get(n));
+        let _ = writeln!(out, "{tag} {} 1 {tag} 0", bounds(nodes), tag = nth + 1);
+    }
+    let _ = writeln!(out, "1 {} 1 1 0\n$EndEntities", bounds(mesh.nodes.iter()));
+}
+
+fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
+    let lines = |chain: &[usize]| chain.len().saturating_sub(1);
+    let total = first_line(mesh, mesh.muscles.len()) - 1 + mesh.fixed.len();
+    let blocks = 1 + mesh.muscles.len() + mesh.fixed.len();
+    let _ = writeln!(out, "$Elements\n{blocks} {total} 1 {total}");
+    let kind = if D == 2 { 2 } else { 4 };
+    let _ = writeln!(out, "{D} 1 {kind} {}", mesh.cells.len());
+    let mut tag = 0;
+    let mut element = |out: &mut String, nodes: &[usize]| {
+        tag += 1;
+        let _ = write!(out, "{tag}");
+        nodes.iter().for_each(|n| {
+            let _ = write!(out, " {}", n + 1);
+        });
+        out.push('\n');
+    };
+    mesh.cells.iter().for_each(|cell| element(out, cell));
+    for (nth, muscle) in mesh.muscles.iter().enumerate() {
+        let _ = writeln!(out, "1 {} 1 {}", nth + 1, lines(&muscle.nodes));
+        muscle.nodes.windows(2).for_each(|pair| element(out, pair));
+    }
+    for (nth, &node) in mesh.fixed.iter().enumerate() {
+        let _ = writeln!(out, "0 {} 15 1", nth + 1);
+        element(out, &[node]);
+    }
+    *out += "$EndElements\n";
+}
+
+fn point<const D: usize>(x: &SVector<f64, D>) -> String {
+    format!("{} {} {}", x[0], x[1], x.get(2).unwrap_or(&0.0))
+}
+
+/// The corners of the box around points.
+fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>>) -> String {
+    let around = nodes.fold(None, |around: Option<(SVector<f64, D>, SVector<f64, D>)>, x| match around {
+        None => Some((*x, *x)),
+        Some((low, high)) => Some((low.inf(x), high.sup(x))),
+    });
+    let (low, high) = around.unwrap_or((SVector::zeros(), SVector::zeros()));
+    format!("{} {}", point(&low), point(&high))
+}
+
+/// What a muscle's group is called; quotes and line ends would end the name.
+fn group_name(muscle: &str) -> String {
+    let name: String = muscle.chars().map(|c| if c == '"' || c.is_control() { '_' } else { c }).collect();
+    match name.parse::<Muscle>() {
+        Ok(known) => known.name().to_owned(),
+        Err(_) => format!("muscle:{name}"),
+    }
+}

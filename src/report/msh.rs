@@ -1,0 +1,68 @@
+//! A deformed body for Gmsh: the mesh at rest, and what is known of the deformed shape as views on it.
+
+use std::fmt::Write as _;
+
+use nalgebra::SVector;
+
+use super::ReportError;
+use super::fields::{DISPLACEMENT, Fields, STRETCH};
+use crate::mesh::{Mesh, gmsh};
+
+/// One shape of the body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`] reads, and the views
+/// `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`; of cells, to that at rest), `stretch` (of the muscles' lines, to the length
+/// at rest) and `tension_n_per_m` (in space `tension_n`; of the muscles' lines).
+///
+/// # Errors
+/// As [`super::vtu`].
+pub fn msh<const D: usize>(
+    mesh: &Mesh<D>,
+    positions: &[SVector<f64, D>],
+    tensions: &[f64],
+) -> Result<String, ReportError> {
+    let fields = Fields::new(mesh, positions, tensions)?;
+    let mut out = gmsh::write(mesh);
+    let moved = fields.displacements().map(|d| format!("{} {} {}", d[0], d[1], d.get(2).unwrap_or(&0.0)));
+    view(&mut out, "NodeData", DISPLACEMENT, 3, 1, moved.collect());
+    let first_line = gmsh::first_line(mesh, 0);
+    let ratios = fields.cell_ratios().map(|r| r.to_string()).collect();
+    view(&mut out, "ElementData", fields.cell_ratio_name(), 1, 1, ratios);
+    let text = |values: Vec<f64>| values.iter().map(f64::to_string).collect();
+    view(&mut out, "ElementData", STRETCH, 1, first_line, text(fields.stretches()));
+    view(&mut out, "ElementData", fields.tension_name(), 1, first_line, text(fields.tensions()));
+    Ok(out)
+}
+
+/// A view: a value for each of the nodes or elements that are numbered from `first` on.
+fn view(out: &mut String, section: &str, name: &str, components: usize, first: usize, values: Vec<String>) {
+    if values.is_empty() {
+        return;
+    }
+    // One word: the name. One real number: the time. Three whole ones: step, components, values.
+    let _ = writeln!(out, "${section}\n1\n\"{name}\"\n1\n0\n3\n0\n{components}\n{}", values.len());
+    for (number, value) in (first..).zip(&values) {
+        let _ = writeln!(out, "{number} {value}");
+    }
+    let _ = writeln!(out, "$End{section}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_follow_the_mesh_and_number_what_they_are_of() {
+        let mesh = crate::mesh::solid::cylinder(0.01, 0.02, 1, 2);
+        let tensions = vec![0.25; mesh.muscles.len()];
+        let text = msh(&mesh, &mesh.nodes, &tensions).unwrap();
+        let gmsh::File::Solid(back) = gmsh::read(text.as_bytes(), "own", gmsh::Unit::M).unwrap() else {
+            panic!("a solid")
+        };
+        assert_eq!(back.mesh.nodes, mesh.nodes);
+        let view = text.split("\"tension_n\"\n").nth(1).unwrap();
+        let lines: usize = mesh.muscles.iter().map(|m| m.nodes.len() - 1).sum();
+        let wanted = format!("1\n0\n3\n0\n1\n{lines}\n{} 0.25\n", mesh.cells.len() + 1);
+        assert!(view.starts_with(&wanted), "{}", &view[..60]);
+        assert_eq!(text.matches("Data\n").count(), 2 * 4);
+        assert!(matches!(msh(&mesh, &mesh.nodes, &[]), Err(ReportError::Number { .. })));
+    }
+}
