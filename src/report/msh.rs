@@ -9,8 +9,8 @@ use super::fields::{DISPLACEMENT, Fields, STRETCH};
 use crate::mesh::{Mesh, gmsh};
 
 /// One shape of the body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`] reads, and the views
-/// `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`; of cells, to that at rest), `stretch` (of the muscles' lines, to the length
-/// at rest) and `tension_n_per_m` (in space `tension_n`; of the muscles' lines).
+/// `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and `tension_n_per_m` (in space `tension_n`), with a value for
+/// every element as in [`super::vtu`]: readers like meshio take a view of some elements for one of all.
 ///
 /// # Errors
 /// As [`super::vtu`].
@@ -22,24 +22,24 @@ pub fn msh<const D: usize>(
     let fields = Fields::new(mesh, positions, tensions)?;
     let mut out = gmsh::write(mesh);
     let moved = fields.displacements().map(|d| format!("{} {} {}", d[0], d[1], d.get(2).unwrap_or(&0.0)));
-    view(&mut out, "NodeData", DISPLACEMENT, 3, 1, moved.collect());
-    let first_line = gmsh::first_line(mesh, 0);
-    let ratios = fields.cell_ratios().map(|r| r.to_string()).collect();
-    view(&mut out, "ElementData", fields.cell_ratio_name(), 1, 1, ratios);
-    let text = |values: Vec<f64>| values.iter().map(f64::to_string).collect();
-    view(&mut out, "ElementData", STRETCH, 1, first_line, text(fields.stretches()));
-    view(&mut out, "ElementData", fields.tension_name(), 1, first_line, text(fields.tensions()));
+    view(&mut out, "NodeData", DISPLACEMENT, 3, moved.collect());
+    // Elements are the cells, the lines of the muscles and the points of the bones.
+    let (cells, lines, points) = (mesh.cells.len(), fields.stretches().len(), mesh.fixed.len());
+    let mut of_elements = |name: &str, values: Vec<f64>| {
+        view(&mut out, "ElementData", name, 1, values.iter().map(f64::to_string).collect());
+    };
+    let ratios = fields.cell_ratios().chain(vec![1.0; lines + points]).collect();
+    of_elements(fields.cell_ratio_name(), ratios);
+    of_elements(STRETCH, [vec![1.0; cells], fields.stretches(), vec![1.0; points]].concat());
+    of_elements(fields.tension_name(), [vec![0.0; cells], fields.tensions(), vec![0.0; points]].concat());
     Ok(out)
 }
 
-/// A view: a value for each of the nodes or elements that are numbered from `first` on.
-fn view(out: &mut String, section: &str, name: &str, components: usize, first: usize, values: Vec<String>) {
-    if values.is_empty() {
-        return;
-    }
+/// A view: a value for each of the nodes or elements, which are numbered from 1 on.
+fn view(out: &mut String, section: &str, name: &str, components: usize, values: Vec<String>) {
     // One word: the name. One real number: the time. Three whole ones: step, components, values.
     let _ = writeln!(out, "${section}\n1\n\"{name}\"\n1\n0\n3\n0\n{components}\n{}", values.len());
-    for (number, value) in (first..).zip(&values) {
+    for (number, value) in (1..).zip(&values) {
         let _ = writeln!(out, "{number} {value}");
     }
     let _ = writeln!(out, "$End{section}");
@@ -60,8 +60,11 @@ mod tests {
         assert_eq!(back.mesh.nodes, mesh.nodes);
         let view = text.split("\"tension_n\"\n").nth(1).unwrap();
         let lines: usize = mesh.muscles.iter().map(|m| m.nodes.len() - 1).sum();
-        let wanted = format!("1\n0\n3\n0\n1\n{lines}\n{} 0.25\n", mesh.cells.len() + 1);
+        let (cells, points) = (mesh.cells.len(), mesh.fixed.len());
+        let wanted = format!("1\n0\n3\n0\n1\n{}\n1 0\n", cells + lines + points);
         assert!(view.starts_with(&wanted), "{}", &view[..60]);
+        assert!(view.contains(&format!("\n{cells} 0\n{} 0.25\n", cells + 1)));
+        assert!(view.contains(&format!("\n{} 0.25\n{} 0\n", cells + lines, cells + lines + 1)));
         assert_eq!(text.matches("Data\n").count(), 2 * 4);
         assert!(matches!(msh(&mesh, &mesh.nodes, &[]), Err(ReportError::Number { .. })));
     }

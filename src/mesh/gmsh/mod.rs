@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 use super::Mesh;
 pub use error::{GmshError, Place, Problem};
 pub use review::{Concern, TONGUE_M, review, unit_suspicion};
-pub use write::{first_line, write};
+pub use write::write;
 
 /// The unit of a file's coordinates.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -7,14 +7,8 @@ use nalgebra::SVector;
 use crate::mesh::Mesh;
 use crate::muscle::Muscle;
 
-/// The tag of the first line of muscle number `muscle`: elements are numbered cells first, then the muscles' lines one muscle
-/// after another, then the bones' points.
-pub fn first_line<const D: usize>(mesh: &Mesh<D>, muscle: usize) -> usize {
-    let before = mesh.muscles.iter().take(muscle);
-    1 + mesh.cells.len() + before.map(|m| m.nodes.len().saturating_sub(1)).sum::<usize>()
-}
-
-/// The mesh at rest, in metres, with the physical groups that [`super::read`] knows: node `n` has the tag `n + 1`. Read again it is the
+/// The mesh at rest, in metres, with the physical groups that [`super::read`] knows: node `n` has the tag `n + 1`, and elements are numbered
+/// from 1 on, cells first, then the muscles' lines one muscle after another, then the points on bone. Read again it is the
 /// same mesh to the last bit if its fixed nodes, cells and muscles are in the order that [`super::Body::mesh`] tells.
 pub fn write<const D: usize>(mesh: &Mesh<D>) -> String {
     let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
@@ -59,7 +53,8 @@ fn entities<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
 
 fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
     let lines = |chain: &[usize]| chain.len().saturating_sub(1);
-    let total = first_line(mesh, mesh.muscles.len()) - 1 + mesh.fixed.len();
+    let all_lines: usize = mesh.muscles.iter().map(|m| lines(&m.nodes)).sum();
+    let total = mesh.cells.len() + all_lines + mesh.fixed.len();
     let blocks = 1 + mesh.muscles.len() + mesh.fixed.len();
     let _ = writeln!(out, "$Elements\n{blocks} {total} 1 {total}");
     let kind = if D == 2 { 2 } else { 4 };

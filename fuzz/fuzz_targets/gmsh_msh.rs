@@ -1,0 +1,22 @@
+//! Whatever the bytes, reading a Gmsh mesh ends in a body that passes its checks or in an error, and a body that is written
+//! reads back the same.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use tongue_fit::mesh::gmsh::{self, Body, File, Unit};
+
+fuzz_target!(|bytes: &[u8]| match gmsh::read(bytes, "fuzz.msh", Unit::M) {
+    Ok(File::Flat(body)) => hold(&body),
+    Ok(File::Solid(body)) => hold(&body),
+    Err(error) => assert!(!error.to_string().is_empty()),
+});
+
+fn hold<const D: usize>(body: &Body<D>) {
+    body.mesh.check().expect("a body that was read passes its checks");
+    let again = gmsh::read(gmsh::write(&body.mesh).as_bytes(), "again.msh", Unit::M);
+    let cells = match again.expect("what was written is read") {
+        File::Flat(again) => again.mesh.cells.len(),
+        File::Solid(again) => again.mesh.cells.len(),
+    };
+    assert_eq!(cells, body.mesh.cells.len());
+}
