@@ -42,14 +42,15 @@ pub fn plan(plan: &Plan) -> String {
         text,
         "{} unknowns ({} nodes in {}D); stiffness {} nonzeros, factor {}\n\
          µs: estimated for one iteration (energy, force, stiffness)\n\
-         a factorisation: about {:.0} µs, {} operations",
+         a factorisation: about {:.0} µs, {} operations, {}",
         plan.unknowns,
         plan.nodes,
         plan.dimension,
         plan.nonzeros,
         plan.factor_nonzeros,
         plan.estimated_factor_us,
-        plan.factor_operations
+        plan.factor_operations,
+        if plan.factor_in_supernodes { "in supernodes (faer)" } else { "block by block" }
     );
     text
 }
