@@ -1,4 +1,5 @@
-//! Files that the real Gmsh wrote (tests/gmsh/make_meshes.py) are read as Gmsh itself understands them, and what is no body is refused.
+//! Files that the real Gmsh wrote (tests/gmsh/make_meshes.py) are read as Gmsh itself understands them, and what is no body
+//! is refused.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
 mod common;

@@ -15,11 +15,10 @@ use super::{Global, Outcome, output};
 /// Options of `tongue-fit mesh check`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
-#[command(
-    after_help = "Example:\n  tongue-fit mesh check my.msh\n\nPhysical groups say what is what: a surface (in space a volume) called tissue, \
+#[command(after_help = "Example:\n  tongue-fit mesh check my.msh\n\n\
+                  Physical groups say what is what: a surface (in space a volume) called tissue, \
                   curves called GGa, GGm, ... or muscle:NAME, and points or curves called bone or bone:NAME.\n\
-                  Exit status: 0 good, 1 cannot be used, 3 can be used, but look at it."
-)]
+                  Exit status: 0 good, 1 cannot be used, 3 can be used, but look at it.")]
 pub struct Arguments {
     /// The mesh, of format 4.1 or 2.2
     #[arg(value_name = "FILE")]

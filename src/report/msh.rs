@@ -8,12 +8,13 @@ use super::ReportError;
 use super::fields::{DISPLACEMENT, Fields, STRETCH};
 use crate::mesh::{Mesh, gmsh};
 
-/// One shape of the body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`] reads, and the views
-/// `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and `tension_n_per_m` (in space `tension_n`), with a value for
-/// every element as in [`super::vtu`]: readers like meshio take a view of some elements for one of all.
+/// One shape of the body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`]
+/// reads, and the views `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and `tension_n_per_m` (in
+/// space `tension_n`), with a value for every element as in [`super::vtu()`]: readers like meshio take a view of some
+/// elements for one of all.
 ///
 /// # Errors
-/// As [`super::vtu`].
+/// As [`super::vtu()`].
 pub fn msh<const D: usize>(
     mesh: &Mesh<D>,
     positions: &[SVector<f64, D>],

@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 
 use crate::muscle::{Muscle, PerMuscle};
 
-/// A row for each time, in SI units as everything in OpenSim: `time` (s), the eight lengths `GGa_length_m` .. and tensions `GGa_tension_n_per_m`
-/// .. (per metre of thickness). Rows hold time (s), lengths (m) and tensions (N per metre of thickness).
+/// A row for each time, in SI units as everything in OpenSim: `time` (s), the eight lengths `GGa_length_m` .. and tensions
+/// `GGa_tension_n_per_m` .. (per metre of thickness). Rows hold time (s), lengths (m) and tensions (N per metre of thickness).
 ///
-/// The format is that of the OpenSim documentation, "Storage (.sto) Files": a name, keys up to `endheader`, labels, numbers, separated by tabs.
+/// The format is that of the OpenSim documentation, "Storage (.sto) Files": a name, keys up to `endheader`, labels, numbers,
+/// separated by tabs.
 pub fn sto(name: &str, rows: &[(f64, PerMuscle<f64>, PerMuscle<f64>)]) -> String {
     let labels = std::iter::once("time".to_owned())
         .chain(Muscle::ALL.map(|m| format!("{m}_length_m")))

@@ -16,10 +16,10 @@ const TETRAHEDRON: u8 = 10;
 /// One shape of the body as a VTU file: the triangles (in space: tetrahedra), then the connections of the muscles as lines, one
 /// muscle after another.
 ///
-/// Points lie at `positions` (m, one for each node of `mesh`) and carry `displacement_m` from rest. Cells carry `muscle` (its number in
-/// `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1 for lines), `stretch`
-/// (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m` (N per metre of thickness; in space `tension_n`; of
-/// `tensions`, one for each muscle; 0 for tissue).
+/// Points lie at `positions` (m, one for each node of `mesh`) and carry `displacement_m` from rest. Cells carry `muscle` (its
+/// number in `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1 for lines),
+/// `stretch` (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m` (N per metre of thickness; in
+/// space `tension_n`; of `tensions`, one for each muscle; 0 for tissue).
 ///
 /// # Errors
 /// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for [`super::tongue`];

@@ -1,5 +1,5 @@
-//! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and 2.2, text or binary, read into
-//! a [`Mesh`] and written from one. Physical groups say what is what:
+//! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and 2.2, text or
+//! binary, read into a [`Mesh`] and written from one. Physical groups say what is what:
 //!
 //! | physical group | on | is |
 //! |---|---|---|
@@ -7,12 +7,12 @@
 //! | `GGa` .. `HGp`, `muscle:NAME` | curves | a muscle; its lines must make one chain |
 //! | `bone`, `bone:NAME` | points or curves (in space also surfaces) | nodes that do not move |
 //!
-//! Capitals do not matter, except in a NAME. Groups of other names are left out and listed ([`Body::unused`]). `bone:mental_spine` is what a
-//! scene's jaw carries and `bone:hyoid` what its hyoid shifts. The body of triangles lies in the midsagittal plane, z = 0, x to the back
-//! and y up; triangles are turned counter-clockwise where they are not. A muscle may run outside the tissue, as far as its curve is
-//! on no surface. Gmsh knows no unit, so the reader must be told ([`Unit`]).
+//! Capitals do not matter, except in a NAME. Groups of other names are left out and listed ([`Body::unused`]).
+//! `bone:mental_spine` is what a scene's jaw carries and `bone:hyoid` what its hyoid shifts. A body of triangles lies in the
+//! midsagittal plane, z = 0, x to the back and y up; triangles are turned counter-clockwise where they are not. A muscle may
+//! run outside the tissue, as far as its curve is on no surface. Gmsh knows no unit, so the reader must be told ([`Unit`]).
 //!
-//! The crate `mshio` (0.4.2, of 2020) reads 4.1 alone and no physical names, so the reader is our own: linear simplices are all that it needs.
+//! The crate `mshio` (0.4.2) reads 4.1 alone and no physical names, so the reader is our own: it needs linear simplices only.
 
 mod body;
 mod chain;

@@ -7,9 +7,9 @@ use nalgebra::SVector;
 use crate::mesh::Mesh;
 use crate::muscle::Muscle;
 
-/// The mesh at rest, in metres, with the physical groups that [`super::read`] knows: node `n` has the tag `n + 1`, and elements are numbered
-/// from 1 on, cells first, then the muscles' lines one muscle after another, then the points on bone. Read again it is the
-/// same mesh to the last bit if its fixed nodes, cells and muscles are in the order that [`super::Body::mesh`] tells.
+/// The mesh at rest, in metres, with the physical groups that [`super::read`] knows. Node `n` has the tag `n + 1`; elements
+/// are numbered from 1 on: cells, then the muscles' lines one muscle after another, then the points on bone. Read again it
+/// is the same mesh to the last bit if its muscles are in the order that [`super::Body::mesh`] tells and every node is used.
 pub fn write<const D: usize>(mesh: &Mesh<D>) -> String {
     let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
     let names: Vec<String> = mesh.muscles.iter().map(|m| group_name(&m.name)).collect();
