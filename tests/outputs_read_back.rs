@@ -1,5 +1,11 @@
 //! What is written for Gmsh, ParaView and OpenSim, read back by readers that are not ours: meshio, Gmsh itself, OpenSim's rules.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test says by panicking, and why it is skipped by printing"
+)]
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

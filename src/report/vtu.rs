@@ -79,10 +79,12 @@ fn array(
     components: usize,
     values: impl IntoIterator<Item = String>,
 ) {
-    let _ = writeln!(
-        out,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
-    );
+    // Readers take scalars for vectors of one component where the one is named.
+    let components = match components {
+        1 => String::new(),
+        n => format!(" NumberOfComponents=\"{n}\""),
+    };
+    let _ = writeln!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"{components} format=\"ascii\">");
     for value in values {
         *out += &value;
         out.push('\n');

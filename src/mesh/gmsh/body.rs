@@ -89,8 +89,7 @@ pub(super) fn assemble(raw: &Raw, unit: Unit) -> Found<File> {
         Some(_) => Ok(File::Flat(body::<2>(raw, &groups, unit)?)),
         None => {
             let empty = |g: &Group<'_>| if g.elements.is_empty() { " without elements" } else { "" };
-            let names: Vec<String> =
-                groups.iter().map(|g| format!("\"{}\"{}", shown(g), empty(g))).collect();
+            let names: Vec<String> = groups.iter().map(|g| format!("\"{}\"{}", shown(g), empty(g))).collect();
             let found = match names.is_empty() {
                 true => "it has no physical groups".to_owned(),
                 false => format!("it has {}", names.join(", ")),
