@@ -42,7 +42,7 @@ fn lengths_frames_and_an_animation_are_written() {
         let vtu = roxmltree::Document::parse(&vtu).unwrap();
         let piece = vtu.descendants().find(|n| n.has_tag_name("Piece")).unwrap();
         assert_eq!(piece.attribute("NumberOfPoints"), Some("123"));
-        assert_eq!(piece.attribute("NumberOfCells"), Some("196"), "188 triangles and 8 muscles");
+        assert_eq!(piece.attribute("NumberOfCells"), Some("247"), "188 triangles and 59 lines of muscles");
     }
     let svg = std::fs::read_to_string(out.join("trajectory.svg")).unwrap();
     assert!(roxmltree::Document::parse(&svg).is_ok());
