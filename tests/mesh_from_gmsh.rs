@@ -152,11 +152,15 @@ fn a_scene_takes_a_mesh_in_the_plane_and_in_space() {
     let own = scene("own.toml", "[body.tongue]", "GGp = 20.0", "");
     let same = scene("same.toml", "[body.mesh]\nfile = \"mesh.msh\"", "GGp = 20.0", "");
     assert_eq!(own["positions_m"], same["positions_m"]);
+    let jaw = "jaw = { opening_deg = 3.0 }\n";
+    let own = scene("own.toml", "[body.tongue]", "GGp = 20.0", jaw);
+    let same = scene("same.toml", "[body.mesh]\nfile = \"mesh.msh\"", "GGp = 20.0", jaw);
+    assert_eq!(own["positions_m"], same["positions_m"], "the bones keep their names");
 
     // Groups of bones say what a jaw carries.
     let theirs = format!("[body.mesh]\nfile = \"{}\"", fixture("tongue_41_binary.msh"));
     let shut = scene("shut.toml", &theirs, "GGp = 20.0", "");
-    let open = scene("open.toml", &theirs, "GGp = 20.0", "jaw = { opening_deg = 3.0 }\n");
+    let open = scene("open.toml", &theirs, "GGp = 20.0", jaw);
     assert_ne!(shut["positions_m"], open["positions_m"]);
     let in_mm = format!("[body.mesh]\nfile = \"{}\"\nunit = \"mm\"", fixture("millimetres.msh"));
     scene("mm.toml", &in_mm, "GGp = 20.0", "");

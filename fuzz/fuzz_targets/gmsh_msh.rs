@@ -13,7 +13,7 @@ fuzz_target!(|bytes: &[u8]| match gmsh::read(bytes, "fuzz.msh", Unit::M) {
 
 fn hold<const D: usize>(body: &Body<D>) {
     body.mesh.check().expect("a body that was read passes its checks");
-    let again = gmsh::read(gmsh::write(&body.mesh).as_bytes(), "again.msh", Unit::M);
+    let again = gmsh::read(gmsh::write(&body.mesh, &body.bones).as_bytes(), "again.msh", Unit::M);
     let cells = match again.expect("what was written is read") {
         File::Flat(again) => again.mesh.cells.len(),
         File::Solid(again) => again.mesh.cells.len(),

@@ -26,7 +26,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
     mesh: Option<PathBuf>,
     /// Unit of the coordinates in that file
-    #[arg(long, value_enum, default_value = "m", requires = "mesh")]
+    #[arg(long, value_name = "UNIT", value_enum, default_value = "m", requires = "mesh")]
     mesh_unit: UnitName,
     /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis to the letter
     #[arg(long, value_enum, default_value = "consistent")]
@@ -94,6 +94,14 @@ impl Arguments {
     /// A spacing that is no length or out of range; an anatomy or mesh file that cannot be read or is wrong; a mesh in space, or
     /// far larger than any tongue.
     pub fn mesh(&self) -> miette::Result<Mesh<2>> {
+        Ok(self.mesh_and_bones()?.0)
+    }
+
+    /// The mesh, and which of its fixed nodes are on which bone.
+    ///
+    /// # Errors
+    /// As [`Arguments::mesh`].
+    pub fn mesh_and_bones(&self) -> miette::Result<(Mesh<2>, Vec<gmsh::Bone>)> {
         if let Some(path) = &self.mesh {
             return flat(path, self.mesh_unit.into());
         }
@@ -101,7 +109,9 @@ impl Arguments {
             Some(path) => read_anatomy(path)?,
             None => Anatomy::reference().into_diagnostic()?,
         };
-        mesh::build(&anatomy, spacing(&self.h)?).into_diagnostic()
+        let mesh = mesh::build(&anatomy, spacing(&self.h)?).into_diagnostic()?;
+        let bones = gmsh::Bone::of(&anatomy, &mesh);
+        Ok((mesh, bones))
     }
 
     /// How the mesh is modelled.
@@ -140,7 +150,7 @@ pub fn read_gmsh(path: &Path, unit: Unit) -> miette::Result<gmsh::File> {
 }
 
 /// A body in the plane, of a size that can be a tongue's.
-fn flat(path: &Path, unit: Unit) -> miette::Result<Mesh<2>> {
+fn flat(path: &Path, unit: Unit) -> miette::Result<(Mesh<2>, Vec<gmsh::Bone>)> {
     let shown = path.display();
     let gmsh::File::Flat(body) = read_gmsh(path, unit)? else {
         return Err(miette!(
@@ -154,7 +164,7 @@ fn flat(path: &Path, unit: Unit) -> miette::Result<Mesh<2>> {
     if let Some(suspicion) = gmsh::unit_suspicion(&body.mesh) {
         output::note(&format!("{shown}: {suspicion}"));
     }
-    Ok(body.mesh)
+    Ok((body.mesh, body.bones))
 }
 
 fn read_anatomy(path: &Path) -> miette::Result<Anatomy> {

@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(Action::Check(check)) = &arguments.action {
         return mesh_check::run(check, global);
     }
-    let mesh = arguments.body.mesh()?;
+    let (mesh, bones) = arguments.body.mesh_and_bones()?;
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let coefficients = system::coefficients(&mesh, &arguments.body.model()).into_diagnostic()?;
     let stiffness = system::connection_stiffness(&mesh, &coefficients);
@@ -97,7 +97,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(out) => {
             let at_rest = vec![0.0; mesh.muscles.len()];
             let vtu = report::vtu(&mesh, &mesh.nodes, &at_rest).into_diagnostic()?;
-            let msh = gmsh::write(&mesh);
+            let msh = gmsh::write(&mesh, &bones);
             let files =
                 [("mesh.json", json.as_bytes()), ("mesh.msh", msh.as_bytes()), ("mesh.vtu", vtu.as_bytes())];
             out.write_all(&files).into_diagnostic()?

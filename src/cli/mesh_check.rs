@@ -24,7 +24,7 @@ pub struct Arguments {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Unit of the coordinates in the file
-    #[arg(long, value_enum, default_value = "m")]
+    #[arg(long, value_name = "UNIT", value_enum, default_value = "m")]
     mesh_unit: UnitName,
 }
 

@@ -9,7 +9,7 @@ use super::fields::{DISPLACEMENT, Fields, STRETCH};
 use crate::mesh::{Mesh, gmsh};
 
 /// One shape of the body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`]
-/// reads, and the views `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and `tension_n_per_m` (in
+/// reads, with one group `bone`, and the views `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and `tension_n_per_m` (in
 /// space `tension_n`), with a value for every element as in [`super::vtu()`]: readers like meshio take a view of some
 /// elements for one of all.
 ///
@@ -21,7 +21,7 @@ pub fn msh<const D: usize>(
     tensions: &[f64],
 ) -> Result<String, ReportError> {
     let fields = Fields::new(mesh, positions, tensions)?;
-    let mut out = gmsh::write(mesh);
+    let mut out = gmsh::write(mesh, &[]);
     let moved = fields.displacements().map(|d| format!("{} {} {}", d[0], d[1], d.get(2).unwrap_or(&0.0)));
     view(&mut out, "NodeData", DISPLACEMENT, 3, moved.collect());
     // Elements are the cells, the lines of the muscles and the points of the bones.

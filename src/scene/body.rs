@@ -12,8 +12,6 @@ use crate::system;
 
 /// The palate of the reference tongue, as text.
 const PALATE: &str = include_str!("../../targets/palate.toml");
-/// A bone's point and a node nearer to each other than this are one, m.
-const SAME_POINT_M: f64 = 1e-5;
 /// Most nodes along an edge of a solid: finer ones are a slip of the pen.
 const MOST_LAYERS: f64 = 60.0;
 
@@ -60,13 +58,8 @@ pub fn build(body: &Body) -> Result<AnyBody, SceneError> {
 fn reference_tongue(h_mm: f64) -> Result<Built<2>, SceneError> {
     let anatomy = Anatomy::reference()?;
     let mesh = mesh::build(&anatomy, h_mm * 1e-3)?;
-    let on = |name: &str| {
-        let points: Vec<_> =
-            anatomy.bones().iter().filter(|b| b.name == name).flat_map(|b| &b.points).collect();
-        let near = |n: &usize| points.iter().any(|p| (mesh.nodes[*n] - **p).norm() < SAME_POINT_M);
-        mesh.fixed.iter().copied().filter(near).collect::<Vec<_>>()
-    };
-    let (mandible, hyoid) = (on("mental_spine"), on("hyoid"));
+    let bones = gmsh::Bone::of(&anatomy, &mesh);
+    let [mandible, hyoid] = ["mental_spine", "hyoid"].map(|name| gmsh::on_bone(&bones, name));
     let what = format!("the reference tongue at {h_mm} mm");
     Ok(Built { what, mandible, hyoid, palate: Some(palate()?), mesh })
 }

@@ -25,10 +25,13 @@ mod write;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Mesh;
+use super::{Anatomy, Mesh};
 pub use error::{GmshError, Place, Problem};
 pub use review::{Concern, TONGUE_M, review, unit_suspicion};
 pub use write::write;
+
+/// A bone's point and a node nearer to each other than this are one, m.
+const SAME_POINT_M: f64 = 1e-5;
 
 /// The unit of a file's coordinates.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -94,10 +97,26 @@ pub struct Bone {
     pub nodes: Vec<usize>,
 }
 
+impl Bone {
+    /// The bones of a mesh that was built from an anatomy: the fixed nodes at the points of each.
+    pub fn of(anatomy: &Anatomy, mesh: &Mesh<2>) -> Vec<Self> {
+        let bones = anatomy.bones().iter().map(|bone| {
+            let at = |n: &usize| bone.points.iter().any(|p| (mesh.nodes[*n] - *p).norm() < SAME_POINT_M);
+            Self { name: bone.name.clone(), nodes: mesh.fixed.iter().copied().filter(at).collect() }
+        });
+        bones.collect()
+    }
+}
+
+/// The nodes of the bone of this name.
+pub fn on_bone(bones: &[Bone], name: &str) -> Vec<usize> {
+    bones.iter().filter(|b| b.name == name).flat_map(|b| b.nodes.iter().copied()).collect()
+}
+
 impl<const D: usize> Body<D> {
     /// The nodes of the bone of this name; none where there is no such bone.
     pub fn bone(&self, name: &str) -> Vec<usize> {
-        self.bones.iter().filter(|b| b.name == name).flat_map(|b| b.nodes.iter().copied()).collect()
+        on_bone(&self.bones, name)
     }
 }
 

@@ -4,24 +4,31 @@ use std::fmt::Write as _;
 
 use nalgebra::SVector;
 
+use super::Bone;
 use crate::mesh::Mesh;
 use crate::muscle::Muscle;
 
-/// The mesh at rest, in metres, with the physical groups that [`super::read`] knows. Node `n` has the tag `n + 1`; elements
+/// The mesh at rest, in metres, with the physical groups that [`super::read`] knows; fixed nodes that are in none of `bones` are in
+/// a group `bone`. Node `n` has the tag `n + 1`; elements
 /// are numbered from 1 on: cells, then the muscles' lines one muscle after another, then the points on bone. Read again it
 /// is the same mesh to the last bit if its muscles are in the order that [`super::Body::mesh`] tells and every node is used.
-pub fn write<const D: usize>(mesh: &Mesh<D>) -> String {
+pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
     let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
     let names: Vec<String> = mesh.muscles.iter().map(|m| group_name(&m.name)).collect();
-    let _ = writeln!(out, "$PhysicalNames\n{}", names.len() + 1 + usize::from(!mesh.fixed.is_empty()));
-    if !mesh.fixed.is_empty() {
-        out += "0 1 \"bone\"\n";
+    let nameless =
+        mesh.fixed.iter().filter(|n| !bones.iter().any(|b| b.nodes.contains(n))).copied().collect();
+    let nameless = Bone { name: "bone".to_owned(), nodes: nameless };
+    let bones: Vec<&Bone> = bones.iter().chain([&nameless]).filter(|b| !b.nodes.is_empty()).collect();
+    let _ = writeln!(out, "$PhysicalNames\n{}", bones.len() + names.len() + 1);
+    for (nth, bone) in bones.iter().enumerate() {
+        let of = if bone.name == "bone" { String::new() } else { format!(":{}", plain(&bone.name)) };
+        let _ = writeln!(out, "0 {} \"bone{of}\"", nth + 1);
     }
     for (nth, name) in names.iter().enumerate() {
         let _ = writeln!(out, "1 {} \"{name}\"", nth + 1);
     }
     let _ = writeln!(out, "{D} 1 \"tissue\"\n$EndPhysicalNames");
-    entities(&mut out, mesh);
+    entities(&mut out, mesh, &bones);
 
     let count = mesh.nodes.len();
     let _ = writeln!(out, "$Nodes\n1 {count} 1 {count}\n{D} 1 0 {count}");
@@ -37,12 +44,14 @@ pub fn write<const D: usize>(mesh: &Mesh<D>) -> String {
 }
 
 /// One entity for each group, but a point for each node on bone.
-fn entities<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
+fn entities<const D: usize>(out: &mut String, mesh: &Mesh<D>, bones: &[&Bone]) {
     let (surfaces, volumes) = if D == 2 { (1, 0) } else { (0, 1) };
     let _ = writeln!(out, "$Entities\n{} {} {surfaces} {volumes}", mesh.fixed.len(), mesh.muscles.len());
     for (nth, &node) in mesh.fixed.iter().enumerate() {
         let x = mesh.nodes.get(node).map(point).unwrap_or_default();
-        let _ = writeln!(out, "{} {x} 1 1", nth + 1);
+        let on = (1..).zip(bones).filter(|(_, b)| b.nodes.contains(&node));
+        let groups: Vec<String> = on.map(|(tag, _)| tag.to_string()).collect();
+        let _ = writeln!(out, "{} {x} {} {}", nth + 1, groups.len(), groups.join(" "));
     }
     for (nth, muscle) in mesh.muscles.iter().enumerate() {
         let nodes = muscle.nodes.iter().filter_map(|&n| mesh.nodes.get(n));
@@ -94,9 +103,14 @@ fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>>) 
     format!("{} {}", point(&low), point(&high))
 }
 
-/// What a muscle's group is called; quotes and line ends would end the name.
+/// A name without quotes and line ends, which would end it.
+fn plain(name: &str) -> String {
+    name.chars().map(|c| if c == '"' || c.is_control() { '_' } else { c }).collect()
+}
+
+/// What a muscle's group is called.
 fn group_name(muscle: &str) -> String {
-    let name: String = muscle.chars().map(|c| if c == '"' || c.is_control() { '_' } else { c }).collect();
+    let name = plain(muscle);
     match name.parse::<Muscle>() {
         Ok(known) => known.name().to_owned(),
         Err(_) => format!("muscle:{name}"),
