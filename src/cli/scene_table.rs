@@ -99,7 +99,9 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
             text += "PENETRATED: between two nodes the surface passes through a corner of the wall; refine the mesh\n";
         }
     }
-    let _ = writeln!(text, "force of the body on the bones: {} N", vector(&o.on_bones_n));
+    if let Some(force) = &o.on_bones_n {
+        let _ = writeln!(text, "force of the body on the bones: {} N", vector(force));
+    }
     if let Some(t) = &o.trajectory {
         let _ = writeln!(
             text,
@@ -113,7 +115,10 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
             "{} iterations, {} factorisations, {} energies; largest residual force {:.1e} N\n",
             s.iterations, s.factorisations, s.energy_evaluations, s.max_residual_force
         );
-        let mut t = table(&["effect", "energy µs", "force µs", "stiffness µs", "in the solve µs"]);
+    }
+    if !o.time_by_effect.is_empty() {
+        let whole = if o.trajectory.is_some() { "in all µs" } else { "in the solve µs" };
+        let mut t = table(&["effect", "energy µs", "force µs", "stiffness µs", whole]);
         for e in &o.time_by_effect {
             let us = |v: f64| format!("{v:.2}");
             t.add_row([
