@@ -38,11 +38,9 @@ fn case_8_steps_up_to_100_s_a_sudden_load_and_many_explicit_steps_leave_no_inver
     all_converge(&rows);
     // A trapezoidal stage of 100 s would throw a body that starts out of balance; only that step is made otherwise.
     let damped: Vec<_> = rows.iter().filter(|r| r.note.contains("by backward Euler")).collect();
-    assert!(
-        damped.iter().all(|r| r.solver == "tr-bdf2" && r.variant.starts_with("20 steps of 1")),
-        "{damped:?}"
-    );
-    assert!(rows.iter().any(|r| r.note.contains(", 1 steps by backward Euler")), "{rows:?}");
+    let names: Vec<_> = damped.iter().map(|r| (r.solver, r.variant.as_str())).collect();
+    assert_eq!(names, [("tr-bdf2", "20 steps of 1e2 s")]);
+    assert!(damped[0].note.contains(", 2 steps by backward Euler"), "{damped:?}");
 }
 
 #[test]
