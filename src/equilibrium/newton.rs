@@ -79,7 +79,7 @@ pub(super) struct Newton<'a, const D: usize> {
     pub(super) done: Solution,
     /// Iterations in a row in which the exact stiffness was not positive definite.
     safeguarded_in_a_row: usize,
-    /// Whether whole steps are corrected where they lead; costs more, and only the load steps ask for it.
+    /// Whether whole steps are corrected where they lead; costs more, so only load steps that fail otherwise ask for it.
     pub(super) corrected: bool,
     /// Largest coordinate, m.
     extent: f64,

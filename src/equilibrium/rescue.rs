@@ -9,7 +9,7 @@ use super::{Connection, Settings, Solution, Stability, Status, Workspace};
 const SHORTEST_LOAD_STEP: f64 = 1e-5;
 
 /// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each solved from the equilibrium before; a step that fails is halved, one that
-/// succeeds doubled. Newton's steps are corrected where they lead. Leaves the last equilibrium reached; `failed` is what the direct solve did.
+/// succeeds doubled. Before it is halved, Newton's steps are corrected where they lead. Leaves the last equilibrium reached; `failed` is what the direct solve did.
 pub(super) fn step_load<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -28,17 +28,22 @@ pub(super) fn step_load<const D: usize>(
     let mut connection = Connection::LoadSteps;
     for taken in 1..=settings.load_steps {
         let load = f64::min(reached + step, 1.0);
-        workspace.positions.copy_from_slice(&held);
-        workspace.factor_ready = false;
         let part: Vec<f64> = tensions.iter().map(|t| t * load).collect();
-        let mut newton = Newton::new(system, workspace);
-        newton.corrected = true;
-        last = newton.run(&part, settings);
-        all.iterations += last.iterations;
-        all.factorisations += last.factorisations;
-        all.energy_evaluations += last.energy_evaluations;
-        all.safeguarded += last.safeguarded;
-        all.ridges += last.ridges;
+        for corrected in [false, true] {
+            workspace.positions.copy_from_slice(&held);
+            workspace.factor_ready = false;
+            let mut newton = Newton::new(system, workspace);
+            newton.corrected = corrected;
+            last = newton.run(&part, settings);
+            all.iterations += last.iterations;
+            all.factorisations += last.factorisations;
+            all.energy_evaluations += last.energy_evaluations;
+            all.safeguarded += last.safeguarded;
+            all.ridges += last.ridges;
+            if last.status == Status::Converged {
+                break;
+            }
+        }
         all.load_steps = taken;
         if last.status == Status::Converged {
             held.copy_from_slice(&workspace.positions);

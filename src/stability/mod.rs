@@ -78,7 +78,12 @@ pub struct Beside {
 impl Beside {
     /// Whether the branch reaches the whole load and the answer lies on it, to 1e-9 m.
     pub fn is_on_it(&self) -> bool {
-        self.ends_at == 1.0 && self.apart_m <= invariance::SAME
+        self.ends_at == 1.0 && self.is_same()
+    }
+
+    /// Whether the answer is the one that the body comes to along the branch, to 1e-9 m.
+    pub fn is_same(&self) -> bool {
+        self.apart_m <= invariance::SAME
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::Row;
+use super::{Beside, Row};
 
 /// What each case is about.
 fn title(case: u8) -> &'static str {
@@ -104,6 +104,7 @@ pub fn markdown(rows: &[Row], command: &str) -> String {
     }
     for (case, rows) in &cases {
         let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
+        out.push_str(&branches(rows));
         let ordinary = |r: &Row| r.kept && r.converged && r.branch.is_none_or(|b| b.is_on_it());
         let shown: Vec<&&Row> = rows.iter().filter(|r| *case != 2 || !ordinary(r)).collect();
         if shown.len() < rows.len() {
@@ -133,6 +134,42 @@ pub fn markdown(rows: &[Row], command: &str) -> String {
                 r.note.replace('|', "/"),
             );
         }
+    }
+    out
+}
+
+/// How many answers lie on the branch from rest, by load; empty where no branch was followed.
+fn branches(rows: &[&Row]) -> String {
+    let followed: Vec<(&str, Beside)> =
+        rows.iter().filter_map(|r| Some((r.variant.rsplit_once(" at ")?.1, r.branch?))).collect();
+    let mut loads: Vec<&str> = Vec::new();
+    followed.iter().for_each(|(load, _)| {
+        if !loads.contains(load) {
+            loads.push(load);
+        }
+    });
+    let mut out = String::new();
+    if !loads.is_empty() {
+        out.push_str(
+            "| load | rows | the branch from rest reaches it, and the answer lies there | it ends before, and the answer is where \
+             the body then falls | the answer lies elsewhere |\n|--|--|--|--|--|\n",
+        );
+    }
+    for load in &loads {
+        let all = || followed.iter().filter(|(l, _)| l == load).map(|(_, b)| b);
+        let (on, falls) = (
+            all().filter(|b| b.is_on_it()).count(),
+            all().filter(|b| b.ends_at < 1.0 && b.is_same()).count(),
+        );
+        let _ = writeln!(
+            out,
+            "| {load} | {0} | {on} | {falls} | {1} |",
+            all().count(),
+            all().count() - on - falls
+        );
+    }
+    if !loads.is_empty() {
+        out.push('\n');
     }
     out
 }
