@@ -2,11 +2,14 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot begin has failed")]
 
 use tongue_fit::equilibrium::{Connection, Settings, Workspace, solve, trace};
+use tongue_fit::fit::{self, muscle_numbers};
+use tongue_fit::mesh::{Anatomy, DEFAULT_SPACING_M, build as build_tongue};
 use tongue_fit::scene::body::{AnyBody, build};
 use tongue_fit::scene::prepare::{Extent as Simulated, prepare};
 use tongue_fit::scene::{self, Scene};
 use tongue_fit::stability::{Extent, Row, bodies, run};
 use tongue_fit::system::{Model, System};
+use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 /// Runs a case and names every row in which the promise was broken.
 fn kept(case: u8) -> Vec<Row> {
@@ -133,6 +136,30 @@ fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
     let again = solve(&system, &mut used, &[1.0], &Settings::default());
     assert_eq!(again, solve(&system, &mut new, &[1.0], &Settings::default()));
     assert_eq!(used.positions(), new.positions());
+}
+
+/// What a fit answers is solved directly; that the body also comes there from rest, as the tensions grow, is tried here.
+#[test]
+fn converged_fits_lie_on_the_branch_of_equilibria_that_begins_at_rest() {
+    let mesh = build_tongue(&Anatomy::reference().unwrap(), DEFAULT_SPACING_M).unwrap();
+    let numbers = muscle_numbers(&mesh).unwrap();
+    let data = Dataset::reference().unwrap();
+    let settings = fit::Settings { starts: 2, ..fit::Settings::default() };
+    for (subject, vowel) in [("S1", Vowel::E), ("S2", Vowel::A), ("S2", Vowel::I), ("S3", Vowel::O)] {
+        let target =
+            Target::new(&data, subject, vowel, TargetKind::Stretch, &TargetOptions::default()).unwrap();
+        let found = fit::fit(&mesh, &Model::default(), &target, &settings).unwrap();
+        assert_eq!(found.status, fit::Status::Converged, "{subject} /{vowel}/");
+        let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
+        let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
+        let mut tensions = vec![0.0; system.muscle_count()];
+        target.active.iter().for_each(|m| tensions[numbers[m.index()]] = found.tensions[m.index()]);
+        let mut workspace = Workspace::new(&system);
+        let followed = trace(&system, &mut workspace, &tensions, &Settings::default(), 10);
+        assert_eq!(followed.solution.connection, Connection::Traced, "{subject} /{vowel}/: {followed:?}");
+        let apart = workspace.positions().iter().zip(&found.positions).map(|(p, q)| (p - q).norm());
+        assert!(apart.fold(0.0, f64::max) < 1e-9, "{subject} /{vowel}/");
+    }
 }
 
 /// Found by the fuzz target of scenes: one that asks for no incompressibility, with a muscle that folds the springs.
