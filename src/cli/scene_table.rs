@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use tongue_fit::equilibrium::Status;
 use tongue_fit::scene::Plan;
 use tongue_fit::scene::compare::Compared;
 use tongue_fit::scene::run::Outcome;
@@ -86,6 +87,9 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         100.0 * o.max_cell_ratio,
         100.0 * o.measure_ratio
     );
+    if o.solution.is_some_and(|s| s.status == Status::Inverted) {
+        text += "A CELL IS TURNED OVER: springs alone do not keep cells upright; ask for effects.incompressibility = true\n";
+    }
     if let Some(c) = &o.contact {
         let _ = writeln!(
             text,

@@ -56,6 +56,7 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
         tensions: first,
         cost: FAILED,
         evaluations: 0,
+        failures: 0,
         factorisations: 0,
         iterations: 0,
         restarts: 0,
@@ -85,6 +86,7 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
         start.lengths = from_rest.lengths;
     }
     start.evaluations = forward.evaluations();
+    start.failures = forward.failures();
     start.factorisations = forward.factorisations();
     start
 }

@@ -100,9 +100,22 @@ struct ConnectionText {
 }
 
 fn from_file(file: &str) -> Result<Built<2>, SceneError> {
+    let text = std::fs::read_to_string(file).map_err(|e| SceneError::MeshFile {
+        file: file.to_owned(),
+        problem: format!("cannot be read: {e}"),
+    })?;
+    let what = format!("the mesh of \"{file}\"");
+    let mesh = mesh_from_json(&text, file)?;
+    Ok(Built { what, mesh, mandible: Vec::new(), hyoid: Vec::new(), palate: None })
+}
+
+/// Reads a mesh in the plane from what `tongue-fit mesh --json` prints; `file` is what messages call the text.
+///
+/// # Errors
+/// [`SceneError::MeshFile`] where it is no such text, [`SceneError::Fault`] where the mesh does not hang together.
+pub fn mesh_from_json(text: &str, file: &str) -> Result<Mesh<2>, SceneError> {
     let wrong = |problem: String| SceneError::MeshFile { file: file.to_owned(), problem };
-    let text = std::fs::read_to_string(file).map_err(|e| wrong(format!("cannot be read: {e}")))?;
-    let text: MeshText = serde_json::from_str(&text)
+    let text: MeshText = serde_json::from_str(text)
         .map_err(|e| wrong(format!("is not as `tongue-fit mesh --json` prints it: {e}")))?;
     let mut mesh = Mesh {
         nodes: text.nodes_m.into_iter().map(SVector::from).collect(),
@@ -121,8 +134,7 @@ fn from_file(file: &str) -> Result<Built<2>, SceneError> {
     // In the order of the tables; muscles of other names after them, by name.
     mesh.muscles.sort_by_key(|m| m.name.parse::<Muscle>().map_or(usize::MAX, Muscle::index));
     mesh.check()?;
-    let what = format!("the mesh of \"{file}\"");
-    Ok(Built { what, mesh, mandible: Vec::new(), hyoid: Vec::new(), palate: None })
+    Ok(mesh)
 }
 
 fn cylinder(c: &Cylinder) -> Result<Built<3>, SceneError> {
