@@ -137,7 +137,9 @@ impl Constants {
 
 /// Identifies k and kappa on one cell: eq. 3.49, with `l0²` in eq. 3.44 and `1/S0²` in eq. 3.48 (slip 4).
 ///
-/// 2D is plane strain (eqs. 3.38-3.42); 3D takes the full elasticity matrix. On an equilateral triangle the fit is exact.
+/// 2D is plane strain (eqs. 3.38-3.42); 3D takes the full elasticity matrix. On an equilateral triangle the fit is exact. In space
+/// the cell is a regular tetrahedron of the mesh's mean connection length, which cubes cut into tetrahedra are not made of: a
+/// block of them is stiffer than asked for, by 4 % in E and half in the bulk modulus, and softer, by 29 %, in shear (ν = 0.49).
 ///
 /// # Errors
 /// [`MaterialError`] for constants out of range or a cell without positive measure.

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use tongue_fit::equilibrium::Status;
 use tongue_fit::scene::Plan;
 use tongue_fit::scene::compare::Compared;
 use tongue_fit::scene::run::Outcome;
@@ -87,7 +86,14 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         100.0 * o.max_cell_ratio,
         100.0 * o.measure_ratio
     );
-    if o.solution.is_some_and(|s| s.status == Status::Inverted) {
+    if let Some(s) = o.solution.filter(|s| s.guarded > 0) {
+        let _ = writeln!(
+            text,
+            "the barrier against inversion acts in {} places: there the shape shows that bound, not the tissue",
+            s.guarded
+        );
+    }
+    if o.min_cell_ratio <= 0.0 {
         text += "A CELL IS TURNED OVER: springs alone do not keep cells upright; ask for effects.incompressibility = true\n";
     }
     if let Some(c) = &o.contact {

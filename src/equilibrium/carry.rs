@@ -14,6 +14,8 @@ use super::{Connection, Settings, Solution, Status, Workspace, newton};
 const FOLLOWED: f64 = 1e-4;
 /// Most parts. The reference tongue's jaw opens by 10 degrees in 12.
 const MOST_PARTS: usize = 1000;
+/// A part of the way left that is not worth going.
+const LEAST_PART: f64 = 1e-6;
 
 /// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
 /// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there.
@@ -34,9 +36,13 @@ pub fn solve<const D: usize>(
 ) -> Solution {
     let mut spent: Option<Solution> = None;
     for _ in 0..MOST_PARTS {
-        if !carry(system, workspace) {
-            let last = newton::solve(system, workspace, tensions, settings);
-            return spent.map_or(last, |s| s.and(last));
+        match carry(system, workspace) {
+            Carried::There => {
+                let last = newton::solve(system, workspace, tensions, settings);
+                return spent.map_or(last, |s| s.and(last));
+            }
+            Carried::Nowhere => break,
+            Carried::APart => {}
         }
         let follow = Settings { tolerance: settings.tolerance.max(FOLLOWED), certify: false, ..*settings };
         let part = newton::solve(system, workspace, tensions, &follow);
@@ -50,11 +56,19 @@ pub fn solve<const D: usize>(
     Solution { status: Status::Stalled, ..spent.map_or(last, |s| s.and(last)) }
 }
 
-/// Moves the bones a part of what is left of their way; false when they were already there.
-fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> bool {
+/// How far the bones came.
+enum Carried {
+    There,
+    APart,
+    /// Something is in the way at once: too far for the cells beside them, or a wall.
+    Nowhere,
+}
+
+/// Moves the bones a part of what is left of their way.
+fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> Carried {
     let there = |&(node, to): &(usize, SVector<f64, D>)| w.positions[node] == to;
     if system.carried().iter().all(there) {
-        return false;
+        return Carried::There;
     }
     w.step.fill(SVector::zeros());
     for &(node, to) in system.carried() {
@@ -62,6 +76,10 @@ fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> bool {
     }
     let at = Configuration { positions: &w.positions, tensions: &w.tensions };
     let limit = system.effects().iter().map(|e| e.step_limit(at, &w.step)).fold(1.0, f64::min);
+    if limit < LEAST_PART {
+        w.step.fill(SVector::zeros());
+        return Carried::Nowhere;
+    }
     for &(node, to) in system.carried() {
         if limit < 1.0 {
             w.positions[node] += w.step[node] * (0.5 * limit);
@@ -72,7 +90,7 @@ fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> bool {
     w.factor_ready = false;
     // The step belongs to unknowns only; Newton's method relies on zeros elsewhere.
     w.step.fill(SVector::zeros());
-    true
+    Carried::APart
 }
 
 impl Solution {

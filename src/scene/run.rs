@@ -166,6 +166,7 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
     let contact = contact(&prepared, at);
     let converged = converged && !contact.as_ref().is_some_and(|c| c.edge_through_wall);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
+    let converged = converged && min_cell_ratio > 0.0;
     Ok(Outcome {
         converged,
         tensions_n: prepared.tensions.clone(),
