@@ -59,3 +59,7 @@ pub mod study;
 pub mod suggest;
 pub mod system;
 pub mod target;
+
+/// Which tongue-fit this is: the version of the package and, where it was built in a git checkout, the commit, with
+/// `-modified` behind it where its sources were not as committed: `0.1.0 (5e2005e12a)`. Every output says it.
+pub const VERSION: &str = env!("TONGUE_FIT_VERSION");
