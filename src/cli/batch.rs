@@ -187,9 +187,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     output::step(|| {
         format!(
-            "{} fits; {:?} from {} starts, {} draws with seed {}, inputs {}",
+            "{} fits; {} from {} starts, {} draws with seed {}, inputs {}",
             plan.jobs.len(),
-            how.settings.method,
+            arguments.method,
             how.settings.starts,
             how.draws,
             how.seed,

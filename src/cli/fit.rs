@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::equilibrium::{self, Workspace};
 use tongue_fit::fit::{self, Fit, Method, Settings, Status};
@@ -66,6 +67,13 @@ pub enum MethodName {
     GaussNewton,
 }
 
+impl std::fmt::Display for MethodName {
+    /// As it is typed.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.to_possible_value().as_ref().map_or("", |v| v.get_name()))
+    }
+}
+
 impl From<MethodName> for Method {
     fn from(name: MethodName) -> Self {
         match name {
@@ -121,8 +129,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     output::step(|| {
         let contracting: Vec<&str> = target.active.iter().map(|m| m.name()).collect();
         format!(
-            "{:?} from {} starts for {} /{}/, {}; contracting: {}",
-            settings.method,
+            "{} from {} starts for {} /{}/, {}; contracting: {}",
+            arguments.method,
             settings.starts,
             target.subject,
             target.vowel,

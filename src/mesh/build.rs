@@ -66,6 +66,16 @@ pub enum MeshError {
 ///
 /// # Errors
 /// A spacing out of range, or one at which the lines of this anatomy cannot be kept apart.
+///
+/// # Example
+/// ```
+/// use tongue_fit::mesh::{self, Anatomy, Quality};
+///
+/// let mesh = mesh::build(&Anatomy::reference()?, 5.5e-3)?; // Anatomy::from_toml reads one of your own
+/// let quality = Quality::of(&mesh);
+/// assert_eq!((quality.nodes, quality.cells), (123, 188)); // as in the thesis
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, MeshError> {
     let size = anatomy.outline().area().sqrt();
     let (least, most) = (size * FINEST, size * COARSEST);

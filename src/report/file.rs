@@ -8,6 +8,18 @@ use super::ReportError;
 use super::staged::{Staged, persist};
 
 /// A folder that was found to be writable.
+///
+/// # Example
+/// ```
+/// use tongue_fit::report::OutputDir;
+///
+/// # let home = tempfile::tempdir()?;
+/// # let folder = home.path().join("results");
+/// let out = OutputDir::prepare(&folder)?; // before the work, so that it is not done in vain
+/// let written = out.write_all(&[("fit.json", b"{}\n"), ("fit.csv", b"muscle\n")])?; // both or neither
+/// assert_eq!(written[1], folder.join("fit.csv"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutputDir {
     path: PathBuf,
