@@ -84,7 +84,11 @@ fn run_page(page: &Path) -> usize {
             if *command == "echo $?" || NOT_RUN.iter().any(|c| command.starts_with(c)) {
                 continue;
             }
-            assert!(command.starts_with("tongue-fit "), "{command} in {} is not run by this test", page.display());
+            assert!(
+                command.starts_with("tongue-fit "),
+                "{command} in {} is not run by this test",
+                page.display()
+            );
             let output = Command::new("sh")
                 .args(["-c", &format!("{command} 2>&1")])
                 .current_dir(folder.path())
@@ -99,7 +103,11 @@ fn run_page(page: &Path) -> usize {
             assert_eq!(output.status.code(), Some(status), "{command}\n{printed}");
             let lines: Vec<&str> = printed.lines().collect();
             if !shown.is_empty() || !lines.is_empty() {
-                assert!(agrees(shown, &lines), "{command} is shown to print\n{}\nbut prints\n{printed}", shown.join("\n"));
+                assert!(
+                    agrees(shown, &lines),
+                    "{command} is shown to print\n{}\nbut prints\n{printed}",
+                    shown.join("\n")
+                );
             }
             ran += 1;
         }
@@ -112,7 +120,8 @@ fn root() -> &'static Path {
 }
 
 fn pages() -> Vec<PathBuf> {
-    let mut pages: Vec<PathBuf> = fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path()).collect();
+    let mut pages: Vec<PathBuf> =
+        fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path()).collect();
     pages.sort();
     pages.push(root().join("README.md"));
     pages
@@ -166,5 +175,9 @@ fn what_is_shown_is_compared_line_by_line() {
     let printed = ["a 1", "b", "c in 5 ms"];
     assert!(agrees(&["a 1", "b", "c in ... ms"], &printed));
     assert!(agrees(&["...", "b", "..."], &printed) && agrees(&["a 1", "..."], &printed));
-    assert!(!agrees(&["...", "b"], &printed) && !agrees(&["a", "..."], &printed) && !agrees(&["b", "..."], &printed));
+    assert!(
+        !agrees(&["...", "b"], &printed)
+            && !agrees(&["a", "..."], &printed)
+            && !agrees(&["b", "..."], &printed)
+    );
 }

@@ -13,8 +13,7 @@ fn printed(arguments: &[&str]) -> String {
 }
 
 fn git(arguments: &[&str]) -> Option<String> {
-    let output =
-        Command::new("git").args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().ok()?;
+    let output = Command::new("git").args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().ok()?;
     output.status.success().then(|| String::from_utf8(output.stdout).unwrap().trim().to_owned())
 }
 
@@ -46,7 +45,8 @@ fn there_is_a_manual_page_for_every_command_with_its_options_and_example() {
     assert_eq!(whole, printed(&["man"]));
     // Each subcommand that a page lists has its page.
     let mut seen = 0;
-    let names = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+    let names =
+        std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
     for name in names {
         let text = page(&name);
         assert!(text.contains(".SH OPTIONS") && text.contains("Example"), "{name}");
@@ -83,8 +83,7 @@ fn the_completions_of_each_shell_name_commands_and_options_and_bash_takes_them()
              _tongue-fit tongue-fit \"${{COMP_WORDS[-1]}}\" \"${{COMP_WORDS[-2]}}\"; echo \"${{COMPREPLY[*]}}\"",
             script.display()
         );
-        let output =
-            Command::new("/bin/bash").args(["-c", &line]).stderr(Stdio::inherit()).output().unwrap();
+        let output = Command::new("/bin/bash").args(["-c", &line]).stderr(Stdio::inherit()).output().unwrap();
         String::from_utf8(output.stdout).unwrap().trim().to_owned()
     };
     assert_eq!(complete("tongue-fit sce"), "scene");

@@ -79,7 +79,11 @@ fn a_result_that_cannot_be_printed_is_an_error() {
         let full = fs::File::options().write(true).open("/dev/full").unwrap();
         let output = tongue_fit(folder.path(), arguments).stdout(full).output().unwrap();
         let (status, _, told) = parts(output);
-        assert_eq!((status, told.contains("error: cannot write to stdout")), (1, true), "{arguments}: {told}");
+        assert_eq!(
+            (status, told.contains("error: cannot write to stdout")),
+            (1, true),
+            "{arguments}: {told}"
+        );
     }
 }
 
@@ -111,7 +115,9 @@ fn is_coloured(text: &str) -> bool {
 #[test]
 fn colours_are_for_terminals_and_for_those_who_do_not_say_no() {
     let folder = tempfile::tempdir().unwrap();
-    for arguments in ["--help", "--vowl a", "scene run --help", "scene list", "batch --vowels a --draws 0 --subsets 0"] {
+    for arguments in
+        ["--help", "--vowl a", "scene run --help", "scene list", "batch --vowels a --draws 0 --subsets 0"]
+    {
         let (_, out, told) = run(folder.path(), arguments);
         assert!(!out.contains('\u{1b}') && !told.contains('\u{1b}'), "{arguments}: {out}{told}");
         if let Some(seen) = on_a_terminal(folder.path(), arguments, Some("1")) {
