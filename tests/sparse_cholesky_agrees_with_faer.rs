@@ -53,19 +53,33 @@ fn agrees<const D: usize>(mesh: &Mesh<D>, side: f64) {
 fn in_the_plane_and_in_space() {
     agrees(&common::lattice(12, 9, 5.5e-3), 5.5e-3);
     agrees(&common::block(4, 5.5e-3), 5.5e-3);
+    // So full that it is factorised in supernodes.
+    agrees(&common::block(8, 5.5e-3), 5.5e-3);
 }
 
 #[test]
 fn an_indefinite_matrix_is_refused() {
-    let mesh = common::lattice(5, 5, 5.5e-3);
-    let system = System::new(&mesh, &Model::default(), &[]).unwrap();
-    let mut k = BlockMatrix::zeros(system.pattern());
-    let at = Configuration { positions: &mesh.nodes, tensions: &[0.0] };
+    refuses(&common::lattice(5, 5, 5.5e-3));
+    refuses(&common::block(8, 5.5e-3));
+}
+
+fn refuses<const D: usize>(mesh: &Mesh<D>) {
+    let system = System::new(mesh, &Model::default(), &[]).unwrap();
+    let pattern = system.pattern();
+    let mut k = BlockMatrix::zeros(pattern);
+    let tensions = vec![0.0; system.muscle_count()];
+    let at = Configuration { positions: &mesh.nodes, tensions: &tensions };
     system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut k));
-    let mut factor = Factor::new(system.pattern());
-    assert!(factor.factorise(system.pattern(), &k).is_ok());
-    k.shift(system.pattern(), -1.0e4);
-    assert!(factor.factorise(system.pattern(), &k).is_err());
-    k.shift(system.pattern(), f64::NAN);
-    assert!(factor.factorise(system.pattern(), &k).is_err());
+    let mut factor = Factor::new(pattern);
+    assert!(factor.factorise(pattern, &k).is_ok());
+    k.shift(pattern, -1.0e4);
+    let failure = factor.factorise(pattern, &k).unwrap_err();
+    // What it says about the failure is true: a direction along which the matrix is not positive.
+    let mut d = vec![SVector::zeros(); pattern.unknowns()];
+    factor.negative_curvature(pattern, &failure, &mut d);
+    let mut image = vec![SVector::zeros(); pattern.unknowns()];
+    k.multiply(pattern, &d, &mut image);
+    assert!(d.iter().zip(&image).map(|(d, k)| d.dot(k)).sum::<f64>() < 0.0);
+    k.shift(pattern, f64::NAN);
+    assert!(factor.factorise(pattern, &k).is_err());
 }

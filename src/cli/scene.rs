@@ -167,12 +167,13 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
     let mut written = Vec::new();
     if let Some(out) = &out {
         let stem = Path::new(name).file_stem().map_or_else(|| name.into(), |s| s.to_string_lossy());
-        let trajectory = result.trajectory.as_ref().map(|_| scene_table::trajectory_csv(&result));
+        let lengths = result.trajectory.as_ref().map(|_| scene_table::trajectory_csv(&result));
+        let lengths = lengths.transpose().into_diagnostic()?;
         let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
         let mut files: Vec<(&str, &[u8])> =
             vec![(names[0].as_str(), picture.as_bytes()), (names[1].as_str(), json.as_bytes())];
         files.extend(vtu.iter().map(|text| (names[2].as_str(), text.as_bytes())));
-        files.extend(trajectory.iter().map(|text| (names[3].as_str(), text.as_bytes())));
+        files.extend(lengths.iter().map(|table| (names[3].as_str(), table.as_slice())));
         written = out.write_all(&files).into_diagnostic()?;
     }
     match global.json {
@@ -215,7 +216,10 @@ fn compare_all(names: &[String], global: &Global) -> miette::Result<Outcome> {
         });
     }
     let written = match &out {
-        Some(out) => vec![out.write("pruning.csv", scene_table::pruning_csv(&all)).into_diagnostic()?],
+        Some(out) => {
+            let table = scene_table::pruning_csv(&all).into_diagnostic()?;
+            vec![out.write("pruning.csv", table).into_diagnostic()?]
+        }
         None => Vec::new(),
     };
     match global.json {

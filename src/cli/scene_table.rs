@@ -14,7 +14,7 @@ const REASON: usize = 50;
 
 /// What is simulated, what is left out, and why.
 pub fn plan(plan: &Plan) -> String {
-    let mut text = format!("{}\n{}; {}\n\n", plan.title, plan.body, plan.method);
+    let mut text = format!("{}\n{}\n{}\n\n", plan.title, plan.body, plan.method);
     let mut t = table(&["effect", "", "elements", "µs", "why"]);
     for e in &plan.effects {
         let (mark, elements, cost) = match e.simulated {
@@ -41,7 +41,8 @@ pub fn plan(plan: &Plan) -> String {
     let _ = writeln!(
         text,
         "{} unknowns ({} nodes in {}D); stiffness {} nonzeros, factor {}\n\
-         µs: estimated for one iteration (energy, force, stiffness); a factorisation about {:.0} µs ({} operations)",
+         µs: estimated for one iteration (energy, force, stiffness)\n\
+         a factorisation: about {:.0} µs, {} operations",
         plan.unknowns,
         plan.nodes,
         plan.dimension,
@@ -55,7 +56,7 @@ pub fn plan(plan: &Plan) -> String {
 
 /// What came out.
 pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
-    let mut text = format!("{}\n{}; {}\n\n", o.plan.title, o.plan.body, o.plan.method);
+    let mut text = format!("{}\n{}\n{}\n\n", o.plan.title, o.plan.body, o.plan.method);
     if !o.muscles.is_empty() {
         let mut t = table(&["muscle", "tension N", "rest mm", "length mm", "stretch"]);
         for m in &o.muscles {
@@ -122,21 +123,15 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
     text + &files(written)
 }
 
-/// The lengths over time, a row a moment.
-pub fn trajectory_csv(o: &Outcome) -> String {
-    let mut text = "time_s".to_owned();
-    for m in &o.muscles {
-        let _ = write!(text, ",{}_mm", m.muscle);
-    }
-    text.push('\n');
+/// The lengths over time as CSV, a row a moment.
+pub fn trajectory_csv(o: &Outcome) -> csv::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let lengths = o.muscles.iter().map(|m| format!("{}_mm", m.muscle));
+    writer.write_record(std::iter::once("time_s".to_owned()).chain(lengths))?;
     for moment in o.trajectory.iter().flat_map(|t| &t.moments) {
-        let _ = write!(text, "{}", moment.time_s);
-        for length in &moment.lengths_mm {
-            let _ = write!(text, ",{length}");
-        }
-        text.push('\n');
+        writer.serialize((moment.time_s, &moment.lengths_mm))?;
     }
-    text
+    writer.into_inner().map_err(|e| e.into_error().into())
 }
 
 fn vector(v: &[f64]) -> String {
@@ -194,26 +189,8 @@ pub fn pruning(all: &[Compared], written: &[PathBuf]) -> String {
 }
 
 /// The same as CSV.
-pub fn pruning_csv(all: &[Compared]) -> String {
-    let mut text = "scene,converged,pruned_ms,full_static_ms,full_dynamic_ms,static_difference_mm,dynamic_difference_mm,\
-                    pruned_elements,full_elements,steps\n"
-        .to_owned();
-    for c in all {
-        let some = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
-        let _ = writeln!(
-            text,
-            "{},{},{},{},{},{},{},{},{},{}",
-            c.scene,
-            c.converged,
-            c.pruned_ms,
-            some(c.full_static_ms),
-            some(c.full_dynamic_ms),
-            some(c.static_difference_mm),
-            some(c.dynamic_difference_mm),
-            c.pruned_elements,
-            c.full_elements,
-            c.steps.map_or_else(String::new, |s| s.to_string())
-        );
-    }
-    text
+pub fn pruning_csv(all: &[Compared]) -> csv::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    all.iter().try_for_each(|compared| writer.serialize(compared))?;
+    writer.into_inner().map_err(|e| e.into_error().into())
 }

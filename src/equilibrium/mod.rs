@@ -115,7 +115,7 @@ pub struct Solution {
 }
 
 /// All that a solve writes to. One for each thread and system; reused from solve to solve without allocating.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Workspace<const D: usize> {
     /// Positions of all nodes, m: the start before a solve, the result after it.
     positions: Vec<SVector<f64, D>>,

@@ -5,7 +5,6 @@ use serde::Serialize;
 
 use super::SceneError;
 use super::file::{Scene, Want};
-use crate::sparse::Pattern;
 use crate::system::System;
 
 /// One effect in the plan.
@@ -160,7 +159,7 @@ pub(super) fn count<const D: usize>(
             Planned { effect, simulated, why, elements, estimated_us }
         })
         .collect();
-    let factor_operations = factor_operations::<D>(pattern);
+    let factor_operations = pattern.factor_operations::<D>();
     Plan {
         title: scene.title.clone(),
         want: scene.want,
@@ -170,22 +169,12 @@ pub(super) fn count<const D: usize>(
         nodes: system.rest().len(),
         unknowns: D * pattern.unknowns(),
         nonzeros: D * D * (2 * pattern.matrix_blocks() - pattern.unknowns()),
-        factor_nonzeros: D * D * pattern.blocks() - D * (D - 1) / 2 * pattern.unknowns(),
+        factor_nonzeros: pattern.factor_entries::<D>(),
         factor_operations,
         estimated_factor_us: factor_operations as f64 / OPERATIONS_PER_NS[D - 2] * 1e-3,
         effects,
         muscles,
     }
-}
-
-/// A multiplication and an addition for each pair of entries in a column of the factor.
-fn factor_operations<const D: usize>(pattern: &Pattern) -> usize {
-    let column = |j: usize| {
-        let below = pattern.column(j).len() - 1;
-        // Block products for every pair of blocks below the diagonal, and one to divide each block by it.
-        D * D * D * (below * (below + 1) + 2 * below + 1)
-    };
-    (0..pattern.unknowns()).map(column).sum()
 }
 
 impl Plan {

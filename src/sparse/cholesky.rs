@@ -1,7 +1,9 @@
-//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ`, left-looking, on a pattern made once.
+//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ` on a pattern made once: left-looking and ours for the few hundred unknowns of
+//! the plane, faer's where the factor is so full that dense blocks pay.
 
 use nalgebra::{SMatrix, SVector};
 
+use super::supernodal::Supernodal;
 use super::{BlockMatrix, Pattern};
 
 /// The matrix is not positive definite: the pivot of this unknown is not safely above zero.
@@ -15,8 +17,12 @@ pub struct NotPositiveDefinite {
 }
 
 /// A factor and the scratch space to make it; allocates nothing after its creation.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Factor<const D: usize> {
+    /// faer's way, where it is the faster one. What it refuses, ours decides, since that tells where it fails.
+    supernodal: Option<Supernodal>,
+    /// Whether the last factorisation is in `supernodal`.
+    is_supernodal: bool,
     /// Below the diagonal the blocks of `L`; on it the inverses of the diagonal blocks of `L` (lower triangular).
     lower: Vec<SMatrix<f64, D, D>>,
     place_of_row: Vec<u32>,
@@ -29,6 +35,8 @@ impl<const D: usize> Factor<D> {
     /// Space for the factor of any matrix on `pattern`.
     pub fn new(pattern: &Pattern) -> Self {
         Self {
+            supernodal: Supernodal::if_worthwhile::<D>(pattern),
+            is_supernodal: false,
             lower: vec![SMatrix::zeros(); pattern.blocks() + 1],
             place_of_row: vec![0; pattern.unknowns()],
         }
@@ -44,8 +52,13 @@ impl<const D: usize> Factor<D> {
         pattern: &Pattern,
         matrix: &BlockMatrix<D>,
     ) -> Result<(), NotPositiveDefinite> {
-        self.lower.copy_from_slice(&matrix.blocks);
         let floor = SMALLEST_PIVOT * matrix.largest_diagonal(pattern);
+        self.is_supernodal =
+            self.supernodal.as_mut().is_some_and(|faer| faer.factorise(pattern, matrix, floor));
+        if self.is_supernodal {
+            return Ok(());
+        }
+        self.lower.copy_from_slice(&matrix.blocks);
         for j in 0..pattern.unknowns() {
             let column = pattern.column(j);
             for (p, &i) in column.clone().zip(pattern.rows(column.clone())) {
@@ -103,7 +116,10 @@ impl<const D: usize> Factor<D> {
     }
 
     /// Solves `K x = b` in place; one vector for each unknown in the pattern's order.
-    pub fn solve(&self, pattern: &Pattern, b: &mut [SVector<f64, D>]) {
+    pub fn solve(&mut self, pattern: &Pattern, b: &mut [SVector<f64, D>]) {
+        if let Some(faer) = self.supernodal.as_mut().filter(|_| self.is_supernodal) {
+            return faer.solve(b);
+        }
         for j in 0..pattern.unknowns() {
             let column = pattern.column(j);
             let y = self.lower[column.start] * b[j];

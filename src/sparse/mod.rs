@@ -1,12 +1,13 @@
 //! Sparse symmetric matrices of `D x D` blocks, one block row and column for each unknown node.
 //!
-//! Our own rather than a library's because it was measured faster: see `benches/` (`factorise`), where it stands beside
-//! faer's sparse Cholesky on the same matrices. What it does is small: an ordering, a pattern, a left-looking
-//! factorisation, two triangular solves.
+//! Our own rather than a library's where it was measured faster (`benches/`, `factorise`: beside faer's sparse Cholesky on the
+//! same matrices): an ordering, a pattern, a left-looking factorisation, two triangular solves. From a few hundred unknowns
+//! in space, or a few thousand in the plane, faer's supernodes are the faster ones, and do the work.
 
 pub mod cholesky;
 pub mod ordering;
 pub mod pattern;
+mod supernodal;
 
 use nalgebra::SMatrix;
 

@@ -117,6 +117,22 @@ impl Pattern {
         self.couplings + self.node.len()
     }
 
+    /// Scalar entries of the factor, one triangle, fill-in included, for blocks of `D x D`.
+    pub fn factor_entries<const D: usize>(&self) -> usize {
+        D * D * self.blocks() - D * (D - 1) / 2 * self.unknowns()
+    }
+
+    /// Floating-point operations of one factorisation: a multiplication and an addition for each pair of entries in a column
+    /// of the factor, for blocks of `D x D`.
+    pub fn factor_operations<const D: usize>(&self) -> usize {
+        let column = |j: usize| {
+            let below = self.column(j).len() - 1;
+            // Block products for every pair of blocks below the diagonal, and one to divide each block by it.
+            D * D * D * (below * (below + 1) + 2 * below + 1)
+        };
+        (0..self.unknowns()).map(column).sum()
+    }
+
     /// The node that unknown `j` stands for.
     #[inline]
     pub fn node(&self, j: usize) -> usize {

@@ -1,0 +1,173 @@
+//! Supernodal Cholesky by faer, for factors so full that neighbouring columns are worked on as dense blocks.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side};
+use nalgebra::SVector;
+
+use super::{BlockMatrix, Pattern};
+
+/// Operations for each entry of the factor from which on dense blocks win. Measured (`results/scenes`): both ways take as long
+/// near 80, with 3000 unknowns in the plane or 450 in space.
+const WORTHWHILE: usize = 80;
+
+/// faer's factor of a matrix on a [`Pattern`], with all the space that it takes to make it.
+pub(super) struct Supernodal {
+    symbolic: SymbolicCholesky<usize>,
+    /// Lower triangle of the matrix, entry by entry: column starts, rows, values.
+    start: Vec<usize>,
+    row: Vec<usize>,
+    matrix: Vec<f64>,
+    factor: Vec<f64>,
+    right_side: Vec<f64>,
+    scratch: MemBuffer,
+}
+
+impl std::fmt::Debug for Supernodal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Supernodal").field("factor", &self.factor.len()).finish_non_exhaustive()
+    }
+}
+
+impl Supernodal {
+    /// Space for the factor, if the pattern is so full that faer's way is the faster one; `None` if it is not.
+    pub fn if_worthwhile<const D: usize>(pattern: &Pattern) -> Option<Self> {
+        let worthwhile = pattern.factor_operations::<D>() > WORTHWHILE * pattern.factor_entries::<D>();
+        worthwhile.then(|| Self::new::<D>(pattern)).flatten()
+    }
+
+    /// `None` where faer has no memory for it.
+    fn new<const D: usize>(pattern: &Pattern) -> Option<Self> {
+        let n = D * pattern.unknowns();
+        let (mut start, mut row) = (vec![0], Vec::new());
+        let (mut upper_start, mut upper_row) = (vec![0], Vec::new());
+        for j in 0..pattern.unknowns() {
+            for c in 0..D {
+                row.extend(j * D + c..(j + 1) * D);
+                let below = pattern.rows(pattern.column(j)).iter().skip(1);
+                row.extend(below.flat_map(|&i| i as usize * D..(i as usize + 1) * D));
+                start.push(row.len());
+                let left = pattern.left_of(j).iter();
+                upper_row.extend(left.flat_map(|&(k, _)| k as usize * D..(k as usize + 1) * D));
+                upper_row.extend(j * D..=j * D + c);
+                upper_start.push(upper_row.len());
+            }
+        }
+        let upper = SymbolicSparseColMat::new_checked(n, n, upper_start, None, upper_row);
+        let parameters = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..CholeskySymbolicParams::default()
+        };
+        // The pattern is in elimination order already.
+        let order = SymmetricOrdering::Identity;
+        let symbolic = factorize_symbolic_cholesky(upper.as_ref(), Side::Upper, order, parameters).ok()?;
+        let factorise = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let solve = symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
+        let scratch = MemBuffer::try_new(factorise.or(solve)).ok()?;
+        let factor = vec![0.0; symbolic.len_val()];
+        Some(Self {
+            matrix: vec![0.0; row.len()],
+            right_side: vec![0.0; n],
+            symbolic,
+            start,
+            row,
+            factor,
+            scratch,
+        })
+    }
+
+    /// Factorises; whether every pivot is above `floor`. If not, the factor is of no use.
+    pub fn factorise<const D: usize>(
+        &mut self,
+        pattern: &Pattern,
+        matrix: &BlockMatrix<D>,
+        floor: f64,
+    ) -> bool {
+        let mut places = self.matrix.iter_mut();
+        for j in 0..pattern.unknowns() {
+            let blocks = &matrix.blocks[pattern.column(j)];
+            for c in 0..D {
+                let column = blocks.iter().flat_map(|b| b.as_slice()[c * D..(c + 1) * D].iter());
+                // The places last: a zip that ends at its second part has taken one too many from its first.
+                column.skip(c).zip(places.by_ref()).for_each(|(value, place)| *place = *value);
+            }
+        }
+        let n = self.right_side.len();
+        let shape = SymbolicSparseColMatRef::new_checked(n, n, &self.start, None, &self.row);
+        let done = self.symbolic.factorize_numeric_llt(
+            &mut self.factor,
+            SparseColMatRef::new(shape, &self.matrix),
+            Side::Lower,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+            Default::default(),
+        );
+        done.is_ok() && self.pivots_exceed(floor)
+    }
+
+    /// Whether every pivot of the factor is above `floor`; one that is not a number is not.
+    fn pivots_exceed(&self, floor: f64) -> bool {
+        let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else { return false };
+        let factor = SupernodalLltRef::new(symbolic, &self.factor);
+        (0..symbolic.n_supernodes()).all(|s| {
+            let block = factor.supernode(s).val();
+            (0..block.ncols()).all(|i| block[(i, i)] * block[(i, i)] > floor)
+        })
+    }
+
+    /// Solves `K x = b` in place; one vector for each unknown in the pattern's order.
+    pub fn solve<const D: usize>(&mut self, b: &mut [SVector<f64, D>]) {
+        self.right_side.iter_mut().zip(b.iter().flatten()).for_each(|(place, value)| *place = *value);
+        let n = self.right_side.len();
+        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(&mut self.right_side, n, 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+        b.iter_mut().flatten().zip(&self.right_side).for_each(|(place, value)| *place = *value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SMatrix;
+
+    /// Nodes on a line, each coupled to the next: the matrix of a discrete Laplacian, whose inverse is known.
+    #[test]
+    fn a_chain_is_solved_exactly_and_an_indefinite_one_refused() {
+        let n = 7;
+        let pattern = Pattern::new(n, &vec![true; n], (0..n - 1).map(|i| vec![i, i + 1]));
+        let mut matrix = BlockMatrix::<3>::zeros(&pattern);
+        for i in 0..n {
+            matrix.add_symmetric(pattern.slot(i, i), &(SMatrix::identity() * 2.0));
+            if i + 1 < n {
+                matrix.add_symmetric(pattern.slot(i, i + 1), &-SMatrix::identity());
+            }
+        }
+        let mut faer = Supernodal::new::<3>(&pattern).expect("there is memory for 21 unknowns");
+        assert!(faer.factorise(&pattern, &matrix, 1e-9));
+        // Pulled evenly, the deflection is a parabola: x_i = (i + 1)(n - i) / 2.
+        let mut x = vec![SVector::<f64, 3>::from([1.0, 2.0, -3.0]); n];
+        faer.solve(&mut x);
+        for (u, x) in x.iter().enumerate() {
+            let i = pattern.node(u);
+            let exact = ((i + 1) * (n - i)) as f64 / 2.0;
+            assert!((x - SVector::from([1.0, 2.0, -3.0]) * exact).norm() < 1e-12, "{i}: {x}");
+        }
+        assert!(!faer.factorise(&pattern, &matrix, 1.9), "a pivot below the floor");
+        matrix.shift(&pattern, -1.0);
+        assert!(!faer.factorise(&pattern, &matrix, 1e-9), "indefinite");
+        matrix.shift(&pattern, f64::NAN);
+        assert!(!faer.factorise(&pattern, &matrix, 1e-9), "not a number");
+    }
+}
