@@ -49,7 +49,7 @@ fn there_is_a_manual_page_for_every_command_with_its_options_and_example() {
         std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
     for name in names {
         let text = page(&name);
-        assert!(text.contains(".SH OPTIONS") && text.contains("Example"), "{name}");
+        assert!(text.contains(".SH OPTIONS") && text.contains(".SH EXAMPLES"), "{name}");
         for line in text.lines().filter(|l| l.starts_with("tongue\\-fit") && l.ends_with("(1)")) {
             let listed = line.replace("\\-", "-").replace("(1)", ".1");
             assert!(folder.path().join(&listed).exists(), "{name} lists {listed}");
@@ -80,7 +80,8 @@ fn the_completions_of_each_shell_name_commands_and_options_and_bash_takes_them()
     let complete = |words: &str| {
         let line = format!(
             "source '{}'; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); \
-             _tongue-fit tongue-fit \"${{COMP_WORDS[-1]}}\" \"${{COMP_WORDS[-2]}}\"; echo \"${{COMPREPLY[*]}}\"",
+             does=($(complete -p tongue-fit)); while [ \"${{does[0]}}\" != -F ]; do does=(\"${{does[@]:1}}\"); done; \
+             \"${{does[1]}}\" tongue-fit \"${{COMP_WORDS[-1]}}\" \"${{COMP_WORDS[-2]}}\"; echo \"${{COMPREPLY[*]}}\"",
             script.display()
         );
         let output = Command::new("/bin/bash").args(["-c", &line]).stderr(Stdio::inherit()).output().unwrap();

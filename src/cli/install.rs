@@ -35,7 +35,10 @@ pub struct ManPages {}
 pub fn completions(arguments: &Completions) -> miette::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Cli::command(), "tongue-fit", &mut script);
-    output::stream(|out| out.write_all(&script))?;
+    let script = String::from_utf8_lossy(&script);
+    // In bash, clap_complete 4.6 spells a program's hyphen in two ways and so completes nothing behind a subcommand
+    // (https://github.com/clap-rs/clap/issues/6421). Where it is mended there is nothing to replace.
+    output::print(&script.replace("tongue__subcmd__fit", "tongue__fit"))?;
     Ok(Outcome::Good)
 }
 
@@ -46,11 +49,11 @@ pub fn man(global: &Global) -> miette::Result<Outcome> {
     command.build();
     let Some(folder) = &global.out else {
         let (_, page) = page(&command)?;
-        output::stream(|out| out.write_all(&page))?;
+        output::print(&page)?;
         return Ok(Outcome::Good);
     };
     let pages = everything(&command).into_iter().map(page).collect::<miette::Result<Vec<_>>>()?;
-    let files: Vec<(&str, &[u8])> = pages.iter().map(|(n, p)| (n.as_str(), p.as_slice())).collect();
+    let files: Vec<(&str, &[u8])> = pages.iter().map(|(n, p)| (n.as_str(), p.as_bytes())).collect();
     let written = OutputDir::prepare(folder).and_then(|out| out.write_all(&files)).into_diagnostic()?;
     output::summary(&table::files(&written), &written)?;
     Ok(Outcome::Good)
@@ -64,10 +67,12 @@ pub fn everything(command: &Command) -> Vec<&Command> {
 }
 
 /// File name and text of a command's page.
-fn page(command: &Command) -> miette::Result<(String, Vec<u8>)> {
+fn page(command: &Command) -> miette::Result<(String, String)> {
     let version = format!("tongue-fit {}", tongue_fit::VERSION);
-    let page = Man::new(command.clone()).source(version).manual("tongue-fit");
+    let page = Man::new(command.clone()).source(version);
     let mut text = Vec::new();
     page.render(&mut text).into_diagnostic()?;
+    // What follows the help is examples, and a reader of manuals looks for them under that name.
+    let text = String::from_utf8_lossy(&text).replace(".SH EXTRA", ".SH EXAMPLES");
     Ok((page.get_filename(), text))
 }

@@ -65,7 +65,7 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results, or a folder of the command's in it; simulate and mesh write files only when it is given]
+    /// Folder for the output files [default: results, or a folder of the command's in it; simulate, mesh, scene and man write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
     /// Number of threads; results do not depend on it [default: one for each core]
