@@ -1,7 +1,8 @@
 //! Times of what the program spends its time on: `cargo bench`.
 //!
-//! `equilibrium` one solve; `factorise` our block Cholesky beside faer's sparse one and nalgebra's dense one on the same
-//! matrices; `fit` the multi-start on one and two threads.
+//! `equilibrium` one solve; `factorise` our block Cholesky beside faer's sparse one (which orders the unknowns itself) and
+//! nalgebra's dense one on the same matrices; `factorise_in_space` block by block beside what the program chooses, which is
+//! faer's supernodes in our order from a few hundred unknowns on; `fit` the multi-start on one and two threads.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot begin has failed")]
 
 #[path = "../tests/common/mod.rs"]
@@ -12,7 +13,7 @@ use faer::sparse::{SparseColMat, Triplet};
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::equilibrium::{Settings, Workspace, solve};
 use tongue_fit::fit;
-use tongue_fit::mesh::{self, Anatomy};
+use tongue_fit::mesh::{self, Anatomy, solid};
 use tongue_fit::sparse::BlockMatrix;
 use tongue_fit::sparse::cholesky::Factor;
 use tongue_fit::system::{Model, System};
@@ -31,6 +32,13 @@ fn main() {
 fn system(h_tenths: u32) -> System<2> {
     let mesh = mesh::build(&Anatomy::reference().unwrap(), f64::from(h_tenths) * 1e-4).unwrap();
     System::new(&mesh, &Model::default(), &ACTIVE).unwrap()
+}
+
+fn stiffness<const D: usize>(system: &System<D>, tensions: &[f64]) -> BlockMatrix<D> {
+    let at = Configuration { positions: system.rest(), tensions };
+    let mut k = BlockMatrix::zeros(system.pattern());
+    system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut k));
+    k
 }
 
 mod equilibrium {
@@ -68,25 +76,18 @@ mod equilibrium {
 mod factorise {
     use super::*;
 
-    fn stiffness(system: &System<2>) -> BlockMatrix<2> {
-        let at = Configuration { positions: system.rest(), tensions: &PUBLISHED };
-        let mut k = BlockMatrix::zeros(system.pattern());
-        system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut k));
-        k
-    }
-
     #[divan::bench(args = SPACINGS)]
     fn block_cholesky(bencher: Bencher, h_tenths: u32) {
         let system = system(h_tenths);
-        let k = stiffness(&system);
-        let mut factor = Factor::new(system.pattern());
+        let k = stiffness(&system, &PUBLISHED);
+        let mut factor = Factor::block_by_block(system.pattern());
         bencher.bench_local(|| factor.factorise(system.pattern(), &k));
     }
 
     #[divan::bench(args = SPACINGS)]
     fn faer_sparse(bencher: Bencher, h_tenths: u32) {
         let system = system(h_tenths);
-        let k = common::dense(system.pattern(), &stiffness(&system));
+        let k = common::dense(system.pattern(), &stiffness(&system, &PUBLISHED));
         let n = k.nrows();
         let triplets: Vec<_> = (0..n * n)
             .map(|i| Triplet::new(i % n, i / n, k[(i % n, i / n)]))
@@ -109,8 +110,36 @@ mod factorise {
     #[divan::bench(args = [55])]
     fn nalgebra_dense(bencher: Bencher, h_tenths: u32) {
         let system = system(h_tenths);
-        let k = common::dense(system.pattern(), &stiffness(&system));
+        let k = common::dense(system.pattern(), &stiffness(&system, &PUBLISHED));
         bencher.with_inputs(|| k.clone()).bench_local_values(|k| k.cholesky());
+    }
+}
+
+mod factorise_in_space {
+    use super::*;
+
+    /// Cells along the shorter edges of a block of 30 x 30 x 50 mm; 192 to 6912 unknowns.
+    const CELLS: [usize; 6] = [3, 4, 5, 6, 9, 11];
+
+    fn block(cells: usize) -> System<3> {
+        let mesh = solid::block([0.03, 0.03, 0.05], [cells, cells, cells + cells / 2]);
+        System::new(&mesh, &Model::default(), &[]).unwrap()
+    }
+
+    #[divan::bench(args = CELLS)]
+    fn block_by_block(bencher: Bencher, cells: usize) {
+        let system = block(cells);
+        let k = stiffness(&system, &[]);
+        let mut factor = Factor::block_by_block(system.pattern());
+        bencher.bench_local(|| factor.factorise(system.pattern(), &k));
+    }
+
+    #[divan::bench(args = CELLS)]
+    fn as_chosen(bencher: Bencher, cells: usize) {
+        let system = block(cells);
+        let k = stiffness(&system, &[]);
+        let mut factor = Factor::new(system.pattern());
+        bencher.bench_local(|| factor.factorise(system.pattern(), &k));
     }
 }
 

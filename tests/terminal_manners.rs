@@ -1,6 +1,11 @@
 //! What is expected of a program in a Unix terminal: a pipe that closes, a disk that is full, colours, progress, -q, -v, Ctrl-C.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test says by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test says by panicking, and why it skips"
+)]
 
 use std::fs;
 use std::os::unix::process::ExitStatusExt;

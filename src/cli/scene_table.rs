@@ -42,14 +42,15 @@ pub fn plan(plan: &Plan) -> String {
         text,
         "{} unknowns ({} nodes in {}D); stiffness {} nonzeros, factor {}\n\
          µs: estimated for one iteration (energy, force, stiffness)\n\
-         a factorisation: about {:.0} µs, {} operations",
+         a factorisation: about {:.0} µs, {} operations, {}",
         plan.unknowns,
         plan.nodes,
         plan.dimension,
         plan.nonzeros,
         plan.factor_nonzeros,
         plan.estimated_factor_us,
-        plan.factor_operations
+        plan.factor_operations,
+        if plan.factor_in_supernodes { "in supernodes (faer)" } else { "block by block" }
     );
     text
 }
@@ -70,11 +71,16 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         }
         let _ = writeln!(text, "{t}\n");
     }
-    let verdict = if o.converged { "converged" } else { "NOT CONVERGED: do not trust the shape" };
+    let penetrated = o.contact.as_ref().is_some_and(|c| c.edge_through_wall);
+    let verdict = match o.converged {
+        true => "converged",
+        false if penetrated => "PENETRATED (see below; do not trust the shape)",
+        false => "NOT CONVERGED (do not trust the shape)",
+    };
     let measure = if o.plan.dimension == 2 { "area" } else { "volume" };
     let _ = writeln!(
         text,
-        "{verdict} in {:.2} ms; cells at {:.1} % to {:.1} % of their {measure} at rest, the whole at {:.2} %",
+        "{verdict}, {:.2} ms; cells at {:.1} % to {:.1} % of their {measure} at rest, the whole at {:.2} %",
         1e3 * o.wall_s,
         100.0 * o.min_cell_ratio,
         100.0 * o.max_cell_ratio,

@@ -281,8 +281,12 @@ impl Scene {
     }
 }
 
-/// Serde's message about an unknown field or variant lists the known ones; this adds which of them is nearest.
+/// Serde's message about an unknown field or variant lists the known ones; this adds which of them is nearest. The one about a
+/// second body does not say what there are two of; this does.
 fn with_nearest(message: &str) -> String {
+    if message.starts_with("wanted exactly 1 element") {
+        return "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned();
+    }
     let mut quoted = message.split('`').skip(1).step_by(2);
     let known: Vec<&str> = quoted.by_ref().skip(1).collect();
     let unknown = message.split('`').nth(1).filter(|_| message.starts_with("unknown "));
@@ -300,6 +304,12 @@ mod tests {
 
     fn refused(text: &str) -> String {
         Scene::from_toml(text, "my.toml").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn two_bodies_are_refused() {
+        let message = refused(&format!("{GOOD}[body.block]\nsize_mm = [1.0, 1.0, 1.0]\nh_mm = 0.5\n"));
+        assert!(message.contains("exactly one of tongue, mesh, cylinder and block"), "{message}");
     }
 
     #[test]

@@ -54,6 +54,8 @@ pub struct Plan {
     pub nonzeros: usize,
     /// The same of its Cholesky factor, one triangle, fill-in included.
     pub factor_nonzeros: usize,
+    /// Whether it is made in supernodes, by faer, rather than block by block.
+    pub factor_in_supernodes: bool,
     /// Floating-point operations of one factorisation.
     pub factor_operations: usize,
     /// Estimated cost of a factorisation and a solve, microseconds.
@@ -69,8 +71,8 @@ pub struct Plan {
 const NS_PER_BLOCK: [f64; 2] = [5.0, 8.0];
 /// Nanoseconds for an element that writes no blocks of its own (a node's weight, a node facing a segment of a wall).
 const NS_PER_LIGHT_ELEMENT: f64 = 8.0;
-/// Operations that a factorisation does in a nanosecond. By dimension.
-const OPERATIONS_PER_NS: [f64; 2] = [1.3, 2.0];
+/// Operations that a factorisation does in a nanosecond: block by block, and in supernodes. Measured likewise.
+const OPERATIONS_PER_NS: [f64; 2] = [8.0, 20.0];
 
 /// What decides about an effect, before the system is there to be counted.
 pub(super) struct Decision {
@@ -160,6 +162,8 @@ pub(super) fn count<const D: usize>(
         })
         .collect();
     let factor_operations = pattern.factor_operations::<D>();
+    let factor_in_supernodes = pattern.is_for_supernodes::<D>();
+    let operations_per_ns = OPERATIONS_PER_NS[usize::from(factor_in_supernodes)];
     Plan {
         title: scene.title.clone(),
         want: scene.want,
@@ -170,8 +174,9 @@ pub(super) fn count<const D: usize>(
         unknowns: D * pattern.unknowns(),
         nonzeros: D * D * (2 * pattern.matrix_blocks() - pattern.unknowns()),
         factor_nonzeros: pattern.factor_entries::<D>(),
+        factor_in_supernodes,
         factor_operations,
-        estimated_factor_us: factor_operations as f64 / OPERATIONS_PER_NS[D - 2] * 1e-3,
+        estimated_factor_us: factor_operations as f64 / operations_per_ns * 1e-3,
         effects,
         muscles,
     }

@@ -32,10 +32,16 @@ pub struct Factor<const D: usize> {
 const SMALLEST_PIVOT: f64 = 1e-13;
 
 impl<const D: usize> Factor<D> {
-    /// Space for the factor of any matrix on `pattern`.
+    /// Space for the factor of any matrix on `pattern`, made in the way that is faster there.
     pub fn new(pattern: &Pattern) -> Self {
+        let supernodal = Supernodal::if_worthwhile::<D>(pattern);
+        Self { supernodal, ..Self::block_by_block(pattern) }
+    }
+
+    /// The same, never in supernodes: for comparison.
+    pub fn block_by_block(pattern: &Pattern) -> Self {
         Self {
-            supernodal: Supernodal::if_worthwhile::<D>(pattern),
+            supernodal: None,
             is_supernodal: false,
             lower: vec![SMatrix::zeros(); pattern.blocks() + 1],
             place_of_row: vec![0; pattern.unknowns()],

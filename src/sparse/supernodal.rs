@@ -36,11 +36,17 @@ impl std::fmt::Debug for Supernodal {
     }
 }
 
+impl Pattern {
+    /// Whether matrices of `D x D` blocks on this pattern are factorised in supernodes, by faer, rather than block by block.
+    pub fn is_for_supernodes<const D: usize>(&self) -> bool {
+        self.factor_operations::<D>() > WORTHWHILE * self.factor_entries::<D>()
+    }
+}
+
 impl Supernodal {
     /// Space for the factor, if the pattern is so full that faer's way is the faster one; `None` if it is not.
     pub fn if_worthwhile<const D: usize>(pattern: &Pattern) -> Option<Self> {
-        let worthwhile = pattern.factor_operations::<D>() > WORTHWHILE * pattern.factor_entries::<D>();
-        worthwhile.then(|| Self::new::<D>(pattern)).flatten()
+        pattern.is_for_supernodes::<D>().then(|| Self::new::<D>(pattern)).flatten()
     }
 
     /// `None` where faer has no memory for it.

@@ -10,7 +10,7 @@ use crate::fit::batch::{BaselineRow, Refusal};
 /// Columns of `muscles.csv`, one row for every subject, vowel, kind of target and muscle. Lengths in mm: measured ones are the
 /// subject's; target, simulated and residual are the model's, whose size is another. Ratios are to GGa, stretches to the
 /// baseline (measured) or rest (model).
-pub const MUSCLE_COLUMNS: [&str; 32] = [
+pub const MUSCLE_COLUMNS: [&str; 33] = [
     "subject",
     "vowel",
     "baseline",
@@ -43,6 +43,7 @@ pub const MUSCLE_COLUMNS: [&str; 32] = [
     "version",
     "seed",
     "inputs_sha256",
+    "command",
 ];
 
 /// The first columns of `fits.csv`; then come tension, low and high of every muscle, then [`FIT_COLUMNS_AFTER`].
@@ -153,6 +154,7 @@ pub fn muscle_lines(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
             p.version.clone(),
             p.seed.to_string(),
             p.inputs_sha256.clone(),
+            p.command.clone(),
         ])?;
     }
     lines.finish()
