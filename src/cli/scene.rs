@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use miette::{IntoDiagnostic, WrapErr};
+use miette::{IntoDiagnostic, WrapErr, miette};
 use serde::Serialize;
 use tongue_fit::report::{self, OutputDir};
 use tongue_fit::scene::body::{self, AnyBody};
 use tongue_fit::scene::compare::{Compared, compare};
+use tongue_fit::scene::file::Body;
 use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
 use tongue_fit::scene::run::{self, Outcome as Answer};
 use tongue_fit::scene::{self, Plan, Scene};
@@ -170,6 +171,7 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
         let lengths = result.trajectory.as_ref().map(|_| scene_table::trajectory_csv(&result));
         let lengths = lengths.transpose().into_diagnostic()?;
         let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
+        refuse_to_overwrite(&scene, out, &names)?;
         let mut files: Vec<(&str, &[u8])> =
             vec![(names[0].as_str(), picture.as_bytes()), (names[1].as_str(), json.as_bytes())];
         files.extend(vtu.iter().map(|text| (names[2].as_str(), text.as_bytes())));
@@ -189,6 +191,19 @@ fn tell(plan: &Plan) {
         let on: Vec<&str> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
         format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
     });
+}
+
+/// A result must not take the place of the mesh that the scene was made from.
+fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {
+    let Body::Mesh(mesh) = &scene.body else { return Ok(()) };
+    let Ok(mesh) = std::fs::canonicalize(&mesh.file) else { return Ok(()) };
+    let is_it = |name: &&String| std::fs::canonicalize(out.path().join(name)).is_ok_and(|path| path == mesh);
+    match names.iter().find(is_it) {
+        Some(name) => Err(miette!(
+            "the results would overwrite the mesh of the scene, {name}; name another folder with --out, or rename the scene"
+        )),
+        None => Ok(()),
+    }
 }
 
 fn outcome(result: &Answer) -> Outcome {

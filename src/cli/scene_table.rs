@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use tongue_fit::equilibrium::Status;
 use tongue_fit::scene::Plan;
 use tongue_fit::scene::compare::Compared;
 use tongue_fit::scene::run::Outcome;
@@ -86,6 +87,9 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         100.0 * o.max_cell_ratio,
         100.0 * o.measure_ratio
     );
+    if o.solution.is_some_and(|s| s.status == Status::Inverted) {
+        text += "A CELL IS TURNED OVER: springs alone do not keep cells upright; ask for effects.incompressibility = true\n";
+    }
     if let Some(c) = &o.contact {
         let _ = writeln!(
             text,
@@ -99,7 +103,9 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
             text += "PENETRATED: between two nodes the surface passes through a corner of the wall; refine the mesh\n";
         }
     }
-    let _ = writeln!(text, "force of the body on the bones: {} N", vector(&o.on_bones_n));
+    if let Some(force) = &o.on_bones_n {
+        let _ = writeln!(text, "force of the body on the bones: {} N", vector(force));
+    }
     if let Some(t) = &o.trajectory {
         let _ = writeln!(
             text,
@@ -113,7 +119,10 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
             "{} iterations, {} factorisations, {} energies; largest residual force {:.1e} N\n",
             s.iterations, s.factorisations, s.energy_evaluations, s.max_residual_force
         );
-        let mut t = table(&["effect", "energy µs", "force µs", "stiffness µs", "in the solve µs"]);
+    }
+    if !o.time_by_effect.is_empty() {
+        let whole = if o.trajectory.is_some() { "in all µs" } else { "in the solve µs" };
+        let mut t = table(&["effect", "energy µs", "force µs", "stiffness µs", whole]);
         for e in &o.time_by_effect {
             let us = |v: f64| format!("{v:.2}");
             t.add_row([

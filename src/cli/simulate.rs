@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::equilibrium::{self, Settings, Status, Workspace};
 use tongue_fit::fit;
 use tongue_fit::muscle::{Muscle, PerMuscle};
-use tongue_fit::report::{self, OutputDir, SimulationRecord};
+use tongue_fit::report::{self, BranchRecord, OutputDir, SimulationRecord};
 use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, table, trajectory};
@@ -22,11 +22,18 @@ pub struct Arguments {
     /// Tension of a muscle, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
     tension: Vec<String>,
+    /// Follow the equilibria from rest as the tensions grow: whether the answer lies on the branch that begins at rest, and at
+    /// which part of the tensions that branch ends
+    #[arg(long, conflicts_with = "trajectory")]
+    trace: bool,
     #[command(flatten)]
     trajectory: trajectory::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }
+
+/// Steps in which the branch from rest is followed.
+const TRACE_STEPS: usize = 20;
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
@@ -48,7 +55,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
-    let solution = equilibrium::solve(&system, &mut workspace, &all, &Settings::default());
+    let settings = Settings::default();
+    let (solution, branch) = if arguments.trace {
+        let found = equilibrium::trace(&system, &mut workspace, &all, &settings, TRACE_STEPS);
+        (found.solution, Some(BranchRecord { critical: found.critical, another: found.another }))
+    } else {
+        (equilibrium::solve(&system, &mut workspace, &all, &settings), None)
+    };
     let wall_s = clock.elapsed().as_secs_f64();
     output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
 
@@ -56,7 +69,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let rest = numbers.map(|n| system.length(system.rest(), n));
     let lengths = numbers.map(|n| system.length(positions, n));
     let ratios = system.cell_ratios(positions);
-    let record = SimulationRecord::new(&solution, &by_muscle, &lengths, &rest, positions, ratios, wall_s);
+    let mut record = SimulationRecord::new(&solution, &by_muscle, &lengths, &rest, positions, ratios, wall_s);
+    record.branch = branch;
     let json = output::json(&record)?;
     let mut written = Vec::new();
     if let Some(out) = &out {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
+use tongue_fit::equilibrium::{self, Connection, CriticalKind};
 use tongue_fit::fit::{Fit, Status};
 use tongue_fit::muscle::Muscle;
 use tongue_fit::report::batch::journal::{Entry, EntryResult, Journal};
@@ -57,6 +58,32 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
         100.0 * record.min_area_ratio,
         100.0 * record.max_area_ratio
     );
+    if record.status == equilibrium::Status::Inverted {
+        text += "A CELL IS TURNED OVER: nothing in this model keeps cells upright\n";
+    }
+    if let Some(branch) = &record.branch {
+        text += &match branch.critical {
+            None => {
+                "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
+            }
+            Some(c) => format!(
+                "the branch of equilibria from rest ends at {:.6} of the tensions ({}); the body falls from there to this answer",
+                c.load,
+                match c.kind {
+                    CriticalKind::LimitPoint => "limit point",
+                    CriticalKind::Bifurcation => "bifurcation",
+                }
+            ),
+        };
+        text += if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" };
+    } else if record.connection != Connection::Direct {
+        text += match record.connection {
+            Connection::Downhill => {
+                "an unstable equilibrium was left on the way: --trace tells whether another branch was reached\n"
+            }
+            _ => "reached from rest in load steps\n",
+        };
+    }
     text + &files(written)
 }
 

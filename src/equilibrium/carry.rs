@@ -8,7 +8,7 @@ use nalgebra::SVector;
 use crate::effect::Configuration;
 use crate::system::System;
 
-use super::{Settings, Solution, Status, Workspace, newton};
+use super::{Connection, Settings, Solution, Status, Workspace, newton};
 
 /// Residual force at which the body has followed well enough for the next part, N.
 const FOLLOWED: f64 = 1e-4;
@@ -106,6 +106,10 @@ impl Solution {
             load_steps: self.load_steps + last.load_steps,
             escapes: self.escapes + last.escapes,
             ridges: self.ridges + last.ridges,
+            connection: match self.connection {
+                Connection::Downhill => Connection::Downhill,
+                _ => last.connection,
+            },
             ..last
         }
     }

@@ -76,6 +76,7 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
         start.lengths = from_rest.lengths;
     }
     start.evaluations = forward.evaluations();
+    start.failures = forward.failures();
     start.factorisations = forward.factorisations();
     start
 }

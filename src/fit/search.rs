@@ -36,6 +36,9 @@ pub struct Start {
     pub cost: f64,
     /// Equilibria solved.
     pub evaluations: usize,
+    /// Candidates for which no equilibrium was found.
+    #[serde(skip)]
+    pub failures: usize,
     /// Factorisations of a stiffness.
     pub factorisations: usize,
     /// Iterations, over all simplices where there are any.
@@ -56,6 +59,7 @@ impl Start {
             tensions,
             cost,
             evaluations: 0,
+            failures: 0,
             factorisations: 0,
             iterations: 0,
             restarts: 0,
@@ -176,6 +180,7 @@ pub(super) fn run(forward: Forward<'_>, number: usize) -> Result<Start, FitError
         forward.borrow_mut().begin_simplex();
     }
     start.evaluations = forward.borrow().evaluations();
+    start.failures = forward.borrow().failures();
     start.factorisations = forward.borrow().factorisations();
     Ok(start)
 }

@@ -25,7 +25,9 @@ pub use animation::{Frame, animation};
 pub use chart::{Series, changes};
 pub use file::{OutputDir, Writes};
 pub use picture::{tongue, tongue_at_wall};
-pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles};
+pub use record::{
+    BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles,
+};
 pub use solid::solid;
 pub use staged::{Standstill, discard_unfinished};
 pub use trajectory::{TrajectoryRecord, lengths_over_time};
