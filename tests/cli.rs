@@ -342,12 +342,3 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
     };
     assert_eq!(fit("1"), fit("2"));
 }
-
-#[test]
-fn help_shows_an_example_for_every_command() {
-    for arguments in [&["--help"][..], &["simulate", "--help"], &["mesh", "--help"]] {
-        let output = run(arguments);
-        assert_eq!(output.status.code(), Some(0));
-        assert!(stdout(&output).contains("Example"), "{arguments:?}");
-    }
-}

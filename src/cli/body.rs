@@ -8,6 +8,8 @@ use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::mesh::{self, Anatomy, Mesh};
 use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
+use super::output;
+
 /// The body and its model.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -70,7 +72,12 @@ impl Arguments {
             Some(path) => read_anatomy(path)?,
             None => Anatomy::reference().into_diagnostic()?,
         };
-        mesh::build(&anatomy, spacing(&self.h)?).into_diagnostic()
+        let mesh = mesh::build(&anatomy, spacing(&self.h)?).into_diagnostic()?;
+        output::step(|| {
+            let (nodes, triangles) = (mesh.nodes.len(), mesh.cells.len());
+            format!("mesh: {nodes} nodes, {triangles} triangles, {} muscles", mesh.muscles.len())
+        });
+        Ok(mesh)
     }
 
     /// How the mesh is modelled.

@@ -9,7 +9,7 @@ use tongue_fit::mesh::{MuscleChain, Quality};
 use tongue_fit::report::{ByMuscle, OutputDir};
 use tongue_fit::{fit, system};
 
-use super::{Global, Outcome, body, output};
+use super::{Global, Outcome, body, output, table};
 
 /// Options of `tongue-fit mesh`.
 #[derive(Debug, Clone, clap::Args)]
@@ -78,10 +78,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         rest_lengths_mm: ByMuscle(rest_lengths.map(|l| l * 1e3)),
         quality: quality.clone(),
     };
-    let json = serde_json::to_string_pretty(&record).into_diagnostic()? + "\n";
+    let json = output::json(&record)?;
     let written = match &out {
-        Some(out) => Some(out.write("mesh.json", &json).into_diagnostic()?),
-        None => None,
+        Some(out) => vec![out.write("mesh.json", &json).into_diagnostic()?],
+        None => Vec::new(),
     };
     if global.json {
         output::print(&json)?;
@@ -118,9 +118,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     for (chain, length) in mesh.muscles.iter().zip(mesh.muscles.iter().map(|m| length(m.ends()))) {
         line(&chain.name, format!("{:.1} mm, {} connections", length * 1e3, chain.nodes.len() - 1));
     }
-    if let Some(path) = written {
-        line("written", path.display().to_string());
-    }
-    output::print(&text)?;
+    output::summary(&(text + &table::files(&written)), &written)?;
     Ok(Outcome::Good)
 }

@@ -141,8 +141,7 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         }
         let _ = writeln!(text, "{t}");
     }
-    files(&mut text, written);
-    text
+    text + &files(written)
 }
 
 /// The lengths over time as CSV, a row a moment.
@@ -203,12 +202,11 @@ pub fn pruning(all: &[Compared], written: &[PathBuf]) -> String {
             small(c.dynamic_difference_mm),
         ]);
     }
-    let mut text = format!(
+    let text = format!(
         "{t}\n\nall static: every muscle with the three-element model, weight and wall without strength; the same shape.\n\
          all in time: that, with mass, dampers and muscle dynamics, followed from rest until nothing moves.\n"
     );
-    files(&mut text, written);
-    text
+    text + &files(written)
 }
 
 /// The same as CSV.

@@ -14,9 +14,10 @@ use super::{Global, Outcome, body, output, table, trajectory};
 /// Options of `tongue-fit simulate`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
-#[command(
-    after_help = "Example (the published answer for /a/):\n  tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5\n\nExample (its first 3 s):\n  tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --trajectory"
-)]
+#[command(after_help = "Example (the published answer for /a/):\n  \
+        tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5\n\n\
+        Example (its first 3 s):\n  \
+        tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --trajectory")]
 pub struct Arguments {
     /// Tension of a muscle, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
@@ -62,6 +63,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         (equilibrium::solve(&system, &mut workspace, &all, &settings), None)
     };
     let wall_s = clock.elapsed().as_secs_f64();
+    output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
 
     let positions = workspace.positions();
     let rest = numbers.map(|n| system.length(system.rest(), n));
@@ -69,7 +71,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let ratios = system.cell_ratios(positions);
     let mut record = SimulationRecord::new(&solution, &by_muscle, &lengths, &rest, positions, ratios, wall_s);
     record.branch = branch;
-    let json = serde_json::to_string_pretty(&record).into_diagnostic()? + "\n";
+    let json = output::json(&record)?;
     let mut written = Vec::new();
     if let Some(out) = &out {
         let picture = report::tongue(&mesh, positions, &active, "Tongue at rest (grey) and deformed")
@@ -80,7 +82,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if global.json {
         output::print(&json)?;
     } else {
-        output::print(&table::simulation(&record, &written))?;
+        output::summary(&table::simulation(&record, &written), &written)?;
     }
     Ok(if solution.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
 }

@@ -26,10 +26,13 @@ pub(super) fn table(header: &[&str]) -> Table {
     t
 }
 
-pub(super) fn files(text: &mut String, written: &[PathBuf]) {
+/// The files that were written, a line each.
+pub(super) fn files(written: &[PathBuf]) -> String {
+    let mut text = String::new();
     for (i, path) in written.iter().enumerate() {
         let _ = writeln!(text, "{:<8}{}", if i == 0 { "written" } else { "" }, path.display());
     }
+    text
 }
 
 /// One equilibrium.
@@ -81,8 +84,7 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
             _ => "reached from rest in load steps\n",
         };
     }
-    files(&mut text, written);
-    text
+    text + &files(written)
 }
 
 /// One trajectory.
@@ -114,8 +116,7 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
         100.0 * record.min_area_ratio,
         100.0 * record.max_area_ratio
     );
-    files(&mut text, written);
-    text
+    text + &files(written)
 }
 
 /// One fit.
@@ -135,8 +136,7 @@ pub fn fit(fit: &Fit, published: Option<&Published>, written: &[PathBuf], wall_s
     text += &lengths(fit, published);
     text += &verdict(fit, published);
     let _ = writeln!(text, "{} equilibria in {:.0} ms\n", fit.evaluations, 1e3 * wall_s);
-    files(&mut text, written);
-    text
+    text + &files(written)
 }
 
 /// A misfit below this is rounding, whose digits differ between machines.
@@ -349,8 +349,7 @@ pub fn batch(
         let _ =
             writeln!(text, "batch.html shows the first {MOST_FITS_ON_PAGE} fits; the other files have all");
     }
-    files(&mut text, written);
-    Ok(text)
+    Ok(text + &files(written))
 }
 
 /// One line a fit.

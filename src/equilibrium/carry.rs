@@ -28,6 +28,26 @@ const LEAST_PART: f64 = 1e-6;
 /// way fails, the load is put on in steps, from rest; where the equilibrium found is not a stable one, the way leads on
 /// downhill from it. Bones that the system carries away
 /// from where they are at rest are first brought to their places, unless they are there already.
+///
+/// # Example
+/// ```
+/// use tongue_fit::equilibrium::{self, Settings, Status, Workspace};
+/// use tongue_fit::mesh::{self, Anatomy};
+/// use tongue_fit::muscle::Muscle;
+/// use tongue_fit::system::{Model, System};
+///
+/// let mesh = mesh::build(&Anatomy::reference()?, mesh::DEFAULT_SPACING_M)?;
+/// let gga = Muscle::GGa.index();
+/// let system = System::new(&mesh, &Model::default(), &[gga])?;
+/// let mut workspace = Workspace::new(&system); // at rest
+/// let mut tensions = [0.0; 8];
+/// tensions[gga] = 12.0; // N per metre of thickness
+/// let solution = equilibrium::solve(&system, &mut workspace, &tensions, &Settings::default());
+/// assert_eq!(solution.status, Status::Converged);
+/// let stretch = system.length(workspace.positions(), gga) / system.length(system.rest(), gga);
+/// assert!((0.85..0.95).contains(&stretch));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn solve<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,

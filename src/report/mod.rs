@@ -11,6 +11,7 @@ mod file;
 mod picture;
 mod record;
 mod solid;
+mod staged;
 mod trajectory;
 mod vtu;
 mod work_precision;
@@ -28,6 +29,7 @@ pub use record::{
     BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles,
 };
 pub use solid::solid;
+pub use staged::{Standstill, discard_unfinished};
 pub use trajectory::{TrajectoryRecord, lengths_over_time};
 pub use vtu::{pvd, vtu};
 pub use work_precision::{Curve, work_precision};

@@ -229,7 +229,7 @@ impl FitRecord {
                 .collect(),
         });
         Self {
-            version: env!("CARGO_PKG_VERSION"),
+            version: crate::VERSION,
             command: command.to_owned(),
             subject: target.subject.clone(),
             vowel: target.vowel,
