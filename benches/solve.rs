@@ -5,9 +5,11 @@
 //! faer's supernodes in our order from a few hundred unknowns on; `fit` the multi-start on one and two threads.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot begin has failed")]
 
+#[path = "../tests/common/mod.rs"]
+mod common;
+
 use divan::Bencher;
 use faer::sparse::{SparseColMat, Triplet};
-use nalgebra::{DMatrix, SVector};
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::equilibrium::{Settings, Workspace, solve};
 use tongue_fit::fit;
@@ -74,21 +76,6 @@ mod equilibrium {
 mod factorise {
     use super::*;
 
-    fn dense(system: &System<2>, k: &BlockMatrix<2>) -> DMatrix<f64> {
-        let n = system.pattern().unknowns();
-        let mut column = vec![SVector::zeros(); n];
-        let mut out = DMatrix::zeros(2 * n, 2 * n);
-        for j in 0..2 * n {
-            let mut unit = vec![SVector::<f64, 2>::zeros(); n];
-            unit[j / 2][j % 2] = 1.0;
-            k.multiply(system.pattern(), &unit, &mut column);
-            for i in 0..2 * n {
-                out[(i, j)] = column[i / 2][i % 2];
-            }
-        }
-        out
-    }
-
     #[divan::bench(args = SPACINGS)]
     fn block_cholesky(bencher: Bencher, h_tenths: u32) {
         let system = system(h_tenths);
@@ -100,7 +87,7 @@ mod factorise {
     #[divan::bench(args = SPACINGS)]
     fn faer_sparse(bencher: Bencher, h_tenths: u32) {
         let system = system(h_tenths);
-        let k = dense(&system, &stiffness(&system, &PUBLISHED));
+        let k = common::dense(system.pattern(), &stiffness(&system, &PUBLISHED));
         let n = k.nrows();
         let triplets: Vec<_> = (0..n * n)
             .map(|i| Triplet::new(i % n, i / n, k[(i % n, i / n)]))
@@ -123,7 +110,7 @@ mod factorise {
     #[divan::bench(args = [55])]
     fn nalgebra_dense(bencher: Bencher, h_tenths: u32) {
         let system = system(h_tenths);
-        let k = dense(&system, &stiffness(&system, &PUBLISHED));
+        let k = common::dense(system.pattern(), &stiffness(&system, &PUBLISHED));
         bencher.with_inputs(|| k.clone()).bench_local_values(|k| k.cholesky());
     }
 }

@@ -12,7 +12,7 @@
 //!
 //! and the inverse problem is to find the tensions `F` whose muscle lengths (straight distances between a muscle's ends) meet
 //! measured ratios or stretches. Model and coefficients: Kato, bachelor thesis, Osaka University 2014, with its slips mended
-//! (listed in the README); lengths: Takano and Honda, Speech Communication 49 (2007).
+//! (listed in docs/model.md); lengths: Takano and Honda, Speech Communication 49 (2007).
 //!
 //! # The flow, one way
 //! ```text
@@ -27,20 +27,32 @@
 //! scene           -> all of it    a file says what happens and what is wanted; nothing else is computed
 //! ```
 //!
-//! # An example
+//! # The shortest whole
+//! Lengths, a mesh, one equilibrium, a fit, files: what most programs begin with. Each item has an example of its own.
 //! ```
 //! use tongue_fit::equilibrium::{self, Status, Workspace};
+//! use tongue_fit::fit;
 //! use tongue_fit::mesh::{self, Anatomy};
+//! use tongue_fit::report::{FitRecord, OutputDir};
 //! use tongue_fit::system::{Model, System};
+//! use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 //!
+//! let data = Dataset::reference()?;
+//! let target = Target::new(&data, "S2", Vowel::A, TargetKind::Stretch, &TargetOptions::default())?;
 //! let mesh = mesh::build(&Anatomy::reference()?, mesh::DEFAULT_SPACING_M)?;
-//! let gga = 0; // muscles are numbered as in the published tables
-//! let system = System::new(&mesh, &Model::default(), &[gga])?;
+//!
+//! let system = System::new(&mesh, &Model::default(), &[0])?; // GGa contracts; numbers as in the published tables
 //! let mut workspace = Workspace::new(&system);
 //! let tensions = [12.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]; // N per metre of thickness
 //! let solution = equilibrium::solve(&system, &mut workspace, &tensions, &equilibrium::Settings::default());
 //! assert_eq!(solution.status, Status::Converged);
-//! assert!(system.length(workspace.positions(), gga) < system.length(system.rest(), gga));
+//! assert!(system.length(workspace.positions(), 0) < system.length(system.rest(), 0));
+//!
+//! let fit = fit::fit(&mesh, &Model::default(), &target, &fit::Settings::default())?;
+//! # let folder = tempfile::tempdir()?;
+//! # let folder = folder.path();
+//! let out = OutputDir::prepare(folder)?;
+//! out.write("fit.csv", FitRecord::new(&fit, "my program", 0.0).to_csv()?)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -59,3 +71,7 @@ pub mod study;
 pub mod suggest;
 pub mod system;
 pub mod target;
+
+/// Which tongue-fit this is: the version of the package and, where it was built in a git checkout, the commit, with
+/// `-modified` behind it where its sources were not as committed: `0.1.0 (5e2005e12a)`. Every output says it.
+pub const VERSION: &str = env!("TONGUE_FIT_VERSION");

@@ -15,15 +15,22 @@ pub type PerMuscle<T> = [T; COUNT];
 
 /// A portion of an extrinsic tongue muscle, named as in Takano and Honda (2007), figure 2.5 of the thesis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "the variants are the names")]
 pub enum Muscle {
+    /// Genioglossus, anterior: mental spine to the front of the dorsum.
     GGa,
+    /// Genioglossus, middle: mental spine to the top of the dorsum.
     GGm,
+    /// Genioglossus, posterior: mental spine to the root.
     GGp,
+    /// Styloglossus, posterior: styloid process to the tissue.
     SGp,
+    /// Styloglossus, middle: from where it enters the tissue forwards to the middle of the tongue.
     SGm,
+    /// Styloglossus, anterior: on from there to the tip.
     SGa,
+    /// Hyoglossus, anterior: front of the hyoid up into the tissue.
     HGa,
+    /// Hyoglossus, posterior: back of the hyoid up into the tissue.
     HGp,
 }
 

@@ -192,6 +192,22 @@ fn unknown_names_suggest_the_nearest_and_exit_with_1() {
 }
 
 #[test]
+fn a_traced_simulation_says_whether_it_is_on_the_branch_from_rest_and_where_that_ends() {
+    let s = json(&["simulate", "--tension", "GGa=12", "--tension", "SGm=11.5", "--trace", "--json"]);
+    assert_eq!((&s["connection"], &s["branch"]["critical"]), (&Value::from("traced"), &Value::Null));
+    let plain = json(&["simulate", "--tension", "GGa=12", "--tension", "SGm=11.5", "--json"]);
+    assert_eq!((&plain["connection"], &plain["branch"]), (&Value::from("direct"), &Value::Null));
+    let mut far = vec!["simulate", "--trace", "--json"];
+    for pull in ["GGa=100", "GGm=100", "GGp=100", "SGp=100", "SGm=100"] {
+        far.extend(["--tension", pull]);
+    }
+    let far = json(&far);
+    assert_ne!(far["connection"], "traced");
+    let end = far["branch"]["critical"]["load"].as_f64().unwrap();
+    assert!((0.5..1.0).contains(&end) && far["status"] == "converged", "{}", far["branch"]);
+}
+
+#[test]
 fn tensions_that_are_none_are_refused() {
     assert!(refused(&["simulate", "--tension", "GGa=twelve"], 1).contains("not a number"));
     assert!(refused(&["simulate", "--tension", "GGa=-1"], 1).contains("not negative"));
@@ -325,13 +341,4 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
         v
     };
     assert_eq!(fit("1"), fit("2"));
-}
-
-#[test]
-fn help_shows_an_example_for_every_command() {
-    for arguments in [&["--help"][..], &["simulate", "--help"], &["mesh", "--help"]] {
-        let output = run(arguments);
-        assert_eq!(output.status.code(), Some(0));
-        assert!(stdout(&output).contains("Example"), "{arguments:?}");
-    }
 }

@@ -14,21 +14,6 @@ use tongue_fit::mesh::Mesh;
 use tongue_fit::sparse::BlockMatrix;
 use tongue_fit::system::{Additions, Model, System, TissueModel};
 
-fn dense<const D: usize>(system: &System<D>, k: &BlockMatrix<D>) -> DMatrix<f64> {
-    let n = system.pattern().unknowns();
-    let mut out = DMatrix::zeros(n * D, n * D);
-    let mut column = vec![SVector::zeros(); n];
-    for j in 0..n * D {
-        let mut unit = vec![SVector::<f64, D>::zeros(); n];
-        unit[j / D][j % D] = 1.0;
-        k.multiply(system.pattern(), &unit, &mut column);
-        for i in 0..n * D {
-            out[(i, j)] = column[i / D][i % D];
-        }
-    }
-    out
-}
-
 fn stiffness<const D: usize>(
     system: &System<D>,
     effect: &dyn Effect<D>,
@@ -37,7 +22,7 @@ fn stiffness<const D: usize>(
 ) -> DMatrix<f64> {
     let mut k = BlockMatrix::zeros(system.pattern());
     effect.add_stiffness(at, tangent, &mut k);
-    dense(system, &k)
+    common::dense(system.pattern(), &k)
 }
 
 fn force<const D: usize>(effect: &dyn Effect<D>, at: Configuration<'_, D>) -> Vec<SVector<f64, D>> {
@@ -132,7 +117,7 @@ fn check_damping<const D: usize>(
     let weight = 0.5;
     let mut c = BlockMatrix::zeros(system.pattern());
     effect.add_damping(at, weight, &mut c);
-    let damping = dense(system, &c) / weight;
+    let damping = common::dense(system.pattern(), &c) / weight;
     for (u, &node) in nodes.iter().enumerate() {
         for d in 0..D {
             let mut v = vec![SVector::zeros(); at.positions.len()];
@@ -185,7 +170,7 @@ fn check_internal<const D: usize>(
         };
         let mut k = BlockMatrix::zeros(system.pattern());
         internal.add_stiffness(at, time_step, &states, Tangent::Exact, &mut k);
-        let k = dense(system, &k);
+        let k = common::dense(system.pattern(), &k);
         let here = force(at, &states);
         for (u, &node) in system.pattern().nodes().iter().enumerate() {
             for d in 0..D {

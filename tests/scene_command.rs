@@ -79,6 +79,12 @@ fn a_mesh_file_is_the_body_that_it_was_printed_from() {
     let [a, b] = ["a.toml", "b.toml"].map(|file| json(folder.path(), &["scene", "run", file, "--json"]));
     assert_eq!(a["muscles"], b["muscles"]);
     assert_eq!(a["positions_m"], b["positions_m"]);
+
+    // The results of mesh.toml would take the name of its mesh.
+    std::fs::copy(folder.path().join("a.toml"), folder.path().join("mesh.toml")).unwrap();
+    let message = refused(folder.path(), &["scene", "run", "mesh.toml", "--out", "."]);
+    assert!(message.contains("mesh.json") && message.contains("--out"), "{message}");
+    assert_eq!(std::fs::read(folder.path().join("mesh.json")).unwrap(), mesh.stdout);
 }
 
 #[test]

@@ -157,7 +157,7 @@ fn the_palate_holds_the_tongue_back_and_lets_no_node_through() {
     let contact = walled.contact.as_ref().unwrap();
     assert!(contact.touching > 1 && contact.closest_mm > 0.0, "{contact:?}");
     // What the body presses on wall and bones cancels: nothing else acts on it.
-    for (wall, bone) in contact.on_wall_n.iter().zip(&walled.on_bones_n) {
+    for (wall, bone) in contact.on_wall_n.iter().zip(walled.on_bones_n.as_ref().unwrap()) {
         assert!((wall + bone).abs() < 1e-7, "{wall} {bone}");
     }
     let front = |o: &Outcome| o.positions_m.iter().map(|p| p[0]).fold(f64::INFINITY, f64::min);
@@ -209,6 +209,43 @@ fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     assert!(after > 1.04 * before, "{before} {after}");
 }
 
+#[test]
+fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_carried() {
+    let start = |effects: &str| {
+        let (scene, prepared) = planned(&format!(
+            "{}[trajectory]\nduration_s = 0.01\n[tensions_n]\nGGa = 5.0\n[effects]\nincompressibility = true\n\
+             gravity = {{ posture = \"upright\" }}\n{effects}",
+            TONGUE.replace("shape", "trajectory")
+        ));
+        run(&scene, prepared)
+    };
+    let lengths = |o: Outcome| {
+        assert!(o.converged && o.on_bones_n.is_none() && o.time_by_effect.len() > 2, "{o:?}");
+        o.trajectory.unwrap().moments[0].lengths_mm.clone()
+    };
+    let still = lengths(start("").unwrap());
+    let nearly = lengths(start("jaw = { opening_deg = 1e-9 }\n").unwrap());
+    for (a, b) in still.iter().zip(&nearly) {
+        assert!((a - b).abs() < 1e-6, "a jaw that does not move changes the start: {a} {b}");
+    }
+    assert!((lengths(start("jaw = { opening_deg = 5.0 }\n").unwrap())[0] - still[0]).abs() > 0.1);
+    // The mandible would take the tongue's origin through the lower end of the outline.
+    let error = start("jaw = { opening_deg = -20.0 }\ncontact = {}\n").unwrap_err().to_string();
+    assert!(error.contains("effects.jaw") && error.contains("before the motion began"), "{error}");
+}
+
+#[test]
+fn weight_falls_in_its_direction_however_long_that_is_written() {
+    let sag = |direction: &str| {
+        let text = "[effects]\nincompressibility = true\ngravity = { direction = ";
+        outcome(&format!("{TONGUE}{text}{direction} }}\n")).positions_m
+    };
+    let plain = sag("[1.0, 1.0]");
+    for long in ["[1e200, 1e200]", "[1e-200, 1e-200]"] {
+        assert_eq!(sag(long), plain, "{long}");
+    }
+}
+
 /// Each scene, and what its message must name.
 #[test]
 fn what_contradicts_itself_is_named() {
@@ -245,6 +282,33 @@ fn what_contradicts_itself_is_named() {
             format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[-20.0, 20.0], [60.0, 21.0]] }}\n"),
             vec!["effects.contact", "[body.tongue]", "passes through the wall at rest, near ["],
         ),
+        (
+            // Smaller than a cell, so that it meets no connection.
+            format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[38.94, 3.13], [39.34, 3.13]] }}\n"),
+            vec!["effects.contact", "[body.tongue]", "passes through the wall at rest, near [38.9, 3.1]"],
+        ),
+        (
+            format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[0.0, 60.0], [1e-200, 60.0]] }}\n"),
+            vec!["distance in mm between two points of effects.contact.outline_mm", "0.001"],
+        ),
+        (
+            format!("{TONGUE}[effects]\ncontact = {{ reach_mm = 1e-5 }}\n"),
+            vec!["effects.contact.reach_mm", "0.00001", "0.001"],
+        ),
+        (
+            format!("{TONGUE}[material]\npreset = \"as-printed\"\nyoung_modulus_pa = 7e3\n"),
+            vec!["as-printed", "material.young_modulus_pa"],
+        ),
+        (
+            format!("{CYLINDER}[material]\npreset = \"as-printed\"\n"),
+            vec!["as-printed", "[body.cylinder]", "of the plane"],
+        ),
+        (
+            format!("{TONGUE}[material]\npreset = \"as-printed\"\ndensity_kg_per_m3 = -5e3\n"),
+            vec!["density", "-5000"],
+        ),
+        (format!("{TONGUE}[material]\nyoung_modulus_pa = 1e300\n"), vec!["Young's modulus", "1e12"]),
+        (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.6"), vec!["h_mm", "0.6", "12,000 nodes"]),
         (
             format!("{CYLINDER}[effects]\ncontact = {{}}\n"),
             vec!["effects.contact", "[body.cylinder]", "outline_mm"],

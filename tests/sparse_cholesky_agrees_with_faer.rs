@@ -29,18 +29,11 @@ fn agrees<const D: usize>(mesh: &Mesh<D>, side: f64) {
     let mut ours = b.clone();
     factor.solve(pattern, &mut ours);
 
-    let mut triplets = Vec::new();
-    let mut column = vec![SVector::zeros(); n];
-    for j in 0..n * D {
-        let mut unit = vec![SVector::<f64, D>::zeros(); n];
-        unit[j / D][j % D] = 1.0;
-        k.multiply(pattern, &unit, &mut column);
-        for i in 0..n * D {
-            if column[i / D][i % D] != 0.0 {
-                triplets.push(Triplet::new(i, j, column[i / D][i % D]));
-            }
-        }
-    }
+    let dense = common::dense(pattern, &k);
+    let triplets: Vec<_> = (0..n * D * n * D)
+        .map(|i| Triplet::new(i % (n * D), i / (n * D), dense[(i % (n * D), i / (n * D))]))
+        .filter(|t| t.val != 0.0)
+        .collect();
     let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(n * D, n * D, &triplets).unwrap();
     let theirs =
         matrix.sp_cholesky(faer::Side::Lower).unwrap().solve(faer::Col::from_fn(n * D, |i| b[i / D][i % D]));

@@ -4,13 +4,14 @@ use miette::IntoDiagnostic;
 use tongue_fit::report::OutputDir;
 use tongue_fit::study::{self, Circumstances, Effort};
 
-use super::{Global, Outcome, output};
+use super::{Global, Outcome, output, table};
 
 const DEFAULT_OUT: &str = "results/accuracy";
 
 /// Options of `tongue-fit accuracy`.
 #[derive(Debug, Clone, clap::Args)]
-#[command(after_help = "Example:\n  tongue-fit accuracy --quick")]
+#[group(skip)]
+#[command(after_help = "Example:\n  tongue-fit accuracy --quick --out results/accuracy-here")]
 pub struct Arguments {
     /// Within half a minute: fewer repeats, no mesh below 1.4 mm, long explicit runs refused (the full study: ten minutes)
     #[arg(long)]
@@ -22,7 +23,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let effort = if arguments.quick { Effort::QUICK } else { Effort::FULL };
-    let study = study::run(&effort, &mut |what| output::note(what)).into_diagnostic()?;
+    let study = study::run(&effort, &mut |what| output::progress(what)).into_diagnostic()?;
     let made = Circumstances { command: super::command_line(), machine: machine() };
     let page = study::page(&study, &made);
     let mut files = study::files(&study).into_diagnostic()?;
@@ -30,10 +31,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let named: Vec<(&str, &[u8])> = files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
     let written = out.write_all(&named).into_diagnostic()?;
     if global.json {
-        output::print(&(serde_json::json!({ "written": written }).to_string() + "\n"))?;
+        output::print(&output::json(&serde_json::json!({ "written": written }))?)?;
     } else {
-        let lines: Vec<String> = written.iter().map(|p| format!("written {}\n", p.display())).collect();
-        output::print(&lines.concat())?;
+        output::summary(&table::files(&written), &written)?;
     }
     Ok(Outcome::Good)
 }

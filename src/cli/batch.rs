@@ -5,22 +5,21 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, miette};
 use rayon::prelude::*;
 use tongue_fit::fit::alarms::DEFAULT_THICKNESS_M;
 use tongue_fit::fit::batch::{self, Job, Plan, Selection, Thoroughness};
 use tongue_fit::fit::{self, Method, Settings};
 use tongue_fit::mesh::Mesh;
-use tongue_fit::report::batch::journal::{Entry, EntryResult, Journal};
+use tongue_fit::report::batch::journal::{Entry, EntryResult, Journal, NAME};
 use tongue_fit::report::batch::{self as outputs, Batch, Provenance, Summary};
 use tongue_fit::report::{OutputDir, ReportError};
 use tongue_fit::system::Model;
 use tongue_fit::target::published::Tables;
-use tongue_fit::target::{Dataset, TargetKind, Vowel, rest_shape};
+use tongue_fit::target::{Dataset, Target, TargetKind, Vowel, rest_shape};
 
 use super::fit::MethodName;
-use super::{Global, Outcome, body, output, table};
+use super::{Global, Outcome, body, interrupt, output, table};
 
 /// The folder for outputs where none is named.
 const DEFAULT_OUT: &str = "results/batch";
@@ -64,7 +63,8 @@ pub struct Arguments {
     /// Thickness over which tensions act, mm, to compare them with published forces
     #[arg(long, value_name = "MM", default_value_t = 1e3 * DEFAULT_THICKNESS_M)]
     thickness: f64,
-    /// What searches: the derivatives of the equilibrium, or the simplex of the thesis, ten times slower
+    /// What searches: the derivatives of the equilibrium, or the simplex of the thesis, which finds the same tensions ten times
+    /// slower (and is what the fit of one vowel takes, to do as the thesis did)
     #[arg(long, value_enum, default_value = "gauss-newton")]
     method: MethodName,
     /// Number of starting points of each search
@@ -157,11 +157,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
 
-    let command = command();
+    let command = super::command_line_of_the_result();
     let rows =
         data.rows().iter().map(|r| format!("{} {:?}", r.line, r.lengths)).collect::<Vec<_>>().join("\n");
     let inputs_sha256 = outputs::sha256(&[
-        env!("CARGO_PKG_VERSION"),
+        tongue_fit::VERSION,
         &rows,
         &format!("{unreadable:?}"),
         &format!("{selection:?}"),
@@ -170,7 +170,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         &format!("{how:?}"),
     ]);
     let key = outputs::sha256(&[&inputs_sha256, &command]);
-    let version = env!("CARGO_PKG_VERSION").to_owned();
+    let version = tongue_fit::VERSION.to_owned();
     let provenance = Provenance { version, command, seed: how.seed, inputs_sha256 };
     let run = Run {
         mesh: &mesh,
@@ -185,7 +185,23 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if !journal.is_empty() {
         output::note(&format!("going on after {} of {} fits", journal.len(), plan.jobs.len()));
     }
+    output::step(|| {
+        format!(
+            "{} fits; {} from {} starts, {} draws with seed {}, inputs {}",
+            plan.jobs.len(),
+            arguments.method,
+            how.settings.starts,
+            how.draws,
+            how.seed,
+            run.provenance.inputs_sha256
+        )
+    });
+    interrupt::set_last_words(Some(format!(
+        "stopped; the finished fits are kept in \"{}\": the same command goes on after them",
+        out.path().join(NAME).display()
+    )));
     let journal = fit_all(&run, &plan.jobs, journal)?;
+    output::step(|| "all fitted; writing".to_owned());
     let summary = summary(&run, &data, &plan, &unreadable, &journal)?;
     let batch = Batch {
         provenance: &run.provenance,
@@ -200,9 +216,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if global.json {
         output::stream(|stdout| outputs::write_json(stdout, &batch, &journal, true))?;
     } else {
-        output::print(&table::batch(&batch, &journal, &written, clock.elapsed().as_secs_f64())?)?;
+        let text = table::batch(&batch, &journal, &written, clock.elapsed().as_secs_f64())?;
+        output::summary(&text, &written)?;
     }
     journal.remove().into_diagnostic()?;
+    interrupt::set_last_words(None);
     Ok(if summary.not_fitted + summary.unreadable_rows > 0 {
         Outcome::SomeRowsRefused
     } else if summary.statuses.keys().any(|s| s != "converged") {
@@ -215,17 +233,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 /// Makes the fits that the journal does not have, as many at a time as there are threads, and keeps each when it is done.
 fn fit_all(run: &Run<'_>, jobs: &[Job], journal: Journal) -> miette::Result<Journal> {
     let todo: Vec<usize> = (0..jobs.len()).filter(|&n| !journal.has(n)).collect();
-    // Draws nothing where stderr is not a terminal.
-    let bar = ProgressBar::with_draw_target(Some(jobs.len() as u64), ProgressDrawTarget::stderr());
-    let style =
-        ProgressStyle::with_template("{wide_bar} {pos} of {len} fits, {eta} left").into_diagnostic()?;
-    bar.set_style(style);
+    let bar = output::bar(jobs.len() as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;
     bar.set_position((jobs.len() - todo.len()) as u64);
     bar.reset_eta();
     let journal = Mutex::new(journal);
     todo.par_iter()
         .map(|&number| -> Result<(), ReportError> {
             let entry = one(run, number, &jobs[number])?;
+            output::step(|| told(&jobs[number], &entry));
             journal.lock().unwrap_or_else(PoisonError::into_inner).append(&entry)?;
             bar.inc(1);
             Ok(())
@@ -243,6 +258,16 @@ fn one(run: &Run<'_>, number: usize, job: &Job) -> Result<Entry, ReportError> {
         Err(e) => EntryResult::Refused(e.to_string()),
     };
     Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
+}
+
+/// A finished job in a line.
+fn told(job: &Job, entry: &Entry) -> String {
+    let Target { subject, vowel, kind, .. } = &job.target;
+    let came = match &entry.result {
+        EntryResult::Fitted(fit) => fit.digest.status.replace('_', " "),
+        EntryResult::Refused(why) => format!("not fitted: {why}"),
+    };
+    format!("{subject} /{vowel}/ {kind}: {came} in {:.3} s", entry.wall_s)
 }
 
 fn summary(
@@ -290,15 +315,15 @@ fn summary(
 /// On stderr, before the work begins.
 fn tell_what_is_left_out(plan: &Plan, unreadable: &[String]) {
     for message in unreadable.iter().take(MOST_NOTES) {
-        output::note(&format!("error: {message} (this row is left out)"));
+        output::complain(&format!("{message} (this row is left out)"));
     }
     for r in plan.refusals.iter().take(MOST_NOTES) {
-        output::note(&format!("error: line {}, {} /{}/: {}", r.line, r.subject, r.vowel, r.message));
+        output::complain(&format!("line {}, {} /{}/: {}", r.line, r.subject, r.vowel, r.message));
     }
     let more = unreadable.len().saturating_sub(MOST_NOTES) + plan.refusals.len().saturating_sub(MOST_NOTES);
     if more > 0 {
-        output::note(&format!(
-            "error: {more} more rows cannot be fitted; fits.csv and batch.json name them all"
+        output::complain(&format!(
+            "{more} more rows cannot be fitted; fits.csv and batch.json name them all"
         ));
     }
     let mut subjects: Vec<&str> =
@@ -313,22 +338,4 @@ fn tell_what_is_left_out(plan: &Plan, unreadable: &[String]) {
             batch::SUBSTITUTE_BASELINE
         ));
     }
-}
-
-/// The command line without the options that change no result, so that outputs are the same wherever they are made.
-fn command() -> String {
-    let mut kept = Vec::new();
-    let full = super::command_line();
-    let mut words = full.split(' ');
-    while let Some(word) = words.next() {
-        match word {
-            "--json" => {}
-            "--threads" | "--out" => {
-                words.next();
-            }
-            w if w.starts_with("--threads=") || w.starts_with("--out=") => {}
-            w => kept.push(w),
-        }
-    }
-    kept.join(" ")
 }

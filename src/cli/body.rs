@@ -102,15 +102,22 @@ impl Arguments {
     /// # Errors
     /// As [`Arguments::mesh`].
     pub fn mesh_and_bones(&self) -> miette::Result<(Mesh<2>, Vec<gmsh::Bone>)> {
-        if let Some(path) = &self.mesh {
-            return flat(path, self.mesh_unit.into());
-        }
-        let anatomy = match &self.anatomy {
-            Some(path) => read_anatomy(path)?,
-            None => Anatomy::reference().into_diagnostic()?,
+        let (mesh, bones) = match &self.mesh {
+            Some(path) => flat(path, self.mesh_unit.into())?,
+            None => {
+                let anatomy = match &self.anatomy {
+                    Some(path) => read_anatomy(path)?,
+                    None => Anatomy::reference().into_diagnostic()?,
+                };
+                let mesh = mesh::build(&anatomy, spacing(&self.h)?).into_diagnostic()?;
+                let bones = gmsh::Bone::of(&anatomy, &mesh);
+                (mesh, bones)
+            }
         };
-        let mesh = mesh::build(&anatomy, spacing(&self.h)?).into_diagnostic()?;
-        let bones = gmsh::Bone::of(&anatomy, &mesh);
+        output::step(|| {
+            let (nodes, triangles) = (mesh.nodes.len(), mesh.cells.len());
+            format!("mesh: {nodes} nodes, {triangles} triangles, {} muscles", mesh.muscles.len())
+        });
         Ok((mesh, bones))
     }
 

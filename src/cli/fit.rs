@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::equilibrium::{self, Workspace};
 use tongue_fit::fit::{self, Fit, Method, Settings, Status};
@@ -45,7 +46,8 @@ pub struct Arguments {
     /// Measured lengths (CSV) in place of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
-    /// What searches: the simplex of the thesis, or the derivatives of the equilibrium
+    /// What searches: the simplex of the thesis, or the derivatives of the equilibrium, which find the same tensions ten
+    /// times faster (and are what batch takes)
     #[arg(long, value_enum, default_value = "nelder-mead")]
     method: MethodName,
     /// Number of starting points of the search
@@ -63,6 +65,13 @@ pub struct Arguments {
 pub enum MethodName {
     NelderMead,
     GaussNewton,
+}
+
+impl std::fmt::Display for MethodName {
+    /// As it is typed.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.to_possible_value().as_ref().map_or("", |v| v.get_name()))
+    }
 }
 
 impl From<MethodName> for Method {
@@ -117,7 +126,20 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let model = arguments.body.model();
+    output::step(|| {
+        let contracting: Vec<&str> = target.active.iter().map(|m| m.name()).collect();
+        format!(
+            "{} from {} starts for {} /{}/, {}; contracting: {}",
+            arguments.method,
+            settings.starts,
+            target.subject,
+            target.vowel,
+            target.kind,
+            contracting.join(", ")
+        )
+    });
     let fit = fit::fit(&mesh, &model, &target, &settings).into_diagnostic()?;
+    output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
         None => published_answer(&mesh, &model, &target)?,
         Some(_) => None,
@@ -137,7 +159,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if global.json {
         output::print(&json)?;
     } else {
-        output::print(&table::fit(&fit, published.as_ref(), &written, clock.elapsed().as_secs_f64()))?;
+        let seconds = clock.elapsed().as_secs_f64();
+        output::summary(&table::fit(&fit, published.as_ref(), &written, seconds), &written)?;
     }
     Ok(if fit.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
 }

@@ -9,7 +9,7 @@ use tongue_fit::mesh::{MuscleChain, Quality, gmsh};
 use tongue_fit::report::{self, ByMuscle, OutputDir};
 use tongue_fit::{fit, system};
 
-use super::{Global, Outcome, body, mesh_check, output};
+use super::{Global, Outcome, body, mesh_check, output, table};
 
 /// Options of `tongue-fit mesh`.
 #[derive(Debug, Clone, clap::Args)]
@@ -92,7 +92,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         rest_lengths_mm: ByMuscle(rest_lengths.map(|l| l * 1e3)),
         quality: quality.clone(),
     };
-    let json = serde_json::to_string_pretty(&record).into_diagnostic()? + "\n";
+    let json = output::json(&record)?;
     let written = match &out {
         Some(out) => {
             let at_rest = vec![0.0; mesh.muscles.len()];
@@ -139,9 +139,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     for (chain, length) in mesh.muscles.iter().zip(mesh.muscles.iter().map(|m| length(m.ends()))) {
         line(&chain.name, format!("{:.1} mm, {} connections", length * 1e3, chain.nodes.len() - 1));
     }
-    for path in written {
-        line("written", path.display().to_string());
-    }
-    output::print(&text)?;
+    output::summary(&(text + &table::files(&written)), &written)?;
     Ok(Outcome::Good)
 }

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::mesh::gmsh::{self, Body, Concern, File, Format, Unused};
 use tongue_fit::mesh::{Quality, SolidQuality};
@@ -89,7 +88,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         }
     };
     match global.json {
-        true => output::print(&(serde_json::to_string_pretty(&record).into_diagnostic()? + "\n"))?,
+        true => output::print(&output::json(&record)?)?,
         false => output::print(&text(&record))?,
     }
     Ok(match record.concerns.iter().any(|c| c.severity == Severity::Warning) {

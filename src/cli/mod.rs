@@ -4,6 +4,8 @@ mod accuracy;
 mod batch;
 mod body;
 mod fit;
+mod install;
+mod interrupt;
 mod mesh;
 mod mesh_check;
 mod output;
@@ -46,9 +48,11 @@ enum Outcome {
 #[derive(Debug, Parser)]
 #[command(
     name = "tongue-fit",
-    version,
+    version = tongue_fit::VERSION,
     max_term_width = 100,
-    after_help = "Example:\n  tongue-fit --vowel a"
+    after_help = "Examples:\n  \
+        tongue-fit --vowel a\n  \
+        tongue-fit --vowel a --subject X --lengths my.csv --target stretch --out results/mine"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -64,7 +68,7 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results, or a folder of the command's in it; simulate and mesh write files only when it is given]
+    /// Folder for the output files [default: results, or a folder of the command's in it; simulate, mesh, scene and man write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
     /// Number of threads; results do not depend on it [default: one for each core]
@@ -73,6 +77,22 @@ struct Global {
     /// Print one JSON object on stdout, and nothing else there
     #[arg(long, global = true)]
     json: bool,
+    /// Say nothing but errors, and print no table of what stands in the files written
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say on stderr what is done: version, threads, mesh, search, seeds, each after the time since the start
+    #[arg(short, long, global = true)]
+    verbose: bool,
+}
+
+impl Global {
+    fn volume(&self) -> output::Volume {
+        match (self.quiet, self.verbose) {
+            (true, _) => output::Volume::Quiet,
+            (_, true) => output::Volume::Verbose,
+            _ => output::Volume::Normal,
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -89,6 +109,10 @@ enum Command {
     Stability(stability::Arguments),
     /// Measure what accuracy costs in time, for every way to get an answer
     Accuracy(accuracy::Arguments),
+    /// Print a script that completes tongue-fit's options in a shell
+    Completions(install::Completions),
+    /// Print the manual page; with --out a page for every command is written
+    Man(install::ManPages),
 }
 
 /// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
@@ -109,6 +133,8 @@ pub fn main() -> ExitCode {
         let message = "say which vowel to fit: --vowel i, e, a, o or ɯ (or name a subcommand)";
         Cli::command().error(ErrorKind::MissingRequiredArgument, message).exit();
     }
+    output::begin(cli.global.volume());
+    interrupt::tidy_up_when_told_to_stop();
     let result = set_threads(cli.global.threads).and_then(|()| match &cli.command {
         None => fit::run(&cli.fit, &cli.global),
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
@@ -117,10 +143,17 @@ pub fn main() -> ExitCode {
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
         Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
         Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
+        Some(Command::Completions(arguments)) => install::completions(arguments),
+        Some(Command::Man(_)) => install::man(&cli.global),
     });
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
-        Ok(Outcome::Untrustworthy) => ExitCode::from(UNTRUSTWORTHY),
+        Ok(Outcome::Untrustworthy) => {
+            if cli.global.quiet {
+                output::complain("something did not converge or cannot be trusted; the results say what");
+            }
+            ExitCode::from(UNTRUSTWORTHY)
+        }
         Ok(Outcome::Unusable | Outcome::SomeRowsRefused) => ExitCode::FAILURE,
         Err(error) => {
             output::error(&error);
@@ -142,20 +175,93 @@ fn misplaced_option(matches: &ArgMatches) -> Option<String> {
 
 fn set_threads(threads: Option<std::num::NonZeroUsize>) -> miette::Result<()> {
     use miette::{IntoDiagnostic, WrapErr};
-    let Some(threads) = threads else { return Ok(()) };
-    if threads.get() > MOST_THREADS {
-        return Err(miette::miette!("--threads is {threads}; give at most {MOST_THREADS}"));
+    if let Some(threads) = threads {
+        if threads.get() > MOST_THREADS {
+            return Err(miette::miette!("--threads is {threads}; give at most {MOST_THREADS}"));
+        }
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.get())
+            .build_global()
+            .into_diagnostic()
+            .wrap_err_with(|| format!("cannot start {threads} threads; ask for fewer"))?;
     }
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.get())
-        .build_global()
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot start {threads} threads; ask for fewer"))
+    output::step(|| format!("tongue-fit {}, {} threads", tongue_fit::VERSION, rayon::current_num_threads()));
+    Ok(())
 }
 
 /// The command line as it was typed, for the records.
 fn command_line() -> String {
-    let mut words = vec!["tongue-fit".to_owned()];
-    words.extend(std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()));
-    words.join(" ")
+    line_of(words())
+}
+
+/// The command line without the options that change no result, so that outputs are the same wherever they are made.
+fn command_line_of_the_result() -> String {
+    let mut words = words().into_iter();
+    let mut kept = Vec::new();
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--json" | "-q" | "--quiet" | "-v" | "--verbose" => {}
+            "--threads" | "--out" => {
+                words.next();
+            }
+            w if w.starts_with("--threads=") || w.starts_with("--out=") => {}
+            _ => kept.push(word),
+        }
+    }
+    line_of(kept)
+}
+
+fn words() -> Vec<String> {
+    std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect()
+}
+
+fn line_of(words: Vec<String>) -> String {
+    std::iter::once("tongue-fit".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every command and subcommand, by its words: `scene run`, and the empty one for the fit.
+    fn commands() -> Vec<(Vec<String>, clap::Command)> {
+        let mut command = Cli::command().disable_help_subcommand(true);
+        command.build();
+        install::everything(&command)
+            .into_iter()
+            .map(|c| {
+                let name = c.get_bin_name().unwrap_or_default();
+                (name.split(' ').skip(1).map(str::to_owned).collect(), c.clone())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_command_shows_examples_in_its_help_that_its_parser_takes() {
+        let commands = commands();
+        assert!(commands.len() >= 14, "{}", commands.len());
+        for (words, command) in commands {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(help.starts_with("Example"), "{words:?} has no example");
+            let examples: Vec<&str> = help.lines().filter_map(|l| l.strip_prefix("  ")).collect();
+            assert!(!examples.is_empty(), "{words:?}");
+            for example in examples {
+                // What follows is for the shell.
+                let typed: Vec<&str> = example.split(['>', '|']).next().unwrap().split_whitespace().collect();
+                let matches =
+                    Cli::command().try_get_matches_from(&typed).unwrap_or_else(|e| panic!("{example}: {e}"));
+                let (mut at, mut called) = (&matches, Vec::new());
+                while let Some((name, below)) = at.subcommand() {
+                    called.push(name.to_owned());
+                    at = below;
+                }
+                assert!(called.starts_with(&words), "{example} is no example of {words:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_definition_of_the_command_line_is_sound() {
+        Cli::command().debug_assert();
+    }
 }

@@ -1,15 +1,53 @@
-//! What reaches the terminal.
+//! What reaches the terminal, and how much of it: results on stdout, all else on stderr.
 
-use std::io::{self, Write};
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+use std::sync::OnceLock;
+use std::time::Instant;
 
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
+use serde::Serialize;
 
-/// Writes to stdout. That nobody reads it any more (`| head`) is no error: the run goes on and ends as it would have.
+/// How much is said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Volume {
+    /// `-q`: errors, warnings, and results that stand in no file.
+    Quiet,
+    /// Results and notes; progress where stderr is a terminal.
+    Normal,
+    /// `-v`: each step too, with the time since the start.
+    Verbose,
+}
+
+/// Set once by [`begin`]; tests and whatever speaks before that have the normal volume.
+static BEGUN: OnceLock<(Volume, Instant)> = OnceLock::new();
+
+/// Sets the volume and starts the clock of [`step`].
+pub fn begin(volume: Volume) {
+    let _ = BEGUN.set((volume, Instant::now()));
+}
+
+fn volume() -> Volume {
+    BEGUN.get().map_or(Volume::Normal, |(volume, _)| *volume)
+}
+
+/// Writes to stdout, at every volume. That nobody reads it any more (`| head`) is no error: the run goes on and ends as it
+/// would have.
 ///
 /// # Errors
 /// As the operating system, but for a closed pipe.
 pub fn print(text: &str) -> miette::Result<()> {
     stream(|out| out.write_all(text.as_bytes()))
+}
+
+/// As [`print`], but not with `-q` where the files say it too.
+///
+/// # Errors
+/// As [`print`].
+pub fn summary(text: &str, files: &[PathBuf]) -> miette::Result<()> {
+    if volume() == Volume::Quiet && !files.is_empty() { Ok(()) } else { print(text) }
 }
 
 /// As [`print`], for what is too large to be held: `write` writes it.
@@ -24,7 +62,15 @@ pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::R
     }
 }
 
-/// One message on stderr, causes included, each said once.
+/// JSON for people and programs: indented, with a line end.
+///
+/// # Errors
+/// When the value has no JSON form.
+pub fn json(value: &impl Serialize) -> miette::Result<String> {
+    Ok(serde_json::to_string_pretty(value).into_diagnostic()? + "\n")
+}
+
+/// What went wrong, on stderr at every volume, causes included, each said once.
 pub fn error(report: &miette::Report) {
     let mut message = String::new();
     for cause in report.chain() {
@@ -34,10 +80,52 @@ pub fn error(report: &miette::Report) {
             message = if message.is_empty() { cause } else { format!("{message}: {cause}") };
         }
     }
-    note(&format!("error: {message}"));
+    complain(&message);
 }
 
-/// A line on stderr. If even that cannot be written there is nobody to tell.
-pub fn note(line: &str) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
+/// Something that went wrong, on stderr at every volume.
+pub fn complain(what: &str) {
+    line(format_args!("error: {what}"));
+}
+
+/// Worth knowing, on stderr; not with `-q`.
+pub fn note(what: &str) {
+    if volume() >= Volume::Normal {
+        line(what);
+    }
+}
+
+/// How far a long run is, a line at a time, on stderr: on a terminal or with `-v`.
+pub fn progress(what: &str) {
+    match volume() {
+        Volume::Verbose => step(|| what.to_owned()),
+        Volume::Normal if io::stderr().is_terminal() => line(what),
+        Volume::Normal | Volume::Quiet => {}
+    }
+}
+
+/// With `-v`: what is done next or was found, on stderr after the time since the start.
+pub fn step(what: impl FnOnce() -> String) {
+    if let Some((Volume::Verbose, start)) = BEGUN.get() {
+        line(format_args!("[{:8.3} s] {}", start.elapsed().as_secs_f64(), what()));
+    }
+}
+
+/// A progress bar on stderr: on a terminal, and neither with `-q` nor among the lines of `-v`.
+///
+/// # Errors
+/// When the template is none of indicatif's.
+pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
+    // What indicatif draws to stderr it draws on a terminal only.
+    let target = match volume() {
+        Volume::Normal => ProgressDrawTarget::stderr(),
+        Volume::Quiet | Volume::Verbose => ProgressDrawTarget::hidden(),
+    };
+    let style = ProgressStyle::with_template(template).into_diagnostic()?;
+    Ok(ProgressBar::with_draw_target(Some(length), target).with_style(style))
+}
+
+/// If even stderr cannot be written to there is nobody to tell.
+fn line(what: impl Display) {
+    let _ = writeln!(io::stderr().lock(), "{what}");
 }

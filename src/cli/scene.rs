@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use miette::{IntoDiagnostic, WrapErr};
+use miette::{IntoDiagnostic, WrapErr, miette};
 use serde::Serialize;
 use tongue_fit::report::{self, OutputDir};
 use tongue_fit::scene::body::{self, AnyBody};
 use tongue_fit::scene::compare::{Compared, compare};
+use tongue_fit::scene::file::Body;
 use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
 use tongue_fit::scene::run::{self, Outcome as Answer};
 use tongue_fit::scene::{self, Plan, Scene};
@@ -18,7 +19,7 @@ use super::{Global, Outcome, output, scene_table};
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(
-    after_help = "Example:\n  tongue-fit scene explain vowel-a\n  tongue-fit scene run vowel-i-palate --out results/scenes"
+    after_help = "Examples:\n  tongue-fit scene explain vowel-a\n  tongue-fit scene run vowel-i-palate --out results/scenes"
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -28,14 +29,23 @@ pub struct Arguments {
 #[derive(Debug, Clone, clap::Subcommand)]
 enum Action {
     /// List the scenes that are built in
+    #[command(after_help = "Example:\n  tongue-fit scene list")]
     List,
     /// Say what is simulated for a scene, what is left out, and why
+    #[command(
+        after_help = "Examples:\n  tongue-fit scene explain vowel-a\n  tongue-fit scene explain my-scene.toml --json"
+    )]
     Explain(Which),
     /// Run a scene; with --out its picture and its numbers are written
+    #[command(after_help = "Examples:\n  \
+        tongue-fit scene run vowel-i-palate --out results/scenes\n  \
+        tongue-fit scene run my-scene.toml")]
     Run(Which),
     /// Run scenes pruned and with everything simulated, and compare times and shapes; with --out as CSV too
+    #[command(after_help = "Example:\n  tongue-fit scene compare vowel-a supine --out results/scenes")]
     Compare(Several),
     /// Print the JSON schema of scene files, from which editors complete them
+    #[command(after_help = "Example:\n  tongue-fit scene schema > scene.schema.json")]
     Schema,
 }
 
@@ -64,7 +74,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     match &arguments.action {
         Action::List => list(global),
         Action::Schema => {
-            output::print(&(serde_json::to_string_pretty(&Scene::schema()).into_diagnostic()? + "\n"))?;
+            output::print(&output::json(&Scene::schema())?)?;
             Ok(Outcome::Good)
         }
         Action::Explain(which) => {
@@ -85,10 +95,7 @@ fn list(global: &Global) -> miette::Result<Outcome> {
         listed.push(Listed { name, title: scene::shipped(name).into_diagnostic()?.title });
     }
     if global.json {
-        output::print(
-            &(serde_json::to_string_pretty(&serde_json::json!({ "scenes": listed })).into_diagnostic()?
-                + "\n"),
-        )?;
+        output::print(&output::json(&serde_json::json!({ "scenes": listed }))?)?;
     } else {
         let mut text = String::new();
         for Listed { name, title } in listed {
@@ -127,7 +134,7 @@ fn prepared(scene: &Scene) -> miette::Result<Ready> {
 
 fn explain(plan: &Plan, global: &Global) -> miette::Result<Outcome> {
     match global.json {
-        true => output::print(&(serde_json::to_string_pretty(plan).into_diagnostic()? + "\n"))?,
+        true => output::print(&output::json(plan)?)?,
         false => output::print(&scene_table::plan(plan))?,
     }
     Ok(Outcome::Good)
@@ -141,6 +148,7 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
             let mesh = p.built.mesh.clone();
             let wall = p.wall.as_ref().map(|w| w.outline().to_vec()).unwrap_or_default();
             let active = p.system.contracting().to_vec();
+            tell(&p.plan);
             let result = run::run(&scene, p).into_diagnostic()?;
             let positions = positions::<2>(&result);
             let picture = report::tongue_at_wall(&mesh, &positions, &active, &wall, &scene.title);
@@ -148,6 +156,7 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
         }
         Ready::Solid(p) => {
             let mesh = p.built.mesh.clone();
+            tell(&p.plan);
             let result = run::run(&scene, p).into_diagnostic()?;
             let positions = positions::<3>(&result);
             let picture = report::solid(&mesh, &positions, &scene.title).into_diagnostic()?;
@@ -155,13 +164,14 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
             (result, picture, Some(vtu))
         }
     };
-    let json = serde_json::to_string_pretty(&result).into_diagnostic()? + "\n";
+    let json = output::json(&result)?;
     let mut written = Vec::new();
     if let Some(out) = &out {
         let stem = Path::new(name).file_stem().map_or_else(|| name.into(), |s| s.to_string_lossy());
         let lengths = result.trajectory.as_ref().map(|_| scene_table::trajectory_csv(&result));
         let lengths = lengths.transpose().into_diagnostic()?;
         let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
+        refuse_to_overwrite(&scene, out, &names)?;
         let mut files: Vec<(&str, &[u8])> =
             vec![(names[0].as_str(), picture.as_bytes()), (names[1].as_str(), json.as_bytes())];
         files.extend(vtu.iter().map(|text| (names[2].as_str(), text.as_bytes())));
@@ -170,9 +180,30 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
     }
     match global.json {
         true => output::print(&json)?,
-        false => output::print(&scene_table::outcome(&result, &written))?,
+        false => output::summary(&scene_table::outcome(&result, &written), &written)?,
     }
     Ok(outcome(&result))
+}
+
+/// With `-v`: what is about to be simulated.
+fn tell(plan: &Plan) {
+    output::step(|| {
+        let on: Vec<&str> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
+        format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
+    });
+}
+
+/// A result must not take the place of the mesh that the scene was made from.
+fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {
+    let Body::Mesh(mesh) = &scene.body else { return Ok(()) };
+    let Ok(mesh) = std::fs::canonicalize(&mesh.file) else { return Ok(()) };
+    let is_it = |name: &&String| std::fs::canonicalize(out.path().join(name)).is_ok_and(|path| path == mesh);
+    match names.iter().find(is_it) {
+        Some(name) => Err(miette!(
+            "the results would overwrite the mesh of the scene, {name}; name another folder with --out, or rename the scene"
+        )),
+        None => Ok(()),
+    }
 }
 
 fn outcome(result: &Answer) -> Outcome {
@@ -191,6 +222,7 @@ fn compare_all(names: &[String], global: &Global) -> miette::Result<Outcome> {
     };
     let mut all: Vec<Compared> = Vec::new();
     for name in &names {
+        output::progress(&format!("comparing {name}"));
         let scene = load(name)?;
         scene.check().into_diagnostic()?;
         all.push(match body::build(&scene.body).into_diagnostic()? {
@@ -206,10 +238,8 @@ fn compare_all(names: &[String], global: &Global) -> miette::Result<Outcome> {
         None => Vec::new(),
     };
     match global.json {
-        true => output::print(
-            &(serde_json::to_string_pretty(&serde_json::json!({ "scenes": all })).into_diagnostic()? + "\n"),
-        )?,
-        false => output::print(&scene_table::pruning(&all, &written))?,
+        true => output::print(&output::json(&serde_json::json!({ "scenes": all }))?)?,
+        false => output::summary(&scene_table::pruning(&all, &written), &written)?,
     }
     Ok(if all.iter().all(|c| c.converged) { Outcome::Good } else { Outcome::Untrustworthy })
 }

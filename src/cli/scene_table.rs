@@ -86,6 +86,16 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         100.0 * o.max_cell_ratio,
         100.0 * o.measure_ratio
     );
+    if let Some(s) = o.solution.filter(|s| s.guarded > 0) {
+        let _ = writeln!(
+            text,
+            "the barrier against inversion acts in {} places: there the shape shows that bound, not the tissue",
+            s.guarded
+        );
+    }
+    if o.min_cell_ratio <= 0.0 {
+        text += "A CELL IS TURNED OVER: springs alone do not keep cells upright; ask for effects.incompressibility = true\n";
+    }
     if let Some(c) = &o.contact {
         let _ = writeln!(
             text,
@@ -99,7 +109,9 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
             text += "PENETRATED: between two nodes the surface passes through a corner of the wall; refine the mesh\n";
         }
     }
-    let _ = writeln!(text, "force of the body on the bones: {} N", vector(&o.on_bones_n));
+    if let Some(force) = &o.on_bones_n {
+        let _ = writeln!(text, "force of the body on the bones: {} N", vector(force));
+    }
     if let Some(t) = &o.trajectory {
         let _ = writeln!(
             text,
@@ -113,7 +125,10 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
             "{} iterations, {} factorisations, {} energies; largest residual force {:.1e} N\n",
             s.iterations, s.factorisations, s.energy_evaluations, s.max_residual_force
         );
-        let mut t = table(&["effect", "energy µs", "force µs", "stiffness µs", "in the solve µs"]);
+    }
+    if !o.time_by_effect.is_empty() {
+        let whole = if o.trajectory.is_some() { "in all µs" } else { "in the solve µs" };
+        let mut t = table(&["effect", "energy µs", "force µs", "stiffness µs", whole]);
         for e in &o.time_by_effect {
             let us = |v: f64| format!("{v:.2}");
             t.add_row([
@@ -126,8 +141,7 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         }
         let _ = writeln!(text, "{t}");
     }
-    files(&mut text, written);
-    text
+    text + &files(written)
 }
 
 /// The lengths over time as CSV, a row a moment.
@@ -188,12 +202,11 @@ pub fn pruning(all: &[Compared], written: &[PathBuf]) -> String {
             small(c.dynamic_difference_mm),
         ]);
     }
-    let mut text = format!(
+    let text = format!(
         "{t}\n\nall static: every muscle with the three-element model, weight and wall without strength; the same shape.\n\
          all in time: that, with mass, dampers and muscle dynamics, followed from rest until nothing moves.\n"
     );
-    files(&mut text, written);
-    text
+    text + &files(written)
 }
 
 /// The same as CSV.

@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::equilibrium::{self, Settings, Status, Workspace};
 use tongue_fit::fit;
 use tongue_fit::muscle::{Muscle, PerMuscle};
-use tongue_fit::report::{self, OutputDir, SimulationRecord};
+use tongue_fit::report::{self, BranchRecord, OutputDir, SimulationRecord};
 use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, table, trajectory};
@@ -14,18 +14,26 @@ use super::{Global, Outcome, body, output, table, trajectory};
 /// Options of `tongue-fit simulate`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
-#[command(
-    after_help = "Example (the published answer for /a/):\n  tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5\n\nExample (its first 3 s):\n  tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --trajectory"
-)]
+#[command(after_help = "Example (the published answer for /a/):\n  \
+        tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5\n\n\
+        Example (its first 3 s):\n  \
+        tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --trajectory")]
 pub struct Arguments {
     /// Tension of a muscle, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
     tension: Vec<String>,
+    /// Follow the equilibria from rest as the tensions grow: whether the answer lies on the branch that begins at rest, and at
+    /// which part of the tensions that branch ends
+    #[arg(long, conflicts_with = "trajectory")]
+    trace: bool,
     #[command(flatten)]
     trajectory: trajectory::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }
+
+/// Steps in which the branch from rest is followed.
+const TRACE_STEPS: usize = 20;
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
@@ -47,15 +55,23 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
-    let solution = equilibrium::solve(&system, &mut workspace, &all, &Settings::default());
+    let settings = Settings::default();
+    let (solution, branch) = if arguments.trace {
+        let found = equilibrium::trace(&system, &mut workspace, &all, &settings, TRACE_STEPS);
+        (found.solution, Some(BranchRecord { critical: found.critical, another: found.another }))
+    } else {
+        (equilibrium::solve(&system, &mut workspace, &all, &settings), None)
+    };
     let wall_s = clock.elapsed().as_secs_f64();
+    output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
 
     let positions = workspace.positions();
     let rest = numbers.map(|n| system.length(system.rest(), n));
     let lengths = numbers.map(|n| system.length(positions, n));
     let ratios = system.cell_ratios(positions);
-    let record = SimulationRecord::new(&solution, &by_muscle, &lengths, &rest, positions, ratios, wall_s);
-    let json = serde_json::to_string_pretty(&record).into_diagnostic()? + "\n";
+    let mut record = SimulationRecord::new(&solution, &by_muscle, &lengths, &rest, positions, ratios, wall_s);
+    record.branch = branch;
+    let json = output::json(&record)?;
     let mut written = Vec::new();
     if let Some(out) = &out {
         let picture = report::tongue(&mesh, positions, &active, "Tongue at rest (grey) and deformed")
@@ -73,7 +89,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if global.json {
         output::print(&json)?;
     } else {
-        output::print(&table::simulation(&record, &written))?;
+        output::summary(&table::simulation(&record, &written), &written)?;
     }
     Ok(if solution.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
 }

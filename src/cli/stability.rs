@@ -6,12 +6,14 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::report::OutputDir;
 use tongue_fit::stability::{self, CASES, Extent};
 
-use super::{Global, Outcome, command_line, output};
+use super::{Global, Outcome, command_line, output, table};
 
 /// Options of `tongue-fit stability`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
-#[command(after_help = "Example:\n  tongue-fit stability --full --out results/stability")]
+#[command(
+    after_help = "Examples:\n  tongue-fit stability --case 2\n  tongue-fit stability --full --out results/stability"
+)]
 pub struct Arguments {
     /// All variants of every case (minutes) instead of a sample (seconds)
     #[arg(long)]
@@ -35,7 +37,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let found = stability::run(case, extent).into_diagnostic()?;
         let kept = found.iter().filter(|r| r.kept).count();
         let converged = found.iter().filter(|r| r.converged).count();
-        output::note(&format!(
+        output::progress(&format!(
             "case {case:2}: {:4} rows, {converged:4} converged, promise kept in {kept:4}",
             found.len()
         ));
@@ -46,19 +48,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let files = [("stability.csv", table.as_slice()), ("stability.md", text.as_bytes())];
     let written = out.write_all(&files).into_diagnostic()?;
     if global.json {
-        output::print(
-            &(serde_json::to_string_pretty(&serde_json::json!({ "rows": rows })).into_diagnostic()? + "\n"),
-        )?;
+        output::print(&output::json(&serde_json::json!({ "rows": rows }))?)?;
     } else {
         let broken: Vec<_> = rows.iter().filter(|r| !r.kept).collect();
         let mut text = format!("{} rows, promise kept in {}\n", rows.len(), rows.len() - broken.len());
         for r in &broken {
             text += &format!("  case {} {}: {} ({})\n", r.case, r.variant, r.status, r.note);
         }
-        for path in written {
-            text += &format!("wrote {}\n", path.display());
-        }
-        output::print(&text)?;
+        output::summary(&(text + &table::files(&written)), &written)?;
     }
     Ok(if rows.iter().all(|r| r.kept) { Outcome::Good } else { Outcome::Untrustworthy })
 }

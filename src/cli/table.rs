@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
+use tongue_fit::equilibrium::{self, Connection, CriticalKind};
 use tongue_fit::fit::{Fit, Status};
 use tongue_fit::muscle::Muscle;
 use tongue_fit::report::batch::journal::{Entry, EntryResult, Journal};
@@ -25,10 +26,13 @@ pub(super) fn table(header: &[&str]) -> Table {
     t
 }
 
-pub(super) fn files(text: &mut String, written: &[PathBuf]) {
+/// The files that were written, a line each.
+pub(super) fn files(written: &[PathBuf]) -> String {
+    let mut text = String::new();
     for (i, path) in written.iter().enumerate() {
         let _ = writeln!(text, "{:<8}{}", if i == 0 { "written" } else { "" }, path.display());
     }
+    text
 }
 
 /// One equilibrium.
@@ -54,8 +58,33 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
         100.0 * record.min_area_ratio,
         100.0 * record.max_area_ratio
     );
-    files(&mut text, written);
-    text
+    if record.status == equilibrium::Status::Inverted {
+        text += "A CELL IS TURNED OVER: nothing in this model keeps cells upright\n";
+    }
+    if let Some(branch) = &record.branch {
+        text += &match branch.critical {
+            None => {
+                "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
+            }
+            Some(c) => format!(
+                "the branch of equilibria from rest ends at {:.6} of the tensions ({}); the body falls from there to this answer",
+                c.load,
+                match c.kind {
+                    CriticalKind::LimitPoint => "limit point",
+                    CriticalKind::Bifurcation => "bifurcation",
+                }
+            ),
+        };
+        text += if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" };
+    } else if record.connection != Connection::Direct {
+        text += match record.connection {
+            Connection::Downhill => {
+                "an unstable equilibrium was left on the way: --trace tells whether another branch was reached\n"
+            }
+            _ => "reached from rest in load steps\n",
+        };
+    }
+    text + &files(written)
 }
 
 /// One trajectory.
@@ -87,8 +116,7 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
         100.0 * record.min_area_ratio,
         100.0 * record.max_area_ratio
     );
-    files(&mut text, written);
-    text
+    text + &files(written)
 }
 
 /// One fit.
@@ -108,8 +136,7 @@ pub fn fit(fit: &Fit, published: Option<&Published>, written: &[PathBuf], wall_s
     text += &lengths(fit, published);
     text += &verdict(fit, published);
     let _ = writeln!(text, "{} equilibria in {:.0} ms\n", fit.evaluations, 1e3 * wall_s);
-    files(&mut text, written);
-    text
+    text + &files(written)
 }
 
 /// A misfit below this is rounding, whose digits differ between machines.
@@ -322,8 +349,7 @@ pub fn batch(
         let _ =
             writeln!(text, "batch.html shows the first {MOST_FITS_ON_PAGE} fits; the other files have all");
     }
-    files(&mut text, written);
-    Ok(text)
+    Ok(text + &files(written))
 }
 
 /// One line a fit.

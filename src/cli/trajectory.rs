@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, miette};
 use nalgebra::SVector;
 use tongue_fit::dynamics::{
@@ -197,6 +197,7 @@ pub fn run(
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
 
+    output::step(|| format!("{method} with {control:?} over {} s", arguments.t_end));
     let clock = Instant::now();
     let times = sample_times(arguments.t_end, (arguments.frames - 1) * LENGTHS_PER_FRAME + 1);
     let mut watch = Watch::new(&system, numbers, arguments.t_end);
@@ -204,6 +205,7 @@ pub fn run(
     let outcome =
         dynamics::run(&motion, integrator.as_mut(), &mut state, arguments.t_end, &times, &mut watch);
     watch.clear();
+    output::step(|| format!("{:?} after {} steps", outcome.status, outcome.counts.steps));
     let record = TrajectoryRecord::new(
         &super::command_line(),
         (method, control),
@@ -213,12 +215,12 @@ pub fn run(
         system.cell_ratios(&state.positions),
         clock.elapsed().as_secs_f64(),
     );
-    let json = serde_json::to_string_pretty(&record).into_diagnostic()? + "\n";
+    let json = output::json(&record)?;
     let written = write(&out, &json, &mesh, &motion, &watch, &active)?;
     if global.json {
         output::print(&json)?;
     } else {
-        output::print(&table::trajectory(&record, &written))?;
+        output::summary(&table::trajectory(&record, &written), &written)?;
     }
     Ok(if outcome.status == Status::Completed { Outcome::Good } else { Outcome::Untrustworthy })
 }
@@ -310,11 +312,8 @@ impl Observer<2> for Watch<'_> {
 
     fn progress(&mut self, time: f64) {
         if self.bar.is_none() && self.begin.elapsed() > PATIENCE {
-            // Hidden where stderr is no terminal.
-            let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr())
-                .with_elapsed(self.begin.elapsed());
-            let style = ProgressStyle::with_template("{bar:40} {percent:>3} %, {eta} left");
-            self.bar = Some(style.map_or(bar.clone(), |s| bar.with_style(s)));
+            let bar = output::bar(1000, "{bar:40} {percent:>3} %, {eta} left");
+            self.bar = bar.ok().map(|bar| bar.with_elapsed(self.begin.elapsed()));
         }
         if let Some(bar) = &self.bar {
             bar.set_position((1000.0 * time / self.t_end) as u64);

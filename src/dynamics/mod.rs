@@ -74,6 +74,8 @@ pub struct Counts {
     pub steps: u64,
     /// Steps tried and given up, for their error or because Newton's method did not converge.
     pub rejected: u64,
+    /// Steps of TR-BDF2 that were made by backward Euler, because its own stages could not be solved at the fixed step.
+    pub damped: u64,
     /// Evaluations of the force.
     pub force_evaluations: u64,
     /// Factorisations of a matrix, failed ones included.

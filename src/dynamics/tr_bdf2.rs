@@ -11,6 +11,10 @@
 //! is left in the next one, so its rounding does not build up. The error of a step is the difference to an embedded
 //! formula of order three (Hosea and Shampine 1996); it is measured in m, as the largest over the nodes of the error of the
 //! position, of `g h` times that of the velocity, and of the contractile elements.
+//!
+//! The trapezoidal stage keeps the size of what is out of balance and turns it round: from a body that is pulled suddenly, a
+//! fixed step far beyond the time scale of its motion leads to where no tissue can be. Such a step is made by backward Euler,
+//! which takes it to rest (Rannacher 1984), and counted in [`Counts::damped`]. With error control the step is shortened instead.
 
 use nalgebra::SVector;
 
@@ -151,6 +155,32 @@ impl<const D: usize> TrBdf2<D> {
         true
     }
 
+    /// A step of backward Euler in place of one whose stages cannot be solved; the result is in `self.stage`.
+    fn damped(
+        &mut self,
+        motion: &Motion<'_, D>,
+        state: &State<D>,
+        h: f64,
+        end: f64,
+        counts: &mut Counts,
+    ) -> bool {
+        let Self { solver, stage, derivatives: [.., last], .. } = self;
+        stage.clone_from(state);
+        stage.time = end;
+        if solver.solve(motion, state, stage, h, SOLVED, counts).is_err() {
+            return false;
+        }
+        for &i in motion.system().pattern().nodes() {
+            last.velocity[i] = stage.velocities[i];
+            last.acceleration[i] = (stage.velocities[i] - state.velocities[i]) / h;
+        }
+        for (k, (c, from)) in last.internal.iter_mut().zip(stage.internal.iter().zip(&state.internal)) {
+            *k = (c - from) / h;
+        }
+        counts.damped += 1;
+        true
+    }
+
     /// The error estimate of the step just made, m.
     fn error(&self, motion: &Motion<'_, D>, h: f64) -> f64 {
         let g = GAMMA * h;
@@ -197,7 +227,12 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
         }
         loop {
             let h = cut(self.step, state.time, until);
-            let solved = self.stages(motion, state, h, after(h, state.time, until), counts);
+            let end = after(h, state.time, until);
+            let mut solved = self.stages(motion, state, h, end, counts);
+            if let (false, Control::Fixed(_)) = (solved, self.control) {
+                counts.rejected += 1;
+                solved = self.damped(motion, state, h, end, counts);
+            }
             let change = match (solved, self.control) {
                 (true, Control::Fixed(_)) => 1.0,
                 (true, Control::Adaptive(tolerance)) => {

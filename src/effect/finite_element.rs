@@ -167,6 +167,10 @@ impl<const D: usize> Effect<D> for FiniteElements<D> {
         }
     }
 
+    fn keeps_cells_upright(&self) -> bool {
+        true
+    }
+
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {

@@ -148,6 +148,10 @@ impl<const D: usize> Effect<D> for Incompressibility {
         limit
     }
 
+    fn keeps_cells_upright(&self) -> bool {
+        true
+    }
+
     fn guarded(&self, at: Configuration<'_, D>) -> usize {
         let flat = |c: &&Cell| {
             let x = simplex::corners(at.positions, &c.nodes[..=D]);

@@ -95,6 +95,11 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         1.0
     }
 
+    /// Whether no accepted step can turn a cell over, because this effect's [`Effect::step_limit`] forbids it for every cell.
+    fn keeps_cells_upright(&self) -> bool {
+        false
+    }
+
     /// Number of elements so far compressed that the [`barrier`] acts in them: there the law is no longer the published one.
     fn guarded(&self, _at: Configuration<'_, D>) -> usize {
         0

@@ -8,12 +8,14 @@ use nalgebra::SVector;
 use crate::effect::Configuration;
 use crate::system::System;
 
-use super::{Settings, Solution, Status, Workspace, newton};
+use super::{Connection, Settings, Solution, Status, Workspace, newton};
 
 /// Residual force at which the body has followed well enough for the next part, N.
 const FOLLOWED: f64 = 1e-4;
 /// Most parts. The reference tongue's jaw opens by 10 degrees in 12.
 const MOST_PARTS: usize = 1000;
+/// A part of the way left that is not worth going.
+const LEAST_PART: f64 = 1e-6;
 
 /// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
 /// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there.
@@ -26,6 +28,26 @@ const MOST_PARTS: usize = 1000;
 /// way fails, the load is put on in steps, from rest; where the equilibrium found is not a stable one, the way leads on
 /// downhill from it. Bones that the system carries away
 /// from where they are at rest are first brought to their places, unless they are there already.
+///
+/// # Example
+/// ```
+/// use tongue_fit::equilibrium::{self, Settings, Status, Workspace};
+/// use tongue_fit::mesh::{self, Anatomy};
+/// use tongue_fit::muscle::Muscle;
+/// use tongue_fit::system::{Model, System};
+///
+/// let mesh = mesh::build(&Anatomy::reference()?, mesh::DEFAULT_SPACING_M)?;
+/// let gga = Muscle::GGa.index();
+/// let system = System::new(&mesh, &Model::default(), &[gga])?;
+/// let mut workspace = Workspace::new(&system); // at rest
+/// let mut tensions = [0.0; 8];
+/// tensions[gga] = 12.0; // N per metre of thickness
+/// let solution = equilibrium::solve(&system, &mut workspace, &tensions, &Settings::default());
+/// assert_eq!(solution.status, Status::Converged);
+/// let stretch = system.length(workspace.positions(), gga) / system.length(system.rest(), gga);
+/// assert!((0.85..0.95).contains(&stretch));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn solve<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -34,9 +56,13 @@ pub fn solve<const D: usize>(
 ) -> Solution {
     let mut spent: Option<Solution> = None;
     for _ in 0..MOST_PARTS {
-        if !carry(system, workspace) {
-            let last = newton::solve(system, workspace, tensions, settings);
-            return spent.map_or(last, |s| s.and(last));
+        match carry(system, workspace) {
+            Carried::There => {
+                let last = newton::solve(system, workspace, tensions, settings);
+                return spent.map_or(last, |s| s.and(last));
+            }
+            Carried::Nowhere => break,
+            Carried::APart => {}
         }
         let follow = Settings { tolerance: settings.tolerance.max(FOLLOWED), certify: false, ..*settings };
         let part = newton::solve(system, workspace, tensions, &follow);
@@ -50,11 +76,19 @@ pub fn solve<const D: usize>(
     Solution { status: Status::Stalled, ..spent.map_or(last, |s| s.and(last)) }
 }
 
-/// Moves the bones a part of what is left of their way; false when they were already there.
-fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> bool {
+/// How far the bones came.
+enum Carried {
+    There,
+    APart,
+    /// Something is in the way at once: too far for the cells beside them, or a wall.
+    Nowhere,
+}
+
+/// Moves the bones a part of what is left of their way.
+fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> Carried {
     let there = |&(node, to): &(usize, SVector<f64, D>)| w.positions[node] == to;
     if system.carried().iter().all(there) {
-        return false;
+        return Carried::There;
     }
     w.step.fill(SVector::zeros());
     for &(node, to) in system.carried() {
@@ -62,6 +96,10 @@ fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> bool {
     }
     let at = Configuration { positions: &w.positions, tensions: &w.tensions };
     let limit = system.effects().iter().map(|e| e.step_limit(at, &w.step)).fold(1.0, f64::min);
+    if limit < LEAST_PART {
+        w.step.fill(SVector::zeros());
+        return Carried::Nowhere;
+    }
     for &(node, to) in system.carried() {
         if limit < 1.0 {
             w.positions[node] += w.step[node] * (0.5 * limit);
@@ -72,7 +110,7 @@ fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> bool {
     w.factor_ready = false;
     // The step belongs to unknowns only; Newton's method relies on zeros elsewhere.
     w.step.fill(SVector::zeros());
-    true
+    Carried::APart
 }
 
 impl Solution {
@@ -86,6 +124,10 @@ impl Solution {
             load_steps: self.load_steps + last.load_steps,
             escapes: self.escapes + last.escapes,
             ridges: self.ridges + last.ridges,
+            connection: match self.connection {
+                Connection::Downhill => Connection::Downhill,
+                _ => last.connection,
+            },
             ..last
         }
     }

@@ -2,6 +2,18 @@
 //!
 //! `minimise E(x) = sum 1/2 k (l - l0)² + sum F (l - l0) + sum 1/2 kappa ((S - S0)/S0)²` over the free nodes. Masses,
 //! dampers, Q2 and the contractile dampers have no effect on where it lies, so none of them is computed.
+//!
+//! What is checked when:
+//!
+//! | | by [`solve`] | with [`Settings::certify`] | by [`trace()`] |
+//! |---|---|---|---|
+//! | forces cancel to the tolerance, or to a rounding that is of no account beside the load | always | always | always |
+//! | no cell is turned over (kept so by every step; of springs alone: reported) | always | always | always |
+//! | all eigenvalues of the stiffness are positive | at the last factorisation, a step or two before the solution; at the solution where that one was not exact | at the solution | at every step |
+//! | the equilibrium is connected to rest by a branch of stable ones | not; [`Solution::connection`] says what is known | not | by following the branch there and back |
+//!
+//! A direct solve costs what one equilibrium costs and a trace about three for each of its steps. How often both agree is
+//! measured over all subsets of the muscles by `tongue-fit stability` (`results/stability`).
 
 mod carry;
 mod newton;
@@ -32,9 +44,8 @@ pub struct Settings {
     pub max_iterations: usize,
     /// Most steps in which the load is put on where the direct solve fails. Default 60; 0 gives up at once.
     pub load_steps: usize,
-    /// Whether to check the stability of every solution by a factorisation of the exact stiffness at it and to compute its
-    /// smallest eigenvalue. Default false: the last factorisation, a step or two before the solution, is then taken for it
-    /// wherever it was exact.
+    /// Whether to check the stability of every solution by a factorisation of the exact stiffness at it. Default false: the
+    /// last factorisation, a step or two before the solution, is then taken for it wherever it was exact.
     pub certify: bool,
 }
 
@@ -48,16 +59,20 @@ impl Default for Settings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The residual force is below the tolerance, or as small as rounding lets it be, and the equilibrium is not known to be
-    /// unstable.
+    /// The residual force is below the tolerance, or as small as rounding lets it be and of no account beside the load, and the
+    /// equilibrium is not known to be unstable.
     Converged,
     /// An equilibrium was found, but an unstable one, and no way downhill from it led to a stable one.
     Unstable,
     /// The iteration limit came first. What was reached in load steps is in [`Solution::load_reached`].
     IterationLimit,
     /// No step along a descent direction lowers the energy any more, or the steps that keep every cell from turning over
-    /// have become too small; the residual force is still above the tolerance.
+    /// have become too small; the residual force is still above the tolerance. Where [`Solution::rounding_force`] is of the
+    /// size of the load, the body is too uneven for double precision.
     Stalled,
+    /// An equilibrium, but one in which a cell is turned over: of a body without an effect that keeps its cells upright
+    /// (neither incompressibility nor finite elements), springs alone.
+    Inverted,
     /// A tension, position or energy is not a finite number, or there are not as many tensions as muscles.
     NotFinite,
 }
@@ -78,6 +93,21 @@ pub enum Stability {
     Unstable,
 }
 
+/// What is known of the way from rest to the solution. Two equilibria at the same load can lie on different branches: one
+/// that the body reaches when the load grows from nothing, and others that it must be thrown into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Connection {
+    /// Nothing: Newton's method went from its start to the solution at the whole load, and every step lowered the energy.
+    Direct,
+    /// Reached from rest in load steps, each begun at the equilibrium before.
+    LoadSteps,
+    /// On the way a ridge or an unstable equilibrium was left downhill, so it may well lie on another branch than rest.
+    Downhill,
+    /// Followed from rest, there and back, in steps ([`trace()`]): it lies on the branch that begins at rest.
+    Traced,
+}
+
 /// What a solve did; the positions are in the workspace.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Solution {
@@ -93,12 +123,15 @@ pub struct Solution {
     pub safeguarded: usize,
     /// Largest force on a free node, N.
     pub max_residual_force: f64,
+    /// Force of which nothing is known in double precision, N: the stiffest entry times the rounding of a coordinate. A residual
+    /// below it cannot be made smaller. Zero where nothing was factorised.
+    pub rounding_force: f64,
     /// Potential energy, J.
     pub energy: f64,
     /// What is known of the stability.
     pub stability: Stability,
-    /// Smallest eigenvalue of the stiffness of the free nodes, N/m; only where [`Settings::certify`] asks for it.
-    pub smallest_eigenvalue: Option<f64>,
+    /// What is known of the way from rest.
+    pub connection: Connection,
     /// Part of the tensions at which the positions left behind are an equilibrium: 1 when converged, less where load stepping
     /// stopped, 0 where no equilibrium was found.
     pub load_reached: f64,

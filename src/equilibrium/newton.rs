@@ -1,10 +1,12 @@
 //! Newton's method on the energy, with a line search, and safeguards that act only where they are needed.
 
+use nalgebra::SVector;
+
 use crate::effect::{Configuration, Tangent};
 use crate::sparse::cholesky::NotPositiveDefinite;
 use crate::system::System;
 
-use super::{Settings, Solution, Stability, Status, Workspace, rescue, stability};
+use super::{Connection, Settings, Solution, Stability, Status, Workspace, rescue, stability};
 
 /// Part of the decrease that the slope promises which a step must achieve (Armijo).
 const SUFFICIENT_DECREASE: f64 = 1e-4;
@@ -17,6 +19,12 @@ const PATIENCE: usize = 3;
 const SHORTEST_STEP: f64 = 1e-12;
 /// Rounding errors of coordinates that can come together in one force, as a part of the largest coordinate.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// A residual that rounding may explain is accepted up to this part of the load,
+const NEGLIGIBLE: f64 = 1e-6;
+/// or where an exact Newton step moves no node by more than this part of the body's size.
+const STILL: f64 = 1e-9;
+/// Most corrections of a whole step.
+const MOST_CORRECTIONS: usize = 3;
 /// The factor at hand serves once more as long as the residual falls to less than this part in an iteration: a new factor costs
 /// about three times what an iteration with the old one does.
 const FAST_ENOUGH: f64 = 0.03;
@@ -36,6 +44,12 @@ pub(super) fn solve<const D: usize>(
         done = stability::settle(system, workspace, settings, &done);
     }
     done.guarded = system.guarded(workspace.configuration());
+    if done.status == Status::Converged
+        && !system.keeps_cells_upright()
+        && system.cell_ratios(workspace.positions()).0 <= 0.0
+    {
+        done.status = Status::Inverted;
+    }
     done
 }
 
@@ -47,9 +61,10 @@ impl Solution {
         energy_evaluations: 0,
         safeguarded: 0,
         max_residual_force: f64::INFINITY,
+        rounding_force: 0.0,
         energy: f64::NAN,
         stability: Stability::Unchecked,
-        smallest_eigenvalue: None,
+        connection: Connection::Direct,
         load_reached: 0.0,
         load_steps: 0,
         escapes: 0,
@@ -64,6 +79,8 @@ pub(super) struct Newton<'a, const D: usize> {
     pub(super) done: Solution,
     /// Iterations in a row in which the exact stiffness was not positive definite.
     safeguarded_in_a_row: usize,
+    /// Whether whole steps are corrected where they lead; costs more, so only load steps that fail otherwise ask for it.
+    pub(super) corrected: bool,
     /// Largest coordinate, m.
     extent: f64,
     /// Residual force below which there is only rounding, N: the stiffest entry times the rounding of a coordinate.
@@ -73,7 +90,15 @@ pub(super) struct Newton<'a, const D: usize> {
 impl<'a, const D: usize> Newton<'a, D> {
     pub(super) fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
         let extent = w.positions.iter().map(|p| p.amax()).fold(0.0, f64::max);
-        Self { system, w, done: Solution::EMPTY, safeguarded_in_a_row: 0, extent, floor: 0.0 }
+        Self {
+            system,
+            w,
+            done: Solution::EMPTY,
+            safeguarded_in_a_row: 0,
+            corrected: false,
+            extent,
+            floor: 0.0,
+        }
     }
 
     /// One solve from the positions in the workspace at all of the load.
@@ -91,7 +116,7 @@ impl<'a, const D: usize> Newton<'a, D> {
             if !(residual.is_finite() && self.done.energy.is_finite()) {
                 break Status::NotFinite;
             }
-            if residual <= settings.tolerance.max(self.floor) {
+            if residual <= settings.tolerance || (residual <= self.floor && self.is_settled()) {
                 break Status::Converged;
             }
             if self.done.iterations == settings.max_iterations {
@@ -102,17 +127,21 @@ impl<'a, const D: usize> Newton<'a, D> {
                 break Status::Stalled;
             }
             let slope = self.find_step();
-            let mut moved = self.take_step(slope);
+            let mut moved = self.corrected && self.take_corrected_step(slope) || self.take_step(slope);
             if self.safeguarded_in_a_row > PATIENCE && !reuse && self.follow_curvature() {
                 self.done.ridges += 1;
                 moved = true;
             }
             if !moved && !reuse {
-                let resolved = self.done.max_residual_force <= self.rounding_level();
+                let resolved = self.done.max_residual_force <= self.rounding_level() && self.is_settled();
                 break if resolved { Status::Converged } else { Status::Stalled };
             }
             reuse = moved && self.done.max_residual_force < FAST_ENOUGH * residual;
         };
+        self.done.rounding_force = self.floor;
+        if self.done.ridges > 0 {
+            self.done.connection = Connection::Downhill;
+        }
         if self.done.status == Status::Converged {
             self.done.load_reached = 1.0;
             if self.w.factor_is_exact {
@@ -121,6 +150,18 @@ impl<'a, const D: usize> Newton<'a, D> {
         }
         self.system.place_path_nodes(&mut self.w.positions);
         self.done
+    }
+
+    /// Whether a residual that is above the tolerance, but no larger than what rounding makes, is of no account: a hair of the
+    /// load, or too little to move the body. In a very uneven body rounding makes forces as large as the load, and then it says
+    /// nothing that the residual is no larger.
+    fn is_settled(&self) -> bool {
+        let w = &*self.w;
+        let largest = |v: &[SVector<f64, D>]| v.iter().map(SVector::amax).fold(0.0, f64::max);
+        // The reactions of the bones show what loads the body, whatever it is.
+        let load = w.tensions.iter().fold(largest(&w.force), |m, t| m.max(t.abs()));
+        self.done.max_residual_force <= NEGLIGIBLE * load
+            || (w.factor_is_exact && largest(&w.step) <= STILL * stability::extent(self.system.rest()))
     }
 
     pub(super) fn energy(&mut self) -> f64 {
@@ -170,7 +211,12 @@ impl<'a, const D: usize> Newton<'a, D> {
         }
         self.assemble(Tangent::Convex);
         let pattern = self.system.pattern();
-        let mut shift = 1e-6 * self.w.stiffness.largest_diagonal(pattern);
+        let largest = self.w.stiffness.largest_diagonal(pattern);
+        let mut shift = 1e-6 * largest;
+        if self.corrected {
+            // In a very uneven body a millionth of the stiffest holds the softest fast.
+            shift = shift.min((1e-3 * self.w.stiffness.smallest_trace(pattern)).max(1e-14 * largest));
+        }
         self.w.stiffness.shift(pattern, shift);
         for _ in 0..8 {
             if self.try_factor().is_ok() {
@@ -202,6 +248,38 @@ impl<'a, const D: usize> Newton<'a, D> {
     pub(super) fn step_limit(&self) -> f64 {
         let at = self.w.configuration();
         self.system.effects().iter().map(|e| e.step_limit(at, &self.w.step)).fold(1.0, f64::min)
+    }
+
+    /// Takes the whole step, and from where it leads up to [`MOST_CORRECTIONS`] more with the same factor, until the energy has
+    /// fallen. In a body that hardly gives way in some directions the way down is curved, and straight steps are good for a hair
+    /// of it only (Maratos 1978; Nocedal and Wright 2006, 15.5). False, and everything as before, when the energy does not fall.
+    fn take_corrected_step(&mut self, slope: f64) -> bool {
+        let (old, residual) = (self.done.energy, self.done.max_residual_force);
+        let limit = self.step_limit();
+        self.w.trial.copy_from_slice(&self.w.positions);
+        let mut part = limit;
+        for _ in 0..=MOST_CORRECTIONS {
+            let w = &mut *self.w;
+            for &node in self.system.pattern().nodes() {
+                w.positions[node] += w.step[node] * part;
+            }
+            let energy = self.energy();
+            self.update_force();
+            if !(energy.is_finite() && self.done.max_residual_force.is_finite()) {
+                break;
+            }
+            if energy <= old + SUFFICIENT_DECREASE * limit * slope {
+                self.done.energy = energy;
+                return true;
+            }
+            self.find_step();
+            part = self.step_limit();
+        }
+        self.w.positions.copy_from_slice(&self.w.trial);
+        self.update_force();
+        self.find_step();
+        self.done.max_residual_force = residual;
+        false
     }
 
     /// Moves along the step as far as the energy falls; updates energy and force. False when there is no such way.

@@ -3,13 +3,13 @@
 use crate::system::System;
 
 use super::newton::Newton;
-use super::{Settings, Solution, Stability, Status, Workspace};
+use super::{Connection, Settings, Solution, Stability, Status, Workspace};
 
 /// A load step below this part of the load is no step.
 const SHORTEST_LOAD_STEP: f64 = 1e-5;
 
 /// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each solved from the equilibrium before; a step that fails is halved, one that
-/// succeeds doubled. Leaves the last equilibrium reached; `failed` is what the direct solve did.
+/// succeeds doubled. Before it is halved, Newton's steps are corrected where they lead. Leaves the last equilibrium reached; `failed` is what the direct solve did.
 pub(super) fn step_load<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -25,22 +25,33 @@ pub(super) fn step_load<const D: usize>(
     };
     let mut last = *failed;
     let (mut at_held, mut all) = (Solution { load_reached: 0.0, ..*failed }, *failed);
+    let mut connection = Connection::LoadSteps;
     for taken in 1..=settings.load_steps {
         let load = f64::min(reached + step, 1.0);
-        workspace.positions.copy_from_slice(&held);
-        workspace.factor_ready = false;
         let part: Vec<f64> = tensions.iter().map(|t| t * load).collect();
-        last = Newton::new(system, workspace).run(&part, settings);
-        all.iterations += last.iterations;
-        all.factorisations += last.factorisations;
-        all.energy_evaluations += last.energy_evaluations;
-        all.safeguarded += last.safeguarded;
-        all.ridges += last.ridges;
+        for corrected in [false, true] {
+            workspace.positions.copy_from_slice(&held);
+            workspace.factor_ready = false;
+            let mut newton = Newton::new(system, workspace);
+            newton.corrected = corrected;
+            last = newton.run(&part, settings);
+            all.iterations += last.iterations;
+            all.factorisations += last.factorisations;
+            all.energy_evaluations += last.energy_evaluations;
+            all.safeguarded += last.safeguarded;
+            all.ridges += last.ridges;
+            if last.status == Status::Converged {
+                break;
+            }
+        }
         all.load_steps = taken;
         if last.status == Status::Converged {
             held.copy_from_slice(&workspace.positions);
             at_held = last;
             reached = load;
+            if last.ridges > 0 {
+                connection = Connection::Downhill;
+            }
             step *= 2.0;
         } else {
             step *= 0.5;
@@ -55,6 +66,8 @@ pub(super) fn step_load<const D: usize>(
     Solution {
         status: if complete { Status::Converged } else { stuck },
         max_residual_force: at_held.max_residual_force,
+        rounding_force: at_held.rounding_force,
+        connection,
         energy: at_held.energy,
         stability: if reached > 0.0 { at_held.stability } else { Stability::Unchecked },
         load_reached: reached,

@@ -7,7 +7,7 @@ use crate::sparse::cholesky::NotPositiveDefinite;
 use crate::system::System;
 
 use super::newton::Newton;
-use super::{Settings, Solution, Stability, Status, Workspace};
+use super::{Connection, Settings, Solution, Stability, Status, Workspace};
 
 /// Eigenvalues nearer to zero than this part of the largest diagonal entry count as zero: a slack chain's are not exactly so.
 const ZERO: f64 = 1e-9;
@@ -46,15 +46,13 @@ pub(super) fn settle<const D: usize>(
             safeguarded: all.safeguarded + next.safeguarded,
             load_steps: all.load_steps,
             escapes: all.escapes + 1,
+            connection: Connection::Downhill,
             ridges: all.ridges + next.ridges,
             ..next
         };
         if all.status != Status::Converged {
             break;
         }
-    }
-    if settings.certify && matches!(all.status, Status::Converged | Status::Unstable) {
-        all.smallest_eigenvalue = smallest_eigenvalue(system, workspace);
     }
     all
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::system::System;
 
-use super::{Settings, Solution, Stability, Status, Workspace, smallest_eigenvalue, solve};
+use super::{Connection, Settings, Solution, Stability, Status, Workspace, smallest_eigenvalue, solve};
 
 /// How a branch of stable equilibria ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -40,16 +40,18 @@ pub struct Trace {
 
 /// Shapes that differ by less than this part of the body's size are the same.
 const SAME: f64 = 1e-6;
+/// Newton iterations after which a step along the branch is too long.
+const MOST_ITERATIONS: usize = 40;
 /// The critical load is found to this part of the load.
 const RESOLUTION: f64 = 1e-9;
 /// A critical mode on which the load does less than this part of its greatest possible work is orthogonal to it.
 const ORTHOGONAL: f64 = 1e-4;
 
-/// Follows the equilibria from rest as the tensions grow to `tensions` in `steps` equal steps, finds the load at which their
-/// branch ends (by bisection) and goes on from there to the equilibrium that the body falls into.
+/// Follows the equilibria from rest as the tensions grow to `tensions`, in at least `steps` steps, finds the load at which their
+/// branch ends and goes on from there to the equilibrium that the body falls into.
 ///
 /// A step continues the branch if it needed no way downhill from an unstable equilibrium and if letting the load back leads
-/// back to where it started. Costs a few solves a step.
+/// back to where it started; one that does not is halved, until it is too short to be one. Costs two solves a step.
 pub fn trace<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -59,20 +61,25 @@ pub fn trace<const D: usize>(
 ) -> Trace {
     let settings = Settings { certify: true, ..*settings };
     let mut path = Path { system, w: workspace, tensions, settings: &settings };
-    let mut low = (0.0, system.rest().to_vec());
+    let mut shape = system.rest().to_vec();
     let mut critical = None;
-    let steps = steps.max(1);
-    for i in 1..=steps {
-        let load = i as f64 / steps as f64;
-        match path.continued(&low.1, low.0, load) {
-            Some(next) => low = (load, next),
-            None => {
-                critical = Some(path.bisect(&mut low, load));
+    let longest = 1.0 / steps.max(1) as f64;
+    let (mut reached, mut step) = (0.0, longest);
+    while reached < 1.0 {
+        let load = f64::min(reached + step, 1.0);
+        if let Some(next) = path.continued(&shape, reached, load) {
+            (reached, shape) = (load, next);
+            step = f64::min(2.0 * step, longest);
+        } else {
+            step *= 0.5;
+            if step < RESOLUTION * load {
+                let kind = path.end_of_branch(&shape, reached);
+                critical = Some(Critical { load: reached + step, kind });
                 break;
             }
         }
     }
-    let solution = path.at(&low.1, 1.0);
+    let solution = path.at(&shape, 1.0);
     let end = path.w.positions.clone();
     let another = match &critical {
         // At the critical load the branches part; which of them still exist at the whole load, letting go of it tells: a body
@@ -83,7 +90,9 @@ pub fn trace<const D: usize>(
     path.w.positions.copy_from_slice(&end);
     path.w.factor_ready = false;
     path.w.tensions.copy_from_slice(tensions);
-    Trace { solution, critical, another }
+    let connected = critical.is_none() && solution.status == Status::Converged;
+    let connection = if connected { Connection::Traced } else { solution.connection };
+    Trace { solution: Solution { connection, ..solution }, critical, another }
 }
 
 struct Path<'a, const D: usize> {
@@ -96,40 +105,42 @@ struct Path<'a, const D: usize> {
 impl<const D: usize> Path<'_, D> {
     /// Solves at a part of the load from given positions.
     fn at(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
+        self.solve(from, load, self.settings)
+    }
+
+    /// The same, given up soon and not saved by load steps from rest: a shorter step is better.
+    fn attempt(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
+        let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
+        self.solve(from, load, &Settings { max_iterations, load_steps: 0, ..*self.settings })
+    }
+
+    fn solve(&mut self, from: &[SVector<f64, D>], load: f64, settings: &Settings) -> Solution {
         let part: Vec<f64> = self.tensions.iter().map(|t| t * load).collect();
         self.w.positions.copy_from_slice(from);
         self.w.factor_ready = false;
         self.w.factor_is_exact = false;
-        solve(self.system, self.w, &part, self.settings)
+        solve(self.system, self.w, &part, settings)
     }
 
     /// The shape at `load` if it continues the branch on which `from` lies at `start`.
     fn continued(&mut self, from: &[SVector<f64, D>], start: f64, load: f64) -> Option<Vec<SVector<f64, D>>> {
-        let up = self.at(from, load);
+        let up = self.attempt(from, load);
         if up.status != Status::Converged || up.escapes + up.ridges > 0 || up.stability == Stability::Unstable
         {
             return None;
         }
         let there = self.w.positions.clone();
-        let back = self.at(&there, start);
+        let back = self.attempt(&there, start);
         (back.status == Status::Converged && self.is_same(from)).then_some(there)
     }
 
-    /// Narrows the end of the branch down between `low`, which is moved up to it, and `high`.
-    fn bisect(&mut self, low: &mut (f64, Vec<SVector<f64, D>>), mut high: f64) -> Critical {
-        while high - low.0 > RESOLUTION * high {
-            let middle = 0.5 * (low.0 + high);
-            match self.continued(&low.1, low.0, middle) {
-                Some(next) => *low = (middle, next),
-                None => high = middle,
-            }
-        }
-        self.at(&low.1, low.0);
+    /// How the branch ends whose last stable shape this is.
+    fn end_of_branch(&mut self, shape: &[SVector<f64, D>], load: f64) -> CriticalKind {
+        self.at(shape, load);
         // Leaves the critical mode in the unknowns.
         smallest_eigenvalue(self.system, self.w);
         let work = self.work_on_mode();
-        let kind = if work < ORTHOGONAL { CriticalKind::Bifurcation } else { CriticalKind::LimitPoint };
-        Critical { load: 0.5 * (low.0 + high), kind }
+        if work < ORTHOGONAL { CriticalKind::Bifurcation } else { CriticalKind::LimitPoint }
     }
 
     /// Work of the load on the mode in the workspace's unknowns, as part of the greatest that any mode could get.
@@ -149,6 +160,8 @@ impl<const D: usize> Path<'_, D> {
             load += w.step[node].norm_squared();
             mode += v.norm_squared();
         }
+        // The step belongs to unknowns only; Newton's method relies on zeros elsewhere.
+        w.step.fill(SVector::zeros());
         if load * mode > 0.0 { work.abs() / (load * mode).sqrt() } else { 0.0 }
     }
 

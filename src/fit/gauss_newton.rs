@@ -52,16 +52,7 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
     let bound = settings.upper_bound;
     let n = forward.target.active.len();
     let first = starting_point(number, n, START_RANGE * bound);
-    let mut start = Start {
-        tensions: first,
-        cost: FAILED,
-        evaluations: 0,
-        factorisations: 0,
-        iterations: 0,
-        restarts: 0,
-        converged: false,
-        lengths: None,
-    };
+    let mut start = Start::at(first, FAILED);
     // A start without an equilibrium is given up for the rest shape, which always has one.
     let point = Point::new(&mut forward, DVector::from_column_slice(&start.tensions))
         .or_else(|| Point::new(&mut forward, DVector::zeros(n)));
@@ -85,6 +76,7 @@ pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
         start.lengths = from_rest.lengths;
     }
     start.evaluations = forward.evaluations();
+    start.failures = forward.failures();
     start.factorisations = forward.factorisations();
     start
 }

@@ -242,6 +242,24 @@ pub fn muscle_numbers<const D: usize>(mesh: &Mesh<D>) -> Result<PerMuscle<usize>
 ///
 /// # Errors
 /// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
+///
+/// # Example
+/// ```
+/// use tongue_fit::fit::{self, Method, Settings, Status};
+/// use tongue_fit::mesh::{self, Anatomy};
+/// use tongue_fit::system::Model;
+/// use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+///
+/// let mesh = mesh::build(&Anatomy::reference()?, mesh::DEFAULT_SPACING_M)?;
+/// let data = Dataset::reference()?;
+/// let target = Target::new(&data, "S2", Vowel::A, TargetKind::Ratio, &TargetOptions::default())?;
+/// let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+/// let fit = fit::fit(&mesh, &Model::default(), &target, &settings)?;
+/// assert_eq!(fit.status, Status::Converged);
+/// // Two ratios do not determine three tensions, and the fit says so.
+/// assert_eq!(fit.identifiability.map(|i| i.null_directions.len()), Some(1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn fit(mesh: &Mesh<2>, model: &Model, target: &Target, settings: &Settings) -> Result<Fit, FitError> {
     let numbers = muscle_numbers(mesh)?;
     let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();

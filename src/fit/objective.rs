@@ -45,6 +45,7 @@ pub struct Forward<'a> {
     /// Whether candidates start from their nearest solved neighbour; else all start from rest.
     from_neighbours: bool,
     evaluations: usize,
+    failures: usize,
     factorisations: usize,
 }
 
@@ -70,6 +71,7 @@ impl<'a> Forward<'a> {
             known: BestKnown::new(target.active.len()),
             from_neighbours: settings.warm_start,
             evaluations: 0,
+            failures: 0,
             factorisations: 0,
         }
     }
@@ -93,6 +95,11 @@ impl<'a> Forward<'a> {
     /// Equilibria solved so far.
     pub fn evaluations(&self) -> usize {
         self.evaluations
+    }
+
+    /// Candidates so far for which no equilibrium was found.
+    pub fn failures(&self) -> usize {
+        self.failures
     }
 
     /// Factorisations so far, those for sensitivities included.
@@ -129,6 +136,7 @@ impl<'a> Forward<'a> {
         self.set_tensions(active);
         let warm = self.settings.warm_start && self.from_neighbours;
         let solved = (warm && self.solve_from_nearest(active)) || self.solve_from_rest();
+        self.failures += usize::from(!solved);
         let outcome = self.price(active, solved);
         if outcome.lengths.is_some() {
             self.known.remember(active, outcome.cost, self.workspace.positions());
@@ -140,6 +148,7 @@ impl<'a> Forward<'a> {
     pub fn evaluate_from_rest(&mut self, active: &[f64]) -> Outcome {
         self.set_tensions(active);
         let solved = self.solve_from_rest();
+        self.failures += usize::from(!solved);
         self.price(active, solved)
     }
 
@@ -189,6 +198,7 @@ impl<'a> Forward<'a> {
             })
             .collect();
         self.evaluations += candidates.len();
+        self.failures += solved.iter().filter(|(_, _, known)| known.is_none()).count();
         let mut costs = Vec::with_capacity(candidates.len());
         for (cost, factorisations, known) in solved {
             costs.push(cost);

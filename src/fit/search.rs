@@ -36,6 +36,9 @@ pub struct Start {
     pub cost: f64,
     /// Equilibria solved.
     pub evaluations: usize,
+    /// Candidates for which no equilibrium was found.
+    #[serde(skip)]
+    pub failures: usize,
     /// Factorisations of a stiffness.
     pub factorisations: usize,
     /// Iterations, over all simplices where there are any.
@@ -47,6 +50,23 @@ pub struct Start {
     /// Lengths of the eight muscles at the answer as the search found it, m; `None` where no candidate had an equilibrium.
     #[serde(skip)]
     pub lengths: Option<PerMuscle<f64>>,
+}
+
+impl Start {
+    /// A search that stands at its starting point and has found nothing yet.
+    pub(super) fn at(tensions: Vec<f64>, cost: f64) -> Self {
+        Self {
+            tensions,
+            cost,
+            evaluations: 0,
+            failures: 0,
+            factorisations: 0,
+            iterations: 0,
+            restarts: 0,
+            converged: false,
+            lengths: None,
+        }
+    }
 }
 
 type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
@@ -130,16 +150,7 @@ pub(super) fn run(forward: Forward<'_>, number: usize) -> Result<Start, FitError
     let forward = RefCell::new(forward);
     let mut corner = starting_point(number, dimension, START_RANGE * settings.upper_bound);
     let mut side = FIRST_SIDE.min(0.25 * settings.upper_bound);
-    let mut start = Start {
-        tensions: corner.clone(),
-        cost: f64::INFINITY,
-        evaluations: 0,
-        factorisations: 0,
-        iterations: 0,
-        restarts: 0,
-        converged: false,
-        lengths: None,
-    };
+    let mut start = Start::at(corner.clone(), f64::INFINITY);
     for restarts in 0..=MOST_RESTARTS {
         let (found, cost, iterations, stopped) = one_simplex(&forward, settings, &corner, side)?;
         start.iterations += iterations;
@@ -169,6 +180,7 @@ pub(super) fn run(forward: Forward<'_>, number: usize) -> Result<Start, FitError
         forward.borrow_mut().begin_simplex();
     }
     start.evaluations = forward.borrow().evaluations();
+    start.failures = forward.borrow().failures();
     start.factorisations = forward.borrow().factorisations();
     Ok(start)
 }

@@ -18,22 +18,42 @@ const COARSEST: f64 = 1.0 / 3.3;
 
 /// Why there is no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the messages say it")]
 pub enum MeshError {
+    /// A spacing that is too fine or too coarse for this anatomy.
     #[error(
         "the mesh spacing {h_mm} mm is not usable; for this anatomy give {least_mm:.2} to {most_mm:.1} mm"
     )]
-    Spacing { h_mm: f64, least_mm: f64, most_mm: f64 },
+    Spacing {
+        /// The spacing asked for, mm.
+        h_mm: f64,
+        /// The finest, mm.
+        least_mm: f64,
+        /// The coarsest, mm.
+        most_mm: f64,
+    },
+    /// Outline and muscle lines come too near each other for nodes of their own.
     #[error(
         "near [{x_mm:.1}, {y_mm:.1}] mm two lines of outline and muscles collide at this spacing; try a finer one"
     )]
-    LinesCollide { x_mm: f64, y_mm: f64 },
+    LinesCollide {
+        /// Where, mm.
+        x_mm: f64,
+        /// Where, mm.
+        y_mm: f64,
+    },
+    /// Two nodes of different lines are one point.
     #[error("two nodes fall on the same place at this spacing; try a finer one")]
     CoincidentNodes,
+    /// The inside cannot take as many nodes as the area calls for.
     #[error("{missing} nodes find no room at this spacing; try a finer one")]
-    NoRoom { missing: usize },
+    NoRoom {
+        /// How many are left over.
+        missing: usize,
+    },
+    /// Arithmetic left the finite numbers.
     #[error("a node's position is not finite")]
     NotFinite,
+    /// What was built does not hang together.
     #[error("the mesh is faulty ({0}); try another spacing")]
     Fault(#[from] MeshFault),
 }
@@ -46,6 +66,16 @@ pub enum MeshError {
 ///
 /// # Errors
 /// A spacing out of range, or one at which the lines of this anatomy cannot be kept apart.
+///
+/// # Example
+/// ```
+/// use tongue_fit::mesh::{self, Anatomy, Quality};
+///
+/// let mesh = mesh::build(&Anatomy::reference()?, 5.5e-3)?; // Anatomy::from_toml reads one of your own
+/// let quality = Quality::of(&mesh);
+/// assert_eq!((quality.nodes, quality.cells), (123, 188)); // as in the thesis
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, MeshError> {
     let size = anatomy.outline().area().sqrt();
     let (least, most) = (size * FINEST, size * COARSEST);

@@ -9,32 +9,89 @@ const DEGENERATE: f64 = 1e-9;
 
 /// A fault of a mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the messages say it")]
 pub enum MeshFault {
+    /// A node with an infinite coordinate or none.
     #[error("the position of node {node} is not finite")]
-    NotFinite { node: usize },
+    NotFinite {
+        /// Its number, from 0.
+        node: usize,
+    },
+    /// A node number beyond the last.
     #[error("{what} refers to node {node}, but there are {count} nodes (numbered from 0)")]
-    NoSuchNode { what: String, node: usize, count: usize },
+    NoSuchNode {
+        /// Who names it, such as `muscle GGa`.
+        what: String,
+        /// The number.
+        node: usize,
+        /// How many nodes there are.
+        count: usize,
+    },
+    /// A cell of negative area or volume.
     #[error("cell {cell} is turned inside out; list its nodes counter-clockwise (in space: positive volume)")]
-    Inverted { cell: usize },
+    Inverted {
+        /// Its number, from 0.
+        cell: usize,
+    },
+    /// A cell that is flat.
     #[error("cell {cell} has no area or volume")]
-    Degenerate { cell: usize },
+    Degenerate {
+        /// Its number, from 0.
+        cell: usize,
+    },
+    /// A connection whose first node is not the lower one.
     #[error(
         "connection {connection} joins nodes in descending order or a node to itself; write the lower one first"
     )]
-    Unordered { connection: usize },
+    Unordered {
+        /// Its number, from 0.
+        connection: usize,
+    },
+    /// A connection that is there twice.
     #[error("connection {connection} repeats an earlier one")]
-    Repeated { connection: usize },
+    Repeated {
+        /// Its number, from 0.
+        connection: usize,
+    },
+    /// A connection between two nodes at one place.
     #[error("connection {connection} has no length")]
-    NoLength { connection: usize },
+    NoLength {
+        /// Its number, from 0.
+        connection: usize,
+    },
+    /// An edge of a cell without a connection.
     #[error("nodes {from} and {to} of cell {cell} are not connected")]
-    CellEdge { cell: usize, from: usize, to: usize },
+    CellEdge {
+        /// The cell, from 0.
+        cell: usize,
+        /// One node of the edge.
+        from: usize,
+        /// The other.
+        to: usize,
+    },
+    /// A muscle without a length.
     #[error("muscle {name} has {count} nodes; it needs at least two")]
-    ShortChain { name: String, count: usize },
+    ShortChain {
+        /// Its name.
+        name: String,
+        /// Its nodes.
+        count: usize,
+    },
+    /// A muscle that jumps where there is no connection.
     #[error("muscle {name} steps from node {from} to node {to}, which are not connected")]
-    ChainStep { name: String, from: usize, to: usize },
+    ChainStep {
+        /// Its name.
+        name: String,
+        /// The node it comes from.
+        from: usize,
+        /// The node it goes to.
+        to: usize,
+    },
+    /// Fixed nodes that are unsorted or named twice.
     #[error("the fixed nodes are not in ascending order, each once (entry {entry})")]
-    FixedOrder { entry: usize },
+    FixedOrder {
+        /// The first entry that is not above the one before it, from 0.
+        entry: usize,
+    },
 }
 
 impl<const D: usize> Mesh<D> {

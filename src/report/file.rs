@@ -4,11 +4,22 @@ use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::{Builder, NamedTempFile};
-
 use super::ReportError;
+use super::staged::{Staged, persist};
 
 /// A folder that was found to be writable.
+///
+/// # Example
+/// ```
+/// use tongue_fit::report::OutputDir;
+///
+/// # let home = tempfile::tempdir()?;
+/// # let folder = home.path().join("results");
+/// let out = OutputDir::prepare(&folder)?; // before the work, so that it is not done in vain
+/// let written = out.write_all(&[("fit.json", b"{}\n"), ("fit.csv", b"muscle\n")])?; // both or neither
+/// assert_eq!(written[1], folder.join("fit.csv"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutputDir {
     path: PathBuf,
@@ -25,16 +36,16 @@ impl OutputDir {
             empty if empty.as_os_str().is_empty() => Path::new("."),
             given => given,
         };
-        fs::create_dir_all(path).and_then(|()| staged(path)).and_then(NamedTempFile::close).map_err(
-            |source| ReportError::Folder {
+        fs::create_dir_all(path).and_then(|()| Staged::begin(path)).map(drop).map_err(|source| {
+            ReportError::Folder {
                 path: path.to_owned(),
                 reason: match path.ancestors().find(|p| p.is_file()) {
                     Some(file) => format!("\"{}\" is a file, not a folder", file.display()),
                     None => source.to_string(),
                 },
                 source,
-            },
-        )?;
+            }
+        })?;
         Ok(Self { path: path.to_owned() })
     }
 
@@ -81,7 +92,7 @@ impl OutputDir {
             if path.is_dir() {
                 return Err(fail(io::ErrorKind::IsADirectory.into()));
             }
-            let mut file = BufWriter::new(staged(&self.path).map_err(fail)?);
+            let mut file = BufWriter::new(Staged::begin(&self.path).map_err(fail)?);
             write(&mut file).map_err(fail)?;
             ready.push((file.into_inner().map_err(|e| fail(e.into_error()))?, path));
         }
@@ -99,28 +110,6 @@ impl OutputDir {
 
 /// What writes a file's content.
 pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
-
-/// Gives written files their names.
-fn persist(ready: Vec<(NamedTempFile, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
-    let mut written = Vec::with_capacity(ready.len());
-    for (file, path) in ready {
-        match file.persist(&path) {
-            Ok(_) => written.push(path),
-            Err(refused) => return Err(ReportError::File { path, source: refused.error }),
-        }
-    }
-    Ok(written)
-}
-
-/// A temporary file in the folder, which vanishes unless it is renamed. It is made with the permissions of an ordinary
-/// file (the umask applies): a temporary file's own 0600 would survive the rename.
-fn staged(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = Builder::new();
-    builder.prefix(".tongue-fit-");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
 
 #[cfg(test)]
 mod tests {

@@ -13,6 +13,7 @@ mod msh;
 mod picture;
 mod record;
 mod solid;
+mod staged;
 mod sto;
 mod trajectory;
 mod vtu;
@@ -28,8 +29,11 @@ pub use chart::{Series, changes};
 pub use file::{OutputDir, Writes};
 pub use msh::msh;
 pub use picture::{tongue, tongue_at_wall};
-pub use record::{ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles};
+pub use record::{
+    BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles,
+};
 pub use solid::solid;
+pub use staged::{Standstill, discard_unfinished};
 pub use sto::sto;
 pub use trajectory::{TrajectoryRecord, lengths_over_time};
 pub use vtu::{pvd, vtu};

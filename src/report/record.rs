@@ -45,6 +45,15 @@ fn stretches(lengths: &PerMuscle<f64>, rest: &PerMuscle<f64>) -> ByMuscle<f64> {
     ByMuscle(TargetKind::Stretch.values(lengths, rest))
 }
 
+/// The branch of equilibria that begins at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BranchRecord {
+    /// Where it ends; `None` when it reaches the whole load.
+    pub critical: Option<equilibrium::Critical>,
+    /// Whether another equilibrium at this load was met.
+    pub another: bool,
+}
+
 /// One equilibrium: `tongue-fit simulate --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SimulationRecord {
@@ -62,6 +71,14 @@ pub struct SimulationRecord {
     pub positions_m: Vec<[f64; 2]>,
     /// Largest residual force on a free node, N.
     pub max_residual_force_n: f64,
+    /// Part of the tensions at which the positions are an equilibrium.
+    pub load_reached: f64,
+    /// What is known of the eigenvalues of the stiffness.
+    pub stability: equilibrium::Stability,
+    /// What is known of the way from rest.
+    pub connection: equilibrium::Connection,
+    /// The branch of equilibria from rest, where it was followed.
+    pub branch: Option<BranchRecord>,
     /// Newton iterations.
     pub iterations: usize,
     /// Factorisations of the stiffness matrix.
@@ -95,6 +112,10 @@ impl SimulationRecord {
             stretches: stretches(lengths, rest_lengths),
             positions_m: positions.iter().map(|p| [p.x, p.y]).collect(),
             max_residual_force_n: solution.max_residual_force,
+            load_reached: solution.load_reached,
+            stability: solution.stability,
+            connection: solution.connection,
+            branch: None,
             iterations: solution.iterations,
             factorisations: solution.factorisations,
             min_area_ratio: area_ratios.0,
@@ -208,7 +229,7 @@ impl FitRecord {
                 .collect(),
         });
         Self {
-            version: env!("CARGO_PKG_VERSION"),
+            version: crate::VERSION,
             command: command.to_owned(),
             subject: target.subject.clone(),
             vowel: target.vowel,

@@ -54,7 +54,7 @@ impl TrajectoryRecord {
             Control::Adaptive(tolerance) => (None, Some(tolerance * 1e3)),
         };
         Self {
-            version: env!("CARGO_PKG_VERSION"),
+            version: crate::VERSION,
             command: command.to_owned(),
             status: outcome.status,
             method,

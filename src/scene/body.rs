@@ -12,8 +12,10 @@ use crate::system;
 
 /// The palate of the reference tongue, as text.
 const PALATE: &str = include_str!("../../targets/palate.toml");
-/// Most nodes along an edge of a solid: finer ones are a slip of the pen.
+/// Most cells along an edge of a solid: finer ones are a slip of the pen.
 const MOST_LAYERS: f64 = 60.0;
+/// Most nodes of a solid: more take minutes to order and factorise.
+const MOST_NODES: usize = 12_000;
 
 /// A mesh, and what is known of it beyond the mesh.
 #[derive(Debug, Clone)]
@@ -122,7 +124,18 @@ fn from_json(given: &MeshFile) -> Result<Built<2>, SceneError> {
         return Err(wrong("holds metres, as its keys say; leave out [body.mesh] unit".to_owned()));
     }
     let text = std::fs::read_to_string(file).map_err(|e| wrong(format!("cannot be read: {e}")))?;
-    let text: MeshText = serde_json::from_str(&text)
+    let what = format!("the mesh of \"{file}\"");
+    let mesh = mesh_from_json(&text, file)?;
+    Ok(Built { what, mesh, mandible: Vec::new(), hyoid: Vec::new(), palate: None })
+}
+
+/// Reads a mesh in the plane from what `tongue-fit mesh --json` prints; `file` is what messages call the text.
+///
+/// # Errors
+/// [`SceneError::MeshFile`] where it is no such text, [`SceneError::Fault`] where the mesh does not hang together.
+pub fn mesh_from_json(text: &str, file: &str) -> Result<Mesh<2>, SceneError> {
+    let wrong = |problem: String| SceneError::MeshFile { file: file.to_owned(), problem };
+    let text: MeshText = serde_json::from_str(text)
         .map_err(|e| wrong(format!("is not as `tongue-fit mesh --json` prints it: {e}")))?;
     let mut mesh = Mesh {
         nodes: text.nodes_m.into_iter().map(SVector::from).collect(),
@@ -141,8 +154,7 @@ fn from_json(given: &MeshFile) -> Result<Built<2>, SceneError> {
     // In the order of the tables; muscles of other names after them, by name.
     mesh.muscles.sort_by_key(|m| m.name.parse::<Muscle>().map_or(usize::MAX, Muscle::index));
     mesh.check()?;
-    let what = format!("the mesh of \"{file}\"");
-    Ok(Built { what, mesh, mandible: Vec::new(), hyoid: Vec::new(), palate: None })
+    Ok(mesh)
 }
 
 fn cylinder(c: &Cylinder) -> Result<Built<3>, SceneError> {
@@ -150,6 +162,7 @@ fn cylinder(c: &Cylinder) -> Result<Built<3>, SceneError> {
     let length = positive("body.cylinder.length_mm", c.length_mm)?;
     let h = positive("body.cylinder.h_mm", c.h_mm)?;
     let (rings, layers) = (divisions(radius, h)?, divisions(length, h)?);
+    limited((3 * rings * (rings + 1) + 1) * (layers + 1), h)?;
     let mesh = solid::cylinder(radius * 1e-3, length * 1e-3, rings, layers);
     Ok(solid_of(mesh, format!("a cylinder of {radius} mm radius and {length} mm length at {h} mm")))
 }
@@ -160,6 +173,7 @@ fn block(b: &Block) -> Result<Built<3>, SceneError> {
     for (count, size) in counts.iter_mut().zip(b.size_mm) {
         *count = divisions(positive("body.block.size_mm", size)?, h)?;
     }
+    limited(counts.iter().map(|n| n + 1).product(), h)?;
     let [x, y, z] = b.size_mm;
     Ok(solid_of(
         solid::block(b.size_mm.map(|s| s * 1e-3), counts),
@@ -178,6 +192,12 @@ fn divisions(size: f64, h: f64) -> Result<usize, SceneError> {
         return Err(SceneError::Value { key: "body h_mm", value: h, must });
     }
     Ok(count as usize)
+}
+
+/// Refuses a solid of too many nodes.
+fn limited(nodes: usize, h: f64) -> Result<(), SceneError> {
+    let must = "larger, so that the body has at most 12,000 nodes";
+    if nodes > MOST_NODES { Err(SceneError::Value { key: "body h_mm", value: h, must }) } else { Ok(()) }
 }
 
 /// The value, if it is positive and finite.

@@ -3,6 +3,12 @@
 use super::SceneError;
 use super::body::{finite, not_negative, positive};
 use super::file::{Body, Scene, Want};
+use crate::material::Preset;
+
+/// Below this a wall's barrier is stiffer than the rest of the body by more than numbers can tell, mm.
+const LEAST_REACH_MM: f64 = 1e-3;
+/// Points of a wall nearer to each other than this are one, mm.
+const LEAST_SEGMENT_MM: f64 = 1e-3;
 
 impl Scene {
     /// Names the first two things that contradict each other, or the first number out of its range.
@@ -48,18 +54,20 @@ impl Scene {
             for &x in c.outline_mm.iter().flatten().flatten() {
                 finite("effects.contact.outline_mm", x)?;
             }
+            if c.reach_mm < LEAST_REACH_MM {
+                let must =
+                    "at least 0.001: what is felt only nearer than that is stiffer than numbers can tell";
+                return Err(SceneError::Value { key: "effects.contact.reach_mm", value: c.reach_mm, must });
+            }
             let points = c.outline_mm.as_deref().unwrap_or(&[[0.0, 0.0], [1.0, 0.0]]);
             if points.len() < 2 {
-                let must = "at least 2 points";
-                return Err(SceneError::Value {
-                    key: "effects.contact.outline_mm",
-                    value: points.len() as f64,
-                    must,
-                });
+                let key = "the number of points of effects.contact.outline_mm";
+                return Err(SceneError::Value { key, value: points.len() as f64, must: "at least 2" });
             }
-            if points.windows(2).any(|p| p[0] == p[1]) {
-                let must = "made of points that differ from the one before";
-                return Err(SceneError::Value { key: "effects.contact.outline_mm", value: f64::NAN, must });
+            let gap = |p: &[[f64; 2]]| (p[0][0] - p[1][0]).hypot(p[0][1] - p[1][1]);
+            if let Some(value) = points.windows(2).map(gap).find(|gap| *gap < LEAST_SEGMENT_MM) {
+                let key = "the distance in mm between two points of effects.contact.outline_mm";
+                return Err(SceneError::Value { key, value, must: "at least 0.001; drop one of them" });
             }
         }
         if let Some(jaw) = &self.effects.jaw {
@@ -87,6 +95,25 @@ impl Scene {
     fn check_tissue(&self) -> Result<(), SceneError> {
         let e = &self.effects;
         let continuum = e.finite_elements == Some(true);
+        if self.material.preset == Some(Preset::AsPrinted) {
+            let m = &self.material;
+            let given = [
+                ("material.young_modulus_pa", m.young_modulus_pa),
+                ("material.poisson_ratio", m.poisson_ratio),
+                ("material.viscosity_pa_s", m.viscosity_pa_s),
+            ];
+            let given = given.iter().find(|(_, value)| value.is_some()).map(|(key, _)| *key);
+            let other = match given {
+                _ if continuum => Some("effects.finite_elements = true"),
+                None if self.is_solid() => Some(self.body_key()),
+                given => given,
+            };
+            if let Some(other) = other {
+                let why =
+                    "table 4.2 gives the springs of the plane and is not made from constants; leave one out";
+                return Err(contradiction("material.preset = \"as-printed\"", other, why));
+            }
+        }
         if continuum && e.springs == Some(true) {
             let why = "each is all of the tissue, so together it would count twice; ask for one of them";
             return Err(contradiction("effects.springs = true", "effects.finite_elements = true", why));

@@ -118,9 +118,8 @@ fn timed_way<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,
 ) -> Result<(run::Way, Shape<D>, f64), SceneError> {
-    let mut workspace = Workspace::new(&prepared.system);
     let clock = Instant::now();
-    let (way, end) = run::follow(scene, &prepared.system, prepared, &mut workspace)?;
+    let (way, end) = run::follow(scene, prepared)?;
     Ok((way, end, 1e3 * clock.elapsed().as_secs_f64()))
 }
 

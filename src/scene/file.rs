@@ -223,7 +223,7 @@ pub struct Hyoid {
     pub shift_mm: [f64; 2],
 }
 
-/// How long to follow a motion.
+/// How long to follow a motion. It starts at rest: without weight and tension, the bones where the scene takes them.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Trajectory {

@@ -13,6 +13,7 @@ pub mod run;
 mod shipped;
 
 use crate::dynamics::{MethodError, MotionError};
+use crate::equilibrium;
 use crate::fit::FitError;
 use crate::material::MaterialError;
 use crate::mesh::gmsh::GmshError;
@@ -110,6 +111,15 @@ pub enum SceneError {
     /// The body cannot be set in motion.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// The bones cannot be brought to where a trajectory starts.
+    #[error(
+        "effects.jaw and effects.hyoid: the bones could not be brought to their places before the motion began \
+         ({status:?}); move them less far, or the wall out of their way"
+    )]
+    NotCarried {
+        /// How the equilibrium on the way there ended.
+        status: equilibrium::Status,
+    },
     /// The motion cannot be followed with this tolerance.
     #[error(transparent)]
     Method(#[from] MethodError),

@@ -16,7 +16,7 @@ pub struct Planned {
     pub simulated: bool,
     /// Why, or why not.
     pub why: String,
-    /// Elements that every evaluation visits; 0 where it is left out.
+    /// Elements that every evaluation visits (springs, cells, nodes and so on); 0 where it is left out.
     pub elements: usize,
     /// Estimated cost of one iteration (energy, force and stiffness), microseconds.
     pub estimated_us: f64,
@@ -58,7 +58,7 @@ pub struct Plan {
     pub factor_in_supernodes: bool,
     /// Floating-point operations of one factorisation.
     pub factor_operations: usize,
-    /// Estimated cost of a factorisation and a solve, microseconds.
+    /// Estimated cost of a factorisation, microseconds.
     pub estimated_factor_us: f64,
     /// Every effect that a scene can ask for.
     pub effects: Vec<Planned>,
@@ -66,12 +66,12 @@ pub struct Plan {
     pub muscles: Vec<Role>,
 }
 
-/// Nanoseconds that an iteration spends for each stiffness block that an element writes, with its share of energy and force:
-/// measured on the reference tongue and the shipped solids (`results/scenes`). By dimension.
-const NS_PER_BLOCK: [f64; 2] = [5.0, 8.0];
+/// Nanoseconds that an iteration spends for each stiffness block that an element writes, with its share of energy and force. By
+/// dimension. Like the other rates here it is what `tongue-fit scene run` measured on the reference tongue and the shipped solids.
+const NS_PER_BLOCK: [f64; 2] = [4.0, 10.0];
 /// Nanoseconds for an element that writes no blocks of its own (a node's weight, a node facing a segment of a wall).
 const NS_PER_LIGHT_ELEMENT: f64 = 8.0;
-/// Operations that a factorisation does in a nanosecond: block by block, and in supernodes. Measured likewise.
+/// Operations that a factorisation does in a nanosecond: block by block, and in supernodes (`cargo bench factorise`).
 const OPERATIONS_PER_NS: [f64; 2] = [8.0, 20.0];
 
 /// What decides about an effect, before the system is there to be counted.
@@ -79,15 +79,21 @@ pub(super) struct Decision {
     pub effect: &'static str,
     pub simulated: bool,
     pub why: String,
+    /// Nodes or elements of what is no effect of its own in the system.
+    pub elements: usize,
 }
 
 impl Decision {
     pub fn yes(effect: &'static str, why: impl Into<String>) -> Self {
-        Self { effect, simulated: true, why: why.into() }
+        Self { effect, simulated: true, why: why.into(), elements: 0 }
     }
 
     pub fn no(effect: &'static str, why: impl Into<String>) -> Self {
-        Self { effect, simulated: false, why: why.into() }
+        Self { effect, simulated: false, why: why.into(), elements: 0 }
+    }
+
+    pub fn of(self, elements: usize) -> Self {
+        Self { elements, ..self }
     }
 
     /// Asked for or not, nothing else.
@@ -138,9 +144,20 @@ fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
     (elements, ns * 1e-3)
 }
 
-/// The name by which the system knows an effect of the plan.
-fn system_name(effect: &str) -> &str {
-    if effect == "springs" { "tissue" } else { effect }
+/// Elements and estimated microseconds of what the plan names: an effect of the system, or what its nodes and elements do in a
+/// motion.
+fn planned_cost<const D: usize>(system: &System<D>, decision: &Decision) -> (usize, f64) {
+    let light = |elements: usize| (elements, elements as f64 * NS_PER_LIGHT_ELEMENT * 1e-3);
+    let elements = |name: &str| cost(system, name).0;
+    match decision.effect {
+        "springs" => cost(system, "tissue"),
+        "inertia" => light(system.pattern().unknowns()),
+        "viscosity" => light(elements("tissue") + elements("muscle")),
+        "muscle dynamics" => light(elements("muscle")),
+        "straight paths" => light(system.paths().len()),
+        name if decision.elements > 0 => (decision.elements, cost(system, name).1),
+        name => cost(system, name),
+    }
 }
 
 /// Counts what the decisions come to in the system that was made after them.
@@ -155,9 +172,10 @@ pub(super) fn count<const D: usize>(
     let pattern = system.pattern();
     let effects = decisions
         .into_iter()
-        .map(|Decision { effect, simulated, why }| {
+        .map(|decision| {
             let (elements, estimated_us) =
-                if simulated { cost(system, system_name(effect)) } else { (0, 0.0) };
+                if decision.simulated { planned_cost(system, &decision) } else { (0, 0.0) };
+            let Decision { effect, simulated, why, .. } = decision;
             Planned { effect, simulated, why, elements, estimated_us }
         })
         .collect();
@@ -199,9 +217,10 @@ pub(super) fn unit<const D: usize>(given: &[f64]) -> Result<SVector<f64, D>, Sce
         ));
     }
     let direction = SVector::<f64, D>::from_column_slice(given);
-    let length = direction.norm();
-    if length > 0.0 {
-        Ok(direction / length)
+    let largest = direction.amax();
+    if largest > 0.0 {
+        // Scaled first, since squares of very large or small numbers are no numbers.
+        Ok((direction / largest).normalize())
     } else {
         Err(SceneError::Value {
             key: "the length of effects.gravity.direction",

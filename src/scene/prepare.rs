@@ -9,6 +9,7 @@ use super::plan::{self, Decision, Plan, Role};
 use crate::effect::{Carried, Contact, Effect, Gravity, lumped_masses};
 use crate::fit;
 use crate::material::{Constants, Spread};
+use crate::mesh::Mesh;
 use crate::suggest;
 use crate::system::{self, Additions, Model, OutsidePath, System, TissueModel};
 use crate::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
@@ -22,6 +23,8 @@ pub struct Prepared<const D: usize> {
     pub built: Built<D>,
     /// The system.
     pub system: System<D>,
+    /// For a trajectory with carried bones: the same without weight and contraction, which says where it starts.
+    pub start: Option<System<D>>,
     /// Tension of every muscle of the mesh, N.
     pub tensions: Vec<f64>,
     /// The wall, if there is one.
@@ -78,7 +81,7 @@ pub fn prepare<const D: usize>(
     decisions.extend(carry_bones(scene, &built, &mut additions)?);
     decisions.push(match built.mesh.fixed.len() {
         0 => Decision::no("bone", "no node is fixed"),
-        n => Decision::yes("bone", format!("{n} nodes are fixed")),
+        n => Decision::yes("bone", format!("{n} nodes are fixed")).of(n),
     });
     decisions.extend(plan::motion(scene, !contracting.is_empty()));
     if extent == Extent::Full {
@@ -89,11 +92,24 @@ pub fn prepare<const D: usize>(
         }
     }
 
+    let start = match scene.want == Want::Trajectory && !additions.carried.is_empty() {
+        true => Some(System::with(&built.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?),
+        false => None,
+    };
     let system = System::with(&built.mesh, &model, &contracting, additions)?;
     let roles = roles(scene, &built, &contracting, target.is_some());
     let method = method(scene);
     let plan = plan::count(scene, &built.what, method, decisions, roles, &system);
-    Ok(Prepared { plan, built, system, tensions, wall, target })
+    Ok(Prepared { plan, built, system, start, tensions, wall, target })
+}
+
+/// The same body and bones, with nothing that acts on them but the wall.
+fn unloaded<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) -> Additions<D> {
+    Additions {
+        incompressible: additions.incompressible,
+        carried: additions.carried.clone(),
+        effects: wall.into_iter().map(|w| Box::new(w.clone()) as Box<dyn Effect<D>>).collect(),
+    }
 }
 
 fn model<const D: usize>(scene: &Scene) -> Model {
@@ -229,14 +245,34 @@ fn contact<const D: usize>(
     };
     let stiffness = keys.stiffness_n_per_m.unwrap_or(tissue_stiffness);
     let wall = Contact::new(outline, &surface, stiffness, keys.reach_mm * 1e-3);
-    if let Some([a, b]) = wall.penetrated(&built.mesh.nodes, &built.mesh.connections) {
-        let [x, y] = [0, 1].map(|d| 500.0 * (built.mesh.nodes[a][d] + built.mesh.nodes[b][d]));
+    let through = wall.penetrated(&built.mesh.nodes, &built.mesh.connections);
+    let middle =
+        through.map(|[a, b]| [0, 1].map(|d| (built.mesh.nodes[a][d] + built.mesh.nodes[b][d]) / 2.0));
+    if let Some([x, y]) = middle.or_else(|| corner_inside(&wall, &built.mesh)) {
         let why = format!(
-            "the body passes through the wall at rest, near [{x:.1}, {y:.1}] mm; move the wall out of the body"
+            "the body passes through the wall at rest, near [{:.1}, {:.1}] mm; move the wall out of the body",
+            1e3 * x,
+            1e3 * y
         );
         return Err(SceneError::contradiction("effects.contact", scene.body_key(), why));
     }
     Ok(Some(wall))
+}
+
+/// A corner of the wall inside a triangle, m. (In space the wall has no end, so it meets an edge of every cell that it passes.)
+fn corner_inside<const D: usize>(wall: &Contact, mesh: &Mesh<D>) -> Option<[f64; 2]> {
+    let inside = |p: &&Vector2<f64>| {
+        D == 2
+            && mesh.cells.iter().any(|cell| {
+                let turns = (0..3).map(|i| {
+                    let [a, b] =
+                        [cell[i], cell[(i + 1) % 3]].map(|n| mesh.nodes[n].fixed_rows::<2>(0).into_owned());
+                    (b - a).perp(&(**p - a))
+                });
+                turns.fold(f64::INFINITY, f64::min) > 0.0
+            })
+    };
+    wall.outline().iter().find(inside).map(|p| [p.x, p.y])
 }
 
 /// Where jaw and hyoid take the nodes that they hold.
@@ -264,7 +300,11 @@ fn carry_bones<const D: usize>(
         }
         additions.carried.extend(nodes.iter().map(|&n| (n, carried.place(built.mesh.nodes[n]))));
     }
-    Ok([Decision::asked("jaw", jaw.is_some()), Decision::asked("hyoid", hyoid.is_some())])
+    let decide = |name: &'static str, asked: bool, nodes: &[usize]| match asked {
+        true => Decision::yes(name, "asked for; brought there in parts, each an equilibrium").of(nodes.len()),
+        false => Decision::no(name, "not asked for"),
+    };
+    Ok([decide("jaw", jaw.is_some(), &built.mandible), decide("hyoid", hyoid.is_some(), &built.hyoid)])
 }
 
 fn roles<const D: usize>(scene: &Scene, built: &Built<D>, contracting: &[usize], fitted: bool) -> Vec<Role> {
@@ -290,7 +330,9 @@ fn roles<const D: usize>(scene: &Scene, built: &Built<D>, contracting: &[usize],
 fn method(scene: &Scene) -> String {
     match scene.want {
         Want::Trajectory => "TR-BDF2 with adaptive steps".to_owned(),
-        _ if scene.fit.is_some() => "Nelder-Mead over equilibria by Newton's method on the energy".to_owned(),
+        _ if scene.fit.is_some() => {
+            "Nelder-Mead over some thousand equilibria by Newton's method on the energy".to_owned()
+        }
         _ => "one equilibrium by Newton's method on the energy".to_owned(),
     }
 }

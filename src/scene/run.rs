@@ -107,8 +107,8 @@ pub struct Outcome {
     pub measure_ratio: f64,
     /// What the wall bears.
     pub contact: Option<ContactForce>,
-    /// Force of the body on the bones, N, by dimension.
-    pub on_bones_n: Vec<f64>,
+    /// Force of the body on the bones, N, by dimension; none at the end of a trajectory, where dampers and masses bear on them too.
+    pub on_bones_n: Option<Vec<f64>>,
     /// The last equilibrium, where one was wanted.
     pub solution: Option<Solution>,
     /// How the fit ended, where there was one.
@@ -117,7 +117,7 @@ pub struct Outcome {
     pub trajectory: Option<Way>,
     /// Time of the answer, s: solve, fit or trajectory.
     pub wall_s: f64,
-    /// The same by effect, for an equilibrium; what is left is the linear algebra.
+    /// The same by effect, for a trajectory or the last equilibrium; what is left is mostly the linear algebra.
     pub time_by_effect: Vec<EffectTime>,
     /// Positions of all nodes, m.
     pub positions_m: Vec<Vec<f64>>,
@@ -128,6 +128,7 @@ pub struct Outcome {
 /// # Errors
 /// [`SceneError`] where it cannot begin; whatever happens later is in the outcome.
 pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<Outcome, SceneError> {
+    let mut workspace = Workspace::new(&prepared.system);
     let clock = Instant::now();
     let mut fitted = None;
     if let Some(target) = &prepared.target {
@@ -138,26 +139,34 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
             prepared.tensions[*number] = tension;
         }
     }
-    let system = &prepared.system;
-    let mut workspace = Workspace::new(system);
     let (mut solution, mut trajectory) = (None, None);
     let positions = if scene.want == Want::Trajectory {
-        let (way, positions) = follow(scene, system, &prepared, &mut workspace)?;
+        let (way, positions) = follow(scene, &prepared)?;
+        // What was pulled at the end, which the ramp may not have reached.
+        let tensions = tensions_over_time(scene, &prepared);
+        tensions.at(way.time_s, &mut prepared.tensions);
         trajectory = Some(way);
         positions
     } else {
-        solution = Some(equilibrium::solve(system, &mut workspace, &prepared.tensions, &Settings::default()));
+        let settings = Settings::default();
+        solution = Some(equilibrium::solve(&prepared.system, &mut workspace, &prepared.tensions, &settings));
         workspace.positions().to_vec()
     };
+    let system = &prepared.system;
     let wall_s = clock.elapsed().as_secs_f64();
     let converged = solution.is_none_or(|s| s.status == equilibrium::Status::Converged)
         && fitted.is_none_or(|f| f == fit::Status::Converged)
         && trajectory.as_ref().is_none_or(|t| t.status == dynamics::Status::Completed);
 
     let at = Configuration { positions: &positions, tensions: &prepared.tensions };
+    let of_solution =
+        |s: Solution| [s.energy_evaluations as u64, s.iterations as u64 + 1, s.factorisations as u64];
+    let of_way = |t: &Way| [0, t.counts.force_evaluations, t.counts.factorisations];
+    let evaluations = solution.map(of_solution).or(trajectory.as_ref().map(of_way)).unwrap_or_default();
     let contact = contact(&prepared, at);
     let converged = converged && !contact.as_ref().is_some_and(|c| c.edge_through_wall);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
+    let converged = converged && min_cell_ratio > 0.0;
     Ok(Outcome {
         converged,
         tensions_n: prepared.tensions.clone(),
@@ -166,12 +175,12 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
         max_cell_ratio,
         measure_ratio: system.measure(&positions) / system.measure(system.rest()),
         contact,
-        on_bones_n: on_bones(&prepared, at),
+        on_bones_n: trajectory.is_none().then(|| on_bones(&prepared, at)),
         solution,
         fit: fitted,
         trajectory,
         wall_s,
-        time_by_effect: solution.map_or_else(Vec::new, |s| time_by_effect(&prepared, at, &s)),
+        time_by_effect: time_by_effect(&prepared, at, evaluations),
         positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
         plan: prepared.plan,
     })
@@ -206,23 +215,33 @@ impl<const D: usize> Observer<D> for Lengths<'_, D> {
     }
 }
 
-/// Follows the motion from rest; bones that are carried are so before it begins.
+/// The tensions of a scene's trajectory.
+fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
+    let duration = scene.trajectory.as_ref().map_or(0.0, |t| t.ramp_s);
+    Tensions::Ramp { to: prepared.tensions.clone(), duration }
+}
+
+/// Follows the motion from rest. Bones that are carried have been so before it begins, and the body has followed them, still
+/// without weight.
+///
+/// # Errors
+/// [`SceneError::NotCarried`] where the bones cannot be brought to their places; what motion and method refuse.
 pub(super) fn follow<const D: usize>(
     scene: &Scene,
-    system: &System<D>,
     prepared: &Prepared<D>,
-    workspace: &mut Workspace<D>,
 ) -> Result<(Way, Vec<SVector<f64, D>>), SceneError> {
     let wanted = scene.trajectory.as_ref();
-    let (duration, ramp, tolerance) =
-        wanted.map_or((0.0, 0.0, 1e-6), |t| (t.duration_s, t.ramp_s, t.tolerance_mm * 1e-3));
-    let tensions = Tensions::Ramp { to: prepared.tensions.clone(), duration: ramp };
-    let motion = Motion::new(system, tensions)?;
+    let (duration, tolerance) = wanted.map_or((0.0, 1e-6), |t| (t.duration_s, t.tolerance_mm * 1e-3));
+    let motion = Motion::new(&prepared.system, tensions_over_time(scene, prepared))?;
     let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(tolerance))?;
     let mut state = motion.at_rest();
-    if !system.carried().is_empty() {
+    if let Some(start) = &prepared.start {
+        let mut workspace = Workspace::new(start);
         let slack = vec![0.0; prepared.tensions.len()];
-        equilibrium::solve(system, workspace, &slack, &Settings::default());
+        let solution = equilibrium::solve(start, &mut workspace, &slack, &Settings::default());
+        if solution.status != equilibrium::Status::Converged {
+            return Err(SceneError::NotCarried { status: solution.status });
+        }
         state.positions.copy_from_slice(workspace.positions());
     }
     let mut lengths = Lengths { prepared, moments: Vec::with_capacity(SAMPLES) };
@@ -283,11 +302,11 @@ fn on_bones<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) ->
     total.iter().copied().collect()
 }
 
-/// Times every effect where the solve ended, and multiplies by how often the solve evaluated it.
+/// Times every effect at the answer, and multiplies by how often its energy, force and stiffness were evaluated on the way there.
 fn time_by_effect<const D: usize>(
     prepared: &Prepared<D>,
     at: Configuration<'_, D>,
-    solution: &Solution,
+    evaluations: [u64; 3],
 ) -> Vec<EffectTime> {
     let mut force = vec![SVector::zeros(); at.positions.len()];
     let mut stiffness = BlockMatrix::zeros(prepared.system.pattern());
@@ -308,9 +327,8 @@ fn time_by_effect<const D: usize>(
         let force_us = us(&mut || effects.iter().for_each(|e| e.add_force(at, &mut force)));
         let stiffness_us =
             us(&mut || effects.iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness)));
-        let total_us = energy_us * solution.energy_evaluations as f64
-            + force_us * (solution.iterations + 1) as f64
-            + stiffness_us * solution.factorisations as f64;
+        let costs = [energy_us, force_us, stiffness_us];
+        let total_us = costs.iter().zip(evaluations).map(|(us, times)| us * times as f64).sum();
         EffectTime { effect: name, energy_us, force_us, stiffness_us, total_us }
     });
     times.filter(|t| t.effect != "bone").collect()

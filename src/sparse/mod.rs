@@ -77,6 +77,13 @@ impl<const D: usize> BlockMatrix<D> {
             .fold(0.0, f64::max)
     }
 
+    /// Smallest trace of a diagonal block: the stiffness of the node that is held least. Infinite where there is no unknown.
+    pub fn smallest_trace(&self, pattern: &Pattern) -> f64 {
+        (0..pattern.unknowns())
+            .map(|j| self.blocks[pattern.column(j).start].trace())
+            .fold(f64::INFINITY, f64::min)
+    }
+
     /// For every unknown the largest sum of absolute entries over its rows, a bound of the eigenvalues (Gershgorin).
     pub fn row_sums(&self, pattern: &Pattern) -> Vec<f64> {
         let mut sums = vec![nalgebra::SVector::<f64, D>::zeros(); pattern.unknowns()];

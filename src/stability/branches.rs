@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::equilibrium::{CriticalKind, Settings, Status, Trace, Workspace, trace};
+use crate::equilibrium::{CriticalKind, Settings, Status, Trace, Workspace, smallest_eigenvalue, trace};
 use crate::mesh::Mesh;
 use crate::system::{Model, System, coefficients};
 
@@ -50,6 +50,8 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), Stabi
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
     let found = trace(&system, &mut workspace, &[load], &Settings::default(), STEPS);
+    let wall_s = clock.elapsed().as_secs_f64();
+    let smallest_eigenvalue = smallest_eigenvalue(&system, &mut workspace);
     let s = found.solution;
     let converged = s.status == Status::Converged;
     let row = Row {
@@ -62,9 +64,10 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), Stabi
         iterations: s.iterations,
         load_reached: s.load_reached,
         min_area_ratio: None,
-        smallest_eigenvalue: s.smallest_eigenvalue,
+        smallest_eigenvalue,
         guarded: s.guarded,
-        wall_s: clock.elapsed().as_secs_f64(),
+        branch: None,
+        wall_s,
         note: String::new(),
     };
     Ok((found, row))

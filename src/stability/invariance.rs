@@ -14,7 +14,7 @@ use crate::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use super::{Row, StabilityError, bodies, equilibrium_row, name_of};
 
 /// Answers must agree to this, m.
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 
 /// The published load on the tongue renumbered, mirrored, turned and moved; the fit on 1, 2 and 4 threads.
 pub(super) fn same_answers() -> Result<Vec<Row>, StabilityError> {
@@ -102,6 +102,7 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StabilityError> {
             min_area_ratio: Some(found.replay.min_area_ratio),
             smallest_eigenvalue: None,
             guarded: found.replay.solution.guarded,
+            branch: None,
             wall_s: clock.elapsed().as_secs_f64(),
             note: if same { "same bits" } else { "other bits than with 1 thread" }.to_owned(),
         });

@@ -7,7 +7,7 @@ use crate::fit::muscle_numbers;
 use crate::material::Constants;
 use crate::mesh::Mesh;
 use crate::muscle::Muscle;
-use crate::system::{Model, System, SystemError, coefficients};
+use crate::system::{Model, System, SystemError, TissueModel, coefficients};
 
 use super::{Row, StabilityError, bodies, equilibrium_row, refusal};
 
@@ -21,10 +21,17 @@ pub(super) fn extremes() -> Result<Vec<Row>, StabilityError> {
     let mut tensions = vec![0.0; mesh.muscles.len()];
     load.iter().for_each(|(m, t)| tensions[numbers[m.index()]] = *t);
     let mut rows = Vec::new();
-    for poisson_ratio in [0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
+    for poisson_ratio in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
         let constants = Constants { poisson_ratio, ..Constants::TONGUE };
         let system = System::new(&mesh, &Model { constants, ..Model::default() }, &contracting)?;
         let variant = format!("nu = {poisson_ratio}");
+        rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
+    }
+    for poisson_ratio in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
+        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
+        let model = Model { constants, tissue: TissueModel::FiniteElement, ..Model::default() };
+        let system = System::new(&mesh, &model, &contracting)?;
+        let variant = format!("nu = {poisson_ratio}, finite elements");
         rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
     }
     for poisson_ratio in [0.0, 0.5] {
@@ -71,7 +78,9 @@ fn uneven(
         effects.push(Box::new(Contraction::new(muscle, own, Vec::new(), 1.0)));
     }
     effects.push(Box::new(Tissue::new(springs.into_iter().flatten().collect(), 0.0)));
-    effects.push(Box::new(Incompressibility::new(c.kappa * kappa_factor, &mesh.cells, &mesh.nodes)));
+    if kappa_factor > 0.0 {
+        effects.push(Box::new(Incompressibility::new(c.kappa * kappa_factor, &mesh.cells, &mesh.nodes)));
+    }
     effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
     System::from_effects(mesh, c, effects, contracting)
 }

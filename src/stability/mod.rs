@@ -18,7 +18,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::equilibrium::{Settings, Solution, Stability, Status, Workspace, solve};
+use crate::equilibrium::{Settings, Solution, Stability, Status, Workspace, smallest_eigenvalue, solve};
 use crate::system::System;
 
 pub use table::{csv, markdown};
@@ -57,10 +57,34 @@ pub struct Row {
     pub smallest_eigenvalue: Option<f64>,
     /// Elements in which the barrier against inversion acts.
     pub guarded: usize,
+    /// How the answer lies to the branch of equilibria that begins at rest, where that was followed.
+    pub branch: Option<Beside>,
     /// Wall-clock time, s.
     pub wall_s: f64,
     /// What else there is to say.
     pub note: String,
+}
+
+/// An answer beside the branch that begins at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Beside {
+    /// Part of the load at which the branch ends; 1 where it reaches all of it.
+    pub ends_at: f64,
+    /// Largest distance of a node between the answer, found directly, and the one that the body comes to along the branch
+    /// (and, where that ends, beyond it), m.
+    pub apart_m: f64,
+}
+
+impl Beside {
+    /// Whether the branch reaches the whole load and the answer lies on it, to 1e-9 m.
+    pub fn is_on_it(&self) -> bool {
+        self.ends_at == 1.0 && self.is_same()
+    }
+
+    /// Whether the answer is the one that the body comes to along the branch, to 1e-9 m.
+    pub fn is_same(&self) -> bool {
+        self.apart_m <= invariance::SAME
+    }
 }
 
 /// The numbers of the cases that can be run.
@@ -127,6 +151,8 @@ fn equilibrium_row<const D: usize>(
     let clock = Instant::now();
     let solution = solve(system, workspace, tensions, &Settings { certify: true, ..Settings::default() });
     let wall_s = clock.elapsed().as_secs_f64();
+    let found = matches!(solution.status, Status::Converged | Status::Unstable);
+    let smallest_eigenvalue = if found { smallest_eigenvalue(system, workspace) } else { None };
     let (smallest, _) = system.cell_ratios(workspace.positions());
     let finite = workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite()));
     let stable = matches!(solution.stability, Stability::Stable | Stability::Neutral);
@@ -137,12 +163,16 @@ fn equilibrium_row<const D: usize>(
         solver: "equilibrium",
         status: name_of(&solution.status),
         converged,
-        kept: finite && smallest > 0.0 && (converged || solution.status != Status::Converged),
+        // A cell turned over is reported as such or not at all.
+        kept: finite
+            && (smallest > 0.0) != (solution.status == Status::Inverted)
+            && (converged || solution.status != Status::Converged),
         iterations: solution.iterations,
         load_reached: solution.load_reached,
         min_area_ratio: smallest.is_finite().then_some(smallest),
-        smallest_eigenvalue: solution.smallest_eigenvalue,
+        smallest_eigenvalue,
         guarded: solution.guarded,
+        branch: None,
         wall_s,
         note: note_of(&solution),
     };
@@ -165,6 +195,12 @@ fn note_of(solution: &Solution) -> String {
     }
     if solution.max_residual_force > Settings::default().tolerance {
         notes.push(format!("residual {:.1e} N", solution.max_residual_force));
+    }
+    if solution.status == Status::Inverted {
+        notes.push("no area term: springs alone let cells turn over".to_owned());
+    } else if solution.status != Status::Converged {
+        notes.push(format!("{:.3} of the load reached", solution.load_reached));
+        notes.push(format!("rounding alone makes {:.1e} N", solution.rounding_force));
     }
     notes.join("; ")
 }
@@ -191,6 +227,7 @@ fn refusal(case: u8, variant: &str, solver: &'static str, message: Option<String
         min_area_ratio: None,
         smallest_eigenvalue: None,
         guarded: 0,
+        branch: None,
         wall_s: 0.0,
         note: message.unwrap_or_else(|| "should have been refused".to_owned()),
     }

@@ -140,6 +140,9 @@ fn run(
     let finite = state.positions.iter().flatten().all(|x| x.is_finite());
     let completed = outcome.status == Status::Completed;
     let mut note = format!("{:.2e} s", outcome.time_s);
+    if outcome.counts.damped > 0 {
+        note += &format!(", {} steps by backward Euler", outcome.counts.damped);
+    }
     if let Some(apart) = distance_to_equilibrium(motion, &state.positions).filter(|_| completed) {
         note += &format!(", {:.1e} m from equilibrium", apart);
     }
@@ -155,6 +158,7 @@ fn run(
         min_area_ratio: Some(smallest),
         smallest_eigenvalue: None,
         guarded: 0,
+        branch: None,
         wall_s,
         note,
     })

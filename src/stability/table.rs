@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::Row;
+use super::{Beside, Row};
 
 /// What each case is about.
 fn title(case: u8) -> &'static str {
@@ -40,6 +40,8 @@ pub fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
         "min_area_ratio",
         "smallest_eigenvalue_n_per_m",
         "elements_in_barrier",
+        "branch_from_rest_ends_at",
+        "apart_from_branch_m",
         "wall_s",
         "note",
     ])?;
@@ -56,6 +58,8 @@ pub fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
             optional(r.min_area_ratio, |v| format!("{v:.6}")),
             optional(r.smallest_eigenvalue, |v| format!("{v:.6e}")),
             r.guarded.to_string(),
+            optional(r.branch, |b| format!("{:.9}", b.ends_at)),
+            optional(r.branch, |b| format!("{:.1e}", b.apart_m)),
             format!("{:.6}", r.wall_s),
             r.note.clone(),
         ])?;
@@ -70,8 +74,15 @@ pub fn markdown(rows: &[Row], command: &str) -> String {
         out,
         "Made by `{command}`. A promise is kept when the run ended in a stable equilibrium or in a status"
     );
-    let _ = writeln!(out, "that says what happened, without an inverted cell or a number that is not one.\n");
-    out.push_str("| case | | rows | converged | promise kept | with the barrier active | longest, s |\n|--|--|--|--|--|--|--|\n");
+    let _ = writeln!(
+        out,
+        "that says what happened, without a number that is not one or an inverted cell that is not reported."
+    );
+    out.push_str(
+        "Answers are found directly; in case 2 the equilibria were also followed from rest, there and back, as the load grows, and \
+         an\nanswer counts as on that branch when it reaches the whole load and ends within 1e-9 m of the answer.\n\n",
+    );
+    out.push_str("| case | | rows | converged | promise kept | with the barrier active | on the branch from rest | longest, s |\n|--|--|--|--|--|--|--|--|\n");
     let mut cases: BTreeMap<u8, Vec<&Row>> = BTreeMap::new();
     rows.iter().for_each(|r| cases.entry(r.case).or_default().push(r));
     for (case, rows) in &cases {
@@ -79,21 +90,27 @@ pub fn markdown(rows: &[Row], command: &str) -> String {
         let longest = rows.iter().map(|r| r.wall_s).fold(0.0, f64::max);
         let _ = writeln!(
             out,
-            "| {case} | {} | {} | {} | {} | {} | {longest:.3} |",
+            "| {case} | {} | {} | {} | {} | {} | {} | {longest:.3} |",
             title(*case),
             rows.len(),
             count(|r| r.converged),
             count(|r| r.kept),
             count(|r| r.guarded > 0),
+            match count(|r| r.branch.is_some()) {
+                0 => String::new(),
+                followed => format!("{} of {followed}", count(|r| r.branch.is_some_and(|b| b.is_on_it()))),
+            },
         );
     }
     for (case, rows) in &cases {
         let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
-        let shown: Vec<&&Row> = rows.iter().filter(|r| *case != 2 || !r.kept || !r.converged).collect();
+        out.push_str(&branches(rows));
+        let ordinary = |r: &Row| r.kept && r.converged && r.branch.is_none_or(|b| b.is_on_it());
+        let shown: Vec<&&Row> = rows.iter().filter(|r| *case != 2 || !ordinary(r)).collect();
         if shown.len() < rows.len() {
             let _ = writeln!(
                 out,
-                "{} of {} rows, those that did not converge; the rest is in the CSV.\n",
+                "{} of {} rows, those that did not converge or are not on the branch from rest; the rest is in the CSV.\n",
                 shown.len(),
                 rows.len()
             );
@@ -121,6 +138,42 @@ pub fn markdown(rows: &[Row], command: &str) -> String {
     out
 }
 
-fn optional(value: Option<f64>, format: impl Fn(f64) -> String) -> String {
+/// How many answers lie on the branch from rest, by load; empty where no branch was followed.
+fn branches(rows: &[&Row]) -> String {
+    let followed: Vec<(&str, Beside)> =
+        rows.iter().filter_map(|r| Some((r.variant.rsplit_once(" at ")?.1, r.branch?))).collect();
+    let mut loads: Vec<&str> = Vec::new();
+    followed.iter().for_each(|(load, _)| {
+        if !loads.contains(load) {
+            loads.push(load);
+        }
+    });
+    let mut out = String::new();
+    if !loads.is_empty() {
+        out.push_str(
+            "| load | rows | the branch from rest reaches it, and the answer lies there | it ends before, and the answer is where \
+             the body then falls | the answer lies elsewhere |\n|--|--|--|--|--|\n",
+        );
+    }
+    for load in &loads {
+        let all = || followed.iter().filter(|(l, _)| l == load).map(|(_, b)| b);
+        let (on, falls) = (
+            all().filter(|b| b.is_on_it()).count(),
+            all().filter(|b| b.ends_at < 1.0 && b.is_same()).count(),
+        );
+        let _ = writeln!(
+            out,
+            "| {load} | {0} | {on} | {falls} | {1} |",
+            all().count(),
+            all().count() - on - falls
+        );
+    }
+    if !loads.is_empty() {
+        out.push('\n');
+    }
+    out
+}
+
+fn optional<T>(value: Option<T>, format: impl Fn(T) -> String) -> String {
     value.map(format).unwrap_or_default()
 }

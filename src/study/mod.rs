@@ -41,26 +41,35 @@ pub use page::{Circumstances, page};
 
 /// Why a study cannot be made.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the messages say it")]
 pub enum StudyError {
+    /// The anatomy of the scene.
     #[error(transparent)]
     Anatomy(#[from] AnatomyError),
+    /// A mesh of the ladder.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// A system of the ladder.
     #[error(transparent)]
     System(#[from] SystemError),
+    /// A fit that could not begin.
     #[error(transparent)]
     Fit(#[from] FitError),
+    /// A motion that could not begin.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// The measured lengths.
     #[error(transparent)]
     Target(#[from] target::Error),
+    /// The equilibrium that errors are measured against is not good enough: its residual force, N.
     #[error("the reference equilibrium leaves a force of {0:e} N, too much to measure errors against")]
     Reference(f64),
+    /// Nor is the trajectory; why.
     #[error("the reference trajectory was not found: {0}")]
     Trajectory(String),
+    /// A table.
     #[error("a table cannot be written as CSV: {0}")]
     Csv(#[from] csv::Error),
+    /// A diagram.
     #[error(transparent)]
     Report(#[from] ReportError),
 }

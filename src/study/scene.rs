@@ -98,6 +98,7 @@ pub fn shortfall(status: Status) -> Option<&'static str> {
         Status::Converged => None,
         Status::IterationLimit => Some("iteration limit"),
         Status::Stalled => Some("rounding stops the descent before the force tolerance"),
+        Status::Inverted => Some("a cell is turned over"),
         Status::Unstable => Some("an unstable equilibrium"),
         Status::NotFinite => Some("a number is not finite"),
     }

@@ -34,7 +34,7 @@ pub enum SystemError {
     /// A negative coefficient of incompressibility: the energy has no minimum.
     #[error(
         "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
-         energy has no minimum; springs alone already have 0.25, so give at least that"
+         energy has no minimum; springs alone already have 0.25, so give at least that, or take finite elements"
     )]
     NegativeKappa {
         /// The identified kappa_s or kappa_v, J.

@@ -175,7 +175,8 @@ impl<const D: usize> System<D> {
         effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
         match model.tissue {
             _ if mesh.cells.is_empty() => {}
-            TissueModel::MassSpring if !incompressible => {}
+            // At exactly 1/4 nothing is left of the area term but rounding, of either sign.
+            TissueModel::MassSpring if !incompressible || coefficients.kappa <= rounding => {}
             TissueModel::MassSpring => {
                 effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
             }
@@ -339,6 +340,11 @@ impl<const D: usize> System<D> {
     /// Number of elements in which the barrier against inversion acts ([`crate::effect::barrier`]).
     pub fn guarded(&self, at: Configuration<'_, D>) -> usize {
         self.effects.iter().map(|e| e.guarded(at)).sum()
+    }
+
+    /// Whether an effect keeps every cell from turning over; springs alone do not.
+    pub fn keeps_cells_upright(&self) -> bool {
+        self.cells.is_empty() || self.effects.iter().any(|e| e.keeps_cells_upright())
     }
 
     /// Puts the inner nodes of straight paths where they belong between the ends of their path.

@@ -52,6 +52,20 @@ impl Dataset {
     ///
     /// # Errors
     /// [`Error::Unreadable`] when reading fails, [`Error::Malformed`] with line and column for everything else.
+    ///
+    /// # Example
+    /// ```
+    /// use tongue_fit::muscle::Muscle;
+    /// use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+    ///
+    /// let table = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm\n\
+    ///              X,ɯ,46,56,46,56,25,40,36,31\n\
+    ///              X,a,38,57,50,54,21,47,33,33\n";
+    /// let data = Dataset::from_reader(table.as_bytes(), "my.csv")?;
+    /// let target = Target::new(&data, "X", Vowel::A, TargetKind::Stretch, &TargetOptions::default())?;
+    /// assert_eq!(target.active, [Muscle::GGa, Muscle::SGp, Muscle::SGm, Muscle::HGa]); // shorter than in /ɯ/
+    /// # Ok::<(), tongue_fit::target::Error>(())
+    /// ```
     pub fn from_reader(mut reader: impl Read, origin: &str) -> Result<Self, Error> {
         let mut bytes = Vec::new();
         reader

@@ -7,11 +7,14 @@ use crate::muscle::{Muscle, PerMuscle};
 
 /// A muscle as the published patterns name it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[allow(missing_docs, reason = "the variants are the names")]
 pub enum Group {
+    /// Anterior genioglossus.
     GGa,
+    /// Posterior genioglossus.
     GGp,
+    /// Hyoglossus.
     HG,
+    /// Styloglossus.
     SG,
 }
 

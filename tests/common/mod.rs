@@ -3,8 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::SVector;
+use nalgebra::{DMatrix, SVector};
 use tongue_fit::mesh::{Cells, Mesh, MuscleChain};
+use tongue_fit::sparse::{BlockMatrix, Pattern};
 
 /// All edges of the cells, sorted, each once.
 pub fn edges<const D: usize>(cells: &Cells<D>) -> Vec<[usize; 2]> {
@@ -124,4 +125,20 @@ pub fn two_bars(length: f64) -> Mesh<2> {
     let nodes = (0..3).map(|i| SVector::from([f64::from(i) * length, 0.0])).collect();
     let muscles = vec![MuscleChain { name: "bar".into(), nodes: vec![0, 1] }];
     Mesh { nodes, cells: Cells::new(), connections: vec![[0, 1], [1, 2]], muscles, fixed: vec![0, 2] }
+}
+
+/// A sparse matrix written out, column by column; unknowns in the order of the pattern.
+pub fn dense<const D: usize>(pattern: &Pattern, k: &BlockMatrix<D>) -> DMatrix<f64> {
+    let n = pattern.unknowns();
+    let mut out = DMatrix::zeros(n * D, n * D);
+    let mut column = vec![SVector::zeros(); n];
+    for j in 0..n * D {
+        let mut unit = vec![SVector::<f64, D>::zeros(); n];
+        unit[j / D][j % D] = 1.0;
+        k.multiply(pattern, &unit, &mut column);
+        for i in 0..n * D {
+            out[(i, j)] = column[i / D][i % D];
+        }
+    }
+    out
 }

@@ -1,0 +1,99 @@
+//! Files on their way: written under a temporary name, then given their own. None is left behind, not even by a program
+//! that is told to stop in the middle.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tempfile::{Builder, NamedTempFile};
+
+use super::ReportError;
+
+/// The temporary names in use by this process. A static, because a signal concerns the process.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Keeps files from being begun and from taking their names, for as long as it lives.
+#[derive(Debug)]
+pub struct Standstill {
+    _lock: MutexGuard<'static, BTreeSet<PathBuf>>,
+}
+
+/// Removes every file that is not finished, in all folders, and lets none be begun or take its name while the result
+/// lives: for a program that was told to stop and is about to. A set of files that belong together
+/// ([`OutputDir::write_all`](super::OutputDir::write_all)) is then there as a whole or not at all.
+///
+/// Whoever is writing a file fails, or waits for the end.
+#[must_use = "files are begun again once it is dropped"]
+pub fn discard_unfinished() -> Standstill {
+    let mut unfinished = unfinished();
+    for path in std::mem::take(&mut *unfinished) {
+        // What cannot be removed stays; there is nobody left to tell.
+        let _ = fs::remove_file(path);
+    }
+    Standstill { _lock: unfinished }
+}
+
+/// A file under a temporary name, which vanishes unless it is given its own.
+#[derive(Debug)]
+pub(super) struct Staged {
+    /// `None` once it has its name.
+    file: Option<NamedTempFile>,
+}
+
+impl Staged {
+    /// Begins a file in the folder. It is made with the permissions of an ordinary file (the umask applies): a temporary
+    /// file's own 0600 would survive the renaming.
+    pub(super) fn begin(folder: &Path) -> io::Result<Self> {
+        let mut builder = Builder::new();
+        builder.prefix(".tongue-fit-");
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let mut unfinished = unfinished();
+        let file = builder.tempfile_in(folder)?;
+        unfinished.insert(file.path().to_owned());
+        Ok(Self { file: Some(file) })
+    }
+}
+
+impl Write for Staged {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.as_mut().map_or(Ok(0), |f| f.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.as_mut().map_or(Ok(()), Write::flush)
+    }
+}
+
+impl Drop for Staged {
+    fn drop(&mut self) {
+        if let Some(file) = self.file.take() {
+            unfinished().remove(file.path());
+        }
+    }
+}
+
+/// Gives a set of written files their names.
+///
+/// # Errors
+/// [`ReportError::File`] where one cannot have its name; those before it have theirs.
+pub(super) fn persist(mut ready: Vec<(Staged, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
+    // Held throughout, so that no stop comes between two files of a set.
+    let mut unfinished = unfinished();
+    let mut written = Vec::with_capacity(ready.len());
+    for (staged, path) in &mut ready {
+        let Some(file) = staged.file.take() else { continue };
+        unfinished.remove(file.path());
+        match file.persist(&*path) {
+            Ok(_) => written.push(path.clone()),
+            Err(refused) => return Err(ReportError::File { path: path.clone(), source: refused.error }),
+        }
+    }
+    Ok(written)
+}
