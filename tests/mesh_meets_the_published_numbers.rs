@@ -144,7 +144,7 @@ fn cells(of: &[[usize; 3]]) -> Cells<2> {
 #[test]
 fn check_finds_every_kind_of_fault() {
     type Breaks = fn(&mut Mesh<2>);
-    let cases: [(Breaks, MeshFault); 14] = [
+    let cases: [(Breaks, MeshFault); 15] = [
         (|m| m.nodes[1].x = f64::NAN, MeshFault::NotFinite { node: 1 }),
         (
             |m| m.connections[4] = [2, 9],
@@ -164,6 +164,7 @@ fn check_finds_every_kind_of_fault() {
         ),
         (|m| m.cells = cells(&[[0, 1, 2], [0, 3, 2]]), MeshFault::Inverted { cell: 1 }),
         (|m| m.nodes[1] = [0.5, 0.5].into(), MeshFault::Degenerate { cell: 0 }),
+        (|m| m.cells = cells(&[[0, 1, 2], [1, 2, 0]]), MeshFault::RepeatedCell { cell: 1 }),
         (|m| m.connections[1] = [2, 0], MeshFault::Unordered { connection: 1 }),
         (|m| m.connections.push([0, 1]), MeshFault::Repeated { connection: 5 }),
         (|m| m.nodes[1] = m.nodes[0], MeshFault::NoLength { connection: 0 }),

@@ -80,6 +80,13 @@ fn a_mesh_file_is_the_body_that_it_was_printed_from() {
     assert_eq!(a["muscles"], b["muscles"]);
     assert_eq!(a["positions_m"], b["positions_m"]);
 
+    let mut bare: Value = serde_json::from_slice(&mesh.stdout).unwrap();
+    bare["triangles"] = Value::Array(Vec::new());
+    std::fs::write(folder.path().join("bare.json"), bare.to_string()).unwrap();
+    std::fs::write(folder.path().join("bare.toml"), scene("[body.mesh]\nfile = \"bare.json\"")).unwrap();
+    let message = refused(folder.path(), &["scene", "run", "bare.toml"]);
+    assert!(message.contains("bare.json") && message.contains("no triangles"), "{message}");
+
     // The results of mesh.toml would take the name of its mesh.
     std::fs::copy(folder.path().join("a.toml"), folder.path().join("mesh.toml")).unwrap();
     let message = refused(folder.path(), &["scene", "run", "mesh.toml", "--out", "."]);

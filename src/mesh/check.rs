@@ -38,6 +38,12 @@ pub enum MeshFault {
         /// Its number, from 0.
         cell: usize,
     },
+    /// A cell with the nodes of an earlier one.
+    #[error("cell {cell} repeats an earlier one, so that its tissue would count twice; list it once")]
+    RepeatedCell {
+        /// Its number, from 0.
+        cell: usize,
+    },
     /// A connection whose first node is not the lower one.
     #[error(
         "connection {connection} joins nodes in descending order or a node to itself; write the lower one first"
@@ -142,8 +148,14 @@ impl<const D: usize> Mesh<D> {
     }
 
     fn check_cells(&self, joined: impl Fn(usize, usize) -> bool) -> Result<(), MeshFault> {
+        let mut seen = BTreeSet::new();
         for (cell, corners) in self.cells.iter().enumerate() {
             self.in_range(corners, || format!("cell {cell}"))?;
+            let mut nodes = corners.to_vec();
+            nodes.sort_unstable();
+            if !seen.insert(nodes) {
+                return Err(MeshFault::RepeatedCell { cell });
+            }
             let x = simplex::corners(&self.nodes, corners);
             let sides = (0..=D).flat_map(|i| (0..i).map(move |j| (x[i] - x[j]).norm()));
             // The measure of a cube is D! times that of its corner simplex.

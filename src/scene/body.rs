@@ -143,6 +143,11 @@ pub fn mesh_from_json(text: &str, file: &str) -> Result<Mesh<2>, SceneError> {
         fixed: text.fixed,
         ..Mesh::default()
     };
+    if text.triangles.is_empty() {
+        return Err(wrong(
+            "has no triangles, so there is no tissue; list them under \"triangles\"".to_owned(),
+        ));
+    }
     let mut cells = Cells::new();
     for (number, triangle) in text.triangles.iter().enumerate() {
         if !cells.push(triangle) {
