@@ -152,7 +152,8 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
             let result = run::run(&scene, p).into_diagnostic()?;
             let positions = positions::<2>(&result);
             let picture = report::tongue_at_wall(&mesh, &positions, &active, &wall, &scene.title);
-            (result, picture.into_diagnostic()?, None)
+            let vtu = report::vtu(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
+            (result, picture.into_diagnostic()?, vtu)
         }
         Ready::Solid(p) => {
             let mesh = p.built.mesh.clone();
@@ -161,7 +162,7 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
             let positions = positions::<3>(&result);
             let picture = report::solid(&mesh, &positions, &scene.title).into_diagnostic()?;
             let vtu = report::vtu(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
-            (result, picture, Some(vtu))
+            (result, picture, vtu)
         }
     };
     let json = output::json(&result)?;
@@ -173,8 +174,7 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
         let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
         refuse_to_overwrite(&scene, out, &names)?;
         let mut files: Vec<(&str, &[u8])> =
-            vec![(names[0].as_str(), picture.as_bytes()), (names[1].as_str(), json.as_bytes())];
-        files.extend(vtu.iter().map(|text| (names[2].as_str(), text.as_bytes())));
+            vec![(&names[0], picture.as_bytes()), (&names[1], json.as_bytes()), (&names[2], vtu.as_bytes())];
         files.extend(lengths.iter().map(|table| (names[3].as_str(), table.as_slice())));
         written = out.write_all(&files).into_diagnostic()?;
     }
