@@ -192,12 +192,13 @@ fn unknown_names_suggest_the_nearest_and_exit_with_1() {
 }
 
 #[test]
-fn a_traced_simulation_says_whether_it_is_on_the_branch_from_rest_and_where_that_ends() {
-    let s = json(&["simulate", "--tension", "GGa=12", "--tension", "SGm=11.5", "--trace", "--json"]);
+fn a_simulation_says_whether_it_is_on_the_branch_from_rest_and_where_that_ends() {
+    let s = json(&["simulate", "--tension", "GGa=12", "--tension", "SGm=11.5", "--json"]);
     assert_eq!((&s["connection"], &s["branch"]["critical"]), (&Value::from("traced"), &Value::Null));
-    let plain = json(&["simulate", "--tension", "GGa=12", "--tension", "SGm=11.5", "--json"]);
+    let plain = json(&["simulate", "--tension", "GGa=12", "--tension", "SGm=11.5", "--direct", "--json"]);
     assert_eq!((&plain["connection"], &plain["branch"]), (&Value::from("direct"), &Value::Null));
-    let mut far = vec!["simulate", "--trace", "--json"];
+    assert_eq!((&s["positions_m"], &s["iterations"]), (&plain["positions_m"], &plain["iterations"]));
+    let mut far = vec!["simulate", "--json"];
     for pull in ["GGa=100", "GGm=100", "GGp=100", "SGp=100", "SGm=100"] {
         far.extend(["--tension", pull]);
     }

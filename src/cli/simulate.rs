@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::equilibrium::{self, Settings, Status, Workspace};
+use tongue_fit::equilibrium::{self, Settings, Solution, Status, Workspace};
 use tongue_fit::fit;
 use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, BranchRecord, OutputDir, SimulationRecord};
@@ -22,10 +22,10 @@ pub struct Arguments {
     /// Tension of a muscle, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
     tension: Vec<String>,
-    /// Follow the equilibria from rest as the tensions grow: whether the answer lies on the branch that begins at rest, and at
-    /// which part of the tensions that branch ends
+    /// Solve at the whole tensions only: do not follow the equilibria from rest as the tensions grow, which is what tells whether
+    /// the answer lies on the branch that begins at rest. For very fine meshes
     #[arg(long, conflicts_with = "trajectory")]
-    trace: bool,
+    direct: bool,
     #[command(flatten)]
     trajectory: trajectory::Arguments,
     #[command(flatten)]
@@ -34,6 +34,8 @@ pub struct Arguments {
 
 /// Steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 20;
+/// Shapes whose nodes are nearer to each other than this are one, m.
+const SAME_SHAPE: f64 = 1e-9;
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
@@ -56,12 +58,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
     let settings = Settings::default();
-    let (solution, branch) = if arguments.trace {
-        let found = equilibrium::trace(&system, &mut workspace, &all, &settings, TRACE_STEPS);
-        (found.solution, Some(BranchRecord { critical: found.critical, another: found.another }))
-    } else {
-        (equilibrium::solve(&system, &mut workspace, &all, &settings), None)
-    };
+    let mut solution = equilibrium::solve(&system, &mut workspace, &all, &settings);
+    let branch = (!arguments.direct).then(|| follow_from_rest(&system, &mut workspace, &all, &mut solution));
     let wall_s = clock.elapsed().as_secs_f64();
     output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
 
@@ -92,6 +90,28 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         output::summary(&table::simulation(&record, &written), &written)?;
     }
     Ok(if solution.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+/// Follows the equilibria from rest to the load. Where that ends elsewhere than the direct solve did, it is the answer: it is where
+/// a body goes whose muscles pull harder and harder.
+fn follow_from_rest(
+    system: &System<2>,
+    workspace: &mut Workspace<2>,
+    tensions: &[f64],
+    solution: &mut Solution,
+) -> BranchRecord {
+    let mut other = Workspace::new(system);
+    let found = equilibrium::trace(system, &mut other, tensions, &Settings::default(), TRACE_STEPS);
+    let pairs = workspace.positions().iter().zip(other.positions());
+    let apart = pairs.map(|(p, q)| (p - q).norm()).fold(0.0, f64::max) > SAME_SHAPE;
+    let both = solution.status == Status::Converged && found.solution.status == Status::Converged;
+    if found.solution.status == Status::Converged && (apart || !both) {
+        *solution = found.solution;
+        std::mem::swap(workspace, &mut other);
+    } else if both {
+        solution.connection = found.solution.connection;
+    }
+    BranchRecord { critical: found.critical, another: found.another || (apart && both) }
 }
 
 /// Reads `MUSCLE=N` words.

@@ -79,7 +79,7 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
     } else if record.connection != Connection::Direct {
         text += match record.connection {
             Connection::Downhill => {
-                "an unstable equilibrium was left on the way: --trace tells whether another branch was reached\n"
+                "an unstable equilibrium was left on the way: this may be another branch than that from rest\n"
             }
             _ => "reached from rest in load steps\n",
         };

@@ -14,8 +14,8 @@ use nalgebra::SVector;
 
 use super::{BlockMatrix, Pattern};
 
-/// Operations for each entry of the factor from which on dense blocks win. Measured (`results/scenes`): both ways take as long
-/// near 80, with 3000 unknowns in the plane or 450 in space.
+/// Operations for each entry of the factor from which on dense blocks are worth it. Measured (`cargo bench factorise`, results in
+/// `results/scenes`): both ways take as long between 80 and 120, with 450 to 750 unknowns in space or some 4000 in the plane.
 const WORTHWHILE: usize = 80;
 
 /// faer's factor of a matrix on a [`Pattern`], with all the space that it takes to make it.
