@@ -64,6 +64,17 @@ impl<const D: usize> Factor<D> {
         if self.is_supernodal {
             return Ok(());
         }
+        self.factorise_blocks(pattern, matrix, floor)
+    }
+
+    // Not inlined: among other code the loops come out some per cent slower.
+    #[inline(never)]
+    fn factorise_blocks(
+        &mut self,
+        pattern: &Pattern,
+        matrix: &BlockMatrix<D>,
+        floor: f64,
+    ) -> Result<(), NotPositiveDefinite> {
         self.lower.copy_from_slice(&matrix.blocks);
         for j in 0..pattern.unknowns() {
             let column = pattern.column(j);
