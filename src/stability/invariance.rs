@@ -11,7 +11,8 @@ use crate::muscle::Muscle;
 use crate::system::{Model, System};
 use crate::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-use super::{Row, StabilityError, bodies, equilibrium_row, name_of};
+use super::search::of_fit;
+use super::{Row, StabilityError, bodies, equilibrium_row};
 
 /// Answers must agree to this, m.
 pub(super) const SAME: f64 = 1e-9;
@@ -90,22 +91,9 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StabilityError> {
             .map(|v| v.to_bits())
             .collect();
         let same = *first.get_or_insert_with(|| bits.clone()) == bits;
-        rows.push(Row {
-            case: 10,
-            variant: format!("fit of S2 /a/ on {count} threads"),
-            solver: "fit",
-            status: name_of(&found.status),
-            converged: found.status == fit::Status::Converged,
-            kept: same,
-            iterations: found.evaluations,
-            load_reached: found.replay.solution.load_reached,
-            min_area_ratio: Some(found.replay.min_area_ratio),
-            smallest_eigenvalue: None,
-            guarded: found.replay.solution.guarded,
-            branch: None,
-            wall_s: clock.elapsed().as_secs_f64(),
-            note: if same { "same bits" } else { "other bits than with 1 thread" }.to_owned(),
-        });
+        let variant = format!("fit of S2 /a/ on {count} threads");
+        let note = if same { "same bits" } else { "other bits than with 1 thread" }.to_owned();
+        rows.push(of_fit(10, variant, &found, same, clock.elapsed().as_secs_f64(), note));
     }
     Ok(rows)
 }

@@ -121,15 +121,20 @@ fn row(
     let clock = Instant::now();
     let found = fit::fit(mesh, &Model::default(), target, settings)?;
     let wall_s = clock.elapsed().as_secs_f64();
-    let met = found.status == Status::Converged;
     let finite = found.tensions.iter().chain(&found.lengths).all(|v| v.is_finite());
-    Ok(Row {
+    let kept = finite && reachable.is_none_or(|r| r == (found.status == Status::Converged));
+    Ok(of_fit(case, variant.to_owned(), &found, kept, wall_s, note(&found)))
+}
+
+/// The row of a fit.
+pub(super) fn of_fit(case: u8, variant: String, found: &Fit, kept: bool, wall_s: f64, note: String) -> Row {
+    Row {
         case,
-        variant: variant.to_owned(),
+        variant,
         solver: "fit",
         status: name_of(&found.status),
-        converged: met,
-        kept: finite && reachable.is_none_or(|r| r == met),
+        converged: found.status == Status::Converged,
+        kept,
         iterations: found.evaluations,
         load_reached: found.replay.solution.load_reached,
         min_area_ratio: Some(found.replay.min_area_ratio),
@@ -137,8 +142,8 @@ fn row(
         guarded: found.replay.solution.guarded,
         branch: None,
         wall_s,
-        note: note(&found),
-    })
+        note,
+    }
 }
 
 fn note(found: &Fit) -> String {
