@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use miette::{IntoDiagnostic, WrapErr, miette};
+use nalgebra::SVector;
 use serde::Serialize;
-use tongue_fit::report::{self, OutputDir};
+use tongue_fit::mesh::Mesh;
+use tongue_fit::report::{self, OutputDir, ReportError};
 use tongue_fit::scene::body::{self, AnyBody};
 use tongue_fit::scene::compare::{Compared, compare};
 use tongue_fit::scene::file::Body;
@@ -140,30 +142,33 @@ fn explain(plan: &Plan, global: &Global) -> miette::Result<Outcome> {
     Ok(Outcome::Good)
 }
 
+/// Runs a prepared scene: what came out, its picture and its VTU file.
+fn answered<const D: usize>(
+    scene: &Scene,
+    prepared: Prepared<D>,
+    draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>]) -> Result<String, ReportError>,
+) -> miette::Result<(Answer, String, String)> {
+    tell(&prepared.plan);
+    let mesh = prepared.built.mesh.clone();
+    let result = run::run(scene, prepared).into_diagnostic()?;
+    let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
+    let picture = draw(&mesh, &positions).into_diagnostic()?;
+    let vtu = report::vtu(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
+    Ok((result, picture, vtu))
+}
+
 fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let scene = load(name)?;
     let (result, picture, vtu) = match prepared(&scene)? {
         Ready::Flat(p) => {
-            let mesh = p.built.mesh.clone();
             let wall = p.wall.as_ref().map(|w| w.outline().to_vec()).unwrap_or_default();
             let active = p.system.contracting().to_vec();
-            tell(&p.plan);
-            let result = run::run(&scene, p).into_diagnostic()?;
-            let positions = positions::<2>(&result);
-            let picture = report::tongue_at_wall(&mesh, &positions, &active, &wall, &scene.title);
-            let vtu = report::vtu(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
-            (result, picture.into_diagnostic()?, vtu)
+            answered(&scene, p, |mesh, shape| {
+                report::tongue_at_wall(mesh, shape, &active, &wall, &scene.title)
+            })?
         }
-        Ready::Solid(p) => {
-            let mesh = p.built.mesh.clone();
-            tell(&p.plan);
-            let result = run::run(&scene, p).into_diagnostic()?;
-            let positions = positions::<3>(&result);
-            let picture = report::solid(&mesh, &positions, &scene.title).into_diagnostic()?;
-            let vtu = report::vtu(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
-            (result, picture, vtu)
-        }
+        Ready::Solid(p) => answered(&scene, p, |mesh, shape| report::solid(mesh, shape, &scene.title))?,
     };
     let json = output::json(&result)?;
     let mut written = Vec::new();
@@ -208,10 +213,6 @@ fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miet
 
 fn outcome(result: &Answer) -> Outcome {
     if result.converged { Outcome::Good } else { Outcome::Untrustworthy }
-}
-
-fn positions<const D: usize>(result: &Answer) -> Vec<nalgebra::SVector<f64, D>> {
-    result.positions_m.iter().map(|p| nalgebra::SVector::from_column_slice(p)).collect()
 }
 
 fn compare_all(names: &[String], global: &Global) -> miette::Result<Outcome> {

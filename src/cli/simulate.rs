@@ -5,6 +5,7 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::equilibrium::{self, Settings, Solution, Status, Workspace};
 use tongue_fit::fit;
+use tongue_fit::mesh;
 use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, BranchRecord, OutputDir, SimulationRecord};
 use tongue_fit::system::System;
@@ -102,8 +103,7 @@ fn follow_from_rest(
 ) -> BranchRecord {
     let mut other = Workspace::new(system);
     let found = equilibrium::trace(system, &mut other, tensions, &Settings::default(), TRACE_STEPS);
-    let pairs = workspace.positions().iter().zip(other.positions());
-    let apart = pairs.map(|(p, q)| (p - q).norm()).fold(0.0, f64::max) > SAME_SHAPE;
+    let apart = mesh::largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE;
     let both = solution.status == Status::Converged && found.solution.status == Status::Converged;
     if found.solution.status == Status::Converged && (apart || !both) {
         *solution = found.solution;

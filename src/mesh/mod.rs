@@ -97,6 +97,11 @@ pub struct Mesh<const D: usize> {
     pub fixed: Vec<usize>,
 }
 
+/// How far two shapes of one body, positions of the same nodes, are from each other at the node where they differ most, m.
+pub fn largest_distance<const D: usize>(a: &[SVector<f64, D>], b: &[SVector<f64, D>]) -> f64 {
+    a.iter().zip(b).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
+}
+
 impl<const D: usize> Mesh<D> {
     /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one cell only.
     pub fn surface_nodes(&self) -> Vec<usize> {

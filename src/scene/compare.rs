@@ -12,6 +12,7 @@ use super::prepare::{Extent, Prepared, prepare};
 use super::run;
 use crate::dynamics;
 use crate::equilibrium::{self, Settings, Status, Workspace};
+use crate::mesh::largest_distance;
 
 /// Solves of which the fastest counts.
 const REPETITIONS: usize = 15;
@@ -124,7 +125,7 @@ fn timed_way<const D: usize>(
 }
 
 fn distance_mm<const D: usize>(a: &[SVector<f64, D>], b: &[SVector<f64, D>]) -> f64 {
-    1e3 * a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    1e3 * largest_distance(a, b)
 }
 
 fn elements<const D: usize>(prepared: &Prepared<D>) -> usize {

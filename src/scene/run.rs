@@ -128,7 +128,8 @@ pub struct Outcome {
 /// # Errors
 /// [`SceneError`] where it cannot begin; whatever happens later is in the outcome.
 pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<Outcome, SceneError> {
-    let mut workspace = Workspace::new(&prepared.system);
+    // Made before the clock starts; a trajectory has no use for it.
+    let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
     let mut fitted = None;
     if let Some(target) = &prepared.target {
@@ -140,17 +141,17 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
         }
     }
     let (mut solution, mut trajectory) = (None, None);
-    let positions = if scene.want == Want::Trajectory {
+    let positions = if let Some(workspace) = &mut workspace {
+        let settings = Settings::default();
+        solution = Some(equilibrium::solve(&prepared.system, workspace, &prepared.tensions, &settings));
+        workspace.positions().to_vec()
+    } else {
         let (way, positions) = follow(scene, &prepared)?;
         // What was pulled at the end, which the ramp may not have reached.
         let tensions = tensions_over_time(scene, &prepared);
         tensions.at(way.time_s, &mut prepared.tensions);
         trajectory = Some(way);
         positions
-    } else {
-        let settings = Settings::default();
-        solution = Some(equilibrium::solve(&prepared.system, &mut workspace, &prepared.tensions, &settings));
-        workspace.positions().to_vec()
     };
     let system = &prepared.system;
     let wall_s = clock.elapsed().as_secs_f64();

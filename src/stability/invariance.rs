@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use crate::equilibrium::Workspace;
 use crate::fit::{self, Settings, muscle_numbers};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, largest_distance};
 use crate::muscle::Muscle;
 use crate::system::{Model, System};
 use crate::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
@@ -61,7 +61,7 @@ fn published(variant: String, mesh: &Mesh<2>) -> Result<(Row, Shape), StabilityE
 }
 
 fn compared(row: Row, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -> Row {
-    let apart = shape.iter().zip(expected).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+    let apart = largest_distance(shape, expected);
     let separator = if row.note.is_empty() { "" } else { "; " };
     Row {
         kept: row.kept && row.converged && apart <= SAME,

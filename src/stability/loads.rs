@@ -2,6 +2,7 @@
 
 use crate::equilibrium::{Settings, Workspace, trace};
 use crate::fit::muscle_numbers;
+use crate::mesh::largest_distance;
 use crate::muscle::Muscle;
 use crate::system::{Model, OutsidePath, System};
 
@@ -38,8 +39,7 @@ fn beside_branch(row: Row, system: &System<2>, workspace: &mut Workspace<2>, ten
     let direct = workspace.positions().to_vec();
     let found = trace(system, workspace, tensions, &Settings::default(), TRACE_STEPS);
     let ends_at = found.critical.map_or(1.0, |c| c.load);
-    let apart = direct.iter().zip(workspace.positions()).map(|(p, q)| (p - q).norm());
-    let branch = Beside { ends_at, apart_m: apart.fold(0.0, f64::max) };
+    let branch = Beside { ends_at, apart_m: largest_distance(&direct, workspace.positions()) };
     let mut note = row.note.clone();
     if !branch.is_on_it() {
         let text = match found.critical {

@@ -6,6 +6,7 @@ use crate::dynamics::{self, Control, Method, Motion, Status, Tensions};
 use crate::equilibrium::{Settings, Workspace, solve};
 use crate::fit::muscle_numbers;
 use crate::material::{Constants, Preset};
+use crate::mesh::largest_distance;
 use crate::muscle::Muscle;
 use crate::system::{Model, System};
 
@@ -178,7 +179,7 @@ fn difference(
         dynamics::run(motion, integrator.as_mut(), &mut state, end, &[], &mut ());
         ends.push(state.positions);
     }
-    Ok(ends[0].iter().zip(&ends[1]).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max))
+    Ok(largest_distance(&ends[0], &ends[1]))
 }
 
 fn distance_to_equilibrium(motion: &Motion<'_, 2>, positions: &[nalgebra::SVector<f64, 2>]) -> Option<f64> {
@@ -187,6 +188,6 @@ fn distance_to_equilibrium(motion: &Motion<'_, 2>, positions: &[nalgebra::SVecto
     motion.tensions().at(f64::MAX, &mut tensions);
     let mut workspace = Workspace::new(system);
     let solution = solve(system, &mut workspace, &tensions, &Settings::default());
-    let apart = workspace.positions().iter().zip(positions).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+    let apart = largest_distance(workspace.positions(), positions);
     (solution.status == crate::equilibrium::Status::Converged).then_some(apart)
 }
