@@ -10,14 +10,14 @@ mod common;
 
 use divan::Bencher;
 use faer::sparse::{SparseColMat, Triplet};
+use tongue_fit::body::{self, Anatomy, solid};
 use tongue_fit::effect::{Configuration, Tangent};
-use tongue_fit::equilibrium::{Settings, Workspace, solve};
-use tongue_fit::fit;
-use tongue_fit::mesh::{self, Anatomy, solid};
+use tongue_fit::inverse;
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::sparse::BlockMatrix;
 use tongue_fit::sparse::cholesky::Factor;
+use tongue_fit::statics::{Settings, Workspace, solve};
 use tongue_fit::system::{Model, System};
-use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
 const NEIGHBOUR: [f64; 8] = [12.3, 0.0, 0.0, 0.0, 11.3, 0.0, 4.7, 0.0];
@@ -30,7 +30,7 @@ fn main() {
 }
 
 fn system(h_tenths: u32) -> System<2> {
-    let mesh = mesh::build(&Anatomy::reference().unwrap(), f64::from(h_tenths) * 1e-4).unwrap();
+    let mesh = body::build(&Anatomy::reference().unwrap(), f64::from(h_tenths) * 1e-4).unwrap();
     System::new(&mesh, &Model::default(), &ACTIVE).unwrap()
 }
 
@@ -148,12 +148,12 @@ mod fit_s2_a {
 
     #[divan::bench(args = [1, 2])]
     fn eight_starts_on_threads(bencher: Bencher, threads: usize) {
-        let mesh = mesh::build(&Anatomy::reference().unwrap(), mesh::DEFAULT_SPACING_M).unwrap();
+        let mesh = body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap();
         let options = TargetOptions::default();
         let data = Dataset::reference().unwrap();
         let target = Target::new(&data, "S2", Vowel::A, TargetKind::Ratio, &options).unwrap();
-        let settings = fit::Settings { starts: 8, ..Default::default() };
+        let settings = inverse::Settings { starts: 8, ..Default::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        bencher.bench_local(|| pool.install(|| fit::fit(&mesh, &Model::default(), &target, &settings)));
+        bencher.bench_local(|| pool.install(|| inverse::fit(&mesh, &Model::default(), &target, &settings)));
     }
 }

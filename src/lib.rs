@@ -16,13 +16,13 @@
 //!
 //! # The flow, one way
 //! ```text
-//! targets/*.csv   -> target       measured lengths: who contracts, what to hit
-//! anatomy         -> mesh         outline and muscle lines -> nodes, connections, cells, chains, bones
+//! targets/*.csv   -> measured     measured lengths: who contracts, what to hit
+//! anatomy         -> body         outline and muscle lines -> nodes, connections, cells, chains, bones
 //! E, nu, rho, eta -> material     coefficients by stiffness matching
-//! mesh + material -> system       only the effects that are called for; unknowns and sparsity, made once
-//! system + F      -> equilibrium  Newton's method on a sparse block Cholesky
+//! body + material -> system       only the effects that are called for; unknowns and sparsity, made once
+//! system + F      -> statics      Newton's method on a sparse block Cholesky
 //! system + F(t)   -> dynamics     masses, dampers, three-element muscles over time; integrators behind one trait
-//! lengths, target -> fit          Nelder-Mead; what the data leave open
+//! lengths, target -> inverse      Nelder-Mead; what the data leave open
 //! fit             -> report       JSON, CSV, SVG
 //! scene           -> all of it    a file says what happens and what is wanted; nothing else is computed
 //! ```
@@ -30,25 +30,25 @@
 //! # The shortest whole
 //! Lengths, a mesh, one equilibrium, a fit, files: what most programs begin with. Each item has an example of its own.
 //! ```
-//! use tongue_fit::equilibrium::{self, Status, Workspace};
-//! use tongue_fit::fit;
-//! use tongue_fit::mesh::{self, Anatomy};
+//! use tongue_fit::statics::{self, Status, Workspace};
+//! use tongue_fit::inverse;
+//! use tongue_fit::body::{self, Anatomy};
 //! use tongue_fit::report::{FitRecord, OutputDir};
 //! use tongue_fit::system::{Model, System};
-//! use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+//! use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 //!
 //! let data = Dataset::reference()?;
 //! let target = Target::new(&data, "S2", Vowel::A, TargetKind::Stretch, &TargetOptions::default())?;
-//! let mesh = mesh::build(&Anatomy::reference()?, mesh::DEFAULT_SPACING_M)?;
+//! let mesh = body::build(&Anatomy::reference()?, body::DEFAULT_SPACING_M)?;
 //!
 //! let system = System::new(&mesh, &Model::default(), &[0])?; // GGa contracts; numbers as in the published tables
 //! let mut workspace = Workspace::new(&system);
 //! let tensions = [12.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]; // N per metre of thickness
-//! let solution = equilibrium::solve(&system, &mut workspace, &tensions, &equilibrium::Settings::default());
+//! let solution = statics::solve(&system, &mut workspace, &tensions, &statics::Settings::default());
 //! assert_eq!(solution.status, Status::Converged);
 //! assert!(system.length(workspace.positions(), 0) < system.length(system.rest(), 0));
 //!
-//! let fit = fit::fit(&mesh, &Model::default(), &target, &fit::Settings::default())?;
+//! let fit = inverse::fit(&mesh, &Model::default(), &target, &inverse::Settings::default())?;
 //! # let folder = tempfile::tempdir()?;
 //! # let folder = folder.path();
 //! let out = OutputDir::prepare(folder)?;
@@ -56,21 +56,21 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod body;
 pub mod dynamics;
 pub mod effect;
-pub mod equilibrium;
-pub mod fit;
+pub mod geometry;
+pub mod inverse;
 pub mod material;
-pub mod mesh;
+pub mod measured;
 pub mod muscle;
 pub mod report;
 pub mod scene;
 pub mod sparse;
-pub mod stability;
+pub mod statics;
 pub mod study;
 pub mod suggest;
 pub mod system;
-pub mod target;
 
 /// Which tongue-fit this is: the version of the package and, where it was built in a git checkout, the commit, with
 /// `-modified` behind it where its sources were not as committed: `0.1.0 (5e2005e12a)`. Every output says it.

@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::simplex::{self, Corners};
+use crate::geometry::simplex::{self, Corners};
 
 /// Physical constants of tongue tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -4,22 +4,22 @@
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-use tongue_fit::study::ladder::Ended;
-use tongue_fit::study::{self, Circumstances, Effort, Study};
+use tongue_fit::study::accuracy::ladder::Ended;
+use tongue_fit::study::accuracy::{self, Circumstances, Effort, Study};
 
 fn tiny() -> &'static Study {
     static STUDY: OnceLock<Study> = OnceLock::new();
-    STUDY.get_or_init(|| study::run(&Effort::TINY, &mut |_| ()).unwrap())
+    STUDY.get_or_init(|| accuracy::run(&Effort::TINY, &mut |_| ()).unwrap())
 }
 
 fn page(study: &Study) -> String {
-    study::page(study, &Circumstances { command: "a test".into(), machine: "a machine".into() })
+    accuracy::page(study, &Circumstances { command: "a test".into(), machine: "a machine".into() })
 }
 
 #[test]
 fn every_file_is_made_and_every_run_is_a_row() {
     let study = tiny();
-    let files = study::files(study).unwrap();
+    let files = accuracy::files(study).unwrap();
     let names: BTreeSet<&str> = files.iter().map(|(n, _)| n.as_str()).collect();
     let page = page(study);
     for (name, bytes) in &files {

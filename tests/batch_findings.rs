@@ -1,16 +1,16 @@
 //! What a batch says of a fit beside its tensions: alarms, other subsets, intervals by seed.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
-use tongue_fit::fit::alarms::{Alarm, alarms};
-use tongue_fit::fit::batch::{Assessment, Thoroughness, assess};
-use tongue_fit::fit::{Method, Settings};
-use tongue_fit::mesh::{self, Anatomy, Mesh};
+use tongue_fit::body::{self, Anatomy, Mesh};
+use tongue_fit::inverse::alarms::{Alarm, alarms};
+use tongue_fit::inverse::batch::{Assessment, Thoroughness, assess};
+use tongue_fit::inverse::{Method, Settings};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::muscle::Muscle;
 use tongue_fit::system::Model;
-use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 fn mesh() -> Mesh<2> {
-    mesh::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap()
+    body::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap()
 }
 
 fn how() -> Thoroughness {

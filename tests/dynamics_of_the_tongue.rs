@@ -4,19 +4,19 @@
 mod common;
 
 use nalgebra::SVector;
+use tongue_fit::body::{self, Anatomy, Mesh};
 use tongue_fit::dynamics::{
     Control, Counts, Method, MethodError, Motion, Observer, Spectrum, Status, Tensions, run, sample_times,
 };
-use tongue_fit::equilibrium::{self, Workspace};
 use tongue_fit::material::{Constants, Preset};
-use tongue_fit::mesh::{self, Anatomy, Mesh};
+use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, OutsidePath, System};
 
 /// Numbers of GGa, SGm and HGa, and the published tensions for /a/, N.
 const PUBLISHED: [(usize, f64); 3] = [(0, 12.0), (4, 11.5), (6, 4.5)];
 
 fn reference_mesh() -> Mesh<2> {
-    mesh::build(&Anatomy::reference().unwrap(), mesh::DEFAULT_SPACING_M).unwrap()
+    body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap()
 }
 
 fn reference(preset: Preset) -> (System<2>, Vec<f64>) {
@@ -29,9 +29,9 @@ fn reference(preset: Preset) -> (System<2>, Vec<f64>) {
 
 fn static_positions(system: &System<2>, tensions: &[f64]) -> Vec<SVector<f64, 2>> {
     let mut workspace = Workspace::new(system);
-    let settings = equilibrium::Settings { tolerance: 1e-11, ..equilibrium::Settings::default() };
-    let solution = equilibrium::solve(system, &mut workspace, tensions, &settings);
-    assert_eq!(solution.status, equilibrium::Status::Converged);
+    let settings = statics::Settings { tolerance: 1e-11, ..statics::Settings::default() };
+    let solution = statics::solve(system, &mut workspace, tensions, &settings);
+    assert_eq!(solution.status, statics::Status::Converged);
     workspace.positions().to_vec()
 }
 

@@ -9,8 +9,8 @@
 mod common;
 
 use nalgebra::{DMatrix, SVector, Vector2};
+use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Tangent, lumped_masses};
-use tongue_fit::mesh::Mesh;
 use tongue_fit::sparse::BlockMatrix;
 use tongue_fit::system::{Additions, Model, System, TissueModel};
 

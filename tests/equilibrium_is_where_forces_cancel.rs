@@ -6,15 +6,15 @@
 mod common;
 
 use nalgebra::SVector;
+use tongue_fit::body::{self, Anatomy, Cells, Mesh, MuscleChain};
 use tongue_fit::effect::Configuration;
-use tongue_fit::equilibrium::{Settings, Solution, Status, Workspace, length_sensitivities, solve};
-use tongue_fit::mesh::{self, Anatomy, Cells, Mesh, MuscleChain};
+use tongue_fit::statics::{Settings, Solution, Status, Workspace, length_sensitivities, solve};
 use tongue_fit::system::{Model, OutsidePath, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
 
 fn tongue() -> Mesh<2> {
-    mesh::build(&Anatomy::reference().unwrap(), mesh::DEFAULT_SPACING_M).unwrap()
+    body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap()
 }
 
 fn solved<const D: usize>(system: &System<D>, tensions: &[f64]) -> (Solution, Workspace<D>) {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::SVector;
 use roxmltree::{Document, Node};
-use tongue_fit::mesh::{Cells, Mesh, MuscleChain};
+use tongue_fit::body::{Cells, Mesh, MuscleChain};
 use tongue_fit::report::{ReportError, Series, changes, tongue};
 
 /// Canvas units in a pixel, as the root element tells.

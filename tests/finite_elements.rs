@@ -4,11 +4,11 @@
 mod common;
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
+use tongue_fit::body::{Cells, Mesh};
 use tongue_fit::effect::{Configuration, Effect, FiniteElements, Tangent};
-use tongue_fit::equilibrium::{self, Settings, Status, Workspace};
 use tongue_fit::material::Constants;
-use tongue_fit::mesh::{Cells, Mesh};
 use tongue_fit::sparse::{BlockMatrix, Pattern};
+use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
 
 const FE: Model = Model {
@@ -80,7 +80,7 @@ fn patch<const D: usize>(mut mesh: Mesh<D>, side: f64, deformation: SMatrix<f64,
     let mut workspace = Workspace::new(&system);
     workspace.start_from(&start);
     let solution =
-        equilibrium::solve(&system, &mut workspace, &vec![0.0; mesh.muscles.len()], &Settings::default());
+        statics::solve(&system, &mut workspace, &vec![0.0; mesh.muscles.len()], &Settings::default());
     assert_eq!(solution.status, Status::Converged);
     for (found, expected) in workspace.positions().iter().zip(&moved) {
         assert!((found - expected).norm() < 1e-10, "{D}D: off by {:e} m", (found - expected).norm());

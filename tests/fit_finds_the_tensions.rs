@@ -2,28 +2,28 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot begin has failed")]
 
-use tongue_fit::equilibrium::{self, Workspace};
-use tongue_fit::fit::{self, Fit, Settings, Status};
-use tongue_fit::mesh::{self, Anatomy, Mesh};
+use tongue_fit::body::{self, Anatomy, Mesh};
+use tongue_fit::inverse::{self, Fit, Settings, Status};
+use tongue_fit::measured::published::{TENSIONS_A_N, Tables};
+use tongue_fit::measured::{Dataset, Lengths, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::muscle::{Muscle, PerMuscle};
+use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
-use tongue_fit::target::published::{TENSIONS_A_N, Tables};
-use tongue_fit::target::{Dataset, Lengths, Target, TargetKind, TargetOptions, Vowel};
 
 fn tongue() -> Mesh<2> {
-    mesh::build(&Anatomy::reference().unwrap(), mesh::DEFAULT_SPACING_M).unwrap()
+    body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap()
 }
 
 /// Lengths of the model, m, at rest and under the tensions.
 fn simulated(mesh: &Mesh<2>, tensions: &[(Muscle, f64)]) -> (PerMuscle<f64>, PerMuscle<f64>) {
-    let numbers = fit::muscle_numbers(mesh).unwrap();
+    let numbers = inverse::muscle_numbers(mesh).unwrap();
     let active: Vec<usize> = tensions.iter().map(|(m, _)| numbers[m.index()]).collect();
     let system = System::new(mesh, &Model::default(), &active).unwrap();
     let mut all = vec![0.0; 8];
     tensions.iter().for_each(|(m, t)| all[numbers[m.index()]] = *t);
     let mut w = Workspace::new(&system);
-    let solution = equilibrium::solve(&system, &mut w, &all, &equilibrium::Settings::default());
-    assert_eq!(solution.status, equilibrium::Status::Converged);
+    let solution = statics::solve(&system, &mut w, &all, &statics::Settings::default());
+    assert_eq!(solution.status, statics::Status::Converged);
     (numbers.map(|n| system.length(system.rest(), n)), numbers.map(|n| system.length(w.positions(), n)))
 }
 
@@ -44,7 +44,7 @@ fn s2_a(kind: TargetKind) -> Target {
 }
 
 fn fitted(mesh: &Mesh<2>, target: &Target) -> Fit {
-    fit::fit(mesh, &Model::default(), target, &Settings::default()).unwrap()
+    inverse::fit(mesh, &Model::default(), target, &Settings::default()).unwrap()
 }
 
 #[test]
@@ -178,10 +178,10 @@ fn the_same_bits_on_one_two_and_four_threads() {
 #[test]
 fn failed_equilibria_make_a_bad_fit_not_a_panic() {
     let settings = Settings {
-        equilibrium: equilibrium::Settings { max_iterations: 0, ..Default::default() },
+        equilibrium: statics::Settings { max_iterations: 0, ..Default::default() },
         ..Settings::default()
     };
-    let fit = fit::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Ratio), &settings).unwrap();
+    let fit = inverse::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Ratio), &settings).unwrap();
     assert_eq!(fit.status, Status::NoEquilibrium);
     assert!(fit.starts.iter().all(|s| !s.converged));
     assert!(fit.misfit.is_infinite() && fit.identifiability.is_none());
@@ -190,7 +190,7 @@ fn failed_equilibria_make_a_bad_fit_not_a_panic() {
 #[test]
 fn a_bound_that_is_too_low_is_reported_not_hidden() {
     let settings = Settings { upper_bound: 10.0, ..Settings::default() };
-    let fit = fit::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Stretch), &settings).unwrap();
+    let fit = inverse::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Stretch), &settings).unwrap();
     assert_eq!(fit.status, Status::AtUpperBound);
     assert!(fit.tensions.iter().all(|t| (0.0..=10.0).contains(t)));
 }
@@ -198,7 +198,9 @@ fn a_bound_that_is_too_low_is_reported_not_hidden() {
 #[test]
 fn settings_out_of_range_are_named() {
     let bad = |settings: Settings| {
-        fit::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Ratio), &settings).unwrap_err().to_string()
+        inverse::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Ratio), &settings)
+            .unwrap_err()
+            .to_string()
     };
     assert!(bad(Settings { starts: 0, ..Settings::default() }).contains("number of starts"));
     assert!(bad(Settings { upper_bound: f64::NAN, ..Settings::default() }).contains("upper bound"));

@@ -1,10 +1,10 @@
 //! Nelder-Mead, which sees costs only, and Gauss-Newton, which sees derivatives, come to the same tensions.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use tongue_fit::fit::{self, Fit, Method, Settings};
-use tongue_fit::mesh::{Anatomy, DEFAULT_SPACING_M, build};
+use tongue_fit::body::{Anatomy, DEFAULT_SPACING_M, build};
+use tongue_fit::inverse::{self, Fit, Method, Settings};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::system::Model;
-use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 #[test]
 fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
@@ -17,7 +17,7 @@ fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
                 let run = |method| {
                     // Nelder-Mead is asked for more than by default, so that its own error is not what is compared.
                     let settings = Settings { method, tension_tolerance: 1e-6, ..Settings::default() };
-                    fit::fit(&mesh, &Model::default(), &target, &settings).unwrap()
+                    inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap()
                 };
                 let (simplex, derivatives) = (run(Method::NelderMead), run(Method::GaussNewton));
                 assert_eq!(simplex.status, derivatives.status, "{subject} {vowel} {kind}");

@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::SVector;
 use proptest::prelude::*;
-use tongue_fit::equilibrium::{self, Settings, Status, Workspace};
-use tongue_fit::mesh::gmsh::{self, Body, Concern, File, GmshError, Place, Problem, Unit};
-use tongue_fit::mesh::{self, Anatomy, DEFAULT_SPACING_M, Mesh, Quality};
+use tongue_fit::body::gmsh::{self, Body, Concern, File, GmshError, Place, Problem, Unit};
+use tongue_fit::body::{self, Anatomy, DEFAULT_SPACING_M, Mesh, Quality};
 use tongue_fit::muscle::Muscle;
+use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{Model, System};
 
 const FORMS: [(&str, &str, bool); 4] =
@@ -142,7 +142,7 @@ fn a_tongue_meshed_by_gmsh_is_the_tongue_of_the_anatomy() {
 }
 
 fn reference() -> Mesh<2> {
-    mesh::build(&Anatomy::reference().unwrap(), DEFAULT_SPACING_M).unwrap()
+    body::build(&Anatomy::reference().unwrap(), DEFAULT_SPACING_M).unwrap()
 }
 
 /// The length of a muscle at equilibrium over that at rest, at a tension, N.
@@ -151,7 +151,7 @@ fn stretch<const D: usize>(mesh: &Mesh<D>, muscle: usize, tension: f64) -> f64 {
     let mut workspace = Workspace::new(&system);
     let mut tensions = vec![0.0; system.muscle_count()];
     tensions[muscle] = tension;
-    let solution = equilibrium::solve(&system, &mut workspace, &tensions, &Settings::default());
+    let solution = statics::solve(&system, &mut workspace, &tensions, &Settings::default());
     assert_eq!(solution.status, Status::Converged);
     system.length(workspace.positions(), muscle) / system.length(system.rest(), muscle)
 }
@@ -256,7 +256,7 @@ fn what_we_write_we_read_to_the_last_bit() {
 fn triangles_listed_clockwise_are_turned() {
     let mut tongue = reference();
     let upright = tongue.cells.clone();
-    tongue.cells = mesh::Cells::new();
+    tongue.cells = body::Cells::new();
     for cell in upright.iter() {
         tongue.cells.push(&[cell[0], cell[2], cell[1]]);
     }

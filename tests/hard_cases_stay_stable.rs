@@ -1,15 +1,15 @@
 //! The cases of `tongue-fit stability`, in the sample that takes seconds: in each the promise is kept.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot begin has failed")]
 
-use tongue_fit::equilibrium::{Connection, Settings, Workspace, solve, trace};
-use tongue_fit::fit::{self, muscle_numbers};
-use tongue_fit::mesh::{Anatomy, DEFAULT_SPACING_M, build as build_tongue};
+use tongue_fit::body::{Anatomy, DEFAULT_SPACING_M, build as build_tongue};
+use tongue_fit::inverse::{self, muscle_numbers};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::scene::body::{AnyBody, build};
 use tongue_fit::scene::prepare::{Extent as Simulated, prepare};
 use tongue_fit::scene::{self, Scene};
-use tongue_fit::stability::{Extent, Row, bodies, run};
+use tongue_fit::statics::{Connection, Settings, Workspace, solve, trace};
+use tongue_fit::study::hard_cases::{Extent, Row, bodies, run};
 use tongue_fit::system::{Model, System};
-use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 /// Runs a case and names every row in which the promise was broken.
 fn kept(case: u8) -> Vec<Row> {
@@ -144,12 +144,12 @@ fn converged_fits_lie_on_the_branch_of_equilibria_that_begins_at_rest() {
     let mesh = build_tongue(&Anatomy::reference().unwrap(), DEFAULT_SPACING_M).unwrap();
     let numbers = muscle_numbers(&mesh).unwrap();
     let data = Dataset::reference().unwrap();
-    let settings = fit::Settings { starts: 2, ..fit::Settings::default() };
+    let settings = inverse::Settings { starts: 2, ..inverse::Settings::default() };
     for (subject, vowel) in [("S1", Vowel::E), ("S2", Vowel::A), ("S2", Vowel::I), ("S3", Vowel::O)] {
         let target =
             Target::new(&data, subject, vowel, TargetKind::Stretch, &TargetOptions::default()).unwrap();
-        let found = fit::fit(&mesh, &Model::default(), &target, &settings).unwrap();
-        assert_eq!(found.status, fit::Status::Converged, "{subject} /{vowel}/");
+        let found = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
+        assert_eq!(found.status, inverse::Status::Converged, "{subject} /{vowel}/");
         let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
         let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
         let mut tensions = vec![0.0; system.muscle_count()];

@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
 use rayon::prelude::*;
-use tongue_fit::equilibrium::{self, Status, Workspace};
-use tongue_fit::fit::batch::{Thoroughness, assess};
-use tongue_fit::fit::{Method, Settings, muscle_numbers};
-use tongue_fit::mesh::{self, Anatomy, Mesh};
+use tongue_fit::body::{self, Anatomy, Mesh};
+use tongue_fit::inverse::batch::{Thoroughness, assess};
+use tongue_fit::inverse::{Method, Settings, muscle_numbers};
+use tongue_fit::measured::{Lengths, Target, TargetKind, Vowel};
 use tongue_fit::muscle::{Muscle, PerMuscle};
+use tongue_fit::statics::{self, Status, Workspace};
 use tongue_fit::system::{Model, System};
-use tongue_fit::target::{Lengths, Target, TargetKind, Vowel};
 
 const CASES: u64 = 240;
 const DRAWS: usize = 200;
@@ -58,7 +58,7 @@ fn case(mesh: &Mesh<2>, seed: u64, kind: TargetKind) -> Option<Case> {
         all[numbers[m.index()]] = tensions[m.index()];
     }
     let mut workspace = Workspace::new(&system);
-    let solution = equilibrium::solve(&system, &mut workspace, &all, &equilibrium::Settings::default());
+    let solution = statics::solve(&system, &mut workspace, &all, &statics::Settings::default());
     if solution.status != Status::Converged {
         return None;
     }
@@ -77,7 +77,7 @@ fn case(mesh: &Mesh<2>, seed: u64, kind: TargetKind) -> Option<Case> {
 
 #[test]
 fn intervals_hold_the_truth_in_95_percent_of_synthetic_cases() {
-    let mesh = mesh::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap();
+    let mesh = body::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap();
     let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
     let how = Thoroughness { settings, draws: DRAWS, subset_changes: 0, ..Thoroughness::default() };
     for kind in TargetKind::ALL {

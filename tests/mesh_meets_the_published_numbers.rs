@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
-use tongue_fit::mesh::{
+use tongue_fit::body::{
     Anatomy, AnatomyProblem, Cells, DEFAULT_SPACING_M, Mesh, MeshError, MeshFault, MuscleChain, Quality,
     REFERENCE, build,
 };
@@ -240,6 +240,6 @@ fn a_further_point_of_the_outline_can_be_put_on_bone() {
     let text = REFERENCE.replacen("[bones]", "[bones]\nmandible = [[-6.34, 17.10]]", 1);
     let mesh = build(&Anatomy::from_toml(&text, "my.toml").unwrap(), DEFAULT_SPACING_M).unwrap();
     assert_eq!(mesh.fixed.len(), 5);
-    let at = tongue_fit::mesh::Point::new(-6.34e-3, 17.10e-3);
+    let at = tongue_fit::body::Point::new(-6.34e-3, 17.10e-3);
     assert!(mesh.fixed.iter().any(|n| (mesh.nodes[*n] - at).norm() < 1e-12));
 }

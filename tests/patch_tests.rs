@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot begin has failed")]
 
 use nalgebra::{Matrix2, SVector, Vector2};
+use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::material::{Constants, Spread};
-use tongue_fit::mesh::Mesh;
 use tongue_fit::sparse::BlockMatrix;
-use tongue_fit::stability::bodies::{lattice, shuffled};
+use tongue_fit::study::hard_cases::bodies::{lattice, shuffled};
 use tongue_fit::system::{Model, System};
 
 const LAYERS: usize = 9;

@@ -4,11 +4,11 @@
 
 use nalgebra::SVector;
 use proptest::prelude::*;
+use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
-use tongue_fit::equilibrium::{Settings, Stability, Status, Workspace, solve};
 use tongue_fit::material::Constants;
-use tongue_fit::mesh::Mesh;
-use tongue_fit::stability::bodies::{lattice, place};
+use tongue_fit::statics::{Settings, Stability, Status, Workspace, solve};
+use tongue_fit::study::hard_cases::bodies::{lattice, place};
 use tongue_fit::system::{Model, System};
 
 /// A lattice whose free nodes are moved by up to 0.3 of a side, so that no triangle turns over.

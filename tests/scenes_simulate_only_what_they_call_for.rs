@@ -4,14 +4,14 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot begin has failed")]
 
 use nalgebra::Vector2;
-use tongue_fit::equilibrium::{Settings, Solution, Status, Workspace, solve};
-use tongue_fit::fit;
+use tongue_fit::inverse;
 use tongue_fit::muscle::Muscle;
 use tongue_fit::scene::body::{self, AnyBody, Built};
 use tongue_fit::scene::compare::{Compared, compare};
 use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
 use tongue_fit::scene::run::{Outcome, run};
 use tongue_fit::scene::{self, Scene};
+use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
 use tongue_fit::system::{Model, System};
 
 const TONGUE: &str = "title = \"t\"\nwant = \"shape\"\n[body.tongue]\nh_mm = 5.5\n";
@@ -142,7 +142,7 @@ fn a_fit_in_a_scene_is_the_fit_of_the_main_flow() {
     let target = prepared.target.clone().unwrap();
     let mesh = prepared.built.mesh.clone();
     let there = run(&scene, prepared).unwrap();
-    let here = fit::fit(&mesh, &Model::default(), &target, &fit::Settings::default()).unwrap();
+    let here = inverse::fit(&mesh, &Model::default(), &target, &inverse::Settings::default()).unwrap();
     assert_eq!(there.tensions_n, here.tensions);
 }
 

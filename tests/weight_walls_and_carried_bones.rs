@@ -5,10 +5,10 @@
 mod common;
 
 use nalgebra::{SVector, Vector2, Vector3};
+use tongue_fit::body::{self, Anatomy, Cells, Mesh, solid};
 use tongue_fit::effect::{Carried, Configuration, Contact, Effect, Gravity, lumped_masses};
-use tongue_fit::equilibrium::{Settings, Solution, Status, Workspace, solve};
 use tongue_fit::material::Constants;
-use tongue_fit::mesh::{self, Anatomy, Cells, Mesh, solid};
+use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
 use tongue_fit::system::{self, Additions, Model, OutsidePath, System, TissueModel};
 
 fn solved<const D: usize>(system: &System<D>) -> (Solution, Workspace<D>) {
@@ -122,7 +122,7 @@ fn a_pressed_block_bears_on_the_wall_what_the_bone_does_not_and_no_node_passes()
 
 #[test]
 fn a_free_tongue_follows_its_jaw_as_a_rigid_body() {
-    let mut tongue = mesh::build(&Anatomy::reference().unwrap(), mesh::DEFAULT_SPACING_M).unwrap();
+    let mut tongue = body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap();
     // Free of hyoid and styloid process: held by the mental spine and its neighbours alone, and without the chains outside.
     let spine = (0..tongue.nodes.len()).find(|&n| tongue.nodes[n].norm() < 1e-6).unwrap();
     let joined = tongue.connections.iter().filter(|c| c.contains(&spine)).flatten();

@@ -3,11 +3,11 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tongue_fit::mesh::{self, Anatomy};
+use tongue_fit::body::{self, Anatomy};
 
 fuzz_target!(|text: &str| {
     let Ok(anatomy) = Anatomy::from_toml(text, "fuzz.toml") else { return };
-    if let Ok(mesh) = mesh::build(&anatomy, mesh::DEFAULT_SPACING_M) {
+    if let Ok(mesh) = body::build(&anatomy, body::DEFAULT_SPACING_M) {
         mesh.check().expect("a mesh that was built passes its checks");
     }
 });

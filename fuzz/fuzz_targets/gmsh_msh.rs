@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tongue_fit::mesh::gmsh::{self, Body, File, Unit};
+use tongue_fit::body::gmsh::{self, Body, File, Unit};
 
 fuzz_target!(|bytes: &[u8]| match gmsh::read(bytes, "fuzz.msh", Unit::M) {
     Ok(File::Flat(body)) => hold(&body),

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(data) = Dataset::from_reader(bytes, "fuzz.csv") else { return };

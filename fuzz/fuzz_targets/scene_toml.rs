@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tongue_fit::equilibrium::{Settings, Status, Workspace, solve};
+use tongue_fit::statics::{Settings, Status, Workspace, solve};
 use tongue_fit::scene::Scene;
 use tongue_fit::scene::body::{self, AnyBody, Built};
 use tongue_fit::scene::file::{Body, Want};

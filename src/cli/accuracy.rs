@@ -2,7 +2,7 @@
 
 use miette::IntoDiagnostic;
 use tongue_fit::report::OutputDir;
-use tongue_fit::study::{self, Circumstances, Effort};
+use tongue_fit::study::accuracy::{self, Circumstances, Effort};
 
 use super::{Global, Outcome, output, table};
 
@@ -23,10 +23,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let effort = if arguments.quick { Effort::QUICK } else { Effort::FULL };
-    let study = study::run(&effort, &mut |what| output::progress(what)).into_diagnostic()?;
+    let study = accuracy::run(&effort, &mut |what| output::progress(what)).into_diagnostic()?;
     let made = Circumstances { command: super::command_line(), machine: machine() };
-    let page = study::page(&study, &made);
-    let mut files = study::files(&study).into_diagnostic()?;
+    let page = accuracy::page(&study, &made);
+    let mut files = accuracy::files(&study).into_diagnostic()?;
     files.push(("README.md".into(), page.into_bytes()));
     let named: Vec<(&str, &[u8])> = files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
     let written = out.write_all(&named).into_diagnostic()?;

@@ -7,16 +7,16 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
 use rayon::prelude::*;
-use tongue_fit::fit::alarms::DEFAULT_THICKNESS_M;
-use tongue_fit::fit::batch::{self, Job, Plan, Selection, Thoroughness};
-use tongue_fit::fit::{self, Method, Settings};
-use tongue_fit::mesh::Mesh;
+use tongue_fit::body::Mesh;
+use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
+use tongue_fit::inverse::batch::{self, Job, Plan, Selection, Thoroughness};
+use tongue_fit::inverse::{self, Method, Settings};
+use tongue_fit::measured::published::Tables;
+use tongue_fit::measured::{Dataset, Target, TargetKind, Vowel, rest_shape};
 use tongue_fit::report::batch::journal::{Entry, EntryResult, Journal, NAME};
 use tongue_fit::report::batch::{self as outputs, Batch, Provenance, Summary};
 use tongue_fit::report::{OutputDir, ReportError};
 use tongue_fit::system::Model;
-use tongue_fit::target::published::Tables;
-use tongue_fit::target::{Dataset, Target, TargetKind, Vowel, rest_shape};
 
 use super::fit::MethodName;
 use super::{Global, Outcome, body, interrupt, output, table};
@@ -277,7 +277,7 @@ fn summary(
     unreadable: &[String],
     journal: &Journal,
 ) -> miette::Result<Summary> {
-    let numbers = fit::muscle_numbers(run.mesh).into_diagnostic()?;
+    let numbers = inverse::muscle_numbers(run.mesh).into_diagnostic()?;
     let rest = numbers.map(|n| {
         let [a, b] = run.mesh.muscles[n].ends();
         (run.mesh.nodes[b] - run.mesh.nodes[a]).norm()

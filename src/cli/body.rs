@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
+use tongue_fit::body::gmsh::{self, Unit};
+use tongue_fit::body::{self, Anatomy, Mesh};
 use tongue_fit::material::{Constants, Preset, Spread};
-use tongue_fit::mesh::gmsh::{self, Unit};
-use tongue_fit::mesh::{self, Anatomy, Mesh};
 use tongue_fit::system::{self, Model, OutsidePath, TissueModel};
 
 use super::output;
@@ -109,7 +109,7 @@ impl Arguments {
                     Some(path) => read_anatomy(path)?,
                     None => Anatomy::reference().into_diagnostic()?,
                 };
-                let mesh = mesh::build(&anatomy, spacing(&self.h)?).into_diagnostic()?;
+                let mesh = body::build(&anatomy, spacing(&self.h)?).into_diagnostic()?;
                 let bones = gmsh::Bone::of(&anatomy, &mesh);
                 (mesh, bones)
             }

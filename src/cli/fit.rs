@@ -5,14 +5,14 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::equilibrium::{self, Workspace};
-use tongue_fit::fit::{self, Fit, Method, Settings, Status};
-use tongue_fit::mesh::Mesh;
+use tongue_fit::body::Mesh;
+use tongue_fit::inverse::{self, Fit, Method, Settings, Status};
+use tongue_fit::measured::published::{self, Tables};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, FitRecord, OutputDir, Series};
+use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
-use tongue_fit::target::published::{self, Tables};
-use tongue_fit::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 use super::{Global, Outcome, body, output, table};
 
@@ -138,7 +138,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             contracting.join(", ")
         )
     });
-    let fit = fit::fit(&mesh, &model, &target, &settings).into_diagnostic()?;
+    let fit = inverse::fit(&mesh, &model, &target, &settings).into_diagnostic()?;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
         None => published_answer(&mesh, &model, &target)?,
@@ -191,7 +191,7 @@ fn published_answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::R
     {
         return Ok(None);
     }
-    let numbers = fit::muscle_numbers(mesh).into_diagnostic()?;
+    let numbers = inverse::muscle_numbers(mesh).into_diagnostic()?;
     let active: Vec<usize> = published::TENSIONS_A_N.iter().map(|(m, _)| numbers[m.index()]).collect();
     let system = System::new(mesh, model, &active).into_diagnostic()?;
     let mut tensions = [0.0; tongue_fit::muscle::COUNT];
@@ -201,8 +201,8 @@ fn published_answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::R
         all[numbers[m.index()]] = tension;
     }
     let mut workspace = Workspace::new(&system);
-    let solution = equilibrium::solve(&system, &mut workspace, &all, &equilibrium::Settings::default());
-    if solution.status != equilibrium::Status::Converged {
+    let solution = statics::solve(&system, &mut workspace, &all, &statics::Settings::default());
+    if solution.status != statics::Status::Converged {
         return Ok(None);
     }
     let lengths = numbers.map(|n| system.length(workspace.positions(), n));
@@ -229,7 +229,7 @@ fn published_name() -> String {
 /// The deformed mesh, and figure 4.9 of the thesis.
 fn pictures(mesh: &Mesh<2>, fit: &Fit, published: Option<&Published>) -> miette::Result<(String, String)> {
     let target = &fit.target;
-    let numbers = fit::muscle_numbers(mesh).into_diagnostic()?;
+    let numbers = inverse::muscle_numbers(mesh).into_diagnostic()?;
     let active: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
     let what = format!("{} /{}/", target.subject, target.vowel);
     let title = format!("{what}: tongue at rest (grey) and at the tensions found");

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use miette::IntoDiagnostic;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
-use tongue_fit::mesh::{MuscleChain, Quality, gmsh};
+use tongue_fit::body::{MuscleChain, Quality, gmsh};
 use tongue_fit::report::{self, ByMuscle, OutputDir};
-use tongue_fit::{fit, system};
+use tongue_fit::{inverse, system};
 
 use super::{Global, Outcome, body, mesh_check, output, table};
 
@@ -75,7 +75,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let stiffness = system::connection_stiffness(&mesh, &coefficients);
     let quality = Quality::of(&mesh);
     let length = |[a, b]: [usize; 2]| (mesh.nodes[b] - mesh.nodes[a]).norm();
-    let rest_lengths = fit::muscle_numbers(&mesh).into_diagnostic()?.map(|m| length(mesh.muscles[m].ends()));
+    let rest_lengths =
+        inverse::muscle_numbers(&mesh).into_diagnostic()?.map(|m| length(mesh.muscles[m].ends()));
     let record = Record {
         nodes_m: mesh.nodes.iter().map(|p| [p.x, p.y]).collect(),
         triangles: mesh.cells.iter().map(<[usize]>::to_vec).collect(),

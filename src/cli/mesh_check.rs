@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use tongue_fit::mesh::gmsh::{self, Body, Concern, File, Format, Unused};
-use tongue_fit::mesh::{Quality, SolidQuality};
+use tongue_fit::body::gmsh::{self, Body, Concern, File, Format, Unused};
+use tongue_fit::body::{Quality, SolidQuality};
 use tongue_fit::system::{Model, System, SystemError};
 
 use super::body::{self, UnitName};

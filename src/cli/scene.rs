@@ -6,7 +6,7 @@ use std::path::Path;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::SVector;
 use serde::Serialize;
-use tongue_fit::mesh::Mesh;
+use tongue_fit::body::Mesh;
 use tongue_fit::report::{self, OutputDir, ReportError};
 use tongue_fit::scene::body::{self, AnyBody};
 use tongue_fit::scene::compare::{Compared, compare};

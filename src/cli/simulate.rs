@@ -3,11 +3,11 @@
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::equilibrium::{self, Settings, Solution, Status, Workspace};
-use tongue_fit::fit;
-use tongue_fit::mesh;
+
+use tongue_fit::inverse;
 use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, BranchRecord, OutputDir, SimulationRecord};
+use tongue_fit::statics::{self, Settings, Solution, Status, Workspace};
 use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, table, trajectory};
@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let mesh = arguments.body.mesh()?;
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
-    let numbers = fit::muscle_numbers(&mesh).into_diagnostic()?;
+    let numbers = inverse::muscle_numbers(&mesh).into_diagnostic()?;
     let active: Vec<usize> = given.iter().map(|(m, _)| numbers[m.index()]).collect();
     let system = System::new(&mesh, &arguments.body.model(), &active).into_diagnostic()?;
     let mut by_muscle: PerMuscle<f64> = [0.0; tongue_fit::muscle::COUNT];
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
     let settings = Settings::default();
-    let mut solution = equilibrium::solve(&system, &mut workspace, &all, &settings);
+    let mut solution = statics::solve(&system, &mut workspace, &all, &settings);
     let branch = (!arguments.direct).then(|| follow_from_rest(&system, &mut workspace, &all, &mut solution));
     let wall_s = clock.elapsed().as_secs_f64();
     output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
@@ -102,8 +102,8 @@ fn follow_from_rest(
     solution: &mut Solution,
 ) -> BranchRecord {
     let mut other = Workspace::new(system);
-    let found = equilibrium::trace(system, &mut other, tensions, &Settings::default(), TRACE_STEPS);
-    let apart = mesh::largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE;
+    let found = statics::trace(system, &mut other, tensions, &Settings::default(), TRACE_STEPS);
+    let apart = tongue_fit::body::largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE;
     let both = solution.status == Status::Converged && found.solution.status == Status::Converged;
     if found.solution.status == Status::Converged && (apart || !both) {
         *solution = found.solution;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::report::OutputDir;
-use tongue_fit::stability::{self, CASES, Extent};
+use tongue_fit::study::hard_cases::{self, CASES, Extent};
 
 use super::{Global, Outcome, command_line, output, table};
 
@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out = OutputDir::prepare(folder).into_diagnostic()?;
     let mut rows = Vec::new();
     for case in CASES.into_iter().filter(|c| arguments.case.is_empty() || arguments.case.contains(c)) {
-        let found = stability::run(case, extent).into_diagnostic()?;
+        let found = hard_cases::run(case, extent).into_diagnostic()?;
         let kept = found.iter().filter(|r| r.kept).count();
         let converged = found.iter().filter(|r| r.converged).count();
         output::progress(&format!(
@@ -43,8 +43,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ));
         rows.extend(found);
     }
-    let table = stability::csv(&rows).into_diagnostic()?;
-    let text = stability::markdown(&rows, &command_line());
+    let table = hard_cases::csv(&rows).into_diagnostic()?;
+    let text = hard_cases::markdown(&rows, &command_line());
     let files = [("stability.csv", table.as_slice()), ("stability.md", text.as_bytes())];
     let written = out.write_all(&files).into_diagnostic()?;
     if global.json {

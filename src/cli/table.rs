@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
-use tongue_fit::equilibrium::{self, Connection, CriticalKind};
-use tongue_fit::fit::{Fit, Status};
+use tongue_fit::inverse::{Fit, Status};
+use tongue_fit::measured::TargetKind;
 use tongue_fit::muscle::Muscle;
 use tongue_fit::report::batch::journal::{Entry, EntryResult, Journal};
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{SimulationRecord, TrajectoryRecord};
-use tongue_fit::target::TargetKind;
+use tongue_fit::statics::{self, Connection, CriticalKind};
 
 use super::fit::Published;
 
@@ -58,7 +58,7 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
         100.0 * record.min_area_ratio,
         100.0 * record.max_area_ratio
     );
-    if record.status == equilibrium::Status::Inverted {
+    if record.status == statics::Status::Inverted {
         text += "A CELL IS TURNED OVER: nothing in this model keeps cells upright\n";
     }
     if let Some(branch) = &record.branch {

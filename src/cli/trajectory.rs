@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, miette};
 use nalgebra::SVector;
+use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::{
     self, Control, Curves, Integrator, Method, Motion, Observer, State, Status, Tensions, sample_times,
 };
-use tongue_fit::fit;
-use tongue_fit::mesh::Mesh;
+use tongue_fit::inverse;
 use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, Frame, OutputDir, TrajectoryRecord};
 use tongue_fit::system::System;
@@ -177,7 +177,7 @@ pub fn run(
     let method = arguments.check()?;
     let curves = arguments.tension_curves.as_ref().map(Curves::from_path).transpose().into_diagnostic()?;
     let mesh = body.mesh()?;
-    let numbers = fit::muscle_numbers(&mesh).into_diagnostic()?;
+    let numbers = inverse::muscle_numbers(&mesh).into_diagnostic()?;
     let active: Vec<usize> = match &curves {
         Some(curves) => curves.muscles().iter().map(|m| numbers[m.index()]).collect(),
         None => given.iter().map(|(m, _)| numbers[m.index()]).collect(),

@@ -11,7 +11,7 @@
 //!
 //! It is twice continuously differentiable and infinite at zero: the energy has a minimum without inverted cells at every finite
 //! load, and states above the threshold keep every bit. Where it acts in a solution, the solution says so
-//! ([`crate::equilibrium::Solution::guarded`]), because there the answer is no longer that of the thesis's law.
+//! ([`crate::statics::Solution::guarded`]), because there the answer is no longer that of the thesis's law.
 
 /// Ratio of measure or length to that at rest below which the barrier acts.
 pub const THRESHOLD: f64 = 0.1;

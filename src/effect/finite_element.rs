@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::mesh::Cells;
-use crate::mesh::simplex::{self, Corners, MAX_CORNERS};
+use crate::body::Cells;
+use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::{Configuration, Effect, Tangent};

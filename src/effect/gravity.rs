@@ -2,7 +2,8 @@
 
 use nalgebra::SVector;
 
-use crate::mesh::{Mesh, simplex};
+use crate::body::Mesh;
+use crate::geometry::simplex;
 use crate::sparse::{BlockMatrix, Pattern};
 
 use super::{Configuration, Effect, Tangent};

@@ -2,8 +2,8 @@
 
 use nalgebra::SVector;
 
-use crate::mesh::Cells;
-use crate::mesh::simplex::{self, MAX_CORNERS};
+use crate::body::Cells;
+use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::barrier::{self, barrier};

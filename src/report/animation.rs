@@ -8,7 +8,7 @@ use plotters::style::RGBColor;
 use super::ReportError;
 use super::figure::{INK, MARGIN, TEXT, WIDTH, escaped, printable};
 use super::picture::{DEFORMED, PALETTE, REST, check};
-use crate::mesh::Mesh;
+use crate::body::Mesh;
 
 /// Height of the line of text below the picture, px.
 const CAPTION: i32 = 2 * TEXT;
@@ -157,7 +157,7 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Cells, MuscleChain};
+    use crate::body::{Cells, MuscleChain};
 
     #[test]
     fn every_frame_is_there_and_the_last_one_shows_where_nothing_moves() {

@@ -4,7 +4,8 @@ use nalgebra::SVector;
 
 use super::ReportError;
 use super::picture::check;
-use crate::mesh::{Mesh, simplex};
+use crate::body::Mesh;
+use crate::geometry::simplex;
 
 /// Name of the displacement from rest, m, of the nodes.
 pub(super) const DISPLACEMENT: &str = "displacement_m";

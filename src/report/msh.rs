@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::ReportError;
 use super::fields::{DISPLACEMENT, Fields, STRETCH};
-use crate::mesh::{Mesh, gmsh};
+use crate::body::{Mesh, gmsh};
 
 /// One shape of the body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`]
 /// reads, with one group `bone`, and the views `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and `tension_n_per_m` (in
@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn views_follow_the_mesh_and_number_what_they_are_of() {
-        let mesh = crate::mesh::solid::cylinder(0.01, 0.02, 1, 2);
+        let mesh = crate::body::solid::cylinder(0.01, 0.02, 1, 2);
         let tensions = vec![0.25; mesh.muscles.len()];
         let text = msh(&mesh, &mesh.nodes, &tensions).unwrap();
         let gmsh::File::Solid(back) = gmsh::read(text.as_bytes(), "own", gmsh::Unit::M).unwrap() else {

@@ -16,7 +16,7 @@ use plotters::style::{Color, RGBColor, ShapeStyle, TRANSPARENT};
 
 use super::ReportError;
 use super::figure::{self, Canvas, DrawError, INK, MARGIN, Sheet, WIDTH, line, px, stroke};
-use crate::mesh::{Mesh, MuscleChain};
+use crate::body::{Mesh, MuscleChain};
 
 /// The palette of Okabe and Ito (2008), which colour-blind readers can tell apart, in an order that gives the
 /// genioglossus warm colours, the styloglossus cool ones and the hyoglossus green and black.

@@ -4,10 +4,10 @@ use nalgebra::SVector;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-use crate::equilibrium::{self, Solution};
-use crate::fit::{self, Fit};
+use crate::inverse::{self, Fit};
+use crate::measured::{TargetKind, Vowel};
 use crate::muscle::{Muscle, PerMuscle};
-use crate::target::{TargetKind, Vowel};
+use crate::statics::{self, Solution};
 
 /// A value for each of the eight muscles, written as an object `{GGa: .., ..}` in the order of the tables.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +49,7 @@ fn stretches(lengths: &PerMuscle<f64>, rest: &PerMuscle<f64>) -> ByMuscle<f64> {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BranchRecord {
     /// Where it ends; `None` when it reaches the whole load.
-    pub critical: Option<equilibrium::Critical>,
+    pub critical: Option<statics::Critical>,
     /// Whether another equilibrium at this load was met.
     pub another: bool,
 }
@@ -58,7 +58,7 @@ pub struct BranchRecord {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SimulationRecord {
     /// How the solve ended.
-    pub status: equilibrium::Status,
+    pub status: statics::Status,
     /// Tensions given, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
     /// Lengths, mm.
@@ -74,9 +74,9 @@ pub struct SimulationRecord {
     /// Part of the tensions at which the positions are an equilibrium.
     pub load_reached: f64,
     /// What is known of the eigenvalues of the stiffness.
-    pub stability: equilibrium::Stability,
+    pub stability: statics::Stability,
     /// What is known of the way from rest.
-    pub connection: equilibrium::Connection,
+    pub connection: statics::Connection,
     /// The branch of equilibria from rest, where it was followed.
     pub branch: Option<BranchRecord>,
     /// Newton iterations.
@@ -168,7 +168,7 @@ pub struct FitRecord {
     /// Muscles whose change is within the rounding of the data.
     pub uncertain: Vec<Muscle>,
     /// How the fit ended.
-    pub status: fit::Status,
+    pub status: inverse::Status,
     /// Tensions found, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
     /// Simulated lengths, mm (of the model, whose size is not the subject's).
@@ -196,7 +196,7 @@ pub struct FitRecord {
     /// Equilibria solved in the search.
     pub evaluations: usize,
     /// Where each start of the search ended.
-    pub starts: Vec<fit::Start>,
+    pub starts: Vec<inverse::Start>,
     /// What the data leave open; null where the equilibrium is singular.
     pub identifiability: Option<IdentifiabilityRecord>,
     /// Largest residual force of the answer solved again from rest, N.
@@ -280,7 +280,7 @@ impl FitRecord {
             vowel: Vowel,
             baseline: Vowel,
             target_kind: TargetKind,
-            status: fit::Status,
+            status: inverse::Status,
             muscle: Muscle,
             active: bool,
             uncertain: bool,

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::ReportError;
 use super::picture::{Words, draw};
-use crate::mesh::{Cells, Mesh};
+use crate::body::{Cells, Mesh};
 
 /// Turn about the vertical and tilt towards the viewer, rad.
 const TURN: f64 = 0.5;

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::ReportError;
 use super::fields::{DISPLACEMENT, Fields, STRETCH};
-use crate::mesh::Mesh;
+use crate::body::Mesh;
 
 /// VTK's numbers for cells of lines, triangles and tetrahedra.
 const LINE: u8 = 3;
@@ -105,7 +105,7 @@ pub fn pvd<'a>(frames: impl IntoIterator<Item = (f64, &'a str)>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Cells, MuscleChain};
+    use crate::body::{Cells, MuscleChain};
 
     fn triangle() -> Mesh<2> {
         let mut cells = Cells::new();
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_solid_is_written_as_tetrahedra() {
-        let mesh = crate::mesh::solid::cylinder(0.01, 0.02, 1, 2);
+        let mesh = crate::body::solid::cylinder(0.01, 0.02, 1, 2);
         let text = vtu(&mesh, &mesh.nodes, &[0.5; 7]).unwrap();
         let document = roxmltree::Document::parse(&text).unwrap();
         let kinds = values(&document, "types");

@@ -5,8 +5,8 @@ use serde::Deserialize;
 
 use super::SceneError;
 use super::file::{Block, Body, Cylinder, MeshFile};
-use crate::mesh::gmsh::{self, Unit};
-use crate::mesh::{self, Anatomy, Cells, Mesh, MuscleChain, solid};
+use crate::body::gmsh::{self, Unit};
+use crate::body::{self, Anatomy, Cells, Mesh, MuscleChain, solid};
 use crate::muscle::Muscle;
 use crate::system;
 
@@ -59,7 +59,7 @@ pub fn build(body: &Body) -> Result<AnyBody, SceneError> {
 
 fn reference_tongue(h_mm: f64) -> Result<Built<2>, SceneError> {
     let anatomy = Anatomy::reference()?;
-    let mesh = mesh::build(&anatomy, h_mm * 1e-3)?;
+    let mesh = body::build(&anatomy, h_mm * 1e-3)?;
     let bones = gmsh::Bone::of(&anatomy, &mesh);
     let [mandible, hyoid] = ["mental_spine", "hyoid"].map(|name| gmsh::on_bone(&bones, name));
     let what = format!("the reference tongue at {h_mm} mm");

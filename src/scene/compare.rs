@@ -10,9 +10,9 @@ use super::body::Built;
 use super::file::{Scene, Trajectory, Want};
 use super::prepare::{Extent, Prepared, prepare};
 use super::run;
+use crate::body::largest_distance;
 use crate::dynamics;
-use crate::equilibrium::{self, Settings, Status, Workspace};
-use crate::mesh::largest_distance;
+use crate::statics::{self, Settings, Status, Workspace};
 
 /// Solves of which the fastest counts.
 const REPETITIONS: usize = 15;
@@ -108,7 +108,7 @@ fn timed_solve<const D: usize>(prepared: &Prepared<D>) -> (bool, Shape<D>, f64) 
         workspace.start_from_rest(&prepared.system);
         let clock = Instant::now();
         let solution =
-            equilibrium::solve(&prepared.system, &mut workspace, &prepared.tensions, &Settings::default());
+            statics::solve(&prepared.system, &mut workspace, &prepared.tensions, &Settings::default());
         fastest = fastest.min(1e3 * clock.elapsed().as_secs_f64());
         converged &= solution.status == Status::Converged;
     }

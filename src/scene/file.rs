@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::SceneError;
+use crate::body::gmsh::Unit;
 use crate::material::{Preset, Spread};
-use crate::mesh::gmsh::Unit;
 use crate::suggest;
 
 /// A scene.

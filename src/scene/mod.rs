@@ -12,15 +12,15 @@ pub mod prepare;
 pub mod run;
 mod shipped;
 
+use crate::body::gmsh::GmshError;
+use crate::body::{AnatomyError, MeshError, MeshFault};
 use crate::dynamics::{MethodError, MotionError};
-use crate::equilibrium;
-use crate::fit::FitError;
+use crate::inverse::FitError;
 use crate::material::MaterialError;
-use crate::mesh::gmsh::GmshError;
-use crate::mesh::{AnatomyError, MeshError, MeshFault};
+use crate::measured;
+use crate::statics;
 use crate::suggest;
 use crate::system::SystemError;
-use crate::target;
 
 pub use file::Scene;
 pub use plan::Plan;
@@ -98,13 +98,13 @@ pub enum SceneError {
     System(#[from] SystemError),
     /// The target cannot be read.
     #[error(transparent)]
-    Target(#[from] target::Error),
+    Target(#[from] measured::Error),
     /// A name that is no vowel.
     #[error(transparent)]
-    Vowel(#[from] target::UnknownVowel),
+    Vowel(#[from] measured::UnknownVowel),
     /// A name that is no kind of target.
     #[error(transparent)]
-    Kind(#[from] target::UnknownTargetKind),
+    Kind(#[from] measured::UnknownTargetKind),
     /// The fit cannot begin.
     #[error(transparent)]
     Fit(#[from] FitError),
@@ -118,7 +118,7 @@ pub enum SceneError {
     )]
     NotCarried {
         /// How the equilibrium on the way there ended.
-        status: equilibrium::Status,
+        status: statics::Status,
     },
     /// The motion cannot be followed with this tolerance.
     #[error(transparent)]

@@ -6,13 +6,13 @@ use super::SceneError;
 use super::body::Built;
 use super::file::{Gravity as GravityKeys, Posture, Scene, Want};
 use super::plan::{self, Decision, Plan, Role};
+use crate::body::Mesh;
 use crate::effect::{Carried, Contact, Effect, Gravity, lumped_masses};
-use crate::fit;
+use crate::inverse;
 use crate::material::{Constants, Spread};
-use crate::mesh::Mesh;
+use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use crate::suggest;
 use crate::system::{self, Additions, Model, OutsidePath, System, TissueModel};
-use crate::target::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 /// A scene ready to run.
 #[derive(Debug)]
@@ -60,7 +60,7 @@ pub fn prepare<const D: usize>(
         (_, Extent::Full) => all.collect(),
         (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&built.mesh.muscles[m].name)).collect(),
         (Some(target), _) => {
-            let numbers = fit::muscle_numbers(&built.mesh)?;
+            let numbers = inverse::muscle_numbers(&built.mesh)?;
             target.active.iter().map(|m| numbers[m.index()]).collect()
         }
     };
@@ -134,7 +134,7 @@ fn model<const D: usize>(scene: &Scene) -> Model {
 
 fn target<const D: usize>(scene: &Scene, built: &Built<D>) -> Result<Target, SceneError> {
     let Some(wanted) = &scene.fit else { return Err(SceneError::contradiction("[fit]", "its absence", "")) };
-    if let Err(missing) = fit::muscle_numbers(&built.mesh) {
+    if let Err(missing) = inverse::muscle_numbers(&built.mesh) {
         let why = format!("{missing}; fit a body that has all eight muscles, or give tensions");
         return Err(SceneError::contradiction("[fit]", scene.body_key(), why));
     }

@@ -11,9 +11,9 @@ use super::plan::Plan;
 use super::prepare::Prepared;
 use crate::dynamics::{self, Control, Counts, Method, Motion, Observer, Tensions};
 use crate::effect::{Configuration, Tangent};
-use crate::equilibrium::{self, Settings, Solution, Workspace};
-use crate::fit;
+use crate::inverse;
 use crate::sparse::BlockMatrix;
+use crate::statics::{self, Settings, Solution, Workspace};
 use crate::system::System;
 
 /// Moments at which a trajectory is looked at.
@@ -112,7 +112,7 @@ pub struct Outcome {
     /// The last equilibrium, where one was wanted.
     pub solution: Option<Solution>,
     /// How the fit ended, where there was one.
-    pub fit: Option<fit::Status>,
+    pub fit: Option<inverse::Status>,
     /// The trajectory, where one was wanted.
     pub trajectory: Option<Way>,
     /// Time of the answer, s: solve, fit or trajectory.
@@ -135,7 +135,7 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
     if let Some(target) = &prepared.target {
         let fit = fit_tensions(&prepared, target)?;
         fitted = Some(fit.status);
-        let numbers = fit::muscle_numbers(&prepared.built.mesh)?;
+        let numbers = inverse::muscle_numbers(&prepared.built.mesh)?;
         for (number, tension) in numbers.iter().zip(fit.tensions) {
             prepared.tensions[*number] = tension;
         }
@@ -143,7 +143,7 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
     let (mut solution, mut trajectory) = (None, None);
     let positions = if let Some(workspace) = &mut workspace {
         let settings = Settings::default();
-        solution = Some(equilibrium::solve(&prepared.system, workspace, &prepared.tensions, &settings));
+        solution = Some(statics::solve(&prepared.system, workspace, &prepared.tensions, &settings));
         workspace.positions().to_vec()
     } else {
         let (way, positions) = follow(scene, &prepared)?;
@@ -155,8 +155,8 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
     };
     let system = &prepared.system;
     let wall_s = clock.elapsed().as_secs_f64();
-    let converged = solution.is_none_or(|s| s.status == equilibrium::Status::Converged)
-        && fitted.is_none_or(|f| f == fit::Status::Converged)
+    let converged = solution.is_none_or(|s| s.status == statics::Status::Converged)
+        && fitted.is_none_or(|f| f == inverse::Status::Converged)
         && trajectory.as_ref().is_none_or(|t| t.status == dynamics::Status::Completed);
 
     let at = Configuration { positions: &positions, tensions: &prepared.tensions };
@@ -190,12 +190,12 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
 /// Fits in the plane; a solid has none of the eight muscles, so it never gets here with a target.
 fn fit_tensions<const D: usize>(
     prepared: &Prepared<D>,
-    target: &crate::target::Target,
-) -> Result<fit::Fit, SceneError> {
-    let numbers = fit::muscle_numbers(&prepared.built.mesh)?;
+    target: &crate::measured::Target,
+) -> Result<inverse::Fit, SceneError> {
+    let numbers = inverse::muscle_numbers(&prepared.built.mesh)?;
     let system: &dyn std::any::Any = &prepared.system;
     match system.downcast_ref::<System<2>>() {
-        Some(system) => Ok(fit::fit_system(system, numbers, target, &fit::Settings::default())?),
+        Some(system) => Ok(inverse::fit_system(system, numbers, target, &inverse::Settings::default())?),
         None => Err(SceneError::contradiction(
             "[fit]",
             "a body in space",
@@ -239,8 +239,8 @@ pub(super) fn follow<const D: usize>(
     if let Some(start) = &prepared.start {
         let mut workspace = Workspace::new(start);
         let slack = vec![0.0; prepared.tensions.len()];
-        let solution = equilibrium::solve(start, &mut workspace, &slack, &Settings::default());
-        if solution.status != equilibrium::Status::Converged {
+        let solution = statics::solve(start, &mut workspace, &slack, &Settings::default());
+        if solution.status != statics::Status::Converged {
             return Err(SceneError::NotCarried { status: solution.status });
         }
         state.positions.copy_from_slice(workspace.positions());

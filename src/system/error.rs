@@ -1,7 +1,7 @@
 //! Why a mesh and a model do not make a system.
 
+use crate::body::MeshFault;
 use crate::material::MaterialError;
-use crate::mesh::MeshFault;
 
 /// Why a system cannot be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

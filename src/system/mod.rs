@@ -1,7 +1,7 @@
 //! The body made ready to be solved: effects, unknowns and the sparsity pattern, made once and then only read.
 //!
 //! A system is immutable and may be shared between threads; whatever a solve scribbles on lives in a
-//! [`crate::equilibrium::Workspace`], one a thread.
+//! [`crate::statics::Workspace`], one a thread.
 
 mod additions;
 mod error;
@@ -12,10 +12,11 @@ use std::collections::BTreeMap;
 use nalgebra::SVector;
 use serde::Serialize;
 
+use crate::body::Mesh;
 use crate::effect::spring::Spring;
 use crate::effect::{Bone, Configuration, Contraction, Effect, FiniteElements, Incompressibility, Tissue};
+use crate::geometry::simplex;
 use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
-use crate::mesh::{Mesh, simplex};
 use crate::sparse::Pattern;
 
 pub use additions::Additions;

@@ -13,7 +13,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::Mesh;
+use crate::body::Mesh;
 
 /// How the parts of muscles outside the tissue are represented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, SVector};
-use tongue_fit::mesh::{Cells, Mesh, MuscleChain};
+use tongue_fit::body::{Cells, Mesh, MuscleChain};
 use tongue_fit::sparse::{BlockMatrix, Pattern};
 
 /// All edges of the cells, sorted, each once.

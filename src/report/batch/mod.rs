@@ -10,9 +10,9 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use crate::fit::batch::{Assessment, BaselineRow, Job, Refusal};
-use crate::mesh::Mesh;
-use crate::target::published;
+use crate::body::Mesh;
+use crate::inverse::batch::{Assessment, BaselineRow, Job, Refusal};
+use crate::measured::published;
 
 use self::journal::{Entry, EntryResult, Fitted, Journal};
 use self::record::AssessedRecord;

@@ -2,15 +2,15 @@
 
 use serde::Serialize;
 
-use crate::fit::alarms::Alarm;
-use crate::fit::alternatives::{Optimum, Subset};
-use crate::fit::batch::{Assessment, Job};
-use crate::fit::uncertainty::{Interval, Intervals, LEVEL};
+use crate::inverse::alarms::Alarm;
+use crate::inverse::alternatives::{Optimum, Subset};
+use crate::inverse::batch::{Assessment, Job};
+use crate::inverse::uncertainty::{Interval, Intervals, LEVEL};
+use crate::measured::patterns::PatternCheck;
+use crate::measured::rest_shape::RestDistance;
+use crate::measured::{TargetKind, Vowel, published};
 use crate::muscle::{Muscle, PerMuscle};
 use crate::report::record::{ByMuscle, FitRecord, SomeMuscles};
-use crate::target::patterns::PatternCheck;
-use crate::target::rest_shape::RestDistance;
-use crate::target::{TargetKind, Vowel, published};
 
 /// One fit of a batch: the record of the fit, and how far it can be believed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -65,7 +65,7 @@ pub struct Passive {
     pub thesis_rms_ratio: Option<f64>,
 }
 
-/// [`crate::fit::rounding::RoundingSegment`] by muscle.
+/// [`crate::inverse::rounding::RoundingSegment`] by muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RoundingSegmentRecord {
     /// How strongly the targets answer, 1/N.
@@ -156,7 +156,7 @@ impl AssessedRecord {
             passive: passive(a, tables),
             rest_shape: a.rest,
             within_rounding: a.segments.as_ref().map(|all| {
-                let record = |s: &crate::fit::rounding::RoundingSegment| RoundingSegmentRecord {
+                let record = |s: &crate::inverse::rounding::RoundingSegment| RoundingSegmentRecord {
                     singular_value: s.singular_value,
                     direction: named(&s.direction),
                     from_n: named(&s.from_n),

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::record::AssessedRecord;
 use super::tables::name;
-use crate::target::Vowel;
-use crate::target::rest_shape::NearestRow;
+use crate::measured::Vowel;
+use crate::measured::rest_shape::NearestRow;
 
 /// What the summary needs of one fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

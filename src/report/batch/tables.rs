@@ -5,7 +5,7 @@ use crate::report::record::ByMuscle;
 
 use super::Provenance;
 use super::record::AssessedRecord;
-use crate::fit::batch::{BaselineRow, Refusal};
+use crate::inverse::batch::{BaselineRow, Refusal};
 
 /// Columns of `muscles.csv`, one row for every subject, vowel, kind of target and muscle. Lengths in mm: measured ones are the
 /// subject's; target, simulated and residual are the model's, whose size is another. Ratios are to GGa, stretches to the
@@ -110,11 +110,11 @@ pub fn muscle_lines(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
         let i = m.index();
         let active = f.active.contains(&m);
         let target_mm = match f.target_kind {
-            crate::target::TargetKind::Ratio => f.target_ratios.0[i] * gga_mm,
-            crate::target::TargetKind::Stretch => f.target_stretches.0[i] * f.rest_lengths_mm.0[i],
+            crate::measured::TargetKind::Ratio => f.target_ratios.0[i] * gga_mm,
+            crate::measured::TargetKind::Stretch => f.target_stretches.0[i] * f.rest_lengths_mm.0[i],
         };
         let interval =
-            |of: fn(&super::record::IntervalsRecord) -> &ByMuscle<crate::fit::uncertainty::Interval>| {
+            |of: fn(&super::record::IntervalsRecord) -> &ByMuscle<crate::inverse::uncertainty::Interval>| {
                 let found = r.intervals.as_ref().map(|all| of(all).0[i]);
                 [found.map(|x| x.low), found.map(|x| x.high)].map(optional)
             };

@@ -4,8 +4,8 @@ use maud::{Markup, PreEscaped, html};
 use serde::{Deserialize, Serialize};
 
 use super::number;
-use crate::fit::batch::Assessment;
-use crate::mesh::Mesh;
+use crate::body::Mesh;
+use crate::inverse::batch::Assessment;
 use crate::muscle::Muscle;
 use crate::report::batch::record::{AssessedRecord, SubsetRecord};
 use crate::report::batch::tables::name;
@@ -129,7 +129,7 @@ fn table_row(id: usize, r: &AssessedRecord, mark: &str) -> Markup {
 
 fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str) -> Markup {
     let f = &r.fit;
-    let groups = |g: &[crate::target::patterns::Group]| {
+    let groups = |g: &[crate::measured::patterns::Group]| {
         if g.is_empty() { "none".to_owned() } else { g.iter().map(name).collect::<Vec<_>>().join(", ") }
     };
     let rms = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.3}"));

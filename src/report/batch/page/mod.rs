@@ -11,7 +11,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::journal::Journal;
 use super::summary::PassiveGroup;
 use super::{Batch, all_refusals, each_fit};
-use crate::mesh::Mesh;
+use crate::body::Mesh;
 use crate::muscle::Muscle;
 
 pub use self::fit::PageFit;

@@ -1,0 +1,187 @@
+//! What every mesh must be before anything is computed on it.
+
+use std::collections::BTreeSet;
+
+use super::Mesh;
+use crate::geometry::simplex;
+
+/// Cells with less than this part of the area or volume that a cell of their longest edge could have are degenerate.
+const DEGENERATE: f64 = 1e-9;
+
+/// A fault of a mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MeshFault {
+    /// A node with an infinite coordinate or none.
+    #[error("the position of node {node} is not finite")]
+    NotFinite {
+        /// Its number, from 0.
+        node: usize,
+    },
+    /// A node number beyond the last.
+    #[error("{what} refers to node {node}, but there are {count} nodes (numbered from 0)")]
+    NoSuchNode {
+        /// Who names it, such as `muscle GGa`.
+        what: String,
+        /// The number.
+        node: usize,
+        /// How many nodes there are.
+        count: usize,
+    },
+    /// A cell of negative area or volume.
+    #[error("cell {cell} is turned inside out; list its nodes counter-clockwise (in space: positive volume)")]
+    Inverted {
+        /// Its number, from 0.
+        cell: usize,
+    },
+    /// A cell that is flat.
+    #[error("cell {cell} has no area or volume")]
+    Degenerate {
+        /// Its number, from 0.
+        cell: usize,
+    },
+    /// A cell with the nodes of an earlier one.
+    #[error("cell {cell} repeats an earlier one, so that its tissue would count twice; list it once")]
+    RepeatedCell {
+        /// Its number, from 0.
+        cell: usize,
+    },
+    /// A connection whose first node is not the lower one.
+    #[error(
+        "connection {connection} joins nodes in descending order or a node to itself; write the lower one first"
+    )]
+    Unordered {
+        /// Its number, from 0.
+        connection: usize,
+    },
+    /// A connection that is there twice.
+    #[error("connection {connection} repeats an earlier one")]
+    Repeated {
+        /// Its number, from 0.
+        connection: usize,
+    },
+    /// A connection between two nodes at one place.
+    #[error("connection {connection} has no length")]
+    NoLength {
+        /// Its number, from 0.
+        connection: usize,
+    },
+    /// An edge of a cell without a connection.
+    #[error("nodes {from} and {to} of cell {cell} are not connected")]
+    CellEdge {
+        /// The cell, from 0.
+        cell: usize,
+        /// One node of the edge.
+        from: usize,
+        /// The other.
+        to: usize,
+    },
+    /// A muscle without a length.
+    #[error("muscle {name} has {count} nodes; it needs at least two")]
+    ShortChain {
+        /// Its name.
+        name: String,
+        /// Its nodes.
+        count: usize,
+    },
+    /// A muscle that jumps where there is no connection.
+    #[error("muscle {name} steps from node {from} to node {to}, which are not connected")]
+    ChainStep {
+        /// Its name.
+        name: String,
+        /// The node it comes from.
+        from: usize,
+        /// The node it goes to.
+        to: usize,
+    },
+    /// Fixed nodes that are unsorted or named twice.
+    #[error("the fixed nodes are not in ascending order, each once (entry {entry})")]
+    FixedOrder {
+        /// The first entry that is not above the one before it, from 0.
+        entry: usize,
+    },
+}
+
+impl<const D: usize> Mesh<D> {
+    /// Checks that the mesh hangs together: finite positions, node numbers in range, upright cells, connections in
+    /// ascending order of their nodes and each once, and cells and muscles made of connections.
+    ///
+    /// # Errors
+    /// The first fault found.
+    pub fn check(&self) -> Result<(), MeshFault> {
+        if let Some(node) = self.nodes.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
+            return Err(MeshFault::NotFinite { node });
+        }
+        let connected = self.check_connections()?;
+        let joined = |a: usize, b: usize| connected.contains(&[a.min(b), a.max(b)]);
+        self.check_cells(joined)?;
+        for muscle in &self.muscles {
+            let (name, count) = (muscle.name.clone(), muscle.nodes.len());
+            if count < 2 {
+                return Err(MeshFault::ShortChain { name, count });
+            }
+            self.in_range(&muscle.nodes, || format!("muscle {name}"))?;
+            if let Some(step) = muscle.nodes.windows(2).find(|s| !joined(s[0], s[1])) {
+                return Err(MeshFault::ChainStep { name, from: step[0], to: step[1] });
+            }
+        }
+        self.in_range(&self.fixed, || "the list of fixed nodes".to_owned())?;
+        match self.fixed.windows(2).position(|pair| pair[0] >= pair[1]) {
+            Some(before) => Err(MeshFault::FixedOrder { entry: before + 1 }),
+            None => Ok(()),
+        }
+    }
+
+    fn check_connections(&self) -> Result<BTreeSet<[usize; 2]>, MeshFault> {
+        let mut seen = BTreeSet::new();
+        for (connection, [a, b]) in self.connections.iter().copied().enumerate() {
+            self.in_range(&[a, b], || format!("connection {connection}"))?;
+            if a >= b {
+                return Err(MeshFault::Unordered { connection });
+            }
+            if !seen.insert([a, b]) {
+                return Err(MeshFault::Repeated { connection });
+            }
+            if self.nodes[a] == self.nodes[b] {
+                return Err(MeshFault::NoLength { connection });
+            }
+        }
+        Ok(seen)
+    }
+
+    fn check_cells(&self, joined: impl Fn(usize, usize) -> bool) -> Result<(), MeshFault> {
+        let mut seen = BTreeSet::new();
+        for (cell, corners) in self.cells.iter().enumerate() {
+            self.in_range(corners, || format!("cell {cell}"))?;
+            let mut nodes = corners.to_vec();
+            nodes.sort_unstable();
+            if !seen.insert(nodes) {
+                return Err(MeshFault::RepeatedCell { cell });
+            }
+            let x = simplex::corners(&self.nodes, corners);
+            let sides = (0..=D).flat_map(|i| (0..i).map(move |j| (x[i] - x[j]).norm()));
+            // The measure of a cube is D! times that of its corner simplex.
+            let cube = if D == 2 { 2.0 } else { 6.0 };
+            let content = cube * simplex::measure(&x) / sides.fold(0.0, f64::max).powi(D as i32);
+            if content.is_nan() || content.abs() < DEGENERATE {
+                return Err(MeshFault::Degenerate { cell });
+            }
+            if content < 0.0 {
+                return Err(MeshFault::Inverted { cell });
+            }
+            for (i, from) in corners.iter().copied().enumerate() {
+                if let Some(to) = corners[i + 1..].iter().copied().find(|to| !joined(from, *to)) {
+                    return Err(MeshFault::CellEdge { cell, from, to });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn in_range(&self, nodes: &[usize], what: impl Fn() -> String) -> Result<(), MeshFault> {
+        let count = self.nodes.len();
+        match nodes.iter().copied().find(|node| *node >= count) {
+            Some(node) => Err(MeshFault::NoSuchNode { what: what(), node, count }),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! How good a mesh is, in the plane in the numbers that the thesis gives for its own.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::Mesh;
+use crate::geometry::plane;
+use crate::geometry::simplex;
+
+/// Counts and extremes of a mesh.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Quality {
+    /// Nodes.
+    pub nodes: usize,
+    /// Nodes of no triangle: those of muscles outside the tissue.
+    pub nodes_outside_tissue: usize,
+    /// Nodes on the rim of the tissue.
+    pub boundary_nodes: usize,
+    /// Triangles.
+    pub cells: usize,
+    /// Connections.
+    pub connections: usize,
+    /// Area of all triangles, m².
+    pub area_m2: f64,
+    /// The smallest angle of any triangle, degrees; 0 without triangles.
+    pub smallest_angle_deg: f64,
+    /// The shortest connection, m; 0 without connections.
+    pub shortest_connection_m: f64,
+    /// The mean length of the connections, m; 0 without connections.
+    pub mean_connection_m: f64,
+    /// The longest connection, m; 0 without connections.
+    pub longest_connection_m: f64,
+}
+
+impl Quality {
+    /// Measures a mesh that passed [`Mesh::check`].
+    pub fn of(mesh: &Mesh<2>) -> Self {
+        let mut in_tissue = vec![false; mesh.nodes.len()];
+        let mut sides: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+        let (mut area, mut smallest) = (0.0, f64::INFINITY);
+        for cell in mesh.cells.iter() {
+            let &[a, b, c] = cell else { continue };
+            for [node, next, last] in [[a, b, c], [b, c, a], [c, a, b]] {
+                in_tissue[node] = true;
+                *sides.entry([node.min(next), node.max(next)]).or_default() += 1;
+                let (u, v) = (mesh.nodes[next] - mesh.nodes[node], mesh.nodes[last] - mesh.nodes[node]);
+                smallest = f64::min(smallest, u.perp(&v).atan2(u.dot(&v)).to_degrees());
+            }
+            area += 0.5 * plane::doubled_area(mesh.nodes[a], mesh.nodes[b], mesh.nodes[c]);
+        }
+        // An edge of one triangle only is on the rim. A rim is closed, so it has as many nodes as edges.
+        let boundary_nodes = sides.values().filter(|count| **count == 1).count();
+        let lengths = || mesh.connections.iter().map(|[a, b]| (mesh.nodes[*a] - mesh.nodes[*b]).norm());
+        let or_zero = |x: f64| if x.is_finite() { x } else { 0.0 };
+        Self {
+            nodes: mesh.nodes.len(),
+            nodes_outside_tissue: in_tissue.iter().filter(|t| !**t).count(),
+            boundary_nodes,
+            cells: mesh.cells.len(),
+            connections: mesh.connections.len(),
+            area_m2: area,
+            smallest_angle_deg: or_zero(smallest),
+            shortest_connection_m: or_zero(lengths().fold(f64::INFINITY, f64::min)),
+            mean_connection_m: or_zero(lengths().sum::<f64>() / mesh.connections.len() as f64),
+            longest_connection_m: lengths().fold(0.0, f64::max),
+        }
+    }
+}
+
+/// Counts and extremes of a mesh in space.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SolidQuality {
+    /// Nodes.
+    pub nodes: usize,
+    /// Nodes of no tetrahedron: those of muscles outside the tissue.
+    pub nodes_outside_tissue: usize,
+    /// Nodes on the surface of the tissue.
+    pub surface_nodes: usize,
+    /// Tetrahedra.
+    pub cells: usize,
+    /// Connections.
+    pub connections: usize,
+    /// Volume of all tetrahedra, m³.
+    pub volume_m3: f64,
+    /// The smallest angle between two faces of any tetrahedron, degrees; 0 without tetrahedra.
+    pub smallest_angle_deg: f64,
+    /// The shortest connection, m; 0 without connections.
+    pub shortest_connection_m: f64,
+    /// The longest connection, m; 0 without connections.
+    pub longest_connection_m: f64,
+}
+
+impl SolidQuality {
+    /// Measures a mesh that passed [`Mesh::check`].
+    pub fn of(mesh: &Mesh<3>) -> Self {
+        let (mut volume, mut smallest) = (0.0, f64::INFINITY);
+        for cell in mesh.cells.iter() {
+            let corners = simplex::corners(&mesh.nodes, cell);
+            volume += simplex::measure(&corners);
+            // The derivative by a corner is normal to the face opposite to it.
+            let normals = simplex::gradient(&corners);
+            for (i, a) in normals.iter().enumerate() {
+                for b in &normals[..i] {
+                    smallest = f64::min(smallest, (-a).angle(b).to_degrees());
+                }
+            }
+        }
+        let lengths = || mesh.connections.iter().map(|[a, b]| (mesh.nodes[*a] - mesh.nodes[*b]).norm());
+        let or_zero = |x: f64| if x.is_finite() { x } else { 0.0 };
+        Self {
+            nodes: mesh.nodes.len(),
+            nodes_outside_tissue: mesh.in_tissue().iter().filter(|t| !**t).count(),
+            surface_nodes: mesh.surface_nodes().len(),
+            cells: mesh.cells.len(),
+            connections: mesh.connections.len(),
+            volume_m3: volume,
+            smallest_angle_deg: or_zero(smallest),
+            shortest_connection_m: or_zero(lengths().fold(f64::INFINITY, f64::min)),
+            longest_connection_m: lengths().fold(0.0, f64::max),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_of_cubes_has_their_volume_and_the_angles_of_their_tetrahedra() {
+        let quality = SolidQuality::of(&super::super::solid::block([0.01, 0.02, 0.03], [1, 2, 3]));
+        assert!((quality.volume_m3 - 6e-6).abs() < 1e-18, "{}", quality.volume_m3);
+        assert!((quality.smallest_angle_deg - 45.0).abs() < 1e-9, "{}", quality.smallest_angle_deg);
+        assert_eq!((quality.nodes, quality.nodes_outside_tissue, quality.surface_nodes), (24, 0, 24));
+        assert!((quality.longest_connection_m - 0.01 * 3f64.sqrt()).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,186 @@
+//! Simple solids of tetrahedra: a block and a cylinder. Both stand on a fixed base at z = 0.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Vector3;
+
+use super::{Cells, Mesh, MuscleChain};
+
+/// A block with a corner at the origin: `counts` cubes along x, y, z of six tetrahedra each (Kuhn's division, in which
+/// neighbouring cubes agree on the diagonals of their faces). `size` in m.
+pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
+    let counts = counts.map(|n| n.max(1));
+    let [mx, my, mz] = counts.map(|n| n + 1);
+    let node = |at: [usize; 3]| (at[2] * my + at[1]) * mx + at[0];
+    let mut mesh = Mesh::default();
+    for k in 0..mz {
+        for j in 0..my {
+            for i in 0..mx {
+                let at = [i, j, k];
+                mesh.nodes.push(Vector3::from_fn(|d, _| size[d] * at[d] as f64 / counts[d] as f64));
+            }
+        }
+    }
+    // One tetrahedron for each order in which the three axes can be walked; odd orders are mirrored.
+    let walks = [
+        ([0, 1, 2], false),
+        ([1, 2, 0], false),
+        ([2, 0, 1], false),
+        ([0, 2, 1], true),
+        ([2, 1, 0], true),
+        ([1, 0, 2], true),
+    ];
+    for k in 0..counts[2] {
+        for j in 0..counts[1] {
+            for i in 0..counts[0] {
+                for (walk, mirrored) in walks {
+                    let mut at = [i, j, k];
+                    let mut cell = [node(at); 4];
+                    for (corner, axis) in cell.iter_mut().skip(1).zip(walk) {
+                        at[axis] += 1;
+                        *corner = node(at);
+                    }
+                    if mirrored {
+                        cell.swap(2, 3);
+                    }
+                    mesh.cells.push(&cell);
+                }
+            }
+        }
+    }
+    mesh.connections = edges(&mesh.cells);
+    mesh.fixed = (0..mx * my).collect();
+    mesh
+}
+
+/// A cylinder along z of `rings` rings of triangles and `layers` layers of prisms, three tetrahedra each; every column of
+/// nodes is a muscle fibre called `axial`. `radius` and `length` in m.
+pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3> {
+    let (rings, layers) = (rings.max(1), layers.max(1));
+    let (disc, triangles) = disc(radius, rings);
+    let per_layer = disc.len();
+    let mut mesh = Mesh::default();
+    for layer in 0..=layers {
+        let z = length * layer as f64 / layers as f64;
+        mesh.nodes.extend(disc.iter().map(|[x, y]| Vector3::new(*x, *y, z)));
+    }
+    for layer in 0..layers {
+        for triangle in &triangles {
+            let [a, b, c] = triangle.map(|n| n + layer * per_layer);
+            let [d, e, f] = [a, b, c].map(|n| n + per_layer);
+            // The corners ascend in number, so neighbouring prisms cut their common face along the same diagonal.
+            for cell in [[a, b, c, f], [a, b, f, e], [a, e, f, d]] {
+                mesh.cells.push(&upright(&mesh.nodes, cell));
+            }
+        }
+    }
+    mesh.connections = edges(&mesh.cells);
+    mesh.fixed = (0..per_layer).collect();
+    mesh.muscles = (0..per_layer)
+        .map(|n| MuscleChain {
+            name: "axial".to_owned(),
+            nodes: (0..=layers).map(|layer| layer * per_layer + n).collect(),
+        })
+        .collect();
+    mesh
+}
+
+/// Points of a disc on rings of 1, 6, 12, .. points, and its triangles, the corners of each ascending in number.
+fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
+    let first = |ring: usize| if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
+    let count = |ring: usize| (6 * ring).max(1);
+    let point = |ring: usize, i: usize| first(ring) + i % count(ring);
+    let mut points = Vec::new();
+    for ring in 0..=rings {
+        let r = radius * ring as f64 / rings as f64;
+        for i in 0..count(ring) {
+            let angle = std::f64::consts::TAU * i as f64 / count(ring) as f64;
+            points.push([r * angle.cos(), r * angle.sin()]);
+        }
+    }
+    let mut triangles = Vec::new();
+    for ring in 1..=rings {
+        for sextant in 0..6 {
+            for i in 0..ring {
+                let (outer, inner) = (sextant * ring + i, sextant * (ring - 1) + i);
+                triangles.push([point(ring, outer), point(ring, outer + 1), point(ring - 1, inner)]);
+                if i + 1 < ring {
+                    triangles.push([
+                        point(ring - 1, inner),
+                        point(ring, outer + 1),
+                        point(ring - 1, inner + 1),
+                    ]);
+                }
+            }
+        }
+    }
+    triangles.iter_mut().for_each(|t| t.sort_unstable());
+    (points, triangles)
+}
+
+/// The cell with its corners in an order that makes its volume positive.
+fn upright(nodes: &[Vector3<f64>], cell: [usize; 4]) -> [usize; 4] {
+    let [a, b, c, d] = cell;
+    let volume = crate::geometry::simplex::measure::<3>(&crate::geometry::simplex::corners(nodes, &cell));
+    if volume < 0.0 { [a, b, d, c] } else { cell }
+}
+
+/// All edges of the cells, lower node first, sorted, each once.
+fn edges(cells: &Cells<3>) -> Vec<[usize; 2]> {
+    let mut set = BTreeSet::new();
+    for cell in cells.iter() {
+        for (i, &a) in cell.iter().enumerate() {
+            set.extend(cell.iter().skip(i + 1).map(|&b| [a.min(b), a.max(b)]));
+        }
+    }
+    set.into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::simplex;
+
+    fn volume(mesh: &Mesh<3>) -> f64 {
+        mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum()
+    }
+
+    /// Faces of one cell only, which must close: an edge of the surface belongs to two of them.
+    fn surface_is_closed(mesh: &Mesh<3>) -> bool {
+        let mut faces = std::collections::BTreeMap::new();
+        for cell in mesh.cells.iter() {
+            for left_out in 0..4 {
+                let mut face: Vec<usize> = (0..4).filter(|i| *i != left_out).map(|i| cell[i]).collect();
+                face.sort_unstable();
+                *faces.entry(face).or_insert(0) += 1;
+            }
+        }
+        let mut edges = std::collections::BTreeMap::new();
+        for (face, _) in faces.iter().filter(|(_, n)| **n == 1) {
+            for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+                *edges.entry((face[a], face[b])).or_insert(0) += 1;
+            }
+        }
+        faces.values().all(|n| *n <= 2) && edges.values().all(|n| *n == 2)
+    }
+
+    #[test]
+    fn a_block_fills_its_volume_and_hangs_together() {
+        let mesh = block([0.02, 0.03, 0.01], [2, 3, 1]);
+        mesh.check().unwrap();
+        assert!((volume(&mesh) - 6e-6).abs() < 1e-18 && surface_is_closed(&mesh));
+        assert_eq!((mesh.nodes.len(), mesh.cells.len(), mesh.fixed.len()), (24, 36, 12));
+    }
+
+    #[test]
+    fn a_cylinder_fills_the_prism_over_its_polygon_and_hangs_together() {
+        for rings in 1..5 {
+            let mesh = cylinder(0.01, 0.04, rings, 3);
+            mesh.check().unwrap();
+            let sides = (6 * rings) as f64;
+            let polygon = 0.5 * sides * 1e-4 * (std::f64::consts::TAU / sides).sin();
+            assert!((volume(&mesh) / (0.04 * polygon) - 1.0).abs() < 1e-12 && surface_is_closed(&mesh));
+            assert_eq!(mesh.muscles.len(), 1 + 3 * rings * (rings + 1));
+        }
+    }
+}

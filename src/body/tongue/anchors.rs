@@ -1,0 +1,143 @@
+//! The points of a mesh that the anatomy dictates: ends of muscles, crossings, bones, and where a muscle enters.
+
+use super::anatomy::{Anatomy, MuscleLine, ON_OUTLINE_M, SAME_POINT_M};
+use crate::geometry::plane::{self, Point};
+use crate::muscle::{Muscle, PerMuscle};
+
+/// Crossings nearer than this to another anchor of either line become that anchor, in mesh spacings.
+const MERGE: f64 = 0.4;
+/// Crossings nearer than this to another anchor move this far away from it, in mesh spacings: connections much shorter
+/// than the others would be much stiffer than the tissue around them.
+const APART: f64 = 0.5;
+
+/// Points that must be nodes.
+pub(crate) struct Anchors {
+    /// Positions, m.
+    pub points: Vec<Point>,
+    /// Anchors on the outline, by distance along it (m), ascending.
+    pub on_outline: Vec<(f64, usize)>,
+    /// The anchors of every muscle from its first end to its second.
+    pub stations: PerMuscle<Vec<usize>>,
+    /// Anchors on bone.
+    pub fixed: Vec<usize>,
+}
+
+impl Anchors {
+    /// Finds the anchors for spacing `h`, m.
+    pub fn find(anatomy: &Anatomy, h: f64) -> Self {
+        let lines = anatomy.muscles();
+        let mut anchors = Self {
+            points: Vec::new(),
+            on_outline: Vec::new(),
+            stations: Muscle::ALL.map(|_| Vec::new()),
+            fixed: Vec::new(),
+        };
+        for (line, m) in lines.iter().zip(Muscle::ALL) {
+            let ends = line.ends.map(|end| anchors.at(end, SAME_POINT_M));
+            anchors.stations[m.index()] = ends.to_vec();
+        }
+        for bone in anatomy.bones() {
+            for point in &bone.points {
+                let anchor = anchors.at(*point, SAME_POINT_M);
+                anchors.fixed.push(anchor);
+            }
+        }
+        anchors.fixed.sort_unstable();
+        anchors.fixed.dedup();
+        for anchor in 0..anchors.points.len() {
+            anchors.put_on_outline(anatomy, anchor);
+        }
+        for (line, m) in lines.iter().zip(Muscle::ALL) {
+            anchors.enter(anatomy, line, m, h);
+        }
+        for a in Muscle::ALL {
+            for b in Muscle::ALL.into_iter().skip(a.index() + 1) {
+                anchors.cross(lines, a, b, h);
+            }
+        }
+        anchors.on_outline.sort_by(|a, b| a.0.total_cmp(&b.0));
+        anchors
+    }
+
+    /// The anchor within `reach` of `point`, made where there is none.
+    fn at(&mut self, point: Point, reach: f64) -> usize {
+        let near = self.points.iter().position(|p| (p - point).norm() < reach);
+        near.unwrap_or_else(|| {
+            self.points.push(point);
+            self.points.len() - 1
+        })
+    }
+
+    fn put_on_outline(&mut self, anatomy: &Anatomy, anchor: usize) {
+        let (along, away) = anatomy.outline().nearest(self.points[anchor]);
+        if away < ON_OUTLINE_M {
+            self.on_outline.push((along, anchor));
+        }
+    }
+
+    /// Where a muscle from outside enters the tissue, a node of the outline: one that is there already if it is near.
+    fn enter(&mut self, anatomy: &Anatomy, line: &MuscleLine, muscle: Muscle, h: f64) {
+        let Some(outside) = line.outside else { return };
+        let away = |(_, anchor): &(f64, usize)| (self.points[*anchor] - outside.entry).norm();
+        let nearest = self.on_outline.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        match nearest {
+            Some(found) if away(found) < APART * h => {
+                let anchor = found.1;
+                self.station(line, muscle, anchor);
+            }
+            _ => {
+                self.points.push(outside.entry);
+                let anchor = self.points.len() - 1;
+                self.put_on_outline(anatomy, anchor);
+                self.station(line, muscle, anchor);
+            }
+        }
+    }
+
+    /// A shared node where two lines cross or touch.
+    fn cross(&mut self, lines: &PerMuscle<MuscleLine>, a: Muscle, b: Muscle, h: f64) {
+        let (first, second) = (&lines[a.index()], &lines[b.index()]);
+        if self.stations[a.index()].iter().any(|s| self.stations[b.index()].contains(s)) {
+            return;
+        }
+        let Some(fractions) = plane::crossing(first.ends, second.ends) else { return };
+        let reaches = |line: &MuscleLine, t: f64| {
+            let slack = SAME_POINT_M / (line.ends[1] - line.ends[0]).norm();
+            (-slack..=1.0 + slack).contains(&t)
+        };
+        if !reaches(first, fractions[0]) || !reaches(second, fractions[1]) {
+            return;
+        }
+        let place = first.ends[0] + (first.ends[1] - first.ends[0]) * fractions[0];
+        let away = |anchor: &usize| (self.points[*anchor] - place).norm();
+        let stations = [a, b].map(|m| &self.stations[m.index()]).into_iter().flatten();
+        let nearest = stations.min_by(|x, y| away(x).total_cmp(&away(y))).copied();
+        let anchor = match nearest.map(|near| (near, away(&near))) {
+            Some((near, distance)) if distance < MERGE * h => near,
+            Some((near, distance)) if distance < APART * h => {
+                let from = self.points[near];
+                self.points.push(from + (place - from) * (APART * h / distance));
+                self.points.len() - 1
+            }
+            _ => {
+                self.points.push(place);
+                self.points.len() - 1
+            }
+        };
+        self.station(first, a, anchor);
+        self.station(second, b, anchor);
+    }
+
+    /// Adds an anchor to a muscle, in its place between the ends.
+    fn station(&mut self, line: &MuscleLine, muscle: Muscle, anchor: usize) {
+        let stations = &mut self.stations[muscle.index()];
+        if stations.contains(&anchor) {
+            return;
+        }
+        let along = |p: Point| (p - line.ends[0]).dot(&(line.ends[1] - line.ends[0]));
+        let t = along(self.points[anchor]);
+        let last = stations.len() - 1;
+        let place = stations[1..last].iter().filter(|s| along(self.points[**s]) < t).count() + 1;
+        stations.insert(place, anchor);
+    }
+}

@@ -1,0 +1,137 @@
+//! From an anatomy to a mesh of any spacing.
+
+use super::anatomy::Anatomy;
+use super::fill::fill;
+use super::frame::{Frame, Site};
+use super::smooth::smooth;
+use crate::body::{Cells, Mesh, MeshFault, MuscleChain};
+use crate::geometry::plane::{self, Point};
+use crate::muscle::Muscle;
+
+/// The spacing of the published mesh, m.
+pub const DEFAULT_SPACING_M: f64 = 5.5e-3;
+
+/// The finest and the coarsest spacing as parts of the square root of the tissue's area: 0.2 and 15 mm for the
+/// reference. Coarser has no room for the muscles, finer than 80 000 nodes serves nothing.
+const FINEST: f64 = 1.0 / 248.0;
+const COARSEST: f64 = 1.0 / 3.3;
+
+/// Why there is no mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MeshError {
+    /// A spacing that is too fine or too coarse for this anatomy.
+    #[error(
+        "the mesh spacing {h_mm} mm is not usable; for this anatomy give {least_mm:.2} to {most_mm:.1} mm"
+    )]
+    Spacing {
+        /// The spacing asked for, mm.
+        h_mm: f64,
+        /// The finest, mm.
+        least_mm: f64,
+        /// The coarsest, mm.
+        most_mm: f64,
+    },
+    /// Outline and muscle lines come too near each other for nodes of their own.
+    #[error(
+        "near [{x_mm:.1}, {y_mm:.1}] mm two lines of outline and muscles collide at this spacing; try a finer one"
+    )]
+    LinesCollide {
+        /// Where, mm.
+        x_mm: f64,
+        /// Where, mm.
+        y_mm: f64,
+    },
+    /// Two nodes of different lines are one point.
+    #[error("two nodes fall on the same place at this spacing; try a finer one")]
+    CoincidentNodes,
+    /// The inside cannot take as many nodes as the area calls for.
+    #[error("{missing} nodes find no room at this spacing; try a finer one")]
+    NoRoom {
+        /// How many are left over.
+        missing: usize,
+    },
+    /// Arithmetic left the finite numbers.
+    #[error("a node's position is not finite")]
+    NotFinite,
+    /// What was built does not hang together.
+    #[error("the mesh is faulty ({0}); try another spacing")]
+    Fault(#[from] MeshFault),
+}
+
+/// Meshes an anatomy with connections about `h` long, m.
+///
+/// Nodes of the outline come first, then those of muscles in the tissue, then free ones, then those of muscles outside
+/// it. The number of triangles is that of equilateral ones of side `h` on the same area, so the number of nodes
+/// follows from Euler's formula; for the reference at 5.5 mm these are the published 188 and 111.
+///
+/// # Errors
+/// A spacing out of range, or one at which the lines of this anatomy cannot be kept apart.
+///
+/// # Example
+/// ```
+/// use tongue_fit::body::{self, Anatomy, Quality};
+///
+/// let mesh = body::build(&Anatomy::reference()?, 5.5e-3)?; // Anatomy::from_toml reads one of your own
+/// let quality = Quality::of(&mesh);
+/// assert_eq!((quality.nodes, quality.cells), (123, 188)); // as in the thesis
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, MeshError> {
+    let size = anatomy.outline().area().sqrt();
+    let (least, most) = (size * FINEST, size * COARSEST);
+    if !(least..=most).contains(&h) {
+        return Err(MeshError::Spacing { h_mm: h * 1e3, least_mm: least * 1e3, most_mm: most * 1e3 });
+    }
+    let mut frame = Frame::lay(anatomy, h);
+    let outline: Vec<Point> = frame.nodes[..frame.boundary].iter().map(|n| n.at).collect();
+    let equilateral = 0.75_f64.sqrt() / 2.0 * h * h;
+    let wanted = nodes_for(plane::polygon_area(&outline) / equilateral, frame.boundary);
+    let free = wanted.saturating_sub(frame.nodes.len());
+    fill(&mut frame, free, h)?;
+    let triangles = smooth(&mut frame.nodes, &frame.segments, h)?;
+    let mesh = assemble(&frame, &triangles);
+    mesh.check()?;
+    Ok(mesh)
+}
+
+/// Nodes of a triangulation with `boundary` nodes around it and about `triangles` triangles (T = 2 V - 2 - B).
+fn nodes_for(triangles: f64, boundary: usize) -> usize {
+    ((triangles + 2.0 + boundary as f64) / 2.0).round() as usize
+}
+
+fn assemble(frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<2> {
+    let tissue = frame.nodes.len();
+    let number = |site: &Site| match site {
+        Site::Tissue(i) => *i,
+        Site::Outside(i) => tissue + i,
+    };
+    let chain = |muscle: Muscle| MuscleChain {
+        name: muscle.name().to_owned(),
+        nodes: frame.chains[muscle.index()].iter().map(number).collect(),
+    };
+    let muscles: Vec<MuscleChain> = Muscle::ALL.into_iter().map(chain).collect();
+
+    let mut cells = Cells::new();
+    let mut connections = Vec::new();
+    // Each triangle starts at its lowest node and the list is sorted: numbering does not depend on the triangulator.
+    let mut triangles: Vec<[usize; 3]> = triangles.to_vec();
+    for triangle in &mut triangles {
+        let lowest = (0..3).min_by_key(|i| triangle[*i]).unwrap_or(0);
+        triangle.rotate_left(lowest);
+    }
+    triangles.sort_unstable();
+    for [a, b, c] in triangles {
+        cells.push(&[a, b, c]);
+        connections.extend([[a, b], [b, c], [c, a]]);
+    }
+    connections.extend(muscles.iter().flat_map(|m| m.nodes.windows(2).map(|pair| [pair[0], pair[1]])));
+    connections.iter_mut().for_each(|c| c.sort_unstable());
+    connections.sort_unstable();
+    connections.dedup();
+
+    let mut fixed: Vec<usize> = frame.fixed.iter().map(number).collect();
+    fixed.sort_unstable();
+    fixed.dedup();
+    let nodes = frame.nodes.iter().map(|n| n.at).chain(frame.outside.iter().copied()).collect();
+    Mesh { nodes, cells, connections, muscles, fixed }
+}

@@ -1,0 +1,226 @@
+//! The lines of a mesh: the outline and the muscles, cut into connections about as long as the mesh spacing.
+
+use std::collections::BTreeMap;
+
+use super::anatomy::Anatomy;
+use super::anchors::Anchors;
+use crate::geometry::ClosedSpline;
+use crate::geometry::plane::{self, Point};
+use crate::muscle::{Muscle, PerMuscle};
+
+/// Length of an outline connection in mesh spacings: the published mesh has 32 of them on 182.3 mm at 5.5 mm.
+const OUTLINE_SPACING: f64 = 1.036;
+
+/// How a node may move while the mesh is smoothed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Freedom {
+    /// Not at all.
+    None,
+    /// Along its muscle (unit vector).
+    Along(Point),
+    /// Anywhere.
+    Plane,
+}
+
+/// A node before the mesh is assembled.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Draft {
+    /// Position, m.
+    pub at: Point,
+    pub freedom: Freedom,
+}
+
+/// Outline and muscles as nodes and the connections that the triangles must keep.
+pub(crate) struct Frame {
+    /// Nodes of the tissue: those of the outline first, in order.
+    pub nodes: Vec<Draft>,
+    /// Number of nodes of the outline.
+    pub boundary: usize,
+    /// Connections of outline and muscles within the tissue, each once.
+    pub segments: Vec<[usize; 2]>,
+    /// Node chains of the muscles from first to second end.
+    pub chains: PerMuscle<Vec<Site>>,
+    /// Nodes of muscles outside the tissue, m.
+    pub outside: Vec<Point>,
+    /// Nodes on bone.
+    pub fixed: Vec<Site>,
+}
+
+/// A node of the tissue or one outside it, by its number among its like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Site {
+    Tissue(usize),
+    Outside(usize),
+}
+
+impl Frame {
+    /// Lays the lines of an anatomy at spacing `h`, m.
+    pub fn lay(anatomy: &Anatomy, h: f64) -> Self {
+        let anchors = Anchors::find(anatomy, h);
+        let mut frame = Self {
+            nodes: Vec::new(),
+            boundary: 0,
+            segments: Vec::new(),
+            chains: Muscle::ALL.map(|_| Vec::new()),
+            outside: Vec::new(),
+            fixed: Vec::new(),
+        };
+        let mut sites: BTreeMap<usize, Site> = BTreeMap::new();
+        frame.lay_outline(anatomy.outline(), &anchors, h, &mut sites);
+        let mut pieces = BTreeMap::new();
+        for muscle in Muscle::ALL {
+            frame.lay_muscle(anatomy, &anchors, muscle, h, &mut sites, &mut pieces);
+        }
+        frame.fixed = anchors.fixed.iter().filter_map(|a| sites.get(a).copied()).collect();
+        frame.segments.iter_mut().for_each(|s| s.sort_unstable());
+        frame.segments.sort_unstable();
+        frame.segments.dedup();
+        frame
+    }
+
+    /// Cuts the outline between its anchors, then moves the nodes between them outwards so that the polygon encloses
+    /// what the curve does: the area enters the stiffness, and its corners alone would cut off up to 2 %.
+    fn lay_outline(
+        &mut self,
+        curve: &ClosedSpline,
+        anchors: &Anchors,
+        h: f64,
+        sites: &mut BTreeMap<usize, Site>,
+    ) {
+        let mut stops: Vec<(f64, Option<usize>)> =
+            anchors.on_outline.iter().map(|(along, anchor)| (*along, Some(*anchor))).collect();
+        if stops.is_empty() {
+            stops.push((0.0, None));
+        }
+        let wanted = (curve.perimeter() / (OUTLINE_SPACING * h)).round().max(3.0);
+        let first = stops[0].0;
+        let ends = stops.iter().skip(1).map(|s| s.0).chain([first + curve.perimeter()]);
+        let spans: Vec<(f64, f64, Option<usize>)> =
+            stops.iter().zip(ends).map(|((from, anchor), to)| (*from, to - from, *anchor)).collect();
+        let lengths: Vec<f64> = spans.iter().map(|s| s.1).collect();
+        for ((from, length, anchor), parts) in spans.into_iter().zip(share(wanted as usize, &lengths)) {
+            for part in 0..parts {
+                let at = match anchor {
+                    Some(anchor) if part == 0 => {
+                        sites.insert(anchor, Site::Tissue(self.nodes.len()));
+                        anchors.points[anchor]
+                    }
+                    _ => curve.at(from + length * part as f64 / parts as f64),
+                };
+                let held = part == 0 && anchor.is_some();
+                self.nodes.push(Draft { at, freedom: if held { Freedom::None } else { Freedom::Plane } });
+            }
+        }
+        self.boundary = self.nodes.len();
+        let polygon: Vec<Point> = self.nodes.iter().map(|n| n.at).collect();
+        let moves: Vec<bool> = self.nodes.iter().map(|n| n.freedom == Freedom::Plane).collect();
+        for (node, at) in self.nodes.iter_mut().zip(with_area(&polygon, &moves, curve.area())) {
+            *node = Draft { at, freedom: Freedom::None };
+        }
+        self.segments.extend((0..self.boundary).map(|i| [i, (i + 1) % self.boundary]));
+    }
+
+    /// Cuts a muscle between its anchors. Two muscles on one stretch share its nodes.
+    fn lay_muscle(
+        &mut self,
+        anatomy: &Anatomy,
+        anchors: &Anchors,
+        muscle: Muscle,
+        h: f64,
+        sites: &mut BTreeMap<usize, Site>,
+        pieces: &mut BTreeMap<[usize; 2], Vec<Site>>,
+    ) {
+        let stations = &anchors.stations[muscle.index()];
+        let outside_end = anatomy.muscles()[muscle.index()].outside.map(|o| o.end);
+        let last = stations.len().saturating_sub(2);
+        let mut chain = Vec::new();
+        for (i, pair) in stations.windows(2).enumerate() {
+            let outside = outside_end.is_some_and(|end| i == if end == 0 { 0 } else { last });
+            let key = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+            let mut piece = pieces.get(&key).cloned().unwrap_or_else(|| {
+                let site = key.map(|anchor| {
+                    let dangles = outside && outside_end.is_some_and(|e| stations[e * (last + 1)] == anchor);
+                    *sites
+                        .entry(anchor)
+                        .or_insert_with(|| self.add(anchors.points[anchor], Freedom::None, dangles))
+                });
+                let piece = self.cut(site, key.map(|a| anchors.points[a]), outside, h);
+                pieces.insert(key, piece.clone());
+                piece
+            });
+            if pair[0] != key[0] {
+                piece.reverse();
+            }
+            chain.extend_from_slice(&piece[usize::from(i > 0)..]);
+        }
+        self.chains[muscle.index()] = chain;
+    }
+
+    fn add(&mut self, at: Point, freedom: Freedom, outside: bool) -> Site {
+        if outside {
+            self.outside.push(at);
+            Site::Outside(self.outside.len() - 1)
+        } else {
+            self.nodes.push(Draft { at, freedom });
+            Site::Tissue(self.nodes.len() - 1)
+        }
+    }
+
+    /// The nodes of one straight stretch, ends included.
+    fn cut(&mut self, site: [Site; 2], ends: [Point; 2], outside: bool, h: f64) -> Vec<Site> {
+        let along = ends[1] - ends[0];
+        let parts = along.norm() / h;
+        // Outside the tissue connections are h or longer: the published count of 12 nodes allows no more.
+        let parts = (if outside { parts.floor() } else { parts.round() }).max(1.0);
+        let mut piece = vec![site[0]];
+        for part in 1..parts as usize {
+            let at = ends[0] + along * (part as f64 / parts);
+            piece.push(self.add(at, Freedom::Along(along.normalize()), outside));
+        }
+        piece.push(site[1]);
+        for pair in piece.windows(2) {
+            if let (Site::Tissue(a), Site::Tissue(b)) = (pair[0], pair[1])
+                && !outside
+            {
+                self.segments.push([a, b]);
+            }
+        }
+        piece
+    }
+}
+
+/// Shares `wanted` parts among spans so that the longest part is as short as can be; at least one each.
+fn share(wanted: usize, lengths: &[f64]) -> Vec<usize> {
+    let total: f64 = lengths.iter().sum();
+    let mut parts: Vec<usize> =
+        lengths.iter().map(|l| ((l / total * wanted as f64).floor() as usize).max(1)).collect();
+    while parts.iter().sum::<usize>() < wanted {
+        let part_length = |i: &usize| lengths[*i] / parts[*i] as f64;
+        let longest = (0..parts.len()).max_by(|a, b| part_length(a).total_cmp(&part_length(b)));
+        longest.into_iter().for_each(|i| parts[i] += 1);
+    }
+    parts
+}
+
+/// Moves the corners that may move outwards, all by the same distance, until the polygon has the area wanted.
+fn with_area(polygon: &[Point], moves: &[bool], area: f64) -> Vec<Point> {
+    let n = polygon.len();
+    let outwards: Vec<Point> = (0..n)
+        .map(|i| {
+            let across = polygon[(i + 1) % n] - polygon[(i + n - 1) % n];
+            let normal = Point::new(across.y, -across.x);
+            if moves[i] && normal.norm() > 0.0 { normal.normalize() } else { Point::zeros() }
+        })
+        .collect();
+    let moved = |by: f64| polygon.iter().zip(&outwards).map(|(p, o)| p + o * by).collect::<Vec<_>>();
+    // The area is a quadratic in the distance: a + b d + c d². Its smaller root, in the form that does not cancel.
+    let step = area.abs().sqrt() * 1e-2;
+    let [below, here, above] = [-step, 0.0, step].map(|by| plane::polygon_area(&moved(by)));
+    let (a, b, c) =
+        (here - area, (above - below) / (2.0 * step), (above + below - 2.0 * here) / (2.0 * step * step));
+    let root = b * b - 4.0 * a * c;
+    if root < 0.0 || b <= 0.0 {
+        return polygon.to_vec();
+    }
+    moved(-2.0 * a / (b + root.sqrt()))
+}

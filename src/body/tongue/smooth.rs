@@ -1,0 +1,122 @@
+//! Makes triangles even: nodes move, then everything is triangulated anew.
+//!
+//! First every free node goes to the mean of the circumcentres around it, weighted by area, which minimises the error
+//! of linear interpolation (optimal Delaunay triangulation; Chen and Xu 2004, Chen 2004). Then the worst corners that
+//! are left are improved one node at a time.
+
+use super::build::MeshError;
+use super::fill::circumcentre;
+use super::frame::{Draft, Freedom};
+use super::triangulate::triangulate;
+use crate::geometry::plane::{self, Point};
+
+/// Rounds of the first and of the second kind.
+const EVEN_ROUNDS: usize = 15;
+const POLISH_ROUNDS: usize = 6;
+/// Sweeps of a polish between two triangulations.
+const SWEEPS: usize = 3;
+/// The sine of the smallest angle, and the shortest connection in mesh spacings, that count as one unit of score.
+const SINE_UNIT: f64 = 0.5;
+const LENGTH_UNIT: f64 = 0.6;
+/// Nodes whose triangles all score this much are left alone.
+const GOOD: f64 = 0.9;
+/// First step of the search, and its smallest, in mesh spacings.
+const FIRST_STEP: f64 = 0.1;
+const LAST_STEP: f64 = 0.01;
+
+/// Moves the nodes that may move and returns the triangles.
+pub(crate) fn smooth(
+    nodes: &mut [Draft],
+    segments: &[[usize; 2]],
+    h: f64,
+) -> Result<Vec<[usize; 3]>, MeshError> {
+    let mut points: Vec<Point> = nodes.iter().map(|n| n.at).collect();
+    let mut triangles = triangulate(&points, segments)?;
+    for round in 0..EVEN_ROUNDS + POLISH_ROUNDS {
+        let around = around(points.len(), &triangles);
+        let patches = nodes.iter().zip(&around).enumerate();
+        if round < EVEN_ROUNDS {
+            for (node, (draft, patch)) in patches {
+                even(&mut points, node, draft.freedom, patch, h);
+            }
+        } else {
+            for (node, (draft, patch)) in (0..SWEEPS).flat_map(|_| patches.clone()) {
+                polish(&mut points, node, draft.freedom, patch, h);
+            }
+        }
+        triangles = triangulate(&points, segments)?;
+    }
+    nodes.iter_mut().zip(points).for_each(|(node, at)| node.at = at);
+    Ok(triangles)
+}
+
+/// The other two corners of every triangle around each node, in counter-clockwise order.
+fn around(count: usize, triangles: &[[usize; 3]]) -> Vec<Vec<[usize; 2]>> {
+    let mut around = vec![Vec::new(); count];
+    for [a, b, c] in triangles.iter().copied() {
+        for (node, others) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+            around[node].push(others);
+        }
+    }
+    around
+}
+
+fn even(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 2]], h: f64) {
+    let here = points[node];
+    let (mut sum, mut area) = (Point::zeros(), 0.0);
+    for [b, c] in patch {
+        let weight = plane::doubled_area(here, points[*b], points[*c]);
+        sum += circumcentre([here, points[*b], points[*c]]) * weight;
+        area += weight;
+    }
+    let step = sum / area - here;
+    let step = match freedom {
+        Freedom::None => return,
+        Freedom::Along(line) => line * step.dot(&line),
+        Freedom::Plane => step,
+    };
+    let limit = 0.3 * h;
+    let there = here + step * (limit / step.norm()).min(1.0);
+    // Only moves that keep every triangle around the node upright; a NaN step is refused here as well.
+    let score = |at: Point| patch_score(points, at, patch, h);
+    if score(there) >= score(here).min(0.5) {
+        points[node] = there;
+    }
+}
+
+/// The worst of a node's triangles, were the node at `at`: 1 is fair, 0 or less has turned over.
+fn patch_score(points: &[Point], at: Point, patch: &[[usize; 2]], h: f64) -> f64 {
+    let score = |[b, c]: &[usize; 2]| {
+        let (b, c) = (points[*b], points[*c]);
+        let mut sides = [(b - at).norm_squared(), (c - at).norm_squared(), (c - b).norm_squared()];
+        sides.sort_by(f64::total_cmp);
+        let sine = plane::doubled_area(at, b, c) / (sides[1] * sides[2]).sqrt();
+        if sine > 0.0 { (sine / SINE_UNIT).min(sides[0].sqrt() / (LENGTH_UNIT * h)) } else { sine }
+    };
+    patch.iter().map(score).fold(f64::INFINITY, f64::min)
+}
+
+fn polish(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 2]], h: f64) {
+    let diagonal = 0.5_f64.sqrt();
+    let compass =
+        [(1.0, 0.0), (diagonal, diagonal), (0.0, 1.0), (-diagonal, diagonal)].map(|(x, y)| Point::new(x, y));
+    let directions: &[Point] = match &freedom {
+        Freedom::None => return,
+        Freedom::Along(line) => std::slice::from_ref(line),
+        Freedom::Plane => &compass,
+    };
+    let mut score = patch_score(points, points[node], patch, h);
+    let mut step = FIRST_STEP * h;
+    while score < GOOD && step > LAST_STEP * h {
+        let here = points[node];
+        let steps = directions.iter().flat_map(|d| [d * step, d * -step]);
+        let scored = steps.map(|s| (here + s, patch_score(points, here + s, patch, h)));
+        match scored.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((there, better)) if better > score => {
+                points[node] = there;
+                score = better;
+            }
+            _ => step /= 2.0,
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Triangles between given nodes that keep given edges: spade's constrained Delaunay triangulation.
+
+use spade::handles::FixedVertexHandle as Handle;
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+
+use super::build::MeshError;
+use crate::geometry::plane::Point;
+
+/// The triangles inside a closed outline, counter-clockwise; every node is used and every segment is an edge.
+///
+/// `segments` are the edges to keep, those of the outline among them.
+///
+/// # Errors
+/// Two segments cross, a node lies on a segment, or two nodes coincide.
+pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Vec<[usize; 3]>, MeshError> {
+    let points = nodes.iter().map(|p| Point2::new(p.x, p.y)).collect();
+    // Conflicts are found below, together with segments that were split because a node lies on them.
+    let cdt: ConstrainedDelaunayTriangulation<Point2<f64>> =
+        ConstrainedDelaunayTriangulation::try_bulk_load_cdt(points, segments.to_vec(), |_| {})
+            .map_err(|_| MeshError::NotFinite)?;
+    if cdt.num_vertices() != nodes.len() {
+        return Err(MeshError::CoincidentNodes);
+    }
+    let kept = |[a, b]: &[usize; 2]| cdt.exists_constraint(Handle::from_index(*a), Handle::from_index(*b));
+    if let Some([a, b]) = segments.iter().find(|segment| !kept(segment)) {
+        let middle = (nodes[*a] + nodes[*b]) / 2.0 * 1e3;
+        return Err(MeshError::LinesCollide { x_mm: middle.x, y_mm: middle.y });
+    }
+
+    // Flood from outside over edges that are not segments: what stays dry is inside the outline.
+    let mut outside = vec![false; cdt.num_all_faces()];
+    let mut front: Vec<_> = cdt
+        .convex_hull()
+        .filter(|e| !e.is_constraint_edge())
+        .filter_map(|e| e.rev().face().as_inner())
+        .collect();
+    while let Some(face) = front.pop() {
+        let seen = &mut outside[face.fix().index()];
+        if *seen {
+            continue;
+        }
+        *seen = true;
+        let open = face.adjacent_edges().into_iter().filter(|e| !e.is_constraint_edge());
+        front.extend(open.filter_map(|e| e.rev().face().as_inner()));
+    }
+    let inside = cdt.inner_faces().filter(|f| !outside[f.fix().index()]);
+    Ok(inside.map(|f| f.vertices().map(|v| v.index())).collect())
+}

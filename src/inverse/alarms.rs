@@ -1,0 +1,158 @@
+//! What should make a reader doubt a fit.
+
+use serde::Serialize;
+
+use crate::body::Mesh;
+use crate::muscle::Muscle;
+
+use super::uncertainty::Intervals;
+use super::{AT_BOUND, Fit, Settings, Status};
+
+/// Thickness of the tongue over which a tension per metre acts, m: by it a published force (left and right together) becomes
+/// comparable. About the width of an adult tongue body; the choice is the user's.
+pub const DEFAULT_THICKNESS_M: f64 = 0.04;
+/// A chain that turns by so much more than at rest at one of its nodes is folded, radians (60 degrees).
+const FOLD: f64 = std::f64::consts::FRAC_PI_3;
+
+/// Force capacity of a muscle, left and right together, N, from the public ArtiSynth tongue model (specific tension 0.22
+/// N/mm²), and the portions that share it.
+pub const CAPACITY_N: [(&str, &[Muscle], f64); 5] = [
+    ("GGa", &[Muscle::GGa], 18.0),
+    ("GGm", &[Muscle::GGm], 12.0),
+    ("GGp", &[Muscle::GGp], 37.0),
+    ("styloglossus", &[Muscle::SGp, Muscle::SGm, Muscle::SGa], 24.0),
+    ("hyoglossus", &[Muscle::HGa, Muscle::HGp], 65.0),
+];
+
+/// A reason for doubt.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "alarm", rename_all = "snake_case")]
+pub enum Alarm {
+    /// A muscle that should contract ended without tension.
+    AtLowerBound {
+        /// The muscle.
+        muscle: Muscle,
+    },
+    /// A tension ended at the upper bound.
+    AtUpperBound {
+        /// The muscle.
+        muscle: Muscle,
+    },
+    /// More force than the muscle can give.
+    BeyondCapacity {
+        /// The muscle, portions together.
+        muscle: &'static str,
+        /// Tension times thickness, N.
+        force_n: f64,
+        /// Published capacity, N.
+        capacity_n: f64,
+        /// Thickness assumed, m.
+        thickness_m: f64,
+    },
+    /// Whether the muscle contracts is decided within the rounding of the data.
+    DecidedWithinRounding {
+        /// The muscle.
+        muscle: Muscle,
+    },
+    /// A muscle's chain of connections has folded.
+    FoldedChain {
+        /// The muscle.
+        muscle: Muscle,
+        /// Sharpest turn beyond that at rest, degrees.
+        turn_degrees: f64,
+    },
+    /// The draws ended elsewhere than the answer: there are several shapes for the same tensions, or several optima.
+    IntervalMissesAnswer {
+        /// The muscle.
+        muscle: Muscle,
+    },
+    /// The shape may not be the one that the tensions lead to.
+    EquilibriumNotCertain {
+        /// Why.
+        reason: &'static str,
+    },
+}
+
+impl Alarm {
+    /// One line for a reader.
+    pub fn message(&self) -> String {
+        match self {
+            Self::AtLowerBound { muscle } => format!("{muscle} is shorter but ends without tension"),
+            Self::AtUpperBound { muscle } => format!("the tension of {muscle} ends at the upper bound"),
+            Self::BeyondCapacity { muscle, force_n, capacity_n, thickness_m } => format!(
+                "{muscle} pulls {force_n:.1} N over {:.0} mm of thickness, more than its published {capacity_n:.0} N",
+                1e3 * thickness_m
+            ),
+            Self::DecidedWithinRounding { muscle } => {
+                format!("whether {muscle} contracts is decided within the rounding of the data")
+            }
+            Self::FoldedChain { muscle, turn_degrees } => {
+                format!("the chain of {muscle} folds by {turn_degrees:.0} degrees")
+            }
+            Self::IntervalMissesAnswer { muscle } => format!(
+                "the interval of {muscle} does not hold the answer: redrawn lengths lead to another optimum"
+            ),
+            Self::EquilibriumNotCertain { reason } => format!("equilibrium not certain: {reason}"),
+        }
+    }
+}
+
+/// All alarms of a fit, in a fixed order.
+pub fn alarms(
+    mesh: &Mesh<2>,
+    fit: &Fit,
+    intervals: Option<&Intervals>,
+    settings: &Settings,
+    thickness_m: f64,
+) -> Vec<Alarm> {
+    let mut out = Vec::new();
+    let tension = |m: &Muscle| fit.tensions[m.index()];
+    for &muscle in &fit.target.active {
+        if tension(&muscle) < AT_BOUND {
+            out.push(Alarm::AtLowerBound { muscle });
+        } else if tension(&muscle) > settings.upper_bound - AT_BOUND {
+            out.push(Alarm::AtUpperBound { muscle });
+        }
+    }
+    for (muscle, portions, capacity_n) in CAPACITY_N {
+        let force_n = thickness_m * portions.iter().map(tension).sum::<f64>();
+        if force_n > capacity_n {
+            out.push(Alarm::BeyondCapacity { muscle, force_n, capacity_n, thickness_m });
+        }
+    }
+    let uncertain = Muscle::ALL.into_iter().filter(|m| fit.target.activation[m.index()].uncertain);
+    out.extend(uncertain.map(|muscle| Alarm::DecidedWithinRounding { muscle }));
+    for muscle in Muscle::ALL {
+        let turn = sharpest_turn(mesh, &fit.positions, muscle);
+        if turn > FOLD {
+            out.push(Alarm::FoldedChain { muscle, turn_degrees: turn.to_degrees() });
+        }
+    }
+    let missed = intervals.iter().flat_map(|i| fit.target.active.iter().zip(&i.tensions));
+    out.extend(
+        missed
+            .filter(|(m, i)| tension(m) < i.low - AT_BOUND || tension(m) > i.high + AT_BOUND)
+            .map(|(m, _)| Alarm::IntervalMissesAnswer { muscle: *m }),
+    );
+    let doubts = [
+        (fit.status == Status::ReplayDiffers, "solving again from rest gives another shape"),
+        (fit.status == Status::NoEquilibrium, "none was found"),
+        (fit.status == Status::IterationLimit, "the search stopped at its iteration limit"),
+        (fit.identifiability.is_none(), "the stiffness there is singular or not positive definite"),
+    ];
+    out.extend(
+        doubts.iter().filter(|(holds, _)| *holds).map(|(_, reason)| Alarm::EquilibriumNotCertain { reason }),
+    );
+    out
+}
+
+/// By how much more than at rest a muscle's chain turns at the node where it does so most, radians.
+fn sharpest_turn(mesh: &Mesh<2>, positions: &[nalgebra::SVector<f64, 2>], muscle: Muscle) -> f64 {
+    let Some(chain) = mesh.muscles.iter().find(|c| c.name == muscle.name()) else { return 0.0 };
+    let turn =
+        |at: &[nalgebra::SVector<f64, 2>], n: &[usize]| match (at.get(n[0]), at.get(n[1]), at.get(n[2])) {
+            (Some(a), Some(b), Some(c)) => (b - a).angle(&(c - b)),
+            _ => 0.0,
+        };
+    chain.nodes.windows(3).map(|n| turn(positions, n) - turn(&mesh.nodes, n)).fold(0.0, f64::max)
+}

@@ -1,0 +1,135 @@
+//! How far the tensions may move before the targets leave what the rounding of the data allows.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::identifiability::{decompose, linearise};
+use super::objective::Forward;
+use super::uncertainty::rounding_range;
+
+/// Most evaluations that look for one end of a segment.
+const MOST_TRIES: usize = 12;
+/// An end is found when the nearest target is as near as this to the edge of its range, as part of half the range.
+const AT_EDGE: f64 = 0.01;
+
+/// A straight segment of tensions through the answer, along one singular direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoundingSegment {
+    /// How strongly the targets answer along it, 1/N.
+    pub singular_value: f64,
+    /// Unit vector over the active muscles; its largest entry is positive.
+    pub direction: Vec<f64>,
+    /// Tensions at the end against the direction, N.
+    pub from_n: Vec<f64>,
+    /// Tensions at the end along the direction, N.
+    pub to_n: Vec<f64>,
+}
+
+/// For every singular direction of d(target)/d(tension) at `tensions`, how far one can go along it until a fitted value leaves
+/// the range that ±0.5 mm on each length allows, or a tension its bounds. Where the answer itself lies outside that range
+/// the segment is the answer. `None` where the equilibrium is singular.
+pub fn segments(forward: &mut Forward<'_>, tensions: &[f64]) -> Option<Vec<RoundingSegment>> {
+    let (jacobian, _) = linearise(forward, tensions)?;
+    let (values, directions) = decompose(&jacobian)?;
+    let here = DVector::from_column_slice(tensions);
+    let out = values.into_iter().zip(directions).map(|(singular_value, direction)| RoundingSegment {
+        singular_value,
+        from_n: end(forward, &jacobian, &here, &-&direction),
+        to_n: end(forward, &jacobian, &here, &direction),
+        direction: direction.iter().copied().collect(),
+    });
+    Some(out.collect())
+}
+
+/// The last point along `direction` that is still within bounds and rounding: sought from where the linear model has it, outwards
+/// until it is passed, then by false position. The targets are taken to leave their ranges once and for all.
+fn end(
+    forward: &mut Forward<'_>,
+    jacobian: &DMatrix<f64>,
+    here: &DVector<f64>,
+    direction: &DVector<f64>,
+) -> Vec<f64> {
+    let room = super::identifiability::room(here, direction, forward.settings.upper_bound).max(0.0);
+    let at = |way: f64| (here + direction * way).map(|t| t.max(0.0));
+    let mut inside = (0.0, outside_by(forward, here.as_slice()));
+    if inside.1 > 0.0 {
+        return here.iter().copied().collect();
+    }
+    let change = jacobian * direction;
+    let target = forward.target;
+    let linear = target.fitted.iter().zip(change.iter()).map(|(m, slope)| {
+        let (low, high) = rounding_range(target, *m);
+        0.5 * (high - low) / slope.abs()
+    });
+    let mut way = linear.fold(room, f64::min);
+    let mut outside: Option<(f64, f64)> = None;
+    for _ in 0..MOST_TRIES {
+        let by = outside_by(forward, at(way).as_slice());
+        if by > 0.0 {
+            outside = Some((way, by));
+        } else {
+            inside = (way, by);
+            if way >= room || by > -AT_EDGE {
+                break;
+            }
+        }
+        way = match outside {
+            None => (2.0 * way).min(room),
+            // Where no equilibrium was found there is nothing to interpolate.
+            Some((far, by)) if by.is_finite() => {
+                let part = (AT_EDGE / 2.0 + inside.1) / (inside.1 - by);
+                inside.0 + (far - inside.0) * part.clamp(0.05, 0.95)
+            }
+            Some((far, _)) => 0.5 * (inside.0 + far),
+        };
+    }
+    at(inside.0).iter().copied().collect()
+}
+
+/// How far the fitted value that is farthest out lies outside its range, as part of half that range: negative inside, infinite
+/// where no equilibrium is found.
+fn outside_by(forward: &mut Forward<'_>, tensions: &[f64]) -> f64 {
+    let Some(lengths) = forward.evaluate(tensions).lengths else { return f64::INFINITY };
+    let target = forward.target;
+    let simulated = target.simulated(&lengths, &forward.rest_lengths());
+    let each = target.fitted.iter().map(|m| {
+        let (low, high) = rounding_range(target, *m);
+        let half = 0.5 * (high - low);
+        ((simulated[m.index()] - 0.5 * (low + high)).abs() - half) / half
+    });
+    each.fold(f64::NEG_INFINITY, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{self, Anatomy};
+    use crate::inverse::{Settings, fit, muscle_numbers};
+    use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+    use crate::system::{Model, System};
+
+    #[test]
+    fn segments_end_where_a_target_leaves_its_rounding_or_a_tension_its_bounds() {
+        let mesh = body::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap();
+        let data = Dataset::reference().unwrap();
+        let settings = Settings { method: crate::inverse::Method::GaussNewton, ..Settings::default() };
+        for kind in TargetKind::ALL {
+            let target = Target::new(&data, "S2", Vowel::A, kind, &TargetOptions::default()).unwrap();
+            let found = fit(&mesh, &Model::default(), &target, &settings).unwrap();
+            let numbers = muscle_numbers(&mesh).unwrap();
+            let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
+            let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
+            let mut forward = Forward::new(&system, numbers, &target, &settings);
+            let answer: Vec<f64> = target.active.iter().map(|m| found.tensions[m.index()]).collect();
+            let all = segments(&mut forward, &answer).unwrap();
+            assert_eq!(all.len(), 3);
+            for (end, sign, direction) in
+                all.iter().flat_map(|s| [(&s.from_n, -1.0, &s.direction), (&s.to_n, 1.0, &s.direction)])
+            {
+                let by = outside_by(&mut forward, end);
+                let beyond: Vec<f64> = end.iter().zip(direction).map(|(t, d)| t + sign * 1e-6 * d).collect();
+                let at_bound = beyond.iter().any(|t| *t < 0.0 || *t > settings.upper_bound);
+                assert!(by <= 0.0 && (by > -0.02 || at_bound), "{kind}: {by} at {end:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! The study as files: a table for each axis, and the diagrams.
+
+use serde::Serialize;
+
+use crate::measured::TargetKind;
+use crate::muscle::Muscle;
+use crate::report::{Curve, work_precision};
+
+use super::ladder::Run;
+use super::mesh::MeshRun;
+use super::search::FitRun;
+use super::tissue::TISSUES;
+use super::{Study, StudyError};
+
+/// Name and content of every file but the page.
+///
+/// # Errors
+/// [`StudyError::Csv`] and [`StudyError::Report`]; neither is expected.
+pub fn files(study: &Study) -> Result<Vec<(String, Vec<u8>)>, StudyError> {
+    let mut out = vec![
+        ("1-equilibrium.csv", table(&study.equilibrium)?),
+        ("2-trajectory.csv", table(&study.trajectory)?),
+        ("3-early.csv", table(&study.early)?),
+        ("4-mesh.csv", mesh_table(&study.meshes)?),
+        ("5-patch.csv", table(&study.patches)?),
+        ("6-fit.csv", table(&study.fits)?),
+    ];
+    let time = "time, s (median)";
+    out.push((
+        "1-equilibrium.svg",
+        work_precision(
+            "To equilibrium",
+            time,
+            "largest position error, mm",
+            &best_curves(&study.equilibrium),
+        )?
+        .into_bytes(),
+    ));
+    let curves = best_curves(&study.trajectory);
+    out.push((
+        "2-trajectory.svg",
+        work_precision("Along the trajectory to t = 3 s", time, "largest position error, mm", &curves)?
+            .into_bytes(),
+    ));
+    let title = "/a/: change of a ratio from one mesh spacing to the next finer one";
+    out.push((
+        "4-mesh.svg",
+        work_precision(
+            title,
+            "time of one equilibrium, s",
+            "largest change of a ratio",
+            &mesh_curves(&study.meshes),
+        )?
+        .into_bytes(),
+    ));
+    let title = "Fit of /a/: Nelder-Mead's simplex from the nearest solved candidate (warm) or from rest (cold), and Gauss-Newton";
+    out.push((
+        "6-fit.svg",
+        work_precision(title, "time of a fit, s", "largest tension error, N", &fit_curves(&study.fits))?
+            .into_bytes(),
+    ));
+    Ok(out.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect())
+}
+
+fn table<T: Serialize>(rows: &[T]) -> Result<Vec<u8>, StudyError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    rows.iter().try_for_each(|row| writer.serialize(row))?;
+    writer.into_inner().map_err(|e| StudyError::Csv(e.into_error().into()))
+}
+
+fn mesh_table(runs: &[MeshRun]) -> Result<Vec<u8>, StudyError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut header: Vec<String> =
+        ["scene", "tissue", "h_mm", "unknown_nodes", "triangles"].map(String::from).to_vec();
+    header.extend(Muscle::ALL.map(|m| format!("ratio_{m}")));
+    let rest = [
+        "change_from_next_coarser",
+        "difference_from_finest_fe",
+        "mesh_s",
+        "setup_s",
+        "solve_s",
+        "force_s",
+        "factor_s",
+        "iterations",
+        "factorisations",
+        "matrix_bytes",
+        "ended",
+    ];
+    header.extend(rest.map(String::from));
+    writer.write_record(&header)?;
+    for r in runs {
+        let mut row = vec![
+            r.scene.to_owned(),
+            r.tissue.to_owned(),
+            format!("{:.2}", r.h * 1e3),
+            r.unknowns.to_string(),
+            r.triangles.to_string(),
+        ];
+        row.extend(r.ratios.map(|v| format!("{v:.6}")));
+        row.push(r.change.map_or_else(String::new, |v| format!("{v:.6}")));
+        row.push(format!("{:.6}", r.from_finest));
+        row.extend([r.mesh_s, r.setup_s, r.solve_s, r.force_s, r.factor_s].map(|v| format!("{v:.3e}")));
+        row.extend([r.iterations, r.factorisations, r.matrix_bytes].map(|v| v.to_string()));
+        row.push(r.ended.words());
+        writer.write_record(&row)?;
+    }
+    writer.into_inner().map_err(|e| StudyError::Csv(e.into_error().into()))
+}
+
+/// For every method the runs that no other run of it beats in both time and error.
+pub(super) fn best_curves(runs: &[Run]) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for run in runs {
+        let Some(point) = run.point() else { continue };
+        match curves.iter_mut().find(|c| c.name == run.method) {
+            Some(curve) => curve.points.push(point),
+            None => curves.push(Curve { name: run.method.clone(), points: vec![point] }),
+        }
+    }
+    for curve in &mut curves {
+        curve.points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut least = f64::INFINITY;
+        curve.points.retain(|p| {
+            p.1 < least && {
+                least = p.1;
+                true
+            }
+        });
+    }
+    curves
+}
+
+fn mesh_curves(runs: &[MeshRun]) -> Vec<Curve> {
+    let curve = |tissue: &&str| Curve {
+        name: (*tissue).to_owned(),
+        points: runs
+            .iter()
+            .filter(|r| r.tissue == *tissue && r.scene == "/a/")
+            .filter_map(|r| Some((r.solve_s, r.change?)))
+            .collect(),
+    };
+    TISSUES.iter().map(curve).collect()
+}
+
+fn fit_curves(runs: &[FitRun]) -> Vec<Curve> {
+    let mut curves = Vec::new();
+    for kind in [TargetKind::Stretch, TargetKind::Ratio] {
+        for (method, warm, name) in [
+            (crate::inverse::Method::NelderMead, true, "simplex, warm"),
+            (crate::inverse::Method::NelderMead, false, "simplex, cold"),
+            (crate::inverse::Method::GaussNewton, true, "Gauss-Newton"),
+        ] {
+            let defaults = crate::inverse::Settings::default();
+            let ladder = runs
+                .iter()
+                .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, defaults.starts));
+            let mut points: Vec<(f64, f64)> = ladder.map(|r| (r.seconds, r.error_n)).collect();
+            points.sort_by(|a, b| b.1.total_cmp(&a.1));
+            curves.push(Curve { name: format!("{name}, {}", kind.name()), points });
+        }
+    }
+    curves
+}

@@ -1,0 +1,146 @@
+//! Axis 4: finer meshes; every tissue of axis 5 on each of them.
+
+use nalgebra::SVector;
+
+use crate::body::Mesh;
+use crate::effect::{Configuration, Tangent};
+use crate::muscle::{Muscle, PerMuscle};
+use crate::sparse::BlockMatrix;
+use crate::sparse::cholesky::Factor;
+use crate::statics::Workspace;
+
+use super::StudyError;
+use super::ladder::{Effort, Ended, measure, observed_order};
+use super::scene::{self, Scene, largest_difference, shortfall};
+use super::tissue::{PatchRun, SCENES, TISSUES, model, patch};
+
+const FORCE_TOLERANCE: f64 = 1e-9;
+
+/// One scene on one mesh with one tissue.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshRun {
+    /// Which tensions.
+    pub scene: &'static str,
+    /// Which tissue: one of [`TISSUES`].
+    pub tissue: &'static str,
+    /// Spacing, m.
+    pub h: f64,
+    /// Nodes that are solved for.
+    pub unknowns: usize,
+    /// Triangles.
+    pub triangles: usize,
+    /// Ratio of every muscle to GGa.
+    pub ratios: PerMuscle<f64>,
+    /// Largest change of a ratio from the next coarser mesh.
+    pub change: Option<f64>,
+    /// Largest difference of a ratio from finite elements on the finest mesh.
+    pub from_finest: f64,
+    /// Time to build the mesh, s (median; the same mesh serves every tissue and scene).
+    pub mesh_s: f64,
+    /// Time to make the system, ordering included, s (median).
+    pub setup_s: f64,
+    /// Time of one equilibrium from rest, s (median).
+    pub solve_s: f64,
+    /// Time of one evaluation of energy and force, s (median).
+    pub force_s: f64,
+    /// Time of one stiffness, assembled and factorised, s (median).
+    pub factor_s: f64,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Factorisations.
+    pub factorisations: usize,
+    /// Bytes of the matrix and its factor.
+    pub matrix_bytes: usize,
+    /// How it ended.
+    pub ended: Ended,
+}
+
+/// Every scene, tissue and spacing, coarsest first.
+///
+/// # Errors
+/// [`StudyError`] where a mesh or model cannot be made.
+pub fn ladder(
+    effort: &Effort,
+    progress: &mut dyn FnMut(&str),
+) -> Result<(Vec<MeshRun>, Vec<PatchRun>), StudyError> {
+    let (mut runs, mut patches) = (Vec::new(), Vec::new());
+    for &h in effort.spacings {
+        progress(&format!("mesh of {:.2} mm", h * 1e3));
+        let meshed = measure(effort, || scene::mesh(h));
+        let mesh = meshed.result?;
+        for tissue in TISSUES {
+            for (name, pull) in SCENES {
+                runs.push(one(&mesh, (name, pull), tissue, (h, meshed.seconds), effort)?);
+            }
+            patches.push(PatchRun { tissue, h_mm: h * 1e3, error_mm: patch(&mesh, h, tissue)? });
+        }
+    }
+    compare(&mut runs);
+    Ok((runs, patches))
+}
+
+fn one(
+    mesh: &Mesh<2>,
+    (name, pull): (&'static str, &[(Muscle, f64)]),
+    tissue: &'static str,
+    (h, mesh_s): (f64, f64),
+    effort: &Effort,
+) -> Result<MeshRun, StudyError> {
+    let made = measure(effort, || Scene::new(mesh, &model(tissue), pull));
+    let scene = made.result?;
+    let system = &scene.system;
+    let mut workspace = Workspace::new(system);
+    let solved = measure(effort, || scene.solve(&mut workspace, FORCE_TOLERANCE));
+    let at = Configuration { positions: workspace.positions(), tensions: &scene.tensions };
+    let mut force = vec![SVector::zeros(); at.positions.len()];
+    let forced = measure(effort, || {
+        system.force(at, &mut force);
+        std::hint::black_box(system.energy(at))
+    });
+    let mut matrix = BlockMatrix::zeros(system.pattern());
+    let mut factor = Factor::new(system.pattern());
+    let factored = measure(effort, || {
+        matrix.clear();
+        system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut matrix));
+        factor.factorise(system.pattern(), &matrix)
+    });
+    let solution = solved.result;
+    Ok(MeshRun {
+        scene: name,
+        tissue,
+        h,
+        unknowns: system.pattern().unknowns(),
+        triangles: mesh.cells.len(),
+        ratios: scene.ratios(workspace.positions()),
+        change: None,
+        from_finest: 0.0,
+        mesh_s,
+        setup_s: made.seconds,
+        solve_s: solved.seconds,
+        force_s: forced.seconds,
+        factor_s: factored.seconds,
+        iterations: solution.iterations,
+        factorisations: solution.factorisations,
+        matrix_bytes: 2 * (system.pattern().blocks() + 1) * size_of::<[[f64; 2]; 2]>(),
+        ended: shortfall(solution.status).map_or(Ended::Done, |why| Ended::Short(why.into())),
+    })
+}
+
+/// Fills in the comparisons between spacings.
+fn compare(runs: &mut [MeshRun]) {
+    let known = runs.to_vec();
+    for run in runs {
+        let same = known.iter().filter(|r| r.scene == run.scene);
+        let coarser = same.clone().rev().find(|r| r.tissue == run.tissue && r.h > run.h);
+        run.change = coarser.map(|c| largest_difference(&c.ratios, &run.ratios));
+        let finest = same.rev().find(|r| r.tissue == TISSUES[2]);
+        run.from_finest = finest.map_or(0.0, |f| largest_difference(&f.ratios, &run.ratios));
+    }
+}
+
+/// The order in h at which the ratios of a scene settle, from their changes between neighbouring meshes; near zero or below,
+/// they do not settle.
+pub fn order(runs: &[MeshRun], scene: &str, tissue: &str) -> Option<f64> {
+    let changes = runs.iter().filter(|r| r.scene == scene && r.tissue == tissue);
+    observed_order(&changes.filter_map(|r| Some((r.h, r.change?))).collect::<Vec<_>>())
+}

@@ -1,0 +1,126 @@
+//! What accuracy costs in time: ladders of settings for every way to get an answer.
+//!
+//! | axis | file | error against |
+//! |---|---|---|
+//! | 1 to equilibrium | [`equilibrium`] | Newton's method stopped by rounding alone |
+//! | 2 along the trajectory to 3 s | [`trajectory`] | TR-BDF2 at a tolerance a thousand times tighter |
+//! | 3 stopping early | [`early`] | the equilibrium |
+//! | 4 the mesh | [`mesh`] | the next coarser mesh: there is no limit to compare with |
+//! | 5 springs or finite elements | [`tissue`] | an exact solution (patch test), and the finest mesh |
+//! | 6 the fit | [`search`] | Gauss-Newton at the tightest tolerances |
+//!
+//! Times are medians and belong to one machine; steps, evaluations of the force and factorisations belong to none. Runs
+//! that failed or were refused are rows like the others.
+
+pub mod early;
+pub mod equilibrium;
+mod files;
+pub mod ladder;
+pub mod lbfgs;
+pub mod march;
+pub mod mesh;
+mod page;
+mod page_axes;
+pub mod relaxation;
+pub mod scene;
+pub mod search;
+pub mod tissue;
+pub mod trajectory;
+
+use crate::body::{AnatomyError, DEFAULT_SPACING_M, MeshError};
+use crate::dynamics::MotionError;
+use crate::inverse::FitError;
+use crate::measured;
+use crate::measured::published::TENSIONS_A_N;
+use crate::report::ReportError;
+use crate::system::{Model, SystemError};
+
+pub use files::files;
+pub use ladder::Effort;
+pub use page::{Circumstances, page};
+
+/// Why a study cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The anatomy of the scene.
+    #[error(transparent)]
+    Anatomy(#[from] AnatomyError),
+    /// A mesh of the ladder.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// A system of the ladder.
+    #[error(transparent)]
+    System(#[from] SystemError),
+    /// A fit that could not begin.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// A motion that could not begin.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// The measured lengths.
+    #[error(transparent)]
+    Target(#[from] measured::Error),
+    /// The equilibrium that errors are measured against is not good enough: its residual force, N.
+    #[error("the reference equilibrium leaves a force of {0:e} N, too much to measure errors against")]
+    Reference(f64),
+    /// Nor is the trajectory; why.
+    #[error("the reference trajectory was not found: {0}")]
+    Trajectory(String),
+    /// A table.
+    #[error("a table cannot be written as CSV: {0}")]
+    Csv(#[from] csv::Error),
+    /// A diagram.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+}
+
+/// All that was measured.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Axis 1.
+    pub equilibrium: Vec<ladder::Run>,
+    /// The force that is left at the reference of axis 1, N.
+    pub reference_residual_n: f64,
+    /// Axis 2.
+    pub trajectory: Vec<ladder::Run>,
+    /// How far the reference of axis 2 is from one of ten times its tolerance, mm.
+    pub reference_doubt_mm: f64,
+    /// Axis 3.
+    pub early: Vec<early::Stopped>,
+    /// Axes 4 and 5.
+    pub meshes: Vec<mesh::MeshRun>,
+    /// Axis 5, the patch test.
+    pub patches: Vec<tissue::PatchRun>,
+    /// Axis 6.
+    pub fits: Vec<search::FitRun>,
+}
+
+/// Measures everything; `progress` is told what comes next.
+///
+/// # Errors
+/// [`StudyError`] where a reference cannot be had; what goes wrong on a rung is a row.
+pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Study, StudyError> {
+    let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
+    let body = scene::mesh(spacing)?;
+    let scene = scene::Scene::new(&body, &Model::default(), &TENSIONS_A_N)?;
+    progress("axis 6, the fit");
+    let fits = search::ladder(&body, effort)?;
+    progress("axis 3, stopping early");
+    let early = early::ladder(&scene, effort)?;
+    progress("axes 4 and 5, meshes and tissues");
+    let (meshes, patches) = mesh::ladder(effort, progress)?;
+    progress("axis 2, along the trajectory");
+    let (trajectory, reference_doubt_mm) = trajectory::ladder(&scene, effort)?;
+    progress("axis 1, to equilibrium");
+    let (equilibrium, reference_residual_n) = equilibrium::ladder(&scene, effort)?;
+    Ok(Study {
+        equilibrium,
+        reference_residual_n,
+        trajectory,
+        reference_doubt_mm,
+        early,
+        meshes,
+        patches,
+        fits,
+    })
+}

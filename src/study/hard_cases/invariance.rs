@@ -1,0 +1,99 @@
+//! Case 10: the answer does not depend on how the body is numbered, where it lies, or how many threads there are.
+
+use std::time::Instant;
+
+use nalgebra::SVector;
+
+use crate::body::{Mesh, largest_distance};
+use crate::inverse::{self, Settings, muscle_numbers};
+use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use crate::muscle::Muscle;
+use crate::statics::Workspace;
+use crate::system::{Model, System};
+
+use super::search::of_fit;
+use super::{Row, StabilityError, bodies, equilibrium_row};
+
+/// Answers must agree to this, m.
+pub(super) const SAME: f64 = 1e-9;
+
+/// The published load on the tongue renumbered, mirrored, turned and moved; the fit on 1, 2 and 4 threads.
+pub(super) fn same_answers() -> Result<Vec<Row>, StabilityError> {
+    let mesh = bodies::tongue()?;
+    let (_, reference) = published("as it is".to_owned(), &mesh)?;
+    let mut rows = Vec::new();
+    let zero = SVector::zeros();
+    for seed in 0..5 {
+        let name = bodies::shuffled(mesh.nodes.len(), seed);
+        let (row, shape) =
+            published(format!("renumbered at random, {seed}"), &bodies::renumbered(&mesh, &name))?;
+        let back: Vec<_> = name.iter().map(|&n| shape[n]).collect();
+        rows.push(compared(row, &back, &reference));
+    }
+    let motions = [
+        ("mirrored", 0.0, true, zero),
+        ("turned by 1 rad", 1.0, false, zero),
+        ("turned by 3 rad and mirrored", 3.0, true, zero),
+        ("moved by a kilometre", 0.0, false, SVector::from([1000.0, -300.0])),
+        ("turned, mirrored and moved by a kilometre", 2.0, true, SVector::from([-700.0, 700.0])),
+    ];
+    for (variant, angle, mirrored, shift) in motions {
+        let (row, shape) = published(variant.to_owned(), &bodies::moved(&mesh, angle, mirrored, shift))?;
+        let expected: Vec<_> = reference.iter().map(|p| bodies::place(p, angle, mirrored, shift)).collect();
+        rows.push(compared(row, &shape, &expected));
+    }
+    rows.extend(threads(&mesh)?);
+    Ok(rows)
+}
+
+type Shape = Vec<SVector<f64, 2>>;
+
+fn published(variant: String, mesh: &Mesh<2>) -> Result<(Row, Shape), StabilityError> {
+    let numbers = muscle_numbers(mesh)?;
+    let load = [(Muscle::GGa, 12.0), (Muscle::SGm, 11.5), (Muscle::HGa, 4.5)];
+    let contracting: Vec<usize> = load.iter().map(|(m, _)| numbers[m.index()]).collect();
+    let system = System::new(mesh, &Model::default(), &contracting)?;
+    let mut tensions = vec![0.0; system.muscle_count()];
+    load.iter().for_each(|(m, t)| tensions[numbers[m.index()]] = *t);
+    let mut workspace = Workspace::new(&system);
+    let (_, row) = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
+    Ok((row, workspace.positions().to_vec()))
+}
+
+fn compared(row: Row, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -> Row {
+    let apart = largest_distance(shape, expected);
+    let separator = if row.note.is_empty() { "" } else { "; " };
+    Row {
+        kept: row.kept && row.converged && apart <= SAME,
+        note: format!("{}{separator}differs by {apart:.1e} m", row.note),
+        ..row
+    }
+}
+
+fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StabilityError> {
+    let data = Dataset::reference()?;
+    let target = Target::new(&data, "S2", Vowel::A, TargetKind::Ratio, &TargetOptions::default())?;
+    let settings = Settings { starts: 4, ..Settings::default() };
+    let mut first: Option<Vec<u64>> = None;
+    let mut rows = Vec::new();
+    for count in [1, 2, 4] {
+        let clock = Instant::now();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(count)
+            .build()
+            .map_err(|e| StabilityError::Threads(e.to_string()))?;
+        let found = pool.install(|| inverse::fit(mesh, &Model::default(), &target, &settings))?;
+        let bits: Vec<u64> = found
+            .tensions
+            .iter()
+            .chain(&found.lengths)
+            .chain(found.positions.iter().flatten())
+            .map(|v| v.to_bits())
+            .collect();
+        let same = *first.get_or_insert_with(|| bits.clone()) == bits;
+        let variant = format!("fit of S2 /a/ on {count} threads");
+        let note = if same { "same bits" } else { "other bits than with 1 thread" }.to_owned();
+        rows.push(of_fit(10, variant, &found, same, clock.elapsed().as_secs_f64(), note));
+    }
+    Ok(rows)
+}

@@ -1,0 +1,86 @@
+//! Case 3: materials at the edges of their ranges.
+
+use crate::body::Mesh;
+use crate::effect::spring::Spring;
+use crate::effect::{Bone, Contraction, Effect, Incompressibility, Tissue};
+use crate::inverse::muscle_numbers;
+use crate::material::Constants;
+use crate::muscle::Muscle;
+use crate::statics::Workspace;
+use crate::system::{Model, System, SystemError, TissueModel, coefficients};
+
+use super::{Row, StabilityError, bodies, equilibrium_row, refusal};
+
+/// Poisson's ratio up to 0.4999999, kappa_s from none to a million times the identified one, and neighbours a million times as
+/// stiff as each other, all at the published tensions.
+pub(super) fn extremes() -> Result<Vec<Row>, StabilityError> {
+    let mesh = bodies::tongue()?;
+    let numbers = muscle_numbers(&mesh)?;
+    let load = [(Muscle::GGa, 12.0), (Muscle::SGm, 11.5), (Muscle::HGa, 4.5)];
+    let contracting: Vec<usize> = load.iter().map(|(m, _)| numbers[m.index()]).collect();
+    let mut tensions = vec![0.0; mesh.muscles.len()];
+    load.iter().for_each(|(m, t)| tensions[numbers[m.index()]] = *t);
+    let mut rows = Vec::new();
+    for poisson_ratio in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
+        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
+        let system = System::new(&mesh, &Model { constants, ..Model::default() }, &contracting)?;
+        let variant = format!("nu = {poisson_ratio}");
+        rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
+    }
+    for poisson_ratio in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
+        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
+        let model = Model { constants, tissue: TissueModel::FiniteElement, ..Model::default() };
+        let system = System::new(&mesh, &model, &contracting)?;
+        let variant = format!("nu = {poisson_ratio}, finite elements");
+        rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
+    }
+    for poisson_ratio in [0.0, 0.5] {
+        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
+        let refused = System::new(&mesh, &Model { constants, ..Model::default() }, &contracting);
+        let variant = format!("nu = {poisson_ratio}");
+        rows.push(refusal(3, &variant, "system", refused.err().map(|e| e.to_string())));
+    }
+    for factor in [0.0, 1e-6, 1e-3, 1e3, 1e6] {
+        let system = uneven(&mesh, &contracting, factor, 1.0)?;
+        let variant = format!("kappa_s x {factor:e}");
+        rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
+    }
+    for contrast in [1e-6, 1e-3, 1e3, 1e6] {
+        let system = uneven(&mesh, &contracting, 1.0, contrast)?;
+        let variant = format!("every second connection's k x {contrast:e}");
+        rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
+    }
+    Ok(rows)
+}
+
+/// The body with kappa_s times a factor, and every second connection's stiffness times another.
+fn uneven(
+    mesh: &Mesh<2>,
+    contracting: &[usize],
+    kappa_factor: f64,
+    contrast: f64,
+) -> Result<System<2>, SystemError> {
+    let c = coefficients(mesh, &Model::default())?;
+    let mut springs: Vec<Option<Spring>> = Vec::new();
+    for (i, &[a, b]) in mesh.connections.iter().enumerate() {
+        let k = c.tissue_stiffness * if i % 2 == 0 { 1.0 } else { contrast };
+        springs.push(Some(Spring::new([a, b], k, (mesh.nodes[b] - mesh.nodes[a]).norm())));
+    }
+    let mut effects: Vec<Box<dyn Effect<2>>> = Vec::new();
+    for &muscle in contracting {
+        let mut own = Vec::new();
+        for pair in mesh.muscles[muscle].nodes.windows(2) {
+            let key = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+            if let Ok(i) = mesh.connections.binary_search(&key) {
+                own.extend(springs[i].take());
+            }
+        }
+        effects.push(Box::new(Contraction::new(muscle, own, Vec::new(), 1.0)));
+    }
+    effects.push(Box::new(Tissue::new(springs.into_iter().flatten().collect(), 0.0)));
+    if kappa_factor > 0.0 {
+        effects.push(Box::new(Incompressibility::new(c.kappa * kappa_factor, &mesh.cells, &mesh.nodes)));
+    }
+    effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
+    System::from_effects(mesh, c, effects, contracting)
+}

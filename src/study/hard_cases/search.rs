@@ -1,0 +1,161 @@
+//! Cases 6 and 7: targets that cannot be met, and searches that begin or run badly.
+
+use std::time::Instant;
+
+use crate::body::Mesh;
+use crate::inverse::{self, Fit, Settings, Status};
+use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use crate::muscle::Muscle;
+use crate::statics;
+use crate::system::Model;
+
+use super::{Row, StabilityError, bodies, name_of};
+
+/// What a fit must not say: that it met a target that cannot be met (`Some(false)`), or that it missed one that can.
+type Reachable = Option<bool>;
+
+/// Case 6.
+pub(super) fn targets() -> Result<Vec<Row>, StabilityError> {
+    let mesh = bodies::tongue()?;
+    let data = Dataset::reference()?;
+    let target = |subject: &str, vowel, kind, muscles: Option<&[Muscle]>| {
+        let options = TargetOptions { muscles: muscles.map(<[_]>::to_vec), ..TargetOptions::default() };
+        Target::new(&data, subject, vowel, kind, &options)
+    };
+    let changed = |mut t: Target, values: &[(Muscle, f64)]| {
+        values.iter().for_each(|(m, v)| t.values[m.index()] = *v);
+        t
+    };
+    let a = || target("S2", Vowel::A, TargetKind::Stretch, None);
+    let one = target("S2", Vowel::A, TargetKind::Stretch, Some(&[Muscle::HGa]))?;
+    let pair = target("S1", Vowel::O, TargetKind::Stretch, Some(&[Muscle::GGa, Muscle::SGa]))?;
+    let cases: Vec<(&str, Target, Reachable)> = vec![
+        ("S2 /a/, ratios", target("S2", Vowel::A, TargetKind::Ratio, None)?, Some(true)),
+        (
+            "unreachable: HGa to a hundredth of its length",
+            changed(one.clone(), &[(Muscle::HGa, 0.01)]),
+            Some(false),
+        ),
+        ("unreachable: HGa three times as long", changed(one.clone(), &[(Muscle::HGa, 3.0)]), Some(false)),
+        ("at the bound: HGa as at rest", changed(one.clone(), &[(Muscle::HGa, 1.0)]), Some(true)),
+        (
+            "contradictory: GGa half, SGm double, HGa half",
+            changed(a()?, &[(Muscle::GGa, 0.5), (Muscle::SGm, 2.0), (Muscle::HGa, 0.5)]),
+            Some(false),
+        ),
+        ("one muscle", one, None),
+        ("all eight", target("S2", Vowel::A, TargetKind::Stretch, Some(&Muscle::ALL))?, None),
+        (
+            "S1 /o/ with GGa at 0.70 and SGa at 1.29",
+            changed(pair, &[(Muscle::GGa, 0.70), (Muscle::SGa, 1.29)]),
+            None,
+        ),
+    ];
+    let settings = Settings { starts: 2, ..Settings::default() };
+    cases.into_iter().map(|(name, t, reachable)| row(6, name, &mesh, &t, &settings, reachable)).collect()
+}
+
+/// Case 7.
+pub(super) fn simplices() -> Result<Vec<Row>, StabilityError> {
+    let mesh = bodies::tongue()?;
+    let data = Dataset::reference()?;
+    let target = Target::new(&data, "S2", Vowel::A, TargetKind::Ratio, &TargetOptions::default())?;
+    let mut at_rest = Target::new(&data, "S2", Vowel::A, TargetKind::Stretch, &TargetOptions::default())?;
+    at_rest.values = [1.0; crate::muscle::COUNT];
+    let usual = Settings { starts: 2, ..Settings::default() };
+    let few = |max_iterations| statics::Settings { max_iterations, load_steps: 0, ..Default::default() };
+    // The larger the tensions, the more iterations a solve from rest takes: with a limit some candidates can be solved and those
+    // beyond cannot, so that searches begin among failures or run into them.
+    let in_part = |max_iterations, upper_bound| Settings {
+        equilibrium: few(max_iterations),
+        warm_start: false,
+        upper_bound,
+        ..usual
+    };
+    let cases: [(&str, &Target, Settings, Reachable); 10] = [
+        (
+            "degenerate simplex: a box of 1e-9 N",
+            &target,
+            Settings { upper_bound: 1e-9, ..usual },
+            Some(false),
+        ),
+        ("start on a bound: a box of 1 N", &target, Settings { upper_bound: 1.0, ..usual }, Some(false)),
+        ("plateau: nothing ever converges", &target, Settings { equilibrium: few(0), ..usual }, Some(false)),
+        (
+            "every solve fails: 6 iterations a solve",
+            &target,
+            Settings { equilibrium: few(6), ..usual },
+            Some(false),
+        ),
+        (
+            "failures in the middle: 10 iterations a solve, loads to 300 N",
+            &target,
+            in_part(10, 300.0),
+            Some(true),
+        ),
+        (
+            "failures in the middle: 13 iterations a solve, loads to 1000 N",
+            &target,
+            in_part(13, 1e3),
+            Some(true),
+        ),
+        ("loads to 1e6 N", &target, Settings { upper_bound: 1e6, ..usual }, None),
+        ("a target already met: the rest shape", &at_rest, usual, Some(true)),
+        ("one iteration of the search", &target, Settings { max_iterations: 1, ..usual }, None),
+        ("cost tolerance 0", &target, Settings { cost_tolerance: 0.0, ..usual }, Some(true)),
+    ];
+    cases
+        .into_iter()
+        .map(|(name, t, settings, reachable)| row(7, name, &mesh, t, &settings, reachable))
+        .collect()
+}
+
+fn row(
+    case: u8,
+    variant: &str,
+    mesh: &Mesh<2>,
+    target: &Target,
+    settings: &Settings,
+    reachable: Reachable,
+) -> Result<Row, StabilityError> {
+    let clock = Instant::now();
+    let found = inverse::fit(mesh, &Model::default(), target, settings)?;
+    let wall_s = clock.elapsed().as_secs_f64();
+    let finite = found.tensions.iter().chain(&found.lengths).all(|v| v.is_finite());
+    let kept = finite && reachable.is_none_or(|r| r == (found.status == Status::Converged));
+    Ok(of_fit(case, variant.to_owned(), &found, kept, wall_s, note(&found)))
+}
+
+/// The row of a fit.
+pub(super) fn of_fit(case: u8, variant: String, found: &Fit, kept: bool, wall_s: f64, note: String) -> Row {
+    Row {
+        case,
+        variant,
+        solver: "fit",
+        status: name_of(&found.status),
+        converged: found.status == Status::Converged,
+        kept,
+        iterations: found.evaluations,
+        load_reached: found.replay.solution.load_reached,
+        min_area_ratio: Some(found.replay.min_area_ratio),
+        smallest_eigenvalue: None,
+        guarded: found.replay.solution.guarded,
+        branch: None,
+        wall_s,
+        note,
+    }
+}
+
+fn note(found: &Fit) -> String {
+    let pulls = found.target.active.iter().map(|m| format!("{} {:.2}", m.name(), found.tensions[m.index()]));
+    let mut note = format!("{} N; misfit {:.1e}", pulls.collect::<Vec<_>>().join(", "), found.misfit);
+    let failures: usize = found.starts.iter().map(|s| s.failures).sum();
+    if failures > 0 {
+        note += &format!("; {failures} candidates had no equilibrium");
+    }
+    if found.status == Status::TargetNotMet && found.replay.solution.guarded > 0 {
+        note += "; the search began and ended among bodies crushed to the barrier, because starts lie at up to 0.3 of the bound: \
+                 there the misfit hardly changes with the tensions. The answer lies at a few newtons";
+    }
+    note
+}
