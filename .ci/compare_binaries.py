@@ -8,8 +8,8 @@ listed once and are no difference; times, versions and command lines are left ou
 """
 import json, os, subprocess, sys, tempfile
 
-OLD, NEW, PARTS = sys.argv[1], sys.argv[2], sys.argv[3:]
-LEFT_OUT = {"wall_s", "version", "command", "seconds", "energy_us", "force_us", "stiffness_us", "total_us", "threads"}
+OLD, NEW, PARTS = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2]), sys.argv[3:]
+LEFT_OUT = {"wall_s", "version", "command", "seconds", "energy_us", "force_us", "stiffness_us", "total_us", "threads", "inputs_sha256"}
 SUBJECTS = {"S1": "ieao", "S2": "ieao", "S3": "ieao", "S4": "iao"}
 
 
