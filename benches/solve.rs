@@ -5,8 +5,8 @@
 //! faer's supernodes in our order from a few hundred unknowns on; `fit` the multi-start on one and two threads.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot begin has failed")]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
+#[path = "../tests/fixtures/mod.rs"]
+mod fixtures;
 
 use divan::Bencher;
 use faer::sparse::{SparseColMat, Triplet};
@@ -87,7 +87,7 @@ mod factorise {
     #[divan::bench(args = SPACINGS)]
     fn faer_sparse(bencher: Bencher, h_tenths: u32) {
         let system = system(h_tenths);
-        let k = common::dense(system.pattern(), &stiffness(&system, &PUBLISHED));
+        let k = fixtures::dense(system.pattern(), &stiffness(&system, &PUBLISHED));
         let n = k.nrows();
         let triplets: Vec<_> = (0..n * n)
             .map(|i| Triplet::new(i % n, i / n, k[(i % n, i / n)]))
@@ -110,7 +110,7 @@ mod factorise {
     #[divan::bench(args = [55])]
     fn nalgebra_dense(bencher: Bencher, h_tenths: u32) {
         let system = system(h_tenths);
-        let k = common::dense(system.pattern(), &stiffness(&system, &PUBLISHED));
+        let k = fixtures::dense(system.pattern(), &stiffness(&system, &PUBLISHED));
         bencher.with_inputs(|| k.clone()).bench_local_values(|k| k.cholesky());
     }
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the Gmsh files of this folder with the real Gmsh, and what Gmsh itself says of them (JSON), for tests/gmsh_files.rs.
+"""Makes the Gmsh files of this folder with the real Gmsh, and what Gmsh itself says of them (JSON), for tests/library/gmsh_files.rs.
 
     python3 -m venv /tmp/venv && /tmp/venv/bin/pip install gmsh==4.15.2
     /tmp/venv/bin/python tests/gmsh/make_meshes.py

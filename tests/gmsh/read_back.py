@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads what tongue-fit wrote with readers of others and prints what they saw as JSON, for tests/outputs_read_back.rs.
+"""Reads what tongue-fit wrote with readers of others and prints what they saw as JSON, for tests/program/outputs_read_back.rs.
 
     read_back.py meshio FILE.vtu|FILE.msh     meshio's view of a mesh
     read_back.py gmsh FILE.msh                Gmsh's own

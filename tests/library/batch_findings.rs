@@ -1,0 +1,84 @@
+//! What a batch says of a fit beside its tensions: alarms, other subsets, intervals by seed.
+
+use tongue_fit::body::{self, Anatomy, Mesh};
+use tongue_fit::inverse::alarms::{Alarm, alarms};
+use tongue_fit::inverse::batch::{Assessment, Thoroughness, assess};
+use tongue_fit::inverse::{Method, Settings};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_fit::muscle::Muscle;
+use tongue_fit::system::Model;
+
+fn mesh() -> Mesh<2> {
+    body::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap()
+}
+
+fn how() -> Thoroughness {
+    let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+    Thoroughness { settings, draws: 0, subset_changes: 0, ..Thoroughness::default() }
+}
+
+fn assessed(mesh: &Mesh<2>, subject: &str, kind: TargetKind, how: &Thoroughness) -> Assessment {
+    let data = Dataset::reference().unwrap();
+    let target = Target::new(&data, subject, Vowel::A, kind, &TargetOptions::default()).unwrap();
+    assess(mesh, &Model::default(), &target, how).unwrap()
+}
+
+#[test]
+fn each_alarm_is_raised_by_what_it_is_about() {
+    let mesh = mesh();
+    let mut found = assessed(&mesh, "S2", TargetKind::Stretch, &how());
+    // S2 /a/ against /ɯ/: only SGp is within rounding (59 mm in both).
+    assert_eq!(found.alarms, [Alarm::DecidedWithinRounding { muscle: Muscle::SGp }]);
+
+    let settings = how().settings;
+    let fit = &mut found.fit;
+    let per_metre = alarms(&mesh, fit, None, &settings, 1.0);
+    // 8 N/m over a metre are less than GGa's 18 N; 38 N/m are more than the styloglossus' 24 N.
+    assert_eq!(per_metre.len(), 2);
+    assert!(matches!(per_metre[0], Alarm::BeyondCapacity { muscle: "styloglossus", capacity_n: 24.0, .. }));
+
+    fit.tensions[Muscle::SGm.index()] = settings.upper_bound;
+    fit.tensions[Muscle::GGa.index()] = 0.0;
+    let ggm = mesh.muscles.iter().find(|m| m.name == "GGm").unwrap();
+    let (before, folded) = (ggm.nodes[1], ggm.nodes[2]);
+    fit.positions[folded] =
+        fit.positions[before] + (fit.positions[ggm.nodes[0]] - fit.positions[before]) * 0.5;
+    fit.identifiability = None;
+    let all = alarms(&mesh, fit, None, &settings, 0.04);
+    let has = |what: &dyn Fn(&Alarm) -> bool| all.iter().any(what);
+    assert!(has(&|a| *a == Alarm::AtUpperBound { muscle: Muscle::SGm }));
+    assert!(has(&|a| *a == Alarm::AtLowerBound { muscle: Muscle::GGa }));
+    assert!(has(&|a| matches!(a, Alarm::FoldedChain { muscle: Muscle::GGm, .. })));
+    assert!(has(&|a| matches!(a, Alarm::EquilibriumNotCertain { .. })));
+}
+
+#[test]
+fn a_smaller_subset_that_fits_as_well_comes_first() {
+    let mesh = mesh();
+    // The ratio fit of S2 /a/ leaves HGa without tension, so GGa and SGm alone must do as well.
+    let found = assessed(&mesh, "S2", TargetKind::Ratio, &Thoroughness { subset_changes: 1, ..how() });
+    let best = &found.subsets[0];
+    assert_eq!(best.muscles, [Muscle::GGa, Muscle::SGm]);
+    assert!(best.within_rounding);
+    for (m, t) in best.muscles.iter().zip(&best.tensions) {
+        assert!((t - found.fit.tensions[m.index()]).abs() < 0.5, "{m}: {t}");
+    }
+    let ranks: Vec<(bool, usize)> = found
+        .subsets
+        .iter()
+        .map(|s| (!s.within_rounding, if s.within_rounding { s.muscles.len() } else { 0 }))
+        .collect();
+    assert!(ranks.is_sorted(), "{ranks:?}");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_intervals_and_another_seed_others() {
+    let mesh = mesh();
+    let of = |seed| {
+        assessed(&mesh, "S1", TargetKind::Stretch, &Thoroughness { draws: 50, seed, ..how() })
+            .intervals
+            .unwrap()
+    };
+    assert_eq!(of(1), of(1));
+    assert_ne!(of(1), of(2));
+}

@@ -1,0 +1,249 @@
+//! The body in motion: where it ends, how fast it gets there, how long a step may be, and that nothing comes from nothing.
+
+use crate::fixtures;
+use nalgebra::SVector;
+use tongue_fit::body::{self, Anatomy, Mesh};
+use tongue_fit::dynamics::{
+    Control, Counts, Method, MethodError, Motion, Observer, Spectrum, Status, Tensions, run, sample_times,
+};
+use tongue_fit::material::{Constants, Preset};
+use tongue_fit::statics::{self, Workspace};
+use tongue_fit::system::{Model, OutsidePath, System};
+
+/// Numbers of GGa, SGm and HGa, and the published tensions for /a/, N.
+const PUBLISHED: [(usize, f64); 3] = [(0, 12.0), (4, 11.5), (6, 4.5)];
+
+fn reference_mesh() -> Mesh<2> {
+    body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap()
+}
+
+fn reference(preset: Preset) -> (System<2>, Vec<f64>) {
+    let muscles = PUBLISHED.map(|(m, _)| m);
+    let system = System::new(&reference_mesh(), &Model { preset, ..Model::default() }, &muscles).unwrap();
+    let mut tensions = vec![0.0; system.muscle_count()];
+    PUBLISHED.iter().for_each(|(m, t)| tensions[*m] = *t);
+    (system, tensions)
+}
+
+fn static_positions(system: &System<2>, tensions: &[f64]) -> Vec<SVector<f64, 2>> {
+    let mut workspace = Workspace::new(system);
+    let settings = statics::Settings { tolerance: 1e-11, ..statics::Settings::default() };
+    let solution = statics::solve(system, &mut workspace, tensions, &settings);
+    assert_eq!(solution.status, statics::Status::Converged);
+    workspace.positions().to_vec()
+}
+
+/// Largest distance of a node, m.
+fn apart(a: &[SVector<f64, 2>], b: &[SVector<f64, 2>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+#[derive(Default)]
+struct Keep(Vec<Vec<SVector<f64, 2>>>);
+
+impl Observer<2> for Keep {
+    fn sample(&mut self, _time: f64, positions: &[SVector<f64, 2>]) {
+        self.0.push(positions.to_vec());
+    }
+}
+
+#[test]
+fn in_the_long_run_the_body_stands_where_the_equilibrium_is() {
+    for outside in [OutsidePath::Straight, OutsidePath::Chain] {
+        let model = Model { outside, ..Model::default() };
+        let system = System::new(&fixtures::lattice(5, 4, 5.5e-3), &model, &[0]).unwrap();
+        let tensions = vec![4.0];
+        let goal = static_positions(&system, &tensions);
+        assert!(apart(&goal, system.rest()) > 1e-4);
+        let motion = Motion::new(&system, Tensions::Ramp { to: tensions, duration: 0.3 }).unwrap();
+        for (method, control) in [
+            (Method::TrBdf2, Control::Adaptive(1e-9)),
+            (Method::TrBdf2, Control::Fixed(0.1)),
+            (Method::BackwardEuler, Control::Fixed(0.2)),
+        ] {
+            let mut integrator = method.checked(&motion, control).unwrap();
+            let mut state = motion.at_rest();
+            let outcome = run(&motion, integrator.as_mut(), &mut state, 60.0, &[], &mut ());
+            assert_eq!(outcome.status, Status::Completed, "{method} {control:?}");
+            let left = apart(&state.positions, &goal);
+            assert!(left < 1e-9, "{method} {control:?}: {left:e} m from the equilibrium");
+        }
+    }
+}
+
+#[test]
+fn energy_never_grows_where_nothing_pulls() {
+    // Soft dampers, so that the body swings; the muscle is there, with its internal states, and slack.
+    let mesh = fixtures::lattice(4, 4, 5.5e-3);
+    let constants = Constants { viscosity: 20.0, ..Constants::TONGUE };
+    let system = System::new(&mesh, &Model { constants, ..Model::default() }, &[0]).unwrap();
+    let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
+    for method in Method::ALL {
+        let dt = method.stability_limit(&motion).map_or(1e-4, |limit| 0.2 * limit);
+        let mut integrator = method.checked(&motion, Control::Fixed(dt)).unwrap();
+        let mut state = motion.at_rest();
+        state.positions = fixtures::shaken(&mesh, 4e-4);
+        let (start, mut counts) = (motion.energy(&state), Counts::default());
+        let mut energy = start;
+        for step in 0..400 {
+            integrator.step(&motion, &mut state, f64::INFINITY, &mut counts).unwrap();
+            let now = motion.energy(&state);
+            assert!(now <= energy * (1.0 + 1e-9), "{method}: step {step}: {energy:e} J -> {now:e} J");
+            energy = now;
+        }
+        assert!(energy < 0.9 * start, "{method}: {start:e} J -> {energy:e} J");
+    }
+}
+
+#[test]
+fn the_stability_limit_is_where_explicit_runs_begin_to_blow_up() {
+    let mesh = fixtures::lattice(4, 4, 5.5e-3);
+    for viscosity in [0.0, 5.0, 3000.0] {
+        let constants = Constants { viscosity, ..Constants::TONGUE };
+        let system = System::new(&mesh, &Model { constants, ..Model::default() }, &[]).unwrap();
+        let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
+        for method in Method::ALL.into_iter().filter(|m| m.is_explicit()) {
+            let limit = method.stability_limit(&motion).unwrap();
+            let status = |part: f64| {
+                let mut integrator = method.integrator(&motion, Control::Fixed(part * limit)).unwrap();
+                let mut state = motion.at_rest();
+                // Small, so that the body stays as stiff as at rest.
+                state.positions = fixtures::shaken(&mesh, 1e-9);
+                run(&motion, integrator.as_mut(), &mut state, 3000.0 * limit, &[], &mut ()).status
+            };
+            assert_eq!(status(0.98), Status::Completed, "{method} at viscosity {viscosity}");
+            // RK4 is limited by the stiffest and the most damped mode as if they were one; they are not quite.
+            let beyond = if method == Method::Rk4 && viscosity == 5.0 { 1.3 } else { 1.05 };
+            assert_ne!(status(beyond), Status::Completed, "{method} at viscosity {viscosity}");
+        }
+    }
+}
+
+#[test]
+fn the_limits_are_those_that_the_thesis_met() {
+    let limit = |preset, method: Method| {
+        let (system, tensions) = reference(preset);
+        let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
+        (method.stability_limit(&motion).unwrap(), Spectrum::of(&motion, &motion.at_rest()))
+    };
+    // Table 4.2 as printed: dampers 1.25e-8 s (velocity predicted over the full step), area 9.5e-7 s.
+    let (printed, spectrum) = limit(Preset::AsPrinted, Method::Verlet);
+    assert!((1.0e-8..1.4e-8).contains(&printed), "{printed:e}");
+    let area = 2.0 / spectrum.stiffness.sqrt();
+    assert!((7.5e-7..1.1e-6).contains(&area), "{area:e}");
+    // A hundred times the mass, a hundred times the step of the dampers; a thousandth of kappa.
+    let (consistent, spectrum) = limit(Preset::Consistent, Method::Verlet);
+    assert!((consistent / printed / 100.0 - 1.0).abs() < 0.1, "{consistent:e}");
+    let area = 2.0 / spectrum.stiffness.sqrt();
+    assert!((2.3e-4..3.5e-4).contains(&area), "{area:e}");
+    // Half the rate of the strongest damper for Verlet as the thesis may have run it: symplectic Euler's limit is 2 / rate.
+    let (symplectic, spectrum) = limit(Preset::AsPrinted, Method::SymplecticEuler);
+    assert!((symplectic * spectrum.damping / 2.0 - 1.0).abs() < 1e-3, "{symplectic:e}");
+}
+
+#[test]
+fn the_step_of_the_thesis_is_refused_and_blows_up_when_forced() {
+    let (system, tensions) = reference(Preset::AsPrinted);
+    let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
+    let dt = 5.0e-6;
+    let refusal = Method::Verlet.checked(&motion, Control::Fixed(dt)).unwrap_err();
+    assert!(matches!(refusal, MethodError::Unstable { limit, .. } if limit < 2e-8), "{refusal}");
+    let mut integrator = Method::Verlet.integrator(&motion, Control::Fixed(dt)).unwrap();
+    let mut state = motion.at_rest();
+    let outcome = run(&motion, integrator.as_mut(), &mut state, 3.0, &[], &mut ());
+    assert!(
+        matches!(outcome.status, Status::Diverged | Status::NotFinite | Status::InvertedCell),
+        "{outcome:?}"
+    );
+    assert!(outcome.time_s < 1e-3 && outcome.time_s == state.time);
+    assert!(state.positions.iter().flatten().all(|x| x.is_finite()));
+}
+
+#[test]
+fn an_adaptive_trajectory_is_right_to_a_tenth_of_a_micrometre_in_few_steps() {
+    let (system, tensions) = reference(Preset::Consistent);
+    let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
+    let times = sample_times(3.0, 61);
+    let go = |tolerance| {
+        let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(tolerance)).unwrap();
+        let mut seen = Keep::default();
+        let outcome = run(&motion, integrator.as_mut(), &mut motion.at_rest(), 3.0, &times, &mut seen);
+        assert_eq!(outcome.status, Status::Completed);
+        assert_eq!(seen.0.len(), times.len());
+        (seen.0, outcome.counts)
+    };
+    let (reference, _) = go(1e-12);
+    let (found, counts) = go(1e-9);
+    let error = found.iter().zip(&reference).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+    assert!(error < 1e-7, "{error:e} m");
+    assert!(counts.steps < 250 && counts.factorisations < 100, "{counts:?}");
+}
+
+#[test]
+fn tissue_relaxes_as_its_dampers_say_and_contracting_muscles_are_slower() {
+    // Released from the shape of /a/ the passive body keeps 7 % of it after 3 s: b/k = 1.12 s.
+    let (system, tensions) = reference(Preset::Consistent);
+    let shape = static_positions(&system, &tensions);
+    let passive = System::new(&reference_mesh(), &Model::default(), &[]).unwrap();
+    let slack = Motion::new(&passive, Tensions::Constant(vec![0.0; 8])).unwrap();
+    let mut released = slack.at_rest();
+    released.positions.copy_from_slice(&shape);
+    let times = [0.0, 3.0, 6.0, 8.0];
+    let mut seen = Keep::default();
+    let mut integrator = Method::TrBdf2.checked(&slack, Control::Adaptive(1e-10)).unwrap();
+    run(&slack, integrator.as_mut(), &mut released, 8.0, &times, &mut seen);
+    let left: Vec<f64> = seen.0.iter().map(|x| apart(x, passive.rest())).collect();
+    let time_constant = 2.0 / (left[2] / left[3]).ln();
+    let c = passive.coefficients();
+    assert!((time_constant - c.tissue_damping / c.tissue_stiffness).abs() < 0.02, "{time_constant} s");
+    assert!((0.05..0.09).contains(&(left[1] / left[0])), "{}", left[1] / left[0]);
+
+    // Pulled to the same shape, the contractile dampers (2.1 s for a muscle alone) have to follow too.
+    let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
+    let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(1e-10)).unwrap();
+    let mut seen = Keep::default();
+    run(&motion, integrator.as_mut(), &mut motion.at_rest(), 8.0, &times, &mut seen);
+    let left: Vec<f64> = seen.0.iter().map(|x| apart(x, &shape)).collect();
+    let time_constant = 2.0 / (left[2] / left[3]).ln();
+    assert!((time_constant - 1.43).abs() < 0.03, "{time_constant} s");
+    assert!((left[1] / left[0] - 0.178).abs() < 0.01, "{}", left[1] / left[0]);
+}
+
+#[test]
+fn hopeless_runs_end_with_a_status_and_finite_positions() {
+    let (system, _) = reference(Preset::Consistent);
+    let tensions = vec![3000.0, 0.0, 0.0, 0.0, 3000.0, 0.0, 3000.0, 0.0];
+    let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
+    for (method, control) in [
+        (Method::BackwardEuler, Control::Fixed(1.0)),
+        (Method::TrBdf2, Control::Fixed(0.5)),
+        (Method::TrBdf2, Control::Adaptive(1e-6)),
+    ] {
+        let mut integrator = method.checked(&motion, control).unwrap();
+        let mut state = motion.at_rest();
+        let outcome = run(&motion, integrator.as_mut(), &mut state, 3.0, &[], &mut ());
+        assert_eq!(
+            outcome.status == Status::Completed,
+            outcome.time_s == 3.0,
+            "{method} {control:?}: {outcome:?}"
+        );
+        assert!(state.positions.iter().flatten().all(|x| x.is_finite()));
+    }
+}
+
+#[test]
+fn steps_and_tolerances_out_of_range_are_refused() {
+    let system = System::new(&fixtures::lattice(4, 4, 5.5e-3), &Model::default(), &[0]).unwrap();
+    let motion = Motion::new(&system, Tensions::Constant(vec![1.0])).unwrap();
+    for bad in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
+        for method in Method::ALL {
+            assert!(matches!(method.checked(&motion, Control::Fixed(bad)), Err(MethodError::Step { .. })));
+            assert!(method.checked(&motion, Control::Adaptive(bad)).is_err());
+        }
+    }
+    assert_eq!(
+        Method::Rk4.checked(&motion, Control::Adaptive(1e-9)).unwrap_err(),
+        MethodError::NotAdaptive { method: Method::Rk4 }
+    );
+    assert!(Motion::new(&system, Tensions::Constant(vec![])).is_err());
+}

@@ -1,0 +1,221 @@
+//! Every effect that a system can simulate: its force is minus the derivative of its energy, its stiffness minus the
+//! derivative of its force, its convex stiffness has no negative eigenvalue, and its tension derivative is what it says. In motion
+//! its damping is minus the derivative of its viscous force, and what acts through internal states obeys the same rules.
+//!
+//! The list of effects is taken from a system with everything switched on, so a new effect is covered by being used.
+
+use crate::fixtures;
+use nalgebra::{DMatrix, SVector, Vector2};
+use tongue_fit::body::Mesh;
+use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Tangent, lumped_masses};
+use tongue_fit::sparse::BlockMatrix;
+use tongue_fit::system::{Additions, Model, System, TissueModel};
+
+fn stiffness<const D: usize>(
+    system: &System<D>,
+    effect: &dyn Effect<D>,
+    at: Configuration<'_, D>,
+    tangent: Tangent,
+) -> DMatrix<f64> {
+    let mut k = BlockMatrix::zeros(system.pattern());
+    effect.add_stiffness(at, tangent, &mut k);
+    fixtures::dense(system.pattern(), &k)
+}
+
+fn force<const D: usize>(effect: &dyn Effect<D>, at: Configuration<'_, D>) -> Vec<SVector<f64, D>> {
+    let mut f = vec![SVector::zeros(); at.positions.len()];
+    effect.add_force(at, &mut f);
+    f
+}
+
+/// Effects that act from outside: their forces need not cancel.
+const FROM_OUTSIDE: [&str; 2] = ["gravity", "contact"];
+
+/// Weight, and a bent wall close over the highest nodes.
+fn additions<const D: usize>(mesh: &Mesh<D>, side: f64) -> Additions<D> {
+    let [width, height] = [0, 1].map(|d| mesh.nodes.iter().map(|p| p[d]).fold(0.0, f64::max));
+    let wall = [[-1.0, 2.0], [0.4 * width / side, 1.2], [0.6 * width / side, 1.3], [width / side + 1.0, 2.0]];
+    let wall = wall.map(|[x, up]| Vector2::new(side * x, height + 0.25 * side * up)).to_vec();
+    let masses = lumped_masses(mesh, 1e3);
+    Additions {
+        effects: vec![
+            Box::new(Gravity::new(&masses, SVector::repeat(9.81), &mesh.nodes)),
+            Box::new(Contact::new(wall, &mesh.surface_nodes(), 2.67e3, 0.5 * side)),
+        ],
+        ..Additions::default()
+    }
+}
+
+fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64, tissue: TissueModel) -> Vec<&'static str> {
+    let model = Model { tissue, ..Model::default() };
+    let system = System::with(mesh, &model, &[0], additions(mesh, side)).unwrap();
+    let tensions = [7.5];
+    let x = fixtures::shaken(mesh, 0.08 * side);
+    let at = Configuration { positions: &x, tensions: &tensions };
+    let step = 1e-6 * side;
+    let nodes = system.pattern().nodes().to_vec();
+    for effect in system.effects() {
+        let effect = effect.as_ref();
+        let here = force(effect, at);
+        let exact = stiffness(&system, effect, at, Tangent::Exact);
+        let scale = exact.amax().max(1.0);
+        for (u, &node) in nodes.iter().enumerate() {
+            for d in 0..D {
+                let (mut up, mut down) = (x.clone(), x.clone());
+                up[node][d] += step;
+                down[node][d] -= step;
+                let up = Configuration { positions: &up, tensions: &tensions };
+                let down = Configuration { positions: &down, tensions: &tensions };
+                let slope = (effect.energy(up) - effect.energy(down)) / (2.0 * step);
+                let error = (slope + here[node][d]).abs();
+                assert!(error < 1e-5, "{} in {D}D: force off by {error:e} N", effect.name());
+                let (fu, fd) = (force(effect, up), force(effect, down));
+                for (v, &other) in nodes.iter().enumerate() {
+                    for e in 0..D {
+                        let change = -(fu[other][e] - fd[other][e]) / (2.0 * step);
+                        let error = (change - exact[(v * D + e, u * D + d)]).abs() / scale;
+                        assert!(error < 1e-6, "{} in {D}D: stiffness off by {error:e}", effect.name());
+                    }
+                }
+            }
+        }
+        let convex = stiffness(&system, effect, at, Tangent::Convex).symmetric_eigenvalues();
+        assert!(convex.min() > -1e-9 * scale, "{}: convex stiffness is not", effect.name());
+
+        let mut per_tension = vec![SVector::zeros(); x.len()];
+        effect.add_force_per_tension(at, 0, &mut per_tension);
+        let more = force(effect, Configuration { positions: &x, tensions: &[8.5] });
+        for ((more, here), derivative) in more.iter().zip(&here).zip(&per_tension) {
+            assert!((more - here - derivative).norm() < 1e-12, "{}: tension derivative", effect.name());
+        }
+        check_damping(&system, effect, at, scale);
+        check_internal(&system, effect, at, step);
+        let total: SVector<f64, D> = here.iter().sum();
+        let outside = FROM_OUTSIDE.contains(&effect.name());
+        assert_eq!(outside, total.norm() > 1e-3, "{}: acts on nothing here", effect.name());
+        assert!(outside || total.norm() < 1e-9, "{}: inner forces do not cancel", effect.name());
+    }
+    system.effects().iter().map(|e| e.name()).collect()
+}
+
+/// The damping is minus the derivative of the viscous force, never feeds energy, and does not resist moving as a whole.
+fn check_damping<const D: usize>(
+    system: &System<D>,
+    effect: &dyn Effect<D>,
+    at: Configuration<'_, D>,
+    scale: f64,
+) {
+    let nodes = system.pattern().nodes();
+    let viscous = |v: &[SVector<f64, D>]| {
+        let mut f = vec![SVector::zeros(); v.len()];
+        effect.add_viscous_force(at, v, &mut f);
+        f
+    };
+    let weight = 0.5;
+    let mut c = BlockMatrix::zeros(system.pattern());
+    effect.add_damping(at, weight, &mut c);
+    let damping = fixtures::dense(system.pattern(), &c) / weight;
+    for (u, &node) in nodes.iter().enumerate() {
+        for d in 0..D {
+            let mut v = vec![SVector::zeros(); at.positions.len()];
+            v[node][d] = 1.0;
+            let f = viscous(&v);
+            for (w, &other) in nodes.iter().enumerate() {
+                for e in 0..D {
+                    let error = (f[other][e] + damping[(w * D + e, u * D + d)]).abs() / scale;
+                    assert!(error < 1e-12, "{}: damping off by {error:e}", effect.name());
+                }
+            }
+        }
+    }
+    assert!(damping.symmetric_eigenvalues().min() > -1e-9 * scale, "{}: feeds energy", effect.name());
+    let together = viscous(&vec![SVector::repeat(0.3); at.positions.len()]);
+    assert!(together.iter().all(|f| f.norm() < 1e-9), "{}: resists moving as a whole", effect.name());
+}
+
+/// The force through internal states is minus the derivative of its energy; with the states settled, its stiffness is minus the
+/// derivative of that; settled states solve their equation.
+fn check_internal<const D: usize>(
+    system: &System<D>,
+    effect: &dyn Effect<D>,
+    at: Configuration<'_, D>,
+    step: f64,
+) {
+    let Some(internal) = effect.internal() else { return };
+    assert!(internal.count() > 0);
+    let known: Vec<f64> = (0..internal.count()).map(|i| 1e-4 * (i as f64).sin()).collect();
+    for time_step in [0.0, 0.01, 2.0] {
+        let settled = |at: Configuration<'_, D>| {
+            let mut s = known.clone();
+            internal.settle(at, time_step, &mut s);
+            s
+        };
+        let states = settled(at);
+        let mut rates = vec![0.0; states.len()];
+        internal.rates(at, &states, &mut rates);
+        for ((s, k), r) in states.iter().zip(&known).zip(&rates) {
+            assert!(
+                (s - k - time_step * r).abs() < 1e-15 + 1e-12 * s.abs(),
+                "{}: not settled",
+                effect.name()
+            );
+        }
+        let force = |at: Configuration<'_, D>, states: &[f64]| {
+            let mut f = vec![SVector::<f64, D>::zeros(); at.positions.len()];
+            internal.add_force(at, states, &mut f);
+            f
+        };
+        let mut k = BlockMatrix::zeros(system.pattern());
+        internal.add_stiffness(at, time_step, &states, Tangent::Exact, &mut k);
+        let k = fixtures::dense(system.pattern(), &k);
+        let here = force(at, &states);
+        for (u, &node) in system.pattern().nodes().iter().enumerate() {
+            for d in 0..D {
+                let (mut up, mut down) = (at.positions.to_vec(), at.positions.to_vec());
+                up[node][d] += step;
+                down[node][d] -= step;
+                let slope = (internal.energy(&up, &states) - internal.energy(&down, &states)) / (2.0 * step);
+                assert!((slope + here[node][d]).abs() < 1e-5, "{}: force of states", effect.name());
+                let up = Configuration { positions: &up, ..at };
+                let down = Configuration { positions: &down, ..at };
+                let (fu, fd) = (force(up, &settled(up)), force(down, &settled(down)));
+                for (v, &other) in system.pattern().nodes().iter().enumerate() {
+                    for e in 0..D {
+                        let change = -(fu[other][e] - fd[other][e]) / (2.0 * step);
+                        let error = (change - k[(v * D + e, u * D + d)]).abs() / k.amax().max(1.0);
+                        assert!(error < 1e-6, "{}: stiffness of states off by {error:e}", effect.name());
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn in_the_plane_and_in_space() {
+    let kinds = [
+        (TissueModel::MassSpring, ["tissue", "muscle", "incompressibility", "gravity", "contact", "bone"]),
+        (TissueModel::FiniteElement, ["tissue", "muscle", "finite elements", "gravity", "contact", "bone"]),
+    ];
+    for (tissue, all) in kinds {
+        assert_eq!(check_all(&fixtures::lattice(4, 4, 5.5e-3), 5.5e-3, tissue), all);
+        assert_eq!(check_all(&fixtures::block(2, 5.5e-3), 5.5e-3, tissue), all);
+    }
+}
+
+#[test]
+fn moving_the_whole_body_costs_no_energy_and_neither_does_turning_it() {
+    let mesh = fixtures::lattice(4, 4, 5.5e-3);
+    let x = fixtures::shaken(&mesh, 5e-4);
+    let turn = nalgebra::Rotation2::new(0.7);
+    let turned: Vec<_> = x.iter().map(|p| turn * p + SVector::from([0.02, -0.01])).collect();
+    let tensions = [7.5];
+    for tissue in [TissueModel::MassSpring, TissueModel::FiniteElement] {
+        let system = System::new(&mesh, &Model { tissue, ..Model::default() }, &[0]).unwrap();
+        for effect in system.effects() {
+            let before = effect.energy(Configuration { positions: &x, tensions: &tensions });
+            let after = effect.energy(Configuration { positions: &turned, tensions: &tensions });
+            assert!((before - after).abs() < 1e-14, "{}: {before} {after}", effect.name());
+        }
+    }
+}

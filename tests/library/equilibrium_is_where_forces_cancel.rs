@@ -1,0 +1,180 @@
+//! Newton's method against exact solutions, against the energy's own minimum, and against the other way of modelling the
+//! parts outside the tissue.
+
+use nalgebra::SVector;
+use tongue_fit::body::{self, Anatomy, Cells, Mesh, MuscleChain};
+use tongue_fit::effect::Configuration;
+use tongue_fit::statics::{Settings, Solution, Status, Workspace, length_sensitivities, solve};
+use tongue_fit::system::{Model, OutsidePath, System};
+
+const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
+
+fn tongue() -> Mesh<2> {
+    body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap()
+}
+
+fn solved<const D: usize>(system: &System<D>, tensions: &[f64]) -> (Solution, Workspace<D>) {
+    let mut workspace = Workspace::new(system);
+    let solution = solve(system, &mut workspace, tensions, &Settings::default());
+    (solution, workspace)
+}
+
+/// A line of `n` connections of 1 cm between a bone and a free end, all one muscle; and where the end must come to rest
+/// under tension `F`: each connection at `l0 - F/k`.
+fn rope(n: usize, tension: f64) -> (Mesh<2>, f64) {
+    let nodes = (0..=n).map(|i| SVector::from([0.01 * i as f64, 0.0])).collect();
+    let chain: Vec<usize> = (0..=n).collect();
+    let mesh = Mesh {
+        nodes,
+        cells: Cells::new(),
+        connections: chain.windows(2).map(|w| [w[0], w[1]]).collect(),
+        muscles: vec![MuscleChain { name: "rope".into(), nodes: chain }],
+        fixed: vec![0],
+    };
+    let k = tongue_fit::system::coefficients(&mesh, &Model::default()).unwrap().muscle_parallel_stiffness;
+    (mesh, n as f64 * (0.01 - tension / k))
+}
+
+#[test]
+fn a_contracting_rope_shortens_by_f_over_k_a_connection() {
+    let (mesh, exact) = rope(5, 8.0);
+    let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
+    let (solution, workspace) = solved(&system, &[8.0]);
+    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    assert!((system.length(workspace.positions(), 0) - exact).abs() < 1e-12);
+    // The inner nodes are placed by the condensed path, evenly.
+    for (i, p) in workspace.positions().iter().enumerate() {
+        assert!((p.x - exact * i as f64 / 5.0).abs() < 1e-12 && p.y == 0.0, "node {i} at {p}");
+    }
+}
+
+#[test]
+fn rest_is_an_equilibrium_and_stays_one() {
+    let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
+    let (solution, workspace) = solved(&system, &[0.0; 8]);
+    assert_eq!((solution.status, solution.iterations), (Status::Converged, 0));
+    // Inner nodes of the straight paths are placed anew, so they may differ by a rounding.
+    for (p, q) in workspace.positions().iter().zip(system.rest()) {
+        assert!((p - q).norm() < 1e-16, "{p} {q}");
+    }
+}
+
+#[test]
+fn the_tongue_rests_where_every_free_node_is_in_balance_and_the_energy_is_least() {
+    let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
+    let (solution, workspace) = solved(&system, &PUBLISHED);
+    assert_eq!(solution.status, Status::Converged);
+    assert!(solution.max_residual_force < 1e-9, "{solution:?}");
+    let (smallest, largest) = system.cell_ratios(workspace.positions());
+    assert!(smallest > 0.95 && largest < 1.05, "areas at {smallest} to {largest}");
+    let energy = |x: &[SVector<f64, 2>]| system.energy(Configuration { positions: x, tensions: &PUBLISHED });
+    let least = energy(workspace.positions());
+    for seed in 0..50usize {
+        let mut moved = workspace.positions().to_vec();
+        for (i, p) in moved.iter_mut().enumerate() {
+            if system.pattern().unknown(i).is_some() {
+                p.x += 1e-5 * ((seed * 131 + i * 17) as f64).sin();
+                p.y += 1e-5 * ((seed * 37 + i * 101) as f64).cos();
+            }
+        }
+        assert!(energy(&moved) > least, "seed {seed}: {:e} below", least - energy(&moved));
+    }
+    // The bones carry what the tissue does not: the reactions add up to the sum of nothing.
+    let total: SVector<f64, 2> = workspace.force().iter().sum();
+    assert!(total.norm() < 1e-10, "{total}");
+}
+
+/// The work counts of the ordinary solves, pinned: an increase is a loss of speed that no clock needs to see.
+#[test]
+fn the_published_load_takes_as_many_factorisations_as_before_and_a_neighbour_fewer() {
+    let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
+    let (cold, mut workspace) = solved(&system, &PUBLISHED);
+    assert!(cold.iterations <= 9 && cold.factorisations <= 7, "{cold:?}");
+    let near = workspace.positions().to_vec();
+    workspace.start_from(&near);
+    let neighbour = [12.3, 0.0, 0.0, 0.0, 11.3, 0.0, 4.7, 0.0];
+    let warm = solve(&system, &mut workspace, &neighbour, &Settings::default());
+    assert_eq!(warm.status, Status::Converged);
+    assert!(warm.iterations <= 5 && warm.factorisations <= 2, "{warm:?}");
+}
+
+#[test]
+fn a_straight_path_equals_the_chain_where_the_chain_pulls() {
+    let mesh = tongue();
+    let chain = Model { outside: OutsidePath::Chain, ..Model::default() };
+    let straight = System::new(&mesh, &Model::default(), &[0, 4, 6]).unwrap();
+    let free = System::new(&mesh, &chain, &[0, 4, 6]).unwrap();
+    assert_eq!(free.pattern().unknowns() - straight.pattern().unknowns(), 10);
+    let ((a, x), (b, y)) = (solved(&straight, &PUBLISHED), solved(&free, &PUBLISHED));
+    assert_eq!((a.status, b.status), (Status::Converged, Status::Converged));
+    for (i, (p, q)) in x.positions().iter().zip(y.positions()).enumerate() {
+        assert!((p - q).norm() < 1e-9, "node {i}: {p} {q}");
+    }
+}
+
+#[test]
+fn a_pushed_path_stays_straight_and_in_balance() {
+    // HGa and GGp together press on the hyoid side; HGp shortens although it does not contract.
+    let mesh = tongue();
+    let system = System::new(&mesh, &Model::default(), &[2, 5, 6]).unwrap();
+    let (solution, workspace) = solved(&system, &[0.0, 0.0, 20.0, 0.0, 0.0, 20.0, 30.0, 0.0]);
+    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    for path in system.paths() {
+        let [a, b] = path.ends().map(|n| workspace.positions()[n]);
+        for node in path.inner_nodes() {
+            let p = workspace.positions()[node];
+            assert!((p - a).perp(&(b - a)).abs() / (b - a).norm() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn three_hundred_newtons_still_converge_without_turning_a_triangle() {
+    let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
+    let (solution, workspace) = solved(&system, &[300.0, 0.0, 0.0, 0.0, 300.0, 0.0, 300.0, 0.0]);
+    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    assert!(system.cell_ratios(workspace.positions()).0 > 0.0);
+}
+
+#[test]
+fn length_sensitivities_are_the_differences_of_solved_lengths() {
+    let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
+    let (_, mut workspace) = solved(&system, &PUBLISHED);
+    let exact = length_sensitivities(&system, &mut workspace).unwrap();
+    let step = 1e-4;
+    for (column, &muscle) in system.contracting().iter().enumerate() {
+        let length = |by: f64| {
+            let mut tensions = PUBLISHED;
+            tensions[muscle] += by;
+            let (_, w) = solved(&system, &tensions);
+            (0..8).map(|m| system.length(w.positions(), m)).collect::<Vec<_>>()
+        };
+        let (up, down) = (length(step), length(-step));
+        for row in 0..8 {
+            let slope = (up[row] - down[row]) / (2.0 * step);
+            assert!((slope - exact[(row, column)]).abs() < 1e-9, "{row} {column}");
+        }
+    }
+}
+
+#[test]
+fn whatever_the_tensions_a_solve_ends_in_a_status_with_finite_positions() {
+    let system = System::new(&tongue(), &Model::default(), &[0, 1, 2, 3, 4, 5, 6, 7]).unwrap();
+    let cases = [[1e9; 8], [f64::NAN; 8], [f64::INFINITY; 8], [200.0; 8], [-50.0; 8]];
+    for tensions in cases {
+        let (solution, workspace) = solved(&system, &tensions);
+        assert!(workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite())), "{tensions:?}");
+        assert_eq!(solution.status == Status::NotFinite, !tensions[0].is_finite(), "{solution:?}");
+        assert!(system.cell_ratios(workspace.positions()).0 > 0.0, "{tensions:?} turned a triangle over");
+    }
+    let (solution, _) = solved(&system, &[1.0; 3]);
+    assert_eq!(solution.status, Status::NotFinite, "a wrong number of tensions");
+}
+
+#[test]
+fn a_body_without_bone_is_refused() {
+    let mut mesh = tongue();
+    mesh.fixed.clear();
+    let error = System::new(&mesh, &Model::default(), &[0]).unwrap_err().to_string();
+    assert!(error.contains("hangs on no bone"), "{error}");
+}

@@ -1,0 +1,122 @@
+//! The finite elements are those of the textbook: `K_CST` at small strain, exact for homogeneous deformation, and never inverted.
+
+use crate::fixtures;
+use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
+use tongue_fit::body::{Cells, Mesh};
+use tongue_fit::effect::{Configuration, Effect, FiniteElements, Tangent};
+use tongue_fit::material::Constants;
+use tongue_fit::sparse::{BlockMatrix, Pattern};
+use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::system::{Model, System, TissueModel};
+
+const FE: Model = Model {
+    constants: Constants::TONGUE,
+    preset: tongue_fit::material::Preset::Consistent,
+    spread: tongue_fit::material::Spread::PerConnection,
+    outside: tongue_fit::system::OutsidePath::Straight,
+    tissue: TissueModel::FiniteElement,
+};
+
+/// `B^T C B` S with the strain-displacement matrix and the plane-strain elasticity matrix of thesis 3.38-3.42.
+fn k_cst(x: [[f64; 2]; 3]) -> SMatrix<f64, 6, 6> {
+    let (e, nu) = (6.9e3, 0.49);
+    let c = Matrix3::new(1.0 - nu, nu, 0.0, nu, 1.0 - nu, 0.0, 0.0, 0.0, 0.5 - nu)
+        * (e / (1.0 + nu) / (1.0 - 2.0 * nu));
+    let [[x1, y1], [x2, y2], [x3, y3]] = x;
+    let twice = (x2 - x1) * (y3 - y1) - (x3 - x1) * (y2 - y1);
+    #[rustfmt::skip]
+    let b = SMatrix::<f64, 3, 6>::from_row_slice(&[
+        y2 - y3, 0.0, y3 - y1, 0.0, y1 - y2, 0.0,
+        0.0, x3 - x2, 0.0, x1 - x3, 0.0, x2 - x1,
+        x3 - x2, y2 - y3, x1 - x3, y3 - y1, x2 - x1, y1 - y2,
+    ]) / twice;
+    b.transpose() * c * b * (0.5 * twice)
+}
+
+#[test]
+fn the_stiffness_at_rest_is_that_of_the_constant_strain_triangle() {
+    let corners = [[0.0, 0.0], [6.1e-3, 0.4e-3], [1.9e-3, 4.7e-3]];
+    let x: Vec<SVector<f64, 2>> = corners.map(SVector::from).to_vec();
+    let mut cells = Cells::new();
+    cells.push(&[0, 1, 2]);
+    let mut element = FiniteElements::new(Constants::TONGUE.lame(), &cells, &x);
+    let pattern = Pattern::new(3, &[true; 3], [vec![0, 1, 2]]);
+    Effect::<2>::bind(&mut element, &pattern);
+    let expected = k_cst(corners);
+    for tangent in [Tangent::Exact, Tangent::Convex] {
+        let mut k = BlockMatrix::<2>::zeros(&pattern);
+        element.add_stiffness(Configuration { positions: &x, tensions: &[] }, tangent, &mut k);
+        let k = fixtures::dense(&pattern, &k);
+        let place = |i: usize| 2 * pattern.unknown(i / 2).unwrap() + i % 2;
+        for i in 0..6 {
+            for j in 0..6 {
+                let (ours, theirs) = (k[(place(i), place(j))], expected[(i, j)]);
+                assert!((ours - theirs).abs() < 1e-11 * expected.amax(), "{tangent:?} {ours} {theirs}");
+            }
+        }
+    }
+}
+
+/// Moves every node of the edge of a shaken mesh by a homogeneous deformation; the inner ones must follow it.
+fn patch<const D: usize>(mut mesh: Mesh<D>, side: f64, deformation: SMatrix<f64, D, D>) {
+    mesh.fixed.clear();
+    let shape = fixtures::shaken(&mesh, 0.1 * side);
+    mesh.nodes = shape;
+    let inner = fixtures::inner_nodes(&mesh);
+    assert!(!inner.is_empty());
+    let system_of = |held: Vec<usize>, nodes: Vec<SVector<f64, D>>| {
+        System::new(&Mesh { fixed: held, nodes, ..mesh.clone() }, &FE, &[]).unwrap()
+    };
+    let held: Vec<usize> = (0..mesh.nodes.len()).filter(|n| !inner.contains(n)).collect();
+    let system = system_of(held.clone(), mesh.nodes.clone());
+    let moved: Vec<_> = mesh.nodes.iter().map(|p| deformation * p).collect();
+    // Inner nodes start away from where they belong.
+    let mut start = moved.clone();
+    for (i, &n) in inner.iter().enumerate() {
+        start[n][i % D] += 0.15 * side;
+    }
+    let mut workspace = Workspace::new(&system);
+    workspace.start_from(&start);
+    let solution =
+        statics::solve(&system, &mut workspace, &vec![0.0; mesh.muscles.len()], &Settings::default());
+    assert_eq!(solution.status, Status::Converged);
+    for (found, expected) in workspace.positions().iter().zip(&moved) {
+        assert!((found - expected).norm() < 1e-10, "{D}D: off by {:e} m", (found - expected).norm());
+    }
+}
+
+#[test]
+fn a_homogeneous_deformation_of_an_irregular_patch_is_reproduced() {
+    patch(fixtures::lattice(5, 5, 5.5e-3), 5.5e-3, Matrix2::new(1.2, 0.15, -0.05, 0.85));
+    patch(fixtures::block(2, 5.5e-3), 5.5e-3, Matrix3::new(1.15, 0.1, 0.0, -0.05, 0.9, 0.1, 0.05, 0.0, 0.95));
+}
+
+#[test]
+fn an_inverted_element_has_infinite_energy_and_steps_stop_before_it() {
+    let mesh = fixtures::lattice(2, 2, 1.0e-3);
+    let elements = FiniteElements::new(Constants::TONGUE.lame(), &mesh.cells, &mesh.nodes);
+    let energy = |x: &[SVector<f64, 2>]| elements.energy(Configuration { positions: x, tensions: &[] });
+    assert!(energy(&mesh.nodes).abs() < 1e-18);
+    let mut mirrored = mesh.nodes.clone();
+    mirrored.iter_mut().for_each(|p| p.y = -p.y);
+    assert_eq!(energy(&mirrored), f64::INFINITY);
+    let flat: Vec<_> = mesh.nodes.iter().map(|p| SVector::from([p.x, 0.0])).collect();
+    assert_eq!(energy(&flat), f64::INFINITY);
+    let step: Vec<_> = mesh.nodes.iter().map(|p| SVector::from([0.0, -2.0 * p.y])).collect();
+    let limit = elements.step_limit(Configuration { positions: &mesh.nodes, tensions: &[] }, &step);
+    assert!(limit > 0.0 && limit <= 0.45, "{limit}");
+    let there: Vec<_> = mesh.nodes.iter().zip(&step).map(|(x, p)| x + p * limit).collect();
+    assert!(energy(&there).is_finite());
+}
+
+#[test]
+fn a_muscle_in_finite_elements_pulls_with_its_tension_alone() {
+    let mesh = fixtures::lattice(5, 5, 5.5e-3);
+    let system = System::new(&mesh, &FE, &[0]).unwrap();
+    let stretched: Vec<_> = mesh.nodes.iter().map(|p| p * 1.1).collect();
+    let muscle = system.effects().iter().find(|e| e.name() == "muscle").unwrap();
+    let slack = muscle.energy(Configuration { positions: &stretched, tensions: &[0.0] });
+    assert_eq!(slack, 0.0);
+    let pulled = muscle.energy(Configuration { positions: &stretched, tensions: &[2.0] });
+    assert!((pulled - 2.0 * 0.1 * 4.0 * 5.5e-3).abs() < 1e-15);
+}

@@ -1,0 +1,325 @@
+//! Files that the real Gmsh wrote (tests/gmsh/make_meshes.py) are read as Gmsh itself understands them, and what is no body
+//! is refused.
+
+use crate::fixtures;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use nalgebra::SVector;
+use proptest::prelude::*;
+use tongue_fit::body::gmsh::{self, Body, Concern, File, GmshError, Place, Problem, Unit};
+use tongue_fit::body::{self, Anatomy, DEFAULT_SPACING_M, Mesh, Quality};
+use tongue_fit::muscle::Muscle;
+use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::system::{Model, System};
+
+const FORMS: [(&str, &str, bool); 4] =
+    [("41", "4.1", false), ("41_binary", "4.1", true), ("22", "2.2", false), ("22_binary", "2.2", true)];
+
+fn path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh").join(name)
+}
+
+fn bytes(name: &str) -> Vec<u8> {
+    std::fs::read(path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn read(name: &str) -> Result<File, GmshError> {
+    gmsh::read(&bytes(name), name, Unit::M)
+}
+
+fn flat(name: &str) -> Body<2> {
+    match read(name).unwrap() {
+        File::Flat(body) => body,
+        File::Solid(_) => panic!("{name} is flat"),
+    }
+}
+
+fn solid(name: &str) -> Body<3> {
+    match read(name).unwrap() {
+        File::Solid(body) => body,
+        File::Flat(_) => panic!("{name} is solid"),
+    }
+}
+
+fn refused(name: &str) -> (Place, Problem) {
+    let error = read(&format!("broken/{name}.msh")).expect_err(name);
+    (error.place, error.problem)
+}
+
+/// What Gmsh's own interface says of a mesh: positions by tag, and the elements of each group.
+#[derive(serde::Deserialize)]
+struct Said {
+    nodes_m: BTreeMap<u64, [f64; 3]>,
+    groups: Vec<SaidGroup>,
+}
+
+#[derive(serde::Deserialize)]
+struct SaidGroup {
+    dimension: usize,
+    name: String,
+    elements: Vec<Vec<u64>>,
+}
+
+impl Said {
+    fn of(name: &str) -> Self {
+        serde_json::from_slice(&bytes(name)).unwrap()
+    }
+
+    fn elements(&self, dimension: usize, name: &str) -> BTreeSet<BTreeSet<u64>> {
+        let group = self.groups.iter().find(|g| g.dimension == dimension && g.name == name).expect(name);
+        group.elements.iter().map(|e| e.iter().copied().collect()).collect()
+    }
+}
+
+fn assert_as_gmsh_says<const D: usize>(body: &Body<D>, said: &Said) {
+    let tags = |nodes: &[usize]| nodes.iter().map(|n| body.tags[*n]).collect::<BTreeSet<u64>>();
+    for (x, tag) in body.mesh.nodes.iter().zip(&body.tags) {
+        let given = said.nodes_m[tag];
+        assert!((0..D).all(|d| (x[d] - given[d]).abs() <= LAST_BIT_M), "node {tag}: {x} against {given:?}");
+    }
+    let cells: BTreeSet<_> = body.mesh.cells.iter().map(tags).collect();
+    assert_eq!(cells, said.elements(D, "tissue"));
+    assert_eq!(cells.len(), body.mesh.cells.len());
+    for muscle in &body.mesh.muscles {
+        let name = if D == 2 { muscle.name.clone() } else { format!("muscle:{}", muscle.name) };
+        let lines: BTreeSet<_> = muscle.nodes.windows(2).map(tags).collect();
+        assert_eq!(lines, said.elements(1, &name), "{name}");
+    }
+    for bone in &body.bones {
+        let dimension = if D == 2 { 0 } else { 2 };
+        let held = said.elements(dimension, &format!("bone:{}", bone.name)).into_iter().flatten().collect();
+        assert_eq!(tags(&bone.nodes), held, "{}", bone.name);
+    }
+    let used: BTreeSet<u64> = said.groups.iter().flat_map(|g| g.elements.iter().flatten().copied()).collect();
+    assert_eq!(body.tags, used.into_iter().collect::<Vec<_>>(), "no node of an element is lost");
+}
+
+/// Gmsh writes text with 16 digits, and its scaled coordinates in binary differ in the last bit.
+const LAST_BIT_M: f64 = 2e-17;
+
+fn assert_same<const D: usize>(a: &Mesh<D>, b: &Mesh<D>) {
+    assert!(a.nodes.iter().zip(&b.nodes).all(|(p, q)| (p - q).amax() <= LAST_BIT_M));
+    assert_eq!(
+        (&a.cells, &a.connections, &a.muscles, &a.fixed),
+        (&b.cells, &b.connections, &b.muscles, &b.fixed)
+    );
+}
+
+#[test]
+fn every_format_that_gmsh_writes_is_read_as_gmsh_says() {
+    let said = Said::of("tongue.json");
+    for (form, version, binary) in FORMS {
+        let body = flat(&format!("tongue_{form}.msh"));
+        assert_eq!((body.format.version, body.format.binary), (version, binary));
+        assert_as_gmsh_says(&body, &said);
+        let names: Vec<_> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
+        assert_eq!(names, Muscle::ALL.map(Muscle::name), "in the order of the tables");
+        assert_eq!(body.bones.len(), 3);
+        let unused: Vec<_> = body.unused.iter().map(|g| (g.dimension, g.name.as_str())).collect();
+        assert_eq!(unused, [(1, "outline")]);
+        assert_same(&body.mesh, &flat("tongue_41.msh").mesh);
+    }
+}
+
+#[test]
+fn a_tongue_meshed_by_gmsh_is_the_tongue_of_the_anatomy() {
+    let (theirs, ours) = (flat("tongue_41.msh").mesh, reference());
+    let area = |mesh: &Mesh<2>| Quality::of(mesh).area_m2;
+    assert!((area(&theirs) / area(&ours) - 1.0).abs() < 0.01, "{} against {} m²", area(&theirs), area(&ours));
+    for (a, b) in theirs.muscles.iter().zip(&ours.muscles) {
+        let length = |mesh: &Mesh<2>, [p, q]: [usize; 2]| (mesh.nodes[p] - mesh.nodes[q]).norm();
+        assert!((length(&theirs, a.ends()) - length(&ours, b.ends())).abs() < 1e-4, "{}", a.name);
+    }
+    let outside = |mesh: &Mesh<2>, m: Muscle| {
+        let inside = mesh.in_tissue();
+        mesh.muscles[m.index()].nodes.iter().filter(|n| !inside[**n]).count()
+    };
+    assert!(outside(&theirs, Muscle::SGp) > 1, "SGp comes from outside the tissue");
+    assert_eq!(outside(&theirs, Muscle::GGa), 0);
+}
+
+fn reference() -> Mesh<2> {
+    body::build(&Anatomy::reference().unwrap(), DEFAULT_SPACING_M).unwrap()
+}
+
+/// The length of a muscle at equilibrium over that at rest, at a tension, N.
+fn stretch<const D: usize>(mesh: &Mesh<D>, muscle: usize, tension: f64) -> f64 {
+    let system = System::new(mesh, &Model::default(), &[muscle]).unwrap();
+    let mut workspace = Workspace::new(&system);
+    let mut tensions = vec![0.0; system.muscle_count()];
+    tensions[muscle] = tension;
+    let solution = statics::solve(&system, &mut workspace, &tensions, &Settings::default());
+    assert_eq!(solution.status, Status::Converged);
+    system.length(workspace.positions(), muscle) / system.length(system.rest(), muscle)
+}
+
+#[test]
+fn a_muscle_of_a_mesh_from_gmsh_contracts_like_that_of_our_own() {
+    let gga = Muscle::GGa.index();
+    let (theirs, ours) = (stretch(&flat("tongue_41.msh").mesh, gga, 10.0), stretch(&reference(), gga, 10.0));
+    assert!(theirs < 0.95, "{theirs}");
+    // Tensions belong to the spacing (README, limits): 7 mm against 5.5 mm.
+    assert!((theirs - ours).abs() < 0.01, "{theirs} against {ours}");
+}
+
+#[test]
+fn a_solid_is_read_and_contracts() {
+    let said = Said::of("cylinder.json");
+    for form in ["41", "22_binary"] {
+        let body = solid(&format!("cylinder_{form}.msh"));
+        assert_as_gmsh_says(&body, &said);
+        assert_eq!(body.bones.len(), 1);
+        let base = body.mesh.nodes.iter().filter(|x| x[2] == 0.0).count();
+        assert_eq!(body.bone("base").len(), base);
+        assert!(stretch(&body.mesh, 0, 0.05) < 0.999);
+    }
+    assert_same(&solid("cylinder_41.msh").mesh, &solid("cylinder_22_binary.msh").mesh);
+}
+
+#[test]
+fn what_is_no_body_is_refused_with_its_place_and_what_to_do() {
+    let gga = || "GGa".to_owned();
+    assert!(read("broken/square.msh").is_ok(), "the others differ from this one by their fault alone");
+    assert!(
+        matches!(refused("branch"), (Place::Line(6), Problem::Branch { name, lines: 3, .. }) if name == gga())
+    );
+    assert!(matches!(refused("gap"), (Place::Line(6), Problem::Gap { ends, .. }) if ends.len() == 4));
+    assert!(matches!(refused("loop"), (Place::Line(6), Problem::Loop { .. })));
+    assert!(matches!(refused("not_embedded"), (Place::Line(6), Problem::NotEmbedded { .. })));
+    assert!(matches!(refused("apart"), (Place::Line(6), Problem::Apart { .. })));
+    assert!(
+        matches!(refused("no_tissue"), (Place::Whole, Problem::NoTissue { found }) if found.contains("flesh"))
+    );
+    assert!(
+        matches!(refused("out_of_plane"), (_, Problem::OutOfPlane { z, .. }) if (z - 0.005).abs() < 1e-15)
+    );
+    let (place, problem) = refused("second_order");
+    let text = String::from_utf8(bytes("broken/second_order.msh")).unwrap();
+    let section = 1 + text.lines().position(|l| l == "$Elements").unwrap();
+    assert!(place == Place::Line(section + 3) && matches!(problem, Problem::Element { .. }));
+    assert!(matches!(refused("quadrangles").1, Problem::Element { what, .. } if what == "quadrangle"));
+    assert_eq!(refused("version_40"), (Place::Line(2), Problem::Version { found: "4".to_owned() }));
+    assert_eq!(refused("partitioned").1, Problem::Partitioned);
+    let message = read("broken/second_order.msh").unwrap_err().to_string();
+    assert!(
+        message.starts_with("broken/second_order.msh:") && message.contains("Mesh.ElementOrder = 1"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_review_tells_what_is_missing_misspelt_or_of_another_unit() {
+    let square = flat("broken/square.msh");
+    let missing = |body: &Body<2>| {
+        gmsh::review(body, 45.0)
+            .iter()
+            .any(|c| matches!(c, Concern::MissingMuscles { names } if names.len() == 7))
+    };
+    assert!(missing(&square));
+    assert!(gmsh::review(&flat("broken/no_bone.msh"), 45.0).iter().any(Concern::is_fatal));
+    let misspelt = gmsh::review(&flat("broken/misspelt.msh"), 45.0);
+    assert!(misspelt.iter().any(|c| c.to_string().ends_with("did you mean \"GGa\"?")), "{misspelt:?}");
+
+    let whole = gmsh::review(&flat("tongue_41.msh"), 45.0);
+    assert!(whole.iter().all(Concern::is_remark), "{whole:?}");
+    assert_eq!(whole.len(), 1, "the outline is left out");
+    let in_mm = flat("millimetres.msh");
+    let suspicion = gmsh::unit_suspicion(&in_mm.mesh).unwrap().to_string();
+    assert!(suspicion.contains("look like millimetres"), "{suspicion}");
+    let File::Flat(right) = gmsh::read(&bytes("millimetres.msh"), "", Unit::Mm).unwrap() else { panic!() };
+    assert_eq!(gmsh::unit_suspicion(&right.mesh), None);
+    assert!((right.mesh.extent() - flat("tongue_41.msh").mesh.extent()).abs() < 1e-3);
+    let small = gmsh::read(&bytes("tongue_41.msh"), "", Unit::Mm).unwrap();
+    let File::Flat(small) = small else { panic!() };
+    assert!(gmsh::unit_suspicion(&small.mesh).unwrap().to_string().contains("look like metres"));
+}
+
+#[test]
+fn what_we_write_we_read_to_the_last_bit() {
+    let read = |text: &str| gmsh::read(text.as_bytes(), "own", Unit::M).unwrap();
+    let tongue = reference();
+    let File::Flat(back) = read(&gmsh::write(&tongue, &[])) else { panic!() };
+    assert_eq!(back.mesh, tongue);
+    assert!(back.unused.is_empty());
+    let solid = fixtures::block(2, 0.02);
+    let File::Solid(back) = read(&gmsh::write(&solid, &[])) else { panic!() };
+    assert_eq!(back.mesh, solid);
+    let theirs = flat("tongue_22_binary.msh");
+    let File::Flat(back) = read(&gmsh::write(&theirs.mesh, &theirs.bones)) else { panic!() };
+    assert_eq!((back.mesh, back.bones), (theirs.mesh, theirs.bones));
+}
+
+#[test]
+fn triangles_listed_clockwise_are_turned() {
+    let mut tongue = reference();
+    let upright = tongue.cells.clone();
+    tongue.cells = body::Cells::new();
+    for cell in upright.iter() {
+        tongue.cells.push(&[cell[0], cell[2], cell[1]]);
+    }
+    let File::Flat(back) = gmsh::read(gmsh::write(&tongue, &[]).as_bytes(), "own", Unit::M).unwrap() else {
+        panic!()
+    };
+    assert_eq!(back.mesh.cells, upright);
+}
+
+/// Reads bytes that may be anything; whatever is accepted hangs together.
+fn never_panics(bytes: &[u8]) {
+    match gmsh::read(bytes, "fuzz.msh", Unit::Mm) {
+        Ok(File::Flat(body)) => whole(&body),
+        Ok(File::Solid(body)) => whole(&body),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+fn whole<const D: usize>(body: &Body<D>) {
+    body.mesh.check().unwrap();
+    assert!(body.mesh.nodes.iter().all(|x: &SVector<f64, D>| x.iter().all(|c| c.is_finite())));
+    assert_eq!(body.tags.len(), body.mesh.nodes.len());
+    for concern in gmsh::review(body, 45.0) {
+        assert!(!concern.to_string().is_empty());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn no_damage_to_a_file_makes_the_reader_panic(
+        file in 0usize..8,
+        damage in prop::collection::vec((any::<prop::sample::Index>(), 0u8..4, any::<u8>()), 1..6),
+    ) {
+        let names = [
+            "tongue_41.msh", "tongue_41_binary.msh", "tongue_22.msh", "tongue_22_binary.msh", "cylinder_41.msh",
+            "cylinder_22_binary.msh", "broken/square.msh", "broken/branch.msh",
+        ];
+        let mut bytes = bytes(names[file]);
+        for (at, how, byte) in damage {
+            if bytes.is_empty() {
+                break;
+            }
+            let at = at.index(bytes.len());
+            match how {
+                0 => bytes[at] = byte,
+                1 => bytes.insert(at, byte),
+                2 => { bytes.remove(at); }
+                _ if byte < 40 => bytes.truncate(at),
+                // A digit in place of what is there: numbers out of range rather than no numbers.
+                _ => bytes[at] = b'0' + byte % 10,
+            }
+        }
+        never_panics(&bytes);
+    }
+
+    #[test]
+    fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        never_panics(&bytes);
+        let mut headed = b"$MeshFormat\n4.1 1 8\n\x01\0\0\0\n$EndMeshFormat\n$Nodes\n".to_vec();
+        headed.extend(&bytes);
+        never_panics(&headed);
+        let mut headed = b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Elements\n".to_vec();
+        headed.extend(&bytes);
+        never_panics(&headed);
+    }
+}

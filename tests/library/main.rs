@@ -1,0 +1,23 @@
+//! What the library computes, against exact solutions, published numbers and codes of others. A module is named by what it
+//! proves; bodies that several of them use are in [`fixtures`].
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
+
+mod batch_findings;
+mod dynamics_meet_exact_solutions;
+mod dynamics_of_the_tongue;
+mod effects_are_derivatives_of_their_energy;
+mod equilibrium_is_where_forces_cancel;
+mod figures;
+mod finite_elements;
+mod fit_finds_the_tensions;
+mod fit_methods_agree;
+mod gmsh_files;
+mod mesh_meets_the_published_numbers;
+mod patch_tests;
+mod properties_of_random_bodies;
+mod scenes_simulate_only_what_they_call_for;
+mod sparse_cholesky_agrees_with_faer;
+mod weight_walls_and_carried_bones;
+
+#[path = "../fixtures/mod.rs"]
+mod fixtures;

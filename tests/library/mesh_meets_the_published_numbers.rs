@@ -1,0 +1,243 @@
+//! The mesh agrees with what the thesis publishes of its own, at any spacing keeps the anatomy, and says what is wrong.
+
+use tongue_fit::body::{
+    Anatomy, AnatomyProblem, Cells, DEFAULT_SPACING_M, Mesh, MeshError, MeshFault, MuscleChain, Quality,
+    REFERENCE, build,
+};
+use tongue_fit::muscle::Muscle;
+
+const TABLES: &str = include_str!("../../targets/kato2014_tables.csv");
+const AREA_M2: f64 = 2.46e-3;
+
+fn mesh(h_mm: f64) -> Mesh<2> {
+    build(&Anatomy::reference().unwrap(), h_mm * 1e-3).unwrap()
+}
+
+fn published_lengths_mm() -> Vec<(String, f64)> {
+    let mut reader = csv::Reader::from_reader(TABLES.as_bytes());
+    reader.records().map(|row| row.unwrap()).map(|row| (row[0].to_owned(), row[1].parse().unwrap())).collect()
+}
+
+fn assert_published_lengths(mesh: &Mesh<2>) {
+    let published = published_lengths_mm();
+    assert_eq!(published.len(), mesh.muscles.len());
+    for ((name, length_mm), muscle) in published.iter().zip(&mesh.muscles) {
+        assert_eq!(name, &muscle.name);
+        let [a, b] = muscle.ends();
+        let built_mm = (mesh.nodes[a] - mesh.nodes[b]).norm() * 1e3;
+        assert!((built_mm - length_mm).abs() < 0.1, "{name}: {built_mm} mm, published {length_mm} mm");
+    }
+}
+
+#[test]
+fn the_default_mesh_has_every_published_number() {
+    let mesh = mesh(DEFAULT_SPACING_M * 1e3);
+    let q = Quality::of(&mesh);
+    assert_eq!((q.nodes, q.cells, q.boundary_nodes, q.nodes_outside_tissue), (123, 188, 32, 12));
+    assert_eq!(q.connections, 298 + 12, "triangle edges, and one connection for each node outside");
+    assert!((q.area_m2 / AREA_M2 - 1.0).abs() < 0.005, "area {} m²", q.area_m2);
+    assert!((5.35e-3..5.65e-3).contains(&q.mean_connection_m), "mean connection {} m", q.mean_connection_m);
+    assert!(q.smallest_angle_deg > 15.0, "smallest angle {}", q.smallest_angle_deg);
+    assert!(q.shortest_connection_m > 2.5e-3, "shortest connection {} m", q.shortest_connection_m);
+    assert_published_lengths(&mesh);
+    let in_tissue: Vec<usize> = mesh.cells.iter().flatten().copied().collect();
+    assert_eq!(in_tissue.iter().max(), Some(&110), "tissue nodes come first");
+}
+
+#[test]
+fn bones_hold_the_mental_spine_the_hyoid_and_the_styloid_process() {
+    let mesh = mesh(5.5);
+    let chain = |m: Muscle| &mesh.muscles[m.index()].nodes;
+    let mut bones =
+        vec![chain(Muscle::GGa)[0], chain(Muscle::HGa)[0], chain(Muscle::HGp)[0], chain(Muscle::SGp)[0]];
+    bones.sort_unstable();
+    assert_eq!(mesh.fixed, bones);
+    assert_eq!(chain(Muscle::GGa)[0], chain(Muscle::GGm)[0]);
+    assert_eq!(chain(Muscle::GGa)[0], chain(Muscle::GGp)[0]);
+}
+
+#[test]
+fn muscles_share_nodes_where_they_cross_or_join() {
+    let mesh = mesh(5.5);
+    for (a, b) in [
+        (Muscle::GGa, Muscle::SGa),
+        (Muscle::GGm, Muscle::SGa),
+        (Muscle::GGp, Muscle::HGa),
+        (Muscle::GGp, Muscle::HGp),
+        (Muscle::SGp, Muscle::SGm),
+        (Muscle::SGm, Muscle::SGa),
+    ] {
+        let [a_nodes, b_nodes] = [a, b].map(|m| &mesh.muscles[m.index()].nodes);
+        assert_eq!(a_nodes.iter().filter(|n| b_nodes.contains(n)).count(), 1, "{a} and {b}");
+    }
+}
+
+#[test]
+fn every_spacing_keeps_area_lengths_and_good_triangles() {
+    for h_mm in [11.0, 5.5, 2.75, 1.4] {
+        let mesh = mesh(h_mm);
+        mesh.check().unwrap();
+        let q = Quality::of(&mesh);
+        assert!((q.area_m2 / AREA_M2 - 1.0).abs() < 0.005, "{h_mm} mm: area {}", q.area_m2);
+        assert!(q.smallest_angle_deg > 15.0, "{h_mm} mm: smallest angle {}", q.smallest_angle_deg);
+        assert!(q.shortest_connection_m > 0.45e-3 * h_mm, "{h_mm} mm: shortest {}", q.shortest_connection_m);
+        assert!(
+            (q.mean_connection_m / h_mm * 1e3 - 1.0).abs() < 0.06,
+            "{h_mm} mm: mean {}",
+            q.mean_connection_m
+        );
+        // Euler's formula for a disc without holes, with trees of outside connections that add a node each.
+        assert_eq!(q.connections + 1, q.nodes + q.cells, "{h_mm} mm");
+        assert_published_lengths(&mesh);
+    }
+}
+
+/// Spacings between the round ones put crossings at awkward distances from other nodes.
+#[test]
+fn no_spacing_between_the_round_ones_fails() {
+    let anatomy = Anatomy::reference().unwrap();
+    for i in 0..100 {
+        let h_mm = 15.0 * 0.98_f64.powi(i);
+        let mesh = build(&anatomy, h_mm * 1e-3).unwrap_or_else(|e| panic!("{h_mm} mm: {e}"));
+        let smallest = Quality::of(&mesh).smallest_angle_deg;
+        assert!(smallest > 15.0, "{h_mm} mm: smallest angle {smallest}");
+    }
+}
+
+#[test]
+fn building_twice_gives_the_same_bits() {
+    assert_eq!(mesh(5.5), mesh(5.5));
+    assert_eq!(mesh(2.0), mesh(2.0));
+}
+
+#[test]
+fn a_spacing_out_of_range_is_refused_with_the_range() {
+    let anatomy = Anatomy::reference().unwrap();
+    for h in [0.0, -5.5e-3, f64::NAN, f64::INFINITY, 5.5, 1e-5] {
+        let error = build(&anatomy, h).unwrap_err();
+        assert!(matches!(error, MeshError::Spacing { .. }), "{error}");
+        assert!(error.to_string().contains("0.20 to 15.0 mm"), "{error}");
+    }
+}
+
+/// A unit square of two triangles with one muscle along its diagonal.
+fn square() -> Mesh<2> {
+    let mut cells = Cells::new();
+    assert!(cells.push(&[0, 1, 2]) && cells.push(&[0, 2, 3]));
+    Mesh {
+        nodes: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Into::into).to_vec(),
+        cells,
+        connections: vec![[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]],
+        muscles: vec![MuscleChain { name: "M".into(), nodes: vec![0, 2] }],
+        fixed: vec![0, 3],
+    }
+}
+
+fn cells(of: &[[usize; 3]]) -> Cells<2> {
+    let mut cells = Cells::new();
+    of.iter().for_each(|c| assert!(cells.push(c)));
+    cells
+}
+
+#[test]
+fn check_finds_every_kind_of_fault() {
+    type Breaks = fn(&mut Mesh<2>);
+    let cases: [(Breaks, MeshFault); 15] = [
+        (|m| m.nodes[1].x = f64::NAN, MeshFault::NotFinite { node: 1 }),
+        (
+            |m| m.connections[4] = [2, 9],
+            MeshFault::NoSuchNode { what: "connection 4".into(), node: 9, count: 4 },
+        ),
+        (
+            |m| m.cells = cells(&[[0, 1, 7]]),
+            MeshFault::NoSuchNode { what: "cell 0".into(), node: 7, count: 4 },
+        ),
+        (
+            |m| m.muscles[0].nodes = vec![0, 4],
+            MeshFault::NoSuchNode { what: "muscle M".into(), node: 4, count: 4 },
+        ),
+        (
+            |m| m.fixed = vec![4],
+            MeshFault::NoSuchNode { what: "the list of fixed nodes".into(), node: 4, count: 4 },
+        ),
+        (|m| m.cells = cells(&[[0, 1, 2], [0, 3, 2]]), MeshFault::Inverted { cell: 1 }),
+        (|m| m.nodes[1] = [0.5, 0.5].into(), MeshFault::Degenerate { cell: 0 }),
+        (|m| m.cells = cells(&[[0, 1, 2], [1, 2, 0]]), MeshFault::RepeatedCell { cell: 1 }),
+        (|m| m.connections[1] = [2, 0], MeshFault::Unordered { connection: 1 }),
+        (|m| m.connections.push([0, 1]), MeshFault::Repeated { connection: 5 }),
+        (|m| m.nodes[1] = m.nodes[0], MeshFault::NoLength { connection: 0 }),
+        (|m| m.connections.retain(|c| *c != [1, 2]), MeshFault::CellEdge { cell: 0, from: 1, to: 2 }),
+        (|m| m.muscles[0].nodes.truncate(1), MeshFault::ShortChain { name: "M".into(), count: 1 }),
+        (|m| m.muscles[0].nodes = vec![1, 3], MeshFault::ChainStep { name: "M".into(), from: 1, to: 3 }),
+        (|m| m.fixed = vec![3, 0], MeshFault::FixedOrder { entry: 1 }),
+    ];
+    square().check().unwrap();
+    for (breaks, fault) in cases {
+        let mut mesh = square();
+        breaks(&mut mesh);
+        assert_eq!(mesh.check(), Err(fault));
+    }
+}
+
+#[test]
+fn check_knows_a_tetrahedron_from_its_mirror_image() {
+    let solid = |cell: [usize; 4]| {
+        let mut cells = Cells::new();
+        assert!(cells.push(&cell));
+        let nodes =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Into::into).to_vec();
+        let connections = vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+        Mesh::<3> { nodes, cells, connections, ..Mesh::default() }.check()
+    };
+    assert_eq!(solid([0, 1, 2, 3]), Ok(()));
+    assert_eq!(solid([0, 2, 1, 3]), Err(MeshFault::Inverted { cell: 0 }));
+}
+
+#[test]
+fn a_bad_anatomy_is_refused_with_line_and_column() {
+    let cases = [
+        ("GGa = [[0.000, 0.000]", "GGx = [[0.000, 0.000]", "GGx"),
+        ("[46.73, 24.45]", "[46.73, nan]", "not finite"),
+        ("[46.73, 24.45]", "[46.73, \"x\"]", "string"),
+        ("[46.73, 24.45]", "[46.20, 32.50]", "repeats"),
+        ("[46.73, 24.45]", "[-30.0, 24.45]", "crosses itself"),
+        ("[27.532, 26.245]", "[37.625, -3.066]", "same point"),
+        ("HGa = [[37.625, -3.066], [27.532, 26.245]]", "", "HGa is missing"),
+        ("[1.490, 42.674]", "[-11.330, 30.030]", "leaves the tissue"),
+        (
+            "HGp = [[47.000, -9.000], [42.706, 23.619]]",
+            "HGp = [[47.0, -9.0], [60.0, -9.0]]",
+            "does not reach",
+        ),
+        ("HGp = [[47.000, -9.000]", "HGp = [[47.000, -9.500]", "on no bone"),
+        ("[bones]", "[bones]\npalate = [[20.0, 70.0]]", "palate"),
+        ("[bones]", "[bone]", "bone"),
+        ("outline = [", "outline = [[0.0, 0.0]]\nrest = [", "rest"),
+    ];
+    for (from, to, says) in cases {
+        assert!(REFERENCE.contains(from), "{from}");
+        let error = Anatomy::from_toml(&REFERENCE.replacen(from, to, 1), "my.toml").unwrap_err();
+        let message = error.to_string();
+        assert!(message.starts_with(&format!("my.toml:{}:", error.line)), "{message}");
+        assert!(error.line > 1 && message.contains(says), "expected \"{says}\": {message}");
+    }
+}
+
+#[test]
+fn an_error_points_at_the_offending_value() {
+    let text = REFERENCE.replacen("[46.73, 24.45]", "[46.73, inf]", 1);
+    let (line, column) =
+        text.lines().enumerate().find_map(|(i, l)| l.find("[46.73, inf]").map(|at| (i + 1, at + 1))).unwrap();
+    let error = Anatomy::from_toml(&text, "my.toml").unwrap_err();
+    assert_eq!((error.line, error.column), (line, column));
+    assert!(matches!(error.problem, AnatomyProblem::NotFinite { .. }));
+}
+
+#[test]
+fn a_further_point_of_the_outline_can_be_put_on_bone() {
+    let text = REFERENCE.replacen("[bones]", "[bones]\nmandible = [[-6.34, 17.10]]", 1);
+    let mesh = build(&Anatomy::from_toml(&text, "my.toml").unwrap(), DEFAULT_SPACING_M).unwrap();
+    assert_eq!(mesh.fixed.len(), 5);
+    let at = tongue_fit::body::Point::new(-6.34e-3, 17.10e-3);
+    assert!(mesh.fixed.iter().any(|n| (mesh.nodes[*n] - at).norm() < 1e-12));
+}

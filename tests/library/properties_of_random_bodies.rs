@@ -1,0 +1,88 @@
+//! Properties that hold for every mesh, load and material in range, tried at random. What fails is kept in
+//! `proptest-regressions/` and tried first from then on.
+
+use nalgebra::SVector;
+use proptest::prelude::*;
+use tongue_fit::body::Mesh;
+use tongue_fit::effect::Configuration;
+use tongue_fit::material::Constants;
+use tongue_fit::statics::{Settings, Stability, Status, Workspace, solve};
+use tongue_fit::study::hard_cases::bodies::{lattice, place};
+use tongue_fit::system::{Model, System};
+
+/// A lattice whose free nodes are moved by up to 0.3 of a side, so that no triangle turns over.
+fn body() -> impl Strategy<Value = Mesh<2>> {
+    (2usize..8, 3usize..7, 1e-3..1e-2, prop::collection::vec((-0.3..0.3, -0.3..0.3), 56)).prop_map(
+        |(columns, rows, side, moves)| {
+            let mut mesh = lattice(columns, rows, side);
+            for (p, (dx, dy)) in mesh.nodes.iter_mut().zip(moves).skip(columns) {
+                *p += SVector::from([dx, dy]) * side * 0.7;
+            }
+            mesh
+        },
+    )
+}
+
+/// Materials from soft to hard, Poisson's ratio from where springs alone have it to nearly incompressible.
+fn material() -> impl Strategy<Value = Model> {
+    (2.0..6.0f64, 0.26..0.499f64).prop_map(|(log_e, poisson_ratio)| {
+        let constants = Constants { young_modulus: 10f64.powf(log_e), poisson_ratio, ..Constants::TONGUE };
+        Model { constants, ..Model::default() }
+    })
+}
+
+fn system(mesh: &Mesh<2>, model: &Model) -> System<2> {
+    System::new(mesh, model, &[0]).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_solve_ends_in_a_stable_equilibrium_or_says_why_and_never_turns_a_cell_over(
+        mesh in body(), model in material(), log_load in -3.0..4.0f64, sign in prop::bool::weighted(0.8),
+    ) {
+        let system = system(&mesh, &model);
+        let load = if sign { 1.0 } else { -1.0 } * 10f64.powf(log_load);
+        let mut workspace = Workspace::new(&system);
+        let settings = Settings { certify: true, ..Settings::default() };
+        let s = solve(&system, &mut workspace, &[load], &settings);
+        prop_assert!(workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite())));
+        prop_assert!(system.cell_ratios(workspace.positions()).0 > 0.0, "{s:?}");
+        prop_assert!((0.0..=1.0).contains(&s.load_reached));
+        if s.status == Status::Converged {
+            prop_assert!(matches!(s.stability, Stability::Stable | Stability::Neutral), "{s:?}");
+            prop_assert!(s.load_reached == 1.0);
+        }
+        // Within what muscle can do to tissue of this stiffness, it converges.
+        if load.abs() < 0.1 * system.coefficients().tissue_stiffness * 1e-3 {
+            prop_assert_eq!(s.status, Status::Converged, "{:?}", s);
+        }
+    }
+
+    #[test]
+    fn the_energy_of_a_found_equilibrium_is_not_above_that_of_rest(
+        mesh in body(), model in material(), load in 0.0..50.0f64,
+    ) {
+        let system = system(&mesh, &model);
+        let mut workspace = Workspace::new(&system);
+        let s = solve(&system, &mut workspace, &[load], &Settings::default());
+        let energy = |x: &[SVector<f64, 2>]| system.energy(Configuration { positions: x, tensions: &[load] });
+        if s.status == Status::Converged {
+            let (found, rest) = (energy(workspace.positions()), energy(system.rest()));
+            prop_assert!(found <= rest + 1e-12 * rest.abs().max(found.abs()), "{found:e} {rest:e}");
+        }
+    }
+
+    #[test]
+    fn a_rigid_motion_costs_no_energy(
+        mesh in body(), model in material(), angle in -3.1..3.1f64, x in -1.0..1.0f64, y in -1.0..1.0f64,
+    ) {
+        let system = system(&mesh, &model);
+        let moved: Vec<_> = mesh.nodes.iter().map(|p| place(p, angle, false, SVector::from([x, y]))).collect();
+        let energy = system.energy(Configuration { positions: &moved, tensions: &[0.0] });
+        // Rounding of the positions, squared, times the stiffness: nothing.
+        let c = system.coefficients();
+        prop_assert!(energy.abs() < 1e-20 * (c.tissue_stiffness + c.kappa * 1e6 + 1.0) * 1e3, "{energy:e}");
+    }
+}

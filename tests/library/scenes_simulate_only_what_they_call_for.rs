@@ -1,0 +1,353 @@
+//! Scenes: what is left out changes nothing, what is off costs nothing, what is asked for is right, and what cannot be had
+//! together is named.
+
+use nalgebra::Vector2;
+use tongue_fit::inverse;
+use tongue_fit::muscle::Muscle;
+use tongue_fit::scene::body::{self, AnyBody, Built};
+use tongue_fit::scene::compare::{Compared, compare};
+use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
+use tongue_fit::scene::run::{Outcome, run};
+use tongue_fit::scene::{self, Scene};
+use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
+use tongue_fit::system::{Model, System};
+
+const TONGUE: &str = "title = \"t\"\nwant = \"shape\"\n[body.tongue]\nh_mm = 5.5\n";
+const CYLINDER: &str =
+    "title = \"t\"\nwant = \"shape\"\n[body.cylinder]\nradius_mm = 10.0\nlength_mm = 30.0\nh_mm = 10.0\n";
+
+fn flat(scene: &Scene) -> Built<2> {
+    match body::build(&scene.body).unwrap() {
+        AnyBody::Flat(built) => built,
+        AnyBody::Solid(_) => panic!("{} is solid", scene.title),
+    }
+}
+
+fn planned(text: &str) -> (Scene, Prepared<2>) {
+    let scene = Scene::from_toml(text, "test").unwrap();
+    let prepared = prepare(&scene, flat(&scene), Extent::Pruned).unwrap();
+    (scene, prepared)
+}
+
+fn outcome(text: &str) -> Outcome {
+    let (scene, prepared) = planned(text);
+    run(&scene, prepared).unwrap()
+}
+
+fn solved(prepared: &Prepared<2>) -> (Solution, Workspace<2>) {
+    let mut workspace = Workspace::new(&prepared.system);
+    let solution = solve(&prepared.system, &mut workspace, &prepared.tensions, &Settings::default());
+    (solution, workspace)
+}
+
+fn compared(name: &str) -> Compared {
+    let scene = scene::shipped(name).unwrap();
+    match body::build(&scene.body).unwrap() {
+        AnyBody::Flat(built) => compare(name, &scene, &built).unwrap(),
+        AnyBody::Solid(built) => compare(name, &scene, &built).unwrap(),
+    }
+}
+
+#[test]
+fn what_every_shipped_scene_leaves_out_does_not_change_its_answer() {
+    for name in scene::names() {
+        let c = compared(name);
+        assert!(c.converged, "{c:?}");
+        assert!(c.static_difference_mm.is_none_or(|d| d < 1e-6), "{c:?}");
+        assert!(c.dynamic_difference_mm.is_none_or(|d| d < 1e-6), "{c:?}");
+        let has_fit = scene::shipped(name).unwrap().fit.is_some();
+        assert_eq!(c.dynamic_difference_mm.is_none(), has_fit, "{c:?}");
+        assert!(c.pruned_elements <= c.full_elements, "{c:?}");
+    }
+}
+
+#[test]
+fn an_effect_that_is_off_costs_nothing() {
+    let (_, prepared) =
+        planned(&format!("{TONGUE}[tensions_n]\nGGa = 12.0\n[effects]\nincompressibility = true\n"));
+    let plain = System::new(&prepared.built.mesh, &Model::default(), &[Muscle::GGa.index()]).unwrap();
+    let names = |s: &System<2>| s.effects().iter().map(|e| (e.name(), e.elements())).collect::<Vec<_>>();
+    assert_eq!(names(&prepared.system), names(&plain));
+    assert_eq!(prepared.system.pattern().matrix_blocks(), plain.pattern().matrix_blocks());
+    assert_eq!(prepared.system.pattern().blocks(), plain.pattern().blocks());
+    let (solution, workspace) = solved(&prepared);
+    let mut other = Workspace::new(&plain);
+    let plain_solution = solve(&plain, &mut other, &prepared.tensions, &Settings::default());
+    assert_eq!(solution, plain_solution, "the same work, and the same bits");
+    assert_eq!(workspace.positions(), other.positions());
+
+    // Without incompressibility its cells are gone, and only they.
+    let (_, loose) = planned(&format!("{TONGUE}[tensions_n]\nGGa = 12.0\n"));
+    let fewer: Vec<_> = names(&plain).into_iter().filter(|(n, _)| *n != "incompressibility").collect();
+    assert_eq!(names(&loose.system), fewer);
+}
+
+#[test]
+fn an_effect_without_strength_is_as_good_as_absent() {
+    let base = format!("{TONGUE}[tensions_n]\nGGp = 45.0\n[effects]\nincompressibility = true\n");
+    let (_, prepared) = planned(&base);
+    let (_, without) = solved(&prepared);
+    let idle = [
+        "gravity = { posture = \"supine\", acceleration_m_per_s2 = 0.0 }",
+        "contact = { stiffness_n_per_m = 0.0 }",
+        "jaw = { opening_deg = 0.0 }",
+        "hyoid = { shift_mm = [0.0, 0.0] }",
+    ];
+    for effect in idle {
+        let (_, prepared) = planned(&format!("{base}{effect}\n"));
+        let (solution, workspace) = solved(&prepared);
+        assert_eq!(solution.status, Status::Converged);
+        for (p, q) in workspace.positions().iter().zip(without.positions()) {
+            assert!((p - q).norm() < 1e-9, "{effect}: {p} {q}");
+        }
+    }
+    // The same effects with strength do act.
+    let (_, walled) = planned(&format!("{base}contact = {{}}\n"));
+    let (_, workspace) = solved(&walled);
+    let moved = workspace.positions().iter().zip(without.positions()).map(|(p, q)| (p - q).norm());
+    assert!(moved.fold(0.0, f64::max) > 1e-3, "the palate holds nothing back");
+}
+
+#[test]
+fn the_plan_says_what_is_simulated_and_why_not() {
+    let scene = scene::shipped("vowel-a").unwrap();
+    let plan = prepare(&scene, flat(&scene), Extent::Pruned).unwrap().plan;
+    let on: Vec<_> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
+    assert_eq!(on, ["springs", "muscle", "incompressibility", "straight paths", "bone"]);
+    assert!(plan.effect("inertia").unwrap().why.contains("equilibrium is wanted"));
+    assert_eq!(plan.effect("incompressibility").unwrap().elements, 188);
+    assert_eq!(plan.unknowns, 2 * (123 - 4 - 10), "nodes less bones and inner nodes of straight paths");
+    assert!(plan.factor_nonzeros < plan.nonzeros * 2 && plan.factor_operations > 0);
+    let contracting: Vec<_> = plan.muscles.iter().filter(|m| m.contracting).map(|m| &m.muscle).collect();
+    assert_eq!(contracting, ["GGa", "SGm", "HGa"]);
+    assert!(plan.muscles[1].why.contains("passive: its connections are tissue"));
+
+    let moving = scene::shipped("vowel-a-trajectory").unwrap();
+    let plan = prepare(&moving, flat(&moving), Extent::Pruned).unwrap().plan;
+    for effect in ["inertia", "viscosity", "muscle dynamics"] {
+        assert!(plan.effect(effect).unwrap().simulated, "{effect}");
+    }
+    let asked = Scene::from_toml(&format!("{TONGUE}[effects]\ninertia = true\n"), "test").unwrap();
+    let plan = prepare(&asked, flat(&asked), Extent::Pruned).unwrap().plan;
+    let inertia = plan.effect("inertia").unwrap();
+    assert!(!inertia.simulated && inertia.why.starts_with("asked for, but"), "{}", inertia.why);
+}
+
+#[test]
+fn a_fit_in_a_scene_is_the_fit_of_the_main_flow() {
+    let scene = scene::shipped("fit-vowel-a").unwrap();
+    let prepared = prepare(&scene, flat(&scene), Extent::Pruned).unwrap();
+    let target = prepared.target.clone().unwrap();
+    let mesh = prepared.built.mesh.clone();
+    let there = run(&scene, prepared).unwrap();
+    let here = inverse::fit(&mesh, &Model::default(), &target, &inverse::Settings::default()).unwrap();
+    assert_eq!(there.tensions_n, here.tensions);
+}
+
+#[test]
+fn the_palate_holds_the_tongue_back_and_lets_no_node_through() {
+    let free = outcome(&format!("{TONGUE}[tensions_n]\nGGp = 60.0\n[effects]\nincompressibility = true\n"));
+    let walled = outcome(&format!(
+        "{TONGUE}[tensions_n]\nGGp = 60.0\n[effects]\nincompressibility = true\ncontact = {{}}\n"
+    ));
+    assert!(free.converged && free.contact.is_none());
+    assert!(walled.converged, "{:?}", walled.contact);
+    let contact = walled.contact.as_ref().unwrap();
+    assert!(contact.touching > 1 && contact.closest_mm > 0.0, "{contact:?}");
+    // What the body presses on wall and bones cancels: nothing else acts on it.
+    for (wall, bone) in contact.on_wall_n.iter().zip(walled.on_bones_n.as_ref().unwrap()) {
+        assert!((wall + bone).abs() < 1e-7, "{wall} {bone}");
+    }
+    let front = |o: &Outcome| o.positions_m.iter().map(|p| p[0]).fold(f64::INFINITY, f64::min);
+    assert!(front(&free) < front(&walled) - 1e-3, "{} {}", front(&free), front(&walled));
+}
+
+#[test]
+fn the_jaw_takes_the_genioglossus_along_and_the_hyoid_its_muscles() {
+    let jaw =
+        outcome(&format!("{TONGUE}[effects]\nincompressibility = true\njaw = {{ opening_deg = 10.0 }}\n"));
+    assert!(jaw.converged && jaw.min_cell_ratio > 0.5, "{jaw:?}");
+    let [x, y] = scene::JOINT_MM;
+    let (sin, cos) = 10f64.to_radians().sin_cos();
+    // The mental spine is at the origin at rest.
+    let spine = [x - cos * x + sin * y, y - sin * x - cos * y];
+    let found = jaw.positions_m.iter().any(|p| (1e3 * p[0] - spine[0]).hypot(1e3 * p[1] - spine[1]) < 1e-9);
+    assert!(found, "{spine:?}");
+    assert!(spine[0] > 0.0 && spine[1] < 0.0, "opening takes the chin back and down");
+
+    let hyoid = outcome(&format!(
+        "{TONGUE}[effects]\nincompressibility = true\nhyoid = {{ shift_mm = [-3.0, 6.0] }}\n"
+    ));
+    assert!(hyoid.converged, "{hyoid:?}");
+    let rest = flat(&Scene::from_toml(TONGUE, "test").unwrap()).mesh;
+    let held = |n: usize| Vector2::from_column_slice(&hyoid.positions_m[n]) - rest.nodes[n];
+    let moved = rest.fixed.iter().filter(|&&n| (held(n) - Vector2::new(-3e-3, 6e-3)).norm() < 1e-15).count();
+    let still = rest.fixed.iter().filter(|&&n| held(n).norm() == 0.0).count();
+    assert_eq!(
+        (moved, still),
+        (2, 2),
+        "HGa and HGp end on the hyoid, the others on spine and styloid process"
+    );
+}
+
+#[test]
+fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
+    let scene = scene::shipped("cylinder-3d").unwrap();
+    let AnyBody::Solid(built) = body::build(&scene.body).unwrap() else { panic!("a cylinder is solid") };
+    let rest = built.mesh.nodes.clone();
+    let result = run(&scene, prepare(&scene, built, Extent::Pruned).unwrap()).unwrap();
+    assert!(result.converged);
+    assert!(result.muscles[0].stretch < 0.9, "{:?}", result.muscles);
+    assert!((result.measure_ratio - 1.0).abs() < 0.01, "{}", result.measure_ratio);
+    let radius = |z: &dyn Fn(usize) -> f64, r: &dyn Fn(usize) -> f64| {
+        (0..rest.len()).filter(|&i| z(i) > 0.019 && z(i) < 0.021).map(r).fold(0.0, f64::max)
+    };
+    let before = radius(&|i| rest[i].z, &|i| rest[i].x.hypot(rest[i].y));
+    let after = radius(&|i| rest[i].z, &|i| result.positions_m[i][0].hypot(result.positions_m[i][1]));
+    assert!(after > 1.04 * before, "{before} {after}");
+}
+
+#[test]
+fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_carried() {
+    let start = |effects: &str| {
+        let (scene, prepared) = planned(&format!(
+            "{}[trajectory]\nduration_s = 0.01\n[tensions_n]\nGGa = 5.0\n[effects]\nincompressibility = true\n\
+             gravity = {{ posture = \"upright\" }}\n{effects}",
+            TONGUE.replace("shape", "trajectory")
+        ));
+        run(&scene, prepared)
+    };
+    let lengths = |o: Outcome| {
+        assert!(o.converged && o.on_bones_n.is_none() && o.time_by_effect.len() > 2, "{o:?}");
+        o.trajectory.unwrap().moments[0].lengths_mm.clone()
+    };
+    let still = lengths(start("").unwrap());
+    let nearly = lengths(start("jaw = { opening_deg = 1e-9 }\n").unwrap());
+    for (a, b) in still.iter().zip(&nearly) {
+        assert!((a - b).abs() < 1e-6, "a jaw that does not move changes the start: {a} {b}");
+    }
+    assert!((lengths(start("jaw = { opening_deg = 5.0 }\n").unwrap())[0] - still[0]).abs() > 0.1);
+    // The mandible would take the tongue's origin through the lower end of the outline.
+    let error = start("jaw = { opening_deg = -20.0 }\ncontact = {}\n").unwrap_err().to_string();
+    assert!(error.contains("effects.jaw") && error.contains("before the motion began"), "{error}");
+}
+
+#[test]
+fn weight_falls_in_its_direction_however_long_that_is_written() {
+    let sag = |direction: &str| {
+        let text = "[effects]\nincompressibility = true\ngravity = { direction = ";
+        outcome(&format!("{TONGUE}{text}{direction} }}\n")).positions_m
+    };
+    let plain = sag("[1.0, 1.0]");
+    for long in ["[1e200, 1e200]", "[1e-200, 1e-200]"] {
+        assert_eq!(sag(long), plain, "{long}");
+    }
+}
+
+/// Each scene, and what its message must name.
+#[test]
+fn what_contradicts_itself_is_named() {
+    let motion =
+        |extra: &str| TONGUE.replace("shape", "trajectory") + extra + "\n[trajectory]\nduration_s = 1.0\n";
+    let cases: Vec<(String, Vec<&str>)> = vec![
+        (
+            motion("[material]\ndensity_kg_per_m3 = 0.0"),
+            vec!["want = \"trajectory\"", "density_kg_per_m3 = 0", "mass"],
+        ),
+        (motion("[effects]\ninertia = false"), vec!["want = \"trajectory\"", "effects.inertia = false"]),
+        (motion("[effects]\nfinite_elements = true"), vec!["trajectory", "finite_elements", "viscosity"]),
+        (TONGUE.replace("shape", "trajectory"), vec!["trajectory", "lack of [trajectory]", "duration_s"]),
+        (format!("{TONGUE}[trajectory]\nduration_s = 1.0\n"), vec!["[trajectory]", "want"]),
+        (
+            format!("{CYLINDER}[fit]\nsubject = \"S2\"\nvowel = \"a\"\n"),
+            vec!["[fit]", "[body.cylinder]", "GGa"],
+        ),
+        (format!("{CYLINDER}[tensions_n]\nGGa = 1.0\n"), vec!["tensions_n.GGa", "[body.cylinder]", "axial"]),
+        (
+            format!("{TONGUE}[tensions_n]\nGGx = 1.0\n"),
+            vec!["tensions_n.GGx", "[body.tongue]", "did you mean \"GGa\"?"],
+        ),
+        (
+            format!("{TONGUE}[effects]\nsprings = true\nfinite_elements = true\n"),
+            vec!["effects.springs = true", "effects.finite_elements = true", "twice"],
+        ),
+        (
+            format!("{TONGUE}[effects]\nincompressibility = true\nfinite_elements = true\n"),
+            vec!["effects.incompressibility", "effects.finite_elements"],
+        ),
+        (format!("{TONGUE}[effects]\nsprings = false\n"), vec!["effects.springs = false", "hold the body"]),
+        (
+            format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[-20.0, 20.0], [60.0, 21.0]] }}\n"),
+            vec!["effects.contact", "[body.tongue]", "passes through the wall at rest, near ["],
+        ),
+        (
+            // Smaller than a cell, so that it meets no connection.
+            format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[38.94, 3.13], [39.34, 3.13]] }}\n"),
+            vec!["effects.contact", "[body.tongue]", "passes through the wall at rest, near [38.9, 3.1]"],
+        ),
+        (
+            format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[0.0, 60.0], [1e-200, 60.0]] }}\n"),
+            vec!["distance in mm between two points of effects.contact.outline_mm", "0.001"],
+        ),
+        (
+            format!("{TONGUE}[effects]\ncontact = {{ reach_mm = 1e-5 }}\n"),
+            vec!["effects.contact.reach_mm", "0.00001", "0.001"],
+        ),
+        (
+            format!("{TONGUE}[material]\npreset = \"as-printed\"\nyoung_modulus_pa = 7e3\n"),
+            vec!["as-printed", "material.young_modulus_pa"],
+        ),
+        (
+            format!("{CYLINDER}[material]\npreset = \"as-printed\"\n"),
+            vec!["as-printed", "[body.cylinder]", "of the plane"],
+        ),
+        (
+            format!("{TONGUE}[material]\npreset = \"as-printed\"\ndensity_kg_per_m3 = -5e3\n"),
+            vec!["density", "-5000"],
+        ),
+        (format!("{TONGUE}[material]\nyoung_modulus_pa = 1e300\n"), vec!["Young's modulus", "1e12"]),
+        (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.6"), vec!["h_mm", "0.6", "12,000 nodes"]),
+        (
+            format!("{CYLINDER}[effects]\ncontact = {{}}\n"),
+            vec!["effects.contact", "[body.cylinder]", "outline_mm"],
+        ),
+        (
+            format!("{CYLINDER}[effects]\njaw = {{ opening_deg = 5.0 }}\n"),
+            vec!["effects.jaw", "[body.cylinder]"],
+        ),
+        (
+            format!("{TONGUE}[effects]\ngravity = {{ posture = \"supine\", direction = [1.0, 0.0] }}\n"),
+            vec!["gravity.posture", "gravity.direction", "exactly one"],
+        ),
+        (
+            format!("{TONGUE}[effects]\ngravity = {{ direction = [1.0, 0.0, 0.0] }}\n"),
+            vec!["direction with 3 numbers", "a body in 2 dimensions"],
+        ),
+        (
+            format!("{TONGUE}[tensions_n]\nGGa = 1.0\n[fit]\nsubject = \"S2\"\nvowel = \"a\"\n"),
+            vec!["[fit]", "tensions_n.GGa"],
+        ),
+        (format!("{TONGUE}[tensions_n]\nGGa = -1.0\n"), vec!["tensions_n", "-1", "not negative"]),
+        (format!("{TONGUE}[effects]\njaw = {{ opening_deg = 90.0 }}\n"), vec!["opening_deg", "90", "60"]),
+        (TONGUE.replace("5.5", "-5.5"), vec!["-5.5 mm", "not usable"]),
+        (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.01"), vec!["h_mm", "0.01", "sixtieth"]),
+        (format!("{TONGUE}[fit]\nsubject = \"S9\"\nvowel = \"a\"\n"), vec!["S9"]),
+        (format!("{TONGUE}[material]\npoisson_ratio = 0.5\n"), vec!["Poisson", "0.5"]),
+    ];
+    for (text, wanted) in cases {
+        let scene = Scene::from_toml(&text, "test").unwrap_or_else(|e| panic!("{e} in\n{text}"));
+        let error = scene
+            .check()
+            .and_then(|()| match body::build(&scene.body)? {
+                AnyBody::Flat(built) => prepare(&scene, built, Extent::Pruned).map(drop),
+                AnyBody::Solid(built) => prepare(&scene, built, Extent::Pruned).map(drop),
+            })
+            .expect_err(&text)
+            .to_string();
+        for word in wanted {
+            assert!(error.contains(word), "\"{word}\" is missing in: {error}");
+        }
+    }
+    let unknown = scene::shipped("vowel-b").unwrap_err().to_string();
+    assert!(unknown.contains("did you mean \"vowel-a\"?"), "{unknown}");
+}

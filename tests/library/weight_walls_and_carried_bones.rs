@@ -1,0 +1,156 @@
+//! Gravity, contact and carried bones against exact solutions.
+
+use crate::fixtures;
+use nalgebra::{SVector, Vector2, Vector3};
+use tongue_fit::body::{self, Anatomy, Cells, Mesh, solid};
+use tongue_fit::effect::{Carried, Configuration, Contact, Effect, Gravity, lumped_masses};
+use tongue_fit::material::Constants;
+use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
+use tongue_fit::system::{self, Additions, Model, OutsidePath, System, TissueModel};
+
+fn solved<const D: usize>(system: &System<D>) -> (Solution, Workspace<D>) {
+    let mut workspace = Workspace::new(system);
+    let slack = vec![0.0; system.muscle_count()];
+    let solution = solve(system, &mut workspace, &slack, &Settings::default());
+    (solution, workspace)
+}
+
+fn pushed<const D: usize>(effects: Vec<Box<dyn Effect<D>>>) -> Additions<D> {
+    Additions { effects, ..Additions::default() }
+}
+
+/// Springs in a row, hanging: each carries the weight below it.
+#[test]
+fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
+    let (links, side, mass, g) = (6, 0.01, 0.4, 9.81);
+    let chain = Mesh::<2> {
+        nodes: (0..=links).map(|i| SVector::from([0.0, -side * f64::from(i)])).collect(),
+        cells: Cells::new(),
+        connections: (0..links as usize).map(|i| [i, i + 1]).collect(),
+        muscles: Vec::new(),
+        fixed: vec![0],
+    };
+    let model = Model { outside: OutsidePath::Chain, ..Model::default() };
+    let k = system::coefficients(&chain, &model).unwrap().tissue_stiffness;
+    let masses: Vec<_> = (1..=links as usize).map(|n| (n, mass)).collect();
+    let gravity = Gravity::new(&masses, SVector::from([0.0, -g]), &chain.nodes);
+    let system = System::with(&chain, &model, &[], pushed(vec![Box::new(gravity)])).unwrap();
+    let (solution, workspace) = solved(&system);
+    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    let mut y = 0.0;
+    for i in 1..=links {
+        y -= side + f64::from(links - i + 1) * mass * g / k;
+        let p = workspace.positions()[i as usize];
+        assert!((p.y - y).abs() < 1e-12 && p.x.abs() < 1e-12, "link {i}: {p} {y}");
+    }
+}
+
+/// `u(L) = rho g L² / 2E` for a column that cannot swell (Poisson's ratio 0).
+#[test]
+fn a_finite_element_column_sags_as_the_rod_of_the_textbook() {
+    let (length, g) = (0.05, 0.02);
+    let column = solid::block([0.01, 0.01, length], [2, 2, 12]);
+    let constants = Constants { poisson_ratio: 0.0, ..Constants::TONGUE };
+    let model = Model { constants, tissue: TissueModel::FiniteElement, ..Model::default() };
+    let gravity =
+        Gravity::new(&lumped_masses(&column, constants.density), Vector3::new(0.0, 0.0, -g), &column.nodes);
+    let system = System::with(&column, &model, &[], pushed(vec![Box::new(gravity)])).unwrap();
+    let (solution, workspace) = solved(&system);
+    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    let exact = constants.density * g * length * length / (2.0 * constants.young_modulus);
+    let top: Vec<f64> = (0..column.nodes.len())
+        .filter(|&i| column.nodes[i].z > length - 1e-9)
+        .map(|i| column.nodes[i].z - workspace.positions()[i].z)
+        .collect();
+    let mean = top.iter().sum::<f64>() / top.len() as f64;
+    assert!((mean / exact - 1.0).abs() < 0.01, "{mean:e} {exact:e}");
+}
+
+#[test]
+fn the_bone_carries_the_whole_weight_in_the_plane_and_in_space() {
+    fn check<const D: usize>(mesh: &Mesh<D>, measure: f64) {
+        let mut down = SVector::<f64, D>::zeros();
+        down[1] = -9.81;
+        let gravity = Gravity::new(&lumped_masses(mesh, 1e3), down, &mesh.nodes);
+        let system = System::with(mesh, &Model::default(), &[], pushed(vec![Box::new(gravity)])).unwrap();
+        let (solution, workspace) = solved(&system);
+        assert_eq!(solution.status, Status::Converged, "{solution:?}");
+        let on_bone: SVector<f64, D> = mesh.fixed.iter().map(|&n| workspace.force()[n]).sum();
+        assert!((on_bone - down * (1e3 * measure)).norm() < 1e-8, "{on_bone}");
+    }
+    let side: f64 = 5.5e-3;
+    check(&fixtures::lattice(5, 4, side), 24.0 * 0.75f64.sqrt() / 2.0 * side * side);
+    check(&fixtures::block(3, side), (3.0 * side).powi(3));
+}
+
+/// A block on a bone is pressed against a bent wall over it, softly and hard.
+#[test]
+fn a_pressed_block_bears_on_the_wall_what_the_bone_does_not_and_no_node_passes() {
+    let side = 5.5e-3;
+    let block = fixtures::lattice(7, 5, side);
+    let top = block.nodes.iter().map(|p| p.y).fold(0.0, f64::max);
+    let wall: Vec<Vector2<f64>> = [[-0.05, 3e-3], [0.01, 1.5e-3], [0.03, 2.5e-3], [0.09, 2.0e-3]]
+        .map(|[x, up]| Vector2::new(x, top + up))
+        .to_vec();
+    for push in [300.0, 1000.0, 5000.0] {
+        let up = SVector::from([0.0, push]);
+        let masses = lumped_masses(&block, 1e3);
+        let gravity = Gravity::new(&masses, up, &block.nodes);
+        let contact = Contact::new(wall.clone(), &block.surface_nodes(), 2.67e3, 1e-3);
+        let effects: Vec<Box<dyn Effect<2>>> = vec![Box::new(gravity), Box::new(contact.clone())];
+        let system = System::with(&block, &Model::default(), &[], pushed(effects)).unwrap();
+        let (solution, workspace) = solved(&system);
+        assert_eq!(solution.status, Status::Converged, "at {push}: {solution:?}");
+        let mut from_wall = vec![SVector::zeros(); block.nodes.len()];
+        let at = Configuration { positions: workspace.positions(), tensions: &[0.0] };
+        contact.add_force(at, &mut from_wall);
+        let wall_force: SVector<f64, 2> = from_wall.iter().sum();
+        let on_bone: SVector<f64, 2> = block.fixed.iter().map(|&n| workspace.force()[n]).sum();
+        let weight = up * masses.iter().map(|m| m.1).sum::<f64>();
+        assert!((weight + wall_force - on_bone).norm() < 1e-7, "{weight} {wall_force} {on_bone}");
+        assert!(wall_force.y < -1e-3, "at {push} the wall is not touched");
+        for p in workspace.positions() {
+            let over = wall.windows(2).find(|w| w[0].x <= p.x && p.x <= w[1].x).unwrap();
+            let height = over[0].y + (over[1].y - over[0].y) * (p.x - over[0].x) / (over[1].x - over[0].x);
+            assert!(p.y < height, "at {push} {p} is through the wall");
+        }
+    }
+}
+
+#[test]
+fn a_free_tongue_follows_its_jaw_as_a_rigid_body() {
+    let mut tongue = body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap();
+    // Free of hyoid and styloid process: held by the mental spine and its neighbours alone, and without the chains outside.
+    let spine = (0..tongue.nodes.len()).find(|&n| tongue.nodes[n].norm() < 1e-6).unwrap();
+    let joined = tongue.connections.iter().filter(|c| c.contains(&spine)).flatten();
+    tongue.fixed = joined.copied().collect();
+    tongue.fixed.sort_unstable();
+    tongue.fixed.dedup();
+    let inside = tongue.in_tissue();
+    let outside: Vec<usize> = (0..inside.len()).filter(|&n| !inside[n]).collect();
+    tongue.fixed.extend(&outside);
+    tongue.fixed.sort_unstable();
+    tongue.connections.retain(|[a, b]| inside[*a] && inside[*b]);
+    tongue.muscles.clear();
+    let joint = SVector::from([0.07, 0.085]);
+    for angle in [5f64.to_radians(), -40f64.to_radians(), 120f64.to_radians()] {
+        let jaw = Carried::Turned { joint, angle };
+        let carried = tongue.fixed.iter().map(|&n| (n, jaw.place(tongue.nodes[n]))).collect();
+        let system =
+            System::with(&tongue, &Model::default(), &[], Additions { carried, ..Additions::default() })
+                .unwrap();
+        let (solution, workspace) = solved(&system);
+        assert_eq!(solution.status, Status::Converged, "{angle}: {solution:?}");
+        for (p, rest) in workspace.positions().iter().zip(&tongue.nodes) {
+            assert!((p - jaw.place(*rest)).norm() < 1e-9, "{angle}: {p} {rest}");
+        }
+    }
+}
+
+#[test]
+fn only_bones_can_be_carried() {
+    let block = fixtures::lattice(3, 3, 5.5e-3);
+    let additions = Additions { carried: vec![(5, SVector::zeros())], ..Additions::default() };
+    let error = System::with(&block, &Model::default(), &[], additions).unwrap_err().to_string();
+    assert!(error.contains("node 5") && error.contains("no bone holds it"), "{error}");
+}

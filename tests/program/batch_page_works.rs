@@ -1,0 +1,55 @@
+//! The page of a batch in a real browser: no errors on the console, and its controls do what they are there for.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use assert_cmd::cargo::CommandCargoExt;
+
+/// Set where the test must not be skipped, as in CI.
+const REQUIRED: &str = "TONGUE_FIT_REQUIRE_BROWSER";
+
+fn browser() -> Option<PathBuf> {
+    let paths = std::env::var_os("PATH")?;
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    std::env::split_paths(&paths)
+        .flat_map(|folder| names.map(|name| folder.join(name)))
+        .find(|program| program.is_file())
+}
+
+#[test]
+fn the_page_sorts_slides_and_turns_dark_without_errors() {
+    let Some(browser) = browser() else {
+        assert!(
+            std::env::var_os(REQUIRED).is_none(),
+            "{REQUIRED} is set, but there is no chromium in the PATH"
+        );
+        println!("skipped: no chromium in the PATH");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    Command::cargo_bin("tongue-fit")
+        .unwrap()
+        .args(["batch", "--subjects", "S2,S4", "--draws", "5", "--subsets", "1", "--out"])
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    let page = folder.path().join("batch.html");
+    let html = std::fs::read_to_string(&page).unwrap();
+    // Names of XML namespaces are no addresses to load from.
+    let addresses = html.replace("http://www.w3.org/", "");
+    assert!(!addresses.contains("http://") && !addresses.contains("https://"), "the page needs no network");
+
+    // Opened with this fragment the page tries its own controls and writes what it found into the document.
+    let done = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"])
+        .arg("--virtual-time-budget=10000")
+        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+        .arg(format!("file://{}#self-test", page.display()))
+        .output()
+        .unwrap();
+    let (document, log) = (String::from_utf8_lossy(&done.stdout), String::from_utf8_lossy(&done.stderr));
+    let found = document.split("data-self-test=\"").nth(1).and_then(|rest| rest.split('"').next());
+    assert_eq!(found, Some("passed"), "{log}");
+    let console: Vec<&str> = log.lines().filter(|l| l.contains("CONSOLE")).collect();
+    assert!(console.is_empty(), "{console:#?}");
+}

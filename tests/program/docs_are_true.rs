@@ -1,0 +1,182 @@
+//! Every command in the guide and the README works, on the files that they show, and prints what they show.
+//!
+//! Read are the fenced blocks: one that opens with a kind and a name (```` ```csv my.csv ````) is a file; in ```` ```console ````
+//! a line that begins with `$ ` is a command and the lines after it are what it prints, `...` standing for any lines, or within a
+//! line for anything. Commands of one page run in one folder, one after the other, and end with status 0 unless `$ echo $?`
+//! and another follow.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use assert_cmd::cargo::cargo_bin;
+
+/// Commands that would install something or need another tool; every other must be tongue-fit.
+const NOT_RUN: [&str; 2] = ["cargo ", "man "];
+
+struct Block<'a> {
+    /// What follows the backquotes.
+    info: &'a str,
+    lines: Vec<&'a str>,
+}
+
+fn blocks(text: &str) -> Vec<Block<'_>> {
+    let mut blocks = Vec::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if let Some(info) = line.strip_prefix("```") {
+            blocks.push(Block { info, lines: lines.by_ref().take_while(|l| *l != "```").collect() });
+        }
+    }
+    blocks
+}
+
+/// Commands and what is shown of their output.
+fn commands<'a>(block: &Block<'a>) -> Vec<(&'a str, Vec<&'a str>)> {
+    let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
+    for &line in &block.lines {
+        match (line.strip_prefix("$ "), all.last_mut()) {
+            (Some(command), _) => all.push((command, Vec::new())),
+            (None, Some((_, shown))) => shown.push(line),
+            (None, None) => panic!("\"{line}\" stands before any command"),
+        }
+    }
+    all
+}
+
+/// Whether what was printed is what is shown.
+fn agrees(shown: &[&str], printed: &[&str]) -> bool {
+    match (shown.split_first(), printed.split_first()) {
+        (None, _) => printed.is_empty(),
+        (Some((&"...", rest)), _) => (0..=printed.len()).any(|skipped| agrees(rest, &printed[skipped..])),
+        (Some((s, shown)), Some((p, printed))) => line_agrees(s, p) && agrees(shown, printed),
+        (Some(_), None) => false,
+    }
+}
+
+fn line_agrees(shown: &str, printed: &str) -> bool {
+    let mut rest = printed;
+    let parts: Vec<&str> = shown.split("...").collect();
+    for (i, part) in parts.iter().enumerate() {
+        let Some(at) = rest.find(part).filter(|at| i > 0 || *at == 0) else { return false };
+        rest = &rest[at + part.len()..];
+    }
+    rest.is_empty() || parts.last() == Some(&"") && parts.len() > 1
+}
+
+fn run_page(page: &Path) -> usize {
+    let text = fs::read_to_string(page).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let bin = cargo_bin("tongue-fit");
+    let path = format!("{}:{}", bin.parent().unwrap().display(), std::env::var("PATH").unwrap());
+    let mut ran = 0;
+    for block in blocks(&text) {
+        if let Some((_, name)) = block.info.split_once(' ') {
+            fs::write(folder.path().join(name), block.lines.join("\n") + "\n").unwrap();
+        }
+        if !block.info.starts_with("console") {
+            continue;
+        }
+        let commands = commands(&block);
+        for (nth, (command, shown)) in commands.iter().enumerate() {
+            if *command == "echo $?" || NOT_RUN.iter().any(|c| command.starts_with(c)) {
+                continue;
+            }
+            assert!(
+                command.starts_with("tongue-fit "),
+                "{command} in {} is not run by this test",
+                page.display()
+            );
+            let output = Command::new("sh")
+                .args(["-c", &format!("{command} 2>&1")])
+                .current_dir(folder.path())
+                .env("PATH", &path)
+                .output()
+                .unwrap();
+            let printed = String::from_utf8(output.stdout).unwrap();
+            let status = match commands.get(nth + 1) {
+                Some((next, shown)) if *next == "echo $?" => shown[0].parse().unwrap(),
+                _ => 0,
+            };
+            assert_eq!(output.status.code(), Some(status), "{command}\n{printed}");
+            let lines: Vec<&str> = printed.lines().collect();
+            if !shown.is_empty() || !lines.is_empty() {
+                assert!(
+                    agrees(shown, &lines),
+                    "{command} is shown to print\n{}\nbut prints\n{printed}",
+                    shown.join("\n")
+                );
+            }
+            ran += 1;
+        }
+    }
+    ran
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn pages() -> Vec<PathBuf> {
+    let mut pages: Vec<PathBuf> =
+        fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path()).collect();
+    pages.sort();
+    pages.push(root().join("README.md"));
+    pages
+}
+
+#[test]
+fn every_command_shown_works_and_prints_what_is_shown() {
+    let ran: Vec<usize> = pages().iter().map(|page| run_page(page)).collect();
+    assert!(ran.iter().sum::<usize>() >= 15, "{ran:?}");
+}
+
+/// Commands within lines are not run (some take minutes): their options must be those of the program, which its help, asked for
+/// behind them, comes only after.
+#[test]
+fn every_command_named_in_passing_has_options_that_exist() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut seen = 0;
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        // Within a fence every odd piece is code; fences themselves are taken out before.
+        let prose: String = text.split("```").step_by(2).collect();
+        for code in prose.split('`').skip(1).step_by(2).filter(|c| c.starts_with("tongue-fit ")) {
+            let output = Command::new(cargo_bin("tongue-fit"))
+                .args(code.split_whitespace().skip(1))
+                .arg("--help")
+                .current_dir(folder.path())
+                .output()
+                .unwrap();
+            assert!(output.status.success(), "`{code}` in {}", page.display());
+            seen += 1;
+        }
+    }
+    assert!(seen >= 15, "{seen}");
+}
+
+#[test]
+fn every_file_that_the_pages_link_to_exists() {
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        for target in text.split("](").skip(1) {
+            let path = target.split([')', '#']).next().unwrap();
+            if !path.is_empty() && !path.starts_with("http") {
+                assert!(page.parent().unwrap().join(path).exists(), "{path} in {}", page.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_shown_is_compared_line_by_line() {
+    let printed = ["a 1", "b", "c in 5 ms"];
+    assert!(agrees(&["a 1", "b", "c in ... ms"], &printed));
+    assert!(agrees(&["...", "b", "..."], &printed) && agrees(&["a 1", "..."], &printed));
+    assert!(
+        !agrees(&["...", "b"], &printed)
+            && !agrees(&["a", "..."], &printed)
+            && !agrees(&["b", "..."], &printed)
+    );
+}

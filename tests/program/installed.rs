@@ -1,0 +1,93 @@
+//! What an installed program brings along: its version, manual pages and completions.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use assert_cmd::cargo::cargo_bin;
+
+fn printed(arguments: &[&str]) -> String {
+    let output = Command::new(cargo_bin("tongue-fit")).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().ok()?;
+    output.status.success().then(|| String::from_utf8(output.stdout).unwrap().trim().to_owned())
+}
+
+#[test]
+fn the_version_names_a_commit_of_this_repository_and_is_that_of_the_outputs() {
+    let version = printed(&["--version"]);
+    assert_eq!(version, format!("tongue-fit {}\n", tongue_fit::VERSION));
+    assert!(tongue_fit::VERSION.starts_with(env!("CARGO_PKG_VERSION")));
+    if git(&["rev-parse", "--show-prefix"]).is_none_or(|prefix| !prefix.is_empty()) {
+        assert_eq!(tongue_fit::VERSION, env!("CARGO_PKG_VERSION"), "no commit to name");
+        return;
+    }
+    let commit = tongue_fit::VERSION.split(['(', ')']).nth(1).unwrap().trim_end_matches("-modified");
+    assert!(git(&["cat-file", "-e", &format!("{commit}^{{commit}}")]).is_some(), "{version}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let fit: serde_json::Value =
+        serde_json::from_str(&printed(&["--vowel", "a", "--json", "--out", out])).unwrap();
+    assert_eq!(fit["version"], tongue_fit::VERSION);
+}
+
+#[test]
+fn there_is_a_manual_page_for_every_command_with_its_options_and_example() {
+    let folder = tempfile::tempdir().unwrap();
+    printed(&["man", "--out", folder.path().to_str().unwrap()]);
+    let page = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let whole = page("tongue-fit.1");
+    assert_eq!(whole, printed(&["man"]));
+    // Each subcommand that a page lists has its page.
+    let mut seen = 0;
+    let names =
+        std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+    for name in names {
+        let text = page(&name);
+        assert!(text.contains(".SH OPTIONS") && text.contains(".SH EXAMPLES"), "{name}");
+        for line in text.lines().filter(|l| l.starts_with("tongue\\-fit") && l.ends_with("(1)")) {
+            let listed = line.replace("\\-", "-").replace("(1)", ".1");
+            assert!(folder.path().join(&listed).exists(), "{name} lists {listed}");
+            seen += 1;
+        }
+    }
+    assert!(seen >= 13, "{seen}");
+    assert!(page("tongue-fit-scene-run.1").contains("tongue\\-fit scene run vowel\\-i\\-palate"));
+    assert!(page("tongue-fit-simulate.1").contains("\\-\\-tension"));
+}
+
+#[test]
+fn the_completions_of_each_shell_name_commands_and_options_and_bash_takes_them() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = printed(&["completions", shell]);
+        for word in ["upper-bound", "simulate", "explain"] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+    }
+    if !Path::new("/bin/bash").exists() {
+        eprintln!("skipped: no bash");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let script = folder.path().join("tongue-fit.bash");
+    std::fs::write(&script, printed(&["completions", "bash"])).unwrap();
+    // As the shell does when the user presses the tabulator after the last word.
+    let complete = |words: &str| {
+        let line = format!(
+            "source '{}'; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); \
+             does=($(complete -p tongue-fit)); while [ \"${{does[0]}}\" != -F ]; do does=(\"${{does[@]:1}}\"); done; \
+             \"${{does[1]}}\" tongue-fit \"${{COMP_WORDS[-1]}}\" \"${{COMP_WORDS[-2]}}\"; echo \"${{COMPREPLY[*]}}\"",
+            script.display()
+        );
+        let output = Command::new("/bin/bash").args(["-c", &line]).stderr(Stdio::inherit()).output().unwrap();
+        String::from_utf8(output.stdout).unwrap().trim().to_owned()
+    };
+    assert_eq!(complete("tongue-fit sce"), "scene");
+    assert_eq!(complete("tongue-fit scene exp"), "explain");
+    assert_eq!(complete("tongue-fit simulate --trajec"), "--trajectory");
+    assert_eq!(complete("tongue-fit --method g"), "gauss-newton");
+}

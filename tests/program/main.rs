@@ -1,0 +1,20 @@
+//! What `tongue-fit` prints, writes and answers when it is run as its users run it.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a test says by panicking"
+)]
+
+mod batch_page_works;
+mod contracts;
+mod docs_are_true;
+mod installed;
+mod mesh_from_gmsh;
+mod outputs_read_back;
+mod readme_is_true;
+mod scene_command;
+mod terminal_manners;
+mod trajectory_command;

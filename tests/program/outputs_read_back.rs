@@ -1,0 +1,205 @@
+//! What is written for Gmsh, ParaView and OpenSim, read back by readers that are not ours: meshio, Gmsh itself, OpenSim's rules.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use assert_cmd::cargo::CommandCargoExt;
+use serde::Deserialize;
+use serde_json::Value;
+
+/// A Python that has the packages meshio and gmsh.
+const PYTHON: &str = "TONGUE_FIT_PYTHON";
+/// Set where the tests must not be skipped, as in CI.
+const REQUIRED: &str = "TONGUE_FIT_REQUIRE_PYTHON";
+
+/// That Python; `None`, with a printed reason, where there is none.
+fn python() -> Option<PathBuf> {
+    let python = std::env::var_os(PYTHON).map(PathBuf::from);
+    if python.is_none() {
+        assert!(std::env::var_os(REQUIRED).is_none(), "{REQUIRED} is set, but {PYTHON} names no Python");
+        println!("skipped: {PYTHON} names no Python that has meshio and gmsh");
+    }
+    python
+}
+
+fn read_back<T: for<'a> Deserialize<'a>>(python: &Path, reader: &str, file: &Path) -> T {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh/read_back.py");
+    let done = Command::new(python).arg(script).arg(reader).arg(file).output().unwrap();
+    assert!(done.status.success(), "{reader}: {}", String::from_utf8_lossy(&done.stderr));
+    serde_json::from_slice(&done.stdout).unwrap()
+}
+
+fn tongue_fit(folder: &Path, arguments: &[&str]) -> Value {
+    let done =
+        Command::cargo_bin("tongue-fit").unwrap().current_dir(folder).args(arguments).output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    serde_json::from_slice(&done.stdout).unwrap()
+}
+
+fn numbers<T: for<'a> Deserialize<'a>>(value: &Value) -> T {
+    serde_json::from_value(value.clone()).unwrap()
+}
+
+/// A mesh as meshio saw it.
+#[derive(Deserialize)]
+struct Seen {
+    points: Vec<Vec<f64>>,
+    cells: BTreeMap<String, Vec<Vec<usize>>>,
+    point_data: BTreeMap<String, Value>,
+    cell_data: BTreeMap<String, BTreeMap<String, Vec<f64>>>,
+    names: BTreeMap<String, [i64; 2]>,
+}
+
+const TENSIONS: [&str; 6] = ["--tension", "GGa=12", "--tension", "SGm=11.5", "--tension", "HGa=4.5"];
+
+/// A simulation into `out`, its record, and the mesh at rest.
+fn simulated(folder: &Path) -> (Value, Value) {
+    let mesh = tongue_fit(folder, &["mesh", "--json", "--out", "out"]);
+    let arguments = [&["simulate"][..], &TENSIONS, &["--json", "--out", "out"]].concat();
+    (tongue_fit(folder, &arguments), mesh)
+}
+
+/// Points, cells and every array are those of the record.
+fn assert_is_the_simulation(seen: &Seen, record: &Value, mesh: &Value, points_m: &[[f64; 2]]) {
+    for (point, [x, y]) in seen.points.iter().zip(points_m) {
+        assert_eq!(point[..], [*x, *y, 0.0]);
+    }
+    assert_eq!(seen.points.len(), points_m.len());
+    let triangles: Vec<Vec<usize>> = numbers(&mesh["triangles"]);
+    assert_eq!(seen.cells["triangle"], triangles);
+    let chains: BTreeMap<String, Vec<usize>> = numbers(&mesh["muscles"]);
+    let mut lines = Vec::new();
+    let mut tensions = Vec::new();
+    // The JSON object lists the muscles in the order of the tables; so do the files.
+    for muscle in ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"] {
+        let pairs = chains[muscle].windows(2).map(<[usize]>::to_vec);
+        tensions.extend(pairs.clone().map(|_| record["tensions_n"][muscle].as_f64().unwrap()));
+        lines.extend(pairs);
+    }
+    assert_eq!(seen.cells["line"], lines);
+    assert_eq!(seen.cell_data["tension_n_per_m"]["line"], tensions);
+    assert!(seen.cell_data["tension_n_per_m"]["triangle"].iter().all(|t| *t == 0.0));
+
+    let rest: Vec<[f64; 2]> = numbers(&mesh["nodes_m"]);
+    let deformed: Vec<[f64; 2]> = numbers(&record["positions_m"]);
+    let moved: Vec<Vec<f64>> = numbers(&seen.point_data["displacement_m"]);
+    for ((d, a), b) in moved.iter().zip(&deformed).zip(&rest) {
+        assert_eq!(d[..], [a[0] - b[0], a[1] - b[1], 0.0]);
+    }
+    let length = |x: &[[f64; 2]], l: &[usize]| (x[l[0]][0] - x[l[1]][0]).hypot(x[l[0]][1] - x[l[1]][1]);
+    for (stretch, line) in seen.cell_data["stretch"]["line"].iter().zip(&lines) {
+        assert!((stretch - length(&deformed, line) / length(&rest, line)).abs() < 1e-12);
+    }
+    let ratios = &seen.cell_data["area_ratio"]["triangle"];
+    let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = ratios.iter().copied().fold(0.0, f64::max);
+    assert_eq!(
+        (Some(least), Some(most)),
+        (record["min_area_ratio"].as_f64(), record["max_area_ratio"].as_f64())
+    );
+}
+
+#[test]
+fn meshio_reads_the_shape_from_vtu_and_from_msh() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (record, mesh) = simulated(folder.path());
+    let out = folder.path().join("out");
+
+    let vtu: Seen = read_back(&python, "meshio", &out.join("tongue.vtu"));
+    assert_is_the_simulation(&vtu, &record, &mesh, &numbers::<Vec<[f64; 2]>>(&record["positions_m"]));
+    let msh: Seen = read_back(&python, "meshio", &out.join("tongue.msh"));
+    assert_is_the_simulation(&msh, &record, &mesh, &numbers::<Vec<[f64; 2]>>(&mesh["nodes_m"]));
+    assert_eq!(msh.names["tissue"], [1, 2]);
+    assert_eq!(msh.names["SGm"][1], 1);
+    let fixed: Vec<usize> = numbers(&mesh["fixed"]);
+    assert_eq!(msh.cells["vertex"], fixed.iter().map(|n| vec![*n]).collect::<Vec<_>>());
+
+    let at_rest: Seen = read_back(&python, "meshio", &out.join("mesh.vtu"));
+    assert!(at_rest.cell_data["stretch"]["line"].iter().all(|s| *s == 1.0));
+    let at_rest: Seen = read_back(&python, "meshio", &out.join("mesh.msh"));
+    assert_eq!(at_rest.cells, msh.cells);
+}
+
+#[derive(Deserialize)]
+struct SeenByGmsh {
+    nodes: usize,
+    groups: BTreeMap<String, usize>,
+    views: BTreeMap<String, SeenView>,
+    complaints: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct SeenView {
+    tags: usize,
+    components: usize,
+    values: Vec<f64>,
+}
+
+#[test]
+fn gmsh_itself_reads_the_groups_and_the_views() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (record, mesh) = simulated(folder.path());
+    let seen: SeenByGmsh = read_back(&python, "gmsh", &folder.path().join("out/tongue.msh"));
+    assert!(seen.complaints.is_empty(), "{:?}", seen.complaints);
+    assert_eq!(seen.nodes, mesh["nodes_m"].as_array().unwrap().len());
+    assert_eq!(seen.groups["tissue"], mesh["triangles"].as_array().unwrap().len());
+    assert_eq!(seen.groups["bone"], mesh["fixed"].as_array().unwrap().len());
+    assert_eq!(seen.groups["GGa"], mesh["muscles"]["GGa"].as_array().unwrap().len() - 1);
+    let displacement = &seen.views["displacement_m"];
+    assert_eq!((displacement.tags, displacement.components), (seen.nodes, 3));
+    let last = displacement.values.len() - 2;
+    let (deformed, rest) = (&record["positions_m"], &mesh["nodes_m"]);
+    let y = |x: &Value| x[seen.nodes - 1][1].as_f64().unwrap();
+    assert_eq!(displacement.values[last], y(deformed) - y(rest));
+    for name in ["area_ratio", "stretch", "tension_n_per_m"] {
+        assert_eq!(seen.views[name].components, 1, "{name}");
+    }
+    let most = seen.views["tension_n_per_m"].values.iter().copied().fold(0.0, f64::max);
+    assert_eq!(most, 12.0);
+}
+
+#[derive(Deserialize)]
+struct Storage {
+    header: BTreeMap<String, String>,
+    columns: BTreeMap<String, Vec<f64>>,
+}
+
+#[test]
+fn a_motion_reads_back_frame_by_frame_and_as_storage() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let motion =
+        ["--trajectory", "--t-end", "0.2", "--frames", "3", "--tolerance", "1e-3", "--json", "--out", "out"];
+    let record = tongue_fit(folder.path(), &[&["simulate"][..], &TENSIONS, &motion].concat());
+    let out = folder.path().join("out");
+
+    let storage: Storage = read_back(&python, "sto", &out.join("trajectory.sto"));
+    assert_eq!((storage.header["version"].as_str(), storage.header["inDegrees"].as_str()), ("1", "no"));
+    let time = &storage.columns["time"];
+    assert_eq!((time[0], *time.last().unwrap()), (0.0, 0.2));
+    let last_mm = storage.columns["GGa_length_m"].last().unwrap() * 1e3;
+    assert!((last_mm - record["lengths_mm"]["GGa"].as_f64().unwrap()).abs() < 1e-9);
+    assert_eq!(storage.columns["SGm_tension_n_per_m"].last(), Some(&11.5));
+    let mut csv = csv::Reader::from_path(out.join("trajectory.csv")).unwrap();
+    let first_mm: f64 = csv.records().next().unwrap().unwrap()[1].parse().unwrap();
+    assert!((storage.columns["GGa_length_m"][0] * 1e3 - first_mm).abs() < 1e-12);
+
+    let collection = std::fs::read_to_string(out.join("trajectory.pvd")).unwrap();
+    let collection = roxmltree::Document::parse(&collection).unwrap();
+    let frames: Vec<_> = collection.descendants().filter(|n| n.has_tag_name("DataSet")).collect();
+    assert_eq!(frames.len(), 3);
+    let last: Seen = read_back(&python, "meshio", &out.join(frames[2].attribute("file").unwrap()));
+    let gga = &storage.columns["GGa_length_m"];
+    let ends: Vec<&Vec<usize>> = last.cells["line"]
+        .iter()
+        .zip(&last.cell_data["muscle"]["line"])
+        .filter(|(_, m)| **m == 0.0)
+        .map(|(l, _)| l)
+        .collect();
+    let at = |n: usize| &last.points[n];
+    let (a, b) = (at(ends[0][0]), at(ends[ends.len() - 1][1]));
+    assert!(((a[0] - b[0]).hypot(a[1] - b[1]) - gga.last().unwrap()).abs() < 1e-12);
+}

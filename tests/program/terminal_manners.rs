@@ -1,0 +1,293 @@
+//! What is expected of a program in a Unix terminal: a pipe that closes, a disk that is full, colours, progress, -q, -v, Ctrl-C.
+#![cfg(unix)]
+
+use std::fs;
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::time::Duration;
+
+use assert_cmd::cargo::cargo_bin;
+
+/// Every command, in a form that takes no time, with the exit status that it has.
+const COMMANDS: [(&str, i32); 19] = [
+    ("--vowel a", 0),
+    ("--vowel a --json", 0),
+    ("batch --vowels a,u --subjects S2 --draws 0 --subsets 0", 0),
+    ("batch --vowels a,u --subjects S2 --draws 0 --subsets 0 --json", 0),
+    ("simulate --tension GGa=12", 0),
+    ("simulate --tension GGa=12 --trajectory --t-end 0.01 --frames 2", 0),
+    ("scene list", 0),
+    ("scene explain vowel-a", 0),
+    ("scene run vowel-a", 0),
+    ("scene compare vowel-a", 0),
+    ("scene schema", 0),
+    ("mesh", 0),
+    ("stability --case 9", 0),
+    ("completions bash", 0),
+    ("man", 0),
+    ("man --out man", 0),
+    ("--help", 0),
+    ("--version", 0),
+    ("help scene run", 0),
+];
+
+fn tongue_fit(folder: &Path, arguments: &str) -> Command {
+    let mut command = Command::new(cargo_bin("tongue-fit"));
+    command.args(arguments.split_whitespace()).current_dir(folder);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn run(folder: &Path, arguments: &str) -> (i32, String, String) {
+    parts(tongue_fit(folder, arguments).output().unwrap())
+}
+
+fn parts(output: Output) -> (i32, String, String) {
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn every_command_outlives_the_reader_of_its_output_and_ends_as_it_would_have() {
+    for (arguments, expected) in COMMANDS {
+        let folder = tempfile::tempdir().unwrap();
+        let mut child = tongue_fit(folder.path(), arguments).spawn().unwrap();
+        drop(child.stdout.take());
+        let (status, _, told) = parts(child.wait_with_output().unwrap());
+        assert_eq!((status, told.contains("panicked")), (expected, false), "{arguments}: {told}");
+
+        let mut child = tongue_fit(folder.path(), &format!("-v {arguments}")).spawn().unwrap();
+        drop((child.stdout.take(), child.stderr.take()));
+        assert_eq!(child.wait().unwrap().code(), Some(expected), "{arguments} without a reader of its notes");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_result_that_cannot_be_printed_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, _) in COMMANDS.iter().filter(|(a, _)| !a.contains("help") && !a.contains("--version")) {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = tongue_fit(folder.path(), arguments).stdout(full).output().unwrap();
+        let (status, _, told) = parts(output);
+        assert_eq!(
+            (status, told.contains("error: cannot write to stdout")),
+            (1, true),
+            "{arguments}: {told}"
+        );
+    }
+}
+
+/// Runs on a terminal of its own, by util-linux's `script`; gives what appears there. `None` where there is no such tool.
+fn on_a_terminal(folder: &Path, arguments: &str, no_color: Option<&str>) -> Option<String> {
+    if !cfg!(target_os = "linux") || Command::new("script").arg("--version").output().is_err() {
+        eprintln!("skipped: util-linux's script is not there to make a terminal");
+        return None;
+    }
+    let line = format!("'{}' {arguments}", cargo_bin("tongue-fit").display());
+    let mut command = Command::new("script");
+    command.args(["-qec", &line, "/dev/null"]).current_dir(folder).env("TERM", "xterm-256color");
+    command.env_remove("NO_COLOR").env_remove("CLICOLOR").env_remove("CLICOLOR_FORCE");
+    if let Some(value) = no_color {
+        command.env("NO_COLOR", value);
+    }
+    let output = command.stdin(Stdio::null()).output().unwrap();
+    Some(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// Whether a text sets colours or weights; to move the cursor is another thing.
+fn is_coloured(text: &str) -> bool {
+    text.split("\u{1b}[").skip(1).any(|rest| {
+        let end = rest.find(|c: char| !c.is_ascii_digit() && c != ';');
+        end.is_some_and(|i| rest[i..].starts_with('m'))
+    })
+}
+
+#[test]
+fn colours_are_for_terminals_and_for_those_who_do_not_say_no() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in
+        ["--help", "--vowl a", "scene run --help", "scene list", "batch --vowels a --draws 0 --subsets 0"]
+    {
+        let (_, out, told) = run(folder.path(), arguments);
+        assert!(!out.contains('\u{1b}') && !told.contains('\u{1b}'), "{arguments}: {out}{told}");
+        if let Some(seen) = on_a_terminal(folder.path(), arguments, Some("1")) {
+            assert!(!seen.is_empty() && !is_coloured(&seen), "{arguments} with NO_COLOR: {seen}");
+        }
+    }
+    if let Some(seen) = on_a_terminal(folder.path(), "--help", None) {
+        assert!(is_coloured(&seen), "the test above could not fail: {seen}");
+    }
+}
+
+#[test]
+fn progress_is_for_terminals_and_not_for_the_quiet() {
+    let folder = tempfile::tempdir().unwrap();
+    let batch = "batch --vowels a --draws 20 --subsets 0";
+    let stability = "stability --case 9";
+    for (arguments, sign) in [(batch, "of 8 fits"), (stability, "case  9")] {
+        let (_, out, told) = run(folder.path(), arguments);
+        assert!(!out.contains(sign) && !told.contains(sign), "{arguments}: {out}{told}");
+        let Some(seen) = on_a_terminal(folder.path(), arguments, None) else { continue };
+        assert!(seen.contains(sign), "{arguments} shows {seen}");
+        let seen = on_a_terminal(folder.path(), &format!("{arguments} -q"), None).unwrap();
+        assert!(!seen.contains(sign), "{arguments} -q shows {seen}");
+    }
+}
+
+#[test]
+fn the_quiet_hear_errors_only_and_find_everything_in_the_files() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, first) in [
+        ("--vowel a --out fit -q", "fit/fit.json"),
+        ("batch --vowels a,u --subjects S2 --draws 0 --subsets 0 --out batch --quiet", "batch/fits.csv"),
+        ("simulate --tension GGa=12 --out one -q", "one/simulation.json"),
+        ("scene run vowel-a --out scene -q", "scene/vowel-a.json"),
+        ("mesh --out mesh -q", "mesh/mesh.json"),
+        ("stability --case 9 --out hard -q", "hard/stability.csv"),
+        ("man --out man -q", "man/tongue-fit.1"),
+    ] {
+        assert_eq!(run(folder.path(), arguments), (0, String::new(), String::new()), "{arguments}");
+        assert!(folder.path().join(first).exists(), "{first}");
+    }
+    // What stands in no file, and what was asked for by name, is printed all the same.
+    for arguments in ["simulate --tension GGa=12 -q", "mesh -q", "scene list -q", "--vowel a --json -q"] {
+        let (status, out, told) = run(folder.path(), arguments);
+        assert_eq!((status, out.is_empty(), told.as_str()), (0, false, ""), "{arguments}");
+    }
+    let (status, out, told) = run(folder.path(), "--vowel a --subject S3 -q");
+    assert_eq!((status, out.as_str(), told.lines().count()), (3, "", 1), "{told}");
+    assert!(told.starts_with("error: something did not converge"), "{told}");
+    let (_, _, told) = run(folder.path(), "batch --subjects S4 --draws 0 --subsets 0 --out s4");
+    assert!(told.contains("no /ɯ/ for S4"), "{told}");
+    let (_, _, told) = run(folder.path(), "batch --subjects S4 --draws 0 --subsets 0 --out s4 -q");
+    assert!(!told.contains("no /ɯ/ for S4"), "{told}");
+    assert_eq!(run(folder.path(), "mesh -q -v").0, 2);
+}
+
+#[test]
+fn the_curious_hear_each_step_on_stderr_and_get_the_same_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let fit = "--vowel a --threads 2";
+    let ((_, plain, silence), (_, out, told)) =
+        (run(folder.path(), fit), run(folder.path(), &format!("{fit} -v")));
+    assert_eq!(silence, "");
+    let lines = |text: &str| -> Vec<String> {
+        text.lines().map(|l| l.split(" equilibria in ").next().unwrap().to_owned()).collect()
+    };
+    assert_eq!(lines(&plain), lines(&out), "all but the milliseconds");
+    for sign in [
+        &format!("tongue-fit {}, 2 threads", tongue_fit::VERSION),
+        "mesh: 123 nodes, 188 triangles",
+        "nelder-mead from 4 starts for S2 /a/, ratio; contracting: GGa, SGm, HGa",
+        "1470 equilibria",
+    ] {
+        assert!(told.contains(sign), "{sign}\nis not in\n{told}");
+    }
+    assert!(told.lines().all(|l| l.starts_with('[') && l.contains(" s] ")), "{told}");
+    let (_, _, told) =
+        run(folder.path(), "batch -v --vowels a,u --subjects S2 --draws 3 --seed 77 --subsets 0");
+    for sign in ["3 draws with seed 77", "S2 /a/ ratio: converged", "S2 /a/ stretch: converged"] {
+        assert!(told.contains(sign), "{sign}\nis not in\n{told}");
+    }
+}
+
+#[test]
+fn the_command_in_the_records_has_no_word_that_changes_no_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let batch = "batch --vowels a,u --subjects S2 --draws 0 --subsets 0";
+    let command = |folder: &Path| {
+        let json = fs::read_to_string(folder.join("batch.json")).unwrap();
+        serde_json::from_str::<serde_json::Value>(&json).unwrap()["command"].as_str().unwrap().to_owned()
+    };
+    run(folder.path(), &format!("{batch} -v --threads 1 --out out"));
+    assert_eq!(command(&folder.path().join("out")), format!("tongue-fit {batch}"));
+    let spaced = folder.path().join("my results");
+    let mut run = tongue_fit(folder.path(), &format!("{batch} --quiet --json --out"));
+    assert!(run.arg(&spaced).output().unwrap().status.success());
+    assert_eq!(command(&spaced), format!("tongue-fit {batch}"));
+}
+
+/// Starts with Ctrl-C at its default, whatever the test was started with.
+fn start(folder: &Path, ctrl_c: &str, arguments: &str) -> Child {
+    let mut command = Command::new("env");
+    command.arg(format!("--{ctrl_c}-signal=INT")).arg(cargo_bin("tongue-fit"));
+    command.args(arguments.split_whitespace()).current_dir(folder);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().unwrap()
+}
+
+/// Sends a signal as soon as `now` says so; `None` if the program was done before.
+fn interrupted(mut child: Child, signal: &str, now: impl Fn() -> bool) -> Option<ExitStatus> {
+    while !now() {
+        if child.try_wait().unwrap().is_some() {
+            return None;
+        }
+        std::thread::sleep(Duration::from_micros(200));
+    }
+    // The shell's own kill, which is everywhere.
+    Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status().unwrap();
+    Some(child.wait().unwrap())
+}
+
+const FRAMES: usize = 1500;
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interruption_while_files_are_written_leaves_all_of_them_or_none() {
+    let (mut stopped, mut before_the_names) = (0, 0);
+    for attempt in 0..30 {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let arguments = format!(
+            "simulate --tension GGa=12 --trajectory --t-end 0.01 --h 10mm --frames {FRAMES} --out out --threads 1"
+        );
+        let signal = ["INT", "TERM"][attempt % 2];
+        // The first files are being written, or some more.
+        let files = 2 + 60 * (attempt % 5);
+        let child = start(folder.path(), "default", &arguments);
+        let Some(status) = interrupted(child, signal, || names(&out).len() > files) else { continue };
+        let left = names(&out);
+        assert!(left.iter().all(|n| !n.starts_with('.')), "{:?}", left.first());
+        // JSON, CSV, SVG and PVD, and the frames.
+        assert!([0, FRAMES + 4].contains(&left.len()), "{} of {} files", left.len(), FRAMES + 4);
+        if let Some(by) = status.signal() {
+            assert_eq!(by, if signal == "INT" { 2 } else { 15 }, "as a shell expects");
+            stopped += 1;
+            before_the_names += usize::from(left.is_empty());
+        }
+        if stopped >= 4 && before_the_names >= 2 {
+            return;
+        }
+    }
+    panic!("of 30 runs {stopped} were interrupted, {before_the_names} of them while they wrote");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_batch_leaves_its_journal_and_goes_on_unless_it_was_told_to_ignore_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let batch = "batch --vowels a,o --subjects S1,S2,S3 --draws 200 --subsets 0 --out out";
+    let fitted = || fs::read_to_string(out.join("batch.journal")).is_ok_and(|j| j.lines().count() > 3);
+    let status = interrupted(start(folder.path(), "default", batch), "INT", fitted).unwrap();
+    assert_eq!((status.signal(), names(&out)), (Some(2), vec!["batch.journal".to_owned()]));
+
+    let (_, _, told) = run(folder.path(), &batch.replace("--out", "--threads 1 --out"));
+    assert!(told.contains("going on after") && told.contains("of 12 fits"), "{told}");
+    assert_eq!(names(&out), ["batch.html", "batch.json", "fits.csv", "muscles.csv"]);
+
+    // As a job in the background of a script.
+    fs::remove_dir_all(&out).unwrap();
+    let status = interrupted(start(folder.path(), "ignore", batch), "INT", fitted).unwrap();
+    assert!(status.code().is_some(), "{status}");
+    assert_eq!(names(&out).len(), 4);
+}

@@ -1,0 +1,91 @@
+//! `tongue-fit simulate --trajectory` as its users meet it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use assert_cmd::cargo::cargo_bin;
+
+fn simulate(folder: &Path, arguments: &[&str]) -> Output {
+    let all = ["simulate", "--trajectory"].iter().chain(arguments);
+    Command::new(cargo_bin("tongue-fit")).args(all).current_dir(folder).output().unwrap()
+}
+
+#[test]
+fn lengths_frames_and_an_animation_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--tension", "GGa=12", "--t-end", "0.5", "--ramp", "0.2", "--frames", "6", "--json"];
+    let output = simulate(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["status"], "completed");
+    assert_eq!(json["time_s"], 0.5);
+    assert!(json["counts"]["steps"].as_u64().unwrap() > 5);
+
+    let out = folder.path().join("results");
+    let mut table = csv::Reader::from_path(out.join("trajectory.csv")).unwrap();
+    let columns: Vec<String> = table.headers().unwrap().iter().map(str::to_owned).collect();
+    assert_eq!([&columns[0], &columns[1], &columns[9]], ["time_s", "GGa_mm", "GGa_n_per_m"]);
+    let rows: Vec<Vec<f64>> =
+        table.records().map(|r| r.unwrap().iter().map(|v| v.parse().unwrap()).collect()).collect();
+    assert_eq!(rows.len(), 51);
+    assert!((rows[10][0] - 0.1).abs() < 1e-12 && (rows[10][9] - 6.0).abs() < 1e-9, "half way up the ramp");
+    assert!(rows.windows(2).all(|w| w[1][1] <= w[0][1]), "GGa only shortens");
+    assert_eq!(rows[50][1], json["lengths_mm"]["GGa"].as_f64().unwrap());
+
+    let pvd = std::fs::read_to_string(out.join("trajectory.pvd")).unwrap();
+    let pvd = roxmltree::Document::parse(&pvd).unwrap();
+    let frames: Vec<_> = pvd.descendants().filter_map(|n| n.attribute("file")).collect();
+    assert_eq!(frames.len(), 6);
+    for frame in frames {
+        let vtu = std::fs::read_to_string(out.join(frame)).unwrap();
+        let vtu = roxmltree::Document::parse(&vtu).unwrap();
+        let piece = vtu.descendants().find(|n| n.has_tag_name("Piece")).unwrap();
+        assert_eq!(piece.attribute("NumberOfPoints"), Some("123"));
+        assert_eq!(piece.attribute("NumberOfCells"), Some("247"), "188 triangles and 59 lines of muscles");
+    }
+    let svg = std::fs::read_to_string(out.join("trajectory.svg")).unwrap();
+    assert!(roxmltree::Document::parse(&svg).is_ok());
+}
+
+#[test]
+fn what_cannot_be_run_is_refused_with_one_message_and_leaves_nothing() {
+    let curves = tempfile::tempdir().unwrap();
+    let file = curves.path().join("curves.csv");
+    std::fs::write(&file, "time_s,GGa\n0,0\n0.2,5\n0.1,6\n").unwrap();
+    let file = file.to_str().unwrap();
+    let cases: [(&[&str], &str); 11] = [
+        (&["--t-end", "0"], "--t-end is 0"),
+        (&["--t-end", "nan"], "--t-end is NaN"),
+        (&["--dt", "-1"], "--dt is -1"),
+        (&["--tolerance", "0"], "--tolerance is 0"),
+        (&["--ramp", "-0.1"], "--ramp is -0.1"),
+        (&["--frames", "1"], "--frames is 1"),
+        (&["--method", "verlett"], "did you mean \"verlet\"?"),
+        (&["--method", "verlet", "--dt", "1e-3"], "beyond the stability limit of verlet, 1.1"),
+        (&["--method", "rk4", "--tolerance", "1e-3"], "rk4 has no error control"),
+        (&["--method", "verlet", "--t-end", "1e4"], "take --method tr-bdf2"),
+        (&["--tension-curves", file], "line 4, column 1 (time_s)"),
+    ];
+    for (arguments, expected) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let output = simulate(folder.path(), arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+        assert_eq!(message.matches("error:").count(), 1, "{message}");
+        assert!(output.stdout.is_empty());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_run_that_fails_says_so_and_keeps_what_it_saw() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments =
+        ["--tension", "GGa=12", "--method", "verlet", "--dt", "1e-5", "--t-end", "0.1", "--force", "--json"];
+    let output = simulate(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_ne!(json["status"], "completed");
+    assert!(json["time_s"].as_f64().unwrap() < 0.1);
+}

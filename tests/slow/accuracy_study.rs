@@ -1,0 +1,90 @@
+//! The study measures what it says, lists what it refused, and its page says nothing but what was measured.
+
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
+
+use tongue_fit::study::accuracy::ladder::Ended;
+use tongue_fit::study::accuracy::{self, Circumstances, Effort, Study};
+
+fn tiny() -> &'static Study {
+    static STUDY: OnceLock<Study> = OnceLock::new();
+    STUDY.get_or_init(|| accuracy::run(&Effort::TINY, &mut |_| ()).unwrap())
+}
+
+fn page(study: &Study) -> String {
+    accuracy::page(study, &Circumstances { command: "a test".into(), machine: "a machine".into() })
+}
+
+#[test]
+fn every_file_is_made_and_every_run_is_a_row() {
+    let study = tiny();
+    let files = accuracy::files(study).unwrap();
+    let names: BTreeSet<&str> = files.iter().map(|(n, _)| n.as_str()).collect();
+    let page = page(study);
+    for (name, bytes) in &files {
+        if name.ends_with(".svg") {
+            assert!(page.contains(&format!("({name})")), "the page shows {name}");
+            roxmltree::Document::parse(std::str::from_utf8(bytes).unwrap()).unwrap();
+        }
+    }
+    let rows = |name: &str| {
+        let (_, bytes) = files.iter().find(|(n, _)| n == name).unwrap();
+        csv::Reader::from_reader(bytes.as_slice()).into_records().count()
+    };
+    assert_eq!(rows("1-equilibrium.csv"), study.equilibrium.len());
+    assert_eq!(rows("2-trajectory.csv"), study.trajectory.len());
+    assert_eq!(rows("4-mesh.csv"), study.meshes.len());
+    assert_eq!(rows("6-fit.csv"), study.fits.len());
+    assert!(names.contains("3-early.csv") && names.contains("5-patch.csv"));
+}
+
+#[test]
+fn refused_runs_are_listed_with_the_reason_and_what_to_do() {
+    let study = tiny();
+    for runs in [&study.equilibrium, &study.trajectory] {
+        let refused: Vec<_> = runs.iter().filter(|r| matches!(r.ended, Ended::Refused(_))).collect();
+        for method in ["verlet", "rk4", "symplectic-euler"] {
+            let words: Vec<String> =
+                refused.iter().filter(|r| r.method == method).map(|r| r.ended.words()).collect();
+            assert!(words.iter().any(|w| w.contains("beyond the stability limit")), "{method}: {words:?}");
+            assert!(words.iter().any(|w| w.contains("steps to t = ") && w.contains("take tr-bdf2")));
+        }
+        for run in refused {
+            assert!(page(study).contains(&run.setting) && run.error_mm.is_none());
+        }
+    }
+}
+
+#[test]
+fn tighter_settings_give_smaller_errors() {
+    let study = tiny();
+    let errors = |method: &str| -> Vec<f64> {
+        study.equilibrium.iter().filter(|r| r.method == method).filter_map(|r| r.error_mm).collect()
+    };
+    for method in ["Newton", "L-BFGS", "dynamic relaxation"] {
+        let errors = errors(method);
+        assert!(errors.windows(2).all(|w| w[1] <= w[0]), "{method}: {errors:?}");
+        assert!(errors[errors.len() - 1] < 1e-5, "{method}: {errors:?}");
+    }
+    let left: Vec<f64> = study.early.iter().map(|s| s.left_mm).collect();
+    assert!(left.windows(2).all(|w| w[1] < 0.5 * w[0]), "{left:?}");
+    for patch in study.patches.iter().filter(|p| p.tissue == "finite elements") {
+        assert!(patch.error_mm < 1e-6, "finite elements reproduce a homogeneous deformation");
+    }
+    assert!(study.fits.iter().all(|f| f.tolerance_n > 1e-4 || f.error_n < 1e-3));
+}
+
+#[test]
+fn the_page_follows_the_data() {
+    let study = tiny();
+    assert_eq!(page(study), page(&study.clone()), "the same data give the same page");
+    let mut other = study.clone();
+    let newton = other.equilibrium.iter_mut().filter(|r| r.method == "Newton");
+    newton.for_each(|r| r.seconds = Some(1234.0));
+    other.early.iter_mut().for_each(|s| s.left_mm = 7.77);
+    let (before, after) = (page(study), page(&other));
+    assert!(after.contains("leaves 7.77 mm") && !before.contains("leaves 7.77 mm"));
+    assert!(!after.contains("For 1 % of a ratio at equilibrium take Newton"));
+    other.trajectory.iter_mut().filter(|r| r.method == "tr-bdf2").for_each(|r| r.error_mm = Some(1.0));
+    assert!(page(&other).contains("under 0.2 s | not reached | **no** |"));
+}

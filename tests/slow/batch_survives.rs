@@ -1,0 +1,238 @@
+//! `tongue-fit batch` as a user runs it: killed and started again, on any number of threads, on broken and on large tables.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use assert_cmd::cargo::CommandCargoExt;
+
+const FILES: [&str; 4] = ["batch.html", "batch.json", "fits.csv", "muscles.csv"];
+const REFERENCE: &str = include_str!("../../targets/takano2007_lengths.csv");
+
+fn batch(out: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::cargo_bin("tongue-fit").unwrap();
+    command.arg("batch").args(arguments).arg("--out").arg(out);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Exit status, stdout and stderr.
+fn run(out: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let done = batch(out, arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (done.status.code().unwrap(), text(done.stdout), text(done.stderr))
+}
+
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, FILES, "nothing but the outputs");
+    names.into_iter().map(|n| (n.clone(), fs::read(folder.join(n)).unwrap())).collect()
+}
+
+fn rows(csv: &[u8]) -> Vec<std::collections::BTreeMap<String, String>> {
+    csv::Reader::from_reader(csv).deserialize().collect::<Result<_, _>>().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn killed_again_and_again_it_ends_with_the_files_of_an_undisturbed_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--draws", "40", "--subsets", "1", "--threads", "2"];
+    let undisturbed = folder.path().join("undisturbed");
+    assert_eq!(run(&undisturbed, &arguments).0, 3, "some ratio fits end at a bound");
+
+    let killed = folder.path().join("killed");
+    let journal = killed.join("batch.journal");
+    let (mut kills, mut before) = (0, 0);
+    while kills < 5 {
+        let mut child = batch(&killed, &arguments).spawn().unwrap();
+        // As soon as it is further than the last one, or after a while that cuts anywhere.
+        let clock = Instant::now();
+        let length = || fs::metadata(&journal).map_or(0, |m| m.len());
+        while length() <= before + 20_000
+            && clock.elapsed() < Duration::from_millis(300)
+            && child.try_wait().unwrap().is_none()
+        {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        if child.try_wait().unwrap().is_some() {
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+        before = length();
+        assert!(FILES.iter().all(|f| !killed.join(f).exists()), "no output before all fits are done");
+    }
+    assert!(kills >= 2, "killed only {kills} times");
+    let (status, _, told) = run(&killed, &arguments);
+    assert_eq!(status, 3);
+    assert!(told.contains("going on after"), "{told}");
+    // What a kill in the middle of writing the outputs leaves is a hidden file; it is of no consequence.
+    assert!(files(&killed) == files(&undisturbed), "the files differ");
+}
+
+#[test]
+fn one_thread_and_four_write_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let outputs = ["1", "4"].map(|threads| {
+        let out = folder.path().join(threads);
+        let arguments = ["--subjects", "S2,S4", "--draws", "10", "--subsets", "1", "--threads", threads];
+        assert_eq!(run(&out, &arguments).0, 3);
+        files(&out)
+    });
+    assert!(outputs[0] == outputs[1], "the files differ");
+}
+
+#[test]
+fn every_output_says_where_it_comes_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments =
+        ["--subjects", "S2", "--vowels", "a,u", "--draws", "5", "--seed", "7", "--subsets", "0", "--json"];
+    let (_, stdout, _) = run(folder.path(), &arguments);
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    let command = "tongue-fit batch --subjects S2 --vowels a,u --draws 5 --seed 7 --subsets 0";
+    let hash = json["inputs_sha256"].as_str().unwrap();
+    assert_eq!(hash.len(), 64);
+    assert_eq!(json["command"], command);
+    let version = env!("CARGO_PKG_VERSION");
+    for (name, bytes) in files(folder.path()) {
+        let text = String::from_utf8(bytes).unwrap();
+        assert!(text.contains(version) && text.contains(hash), "{name}");
+        assert!(name == "muscles.csv" || text.contains(command), "{name}");
+    }
+    // A fit of each kind, and the baseline is listed as such.
+    assert_eq!(json["fits"].as_array().unwrap().len(), 2);
+    assert_eq!(json["baselines"][0]["vowel"], "ɯ");
+    assert!(json["fits"][0]["wall_s"].is_number());
+    assert_eq!(json["fits"][0]["intervals"]["draws"], 5);
+    let thesis = &json["fits"][0]["passive"]["thesis_rms_ratio"];
+    assert!((thesis.as_f64().unwrap() - 0.071).abs() < 0.01, "table 4.8 against table 4.4: {thesis}");
+}
+
+#[test]
+fn the_tables_are_tidy_and_residuals_are_what_they_say() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), &["--draws", "0", "--subsets", "0"]);
+    let outputs = files(folder.path());
+    let fits = rows(&outputs[2].1);
+    let count = |key: &str, value: &str| fits.iter().filter(|r| r[key] == value).count();
+    assert_eq!((fits.len(), count("status", "baseline"), count("substitute_baseline", "true")), (34, 4, 7));
+    let muscles = rows(&outputs[3].1);
+    assert_eq!(muscles.len(), 30 * 8);
+    for row in &muscles {
+        let number = |key: &str| row[key].parse::<f64>().unwrap();
+        for quantity in ["ratio", "stretch"] {
+            let of = |what: &str| number(&format!("{what}_{quantity}"));
+            assert!((of("simulated") - of("target") - of("residual")).abs() < 1e-12);
+        }
+        assert!(
+            (number("simulated_length_mm") - number("target_length_mm") - number("residual_mm")).abs() < 1e-9
+        );
+        if row["target_kind"] == "stretch" && row["fitted"] == "true" && row["status"] == "converged" {
+            assert!(number("residual_mm").abs() < 0.05, "{row:?}");
+        }
+    }
+}
+
+#[test]
+fn broken_rows_are_told_with_line_and_column_and_the_others_are_fitted() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("mine.csv");
+    let mut text = REFERENCE.replace("S1,a,34,", "S1,a,3.4,").replace("S2,i,51,", "S2,i,\"51,5\",");
+    text += "S3,i,50,53,43,43,28,36,35,28\nP9,a,41,62,53,59,23,44,33,35\n";
+    fs::write(&data, text).unwrap();
+    let out = folder.path().join("out");
+    let (status, _, told) =
+        run(&out, &["--lengths", data.to_str().unwrap(), "--draws", "0", "--subsets", "0"]);
+    assert_eq!(status, 1, "{told}");
+    for part in [
+        "mine.csv:4:3: GGa_mm is 3.4, too short for millimetres",
+        "mine.csv:7:3: GGa_mm is \"51,5\", with a decimal comma",
+        "mine.csv:21:1: S3 /i/ is given twice",
+        "line 22, P9 /a/: P9 has no row for the baseline vowel /ɯ/",
+    ] {
+        assert!(told.contains(part), "{part}\nis not in\n{told}");
+    }
+    let fits = rows(&fs::read(out.join("fits.csv")).unwrap());
+    let count = |status: &str| fits.iter().filter(|r| r["status"] == status).count();
+    assert_eq!((fits.len(), count("baseline"), count("not_fitted")), (26 + 4 + 1, 4, 1));
+}
+
+#[test]
+fn a_file_that_is_no_table_is_refused_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("mine.csv");
+    let cases = [
+        (format!("\u{feff}{REFERENCE}"), ":1:1: the file starts with a byte order mark"),
+        (REFERENCE.replace('\n', "\r\n"), "carriage return"),
+        (REFERENCE.replace(",HGp_mm", ""), ":1:10: missing from the header: HGp_mm"),
+        (REFERENCE.replacen("HGp_mm", "HGp_mm,age", 1), ":1:11: unknown column \"age\""),
+        (REFERENCE.replace("_mm", "_cm"), "is not in millimetres"),
+    ];
+    for (text, part) in cases {
+        fs::write(&data, text).unwrap();
+        let out = folder.path().join("out");
+        let (status, stdout, told) = run(&out, &["--lengths", data.to_str().unwrap()]);
+        assert_eq!((status, stdout.as_str()), (1, ""), "{told}");
+        assert!(told.contains(part), "{part}\nis not in\n{told}");
+        assert!(!out.exists(), "nothing is written");
+    }
+}
+
+/// The real rows again and again under new names, every length moved by up to 1 mm.
+fn many_rows(count: usize) -> String {
+    let mut lines = REFERENCE.lines();
+    let mut text = lines.next().unwrap().to_owned() + "\n";
+    let real: Vec<&str> = lines.collect();
+    for n in 0..count {
+        let mut fields = real[n % real.len()].split(',');
+        let (subject, vowel) = (fields.next().unwrap(), fields.next().unwrap());
+        let _ = write!(text, "{subject}-{},{vowel}", n / real.len());
+        for (i, field) in fields.enumerate() {
+            let moved = ((n / real.len()) * 7 + i * 3) % 5;
+            let _ = write!(text, ",{}", field.parse::<f64>().unwrap() + 0.5 * moved as f64 - 1.0);
+        }
+        text += "\n";
+    }
+    text
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn ten_thousand_rows_take_less_than_200_megabytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("many.csv");
+    fs::write(&data, many_rows(10_000)).unwrap();
+    let out = folder.path().join("out");
+    let options = ["--target", "stretch", "--starts", "1", "--draws", "0", "--subsets", "0"];
+    let mut arguments = vec!["--lengths", data.to_str().unwrap()];
+    arguments.extend(options);
+    let mut child = batch(&out, &arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak_kb = 0;
+    let code = loop {
+        // The peak so far, as the kernel keeps it.
+        let now = fs::read_to_string(&status).unwrap_or_default();
+        let line = now.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+        peak_kb = peak_kb.max(line.and_then(|l| l.trim().trim_end_matches(" kB").parse().ok()).unwrap_or(0));
+        if let Some(done) = child.try_wait().unwrap() {
+            break done.code().unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    assert!(peak_kb > 1_000 && peak_kb < 200_000, "{peak_kb} kB");
+    let fits = rows(&fs::read(out.join("fits.csv")).unwrap());
+    assert_eq!(fits.len(), 10_000);
+    let refused = fits.iter().filter(|r| r["status"] == "not_fitted").count();
+    assert!(code == if refused > 0 { 1 } else { 3 }, "{code}, {refused} refused");
+    assert!(fits.iter().filter(|r| r["status"] == "converged").count() > 5_000);
+    assert!(
+        fs::metadata(out.join("batch.html")).unwrap().len() < 8_000_000,
+        "the page shows the first fits only"
+    );
+}

@@ -1,0 +1,118 @@
+//! Tensions are chosen, the lengths they lead to simulated and rounded to 1 mm as the published ones are, and fitted again: the
+//! 95 % intervals have to hold the truth in 95 % of the cases.
+
+use rayon::prelude::*;
+use tongue_fit::body::{self, Anatomy, Mesh};
+use tongue_fit::inverse::batch::{Thoroughness, assess};
+use tongue_fit::inverse::{Method, Settings, muscle_numbers};
+use tongue_fit::measured::{Lengths, Target, TargetKind, Vowel};
+use tongue_fit::muscle::{Muscle, PerMuscle};
+use tongue_fit::statics::{self, Status, Workspace};
+use tongue_fit::system::{Model, System};
+
+const CASES: u64 = 240;
+const DRAWS: usize = 200;
+
+/// How many intervals there were, and how many of them held the truth.
+#[derive(Debug, Clone, Copy, Default)]
+struct Count {
+    intervals: usize,
+    held: usize,
+}
+
+impl Count {
+    fn add(&mut self, held: bool) {
+        self.intervals += 1;
+        self.held += usize::from(held);
+    }
+
+    fn rate(self) -> f64 {
+        self.held as f64 / self.intervals as f64
+    }
+}
+
+/// Truth, and what a rounded measurement leaves of it.
+struct Case {
+    target: Target,
+    tensions: PerMuscle<f64>,
+    /// Ratios or stretches of the truth.
+    values: PerMuscle<f64>,
+}
+
+/// Two to four muscles pull with 3 to 25 N in a subject who is smaller or larger than the model. GGa stays passive where ratios to
+/// it are fitted: there are then as many equations as tensions, and the truth is the only answer.
+fn case(mesh: &Mesh<2>, seed: u64, kind: TargetKind) -> Option<Case> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut muscles: Vec<Muscle> = Muscle::ALL.into_iter().filter(|m| kind.constrains(*m)).collect();
+    random.shuffle(&mut muscles);
+    muscles.truncate(random.usize(2..=4));
+    muscles.sort_unstable();
+    let numbers = muscle_numbers(mesh).unwrap();
+    let contracting: Vec<usize> = muscles.iter().map(|m| numbers[m.index()]).collect();
+    let system = System::new(mesh, &Model::default(), &contracting).unwrap();
+    let mut tensions = [0.0; 8];
+    let mut all = vec![0.0; system.muscle_count()];
+    for m in &muscles {
+        tensions[m.index()] = 3.0 + 22.0 * random.f64();
+        all[numbers[m.index()]] = tensions[m.index()];
+    }
+    let mut workspace = Workspace::new(&system);
+    let solution = statics::solve(&system, &mut workspace, &all, &statics::Settings::default());
+    if solution.status != Status::Converged {
+        return None;
+    }
+    let scale_mm = 1e3 * (0.85 + 0.35 * random.f64());
+    let lengths = numbers.map(|n| scale_mm * system.length(workspace.positions(), n));
+    let rest = numbers.map(|n| scale_mm * system.length(system.rest(), n));
+    let row = |vowel, mm: PerMuscle<f64>| Lengths {
+        subject: "synthetic".into(),
+        vowel,
+        length_mm: mm.map(f64::round),
+    };
+    let target =
+        Target::from_lengths(&row(Vowel::A, lengths), &row(Vowel::U, rest), kind, Some(&muscles)).unwrap();
+    Some(Case { target, tensions, values: kind.values(&lengths, &rest) })
+}
+
+#[test]
+fn intervals_hold_the_truth_in_95_percent_of_synthetic_cases() {
+    let mesh = body::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap();
+    let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+    let how = Thoroughness { settings, draws: DRAWS, subset_changes: 0, ..Thoroughness::default() };
+    for kind in TargetKind::ALL {
+        let counted: Vec<(Count, Count)> = (0..CASES / 2)
+            .into_par_iter()
+            .filter_map(|seed| case(&mesh, seed, kind))
+            .map(|case| {
+                let found = assess(&mesh, &Model::default(), &case.target, &how).unwrap();
+                let intervals = found.intervals.unwrap();
+                assert_eq!(intervals.failed, 0);
+                let (mut tensions, mut passive) = (Count::default(), Count::default());
+                for (m, interval) in case.target.active.iter().zip(&intervals.tensions) {
+                    tensions.add(interval.holds(case.tensions[m.index()]));
+                }
+                let predicted = match kind {
+                    TargetKind::Ratio => intervals.ratios,
+                    TargetKind::Stretch => intervals.stretches,
+                };
+                for m in Muscle::ALL {
+                    if !case.target.active.contains(&m) && kind.constrains(m) {
+                        passive.add(predicted[m.index()].holds(case.values[m.index()]));
+                    }
+                }
+                (tensions, passive)
+            })
+            .collect();
+        let sum = |of: fn(&(Count, Count)) -> Count| {
+            counted.iter().map(of).fold(Count::default(), |a, b| Count {
+                intervals: a.intervals + b.intervals,
+                held: a.held + b.held,
+            })
+        };
+        assert!(counted.len() >= 100, "{kind}: only {} cases have an equilibrium", counted.len());
+        for (what, count) in [("tensions", sum(|c| c.0)), ("passive predictions", sum(|c| c.1))] {
+            println!("{kind}, {what}: {} of {} intervals, {:.3}", count.held, count.intervals, count.rate());
+            assert!((0.92..=0.98).contains(&count.rate()), "{kind}, {what}: {:.3}", count.rate());
+        }
+    }
+}

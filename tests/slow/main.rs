@@ -1,0 +1,7 @@
+//! What takes tens of seconds: runs that are killed, hard cases, whole studies.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
+
+mod accuracy_study;
+mod batch_survives;
+mod hard_cases_stay_stable;
+mod intervals_cover_the_truth;
