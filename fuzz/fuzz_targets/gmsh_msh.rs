@@ -3,11 +3,12 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tongue_fit::body::gmsh::{self, Body, File, Unit};
+use tongue_fit::body::Body;
+use tongue_fit::body::gmsh::{self, File, Unit};
 
 fuzz_target!(|bytes: &[u8]| match gmsh::read(bytes, "fuzz.msh", Unit::M) {
-    Ok(File::Flat(body)) => hold(&body),
-    Ok(File::Solid(body)) => hold(&body),
+    Ok(File::Flat(content)) => hold(&content.body),
+    Ok(File::Solid(content)) => hold(&content.body),
     Err(error) => assert!(!error.to_string().is_empty()),
 });
 
@@ -15,8 +16,8 @@ fn hold<const D: usize>(body: &Body<D>) {
     body.mesh.check().expect("a body that was read passes its checks");
     let again = gmsh::read(gmsh::write(&body.mesh, &body.bones).as_bytes(), "again.msh", Unit::M);
     let cells = match again.expect("what was written is read") {
-        File::Flat(again) => again.mesh.cells.len(),
-        File::Solid(again) => again.mesh.cells.len(),
+        File::Flat(again) => again.body.mesh.cells.len(),
+        File::Solid(again) => again.body.mesh.cells.len(),
     };
     assert_eq!(cells, body.mesh.cells.len());
 }

@@ -4,11 +4,11 @@
 
 use libfuzzer_sys::fuzz_target;
 use tongue_fit::statics::{Settings, Status, Workspace, solve};
-use tongue_fit::scene::body;
+use tongue_fit::body::json;
 use tongue_fit::system::{Model, System};
 
 fuzz_target!(|text: &str| {
-    let Ok(mesh) = body::mesh_from_json(text, "fuzz.json") else { return };
+    let Ok(mesh) = json::read(text, "fuzz.json") else { return };
     mesh.check().expect("a mesh that was read passes its checks");
     let all: Vec<usize> = (0..mesh.muscles.len()).collect();
     let Ok(system) = System::new(&mesh, &Model::default(), &all) else { return };

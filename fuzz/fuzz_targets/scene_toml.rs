@@ -5,7 +5,8 @@
 use libfuzzer_sys::fuzz_target;
 use tongue_fit::statics::{Settings, Status, Workspace, solve};
 use tongue_fit::scene::Scene;
-use tongue_fit::scene::body::{self, AnyBody, Built};
+use tongue_fit::body::{AnyBody, Body as Built};
+use tongue_fit::scene::body;
 use tongue_fit::scene::file::{Body, Want};
 use tongue_fit::scene::prepare::{Extent, prepare};
 

@@ -8,6 +8,19 @@ use crate::geometry::simplex;
 /// Cells with less than this part of the area or volume that a cell of their longest edge could have are degenerate.
 const DEGENERATE: f64 = 1e-9;
 
+/// A larger body than this was given in millimetres: no tongue is 10 m long, and the smallest in millimetres is longer.
+const LARGEST_M: f64 = 10.0;
+
+/// The body is far larger than any tongue.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "the body is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
+)]
+pub struct TooLarge {
+    /// The longest side of its bounding box, m.
+    pub size_m: f64,
+}
+
 /// A fault of a mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshFault {
@@ -129,6 +142,15 @@ impl<const D: usize> Mesh<D> {
             Some(before) => Err(MeshFault::FixedOrder { entry: before + 1 }),
             None => Ok(()),
         }
+    }
+
+    /// Checks that the body was not given in millimetres.
+    ///
+    /// # Errors
+    /// [`TooLarge`] if it is more than 10 m across.
+    pub fn check_size(&self) -> Result<(), TooLarge> {
+        let size_m = self.extent();
+        if size_m > LARGEST_M { Err(TooLarge { size_m }) } else { Ok(()) }
     }
 
     fn check_connections(&self) -> Result<BTreeSet<[usize; 2]>, MeshFault> {

@@ -1,133 +1,236 @@
-//! The body as points and who is joined to whom: nodes, connections, cells, muscle chains and bones.
+//! The body: a mesh (nodes, connections, cells), its named muscles and its named bones.
 //!
-//! Dimension is a parameter: `D = 2` is the midsagittal plane (cells are triangles), `D = 3` space (tetrahedra).
+//! Dimension is a parameter: `D = 2` is the midsagittal plane (cells are triangles), `D = 3` space (tetrahedra). A body comes from
+//! an anatomy ([`Body::from_anatomy`], [`Body::tongue`]), from a file ([`AnyBody::read`]), from [`mod@solid`], or from any mesh of
+//! your own ([`Body::new`]).
 
 mod check;
 pub mod gmsh;
+pub mod json;
+mod mesh;
 mod quality;
 pub mod solid;
 pub mod tongue;
 
-use nalgebra::SVector;
+use std::path::Path;
+
+use crate::suggest;
 
 pub use crate::geometry::{ClosedSpline, Point};
-pub use check::MeshFault;
+pub use check::{MeshFault, TooLarge};
+pub use gmsh::Unit;
+pub use mesh::{Cells, Mesh, MuscleChain, largest_distance};
 pub use quality::{Quality, SolidQuality};
 pub use tongue::{
-    Anatomy, AnatomyError, AnatomyProblem, Bone, DEFAULT_SPACING_M, MeshError, MuscleLine, OutsidePart,
-    REFERENCE, build,
+    Anatomy, AnatomyError, AnatomyProblem, DEFAULT_SPACING_M, MeshError, MuscleLine, OutsidePart, REFERENCE,
+    build,
 };
 
-/// The cells of a mesh (triangles in 2D, tetrahedra in 3D): `D + 1` node numbers each.
+/// The bone that the jaw carries: where the genioglossus and the geniohyoid begin.
+pub const MANDIBLE: &str = "mental_spine";
+/// The hyoid bone.
+pub const HYOID: &str = "hyoid";
+
+/// A bone: nodes that do not move by themselves.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Cells<const D: usize> {
-    nodes: Vec<usize>,
-}
-
-impl<const D: usize> Cells<D> {
-    /// No cells.
-    pub const fn new() -> Self {
-        Self { nodes: Vec::new() }
-    }
-
-    /// Number of cells.
-    pub fn len(&self) -> usize {
-        self.nodes.len() / (D + 1)
-    }
-
-    /// Whether there is no cell.
-    pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
-    /// Adds a cell; returns whether it had the `D + 1` nodes that a cell of this dimension has (otherwise nothing is added).
-    pub fn push(&mut self, cell: &[usize]) -> bool {
-        let fits = cell.len() == D + 1;
-        if fits {
-            self.nodes.extend_from_slice(cell);
-        }
-        fits
-    }
-
-    /// The cells in order, each as a slice of `D + 1` node numbers.
-    pub fn iter(&self) -> std::slice::ChunksExact<'_, usize> {
-        self.nodes.chunks_exact(D + 1)
-    }
-}
-
-/// A muscle: a chain of nodes from its first end to its second; consecutive nodes are connections of the mesh.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MuscleChain {
-    /// Abbreviation, e.g. `GGa`.
+pub struct Bone {
+    /// Its name, such as [`HYOID`]; `bone` where it has none.
     pub name: String,
-    /// Node numbers from the first end to the second, at least two.
+    /// Its nodes, ascending.
     pub nodes: Vec<usize>,
 }
 
-impl MuscleChain {
-    /// The two end nodes; the straight distance between them is the muscle's length.
-    ///
-    /// # Panics
-    /// Never for a chain of a mesh that passed [`Mesh::check`].
-    pub fn ends(&self) -> [usize; 2] {
-        [self.nodes[0], self.nodes[self.nodes.len() - 1]]
-    }
-}
-
-/// A body: positions at rest and how they are joined.
+/// A body: its mesh with the named muscles, and what is known beyond it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Mesh<const D: usize> {
-    /// Rest positions, m.
-    pub nodes: Vec<SVector<f64, D>>,
-    /// Triangles (2D, counter-clockwise) or tetrahedra (3D, positive volume) of tissue.
-    pub cells: Cells<D>,
-    /// Joined pairs of nodes, each once, lower node number first.
-    pub connections: Vec<[usize; 2]>,
-    /// Muscles as chains of connections.
-    pub muscles: Vec<MuscleChain>,
-    /// Nodes on bone, in ascending order.
-    pub fixed: Vec<usize>,
+pub struct Body<const D: usize> {
+    /// What it is, in words, such as `the reference tongue at 5.5 mm`.
+    pub what: String,
+    /// Nodes, cells, connections, muscles and fixed nodes.
+    pub mesh: Mesh<D>,
+    /// The fixed nodes by bone, each name once. Fixed nodes of no named bone are in none.
+    pub bones: Vec<Bone>,
+    /// The palate that goes with the body, as a line of points, m, if one does.
+    pub palate: Option<Vec<Point>>,
 }
 
-/// How far two shapes of one body, positions of the same nodes, are from each other at the node where they differ most, m.
-pub fn largest_distance<const D: usize>(a: &[SVector<f64, D>], b: &[SVector<f64, D>]) -> f64 {
-    a.iter().zip(b).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
+/// A name that no muscle of the body has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("there is no muscle \"{name}\" in this body; {}", hint(name, known))]
+pub struct NoSuchMuscle {
+    /// What was asked for.
+    pub name: String,
+    /// The muscles of the body.
+    pub known: Vec<String>,
 }
 
-impl<const D: usize> Mesh<D> {
-    /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one cell only.
-    pub fn surface_nodes(&self) -> Vec<usize> {
-        let faces = self.surface();
-        let mut nodes: Vec<usize> = faces.into_iter().flatten().collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes
+fn hint(name: &str, known: &[String]) -> String {
+    match known {
+        [] => "it has no muscles".to_owned(),
+        known => suggest::hint(name, known.iter().map(String::as_str)),
+    }
+}
+
+/// Why there is no body.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BodyError {
+    /// The anatomy cannot be used.
+    #[error(transparent)]
+    Anatomy(#[from] AnatomyError),
+    /// The anatomy cannot be meshed.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// A Gmsh file that is no body.
+    #[error(transparent)]
+    Gmsh(#[from] gmsh::GmshError),
+    /// A file that cannot be used.
+    #[error("the mesh file \"{file}\" {problem}")]
+    File {
+        /// Its path.
+        file: String,
+        /// What is wrong with it, and what to do.
+        problem: String,
+    },
+    /// A body of the other dimension than was asked for.
+    #[error("{what} is a body of {is}; {wanted} is needed here")]
+    Dimension {
+        /// What the body is.
+        what: String,
+        /// Of what it is made.
+        is: &'static str,
+        /// Of what it should be made.
+        wanted: &'static str,
+    },
+}
+
+impl<const D: usize> Body<D> {
+    /// A body of a mesh, without named bones and palate.
+    pub fn new(what: impl Into<String>, mesh: Mesh<D>) -> Self {
+        Self { what: what.into(), mesh, bones: Vec::new(), palate: None }
     }
 
-    /// The edges (in space: faces) that belong to one cell only, the nodes of each ascending.
-    pub fn surface(&self) -> Vec<Vec<usize>> {
-        let mut faces: std::collections::BTreeMap<Vec<usize>, usize> = std::collections::BTreeMap::new();
-        for cell in self.cells.iter() {
-            for left_out in cell {
-                let mut face: Vec<usize> = cell.iter().copied().filter(|n| n != left_out).collect();
-                face.sort_unstable();
-                *faces.entry(face).or_default() += 1;
+    /// The number of the muscle of this name in `mesh.muscles`; of several that share it the first.
+    ///
+    /// # Errors
+    /// [`NoSuchMuscle`], with the nearest name.
+    pub fn muscle(&self, name: &str) -> Result<usize, NoSuchMuscle> {
+        self.muscles_called(name).next().ok_or_else(|| {
+            let mut known: Vec<String> = self.mesh.muscles.iter().map(|m| m.name.clone()).collect();
+            known.dedup();
+            NoSuchMuscle { name: name.to_owned(), known }
+        })
+    }
+
+    /// The numbers of all muscles of this name: solids can have many fibres of one.
+    pub fn muscles_called(&self, name: &str) -> impl Iterator<Item = usize> {
+        self.mesh.muscles.iter().enumerate().filter(move |(_, m)| m.name == name).map(|(number, _)| number)
+    }
+
+    /// The nodes of the bone of this name, ascending; none where there is no such bone.
+    pub fn bone(&self, name: &str) -> &[usize] {
+        self.bones.iter().find(|b| b.name == name).map_or(&[], |b| &b.nodes)
+    }
+}
+
+impl Body<2> {
+    /// The reference tongue (`targets/anatomy.toml`, with its palate) at a mesh spacing, m.
+    ///
+    /// # Errors
+    /// A spacing out of range, or one at which lines of the anatomy collide.
+    pub fn tongue(spacing_m: f64) -> Result<Self, BodyError> {
+        let body = Self::from_anatomy(&Anatomy::reference()?, spacing_m)?;
+        let what = format!("the reference tongue at {} mm", rounded_mm(spacing_m));
+        Ok(Self { what, palate: Some(tongue::palate()?), ..body })
+    }
+
+    /// A tongue of an anatomy at a mesh spacing, m.
+    ///
+    /// # Errors
+    /// As [`build`].
+    pub fn from_anatomy(anatomy: &Anatomy, spacing_m: f64) -> Result<Self, MeshError> {
+        let mesh = build(anatomy, spacing_m)?;
+        let bones = tongue::bones(anatomy, &mesh);
+        let what = format!("a tongue at {} mm", rounded_mm(spacing_m));
+        Ok(Self { what, mesh, bones, palate: None })
+    }
+}
+
+/// Millimetres to the nanometre, which hides how metres were made of them.
+fn rounded_mm(metres: f64) -> f64 {
+    (metres * 1e9).round() / 1e6
+}
+
+/// A body in the plane or in space.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AnyBody {
+    /// In the midsagittal plane.
+    Flat(Body<2>),
+    /// In space.
+    Solid(Body<3>),
+}
+
+impl AnyBody {
+    /// Reads a file: Gmsh's, whose coordinates have the unit `unit`, or, where its name ends in `.json`, what `tongue-fit mesh
+    /// --json` prints.
+    ///
+    /// # Errors
+    /// [`BodyError::File`] and [`BodyError::Gmsh`]: files that cannot be read, hold no body or one that is far too large.
+    pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyError> {
+        let file = path.display().to_string();
+        let wrong = |problem: String| BodyError::File { file: file.clone(), problem };
+        let bytes = std::fs::read(path)
+            .map_err(|e| wrong(format!("cannot be read: {e}; name a mesh of Gmsh (.msh)")))?;
+        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("json")) {
+            return Self::from_msh(&bytes, &file, unit);
+        }
+        if unit != Unit::M {
+            return Err(wrong("holds metres, as its keys say; leave out [body.mesh] unit".to_owned()));
+        }
+        let text = String::from_utf8(bytes).map_err(|_| wrong("is not UTF-8 text".to_owned()))?;
+        Ok(Self::Flat(Body::new(format!("the mesh of \"{file}\""), json::read(&text, &file)?)))
+    }
+
+    /// Reads the bytes of a Gmsh file; `origin` is what messages call it, usually its path.
+    ///
+    /// # Errors
+    /// [`BodyError::Gmsh`], and [`BodyError::File`] for a body that is far too large.
+    pub fn from_msh(bytes: &[u8], origin: &str, unit: Unit) -> Result<Self, BodyError> {
+        let (size, any) = match gmsh::read(bytes, origin, unit)? {
+            gmsh::File::Flat(read) => (read.body.mesh.check_size(), Self::Flat(read.body)),
+            gmsh::File::Solid(read) => (read.body.mesh.check_size(), Self::Solid(read.body)),
+        };
+        size.map(|()| any).map_err(|error| BodyError::File {
+            file: origin.to_owned(),
+            problem: format!(
+                "cannot be used: {error}, or read them with --mesh-unit mm (in a scene: [body.mesh] unit = \"mm\")"
+            ),
+        })
+    }
+
+    /// The body in the plane.
+    ///
+    /// # Errors
+    /// [`BodyError::Dimension`] for a solid.
+    pub fn flat(self) -> Result<Body<2>, BodyError> {
+        match self {
+            Self::Flat(body) => Ok(body),
+            Self::Solid(Body { what, .. }) => Err(BodyError::Dimension {
+                what,
+                is: "tetrahedra",
+                wanted: "one in the midsagittal plane (as a scene, solids are simulated too: [body.mesh] file = ..)",
+            }),
+        }
+    }
+
+    /// The body in space.
+    ///
+    /// # Errors
+    /// [`BodyError::Dimension`] for a body in the plane.
+    pub fn solid(self) -> Result<Body<3>, BodyError> {
+        match self {
+            Self::Solid(body) => Ok(body),
+            Self::Flat(Body { what, .. }) => {
+                Err(BodyError::Dimension { what, is: "triangles", wanted: "one of tetrahedra" })
             }
         }
-        faces.into_iter().filter(|(_, cells)| *cells == 1).map(|(face, _)| face).collect()
-    }
-
-    /// For every node whether it belongs to a cell; the others lie outside the tissue.
-    pub fn in_tissue(&self) -> Vec<bool> {
-        let mut inside = vec![false; self.nodes.len()];
-        self.cells.iter().flatten().for_each(|&n| inside[n] = true);
-        inside
-    }
-
-    /// The longest side of the bounding box, m; 0 without nodes.
-    pub fn extent(&self) -> f64 {
-        let Some(first) = self.nodes.first() else { return 0.0 };
-        let (low, high) = self.nodes.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));
-        (high - low).amax()
     }
 }

@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::body::gmsh::{self, Unit};
-use tongue_fit::body::{self, Anatomy, Mesh};
+use tongue_fit::body::{Anatomy, AnyBody, Body, Mesh, Unit, gmsh};
 use tongue_fit::material::{Constants, Preset, Spread};
-use tongue_fit::system::{self, Model, OutsidePath, TissueModel};
+use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
 use super::output;
 
@@ -88,37 +87,40 @@ impl From<UnitName> for Unit {
 }
 
 impl Arguments {
-    /// The mesh.
+    /// The mesh of the body.
+    ///
+    /// # Errors
+    /// As [`Arguments::body`].
+    pub fn mesh(&self) -> miette::Result<Mesh<2>> {
+        Ok(self.body()?.mesh)
+    }
+
+    /// The body.
     ///
     /// # Errors
     /// A spacing that is no length or out of range; an anatomy or mesh file that cannot be read or is wrong; a mesh in space, or
     /// far larger than any tongue.
-    pub fn mesh(&self) -> miette::Result<Mesh<2>> {
-        Ok(self.mesh_and_bones()?.0)
-    }
-
-    /// The mesh, and which of its fixed nodes are on which bone.
-    ///
-    /// # Errors
-    /// As [`Arguments::mesh`].
-    pub fn mesh_and_bones(&self) -> miette::Result<(Mesh<2>, Vec<gmsh::Bone>)> {
-        let (mesh, bones) = match &self.mesh {
-            Some(path) => flat(path, self.mesh_unit.into())?,
-            None => {
-                let anatomy = match &self.anatomy {
-                    Some(path) => read_anatomy(path)?,
-                    None => Anatomy::reference().into_diagnostic()?,
-                };
-                let mesh = body::build(&anatomy, spacing(&self.h)?).into_diagnostic()?;
-                let bones = gmsh::Bone::of(&anatomy, &mesh);
-                (mesh, bones)
+    pub fn body(&self) -> miette::Result<Body<2>> {
+        let body = match (&self.mesh, &self.anatomy) {
+            (Some(path), _) => {
+                let body =
+                    AnyBody::read(path, self.mesh_unit.into()).and_then(AnyBody::flat).into_diagnostic()?;
+                if let Some(suspicion) = gmsh::unit_suspicion(&body.mesh) {
+                    output::note(&format!("{}: {suspicion}", path.display()));
+                }
+                body
             }
+            (None, Some(path)) => {
+                Body::from_anatomy(&read_anatomy(path)?, spacing(&self.h)?).into_diagnostic()?
+            }
+            (None, None) => Body::tongue(spacing(&self.h)?).into_diagnostic()?,
         };
         output::step(|| {
+            let mesh = &body.mesh;
             let (nodes, triangles) = (mesh.nodes.len(), mesh.cells.len());
-            format!("mesh: {nodes} nodes, {triangles} triangles, {} muscles", mesh.muscles.len())
+            format!("{}: {nodes} nodes, {triangles} triangles, {} muscles", body.what, mesh.muscles.len())
         });
-        Ok((mesh, bones))
+        Ok(body)
     }
 
     /// How the mesh is modelled.
@@ -143,35 +145,6 @@ impl Arguments {
             },
         }
     }
-}
-
-/// Reads a Gmsh file.
-///
-/// # Errors
-/// As the operating system; [`gmsh::GmshError`].
-pub fn read_gmsh(path: &Path, unit: Unit) -> miette::Result<gmsh::File> {
-    let bytes = std::fs::read(path).into_diagnostic().wrap_err_with(|| {
-        format!("cannot read the mesh file \"{}\"; name a Gmsh mesh (.msh)", path.display())
-    })?;
-    gmsh::read(&bytes, &path.display().to_string(), unit).into_diagnostic()
-}
-
-/// A body in the plane, of a size that can be a tongue's.
-fn flat(path: &Path, unit: Unit) -> miette::Result<(Mesh<2>, Vec<gmsh::Bone>)> {
-    let shown = path.display();
-    let gmsh::File::Flat(body) = read_gmsh(path, unit)? else {
-        return Err(miette!(
-            "{shown}: this is a body of tetrahedra, and the command needs one in the midsagittal plane; simulate it \
-             as a scene ([body.mesh] file = \"{shown}\")"
-        ));
-    };
-    if let Err(error) = system::check_size(&body.mesh) {
-        return Err(miette!("{shown}: {error}, or read them with --mesh-unit mm"));
-    }
-    if let Some(suspicion) = gmsh::unit_suspicion(&body.mesh) {
-        output::note(&format!("{shown}: {suspicion}"));
-    }
-    Ok((body.mesh, body.bones))
 }
 
 fn read_anatomy(path: &Path) -> miette::Result<Anatomy> {

@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
-use tongue_fit::body::gmsh::{self, Body, Concern, File, Format, Unused};
+use tongue_fit::body::gmsh::{self, Concern, Content, File, Format, Unused};
 use tongue_fit::body::{Quality, SolidQuality};
 use tongue_fit::system::{Model, System, SystemError};
 
-use super::body::{self, UnitName};
+use super::body::UnitName;
 use super::{Global, Outcome, output};
 
 /// Options of `tongue-fit mesh check`.
@@ -77,14 +78,18 @@ struct BoneRecord {
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let record = match body::read_gmsh(&arguments.file, arguments.mesh_unit.into())? {
-        File::Flat(body) => {
-            let quality = Quality::of(&body.mesh);
-            record(arguments, &body, quality.smallest_angle_deg, AnyQuality::Flat(quality))
+    let path = arguments.file.display().to_string();
+    let bytes = std::fs::read(&arguments.file)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot read the mesh file \"{path}\"; name a Gmsh mesh (.msh)"))?;
+    let record = match gmsh::read(&bytes, &path, arguments.mesh_unit.into()).into_diagnostic()? {
+        File::Flat(content) => {
+            let quality = Quality::of(&content.body.mesh);
+            record(path, &content, quality.smallest_angle_deg, AnyQuality::Flat(quality))
         }
-        File::Solid(body) => {
-            let quality = SolidQuality::of(&body.mesh);
-            record(arguments, &body, quality.smallest_angle_deg, AnyQuality::Solid(quality))
+        File::Solid(content) => {
+            let quality = SolidQuality::of(&content.body.mesh);
+            record(path, &content, quality.smallest_angle_deg, AnyQuality::Solid(quality))
         }
     };
     match global.json {
@@ -99,8 +104,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 fn record<const D: usize>(
-    arguments: &Arguments,
-    body: &Body<D>,
+    file: String,
+    content: &Content<D>,
     smallest_angle_deg: f64,
     quality: AnyQuality,
 ) -> Record {
@@ -112,14 +117,15 @@ fn record<const D: usize>(
         };
         Told { severity, message: concern.to_string() }
     };
-    let mut concerns: Vec<Told> = gmsh::review(body, smallest_angle_deg).iter().map(told).collect();
-    let refusal = System::new(&body.mesh, &Model::default(), &[]).err();
+    let mut concerns: Vec<Told> = gmsh::review(content, smallest_angle_deg).iter().map(told).collect();
+    let mesh = &content.body.mesh;
+    let refusal = System::new(mesh, &Model::default(), &[]).err();
     match &refusal {
         // Said already, with what to do about it in a file.
-        None | Some(SystemError::Scale { .. }) => {}
-        Some(SystemError::Loose { .. }) if body.mesh.fixed.is_empty() => {}
+        None | Some(SystemError::TooLarge(_)) => {}
+        Some(SystemError::Loose { .. }) if mesh.fixed.is_empty() => {}
         Some(SystemError::Loose { node }) => {
-            let tag = body.tags.get(*node).copied().unwrap_or_default();
+            let tag = content.tags.get(*node).copied().unwrap_or_default();
             let message = format!(
                 "the part with Gmsh's node {tag} hangs on no bone, so it could move freely: join it to the rest, or give it one"
             );
@@ -127,17 +133,15 @@ fn record<const D: usize>(
         }
         Some(other) => concerns.push(Told { severity: Severity::Error, message: other.to_string() }),
     }
-    let mesh = &body.mesh;
-    let length_mm = |[a, b]: [usize; 2]| (mesh.nodes[b] - mesh.nodes[a]).norm() * 1e3;
     let muscles = mesh.muscles.iter().map(|m| MuscleRecord {
         name: m.name.clone(),
-        length_mm: length_mm(m.ends()),
+        length_mm: mesh.distance(m.ends()) * 1e3,
         nodes: m.nodes.len(),
     });
-    let bones = body.bones.iter().map(|b| BoneRecord { name: b.name.clone(), nodes: b.nodes.len() });
+    let bones = content.body.bones.iter().map(|b| BoneRecord { name: b.name.clone(), nodes: b.nodes.len() });
     Record {
-        file: arguments.file.display().to_string(),
-        format: body.format,
+        file,
+        format: content.format,
         dimension: D,
         usable: refusal.is_none(),
         concerns,
@@ -145,7 +149,7 @@ fn record<const D: usize>(
         extent_m: mesh.extent(),
         muscles: muscles.collect(),
         bones: bones.collect(),
-        unused: body.unused.clone(),
+        unused: content.unused.clone(),
     }
 }
 

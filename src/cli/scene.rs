@@ -6,9 +6,9 @@ use std::path::Path;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::SVector;
 use serde::Serialize;
-use tongue_fit::body::Mesh;
+use tongue_fit::body::{AnyBody, Mesh};
 use tongue_fit::report::{self, OutputDir, ReportError};
-use tongue_fit::scene::body::{self, AnyBody};
+use tongue_fit::scene::body;
 use tongue_fit::scene::compare::{Compared, compare};
 use tongue_fit::scene::file::Body;
 use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
@@ -149,7 +149,7 @@ fn answered<const D: usize>(
     draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>]) -> Result<String, ReportError>,
 ) -> miette::Result<(Answer, String, String)> {
     tell(&prepared.plan);
-    let mesh = prepared.built.mesh.clone();
+    let mesh = prepared.body.mesh.clone();
     let result = run::run(scene, prepared).into_diagnostic()?;
     let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
     let picture = draw(&mesh, &positions).into_diagnostic()?;

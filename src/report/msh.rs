@@ -58,7 +58,7 @@ mod tests {
         let gmsh::File::Solid(back) = gmsh::read(text.as_bytes(), "own", gmsh::Unit::M).unwrap() else {
             panic!("a solid")
         };
-        assert_eq!(back.mesh.nodes, mesh.nodes);
+        assert_eq!(back.body.mesh.nodes, mesh.nodes);
         let view = text.split("\"tension_n\"\n").nth(1).unwrap();
         let lines: usize = mesh.muscles.iter().map(|m| m.nodes.len() - 1).sum();
         let (cells, points) = (mesh.cells.len(), mesh.fixed.len());

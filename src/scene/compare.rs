@@ -6,11 +6,10 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use super::SceneError;
-use super::body::Built;
 use super::file::{Scene, Trajectory, Want};
 use super::prepare::{Extent, Prepared, prepare};
 use super::run;
-use crate::body::largest_distance;
+use crate::body::{Body, largest_distance};
 use crate::dynamics;
 use crate::statics::{self, Settings, Status, Workspace};
 
@@ -52,9 +51,9 @@ pub struct Compared {
 ///
 /// # Errors
 /// [`SceneError`] where a run cannot begin.
-pub fn compare<const D: usize>(name: &str, scene: &Scene, built: &Built<D>) -> Result<Compared, SceneError> {
-    let pruned = prepare(scene, built.clone(), Extent::Pruned)?;
-    let full = prepare(scene, built.clone(), Extent::Full)?;
+pub fn compare<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) -> Result<Compared, SceneError> {
+    let pruned = prepare(scene, body.clone(), Extent::Pruned)?;
+    let full = prepare(scene, body.clone(), Extent::Full)?;
     let mut out = Compared {
         scene: name.to_owned(),
         converged: true,
@@ -89,7 +88,7 @@ pub fn compare<const D: usize>(name: &str, scene: &Scene, built: &Built<D>) -> R
         let mut moving = scene.clone();
         moving.want = Want::Trajectory;
         moving.trajectory = Some(Trajectory { duration_s: LONG_S, ramp_s: 0.0, tolerance_mm: TOLERANCE_MM });
-        let full = prepare(&moving, built.clone(), Extent::Full)?;
+        let full = prepare(&moving, body.clone(), Extent::Full)?;
         let (way, end, ms) = timed_way(&moving, &full)?;
         out.full_dynamic_ms = Some(ms);
         out.dynamic_difference_mm = Some(distance_mm(&shape, &end));

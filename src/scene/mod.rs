@@ -1,6 +1,6 @@
 //! Scenes: what happens and what is wanted. The plan decides what must be computed for it; nothing else is paid for.
 //!
-//! [`mod@file`] is the scene as it is written, [`body`] the mesh that it names, [`plan`] what is simulated and what is left
+//! [`mod@file`] is the scene as it is written, [`body`] the body that it names, [`plan`] what is simulated and what is left
 //! out and why, [`prepare`] the system made after it, [`run`] the result, [`compare`] what pruning saves.
 
 pub mod body;
@@ -12,8 +12,7 @@ pub mod prepare;
 pub mod run;
 mod shipped;
 
-use crate::body::gmsh::GmshError;
-use crate::body::{AnatomyError, MeshError, MeshFault};
+use crate::body::BodyError;
 use crate::dynamics::{MethodError, MotionError};
 use crate::inverse::FitError;
 use crate::material::MaterialError;
@@ -70,26 +69,9 @@ pub enum SceneError {
         /// The accepted range.
         must: &'static str,
     },
-    /// A mesh file that cannot be used.
-    #[error("the mesh file \"{file}\" {problem}")]
-    MeshFile {
-        /// Its path.
-        file: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A Gmsh file that is no body.
+    /// The body cannot be made or read.
     #[error(transparent)]
-    Gmsh(#[from] GmshError),
-    /// The reference anatomy cannot be used.
-    #[error(transparent)]
-    Anatomy(#[from] AnatomyError),
-    /// The body cannot be meshed.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    /// A mesh that does not hang together.
-    #[error(transparent)]
-    Fault(#[from] MeshFault),
+    Body(#[from] BodyError),
     /// Constants out of their range.
     #[error(transparent)]
     Material(#[from] MaterialError),

@@ -3,15 +3,13 @@
 use nalgebra::{SVector, Vector2};
 
 use super::SceneError;
-use super::body::Built;
 use super::file::{Gravity as GravityKeys, Posture, Scene, Want};
 use super::plan::{self, Decision, Plan, Role};
-use crate::body::Mesh;
+use crate::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
 use crate::effect::{Carried, Contact, Effect, Gravity, lumped_masses};
 use crate::inverse;
 use crate::material::{Constants, Spread};
 use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
-use crate::suggest;
 use crate::system::{self, Additions, Model, OutsidePath, System, TissueModel};
 
 /// A scene ready to run.
@@ -20,7 +18,7 @@ pub struct Prepared<const D: usize> {
     /// What is computed.
     pub plan: Plan,
     /// The body.
-    pub built: Built<D>,
+    pub body: Body<D>,
     /// The system.
     pub system: System<D>,
     /// For a trajectory with carried bones: the same without weight and contraction, which says where it starts.
@@ -48,38 +46,38 @@ pub enum Extent {
 /// [`SceneError`]: what contradicts itself, what is out of range.
 pub fn prepare<const D: usize>(
     scene: &Scene,
-    built: Built<D>,
+    body: Body<D>,
     extent: Extent,
 ) -> Result<Prepared<D>, SceneError> {
     scene.check()?;
     let model = model::<D>(scene);
-    let target = scene.fit.as_ref().map(|_| target(scene, &built)).transpose()?;
-    let tensions = tensions(scene, &built)?;
-    let all = 0..built.mesh.muscles.len();
+    let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
+    let tensions = tensions(scene, &body)?;
+    let all = 0..body.mesh.muscles.len();
     let contracting: Vec<usize> = match (&target, extent) {
         (_, Extent::Full) => all.collect(),
-        (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&built.mesh.muscles[m].name)).collect(),
+        (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
         (Some(target), _) => {
-            let numbers = inverse::muscle_numbers(&built.mesh)?;
+            let numbers = inverse::muscle_numbers(&body.mesh)?;
             target.active.iter().map(|m| numbers[m.index()]).collect()
         }
     };
 
-    let mut decisions = tissue_decisions(scene, &built, &contracting);
+    let mut decisions = tissue_decisions(scene, &body, &contracting);
     let mut additions =
         Additions { incompressible: scene.effects.incompressibility == Some(true), ..Additions::default() };
-    let coefficients = system::coefficients(&built.mesh, &model)?;
+    let coefficients = system::coefficients(&body.mesh, &model)?;
     decisions.push(Decision::asked("gravity", scene.effects.gravity.is_some()));
-    if let Some(gravity) = gravity(scene, &built, &model, extent)? {
+    if let Some(gravity) = gravity(scene, &body, &model, extent)? {
         additions.effects.push(Box::new(gravity));
     }
     decisions.push(Decision::asked("contact", scene.effects.contact.is_some()));
-    let wall = contact(scene, &built, coefficients.tissue_stiffness, extent)?;
+    let wall = contact(scene, &body, coefficients.tissue_stiffness, extent)?;
     if let Some(wall) = &wall {
         additions.effects.push(Box::new(wall.clone()));
     }
-    decisions.extend(carry_bones(scene, &built, &mut additions)?);
-    decisions.push(match built.mesh.fixed.len() {
+    decisions.extend(carry_bones(scene, &body, &mut additions)?);
+    decisions.push(match body.mesh.fixed.len() {
         0 => Decision::no("bone", "no node is fixed"),
         n => Decision::yes("bone", format!("{n} nodes are fixed")).of(n),
     });
@@ -93,14 +91,14 @@ pub fn prepare<const D: usize>(
     }
 
     let start = match scene.want == Want::Trajectory && !additions.carried.is_empty() {
-        true => Some(System::with(&built.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?),
+        true => Some(System::with(&body.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?),
         false => None,
     };
-    let system = System::with(&built.mesh, &model, &contracting, additions)?;
-    let roles = roles(scene, &built, &contracting, target.is_some());
+    let system = System::with(&body.mesh, &model, &contracting, additions)?;
+    let roles = roles(scene, &body, &contracting, target.is_some());
     let method = method(scene);
-    let plan = plan::count(scene, &built.what, method, decisions, roles, &system);
-    Ok(Prepared { plan, built, system, start, tensions, wall, target })
+    let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
+    Ok(Prepared { plan, body, system, start, tensions, wall, target })
 }
 
 /// The same body and bones, with nothing that acts on them but the wall.
@@ -132,9 +130,9 @@ fn model<const D: usize>(scene: &Scene) -> Model {
     }
 }
 
-fn target<const D: usize>(scene: &Scene, built: &Built<D>) -> Result<Target, SceneError> {
+fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, SceneError> {
     let Some(wanted) = &scene.fit else { return Err(SceneError::contradiction("[fit]", "its absence", "")) };
-    if let Err(missing) = inverse::muscle_numbers(&built.mesh) {
+    if let Err(missing) = inverse::muscle_numbers(&body.mesh) {
         let why = format!("{missing}; fit a body that has all eight muscles, or give tensions");
         return Err(SceneError::contradiction("[fit]", scene.body_key(), why));
     }
@@ -144,24 +142,20 @@ fn target<const D: usize>(scene: &Scene, built: &Built<D>) -> Result<Target, Sce
 }
 
 /// The tension of every muscle of the mesh; all of one name have the same.
-fn tensions<const D: usize>(scene: &Scene, built: &Built<D>) -> Result<Vec<f64>, SceneError> {
-    let names = built.mesh.muscles.iter().map(|m| m.name.as_str());
-    if let Some(name) = scene.tensions_n.keys().find(|n| !names.clone().any(|m| m == n.as_str())) {
-        let mut known: Vec<&str> = names.collect();
-        known.dedup();
-        let why = match known.is_empty() {
-            true => "it has no muscles".to_owned(),
-            false => format!("it has no such muscle; {}", suggest::hint(name, known)),
-        };
-        return Err(SceneError::contradiction(format!("tensions_n.{name}"), scene.body_key(), why));
+fn tensions<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Vec<f64>, SceneError> {
+    for name in scene.tensions_n.keys() {
+        body.muscle(name).map_err(|missing| {
+            SceneError::contradiction(format!("tensions_n.{name}"), scene.body_key(), missing.to_string())
+        })?;
     }
-    Ok(names.map(|n| scene.tensions_n.get(n).copied().unwrap_or(0.0)).collect())
+    let given = |m: &MuscleChain| scene.tensions_n.get(&m.name).copied().unwrap_or(0.0);
+    Ok(body.mesh.muscles.iter().map(given).collect())
 }
 
-fn tissue_decisions<const D: usize>(scene: &Scene, built: &Built<D>, contracting: &[usize]) -> Vec<Decision> {
+fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Decision> {
     let e = &scene.effects;
     let continuum = e.finite_elements == Some(true);
-    let outside = built.mesh.in_tissue().iter().any(|inside| !inside);
+    let outside = body.mesh.in_tissue().iter().any(|inside| !inside);
     let in_its_place = "finite elements are asked for in its place";
     vec![
         match continuum {
@@ -197,7 +191,7 @@ fn tissue_decisions<const D: usize>(scene: &Scene, built: &Built<D>, contracting
 
 fn gravity<const D: usize>(
     scene: &Scene,
-    built: &Built<D>,
+    body: &Body<D>,
     model: &Model,
     extent: Extent,
 ) -> Result<Option<Gravity<D>>, SceneError> {
@@ -206,8 +200,8 @@ fn gravity<const D: usize>(
         None if extent == Extent::Full => SVector::zeros(),
         None => return Ok(None),
     };
-    let masses = lumped_masses(&built.mesh, model.constants.density);
-    Ok(Some(Gravity::new(&masses, acceleration, &built.mesh.nodes)))
+    let masses = lumped_masses(&body.mesh, model.constants.density);
+    Ok(Some(Gravity::new(&masses, acceleration, &body.mesh.nodes)))
 }
 
 fn direction<const D: usize>(keys: &GravityKeys) -> Result<SVector<f64, D>, SceneError> {
@@ -226,16 +220,16 @@ fn direction<const D: usize>(keys: &GravityKeys) -> Result<SVector<f64, D>, Scen
 
 fn contact<const D: usize>(
     scene: &Scene,
-    built: &Built<D>,
+    body: &Body<D>,
     tissue_stiffness: f64,
     extent: Extent,
 ) -> Result<Option<Contact>, SceneError> {
-    let surface = built.mesh.surface_nodes();
+    let surface = body.mesh.surface_nodes();
     let Some(keys) = &scene.effects.contact else {
         let idle = |outline: &Vec<Vector2<f64>>| Contact::new(outline.clone(), &surface, 0.0, 1e-3);
-        return Ok(built.palate.as_ref().filter(|_| extent == Extent::Full).map(idle));
+        return Ok(body.palate.as_ref().filter(|_| extent == Extent::Full).map(idle));
     };
-    let outline: Vec<Vector2<f64>> = match (&keys.outline_mm, &built.palate) {
+    let outline: Vec<Vector2<f64>> = match (&keys.outline_mm, &body.palate) {
         (Some(points), _) => points.iter().map(|&[x, y]| Vector2::new(x, y) * 1e-3).collect(),
         (None, Some(palate)) => palate.clone(),
         (None, None) => {
@@ -245,10 +239,9 @@ fn contact<const D: usize>(
     };
     let stiffness = keys.stiffness_n_per_m.unwrap_or(tissue_stiffness);
     let wall = Contact::new(outline, &surface, stiffness, keys.reach_mm * 1e-3);
-    let through = wall.penetrated(&built.mesh.nodes, &built.mesh.connections);
-    let middle =
-        through.map(|[a, b]| [0, 1].map(|d| (built.mesh.nodes[a][d] + built.mesh.nodes[b][d]) / 2.0));
-    if let Some([x, y]) = middle.or_else(|| corner_inside(&wall, &built.mesh)) {
+    let through = wall.penetrated(&body.mesh.nodes, &body.mesh.connections);
+    let middle = through.map(|[a, b]| [0, 1].map(|d| (body.mesh.nodes[a][d] + body.mesh.nodes[b][d]) / 2.0));
+    if let Some([x, y]) = middle.or_else(|| corner_inside(&wall, &body.mesh)) {
         let why = format!(
             "the body passes through the wall at rest, near [{:.1}, {:.1}] mm; move the wall out of the body",
             1e3 * x,
@@ -278,7 +271,7 @@ fn corner_inside<const D: usize>(wall: &Contact, mesh: &Mesh<D>) -> Option<[f64;
 /// Where jaw and hyoid take the nodes that they hold.
 fn carry_bones<const D: usize>(
     scene: &Scene,
-    built: &Built<D>,
+    body: &Body<D>,
     additions: &mut Additions<D>,
 ) -> Result<[Decision; 2], SceneError> {
     let millimetres = |[x, y]: [f64; 2]| {
@@ -291,25 +284,26 @@ fn carry_bones<const D: usize>(
     let turned =
         jaw.map(|j| Carried::Turned { joint: millimetres(j.joint_mm), angle: j.opening_deg.to_radians() });
     let shifted = hyoid.map(|h| Carried::Shifted(millimetres(h.shift_mm)));
-    let wanted = [("effects.jaw", turned, &built.mandible), ("effects.hyoid", shifted, &built.hyoid)];
+    let [mandible, hyoid_bone] = [MANDIBLE, HYOID].map(|name| body.bone(name));
+    let wanted = [("effects.jaw", turned, mandible), ("effects.hyoid", shifted, hyoid_bone)];
     for (key, carried, nodes) in wanted {
         let Some(carried) = carried else { continue };
         if nodes.is_empty() {
             let why = "this body does not say which of its nodes are on that bone; take the reference tongue";
             return Err(SceneError::contradiction(key, scene.body_key(), why));
         }
-        additions.carried.extend(nodes.iter().map(|&n| (n, carried.place(built.mesh.nodes[n]))));
+        additions.carried.extend(nodes.iter().map(|&n| (n, carried.place(body.mesh.nodes[n]))));
     }
     let decide = |name: &'static str, asked: bool, nodes: &[usize]| match asked {
         true => Decision::yes(name, "asked for; brought there in parts, each an equilibrium").of(nodes.len()),
         false => Decision::no(name, "not asked for"),
     };
-    Ok([decide("jaw", jaw.is_some(), &built.mandible), decide("hyoid", hyoid.is_some(), &built.hyoid)])
+    Ok([decide("jaw", jaw.is_some(), mandible), decide("hyoid", hyoid.is_some(), hyoid_bone)])
 }
 
-fn roles<const D: usize>(scene: &Scene, built: &Built<D>, contracting: &[usize], fitted: bool) -> Vec<Role> {
+fn roles<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize], fitted: bool) -> Vec<Role> {
     let mut roles: Vec<Role> = Vec::new();
-    for (number, muscle) in built.mesh.muscles.iter().enumerate() {
+    for (number, muscle) in body.mesh.muscles.iter().enumerate() {
         if roles.iter().any(|r| r.muscle == muscle.name) {
             continue;
         }

@@ -135,7 +135,7 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
     if let Some(target) = &prepared.target {
         let fit = fit_tensions(&prepared, target)?;
         fitted = Some(fit.status);
-        let numbers = inverse::muscle_numbers(&prepared.built.mesh)?;
+        let numbers = inverse::muscle_numbers(&prepared.body.mesh)?;
         for (number, tension) in numbers.iter().zip(fit.tensions) {
             prepared.tensions[*number] = tension;
         }
@@ -192,7 +192,7 @@ fn fit_tensions<const D: usize>(
     prepared: &Prepared<D>,
     target: &crate::measured::Target,
 ) -> Result<inverse::Fit, SceneError> {
-    let numbers = inverse::muscle_numbers(&prepared.built.mesh)?;
+    let numbers = inverse::muscle_numbers(&prepared.body.mesh)?;
     let system: &dyn std::any::Any = &prepared.system;
     match system.downcast_ref::<System<2>>() {
         Some(system) => Ok(inverse::fit_system(system, numbers, target, &inverse::Settings::default())?),
@@ -259,7 +259,7 @@ pub(super) fn follow<const D: usize>(
 
 fn muscles<const D: usize>(prepared: &Prepared<D>, positions: &[SVector<f64, D>]) -> Vec<MuscleLength> {
     let system = &prepared.system;
-    let chains = &prepared.built.mesh.muscles;
+    let chains = &prepared.body.mesh.muscles;
     let mut out: Vec<MuscleLength> = Vec::new();
     for role in &prepared.plan.muscles {
         let same: Vec<usize> = (0..chains.len()).filter(|&m| chains[m].name == role.muscle).collect();
@@ -285,21 +285,21 @@ fn contact<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) -> 
     let (_, effects) = groups.iter().find(|(name, _)| *name == "contact")?;
     effects.iter().for_each(|e| e.add_force(at, &mut force));
     let total: SVector<f64, D> = force.iter().sum();
-    let surface = prepared.built.mesh.surface_nodes();
+    let surface = prepared.body.mesh.surface_nodes();
     let closest = surface.iter().map(|&n| wall.distance(&at.positions[n])).fold(f64::INFINITY, f64::min);
     Some(ContactForce {
         on_wall_n: total.iter().map(|f| -f).collect(),
         largest_n: force.iter().map(SVector::norm).fold(0.0, f64::max),
         touching: force.iter().filter(|f| f.norm() > 0.0).count(),
         closest_mm: 1e3 * closest,
-        edge_through_wall: wall.penetrated(at.positions, &prepared.built.mesh.connections).is_some(),
+        edge_through_wall: wall.penetrated(at.positions, &prepared.body.mesh.connections).is_some(),
     })
 }
 
 fn on_bones<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) -> Vec<f64> {
     let mut force = vec![SVector::zeros(); at.positions.len()];
     prepared.system.force(at, &mut force);
-    let total: SVector<f64, D> = prepared.built.mesh.fixed.iter().map(|&n| force[n]).sum();
+    let total: SVector<f64, D> = prepared.body.mesh.fixed.iter().map(|&n| force[n]).sum();
     total.iter().copied().collect()
 }
 

@@ -1,6 +1,6 @@
 //! Why a mesh and a model do not make a system.
 
-use crate::body::MeshFault;
+use crate::body::{MeshFault, TooLarge};
 use crate::material::MaterialError;
 
 /// Why a system cannot be made.
@@ -46,11 +46,6 @@ pub enum SystemError {
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
     /// The body is far larger than any tongue.
-    #[error(
-        "the body is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
-    )]
-    Scale {
-        /// The longest side of its bounding box, m.
-        size_m: f64,
-    },
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
 }

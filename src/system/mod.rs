@@ -63,9 +63,6 @@ impl Default for Model {
     }
 }
 
-/// A larger body than this was given in millimetres: no tongue is 10 m long, and the smallest in millimetres is longer.
-const LARGEST_BODY_M: f64 = 10.0;
-
 /// A body ready to be solved.
 #[derive(Debug)]
 pub struct System<const D: usize> {
@@ -108,7 +105,7 @@ impl<const D: usize> System<D> {
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
         }
-        check_size(mesh)?;
+        mesh.check_size()?;
         let cells: Vec<(Vec<usize>, f64)> = mesh
             .cells
             .iter()
@@ -352,15 +349,6 @@ impl<const D: usize> System<D> {
     pub fn place_path_nodes(&self, positions: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.place(positions));
     }
-}
-
-/// Checks that a body was not given in millimetres.
-///
-/// # Errors
-/// [`SystemError::Scale`] if it is more than 10 m across.
-pub fn check_size<const D: usize>(mesh: &Mesh<D>) -> Result<(), SystemError> {
-    let size_m = mesh.extent();
-    if size_m > LARGEST_BODY_M { Err(SystemError::Scale { size_m }) } else { Ok(()) }
 }
 
 /// Coefficients for a mesh: identified on an equilateral cell with the mesh's mean connection length as its side, as in

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::SVector;
 use proptest::prelude::*;
-use tongue_fit::body::gmsh::{self, Body, Concern, File, GmshError, Place, Problem, Unit};
+use tongue_fit::body::gmsh::{self, Concern, Content, File, GmshError, Place, Problem, Unit};
 use tongue_fit::body::{self, Anatomy, DEFAULT_SPACING_M, Mesh, Quality};
 use tongue_fit::muscle::Muscle;
 use tongue_fit::statics::{self, Settings, Status, Workspace};
@@ -28,14 +28,14 @@ fn read(name: &str) -> Result<File, GmshError> {
     gmsh::read(&bytes(name), name, Unit::M)
 }
 
-fn flat(name: &str) -> Body<2> {
+fn flat(name: &str) -> Content<2> {
     match read(name).unwrap() {
         File::Flat(body) => body,
         File::Solid(_) => panic!("{name} is flat"),
     }
 }
 
-fn solid(name: &str) -> Body<3> {
+fn solid(name: &str) -> Content<3> {
     match read(name).unwrap() {
         File::Solid(body) => body,
         File::Flat(_) => panic!("{name} is solid"),
@@ -72,21 +72,21 @@ impl Said {
     }
 }
 
-fn assert_as_gmsh_says<const D: usize>(body: &Body<D>, said: &Said) {
+fn assert_as_gmsh_says<const D: usize>(body: &Content<D>, said: &Said) {
     let tags = |nodes: &[usize]| nodes.iter().map(|n| body.tags[*n]).collect::<BTreeSet<u64>>();
-    for (x, tag) in body.mesh.nodes.iter().zip(&body.tags) {
+    for (x, tag) in body.body.mesh.nodes.iter().zip(&body.tags) {
         let given = said.nodes_m[tag];
         assert!((0..D).all(|d| (x[d] - given[d]).abs() <= LAST_BIT_M), "node {tag}: {x} against {given:?}");
     }
-    let cells: BTreeSet<_> = body.mesh.cells.iter().map(tags).collect();
+    let cells: BTreeSet<_> = body.body.mesh.cells.iter().map(tags).collect();
     assert_eq!(cells, said.elements(D, "tissue"));
-    assert_eq!(cells.len(), body.mesh.cells.len());
-    for muscle in &body.mesh.muscles {
+    assert_eq!(cells.len(), body.body.mesh.cells.len());
+    for muscle in &body.body.mesh.muscles {
         let name = if D == 2 { muscle.name.clone() } else { format!("muscle:{}", muscle.name) };
         let lines: BTreeSet<_> = muscle.nodes.windows(2).map(tags).collect();
         assert_eq!(lines, said.elements(1, &name), "{name}");
     }
-    for bone in &body.bones {
+    for bone in &body.body.bones {
         let dimension = if D == 2 { 0 } else { 2 };
         let held = said.elements(dimension, &format!("bone:{}", bone.name)).into_iter().flatten().collect();
         assert_eq!(tags(&bone.nodes), held, "{}", bone.name);
@@ -113,18 +113,18 @@ fn every_format_that_gmsh_writes_is_read_as_gmsh_says() {
         let body = flat(&format!("tongue_{form}.msh"));
         assert_eq!((body.format.version, body.format.binary), (version, binary));
         assert_as_gmsh_says(&body, &said);
-        let names: Vec<_> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
+        let names: Vec<_> = body.body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
         assert_eq!(names, Muscle::ALL.map(Muscle::name), "in the order of the tables");
-        assert_eq!(body.bones.len(), 3);
+        assert_eq!(body.body.bones.len(), 3);
         let unused: Vec<_> = body.unused.iter().map(|g| (g.dimension, g.name.as_str())).collect();
         assert_eq!(unused, [(1, "outline")]);
-        assert_same(&body.mesh, &flat("tongue_41.msh").mesh);
+        assert_same(&body.body.mesh, &flat("tongue_41.msh").body.mesh);
     }
 }
 
 #[test]
 fn a_tongue_meshed_by_gmsh_is_the_tongue_of_the_anatomy() {
-    let (theirs, ours) = (flat("tongue_41.msh").mesh, reference());
+    let (theirs, ours) = (flat("tongue_41.msh").body.mesh, reference());
     let area = |mesh: &Mesh<2>| Quality::of(mesh).area_m2;
     assert!((area(&theirs) / area(&ours) - 1.0).abs() < 0.01, "{} against {} m²", area(&theirs), area(&ours));
     for (a, b) in theirs.muscles.iter().zip(&ours.muscles) {
@@ -157,7 +157,8 @@ fn stretch<const D: usize>(mesh: &Mesh<D>, muscle: usize, tension: f64) -> f64 {
 #[test]
 fn a_muscle_of_a_mesh_from_gmsh_contracts_like_that_of_our_own() {
     let gga = Muscle::GGa.index();
-    let (theirs, ours) = (stretch(&flat("tongue_41.msh").mesh, gga, 10.0), stretch(&reference(), gga, 10.0));
+    let (theirs, ours) =
+        (stretch(&flat("tongue_41.msh").body.mesh, gga, 10.0), stretch(&reference(), gga, 10.0));
     assert!(theirs < 0.95, "{theirs}");
     // Tensions belong to the spacing (README, limits): 7 mm against 5.5 mm.
     assert!((theirs - ours).abs() < 0.01, "{theirs} against {ours}");
@@ -169,12 +170,12 @@ fn a_solid_is_read_and_contracts() {
     for form in ["41", "22_binary"] {
         let body = solid(&format!("cylinder_{form}.msh"));
         assert_as_gmsh_says(&body, &said);
-        assert_eq!(body.bones.len(), 1);
-        let base = body.mesh.nodes.iter().filter(|x| x[2] == 0.0).count();
-        assert_eq!(body.bone("base").len(), base);
-        assert!(stretch(&body.mesh, 0, 0.05) < 0.999);
+        assert_eq!(body.body.bones.len(), 1);
+        let base = body.body.mesh.nodes.iter().filter(|x| x[2] == 0.0).count();
+        assert_eq!(body.body.bone("base").len(), base);
+        assert!(stretch(&body.body.mesh, 0, 0.05) < 0.999);
     }
-    assert_same(&solid("cylinder_41.msh").mesh, &solid("cylinder_22_binary.msh").mesh);
+    assert_same(&solid("cylinder_41.msh").body.mesh, &solid("cylinder_22_binary.msh").body.mesh);
 }
 
 #[test]
@@ -211,7 +212,7 @@ fn what_is_no_body_is_refused_with_its_place_and_what_to_do() {
 #[test]
 fn a_review_tells_what_is_missing_misspelt_or_of_another_unit() {
     let square = flat("broken/square.msh");
-    let missing = |body: &Body<2>| {
+    let missing = |body: &Content<2>| {
         gmsh::review(body, 45.0)
             .iter()
             .any(|c| matches!(c, Concern::MissingMuscles { names } if names.len() == 7))
@@ -225,14 +226,14 @@ fn a_review_tells_what_is_missing_misspelt_or_of_another_unit() {
     assert!(whole.iter().all(Concern::is_remark), "{whole:?}");
     assert_eq!(whole.len(), 1, "the outline is left out");
     let in_mm = flat("millimetres.msh");
-    let suspicion = gmsh::unit_suspicion(&in_mm.mesh).unwrap().to_string();
+    let suspicion = gmsh::unit_suspicion(&in_mm.body.mesh).unwrap().to_string();
     assert!(suspicion.contains("look like millimetres"), "{suspicion}");
     let File::Flat(right) = gmsh::read(&bytes("millimetres.msh"), "", Unit::Mm).unwrap() else { panic!() };
-    assert_eq!(gmsh::unit_suspicion(&right.mesh), None);
-    assert!((right.mesh.extent() - flat("tongue_41.msh").mesh.extent()).abs() < 1e-3);
+    assert_eq!(gmsh::unit_suspicion(&right.body.mesh), None);
+    assert!((right.body.mesh.extent() - flat("tongue_41.msh").body.mesh.extent()).abs() < 1e-3);
     let small = gmsh::read(&bytes("tongue_41.msh"), "", Unit::Mm).unwrap();
     let File::Flat(small) = small else { panic!() };
-    assert!(gmsh::unit_suspicion(&small.mesh).unwrap().to_string().contains("look like metres"));
+    assert!(gmsh::unit_suspicion(&small.body.mesh).unwrap().to_string().contains("look like metres"));
 }
 
 #[test]
@@ -240,14 +241,14 @@ fn what_we_write_we_read_to_the_last_bit() {
     let read = |text: &str| gmsh::read(text.as_bytes(), "own", Unit::M).unwrap();
     let tongue = reference();
     let File::Flat(back) = read(&gmsh::write(&tongue, &[])) else { panic!() };
-    assert_eq!(back.mesh, tongue);
+    assert_eq!(back.body.mesh, tongue);
     assert!(back.unused.is_empty());
     let solid = fixtures::block(2, 0.02);
     let File::Solid(back) = read(&gmsh::write(&solid, &[])) else { panic!() };
-    assert_eq!(back.mesh, solid);
+    assert_eq!(back.body.mesh, solid);
     let theirs = flat("tongue_22_binary.msh");
-    let File::Flat(back) = read(&gmsh::write(&theirs.mesh, &theirs.bones)) else { panic!() };
-    assert_eq!((back.mesh, back.bones), (theirs.mesh, theirs.bones));
+    let File::Flat(back) = read(&gmsh::write(&theirs.body.mesh, &theirs.body.bones)) else { panic!() };
+    assert_eq!((back.body.mesh, back.body.bones), (theirs.body.mesh, theirs.body.bones));
 }
 
 #[test]
@@ -261,7 +262,7 @@ fn triangles_listed_clockwise_are_turned() {
     let File::Flat(back) = gmsh::read(gmsh::write(&tongue, &[]).as_bytes(), "own", Unit::M).unwrap() else {
         panic!()
     };
-    assert_eq!(back.mesh.cells, upright);
+    assert_eq!(back.body.mesh.cells, upright);
 }
 
 /// Reads bytes that may be anything; whatever is accepted hangs together.
@@ -273,10 +274,10 @@ fn never_panics(bytes: &[u8]) {
     }
 }
 
-fn whole<const D: usize>(body: &Body<D>) {
-    body.mesh.check().unwrap();
-    assert!(body.mesh.nodes.iter().all(|x: &SVector<f64, D>| x.iter().all(|c| c.is_finite())));
-    assert_eq!(body.tags.len(), body.mesh.nodes.len());
+fn whole<const D: usize>(body: &Content<D>) {
+    body.body.mesh.check().unwrap();
+    assert!(body.body.mesh.nodes.iter().all(|x: &SVector<f64, D>| x.iter().all(|c| c.is_finite())));
+    assert_eq!(body.tags.len(), body.body.mesh.nodes.len());
     for concern in gmsh::review(body, 45.0) {
         assert!(!concern.to_string().is_empty());
     }

@@ -2,9 +2,10 @@
 //! together is named.
 
 use nalgebra::Vector2;
+use tongue_fit::body::{AnyBody, Body};
 use tongue_fit::inverse;
 use tongue_fit::muscle::Muscle;
-use tongue_fit::scene::body::{self, AnyBody, Built};
+use tongue_fit::scene::body;
 use tongue_fit::scene::compare::{Compared, compare};
 use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
 use tongue_fit::scene::run::{Outcome, run};
@@ -16,7 +17,7 @@ const TONGUE: &str = "title = \"t\"\nwant = \"shape\"\n[body.tongue]\nh_mm = 5.5
 const CYLINDER: &str =
     "title = \"t\"\nwant = \"shape\"\n[body.cylinder]\nradius_mm = 10.0\nlength_mm = 30.0\nh_mm = 10.0\n";
 
-fn flat(scene: &Scene) -> Built<2> {
+fn flat(scene: &Scene) -> Body<2> {
     match body::build(&scene.body).unwrap() {
         AnyBody::Flat(built) => built,
         AnyBody::Solid(_) => panic!("{} is solid", scene.title),
@@ -65,7 +66,7 @@ fn what_every_shipped_scene_leaves_out_does_not_change_its_answer() {
 fn an_effect_that_is_off_costs_nothing() {
     let (_, prepared) =
         planned(&format!("{TONGUE}[tensions_n]\nGGa = 12.0\n[effects]\nincompressibility = true\n"));
-    let plain = System::new(&prepared.built.mesh, &Model::default(), &[Muscle::GGa.index()]).unwrap();
+    let plain = System::new(&prepared.body.mesh, &Model::default(), &[Muscle::GGa.index()]).unwrap();
     let names = |s: &System<2>| s.effects().iter().map(|e| (e.name(), e.elements())).collect::<Vec<_>>();
     assert_eq!(names(&prepared.system), names(&plain));
     assert_eq!(prepared.system.pattern().matrix_blocks(), plain.pattern().matrix_blocks());
@@ -138,7 +139,7 @@ fn a_fit_in_a_scene_is_the_fit_of_the_main_flow() {
     let scene = scene::shipped("fit-vowel-a").unwrap();
     let prepared = prepare(&scene, flat(&scene), Extent::Pruned).unwrap();
     let target = prepared.target.clone().unwrap();
-    let mesh = prepared.built.mesh.clone();
+    let mesh = prepared.body.mesh.clone();
     let there = run(&scene, prepared).unwrap();
     let here = inverse::fit(&mesh, &Model::default(), &target, &inverse::Settings::default()).unwrap();
     assert_eq!(there.tensions_n, here.tensions);

@@ -1,9 +1,9 @@
 //! The cases of `tongue-fit stability`, in the sample that takes seconds: in each the promise is kept.
 
-use tongue_fit::body::{Anatomy, DEFAULT_SPACING_M, build as build_tongue};
+use tongue_fit::body::{Anatomy, AnyBody, DEFAULT_SPACING_M, build as build_tongue};
 use tongue_fit::inverse::{self, muscle_numbers};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
-use tongue_fit::scene::body::{AnyBody, build};
+use tongue_fit::scene::body::build;
 use tongue_fit::scene::prepare::{Extent as Simulated, prepare};
 use tongue_fit::scene::{self, Scene};
 use tongue_fit::statics::{Connection, Settings, Workspace, solve, trace};

@@ -1,5 +1,5 @@
 //! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and 2.2, text or
-//! binary, read into a [`Mesh`] and written from one. Physical groups say what is what:
+//! binary, read into a [`Body`] and written from one. Physical groups say what is what:
 //!
 //! | physical group | on | is |
 //! |---|---|---|
@@ -7,14 +7,14 @@
 //! | `GGa` .. `HGp`, `muscle:NAME` | curves | a muscle; its lines must make one chain |
 //! | `bone`, `bone:NAME` | points or curves (in space also surfaces) | nodes that do not move |
 //!
-//! Capitals do not matter, except in a NAME. Groups of other names are left out and listed ([`Body::unused`]).
+//! Capitals do not matter, except in a NAME. Groups of other names are left out and listed ([`Content::unused`]).
 //! `bone:mental_spine` is what a scene's jaw carries and `bone:hyoid` what its hyoid shifts. A body of triangles lies in the
 //! midsagittal plane, z = 0, x to the back and y up; triangles are turned counter-clockwise where they are not. A muscle may
 //! run outside the tissue, as far as its curve is on no surface. Gmsh knows no unit, so the reader must be told ([`Unit`]).
 //!
 //! The crate `mshio` (0.4.2) reads 4.1 alone and no physical names, so the reader is our own: it needs linear simplices only.
 
-mod body;
+mod assemble;
 mod chain;
 mod cursor;
 mod error;
@@ -25,13 +25,10 @@ mod write;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Anatomy, Mesh};
+use super::Body;
 pub use error::{GmshError, Place, Problem};
 pub use review::{Concern, TONGUE_M, review, unit_suspicion};
 pub use write::write;
-
-/// A bone's point and a node nearer to each other than this are one, m.
-const SAME_POINT_M: f64 = 1e-5;
 
 /// The unit of a file's coordinates.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -63,61 +60,27 @@ pub struct Format {
     pub binary: bool,
 }
 
-/// A body in the plane or in space.
+/// What a file holds: a body in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub enum File {
     /// Of triangles, in the midsagittal plane.
-    Flat(Body<2>),
+    Flat(Content<2>),
     /// Of tetrahedra.
-    Solid(Body<3>),
+    Solid(Content<3>),
 }
 
-/// A body as a file holds it.
+/// A body and how its file has it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Body<const D: usize> {
+pub struct Content<const D: usize> {
     /// How the file is written.
     pub format: Format,
-    /// The mesh, m. Nodes are in the order of their tags, without those that no cell and no muscle uses; cells in the order of
+    /// The body, m. Nodes are in the order of their tags, without those that no cell and no muscle uses; cells in the order of
     /// the file; the eight muscles in the order of the tables, others after them in the order of their groups.
-    pub mesh: Mesh<D>,
-    /// The fixed nodes by bone.
-    pub bones: Vec<Bone>,
+    pub body: Body<D>,
     /// Physical groups that stand for nothing here.
     pub unused: Vec<Unused>,
     /// Gmsh's tag of every node.
     pub tags: Vec<u64>,
-}
-
-/// A bone: nodes that do not move.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Bone {
-    /// What stands after `bone:`, or `bone`.
-    pub name: String,
-    /// Its nodes, ascending.
-    pub nodes: Vec<usize>,
-}
-
-impl Bone {
-    /// The bones of a mesh that was built from an anatomy: the fixed nodes at the points of each.
-    pub fn of(anatomy: &Anatomy, mesh: &Mesh<2>) -> Vec<Self> {
-        let bones = anatomy.bones().iter().map(|bone| {
-            let at = |n: &usize| bone.points.iter().any(|p| (mesh.nodes[*n] - *p).norm() < SAME_POINT_M);
-            Self { name: bone.name.clone(), nodes: mesh.fixed.iter().copied().filter(at).collect() }
-        });
-        bones.collect()
-    }
-}
-
-/// The nodes of the bone of this name.
-pub fn on_bone(bones: &[Bone], name: &str) -> Vec<usize> {
-    bones.iter().filter(|b| b.name == name).flat_map(|b| b.nodes.iter().copied()).collect()
-}
-
-impl<const D: usize> Body<D> {
-    /// The nodes of the bone of this name; none where there is no such bone.
-    pub fn bone(&self, name: &str) -> Vec<usize> {
-        on_bone(&self.bones, name)
-    }
 }
 
 /// A physical group that is left out.
@@ -137,6 +100,6 @@ pub struct Unused {
 /// [`GmshError`]: what cannot be read or is no body, with the line (in binary files: the byte) and what to do.
 pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<File, GmshError> {
     let mut cursor = cursor::Cursor::new(bytes);
-    let file = parse::parse(&mut cursor).and_then(|raw| body::assemble(&raw, unit));
+    let file = parse::parse(&mut cursor).and_then(|raw| assemble::assemble(&raw, origin, unit));
     file.map_err(|located| located.into_error(origin, bytes, cursor.is_binary()))
 }

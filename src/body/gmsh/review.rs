@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Body;
+use super::Content;
 use crate::body::Mesh;
 use crate::muscle::Muscle;
 use crate::suggest;
@@ -110,12 +110,12 @@ pub fn unit_suspicion<const D: usize>(mesh: &Mesh<D>) -> Option<Concern> {
 }
 
 /// All that deserves a look. `smallest_angle_deg` is that of the cells, degrees (0 where there is none).
-pub fn review<const D: usize>(body: &Body<D>, smallest_angle_deg: f64) -> Vec<Concern> {
-    let mut concerns: Vec<Concern> = unit_suspicion(&body.mesh).into_iter().collect();
-    if body.mesh.fixed.is_empty() {
+pub fn review<const D: usize>(content: &Content<D>, smallest_angle_deg: f64) -> Vec<Concern> {
+    let mut concerns: Vec<Concern> = unit_suspicion(&content.body.mesh).into_iter().collect();
+    if content.body.mesh.fixed.is_empty() {
         concerns.push(Concern::NoBone);
     }
-    let missing = |m: &Muscle| !body.mesh.muscles.iter().any(|chain| chain.name == m.name());
+    let missing = |m: &Muscle| !content.body.mesh.muscles.iter().any(|chain| chain.name == m.name());
     let names: Vec<&'static str> = Muscle::ALL.iter().filter(|m| missing(m)).map(|m| m.name()).collect();
     // In the plane commands compare all eight lengths; a solid is for scenes, which do not.
     if D == 2 && !names.is_empty() {
@@ -124,7 +124,7 @@ pub fn review<const D: usize>(body: &Body<D>, smallest_angle_deg: f64) -> Vec<Co
     if smallest_angle_deg < THIN_DEG {
         concerns.push(Concern::ThinCells { smallest_angle_deg });
     }
-    concerns.extend(body.unused.iter().map(|group| {
+    concerns.extend(content.unused.iter().map(|group| {
         if group.elements == 0 {
             return Concern::Empty { dimension: group.dimension, name: group.name.clone() };
         }

@@ -4,8 +4,7 @@ use std::fmt::Write as _;
 
 use nalgebra::SVector;
 
-use super::Bone;
-use crate::body::Mesh;
+use crate::body::{Bone, Mesh};
 use crate::muscle::Muscle;
 
 /// The mesh at rest, in metres, with the physical groups that [`super::read`] knows; fixed nodes that are in none of `bones` are in

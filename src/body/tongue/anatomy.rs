@@ -24,7 +24,7 @@ pub(crate) const ON_OUTLINE_M: f64 = 5e-4;
 pub struct Anatomy {
     outline: ClosedSpline,
     muscles: PerMuscle<MuscleLine>,
-    bones: Vec<Bone>,
+    bones: Vec<AnatomyBone>,
 }
 
 /// A straight muscle line.
@@ -45,9 +45,9 @@ pub struct OutsidePart {
     pub entry: Point,
 }
 
-/// A bone: its points do not move.
+/// A bone as points; nodes at them will not move.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Bone {
+pub struct AnatomyBone {
     /// What it is called, e.g. `hyoid`.
     pub name: String,
     /// Its points, m: ends of muscles or points of the outline.
@@ -208,7 +208,7 @@ impl Anatomy {
     }
 
     /// The bones, by name.
-    pub fn bones(&self) -> &[Bone] {
+    pub fn bones(&self) -> &[AnatomyBone] {
         &self.bones
     }
 }
@@ -244,9 +244,9 @@ fn outline(given: &Spanned<Vec<Spanned<[f64; 2]>>>) -> Found<ClosedSpline> {
     if plane::crosses_itself(&coarse) { Err(crossed()) } else { Ok(curve) }
 }
 
-fn bones(given: &BTreeMap<String, Vec<Spanned<[f64; 2]>>>) -> Found<Vec<Bone>> {
+fn bones(given: &BTreeMap<String, Vec<Spanned<[f64; 2]>>>) -> Found<Vec<AnatomyBone>> {
     let bone = |(name, points): (&String, &Vec<_>)| {
-        Ok(Bone { name: name.clone(), points: points.iter().map(metres).collect::<Found<_>>()? })
+        Ok(AnatomyBone { name: name.clone(), points: points.iter().map(metres).collect::<Found<_>>()? })
     };
     given.iter().map(bone).collect()
 }
@@ -256,7 +256,7 @@ fn muscle_line(
     muscle: Muscle,
     given: &Spanned<[[f64; 2]; 2]>,
     outline: &ClosedSpline,
-    bones: &[Bone],
+    bones: &[AnatomyBone],
 ) -> Result<MuscleLine, AnatomyProblem> {
     let [first, second] = *given.get_ref();
     let ends = [finite(first)?, finite(second)?];

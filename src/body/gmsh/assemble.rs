@@ -7,8 +7,8 @@ use nalgebra::SVector;
 use super::chain::{NoChain, chain};
 use super::error::{Found, Located, Problem};
 use super::parse::{Element, Raw};
-use super::{Body, Bone, File, Unit, Unused};
-use crate::body::{Mesh, MuscleChain};
+use super::{Content, File, Unit, Unused};
+use crate::body::{Body, Bone, Mesh, MuscleChain};
 use crate::geometry::simplex;
 use crate::muscle::Muscle;
 
@@ -57,7 +57,7 @@ struct Group<'a> {
 }
 
 /// The body of a file, in the plane or in space.
-pub(super) fn assemble(raw: &Raw, unit: Unit) -> Found<File> {
+pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<File> {
     let mut by_key: BTreeMap<(usize, i64), Vec<&Element>> = BTreeMap::new();
     // A group that is named but empty is one too: whoever named it missed something.
     for key in raw.names.keys() {
@@ -85,9 +85,9 @@ pub(super) fn assemble(raw: &Raw, unit: Unit) -> Found<File> {
             groups.iter_mut().filter(|g| g.role == Role::Tissue && g.dimension == 2).for_each(|g| {
                 g.role = Role::Unused;
             });
-            Ok(File::Solid(body::<3>(raw, &groups, unit)?))
+            Ok(File::Solid(body::<3>(raw, &groups, origin, unit)?))
         }
-        Some(_) => Ok(File::Flat(body::<2>(raw, &groups, unit)?)),
+        Some(_) => Ok(File::Flat(body::<2>(raw, &groups, origin, unit)?)),
         None => {
             let empty = |g: &Group<'_>| if g.elements.is_empty() { " without elements" } else { "" };
             let names: Vec<String> = groups.iter().map(|g| format!("\"{}\"{}", shown(g), empty(g))).collect();
@@ -117,7 +117,7 @@ struct TaggedChain<'a> {
     group: &'a Group<'a>,
 }
 
-fn body<const D: usize>(raw: &Raw, groups: &[Group<'_>], unit: Unit) -> Found<Body<D>> {
+fn body<const D: usize>(raw: &Raw, groups: &[Group<'_>], origin: &str, unit: Unit) -> Found<Content<D>> {
     let cells = cells(groups);
     let chains = chains(groups)?;
     let kept: BTreeSet<u64> =
@@ -170,7 +170,8 @@ fn body<const D: usize>(raw: &Raw, groups: &[Group<'_>], unit: Unit) -> Found<Bo
     let unused = unused
         .map(|g| Unused { dimension: g.dimension, name: shown(g), elements: g.elements.len() })
         .collect();
-    Ok(Body { format: raw.format, mesh, bones, unused, tags })
+    let body = Body { what: format!("the mesh of \"{origin}\""), mesh, bones, palate: None };
+    Ok(Content { format: raw.format, body, unused, tags })
 }
 
 /// The cells in the order of the file; one that is in several groups once.

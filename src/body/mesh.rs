@@ -1,0 +1,122 @@
+//! A body as points and who is joined to whom.
+
+use nalgebra::SVector;
+
+/// The cells of a mesh (triangles in 2D, tetrahedra in 3D): `D + 1` node numbers each.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Cells<const D: usize> {
+    nodes: Vec<usize>,
+}
+
+impl<const D: usize> Cells<D> {
+    /// No cells.
+    pub const fn new() -> Self {
+        Self { nodes: Vec::new() }
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.nodes.len() / (D + 1)
+    }
+
+    /// Whether there is no cell.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Adds a cell; returns whether it had the `D + 1` nodes that a cell of this dimension has (otherwise nothing is added).
+    pub fn push(&mut self, cell: &[usize]) -> bool {
+        let fits = cell.len() == D + 1;
+        if fits {
+            self.nodes.extend_from_slice(cell);
+        }
+        fits
+    }
+
+    /// The cells in order, each as a slice of `D + 1` node numbers.
+    pub fn iter(&self) -> std::slice::ChunksExact<'_, usize> {
+        self.nodes.chunks_exact(D + 1)
+    }
+}
+
+/// A muscle: a chain of nodes from its first end to its second; consecutive nodes are connections of the mesh.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MuscleChain {
+    /// Abbreviation, e.g. `GGa`.
+    pub name: String,
+    /// Node numbers from the first end to the second, at least two.
+    pub nodes: Vec<usize>,
+}
+
+impl MuscleChain {
+    /// The two end nodes; the straight distance between them is the muscle's length.
+    ///
+    /// # Panics
+    /// Never for a chain of a mesh that passed [`Mesh::check`].
+    pub fn ends(&self) -> [usize; 2] {
+        [self.nodes[0], self.nodes[self.nodes.len() - 1]]
+    }
+}
+
+/// A body: positions at rest and how they are joined.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh<const D: usize> {
+    /// Rest positions, m.
+    pub nodes: Vec<SVector<f64, D>>,
+    /// Triangles (2D, counter-clockwise) or tetrahedra (3D, positive volume) of tissue.
+    pub cells: Cells<D>,
+    /// Joined pairs of nodes, each once, lower node number first.
+    pub connections: Vec<[usize; 2]>,
+    /// Muscles as chains of connections.
+    pub muscles: Vec<MuscleChain>,
+    /// Nodes on bone, in ascending order.
+    pub fixed: Vec<usize>,
+}
+
+/// How far two shapes of one body, positions of the same nodes, are from each other at the node where they differ most, m.
+pub fn largest_distance<const D: usize>(a: &[SVector<f64, D>], b: &[SVector<f64, D>]) -> f64 {
+    a.iter().zip(b).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
+}
+
+impl<const D: usize> Mesh<D> {
+    /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one cell only.
+    pub fn surface_nodes(&self) -> Vec<usize> {
+        let faces = self.surface();
+        let mut nodes: Vec<usize> = faces.into_iter().flatten().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// The edges (in space: faces) that belong to one cell only, the nodes of each ascending.
+    pub fn surface(&self) -> Vec<Vec<usize>> {
+        let mut faces: std::collections::BTreeMap<Vec<usize>, usize> = std::collections::BTreeMap::new();
+        for cell in self.cells.iter() {
+            for left_out in cell {
+                let mut face: Vec<usize> = cell.iter().copied().filter(|n| n != left_out).collect();
+                face.sort_unstable();
+                *faces.entry(face).or_default() += 1;
+            }
+        }
+        faces.into_iter().filter(|(_, cells)| *cells == 1).map(|(face, _)| face).collect()
+    }
+
+    /// The distance at rest between two nodes, m.
+    pub fn distance(&self, [a, b]: [usize; 2]) -> f64 {
+        (self.nodes[b] - self.nodes[a]).norm()
+    }
+
+    /// For every node whether it belongs to a cell; the others lie outside the tissue.
+    pub fn in_tissue(&self) -> Vec<bool> {
+        let mut inside = vec![false; self.nodes.len()];
+        self.cells.iter().flatten().for_each(|&n| inside[n] = true);
+        inside
+    }
+
+    /// The longest side of the bounding box, m; 0 without nodes.
+    pub fn extent(&self) -> f64 {
+        let Some(first) = self.nodes.first() else { return 0.0 };
+        let (low, high) = self.nodes.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));
+        (high - low).amax()
+    }
+}
