@@ -64,6 +64,7 @@ pub mod inverse;
 pub mod material;
 pub mod measured;
 pub mod muscle;
+pub mod observe;
 pub mod report;
 pub mod scene;
 pub mod sparse;

@@ -5,8 +5,10 @@ use crate::measured::Target;
 use crate::muscle::{COUNT, Muscle, PerMuscle};
 use crate::system::{Model, System};
 
-use super::gauss_newton::{Refit, refit};
-use super::objective::Forward;
+use super::fit::inverse;
+use super::forward::Forward;
+use super::gauss_newton::refit;
+use super::problem::Problem;
 use super::uncertainty::rounding_range;
 use super::{Fit, FitError, Settings, muscle_numbers};
 
@@ -27,15 +29,15 @@ pub struct Optimum {
 }
 
 /// Where converged starts ended that did not end at the answer, best first.
-pub fn optima(fit: &Fit) -> Vec<Optimum> {
+pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
     let answer: Vec<f64> = fit.target.active.iter().map(|m| fit.tensions[m.index()]).collect();
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_ANSWER);
     let mut found: Vec<Optimum> = Vec::new();
-    for start in fit.starts.iter().filter(|s| s.converged && !same(&s.tensions, &answer)) {
-        match found.iter_mut().find(|o| same(&o.tensions, &start.tensions)) {
+    for start in fit.starts.iter().filter(|s| s.converged && !same(&s.x, &answer)) {
+        match found.iter_mut().find(|o| same(&o.tensions, &start.x)) {
             Some(o) => o.starts += 1,
             None => {
-                found.push(Optimum { tensions: start.tensions.clone(), cost: start.cost, starts: 1 });
+                found.push(Optimum { tensions: start.x.clone(), cost: start.cost, starts: 1 });
             }
         }
     }
@@ -65,10 +67,10 @@ pub struct Subset {
 ///
 /// # Errors
 /// [`FitError`] when a system cannot be made.
-pub fn subsets(
-    mesh: &Mesh<2>,
+pub fn subsets<const D: usize>(
+    mesh: &Mesh<D>,
     model: &Model,
-    fit: &Fit,
+    fit: &Fit<D>,
     settings: &Settings,
     changes: u32,
 ) -> Result<Vec<Subset>, FitError> {
@@ -93,23 +95,28 @@ pub fn subsets(
     Ok(found)
 }
 
-fn one(
-    mesh: &Mesh<2>,
+fn one<const D: usize>(
+    mesh: &Mesh<D>,
     model: &Model,
     numbers: PerMuscle<usize>,
     target: &Target,
-    fit: &Fit,
+    fit: &Fit<D>,
     settings: &Settings,
 ) -> Result<Option<Subset>, FitError> {
     let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
     let system = System::new(mesh, model, &contracting)?;
-    let mut forward = Forward::new(&system, numbers, target, settings);
+    let inverse = inverse(&system, numbers, target, settings);
+    let mut forward = Forward::new(&inverse, settings);
     let near: Vec<f64> = target.active.iter().map(|m| fit.tensions[m.index()]).collect();
-    let starts = [near, vec![FROM; target.active.len()]];
-    let ends = starts.iter().filter_map(|s| refit(&mut forward, s));
-    let best: Option<Refit> = ends.min_by(|a, b| a.cost.total_cmp(&b.cost));
-    Ok(best.map(|r| {
-        let simulated = target.simulated(&r.lengths, &fit.rest_lengths);
+    let mut best: Option<(f64, Subset)> = None;
+    for start in [near, vec![FROM; target.active.len()]] {
+        let Some((tensions, residuals)) = refit(&mut forward, settings, &start) else { continue };
+        let cost = forward.cost(&tensions, Some(&residuals));
+        if best.as_ref().is_some_and(|(least, _)| *least <= cost) {
+            continue;
+        }
+        let lengths = forward.lengths();
+        let simulated = target.simulated(&numbers.map(|n| lengths[n]), &fit.rest_lengths);
         let within = |m: &Muscle| {
             let (low, high) = rounding_range(target, *m);
             (low..=high).contains(&simulated[m.index()])
@@ -118,12 +125,14 @@ fn one(
             Muscle::ALL.into_iter().filter(|m| target.kind.constrains(*m)).collect();
         let squares: f64 =
             constrained.iter().map(|m| (simulated[m.index()] - target.values[m.index()]).powi(2)).sum();
-        Subset {
+        let subset = Subset {
             muscles: target.active.clone(),
-            tensions: r.tensions,
-            misfit: r.misfit,
+            tensions,
+            misfit: forward.misfit(Some(&residuals)),
             row_rms: (squares / constrained.len() as f64).sqrt(),
             within_rounding: target.fitted.iter().all(within),
-        }
-    }))
+        };
+        best = Some((cost, subset));
+    }
+    Ok(best.map(|(_, subset)| subset))
 }

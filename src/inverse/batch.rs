@@ -10,7 +10,7 @@ use crate::system::{Model, System};
 
 use super::alarms::{self, Alarm};
 use super::alternatives::{self, Optimum, Subset};
-use super::objective::Forward;
+use super::forward::Forward;
 use super::rounding::{self, RoundingSegment};
 use super::uncertainty::{self, Intervals};
 use super::{Fit, FitError, Settings};
@@ -207,7 +207,8 @@ pub fn assess(
     let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
     let system = System::new(mesh, model, &contracting)?;
     let answer: Vec<f64> = target.active.iter().map(|m| fit.tensions[m.index()]).collect();
-    let mut forward = Forward::new(&system, numbers, target, settings);
+    let inverse = super::fit::inverse(&system, numbers, target, settings);
+    let mut forward = Forward::new(&inverse, settings);
     forward.begin_at(&answer, &fit.positions);
     let segments = rounding::segments(&mut forward, &answer);
     let intervals = match how.draws {

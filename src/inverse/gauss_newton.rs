@@ -8,11 +8,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::muscle::PerMuscle;
-
-use super::identifiability::linearise;
-use super::objective::{FAILED, Forward};
-use super::search::{SAME_COST, START_RANGE, Start, starting_point};
+use super::Settings;
+use super::problem::{FAILED, Linear, Problem};
+use super::start::{SAME_COST, Start, starting_point};
+use super::unknown::Unknown;
 
 /// Damping of the first step as part of the largest diagonal entry of the second derivative.
 const FIRST_DAMPING: f64 = 1e-3;
@@ -21,101 +20,99 @@ const MOST_DAMPING: f64 = 1e12;
 /// Least part of the predicted decrease with which a step is accepted.
 const ACCEPTED: f64 = 1e-3;
 
-/// Tensions and all that is known of the cost there.
+/// A candidate and all that is known of the cost there.
 struct Point {
-    tensions: DVector<f64>,
-    jacobian: DMatrix<f64>,
-    residuals: DVector<f64>,
+    x: DVector<f64>,
+    linear: Linear,
     gradient: DVector<f64>,
     cost: f64,
 }
 
 impl Point {
-    fn new(forward: &mut Forward<'_>, tensions: DVector<f64>) -> Option<Self> {
-        let (jacobian, residuals) = linearise(forward, tensions.as_slice())?;
-        let effort = forward.effort();
-        let gradient = (jacobian.tr_mul(&residuals) * 2.0).add_scalar(effort);
-        let cost = residuals.norm_squared() + effort * tensions.sum();
-        cost.is_finite().then_some(Self { tensions, jacobian, residuals, gradient, cost })
+    fn new(problem: &mut dyn Problem, x: DVector<f64>) -> Option<Self> {
+        let linear = problem.linearise(x.as_slice())?;
+        let effort = problem.effort();
+        let mut gradient = linear.jacobian.tr_mul(&linear.residuals) * 2.0;
+        let mut tensions = 0.0;
+        for (i, unknown) in problem.unknowns().iter().enumerate().filter(|(_, u)| u.is_tension()) {
+            gradient[i] += effort;
+            tensions += x[i] * unknown.unit;
+        }
+        let cost = linear.residuals.norm_squared() + effort * tensions;
+        cost.is_finite().then_some(Self { x, linear, gradient, cost })
     }
 
-    /// Whether the cost would fall if tension `i` left the bound that it is on.
-    fn is_free(&self, i: usize, bound: f64) -> bool {
-        let (t, g) = (self.tensions[i], self.gradient[i]);
-        (t > 0.0 || g < 0.0) && (t < bound || g > 0.0)
+    /// Whether the cost would fall if value `i` left the bound that it is on.
+    fn is_free(&self, i: usize, unknown: &Unknown) -> bool {
+        let (t, g) = (self.x[i], self.gradient[i]);
+        (t > unknown.lower || g < 0.0) && (t < unknown.upper || g > 0.0)
     }
 }
 
 /// Searches from start number `number`. The same structure as a start of Nelder-Mead; there are no restarts.
-pub(super) fn run(mut forward: Forward<'_>, number: usize) -> Start {
-    let settings = forward.settings;
-    let bound = settings.upper_bound;
-    let n = forward.target.active.len();
-    let first = starting_point(number, n, START_RANGE * bound);
-    let mut start = Start::at(first, FAILED);
+pub(super) fn run(problem: &mut dyn Problem, settings: &Settings, number: usize) -> Start {
+    let first = starting_point(number, problem.unknowns());
     // A start without an equilibrium is given up for the rest shape, which always has one.
-    let point = Point::new(&mut forward, DVector::from_column_slice(&start.tensions))
-        .or_else(|| Point::new(&mut forward, DVector::zeros(n)));
+    let rest = problem.unknowns().iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
+    let mut start = Start::at(first, FAILED);
+    let point = Point::new(problem, DVector::from_column_slice(&start.x))
+        .or_else(|| Point::new(problem, DVector::from_vec(rest)));
     if let Some(mut here) = point {
-        start.converged = descend(&mut forward, &mut here, &mut start.iterations);
-        let mut from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
+        start.converged = descend(problem, settings, &mut here, &mut start.iterations);
+        let (mut from_rest, mut cost) = from_rest(problem, &here);
         // As in Nelder-Mead: another branch of equilibria than the one from rest does not count.
-        if (from_rest.cost - here.cost).abs() > SAME_COST * here.cost.abs().max(SAME_COST) {
-            forward.forget_neighbours();
-            start.converged = match Point::new(&mut forward, here.tensions.clone()) {
+        if (cost - here.cost).abs() > SAME_COST * here.cost.abs().max(SAME_COST) {
+            problem.forget_neighbours();
+            start.converged = match Point::new(problem, here.x.clone()) {
                 Some(again) => {
                     here = again;
-                    descend(&mut forward, &mut here, &mut start.iterations)
+                    descend(problem, settings, &mut here, &mut start.iterations)
                 }
                 None => false,
             };
-            from_rest = forward.evaluate_from_rest(here.tensions.as_slice());
+            (from_rest, cost) = self::from_rest(problem, &here);
         }
-        start.tensions = here.tensions.iter().copied().collect();
-        start.cost = from_rest.cost;
-        start.lengths = from_rest.lengths;
+        start.x = here.x.iter().copied().collect();
+        start.cost = cost;
+        start.solved = from_rest;
     }
-    start.evaluations = forward.evaluations();
-    start.failures = forward.failures();
-    start.factorisations = forward.factorisations();
+    start.count(problem.counts());
     start
 }
 
-/// Where a search from a given point ended.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Refit {
-    /// Tensions of the active muscles, N.
-    pub tensions: Vec<f64>,
-    /// Objective there.
-    pub cost: f64,
-    /// Root mean square residual of the fitted muscles.
-    pub misfit: f64,
-    /// Lengths of the eight muscles there, m.
-    pub lengths: PerMuscle<f64>,
+/// Whether the candidate has an answer from rest, and the cost there.
+fn from_rest(problem: &mut dyn Problem, here: &Point) -> (bool, f64) {
+    let residuals = problem.residuals_from_rest(here.x.as_slice());
+    (residuals.is_some(), problem.cost(here.x.as_slice(), residuals.as_ref()))
 }
 
-/// Searches from given tensions (N, active muscles) that are nearly right, within the bounds. `None` where there is no
-/// equilibrium to begin with.
-pub(super) fn refit(forward: &mut Forward<'_>, from: &[f64]) -> Option<Refit> {
-    let mut here = Point::new(forward, DVector::from_column_slice(from))?;
-    descend(forward, &mut here, &mut 0);
-    let tensions: Vec<f64> = here.tensions.iter().copied().collect();
-    let outcome = forward.evaluate(&tensions);
-    Some(Refit { cost: outcome.cost, misfit: outcome.misfit, lengths: outcome.lengths?, tensions })
+/// Searches from values that are nearly right, within the bounds; afterwards the problem stands at the answer, whose residuals are given too. `None` where there is no
+/// equilibrium to begin with or to end with.
+pub(super) fn refit(
+    problem: &mut dyn Problem,
+    settings: &Settings,
+    from: &[f64],
+) -> Option<(Vec<f64>, DVector<f64>)> {
+    let mut here = Point::new(problem, DVector::from_column_slice(from))?;
+    descend(problem, settings, &mut here, &mut 0);
+    let x: Vec<f64> = here.x.iter().copied().collect();
+    let residuals = problem.residuals(&x)?;
+    Some((x, residuals))
 }
 
 /// Goes downhill from `here`, and says whether it arrived.
-fn descend(forward: &mut Forward<'_>, here: &mut Point, iterations: &mut u64) -> bool {
-    let settings = forward.settings;
-    let mut secant = DMatrix::zeros(here.tensions.len(), here.tensions.len());
-    let diagonal = |p: &Point| 2.0 * p.jacobian.column_iter().map(|c| c.norm_squared()).fold(1e-12, f64::max);
+fn descend(problem: &mut dyn Problem, settings: &Settings, here: &mut Point, iterations: &mut u64) -> bool {
+    let unknowns = problem.unknowns().to_vec();
+    let mut secant = DMatrix::zeros(here.x.len(), here.x.len());
+    let diagonal =
+        |p: &Point| 2.0 * p.linear.jacobian.column_iter().map(|c| c.norm_squared()).fold(1e-12, f64::max);
     let mut damping = FIRST_DAMPING * diagonal(here);
     let mut growth = 2.0;
     while *iterations < settings.max_iterations && damping < MOST_DAMPING * diagonal(here) {
         *iterations += 1;
-        let curvature = (here.jacobian.tr_mul(&here.jacobian) + &secant) * 2.0;
-        let Some(step) = bounded_step(here, &curvature, damping, settings.upper_bound) else {
-            // Not downhill: the second derivative is indefinite on the free tensions.
+        let curvature = (here.linear.jacobian.tr_mul(&here.linear.jacobian) + &secant) * 2.0;
+        let Some(step) = bounded_step(here, &curvature, damping, &unknowns) else {
+            // Not downhill: the second derivative is indefinite on the free values.
             damping *= growth;
             growth *= 2.0;
             continue;
@@ -125,7 +122,7 @@ fn descend(forward: &mut Forward<'_>, here: &mut Point, iterations: &mut u64) ->
         if step.amax() == 0.0 || promised.abs() < settings.cost_tolerance {
             return true;
         }
-        let next = Point::new(forward, &here.tensions + &step);
+        let next = Point::new(problem, &here.x + &step);
         let gained = next.as_ref().map_or(f64::NEG_INFINITY, |p| here.cost - p.cost);
         match next {
             Some(next) if promised > 0.0 && gained > ACCEPTED * promised => {
@@ -147,13 +144,18 @@ fn descend(forward: &mut Forward<'_>, here: &mut Point, iterations: &mut u64) ->
     false
 }
 
-/// The damped step on the free tensions, cut at the bounds; `None` where the damped second derivative is not positive
+/// The damped step on the free values, cut at the bounds; `None` where the damped second derivative is not positive
 /// definite.
-fn bounded_step(here: &Point, curvature: &DMatrix<f64>, damping: f64, bound: f64) -> Option<DVector<f64>> {
-    let n = here.tensions.len();
-    let mut free: Vec<usize> = (0..n).filter(|&i| here.is_free(i, bound)).collect();
+fn bounded_step(
+    here: &Point,
+    curvature: &DMatrix<f64>,
+    damping: f64,
+    unknowns: &[Unknown],
+) -> Option<DVector<f64>> {
+    let n = here.x.len();
+    let mut free: Vec<usize> = (0..n).filter(|&i| here.is_free(i, &unknowns[i])).collect();
     let mut step = DVector::zeros(n);
-    // Tensions that the step would carry over a bound are put on it, and the others solved again with them there.
+    // Values that the step would carry over a bound are put on it, and the others solved again with them there.
     while !free.is_empty() {
         let mut matrix = curvature.select_rows(&free).select_columns(&free);
         for i in 0..free.len() {
@@ -163,14 +165,15 @@ fn bounded_step(here: &Point, curvature: &DMatrix<f64>, damping: f64, bound: f64
         let solved = matrix.cholesky()?.solve(&-pull.select_rows(&free));
         let mut cut = false;
         for (k, &i) in free.iter().enumerate() {
-            step[i] = (here.tensions[i] + solved[k]).clamp(0.0, bound) - here.tensions[i];
-            cut |= step[i] != solved[k]
-                && (here.tensions[i] + solved[k] < 0.0 || here.tensions[i] + solved[k] > bound);
+            let (lower, upper) = (unknowns[i].lower, unknowns[i].upper);
+            step[i] = (here.x[i] + solved[k]).clamp(lower, upper) - here.x[i];
+            cut |= step[i] != solved[k] && (here.x[i] + solved[k] < lower || here.x[i] + solved[k] > upper);
         }
         if !cut {
             break;
         }
-        let inside = |i: usize, s: f64| here.tensions[i] + s >= 0.0 && here.tensions[i] + s <= bound;
+        let inside =
+            |i: usize, s: f64| here.x[i] + s >= unknowns[i].lower && here.x[i] + s <= unknowns[i].upper;
         let still: Vec<usize> =
             free.iter().zip(solved.iter()).filter(|(i, s)| inside(**i, **s)).map(|(i, _)| *i).collect();
         still.iter().for_each(|&i| step[i] = 0.0);
@@ -181,7 +184,7 @@ fn bounded_step(here: &Point, curvature: &DMatrix<f64>, damping: f64, bound: f64
 
 /// Dennis, Gay and Welsch's symmetric rank-two update of `S`, sized so that it forgets what no longer holds.
 fn update_secant(secant: &mut DMatrix<f64>, here: &Point, next: &Point, step: &DVector<f64>) {
-    let change = (&next.jacobian - &here.jacobian).tr_mul(&next.residuals);
+    let change = (&next.linear.jacobian - &here.linear.jacobian).tr_mul(&next.linear.residuals);
     let y = (&next.gradient - &here.gradient) * 0.5;
     let along = y.dot(step);
     if along.abs() <= 1e-12 * y.norm() * step.norm() {

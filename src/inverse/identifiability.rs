@@ -3,11 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::measured::TargetKind;
-use crate::muscle::Muscle;
-use crate::statics::length_sensitivities;
-
-use super::objective::Forward;
+use super::Settings;
+use super::problem::{Linear, Problem};
+use super::unknown::Unknown;
 
 /// Local analysis at the answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,54 +38,26 @@ const SHORTEST_STRIDE: f64 = 0.05;
 /// Most steps to either side.
 const MOST_STRIDES: usize = 200;
 /// A misfit that is none.
-const IN_THE_VALLEY: f64 = 1e-10;
-/// Most corrections that move an answer into the valley.
+const ON_TARGET: f64 = 1e-10;
+/// Most corrections that move an answer onto the target.
 const MOST_CORRECTIONS: usize = 8;
 
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as far as the
 /// misfit stays within the tolerance and the tensions within their bounds. `None` where the equilibrium was not found or is
 /// singular.
-pub fn analyse(forward: &mut Forward<'_>, tensions: &[f64]) -> Option<Identifiability> {
-    let (jacobian, _) = linearise(forward, tensions)?;
+pub fn analyse(problem: &mut dyn Problem, settings: &Settings, x: &[f64]) -> Option<Identifiability> {
+    let jacobian = problem.linearise(x)?.jacobian;
     let (singular_values, directions) = decompose(&jacobian)?;
     let open = singular_values.iter().map(|s| *s < UNDETERMINED * singular_values[0]);
     let mut null_directions = Vec::new();
     for (direction, _) in directions.iter().zip(open).filter(|(_, open)| *open) {
         null_directions.push(NullDirection {
             direction: direction.iter().copied().collect(),
-            from_n: follow(forward, tensions, &-direction),
-            to_n: follow(forward, tensions, direction),
+            from_n: follow(problem, settings, x, &-direction),
+            to_n: follow(problem, settings, x, direction),
         });
     }
     Some(Identifiability { singular_values, null_directions })
-}
-
-/// d(fitted value)/d(tension), 1/N, and the residuals of the fitted values, at the equilibrium of `tensions`.
-pub(super) fn linearise(forward: &mut Forward<'_>, tensions: &[f64]) -> Option<(DMatrix<f64>, DVector<f64>)> {
-    let lengths = forward.evaluate(tensions).lengths?;
-    forward.count_factorisation();
-    let per_tension = length_sensitivities(forward.system, &mut forward.workspace).ok()?;
-    let target = forward.target;
-    let rest = forward.rest_lengths();
-    let simulated = target.simulated(&lengths, &rest);
-    let gga = forward.number(Muscle::GGa);
-    let mut jacobian = DMatrix::zeros(target.fitted.len(), target.active.len());
-    let mut residuals = DVector::zeros(target.fitted.len());
-    for (row, m) in target.fitted.iter().enumerate() {
-        let (i, number) = (m.index(), forward.number(*m));
-        residuals[row] = simulated[i] - target.values[i];
-        for column in 0..target.active.len() {
-            let change = per_tension[(number, column)];
-            jacobian[(row, column)] = match target.kind {
-                TargetKind::Stretch => change / rest[i],
-                TargetKind::Ratio => {
-                    let base = lengths[Muscle::GGa.index()];
-                    (change - simulated[i] * per_tension[(gga, column)]) / base
-                }
-            };
-        }
-    }
-    Some((jacobian, residuals))
 }
 
 /// Singular values, largest first, and for each its direction in the space of tensions; null directions included.
@@ -112,20 +82,27 @@ pub(super) fn decompose(jacobian: &DMatrix<f64>) -> Option<(Vec<f64>, Vec<DVecto
 
 /// Walks from `start` along `direction` and on along the valley, and returns where it ends: at a bound, or where the misfit
 /// leaves the tolerance however short the step.
-fn follow(forward: &mut Forward<'_>, start: &[f64], direction: &DVector<f64>) -> Vec<f64> {
-    let bound = forward.settings.upper_bound;
-    let tolerance = forward.settings.misfit_tolerance.max(forward.evaluate(start).misfit * 1.01);
+fn follow(
+    problem: &mut dyn Problem,
+    settings: &Settings,
+    start: &[f64],
+    direction: &DVector<f64>,
+) -> Vec<f64> {
+    let unknowns = problem.unknowns().to_vec();
+    let at_start = problem.residuals(start);
+    let tolerance = settings.misfit_tolerance.max(problem.misfit(at_start.as_ref()) * 1.01);
     let mut here = DVector::from_column_slice(start);
     let mut along = direction.clone();
     let mut stride = STRIDE;
     for _ in 0..MOST_STRIDES {
-        let room = room(&here, &along, bound);
+        let room = room(&here, &along, &unknowns);
         if room <= 1e-9 || stride < SHORTEST_STRIDE {
             break;
         }
         let mut next = &here + &along * room.min(stride);
-        let jacobian = correct(forward, &mut next, bound);
-        let misfit = forward.evaluate(next.as_slice()).misfit;
+        let jacobian = correct(problem, &mut next, &unknowns);
+        let residuals = problem.residuals(next.as_slice());
+        let misfit = problem.misfit(residuals.as_ref());
         let gained = (&next - &here).dot(&along);
         let Some(jacobian) = jacobian.filter(|_| misfit <= tolerance && gained > 0.5 * room.min(stride))
         else {
@@ -149,48 +126,49 @@ fn follow(forward: &mut Forward<'_>, start: &[f64], direction: &DVector<f64>) ->
 
 /// Moves `tensions` by the smallest correction that meets the targets to first order, within the bounds: tensions that would
 /// leave them are held there and the others corrected anew. Returns the sensitivities used.
-fn correct(forward: &mut Forward<'_>, tensions: &mut DVector<f64>, bound: f64) -> Option<DMatrix<f64>> {
-    let (jacobian, residuals) = linearise(forward, tensions.as_slice())?;
-    let start = tensions.clone();
+fn correct(problem: &mut dyn Problem, x: &mut DVector<f64>, unknowns: &[Unknown]) -> Option<DMatrix<f64>> {
+    let Linear { jacobian, residuals } = problem.linearise(x.as_slice())?;
+    let start = x.clone();
     let mut free = jacobian.clone();
-    for _ in 0..tensions.len() {
+    for _ in 0..x.len() {
         let inverse = free.clone().pseudo_inverse(1e-9).ok()?;
-        let left = &residuals + &jacobian * (&*tensions - &start);
-        let next = &*tensions - inverse * left;
-        let out = |t: f64| !(0.0..=bound).contains(&t);
-        let leaving: Vec<usize> =
-            (0..next.len()).filter(|&i| out(next[i]) && next[i] != tensions[i]).collect();
+        let left = &residuals + &jacobian * (&*x - &start);
+        let next = &*x - inverse * left;
+        let out = |i: usize| !(unknowns[i].lower..=unknowns[i].upper).contains(&next[i]);
+        let leaving: Vec<usize> = (0..next.len()).filter(|&i| out(i) && next[i] != x[i]).collect();
         if leaving.is_empty() {
-            *tensions = next;
+            *x = next;
             break;
         }
         for i in leaving {
-            tensions[i] = next[i].clamp(0.0, bound);
+            x[i] = next[i].clamp(unknowns[i].lower, unknowns[i].upper);
             free.column_mut(i).fill(0.0);
         }
     }
     Some(jacobian)
 }
 
-/// Moves an answer that the effort term holds a little beside the valley into it: the nearest tensions that meet the targets.
-/// Returns the answer itself where that makes nothing better.
-pub(super) fn into_the_valley(forward: &mut Forward<'_>, answer: &[f64]) -> Vec<f64> {
-    let bound = forward.settings.upper_bound;
-    let mut best = (forward.evaluate(answer).misfit, answer.to_vec());
+/// Moves an answer that the effort term holds a little beside the target onto it: the nearest values that meet the targets. Returns
+/// the answer itself where that makes nothing better.
+pub(super) fn onto_target(problem: &mut dyn Problem, answer: &[f64]) -> Vec<f64> {
+    let unknowns = problem.unknowns().to_vec();
+    let residuals = problem.residuals(answer);
+    let mut best = (problem.misfit(residuals.as_ref()), answer.to_vec());
     let mut here = DVector::from_column_slice(answer);
     for _ in 0..MOST_CORRECTIONS {
-        if best.0 < IN_THE_VALLEY {
+        if best.0 < ON_TARGET {
             break;
         }
         let mut target = here.clone();
-        if correct(forward, &mut target, bound).is_none() {
+        if correct(problem, &mut target, &unknowns).is_none() {
             break;
         }
-        // A whole step where the valley is straight; less where it is not.
+        // A whole step where the way is straight; less where it is not.
         let step = target - &here;
         let better = (0..6).find_map(|halvings| {
             let next = &here + &step * 0.5f64.powi(halvings);
-            let misfit = forward.evaluate_from_rest(next.as_slice()).misfit;
+            let residuals = problem.residuals_from_rest(next.as_slice());
+            let misfit = problem.misfit(residuals.as_ref());
             (misfit < 0.95 * best.0).then_some((misfit, next))
         });
         let Some((misfit, next)) = better else { break };
@@ -200,13 +178,14 @@ pub(super) fn into_the_valley(forward: &mut Forward<'_>, answer: &[f64]) -> Vec<
     best.1
 }
 
-/// How far one can go before a tension leaves its bounds, N.
-pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, bound: f64) -> f64 {
+/// How far one can go before a value leaves its bounds, in units.
+pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknown]) -> f64 {
     here.iter()
         .zip(along.iter())
-        .map(|(t, d)| match d {
-            d if *d < -1e-12 => t / -d,
-            d if *d > 1e-12 => (bound - t) / d,
+        .zip(unknowns)
+        .map(|((t, d), u)| match d {
+            d if *d < -1e-12 => (t - u.lower) / -d,
+            d if *d > 1e-12 => (u.upper - t) / d,
             _ => f64::INFINITY,
         })
         .fold(f64::INFINITY, f64::min)

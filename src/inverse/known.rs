@@ -4,54 +4,54 @@ use nalgebra::SVector;
 
 /// A solved candidate.
 #[derive(Debug, Clone)]
-pub(super) struct Known {
-    pub tensions: Vec<f64>,
+pub(super) struct Known<const D: usize> {
+    pub x: Vec<f64>,
     pub cost: f64,
-    pub positions: Vec<SVector<f64, 2>>,
+    pub positions: Vec<SVector<f64, D>>,
 }
 
 /// As many of the best candidates as a simplex has corners.
 #[derive(Debug, Clone)]
-pub(super) struct BestKnown {
+pub(super) struct BestKnown<const D: usize> {
     most: usize,
-    list: Vec<Known>,
+    list: Vec<Known<D>>,
 }
 
-impl BestKnown {
+impl<const D: usize> BestKnown<D> {
     /// Room for a simplex in a space of this dimension.
     pub fn new(dimension: usize) -> Self {
         Self { most: dimension + 1, list: Vec::with_capacity(dimension + 1) }
     }
 
     /// Keeps the candidate if it is among the best, in the place of the worst.
-    pub fn remember(&mut self, tensions: &[f64], cost: f64, positions: &[SVector<f64, 2>]) {
+    pub fn remember(&mut self, x: &[f64], cost: f64, positions: &[SVector<f64, D>]) {
         if self.list.len() < self.most {
-            self.list.push(Known { tensions: tensions.to_vec(), cost, positions: positions.to_vec() });
+            self.list.push(Known { x: x.to_vec(), cost, positions: positions.to_vec() });
         } else if let Some(worst) = self.list.iter_mut().max_by(|a, b| a.cost.total_cmp(&b.cost))
             && cost < worst.cost
         {
-            worst.tensions.copy_from_slice(tensions);
+            worst.x.copy_from_slice(x);
             worst.cost = cost;
             worst.positions.copy_from_slice(positions);
         }
     }
 
     /// The candidate with the lowest cost.
-    pub fn best(&self) -> Option<&Known> {
+    pub fn best(&self) -> Option<&Known<D>> {
         self.list.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// The candidate nearest to these tensions.
-    pub fn nearest(&self, tensions: &[f64]) -> Option<&Known> {
-        let distance = |k: &Known| distance_squared(&k.tensions, tensions);
+    /// The candidate nearest to these values.
+    pub fn nearest(&self, x: &[f64]) -> Option<&Known<D>> {
+        let distance = |k: &Known<D>| distance_squared(&k.x, x);
         self.list.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// Largest distance of a candidate from the best one, N; infinite before there are as many as a simplex has corners.
+    /// Largest distance of a candidate from the best one, unit of the unknowns; infinite before there are as many as a simplex has corners.
     pub fn spread(&self) -> f64 {
         match self.best() {
             Some(best) if self.list.len() == self.most => {
-                let distances = self.list.iter().map(|k| distance_squared(&k.tensions, &best.tensions));
+                let distances = self.list.iter().map(|k| distance_squared(&k.x, &best.x));
                 distances.fold(0.0, f64::max).sqrt()
             }
             _ => f64::INFINITY,
@@ -82,14 +82,14 @@ mod tests {
     #[test]
     fn the_worst_gives_way_and_the_spread_is_that_of_the_best() {
         let mut known = BestKnown::new(1);
-        let x = [SVector::zeros()];
+        let shape = [SVector::<f64, 2>::zeros()];
         assert_eq!(known.spread(), f64::INFINITY);
-        known.remember(&[5.0], 3.0, &x);
-        known.remember(&[1.0], 1.0, &x);
+        known.remember(&[5.0], 3.0, &shape);
+        known.remember(&[1.0], 1.0, &shape);
         assert_eq!(known.spread(), 4.0);
-        known.remember(&[9.0], 4.0, &x);
+        known.remember(&[9.0], 4.0, &shape);
         assert_eq!(known.spread(), 4.0, "worse than both: not kept");
-        known.remember(&[2.0], 2.0, &x);
+        known.remember(&[2.0], 2.0, &shape);
         assert_eq!(known.spread(), 1.0);
         assert_eq!(known.nearest(&[1.8]).map(|k| k.cost), Some(2.0));
         known.keep_best();

@@ -2,9 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::identifiability::{decompose, linearise};
-use super::objective::Forward;
-use super::uncertainty::rounding_range;
+use crate::observe::Certainty;
+
+use super::forward::Forward;
+use super::identifiability::{decompose, room};
+use super::problem::Problem;
 
 /// Most evaluations that look for one end of a segment.
 const MOST_TRIES: usize = 12;
@@ -27,8 +29,11 @@ pub struct RoundingSegment {
 /// For every singular direction of d(target)/d(tension) at `tensions`, how far one can go along it until a fitted value leaves
 /// the range that ±0.5 mm on each length allows, or a tension its bounds. Where the answer itself lies outside that range
 /// the segment is the answer. `None` where the equilibrium is singular.
-pub fn segments(forward: &mut Forward<'_>, tensions: &[f64]) -> Option<Vec<RoundingSegment>> {
-    let (jacobian, _) = linearise(forward, tensions)?;
+pub fn segments<const D: usize>(
+    forward: &mut Forward<'_, D>,
+    tensions: &[f64],
+) -> Option<Vec<RoundingSegment>> {
+    let jacobian = forward.linearise(tensions)?.jacobian;
     let (values, directions) = decompose(&jacobian)?;
     let here = DVector::from_column_slice(tensions);
     let out = values.into_iter().zip(directions).map(|(singular_value, direction)| RoundingSegment {
@@ -42,24 +47,28 @@ pub fn segments(forward: &mut Forward<'_>, tensions: &[f64]) -> Option<Vec<Round
 
 /// The last point along `direction` that is still within bounds and rounding: sought from where the linear model has it, outwards
 /// until it is passed, then by false position. The targets are taken to leave their ranges once and for all.
-fn end(
-    forward: &mut Forward<'_>,
+fn end<const D: usize>(
+    forward: &mut Forward<'_, D>,
     jacobian: &DMatrix<f64>,
     here: &DVector<f64>,
     direction: &DVector<f64>,
 ) -> Vec<f64> {
-    let room = super::identifiability::room(here, direction, forward.settings.upper_bound).max(0.0);
-    let at = |way: f64| (here + direction * way).map(|t| t.max(0.0));
+    let unknowns = forward.unknowns().to_vec();
+    let room = room(here, direction, &unknowns).max(0.0);
+    let at = |way: f64| {
+        let there = here + direction * way;
+        DVector::from_iterator(there.len(), there.iter().zip(&unknowns).map(|(x, u)| x.max(u.lower)))
+    };
     let mut inside = (0.0, outside_by(forward, here.as_slice()));
     if inside.1 > 0.0 {
         return here.iter().copied().collect();
     }
     let change = jacobian * direction;
-    let target = forward.target;
-    let linear = target.fitted.iter().zip(change.iter()).map(|(m, slope)| {
-        let (low, high) = rounding_range(target, *m);
-        0.5 * (high - low) / slope.abs()
-    });
+    let linear =
+        forward.inverse.observations.iter().zip(change.iter()).filter_map(|(o, slope)| match o.certainty {
+            Certainty::Between(low, high) => Some(0.5 * (high - low) / slope.abs()),
+            _ => None,
+        });
     let mut way = linear.fold(room, f64::min);
     let mut outside: Option<(f64, f64)> = None;
     for _ in 0..MOST_TRIES {
@@ -87,14 +96,16 @@ fn end(
 
 /// How far the fitted value that is farthest out lies outside its range, as part of half that range: negative inside, infinite
 /// where no equilibrium is found.
-fn outside_by(forward: &mut Forward<'_>, tensions: &[f64]) -> f64 {
-    let Some(lengths) = forward.evaluate(tensions).lengths else { return f64::INFINITY };
-    let target = forward.target;
-    let simulated = target.simulated(&lengths, &forward.rest_lengths());
-    let each = target.fitted.iter().map(|m| {
-        let (low, high) = rounding_range(target, *m);
-        let half = 0.5 * (high - low);
-        ((simulated[m.index()] - 0.5 * (low + high)).abs() - half) / half
+fn outside_by<const D: usize>(forward: &mut Forward<'_, D>, tensions: &[f64]) -> f64 {
+    if forward.residuals(tensions).is_none() {
+        return f64::INFINITY;
+    }
+    let each = forward.inverse.observations.iter().filter_map(|o| match o.certainty {
+        Certainty::Between(low, high) => {
+            let half = 0.5 * (high - low);
+            Some(((o.observable.value(forward.positions()) - 0.5 * (low + high)).abs() - half) / half)
+        }
+        _ => None,
     });
     each.fold(f64::NEG_INFINITY, f64::max)
 }
@@ -103,6 +114,7 @@ fn outside_by(forward: &mut Forward<'_>, tensions: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::body::{self, Anatomy};
+    use crate::inverse::fit::inverse;
     use crate::inverse::{Settings, fit, muscle_numbers};
     use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
     use crate::system::{Model, System};
@@ -118,7 +130,8 @@ mod tests {
             let numbers = muscle_numbers(&mesh).unwrap();
             let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
             let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
-            let mut forward = Forward::new(&system, numbers, &target, &settings);
+            let inverse = inverse(&system, numbers, &target, &settings);
+            let mut forward = Forward::new(&inverse, &settings);
             let answer: Vec<f64> = target.active.iter().map(|m| found.tensions[m.index()]).collect();
             let all = segments(&mut forward, &answer).unwrap();
             assert_eq!(all.len(), 3);

@@ -13,9 +13,11 @@ use crate::measured::{ROUNDING_MM, Target, TargetKind};
 use crate::muscle::{COUNT, Muscle, PerMuscle};
 use crate::system::System;
 
+use super::fit::inverse;
+use super::forward::Forward;
 use super::gauss_newton::refit;
-use super::identifiability::into_the_valley;
-use super::objective::Forward;
+use super::identifiability::onto_target;
+use super::problem::Problem;
 use super::{Fit, Settings};
 
 /// Part of the draws that an interval holds.
@@ -69,10 +71,10 @@ pub struct Intervals {
 }
 
 /// Draws and refits. The same seed gives the same draws, whatever else runs. `None` where no draw could be fitted.
-pub fn intervals(
-    system: &System<2>,
+pub fn intervals<const D: usize>(
+    system: &System<D>,
     numbers: PerMuscle<usize>,
-    fit: &Fit,
+    fit: &Fit<D>,
     settings: &Settings,
     draws: usize,
     seed: u64,
@@ -116,24 +118,25 @@ pub fn intervals(
     })
 }
 
-fn fit_draw(
-    system: &System<2>,
+fn fit_draw<const D: usize>(
+    system: &System<D>,
     numbers: PerMuscle<usize>,
     target: &Target,
     settings: &Settings,
     start: &[f64],
-    positions: &[SVector<f64, 2>],
+    positions: &[SVector<f64, D>],
 ) -> Option<(Vec<f64>, PerMuscle<f64>, f64)> {
-    let mut forward = Forward::new(system, numbers, target, settings);
+    let inverse = inverse(system, numbers, target, settings);
+    let mut forward = Forward::new(&inverse, settings);
     forward.begin_at(start, positions);
-    let found = refit(&mut forward, start)?;
-    if target.fitted.len() == target.active.len() {
-        return Some((found.tensions, found.lengths, found.misfit));
+    let (mut tensions, mut residuals) = refit(&mut forward, settings, start)?;
+    if inverse.is_undetermined() {
+        // As the answer itself is.
+        tensions = onto_target(&mut forward, &tensions);
+        residuals = forward.residuals(&tensions)?;
     }
-    // As the answer itself is.
-    let tensions = into_the_valley(&mut forward, &found.tensions);
-    let outcome = forward.evaluate(&tensions);
-    Some((tensions, outcome.lengths?, outcome.misfit))
+    let lengths = forward.lengths();
+    Some((tensions, numbers.map(|n| lengths[n]), forward.misfit(Some(&residuals))))
 }
 
 /// The same target with every length drawn from its rounding interval.

@@ -14,7 +14,6 @@ use crate::effect::{Configuration, Tangent};
 use crate::inverse;
 use crate::sparse::BlockMatrix;
 use crate::statics::{self, Settings, Solution, Workspace};
-use crate::system::System;
 
 /// Moments at which a trajectory is looked at.
 const SAMPLES: usize = 121;
@@ -133,9 +132,9 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
     let clock = Instant::now();
     let mut fitted = None;
     if let Some(target) = &prepared.target {
-        let fit = fit_tensions(&prepared, target)?;
-        fitted = Some(fit.status);
         let numbers = inverse::muscle_numbers(&prepared.body.mesh)?;
+        let fit = inverse::fit_system(&prepared.system, numbers, target, &inverse::Settings::default())?;
+        fitted = Some(fit.status);
         for (number, tension) in numbers.iter().zip(fit.tensions) {
             prepared.tensions[*number] = tension;
         }
@@ -185,23 +184,6 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
         positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
         plan: prepared.plan,
     })
-}
-
-/// Fits in the plane; a solid has none of the eight muscles, so it never gets here with a target.
-fn fit_tensions<const D: usize>(
-    prepared: &Prepared<D>,
-    target: &crate::measured::Target,
-) -> Result<inverse::Fit, SceneError> {
-    let numbers = inverse::muscle_numbers(&prepared.body.mesh)?;
-    let system: &dyn std::any::Any = &prepared.system;
-    match system.downcast_ref::<System<2>>() {
-        Some(system) => Ok(inverse::fit_system(system, numbers, target, &inverse::Settings::default())?),
-        None => Err(SceneError::contradiction(
-            "[fit]",
-            "a body in space",
-            "lengths were measured in the midsagittal plane",
-        )),
-    }
 }
 
 struct Lengths<'a, const D: usize> {

@@ -87,11 +87,11 @@ enum Carried {
 /// Moves the bones a part of what is left of their way.
 fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> Carried {
     let there = |&(node, to): &(usize, SVector<f64, D>)| w.positions[node] == to;
-    if system.carried().iter().all(there) {
+    if w.carried.iter().all(there) {
         return Carried::There;
     }
     w.step.fill(SVector::zeros());
-    for &(node, to) in system.carried() {
+    for &(node, to) in &w.carried {
         w.step[node] = to - w.positions[node];
     }
     let at = Configuration { positions: &w.positions, tensions: &w.tensions };
@@ -100,7 +100,7 @@ fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> Carried {
         w.step.fill(SVector::zeros());
         return Carried::Nowhere;
     }
-    for &(node, to) in system.carried() {
+    for &(node, to) in &w.carried {
         if limit < 1.0 {
             w.positions[node] += w.step[node] * (0.5 * limit);
         } else {

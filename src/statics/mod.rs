@@ -18,7 +18,7 @@
 mod carry;
 mod newton;
 mod rescue;
-mod sensitivity;
+mod response;
 mod stability;
 mod trace;
 
@@ -31,7 +31,7 @@ use crate::sparse::cholesky::Factor;
 use crate::system::System;
 
 pub use carry::solve;
-pub use sensitivity::length_sensitivities;
+pub use response::{Response, length_sensitivities};
 pub use stability::smallest_eigenvalue;
 pub use trace::{Critical, CriticalKind, Trace, trace};
 
@@ -167,6 +167,8 @@ pub struct Workspace<const D: usize> {
     factor_is_exact: bool,
     /// A direction of negative curvature, one vector for each unknown, in elimination order.
     curvature: Vec<SVector<f64, D>>,
+    /// Bone nodes that are to be elsewhere than at rest, and where, m.
+    carried: Vec<(usize, SVector<f64, D>)>,
 }
 
 impl<const D: usize> Workspace<D> {
@@ -185,6 +187,19 @@ impl<const D: usize> Workspace<D> {
             factor: Factor::new(system.pattern()),
             factor_ready: false,
             factor_is_exact: false,
+            carried: system.carried().to_vec(),
+        }
+    }
+
+    /// Has the next solve bring bone nodes to where they are in the system, and `shift` (m) from there.
+    pub fn carry_bone(&mut self, system: &System<D>, nodes: &[usize], shift: SVector<f64, D>) {
+        for &node in nodes {
+            let held =
+                system.carried().iter().find(|(n, _)| *n == node).map_or(system.rest()[node], |(_, at)| *at);
+            match self.carried.iter_mut().find(|(n, _)| *n == node) {
+                Some((_, to)) => *to = held + shift,
+                None => self.carried.push((node, held + shift)),
+            }
         }
     }
 

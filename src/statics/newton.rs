@@ -54,7 +54,8 @@ pub(super) fn solve<const D: usize>(
 }
 
 impl Solution {
-    const EMPTY: Self = Self {
+    /// Nothing was done, and nothing reached.
+    pub const NONE: Self = Self {
         status: Status::IterationLimit,
         iterations: 0,
         factorisations: 0,
@@ -93,7 +94,7 @@ impl<'a, const D: usize> Newton<'a, D> {
         Self {
             system,
             w,
-            done: Solution::EMPTY,
+            done: Solution::NONE,
             safeguarded_in_a_row: 0,
             corrected: false,
             extent,

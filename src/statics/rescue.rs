@@ -18,7 +18,7 @@ pub(super) fn step_load<const D: usize>(
     failed: &Solution,
 ) -> Solution {
     let (mut reached, mut step) = (0.0, 0.25);
-    let mut held = match system.carried() {
+    let mut held = match workspace.carried.as_slice() {
         [] => system.rest().to_vec(),
         // The rest shape does not know where carried bones have gone.
         _ => workspace.positions.clone(),

@@ -322,6 +322,11 @@ impl<const D: usize> System<D> {
         (positions[b] - positions[a]).norm()
     }
 
+    /// Lengths of all muscles, m.
+    pub fn lengths(&self, positions: &[SVector<f64, D>]) -> Vec<f64> {
+        (0..self.muscle_count()).map(|muscle| self.length(positions, muscle)).collect()
+    }
+
     /// Smallest and largest ratio of a cell's measure to that at rest; `(1, 1)` without cells.
     pub fn cell_ratios(&self, positions: &[SVector<f64, D>]) -> (f64, f64) {
         self.cells.iter().fold((f64::INFINITY, 0.0), |(lo, hi): (f64, f64), (cell, rest)| {

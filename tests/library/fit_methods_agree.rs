@@ -25,7 +25,7 @@ fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
                 // What the searches found, before a fit moves it into the valley of an undetermined target.
                 let found = |fit: &Fit| -> Vec<f64> {
                     let best = fit.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-                    best.unwrap().tensions.clone()
+                    best.unwrap().x.clone()
                 };
                 let differences =
                     found(&simplex).into_iter().zip(found(&derivatives)).map(|(a, b)| (a - b).abs());

@@ -1,0 +1,349 @@
+//! From candidate values of the unknowns to residuals, by an equilibrium each.
+
+use nalgebra::{DMatrix, DVector, SVector};
+use rayon::prelude::*;
+
+use crate::observe::Observation;
+use crate::statics::{self, Solution, Status, Workspace};
+use crate::system::{System, SystemError};
+
+use super::constants::Tissue;
+use super::freed::FreedBone;
+use super::known::{BestKnown, Known};
+use super::problem::{Counts, Linear, Problem};
+use super::unknown::{Quantity, Unknown};
+use super::{FitError, Settings};
+
+/// A body, what was seen of it, and what is unknown of it: all that a search does not change.
+#[derive(Debug, Clone)]
+pub struct Inverse<'a, const D: usize> {
+    /// The body; every muscle whose tension is unknown can contract in it.
+    pub system: &'a System<D>,
+    /// What was seen of it; at least one.
+    pub observations: Vec<Observation<D>>,
+    /// What is searched for; at least one.
+    pub unknowns: Vec<Unknown>,
+    /// The bones whose displacement is searched for.
+    pub bones: &'a [FreedBone<D>],
+    /// What makes the system anew, where constants of the tissue are searched for.
+    pub tissue: Option<&'a Tissue<'a, D>>,
+    /// Tensions of all muscles of the body, N; those searched for are put in their places.
+    pub tensions: Vec<f64>,
+}
+
+impl<'a, const D: usize> Inverse<'a, D> {
+    /// A body of which only tensions are unknown, all others being zero.
+    pub fn new(system: &'a System<D>, observations: Vec<Observation<D>>, unknowns: Vec<Unknown>) -> Self {
+        let tensions = vec![0.0; system.muscle_count()];
+        Self { system, observations, unknowns, bones: &[], tissue: None, tensions }
+    }
+
+    /// Whether the observations leave directions open that no prior closes.
+    pub fn is_undetermined(&self) -> bool {
+        self.observations.len() + self.unknowns.iter().filter(|u| u.prior.is_some()).count()
+            < self.unknowns.len()
+    }
+
+    /// Checks that unknowns, bones and observations go together.
+    ///
+    /// # Errors
+    /// [`FitError::Unknown`] says what does not.
+    pub fn check(&self) -> Result<(), FitError> {
+        let wrong = |what: String| Err(FitError::Unknown { what });
+        if self.observations.is_empty() || self.unknowns.is_empty() {
+            return wrong("a fit needs at least one observation and one unknown".to_owned());
+        }
+        for u in &self.unknowns {
+            if !(u.lower.is_finite() && u.upper.is_finite() && u.lower < u.upper) {
+                return wrong(format!(
+                    "the bounds {} and {} of an unknown must be finite and in order",
+                    u.lower, u.upper
+                ));
+            }
+            match u.quantity {
+                Quantity::Tension { muscle } if !self.system.contracting().contains(&muscle) => {
+                    return wrong(format!(
+                        "muscle {muscle} is to be fitted, but does not contract in this system"
+                    ));
+                }
+                Quantity::Bone { bone, axis } if bone >= self.bones.len() || axis >= D => {
+                    return wrong(format!("bone {bone}, axis {axis} is to be fitted, but was not freed"));
+                }
+                Quantity::Constant(_) if self.tissue.is_none() => {
+                    return wrong(
+                        "a constant of the tissue is to be fitted, but nothing makes the tissue anew"
+                            .to_owned(),
+                    );
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An equilibrium.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape<const D: usize> {
+    /// What the solver did.
+    pub solution: Solution,
+    /// Lengths of all muscles of the body, m.
+    pub lengths: Vec<f64>,
+    /// Smallest and largest ratio of a cell's area or volume to that at rest.
+    pub cell_ratios: (f64, f64),
+    /// Positions of all nodes, m.
+    pub positions: Vec<SVector<f64, D>>,
+}
+
+/// Solves candidates one after another, each from the nearest of the best ones solved before.
+#[derive(Debug)]
+pub struct Forward<'a, const D: usize> {
+    /// What is asked.
+    pub(super) inverse: &'a Inverse<'a, D>,
+    /// How.
+    pub(super) settings: &'a Settings,
+    /// The system with other constants, where these are searched for.
+    own: Option<System<D>>,
+    /// Scratch space; holds the equilibrium of the last candidate.
+    workspace: Workspace<D>,
+    tensions: Vec<f64>,
+    effort: f64,
+    known: BestKnown<D>,
+    /// Whether candidates start from their nearest solved neighbour; else all start from rest.
+    from_neighbours: bool,
+    counts: Counts,
+}
+
+impl<'a, const D: usize> Forward<'a, D> {
+    /// A solver of candidates.
+    pub fn new(inverse: &'a Inverse<'a, D>, settings: &'a Settings) -> Self {
+        Self {
+            inverse,
+            settings,
+            own: None,
+            workspace: Workspace::new(inverse.system),
+            tensions: inverse.tensions.clone(),
+            effort: if inverse.is_undetermined() { settings.effort } else { 0.0 },
+            known: BestKnown::new(inverse.unknowns.len()),
+            from_neighbours: settings.warm_start,
+            counts: Counts::default(),
+        }
+    }
+
+    /// The system of the last candidate.
+    pub fn system(&self) -> &System<D> {
+        self.own.as_ref().unwrap_or(self.inverse.system)
+    }
+
+    /// Positions of all nodes at the last candidate, m.
+    pub fn positions(&self) -> &[SVector<f64, D>] {
+        self.workspace.positions()
+    }
+
+    /// Lengths of all muscles of the body at the last candidate, m.
+    pub fn lengths(&self) -> Vec<f64> {
+        self.system().lengths(self.positions())
+    }
+
+    /// Offers a solved shape (positions of all nodes, m) and its unknowns as a start for what comes.
+    pub fn begin_at(&mut self, x: &[f64], positions: &[SVector<f64, D>]) {
+        self.known = BestKnown::new(x.len());
+        self.known.remember(x, f64::INFINITY, positions);
+    }
+
+    /// Tensions of all muscles of the body at a candidate, N.
+    pub fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
+        let mut all = self.inverse.tensions.clone();
+        for (unknown, value) in self.inverse.unknowns.iter().zip(x) {
+            if let Quantity::Tension { muscle } = unknown.quantity {
+                all[muscle] = value * unknown.unit;
+            }
+        }
+        all
+    }
+
+    /// A candidate solved anew from rest, on nothing that was solved before; not counted.
+    pub fn replay(&self, x: &[f64]) -> Shape<D> {
+        let mut own = Forward::new(self.inverse, self.settings);
+        let solution = match own.set(x) {
+            Ok(()) => statics::solve(
+                own.own.as_ref().unwrap_or(self.inverse.system),
+                &mut own.workspace,
+                &own.tensions,
+                &self.settings.equilibrium,
+            ),
+            Err(_) => Solution::NONE,
+        };
+        let cell_ratios = own.system().cell_ratios(own.positions());
+        Shape { solution, lengths: own.lengths(), cell_ratios, positions: own.positions().to_vec() }
+    }
+
+    /// Puts a candidate into the system and the workspace.
+    fn set(&mut self, x: &[f64]) -> Result<(), SystemError> {
+        let inverse = self.inverse;
+        self.counts.evaluations += 1;
+        for (unknown, value) in inverse.unknowns.iter().zip(x) {
+            if let Quantity::Tension { muscle } = unknown.quantity {
+                self.tensions[muscle] = value * unknown.unit;
+            }
+        }
+        if let Some(tissue) = inverse.tissue {
+            self.own = Some(tissue.system(&inverse.unknowns, x)?);
+        }
+        for (number, bone) in inverse.bones.iter().enumerate() {
+            let mut shift = SVector::<f64, D>::zeros();
+            for (unknown, value) in inverse.unknowns.iter().zip(x) {
+                match unknown.quantity {
+                    Quantity::Bone { bone, axis } if bone == number => shift[axis] = value * unknown.unit,
+                    _ => {}
+                }
+            }
+            self.workspace.carry_bone(inverse.system, bone.nodes(), shift);
+        }
+        Ok(())
+    }
+
+    /// Weighted residuals of the observations, then of the priors, at the shape in the workspace.
+    fn residuals_here(&self, x: &[f64]) -> Option<DVector<f64>> {
+        let inverse = self.inverse;
+        let seen = inverse.observations.iter().map(|o| o.residual(self.positions()));
+        let priors =
+            inverse.unknowns.iter().zip(x).filter_map(|(u, x)| u.prior.map(|p| (x - p.mean) * p.weight));
+        let all: Vec<f64> = seen.chain(priors).collect();
+        all.iter().all(|r| r.is_finite()).then(|| DVector::from_vec(all))
+    }
+
+    fn solve_from_nearest(&mut self, x: &[f64]) -> bool {
+        let Some(nearest) = self.known.nearest(x) else { return false };
+        self.workspace.start_from(&nearest.positions);
+        self.solve()
+    }
+
+    fn solve_from_rest(&mut self) -> bool {
+        self.workspace.start_from_rest(self.inverse.system);
+        self.solve()
+    }
+
+    fn solve(&mut self) -> bool {
+        let system = self.own.as_ref().unwrap_or(self.inverse.system);
+        let solution =
+            statics::solve(system, &mut self.workspace, &self.tensions, &self.settings.equilibrium);
+        self.counts.factorisations += solution.factorisations;
+        solution.status == Status::Converged
+    }
+
+    /// What the last solve came to.
+    fn outcome(&mut self, x: &[f64], solved: bool) -> Option<DVector<f64>> {
+        let residuals = if solved { self.residuals_here(x) } else { None };
+        self.counts.failures += usize::from(!solved);
+        residuals
+    }
+
+    /// How every observation answers to every unknown, one factorisation for all of them.
+    fn rates(&mut self, x: &[f64], jacobian: &mut DMatrix<f64>) -> Option<()> {
+        self.counts.factorisations += 1;
+        let inverse = self.inverse;
+        let system = self.own.as_ref().unwrap_or(inverse.system);
+        let mut response = statics::Response::new(system, &mut self.workspace).ok()?;
+        for (column, unknown) in inverse.unknowns.iter().enumerate() {
+            match unknown.quantity {
+                Quantity::Tension { muscle } => response.to_tension(muscle),
+                Quantity::Bone { bone, axis } => {
+                    let bone = &inverse.bones[bone];
+                    response.to_load(|at, load| bone.add_force(at, axis, load));
+                    response.carry(bone.nodes(), axis);
+                }
+                Quantity::Constant(constant) => {
+                    let derivative = inverse.tissue?.derivative(&inverse.unknowns, x, constant)?;
+                    response.to_load(|at, load| derivative.add_force(at, load));
+                }
+            }
+            response.scale(unknown.unit);
+            for (row, observation) in inverse.observations.iter().enumerate() {
+                jacobian[(row, column)] = observation.rate(response.positions(), response.motion());
+            }
+        }
+        Some(())
+    }
+}
+
+impl<const D: usize> Problem for Forward<'_, D> {
+    fn unknowns(&self) -> &[Unknown] {
+        &self.inverse.unknowns
+    }
+
+    fn measurements(&self) -> usize {
+        self.inverse.observations.len()
+    }
+
+    fn effort(&self) -> f64 {
+        self.effort
+    }
+
+    fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
+        let possible = self.set(x).is_ok();
+        let warm = possible && self.settings.warm_start && self.from_neighbours;
+        let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_from_rest());
+        let residuals = self.outcome(x, solved)?;
+        let cost = self.cost(x, Some(&residuals));
+        self.known.remember(x, cost, self.workspace.positions());
+        Some(residuals)
+    }
+
+    fn residuals_from_rest(&mut self, x: &[f64]) -> Option<DVector<f64>> {
+        let solved = self.set(x).is_ok() && self.solve_from_rest();
+        self.outcome(x, solved)
+    }
+
+    fn linearise(&mut self, x: &[f64]) -> Option<Linear> {
+        let residuals = self.residuals(x)?;
+        let inverse = self.inverse;
+        let mut jacobian = DMatrix::zeros(residuals.len(), inverse.unknowns.len());
+        self.rates(x, &mut jacobian)?;
+        let priors = inverse.unknowns.iter().enumerate().filter_map(|(i, u)| u.prior.map(|p| (i, p.weight)));
+        for (row, (column, weight)) in priors.enumerate() {
+            jacobian[(inverse.observations.len() + row, column)] = weight;
+        }
+        Some(Linear { jacobian, residuals })
+    }
+
+    /// Each from rest on its own workspace, and kept as a start.
+    fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
+        let solved: Vec<(Option<DVector<f64>>, usize, Option<Known<D>>)> = candidates
+            .par_iter()
+            .map(|x| {
+                let mut own = Forward::new(self.inverse, self.settings);
+                let residuals = own.residuals(x);
+                (residuals, own.counts.factorisations, own.known.best().cloned())
+            })
+            .collect();
+        let mut out = Vec::with_capacity(candidates.len());
+        for (residuals, factorisations, known) in solved {
+            self.counts.evaluations += 1;
+            self.counts.failures += usize::from(known.is_none());
+            self.counts.factorisations += factorisations;
+            if let Some(known) = known {
+                self.known.remember(&known.x, known.cost, &known.positions);
+            }
+            out.push(residuals);
+        }
+        out
+    }
+
+    fn forget_neighbours(&mut self) {
+        self.from_neighbours = false;
+        self.known.clear();
+    }
+
+    fn keep_best(&mut self) {
+        self.known.keep_best();
+    }
+
+    fn spread(&self) -> f64 {
+        self.known.spread()
+    }
+
+    fn counts(&self) -> Counts {
+        self.counts
+    }
+}

@@ -1,0 +1,58 @@
+//! Bones whose displacement a fit searches for.
+
+use nalgebra::SVector;
+
+use crate::body::Mesh;
+use crate::effect::{Configuration, Tangent};
+use crate::sparse::BlockMatrix;
+use crate::system::{Model, System, SystemError};
+
+/// A bone that may be displaced: its nodes, and the system in which they are free, which knows how the tissue pulls at them.
+#[derive(Debug)]
+pub struct FreedBone<const D: usize> {
+    nodes: Vec<usize>,
+    loose: System<D>,
+}
+
+impl<const D: usize> FreedBone<D> {
+    /// Frees nodes that a bone holds.
+    ///
+    /// # Errors
+    /// [`SystemError::NotOnBone`] for a node that no bone holds; [`SystemError::Loose`] where nothing else holds the body.
+    pub fn new(
+        mesh: &Mesh<D>,
+        model: &Model,
+        contracting: &[usize],
+        nodes: &[usize],
+    ) -> Result<Self, SystemError> {
+        if let Some(&node) = nodes.iter().find(|n| !mesh.fixed.contains(n)) {
+            return Err(SystemError::NotOnBone { node });
+        }
+        let mut mesh = mesh.clone();
+        mesh.fixed.retain(|n| !nodes.contains(n));
+        Ok(Self { nodes: nodes.to_vec(), loose: System::new(&mesh, model, contracting)? })
+    }
+
+    /// Its nodes.
+    pub fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    /// Adds the force that the tissue puts on every node when the bone moves along an axis and all other nodes stay, N/m.
+    pub(super) fn add_force(&self, at: Configuration<'_, D>, axis: usize, force: &mut [SVector<f64, D>]) {
+        let pattern = self.loose.pattern();
+        let mut stiffness = BlockMatrix::zeros(pattern);
+        self.loose.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
+        let moved = |node: &usize| {
+            let mut v = SVector::<f64, D>::zeros();
+            if self.nodes.contains(node) {
+                v[axis] = 1.0;
+            }
+            v
+        };
+        let motion: Vec<_> = pattern.nodes().iter().map(moved).collect();
+        let mut image = vec![SVector::zeros(); motion.len()];
+        stiffness.multiply(pattern, &motion, &mut image);
+        pattern.nodes().iter().zip(image).for_each(|(&node, f)| force[node] -= f);
+    }
+}

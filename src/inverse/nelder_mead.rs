@@ -1,0 +1,192 @@
+//! One start of argmin's Nelder-Mead, with what it lacks: bounds, a stop on the spread of the tensions, and a fresh simplex
+//! where the old one degenerated.
+
+use std::cell::RefCell;
+
+use argmin::core::{
+    CostFunction, Error, Executor, IterState, KV, Problem, Solver, State, TerminationReason,
+    TerminationStatus,
+};
+use argmin::solver::neldermead::NelderMead;
+
+use super::problem::Problem as LeastSquares;
+use super::start::{FIRST_SIDE, SAME_COST, Start, starting_point};
+use super::unknown::Unknown;
+use super::{FitError, Settings};
+
+/// Side of the simplex with which the search is begun anew around its answer, N.
+const FRESH_SIDE: f64 = 0.1;
+/// Most fresh simplices.
+const MOST_RESTARTS: usize = 5;
+/// A fresh simplex that moves the answer by less than this confirms it, N.
+const CONFIRMED: f64 = 1e-3;
+type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
+
+/// The problem of one search, shared between argmin's problem and its stop.
+type Shared<'a> = RefCell<&'a mut dyn LeastSquares>;
+
+/// The objective as argmin sees it: unbounded parameters, folded into the bounds.
+struct Folded<'a, 'b> {
+    problem: &'b Shared<'a>,
+    unknowns: Vec<Unknown>,
+    /// Corners of the first simplex, solved beforehand in parallel, with their costs.
+    solved: Vec<(Vec<f64>, f64)>,
+}
+
+impl CostFunction for Folded<'_, '_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, parameters: &Vec<f64>) -> Result<f64, Error> {
+        if let Some((_, cost)) = self.solved.iter().find(|(corner, _)| corner == parameters) {
+            return Ok(*cost);
+        }
+        let x = fold(parameters, &self.unknowns);
+        let mut problem = self.problem.borrow_mut();
+        let residuals = problem.residuals(&x);
+        Ok(problem.cost(&x, residuals.as_ref()))
+    }
+}
+
+/// Reflects every parameter at its bounds until it lies between them. Unlike a sine or a logistic curve it keeps lengths, so a
+/// simplex does not collapse at a bound.
+fn fold(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
+    let folded = parameters.iter().zip(unknowns).map(|(p, u)| {
+        let range = u.upper - u.lower;
+        let within = (p - u.lower).rem_euclid(2.0 * range);
+        u.lower + if within > range { 2.0 * range - within } else { within }
+    });
+    folded.collect()
+}
+
+/// Nelder-Mead that also stops when the best candidates lie close together.
+struct Search<'a, 'b> {
+    inner: NelderMead<Vec<f64>, f64>,
+    problem: &'b Shared<'a>,
+    tolerance: f64,
+}
+
+impl<'a, 'b> Solver<Folded<'a, 'b>, NmState> for Search<'a, 'b> {
+    fn name(&self) -> &str {
+        "Nelder-Mead method with a test on the spread of the parameters"
+    }
+
+    fn init(
+        &mut self,
+        problem: &mut Problem<Folded<'a, 'b>>,
+        state: NmState,
+    ) -> Result<(NmState, Option<KV>), Error> {
+        self.inner.init(problem, state)
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<Folded<'a, 'b>>,
+        state: NmState,
+    ) -> Result<(NmState, Option<KV>), Error> {
+        self.inner.next_iter(problem, state)
+    }
+
+    fn terminate(&mut self, state: &NmState) -> TerminationStatus {
+        if self.problem.borrow().spread() < self.tolerance {
+            return TerminationStatus::Terminated(TerminationReason::SolverConverged);
+        }
+        Solver::<Folded<'a, 'b>, NmState>::terminate(&mut self.inner, state)
+    }
+}
+
+/// Searches from start number `number` until a fresh simplex confirms the answer.
+///
+/// # Errors
+/// [`FitError::Search`] should argmin refuse a setting.
+pub(super) fn run(
+    problem: &mut dyn LeastSquares,
+    settings: &Settings,
+    number: usize,
+) -> Result<Start, FitError> {
+    let unknowns = problem.unknowns().to_vec();
+    let shared = RefCell::new(problem);
+    let mut corner = starting_point(number, &unknowns);
+    let mut side = FIRST_SIDE;
+    let mut start = Start::at(corner.clone(), f64::INFINITY);
+    for restarts in 0..=MOST_RESTARTS {
+        let (found, cost, iterations, stopped) = one_simplex(&shared, settings, &unknowns, &corner, side)?;
+        start.iterations += iterations;
+        // A candidate that was reached from a neighbour may lie on another branch of equilibria than the one that
+        // leads to it from rest. Then the search goes on from rest only, and what it had found does not count.
+        let from_rest = shared.borrow_mut().residuals_from_rest(&found);
+        let from_rest_cost = shared.borrow().cost(&found, from_rest.as_ref());
+        if (from_rest_cost - cost).abs() > SAME_COST * cost.abs().max(SAME_COST) {
+            shared.borrow_mut().forget_neighbours();
+            start.cost = f64::INFINITY;
+            corner = found;
+            side = FIRST_SIDE;
+            continue;
+        }
+        let moved = found.iter().zip(&start.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        start.restarts = restarts;
+        if cost < start.cost {
+            start.x = found;
+            start.cost = cost;
+            start.solved = from_rest.is_some();
+        }
+        start.converged = stopped && restarts > 0 && moved < CONFIRMED && from_rest.is_some();
+        if start.converged {
+            break;
+        }
+        corner = start.x.clone();
+        side = FRESH_SIDE;
+        shared.borrow_mut().keep_best();
+    }
+    start.count(shared.borrow().counts());
+    Ok(start)
+}
+
+/// One run of argmin: values, cost, iterations, and whether it stopped by itself.
+fn one_simplex(
+    problem: &Shared<'_>,
+    settings: &Settings,
+    unknowns: &[Unknown],
+    corner: &[f64],
+    side: f64,
+) -> Result<(Vec<f64>, f64, u64, bool), FitError> {
+    let failed = |e: Error| FitError::Search(e.to_string());
+    let mut simplex = vec![corner.to_vec()];
+    for (i, unknown) in unknowns.iter().enumerate() {
+        let mut vertex = corner.to_vec();
+        let largest = if side == FIRST_SIDE { 0.25 } else { 0.1 };
+        let side = side.min(largest * (unknown.upper - unknown.lower));
+        // Away from the upper bound, so that folding does not lay two corners on each other.
+        vertex[i] += if vertex[i] + side <= unknown.upper { side } else { -side };
+        simplex.push(vertex);
+    }
+    // Every corner lies within the bounds, so it needs no folding.
+    let residuals = problem.borrow_mut().residuals_of_each(&simplex);
+    let costs = simplex.iter().zip(&residuals).map(|(x, r)| problem.borrow().cost(x, r.as_ref()));
+    let solved = simplex.iter().cloned().zip(costs.collect::<Vec<_>>()).collect();
+    let inner = NelderMead::new(simplex).with_sd_tolerance(settings.cost_tolerance).map_err(failed)?;
+    let folded = Folded { problem, unknowns: unknowns.to_vec(), solved };
+    let solver = Search { inner, problem, tolerance: settings.tension_tolerance };
+    let result = Executor::new(folded, solver)
+        .configure(|state| state.max_iters(settings.max_iterations))
+        .timer(false)
+        .run()
+        .map_err(failed)?;
+    let state = result.state;
+    let best = state.get_best_param().map_or_else(|| corner.to_vec(), Vec::clone);
+    let stopped = state.get_termination_reason() == Some(&TerminationReason::SolverConverged);
+    Ok((fold(&best, unknowns), state.get_best_cost(), state.get_iter(), stopped))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folding_keeps_the_bounds_and_keeps_lengths() {
+        let unknowns = [Unknown::tension(0, 10.0); 6];
+        assert_eq!(fold(&[-1.0, 0.0, 3.0, 10.0, 12.0, 21.0], &unknowns), [1.0, 0.0, 3.0, 10.0, 8.0, 1.0]);
+        let symmetric = [Unknown::bone(0, 0, 4.0); 3];
+        assert_eq!(fold(&[-5.0, 4.5, 1.0], &symmetric), [-3.0, 3.5, 1.0]);
+    }
+}

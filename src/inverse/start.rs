@@ -1,0 +1,104 @@
+//! Where searches begin and where they end.
+
+use serde::Serialize;
+
+use super::problem::Counts;
+use super::unknown::Unknown;
+
+/// Side of the first simplex, in units of the unknowns.
+pub(super) const FIRST_SIDE: f64 = 5.0;
+/// Costs that differ by less than this part belong to the same equilibrium.
+pub(super) const SAME_COST: f64 = 1e-6;
+/// Part of the range of an unknown within which starts are spread: from its lower bound where that is zero, else around its middle.
+const START_RANGE: f64 = 0.3;
+
+/// Where one start ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Start {
+    /// Values of the unknowns, in their units: tensions in N.
+    #[serde(rename = "tensions")]
+    pub x: Vec<f64>,
+    /// Objective there.
+    pub cost: f64,
+    /// Equilibria solved.
+    pub evaluations: usize,
+    /// Candidates for which no equilibrium was found.
+    #[serde(skip)]
+    pub failures: usize,
+    /// Factorisations of a stiffness.
+    pub factorisations: usize,
+    /// Iterations, over all simplices where there are any.
+    pub iterations: u64,
+    /// Fresh simplices after the first.
+    pub restarts: usize,
+    /// Whether the last simplex shrank to the tolerance and confirmed the one before; of Gauss-Newton, whether its steps did.
+    pub converged: bool,
+    /// Whether the answer has an equilibrium that is reached from rest.
+    #[serde(skip)]
+    pub solved: bool,
+}
+
+impl Start {
+    /// A search that stands at its starting point and has found nothing yet.
+    pub(super) fn at(x: Vec<f64>, cost: f64) -> Self {
+        Self {
+            x,
+            cost,
+            evaluations: 0,
+            failures: 0,
+            factorisations: 0,
+            iterations: 0,
+            restarts: 0,
+            converged: false,
+            solved: false,
+        }
+    }
+
+    /// Notes what the search cost.
+    pub(super) fn count(&mut self, counts: Counts) {
+        self.evaluations = counts.evaluations;
+        self.failures = counts.failures;
+        self.factorisations = counts.factorisations;
+    }
+}
+
+/// Start number `number`: a point of Halton's sequence, which fills the box evenly and is the same everywhere.
+pub(super) fn starting_point(number: usize, unknowns: &[Unknown]) -> Vec<f64> {
+    let point = primes().zip(unknowns).map(|(prime, u)| {
+        let part = radical_inverse(number + 1, prime);
+        let range = START_RANGE * (u.upper - u.lower);
+        if u.lower == 0.0 { range * part } else { 0.5 * (u.lower + u.upper) + range * (part - 0.5) }
+    });
+    point.collect()
+}
+
+fn primes() -> impl Iterator<Item = usize> {
+    (2..).filter(|n| (2..*n).take_while(|d| d * d <= *n).all(|d| n % d != 0))
+}
+
+fn radical_inverse(mut n: usize, base: usize) -> f64 {
+    let (mut value, mut place) = (0.0, 1.0 / base as f64);
+    while n > 0 {
+        value += (n % base) as f64 * place;
+        n /= base;
+        place /= base as f64;
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn starts_are_halton_points_within_the_range() {
+        let unknowns = |n: usize, upper: f64| vec![Unknown::tension(0, upper); n];
+        assert_eq!(starting_point(0, &unknowns(3, 100.0)), [15.0, 10.0, 6.0]);
+        assert_eq!(starting_point(1, &unknowns(2, 120.0)), [9.0, 24.0]);
+        assert!(
+            (0..100).all(|n| starting_point(n, &unknowns(11, 1.0)).iter().all(|t| (0.0..0.3).contains(t)))
+        );
+        assert_eq!(starting_point(0, &[Unknown::bone(0, 0, 10.0)]), [0.0], "around the middle");
+        assert_eq!(primes().take(9).collect::<Vec<_>>(), [2, 3, 5, 7, 11, 13, 17, 19, 23]);
+    }
+}

@@ -1,0 +1,190 @@
+//! A measured contour point beside the surface curve of a body in the plane.
+
+use nalgebra::SVector;
+
+use super::Observable;
+
+/// Places at which every piece of a curve is tried for the nearest one.
+const TRIALS: usize = 4;
+/// Most steps of Newton's method to the nearest place of a piece.
+const MOST_STEPS: usize = 30;
+
+/// A chain of surface nodes as a smooth curve: between neighbouring nodes a cubic (Hermite's), whose slopes are those of the
+/// parabola through a node and its neighbours (Bessel's; de Boor 1978, IV). Its parameter is the distance along the chain at rest, m,
+/// so that every place is a fixed weighted mean of nodes: a material point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    nodes: Vec<usize>,
+    /// Parameter of every node, m.
+    knots: Vec<f64>,
+}
+
+impl Curve {
+    /// Through these nodes in their order; the tissue lies to the left of the way. `rest` are the rest positions of all nodes,
+    /// m. `None` for fewer than three nodes, a node that does not exist, or neighbours that coincide.
+    pub fn through(nodes: Vec<usize>, rest: &[SVector<f64, 2>]) -> Option<Self> {
+        let mut knots = vec![0.0];
+        for pair in nodes.windows(2) {
+            let length = (rest.get(pair[1])? - rest.get(pair[0])?).norm();
+            if length.is_nan() || length <= 0.0 {
+                return None;
+            }
+            knots.push(knots.last()? + length);
+        }
+        (nodes.len() >= 3).then_some(Self { nodes, knots })
+    }
+
+    /// Length along the chain at rest, m.
+    pub fn length(&self) -> f64 {
+        self.knots[self.knots.len() - 1]
+    }
+
+    /// The nodes and weights whose mean is the place at parameter `at`, m; beyond the ends, the end.
+    pub fn weights(&self, at: f64) -> Vec<(usize, f64)> {
+        let last = self.knots.len() - 2;
+        let piece = self.knots.partition_point(|k| *k <= at).saturating_sub(1).min(last);
+        let part = ((at - self.knots[piece]) / (self.knots[piece + 1] - self.knots[piece])).clamp(0.0, 1.0);
+        let [place, ..] = self.weights_on(piece, part);
+        (0..place.len())
+            .filter_map(|i| Some((*self.nodes.get((piece + i).checked_sub(1)?)?, place[i])))
+            .filter(|(_, weight)| *weight != 0.0)
+            .collect()
+    }
+
+    /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1) of a piece, in its first derivative by the
+    /// part, and in the second.
+    fn weights_on(&self, piece: usize, part: f64) -> [[f64; 4]; 3] {
+        let t = part;
+        let h = self.knots[piece + 1] - self.knots[piece];
+        // Hermite's four functions: value at both ends, slope (by the part) at both ends.
+        let hermite = [
+            [
+                (1.0 + 2.0 * t) * (1.0 - t).powi(2),
+                t * t * (3.0 - 2.0 * t),
+                t * (1.0 - t).powi(2),
+                t * t * (t - 1.0),
+            ],
+            [6.0 * t * (t - 1.0), 6.0 * t * (1.0 - t), (1.0 - t) * (1.0 - 3.0 * t), t * (3.0 * t - 2.0)],
+            [12.0 * t - 6.0, 6.0 - 12.0 * t, 6.0 * t - 4.0, 6.0 * t - 2.0],
+        ];
+        let (start, end) = (self.slope(piece), self.slope(piece + 1));
+        hermite.map(|[a, b, da, db]| {
+            let mut out = [0.0, a, b, 0.0];
+            for i in 0..3 {
+                out[i] += h * da * start[i];
+                out[i + 1] += h * db * end[i];
+            }
+            out
+        })
+    }
+
+    /// Weights of the nodes before, at and after `knot` in the slope there, 1/m; at the ends of the curve the straight one.
+    fn slope(&self, knot: usize) -> [f64; 3] {
+        let k = &self.knots;
+        match (knot.checked_sub(1), k.get(knot + 1)) {
+            (Some(before), Some(after)) => {
+                let (h0, h1) = (k[knot] - k[before], after - k[knot]);
+                [-h1 / (h0 * (h0 + h1)), (h1 - h0) / (h0 * h1), h0 / (h1 * (h0 + h1))]
+            }
+            (None, Some(after)) => [0.0, -1.0 / (after - k[knot]), 1.0 / (after - k[knot])],
+            (Some(before), None) => [-1.0 / (k[knot] - k[before]), 1.0 / (k[knot] - k[before]), 0.0],
+            (None, None) => [0.0; 3],
+        }
+    }
+
+    /// Mean of the nodes around a piece with the given weights.
+    fn mean(&self, piece: usize, weights: &[f64; 4], positions: &[SVector<f64, 2>]) -> SVector<f64, 2> {
+        let mut mean = SVector::zeros();
+        for (i, weight) in weights.iter().enumerate() {
+            if let Some(&node) = (piece + i).checked_sub(1).and_then(|n| self.nodes.get(n)) {
+                mean += positions[node] * *weight;
+            }
+        }
+        mean
+    }
+
+    /// The piece and the part of it that are nearest to `point`.
+    fn nearest(&self, point: &SVector<f64, 2>, positions: &[SVector<f64, 2>]) -> (usize, f64) {
+        let squared = |piece: usize, part: f64| {
+            (self.mean(piece, &self.weights_on(piece, part)[0], positions) - point).norm_squared()
+        };
+        let mut best = (0, 0.0, f64::INFINITY);
+        for piece in 0..self.nodes.len() - 1 {
+            for trial in 0..=TRIALS {
+                let part = trial as f64 / TRIALS as f64;
+                let distance = squared(piece, part);
+                if distance < best.2 {
+                    best = (piece, part, distance);
+                }
+            }
+        }
+        let (mut piece, mut part, mut distance) = best;
+        for _ in 0..MOST_STEPS {
+            let [place, first, second] = self.weights_on(piece, part);
+            let away = self.mean(piece, &place, positions) - point;
+            let (d, dd) = (self.mean(piece, &first, positions), self.mean(piece, &second, positions));
+            let (slope, bend) = (away.dot(&d), d.norm_squared() + away.dot(&dd));
+            let step = -slope / if bend > 0.0 { bend } else { d.norm_squared() };
+            let mut next = (piece, part + step);
+            // Beyond the end of a piece the search goes on in the next one.
+            if next.1 > 1.0 && part == 1.0 && piece + 2 < self.nodes.len() {
+                next = (piece + 1, 0.0);
+            } else if next.1 < 0.0 && part == 0.0 && piece > 0 {
+                next = (piece - 1, 1.0);
+            }
+            next.1 = next.1.clamp(0.0, 1.0);
+            let there = squared(next.0, next.1);
+            if next == (piece, part) || there > distance * (1.0 + 1e-12) {
+                break;
+            }
+            (piece, part, distance) = (next.0, next.1, there);
+        }
+        (piece, part)
+    }
+}
+
+/// Signed distance, m, of a measured point from a surface curve: positive outside the tissue, which lies to the left of the curve.
+/// Beyond the ends of the curve the distance is that from the tangent there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contour {
+    curve: Curve,
+    point: SVector<f64, 2>,
+}
+
+impl Contour {
+    /// Of `point`, m.
+    pub fn new(curve: Curve, point: SVector<f64, 2>) -> Self {
+        Self { curve, point }
+    }
+
+    /// Piece, weights of its place, outward unit normal and the place itself.
+    fn foot(
+        &self,
+        positions: &[SVector<f64, 2>],
+    ) -> (usize, [[f64; 4]; 3], SVector<f64, 2>, SVector<f64, 2>) {
+        let (piece, part) = self.curve.nearest(&self.point, positions);
+        let weights = self.curve.weights_on(piece, part);
+        let along = self.curve.mean(piece, &weights[1], positions);
+        let normal = SVector::from([along.y, -along.x]) / along.norm();
+        (piece, weights, normal, self.curve.mean(piece, &weights[0], positions))
+    }
+}
+
+impl Observable<2> for Contour {
+    fn value(&self, positions: &[SVector<f64, 2>]) -> f64 {
+        let (_, _, normal, foot) = self.foot(positions);
+        (self.point - foot).dot(&normal)
+    }
+
+    fn gradient(&self, positions: &[SVector<f64, 2>], part: &mut dyn FnMut(usize, SVector<f64, 2>)) {
+        let (piece, [place, first, _], normal, foot) = self.foot(positions);
+        let along = self.curve.mean(piece, &first, positions);
+        // At the foot of the perpendicular only the place counts; beyond an end the normal turns too.
+        let beside = (self.point - foot).dot(&along) / along.norm_squared();
+        for i in 0..place.len() {
+            if let Some(&node) = (piece + i).checked_sub(1).and_then(|n| self.curve.nodes.get(n)) {
+                part(node, -normal * (place[i] + beside * first[i]));
+            }
+        }
+    }
+}

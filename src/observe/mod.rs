@@ -1,0 +1,48 @@
+//! What can be seen of a body: numbers that follow from where its nodes are, and what was measured of them.
+//!
+//! | observable | value | unit |
+//! |---|---|---|
+//! | [`Length`] | straight distance between a muscle's ends | m |
+//! | [`Ratio`] | a muscle's length over another's in the same shape (Kato 2014, 4.3.1) | 1 |
+//! | [`Stretch`] | a muscle's length over its length in a reference shape (4.3.2) | 1 |
+//! | [`Point`] | a coordinate of a material point: a node, or a place on the surface | m |
+//! | [`Contour`] | signed distance of a measured point from the surface curve (in the plane) | m |
+//! | [`Surface`] | signed distance of a measured point from the surface (in space) | m |
+//!
+//! Each gives its value and its gradient in the positions; a test compares all of them with differences, in both dimensions.
+
+mod contour;
+mod length;
+mod observation;
+mod point;
+mod ratio;
+mod stretch;
+mod surface;
+
+use std::fmt::Debug;
+
+use nalgebra::SVector;
+
+pub use contour::{Contour, Curve};
+pub use length::Length;
+pub use observation::{Certainty, Observation, Sense};
+pub use point::Point;
+pub use ratio::Ratio;
+pub use stretch::Stretch;
+pub use surface::Surface;
+
+/// A number that can be read off the positions of the nodes.
+pub trait Observable<const D: usize>: Debug + Send + Sync {
+    /// The number at these positions (of all nodes, m).
+    fn value(&self, positions: &[SVector<f64, D>]) -> f64;
+
+    /// Calls `part` with every node that the number depends on and the derivative by its position, unit of the value per m.
+    fn gradient(&self, positions: &[SVector<f64, D>], part: &mut dyn FnMut(usize, SVector<f64, D>));
+
+    /// How fast the number changes when every node moves with `motion` (m for a unit of what moves them).
+    fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
+        let mut rate = 0.0;
+        self.gradient(positions, &mut |node, slope| rate += slope.dot(&motion[node]));
+        rate
+    }
+}

@@ -1,0 +1,41 @@
+//! A coordinate of a material point: a sensor glued to the tongue, a landmark.
+
+use nalgebra::SVector;
+
+use super::{Curve, Observable};
+
+/// The coordinate along a direction, m, of a point that moves with the body: a weighted mean of nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point<const D: usize> {
+    weights: Vec<(usize, f64)>,
+    direction: SVector<f64, D>,
+}
+
+impl<const D: usize> Point<D> {
+    /// Of node number `node`; `direction` is a unit vector, such as an axis.
+    pub fn node(node: usize, direction: SVector<f64, D>) -> Self {
+        Self { weights: vec![(node, 1.0)], direction }
+    }
+
+    /// Of the point that is the mean of nodes with these weights, whose sum is 1: a place inside an element.
+    pub fn mean(weights: Vec<(usize, f64)>, direction: SVector<f64, D>) -> Self {
+        Self { weights, direction }
+    }
+}
+
+impl Point<2> {
+    /// Of the place on a surface curve that lies `arc_length` (m, at rest, within the curve) from its beginning.
+    pub fn on_curve(curve: &Curve, arc_length: f64, direction: SVector<f64, 2>) -> Self {
+        Self { weights: curve.weights(arc_length), direction }
+    }
+}
+
+impl<const D: usize> Observable<D> for Point<D> {
+    fn value(&self, positions: &[SVector<f64, D>]) -> f64 {
+        self.weights.iter().map(|&(node, weight)| weight * self.direction.dot(&positions[node])).sum()
+    }
+
+    fn gradient(&self, _positions: &[SVector<f64, D>], part: &mut dyn FnMut(usize, SVector<f64, D>)) {
+        self.weights.iter().for_each(|&(node, weight)| part(node, self.direction * weight));
+    }
+}

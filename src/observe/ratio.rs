@@ -1,0 +1,37 @@
+//! The ratio of two lengths in one shape.
+
+use nalgebra::SVector;
+
+use super::{Length, Observable};
+
+/// A length over another in the same shape: free of scale (Kato 2014, 4.3.1 and 4.4.1, where the other is GGa's).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ratio {
+    length: Length,
+    over: Length,
+}
+
+impl Ratio {
+    /// `length` over `over`.
+    pub fn new(length: Length, over: Length) -> Self {
+        Self { length, over }
+    }
+}
+
+impl<const D: usize> Observable<D> for Ratio {
+    fn value(&self, positions: &[SVector<f64, D>]) -> f64 {
+        self.length.value(positions) / self.over.value(positions)
+    }
+
+    fn gradient(&self, positions: &[SVector<f64, D>], part: &mut dyn FnMut(usize, SVector<f64, D>)) {
+        let over = self.over.value(positions);
+        let ratio = self.value(positions);
+        self.length.gradient(positions, &mut |node, slope| part(node, slope / over));
+        self.over.gradient(positions, &mut |node, slope| part(node, -slope * (ratio / over)));
+    }
+
+    fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
+        let change = self.length.rate(positions, motion);
+        (change - self.value(positions) * self.over.rate(positions, motion)) / self.over.value(positions)
+    }
+}

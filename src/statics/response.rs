@@ -1,0 +1,103 @@
+//! How an equilibrium answers to small changes, exactly: `K dx = df` on the free nodes, one factorisation for all of them.
+
+use nalgebra::{DMatrix, SVector};
+
+use crate::effect::{Configuration, Tangent};
+use crate::sparse::cholesky::NotPositiveDefinite;
+use crate::system::System;
+
+use super::Workspace;
+
+/// The equilibrium that the last solve left in a workspace, factorised, and the motion of its nodes for one change after another.
+#[derive(Debug)]
+pub struct Response<'a, const D: usize> {
+    system: &'a System<D>,
+    w: &'a mut Workspace<D>,
+    motion: Vec<SVector<f64, D>>,
+}
+
+impl<'a, const D: usize> Response<'a, D> {
+    /// Factorises the exact stiffness at the positions and tensions of the last solve.
+    ///
+    /// # Errors
+    /// [`NotPositiveDefinite`] where the equilibrium is not a stable one, or singular (a slack free chain).
+    pub fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Result<Self, NotPositiveDefinite> {
+        let at = Configuration { positions: &w.positions, tensions: &w.tensions };
+        w.stiffness.clear();
+        system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut w.stiffness));
+        w.factor_ready = false;
+        w.factor.factorise(system.pattern(), &w.stiffness)?;
+        w.factor_ready = true;
+        w.factor_is_exact = true;
+        let motion = vec![SVector::zeros(); w.positions.len()];
+        Ok(Self { system, w, motion })
+    }
+
+    /// Positions of all nodes at the equilibrium, m.
+    pub fn positions(&self) -> &[SVector<f64, D>] {
+        &self.w.positions
+    }
+
+    /// Motion of all nodes for the last change, m for a unit of it.
+    pub fn motion(&self) -> &[SVector<f64, D>] {
+        &self.motion
+    }
+
+    /// Answers to a unit of tension in a muscle, 1 N (2D: per metre of thickness).
+    pub fn to_tension(&mut self, muscle: usize) {
+        let system = self.system;
+        self.to_load(|at, load| {
+            system.effects().iter().for_each(|e| e.add_force_per_tension(at, muscle, load))
+        });
+    }
+
+    /// Answers to a small load: `add` adds its force on every node, N for a unit of it; what it puts on bone is without effect.
+    pub fn to_load(&mut self, add: impl FnOnce(Configuration<'_, D>, &mut [SVector<f64, D>])) {
+        let (pattern, w) = (self.system.pattern(), &mut *self.w);
+        let at = Configuration { positions: &w.positions, tensions: &w.tensions };
+        self.motion.fill(SVector::zeros());
+        add(at, &mut self.motion);
+        for (u, &node) in w.unknowns.iter_mut().zip(pattern.nodes()) {
+            *u = self.motion[node];
+        }
+        w.factor.solve(pattern, &mut w.unknowns);
+        self.motion.fill(SVector::zeros());
+        for (u, &node) in w.unknowns.iter().zip(pattern.nodes()) {
+            self.motion[node] = *u;
+        }
+    }
+
+    /// Adds a motion of bone nodes themselves, 1 m along an axis.
+    pub fn carry(&mut self, nodes: &[usize], axis: usize) {
+        nodes.iter().for_each(|&n| self.motion[n][axis] += 1.0);
+    }
+
+    /// Counts the last change in another unit.
+    pub fn scale(&mut self, unit: f64) {
+        if unit != 1.0 {
+            self.motion.iter_mut().for_each(|m| *m *= unit);
+        }
+    }
+}
+
+/// `d length / d tension`, m/N: a row for every muscle of the mesh, a column for each of the system's contracting muscles, at the
+/// equilibrium that the last solve left in `workspace`.
+///
+/// # Errors
+/// As [`Response::new`].
+pub fn length_sensitivities<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+) -> Result<DMatrix<f64>, NotPositiveDefinite> {
+    let mut response = Response::new(system, workspace)?;
+    let mut out = DMatrix::zeros(system.muscle_count(), system.contracting().len());
+    for (column, &muscle) in system.contracting().iter().enumerate() {
+        response.to_tension(muscle);
+        for row in 0..system.muscle_count() {
+            let [a, b] = system.muscle_ends(row);
+            let way = response.positions()[b] - response.positions()[a];
+            out[(row, column)] = way.dot(&(response.motion()[b] - response.motion()[a])) / way.norm();
+        }
+    }
+    Ok(out)
+}
