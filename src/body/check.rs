@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::Mesh;
 use crate::geometry::simplex;
+use crate::geometry::topology::pair;
 
 /// Cells with less than this part of the area or volume that a cell of their longest edge could have are degenerate.
 const DEGENERATE: f64 = 1e-9;
@@ -125,7 +126,7 @@ impl<const D: usize> Mesh<D> {
             return Err(MeshFault::NotFinite { node });
         }
         let connected = self.check_connections()?;
-        let joined = |a: usize, b: usize| connected.contains(&[a.min(b), a.max(b)]);
+        let joined = |a: usize, b: usize| connected.contains(&pair(a, b));
         self.check_cells(joined)?;
         for muscle in &self.muscles {
             let (name, count) = (muscle.name.clone(), muscle.nodes.len());

@@ -1,6 +1,10 @@
 //! A body as points and who is joined to whom.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::SVector;
+
+use crate::geometry::topology::{self, pair};
 
 /// The cells of a mesh (triangles in 2D, tetrahedra in 3D): `D + 1` node numbers each.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -36,6 +40,11 @@ impl<const D: usize> Cells<D> {
     /// The cells in order, each as a slice of `D + 1` node numbers.
     pub fn iter(&self) -> std::slice::ChunksExact<'_, usize> {
         self.nodes.chunks_exact(D + 1)
+    }
+
+    /// Every edge of the cells, lower node first, ascending, with the number of cells that share it.
+    pub fn edges(&self) -> BTreeMap<[usize; 2], usize> {
+        topology::edges(self.iter())
     }
 }
 
@@ -79,26 +88,21 @@ pub fn largest_distance<const D: usize>(a: &[SVector<f64, D>], b: &[SVector<f64,
 }
 
 impl<const D: usize> Mesh<D> {
+    /// Sets the connections to what cells and muscles need: the edges of the cells and the steps of the muscles, each once.
+    pub fn connect(&mut self) {
+        let mut connections: BTreeSet<[usize; 2]> = self.cells.edges().into_keys().collect();
+        connections.extend(self.muscles.iter().flat_map(|m| m.nodes.windows(2)).map(|w| pair(w[0], w[1])));
+        self.connections = connections.into_iter().collect();
+    }
+
     /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one cell only.
     pub fn surface_nodes(&self) -> Vec<usize> {
-        let faces = self.surface();
-        let mut nodes: Vec<usize> = faces.into_iter().flatten().collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes
+        self.surface().into_iter().flatten().collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     /// The edges (in space: faces) that belong to one cell only, the nodes of each ascending.
     pub fn surface(&self) -> Vec<Vec<usize>> {
-        let mut faces: std::collections::BTreeMap<Vec<usize>, usize> = std::collections::BTreeMap::new();
-        for cell in self.cells.iter() {
-            for left_out in cell {
-                let mut face: Vec<usize> = cell.iter().copied().filter(|n| n != left_out).collect();
-                face.sort_unstable();
-                *faces.entry(face).or_default() += 1;
-            }
-        }
-        faces.into_iter().filter(|(_, cells)| *cells == 1).map(|(face, _)| face).collect()
+        topology::surface(self.cells.iter())
     }
 
     /// The distance at rest between two nodes, m.
@@ -118,5 +122,13 @@ impl<const D: usize> Mesh<D> {
         let Some(first) = self.nodes.first() else { return 0.0 };
         let (low, high) = self.nodes.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));
         (high - low).amax()
+    }
+}
+
+impl Mesh<2> {
+    /// The outlines of the tissue as closed loops of nodes, with the tissue to the left: outer ones run counter-clockwise, holes
+    /// clockwise. Each begins at its lowest node; the last is joined to the first, which is not repeated.
+    pub fn outlines(&self) -> Vec<Vec<usize>> {
+        topology::outlines(self.cells.iter())
     }
 }

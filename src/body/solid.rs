@@ -1,10 +1,8 @@
 //! Simple solids of tetrahedra: a block and a cylinder. Both stand on a fixed base at z = 0.
 
-use std::collections::BTreeSet;
-
 use nalgebra::Vector3;
 
-use super::{Cells, Mesh, MuscleChain};
+use super::{Mesh, MuscleChain};
 
 /// A block with a corner at the origin: `counts` cubes along x, y, z of six tetrahedra each (Kuhn's division, in which
 /// neighbouring cubes agree on the diagonals of their faces). `size` in m.
@@ -48,7 +46,7 @@ pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
             }
         }
     }
-    mesh.connections = edges(&mesh.cells);
+    mesh.connect();
     mesh.fixed = (0..mx * my).collect();
     mesh
 }
@@ -74,7 +72,6 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
             }
         }
     }
-    mesh.connections = edges(&mesh.cells);
     mesh.fixed = (0..per_layer).collect();
     mesh.muscles = (0..per_layer)
         .map(|n| MuscleChain {
@@ -82,6 +79,7 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
             nodes: (0..=layers).map(|layer| layer * per_layer + n).collect(),
         })
         .collect();
+    mesh.connect();
     mesh
 }
 
@@ -125,43 +123,19 @@ fn upright(nodes: &[Vector3<f64>], cell: [usize; 4]) -> [usize; 4] {
     if volume < 0.0 { [a, b, d, c] } else { cell }
 }
 
-/// All edges of the cells, lower node first, sorted, each once.
-fn edges(cells: &Cells<3>) -> Vec<[usize; 2]> {
-    let mut set = BTreeSet::new();
-    for cell in cells.iter() {
-        for (i, &a) in cell.iter().enumerate() {
-            set.extend(cell.iter().skip(i + 1).map(|&b| [a.min(b), a.max(b)]));
-        }
-    }
-    set.into_iter().collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::simplex;
+    use crate::geometry::{simplex, topology};
 
     fn volume(mesh: &Mesh<3>) -> f64 {
         mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum()
     }
 
-    /// Faces of one cell only, which must close: an edge of the surface belongs to two of them.
+    /// An edge of a closed surface belongs to two of its faces.
     fn surface_is_closed(mesh: &Mesh<3>) -> bool {
-        let mut faces = std::collections::BTreeMap::new();
-        for cell in mesh.cells.iter() {
-            for left_out in 0..4 {
-                let mut face: Vec<usize> = (0..4).filter(|i| *i != left_out).map(|i| cell[i]).collect();
-                face.sort_unstable();
-                *faces.entry(face).or_insert(0) += 1;
-            }
-        }
-        let mut edges = std::collections::BTreeMap::new();
-        for (face, _) in faces.iter().filter(|(_, n)| **n == 1) {
-            for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-                *edges.entry((face[a], face[b])).or_insert(0) += 1;
-            }
-        }
-        faces.values().all(|n| *n <= 2) && edges.values().all(|n| *n == 2)
+        let faces = mesh.surface();
+        topology::edges(faces.iter().map(Vec::as_slice)).values().all(|faces| *faces == 2)
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! Picture of the tongue: mesh at rest and deformed, muscles and bones.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
 use nalgebra::SVector;
@@ -260,29 +259,16 @@ fn shapes(
     rest: &[(f64, f64)],
     deformed: &[(f64, f64)],
 ) -> Result<(), DrawError> {
-    let outline = outline(mesh);
+    let outline = mesh.surface();
     for (positions, color) in [(rest, REST), (deformed, DEFORMED)] {
         for pair @ &[a, b] in &mesh.connections {
-            let width = if outline.contains(pair) { 26 } else { 12 };
+            let width =
+                if outline.binary_search_by(|edge| edge.as_slice().cmp(pair)).is_ok() { 26 } else { 12 };
             let path = [a, b].into_iter().filter_map(|n| positions.get(n).copied()).collect::<Vec<_>>();
             chart.draw_series([PathElement::new(path, stroke(color, width))])?;
         }
     }
     Ok(())
-}
-
-/// The edges, lower node number first, that belong to one triangle only.
-fn outline(mesh: &Mesh<2>) -> BTreeSet<[usize; 2]> {
-    let mut outline = BTreeSet::new();
-    for cell in mesh.cells.iter() {
-        for (&a, &b) in cell.iter().zip(cell.iter().cycle().skip(1)) {
-            let edge = [a.min(b), a.max(b)];
-            if !outline.remove(&edge) {
-                outline.insert(edge);
-            }
-        }
-    }
-    outline
 }
 
 fn bones(chart: &mut Chart, mesh: &Mesh<2>, deformed: &[(f64, f64)]) -> Result<(), DrawError> {

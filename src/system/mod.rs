@@ -16,6 +16,7 @@ use crate::body::Mesh;
 use crate::effect::spring::Spring;
 use crate::effect::{Bone, Configuration, Contraction, Effect, FiniteElements, Incompressibility, Tissue};
 use crate::geometry::simplex;
+use crate::geometry::topology::pair;
 use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
 use crate::sparse::Pattern;
 
@@ -123,7 +124,7 @@ impl<const D: usize> System<D> {
         // Connections whose springs the continuum replaces.
         let continuum = match model.tissue {
             TissueModel::MassSpring => BTreeMap::new(),
-            TissueModel::FiniteElement => cells_of_edges(mesh),
+            TissueModel::FiniteElement => mesh.cells.edges(),
         };
         let paths = match model.outside {
             OutsidePath::Straight => path::find(mesh, &stiffness),
@@ -141,7 +142,8 @@ impl<const D: usize> System<D> {
             }
         }
         for p in &paths {
-            elements.insert(sorted(p.ends()), (p.stiffness(), p.rest_length()));
+            let [a, b] = p.ends();
+            elements.insert(pair(a, b), (p.stiffness(), p.rest_length()));
         }
         let mut effects: Vec<Box<dyn Effect<D>>> = Vec::new();
         let mut pulled: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
@@ -152,8 +154,8 @@ impl<const D: usize> System<D> {
             let chain: Vec<usize> =
                 mesh.muscles[muscle].nodes.iter().copied().filter(|&n| !in_path[n]).collect();
             let (mut springs, mut series) = (Vec::new(), Vec::new());
-            for pair in chain.windows(2) {
-                let key = sorted([pair[0], pair[1]]);
+            for step in chain.windows(2) {
+                let key = pair(step[0], step[1]);
                 // A connection that two muscles share keeps one parallel spring; each has its own contractile branch.
                 let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
                     (Some((k, l0)), _) if continuum.contains_key(&key) => (k, 0.0, l0),
@@ -375,26 +377,9 @@ pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coeff
     if coefficients.spread == Spread::PerConnection {
         return vec![k; mesh.connections.len()];
     }
-    let cells_of = cells_of_edges(mesh);
+    let cells_of = mesh.cells.edges();
     // Outside the tissue a connection belongs to no cell and keeps the k of one.
     mesh.connections.iter().map(|c| k * cells_of.get(c).copied().unwrap_or(1) as f64).collect()
-}
-
-/// For every edge of a cell the number of cells that share it.
-fn cells_of_edges<const D: usize>(mesh: &Mesh<D>) -> BTreeMap<[usize; 2], usize> {
-    let mut cells_of: BTreeMap<[usize; 2], usize> = BTreeMap::new();
-    for cell in mesh.cells.iter() {
-        for (i, &a) in cell.iter().enumerate() {
-            for &b in &cell[i + 1..] {
-                *cells_of.entry(sorted([a, b])).or_default() += 1;
-            }
-        }
-    }
-    cells_of
-}
-
-fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
-    [a.min(b), a.max(b)]
 }
 
 /// A node of a part that no chain of couplings joins to a held node, if there is one.

@@ -14,6 +14,7 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use crate::body::Mesh;
+use crate::geometry::topology;
 
 /// How the parts of muscles outside the tissue are represented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -97,7 +98,7 @@ pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPa
             let (mut rest, mut compliance) = (0.0, 0.0);
             let mut path = StraightPath { nodes, rest_up_to: vec![0.0], compliance_up_to: vec![0.0] };
             for pair in path.nodes.windows(2) {
-                let key = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+                let key = topology::pair(pair[0], pair[1]);
                 rest += (mesh.nodes[pair[1]] - mesh.nodes[pair[0]]).norm();
                 compliance += stiffness_of.get(&key).map_or(0.0, |k| 1.0 / k);
                 path.rest_up_to.push(rest);

@@ -104,20 +104,16 @@ fn patch() -> Mesh<2> {
         (0..9).map(|n| SVector::from([0.01 * f64::from(n % 3), 0.01 * f64::from(n / 3)])).collect();
     nodes.push(SVector::from([0.03, 0.03]));
     let mut cells = Cells::new();
-    let mut connections = vec![[8, 9]];
     for corner in [0, 1, 3, 4] {
         for cell in [[corner, corner + 1, corner + 4], [corner, corner + 4, corner + 3]] {
             assert!(cells.push(&cell));
-            for [a, b] in [[0, 1], [1, 2], [0, 2]] {
-                connections.push([cell[a].min(cell[b]), cell[a].max(cell[b])]);
-            }
         }
     }
-    connections.sort_unstable();
-    connections.dedup();
     let chain = |name: &str, nodes: &[usize]| MuscleChain { name: name.to_owned(), nodes: nodes.to_vec() };
     let muscles = vec![chain("GGa", &[0, 1, 2]), chain("GGm", &[0, 4, 8, 9])];
-    Mesh { nodes, cells, connections, muscles, fixed: vec![0, 9] }
+    let mut mesh = Mesh { nodes, cells, muscles, fixed: vec![0, 9], ..Mesh::default() };
+    mesh.connect();
+    mesh
 }
 
 /// The patch with its top left corner moved 3 mm to the left.

@@ -128,23 +128,17 @@ fn body<const D: usize>(raw: &Raw, groups: &[Group<'_>], origin: &str, unit: Uni
     let nodes = positions::<D>(raw, &kept, unit)?;
 
     let mut mesh = Mesh { nodes, ..Mesh::default() };
-    let mut connections: BTreeSet<[usize; 2]> = BTreeSet::new();
     for cell in &cells {
         let mut corners: Vec<usize> = cell.nodes.iter().map(number).collect();
         if simplex::measure(&simplex::corners::<D>(&mesh.nodes, &corners)) < 0.0 {
             corners.swap(D - 1, D);
         }
-        for (i, &a) in corners.iter().enumerate() {
-            connections.extend(corners[i + 1..].iter().map(|&b| [a.min(b), a.max(b)]));
-        }
         mesh.cells.push(&corners);
     }
     for TaggedChain { name, nodes, .. } in &chains {
-        let nodes: Vec<usize> = nodes.iter().map(number).collect();
-        connections.extend(nodes.windows(2).map(|w| [w[0].min(w[1]), w[0].max(w[1])]));
-        mesh.muscles.push(MuscleChain { name: name.clone(), nodes });
+        mesh.muscles.push(MuscleChain { name: name.clone(), nodes: nodes.iter().map(number).collect() });
     }
-    mesh.connections = connections.into_iter().collect();
+    mesh.connect();
     let tags: Vec<u64> = kept.into_iter().collect();
     let tag = |node: usize| tags.get(node).copied().unwrap_or_default();
     if let Some(&[a, b]) = mesh.connections.iter().find(|[a, b]| mesh.nodes[*a] == mesh.nodes[*b]) {

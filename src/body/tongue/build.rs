@@ -112,7 +112,6 @@ fn assemble(frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<2> {
     let muscles: Vec<MuscleChain> = Muscle::ALL.into_iter().map(chain).collect();
 
     let mut cells = Cells::new();
-    let mut connections = Vec::new();
     // Each triangle starts at its lowest node and the list is sorted: numbering does not depend on the triangulator.
     let mut triangles: Vec<[usize; 3]> = triangles.to_vec();
     for triangle in &mut triangles {
@@ -120,18 +119,15 @@ fn assemble(frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<2> {
         triangle.rotate_left(lowest);
     }
     triangles.sort_unstable();
-    for [a, b, c] in triangles {
-        cells.push(&[a, b, c]);
-        connections.extend([[a, b], [b, c], [c, a]]);
+    for triangle in triangles {
+        cells.push(&triangle);
     }
-    connections.extend(muscles.iter().flat_map(|m| m.nodes.windows(2).map(|pair| [pair[0], pair[1]])));
-    connections.iter_mut().for_each(|c| c.sort_unstable());
-    connections.sort_unstable();
-    connections.dedup();
 
     let mut fixed: Vec<usize> = frame.fixed.iter().map(number).collect();
     fixed.sort_unstable();
     fixed.dedup();
     let nodes = frame.nodes.iter().map(|n| n.at).chain(frame.outside.iter().copied()).collect();
-    Mesh { nodes, cells, connections, muscles, fixed }
+    let mut mesh = Mesh { nodes, cells, muscles, fixed, ..Mesh::default() };
+    mesh.connect();
+    mesh
 }

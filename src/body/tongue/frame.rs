@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::anatomy::Anatomy;
 use super::anchors::Anchors;
-use crate::geometry::ClosedSpline;
 use crate::geometry::plane::{self, Point};
+use crate::geometry::{ClosedSpline, topology};
 use crate::muscle::{Muscle, PerMuscle};
 
 /// Length of an outline connection in mesh spacings: the published mesh has 32 of them on 182.3 mm at 5.5 mm.
@@ -136,7 +136,7 @@ impl Frame {
         let mut chain = Vec::new();
         for (i, pair) in stations.windows(2).enumerate() {
             let outside = outside_end.is_some_and(|end| i == if end == 0 { 0 } else { last });
-            let key = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+            let key = topology::pair(pair[0], pair[1]);
             let mut piece = pieces.get(&key).cloned().unwrap_or_else(|| {
                 let site = key.map(|anchor| {
                     let dangles = outside && outside_end.is_some_and(|e| stations[e * (last + 1)] == anchor);

@@ -1,7 +1,5 @@
 //! Axis 5: springs or finite elements. "More accurate and slower", thesis 2.3 says of the latter.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Matrix2;
 use serde::Serialize;
 
@@ -46,14 +44,8 @@ pub fn model(tissue: &str) -> Model {
 /// [`StudyError`] where the model cannot be made.
 pub fn patch(mesh: &Mesh<2>, h: f64, tissue: &str) -> Result<f64, StudyError> {
     let deformation = Matrix2::new(1.1, 0.05, 0.0, 0.95);
-    let mut edges = BTreeMap::<[usize; 2], usize>::new();
-    for cell in mesh.cells.iter() {
-        for (a, b) in [(0, 1), (1, 2), (0, 2)] {
-            *edges.entry([cell[a].min(cell[b]), cell[a].max(cell[b])]).or_default() += 1;
-        }
-    }
     let mut inner = mesh.in_tissue();
-    edges.iter().filter(|(_, cells)| **cells == 1).flat_map(|(edge, _)| edge).for_each(|&n| inner[n] = false);
+    mesh.surface_nodes().into_iter().for_each(|n| inner[n] = false);
     let held: Vec<usize> = (0..mesh.nodes.len()).filter(|&n| !inner[n]).collect();
     let held_mesh = Mesh { fixed: held, ..mesh.clone() };
     let system = System::new(&held_mesh, &model(tissue), &[])?;

@@ -3,6 +3,7 @@
 use nalgebra::{Rotation2, SVector};
 
 use crate::body::{self, Anatomy, Cells, Mesh, MuscleChain};
+use crate::geometry::topology::pair;
 
 use super::StabilityError;
 
@@ -28,23 +29,10 @@ pub fn lattice(columns: usize, rows: usize, side: f64) -> Mesh<2> {
             mesh.cells.push(&[node(i, j - 1), node(i, j), node(i - 1, j)]);
         }
     }
-    connect(&mut mesh);
     let middle = (0..columns).map(|i| node(i, rows / 2)).collect();
     mesh.muscles.push(MuscleChain { name: "row".into(), nodes: middle });
+    mesh.connect();
     mesh
-}
-
-/// Joins the corners of every cell.
-fn connect(mesh: &mut Mesh<2>) {
-    let mut edges: Vec<[usize; 2]> = Vec::new();
-    for cell in mesh.cells.iter() {
-        for (i, &a) in cell.iter().enumerate() {
-            edges.extend(cell[i + 1..].iter().map(|&b| [a.min(b), a.max(b)]));
-        }
-    }
-    edges.sort_unstable();
-    edges.dedup();
-    mesh.connections = edges;
 }
 
 /// Two struts of span `2 half_span` that meet at an apex `height` above their bones, m, and a muscle of `links` links that pulls
@@ -80,7 +68,7 @@ fn from_parts(
     fixed: Vec<usize>,
 ) -> Mesh<2> {
     let mut connections = tissue;
-    connections.extend(chain.windows(2).map(|w| [w[0].min(w[1]), w[0].max(w[1])]));
+    connections.extend(chain.windows(2).map(|w| pair(w[0], w[1])));
     connections.sort_unstable();
     Mesh {
         nodes: nodes.into_iter().map(SVector::from).collect(),
@@ -125,17 +113,13 @@ pub fn renumbered(mesh: &Mesh<2>, name: &[usize]) -> Mesh<2> {
     cells.iter().for_each(|c| {
         out.cells.push(c);
     });
-    out.connections = mesh.connections.iter().map(|&[a, b]| (name[a], name[b])).map(sorted).collect();
+    out.connections = mesh.connections.iter().map(|&[a, b]| pair(name[a], name[b])).collect();
     out.connections.sort_unstable();
     out.muscles = mesh.muscles.clone();
     out.muscles.iter_mut().flat_map(|m| &mut m.nodes).for_each(|n| *n = name[*n]);
     out.fixed = mesh.fixed.iter().map(|&n| name[n]).collect();
     out.fixed.sort_unstable();
     out
-}
-
-fn sorted((a, b): (usize, usize)) -> [usize; 2] {
-    [a.min(b), a.max(b)]
 }
 
 /// A permutation of `0..n` that looks random and is the same everywhere (Fisher-Yates on a linear congruential sequence).

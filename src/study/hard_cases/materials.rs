@@ -3,6 +3,7 @@
 use crate::body::Mesh;
 use crate::effect::spring::Spring;
 use crate::effect::{Bone, Contraction, Effect, Incompressibility, Tissue};
+use crate::geometry::topology;
 use crate::inverse::muscle_numbers;
 use crate::material::Constants;
 use crate::muscle::Muscle;
@@ -70,8 +71,7 @@ fn uneven(
     for &muscle in contracting {
         let mut own = Vec::new();
         for pair in mesh.muscles[muscle].nodes.windows(2) {
-            let key = [pair[0].min(pair[1]), pair[0].max(pair[1])];
-            if let Ok(i) = mesh.connections.binary_search(&key) {
+            if let Ok(i) = mesh.connections.binary_search(&topology::pair(pair[0], pair[1])) {
                 own.extend(springs[i].take());
             }
         }

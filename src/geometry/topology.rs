@@ -1,0 +1,97 @@
+//! Who shares what in a mesh: edges, faces and outlines of cells that are lists of node numbers.
+
+use std::collections::BTreeMap;
+
+/// Two nodes as a pair, the lower number first: one name for both directions.
+pub fn pair(a: usize, b: usize) -> [usize; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// Every edge of the cells, ascending, with the number of cells that share it. The cells are simplices: every corner is joined to
+/// every other.
+pub fn edges<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<[usize; 2], usize> {
+    let mut edges = BTreeMap::new();
+    for cell in cells {
+        for (i, &a) in cell.iter().enumerate() {
+            for &b in &cell[i + 1..] {
+                *edges.entry(pair(a, b)).or_default() += 1;
+            }
+        }
+    }
+    edges
+}
+
+/// The faces (of triangles: the edges) that belong to one cell only, ascending, the nodes of each ascending.
+pub fn surface<'a>(cells: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usize>> {
+    let mut faces: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
+    for cell in cells {
+        for left_out in cell {
+            let mut face: Vec<usize> = cell.iter().copied().filter(|n| n != left_out).collect();
+            face.sort_unstable();
+            *faces.entry(face).or_default() += 1;
+        }
+    }
+    faces.into_iter().filter(|(_, cells)| *cells == 1).map(|(face, _)| face).collect()
+}
+
+/// The outlines of counter-clockwise triangles as closed loops of nodes, with the tissue to the left: outer ones run
+/// counter-clockwise, holes clockwise. Each begins at its lowest node, and the loops come in ascending order of it. The last node is
+/// joined to the first, which is not repeated.
+pub fn outlines<'a>(triangles: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usize>> {
+    // A side that another triangle runs along in the other direction lies inside.
+    let mut sides: BTreeMap<[usize; 2], [usize; 2]> = BTreeMap::new();
+    for triangle in triangles {
+        for (&a, &b) in triangle.iter().zip(triangle.iter().cycle().skip(1)) {
+            if sides.remove(&pair(a, b)).is_none() {
+                sides.insert(pair(a, b), [a, b]);
+            }
+        }
+    }
+    let mut next: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    sides.into_values().for_each(|[a, b]| next.entry(a).or_default().push(b));
+    let mut loops = Vec::new();
+    while let Some((&start, _)) = next.first_key_value() {
+        let (mut outline, mut node) = (Vec::new(), start);
+        while let Some(there) = next.get_mut(&node).and_then(Vec::pop) {
+            outline.push(node);
+            node = there;
+        }
+        next.retain(|_, ways| !ways.is_empty());
+        loops.push(outline);
+    }
+    loops
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ring of 16 triangles around a square hole: corners 0..8 outside and 8..16 inside, counter-clockwise.
+    fn ring() -> Vec<[usize; 3]> {
+        (0..8).flat_map(|i| [[i, (i + 1) % 8, 8 + i], [(i + 1) % 8, 8 + (i + 1) % 8, 8 + i]]).collect()
+    }
+
+    fn slices(cells: &[[usize; 3]]) -> impl Iterator<Item = &[usize]> {
+        cells.iter().map(<[usize; 3]>::as_slice)
+    }
+
+    #[test]
+    fn a_ring_has_an_outer_outline_and_a_hole_that_runs_the_other_way() {
+        let ring = ring();
+        let loops = outlines(slices(&ring));
+        assert_eq!(loops, [vec![0, 1, 2, 3, 4, 5, 6, 7], vec![8, 15, 14, 13, 12, 11, 10, 9]]);
+        let on_outline: Vec<[usize; 2]> =
+            edges(slices(&ring)).into_iter().filter(|(_, cells)| *cells == 1).map(|(edge, _)| edge).collect();
+        let surface: Vec<Vec<usize>> = surface(slices(&ring));
+        assert_eq!(surface, on_outline.iter().map(|e| e.to_vec()).collect::<Vec<_>>());
+        assert_eq!(on_outline.len(), 16);
+    }
+
+    #[test]
+    fn parts_that_meet_in_a_node_and_parts_that_do_not_are_all_outlined() {
+        let cells = [[0, 1, 2], [2, 3, 4], [5, 6, 7]];
+        let loops = outlines(slices(&cells));
+        assert_eq!(loops.iter().map(Vec::len).sum::<usize>(), 9);
+        assert_eq!(loops.last(), Some(&vec![5, 6, 7]));
+    }
+}
