@@ -55,16 +55,29 @@
 //! out.write("fit.csv", FitRecord::new(&fit, "my program", 0.0).to_csv()?)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Features
+//! `parallel`: starts and fits on rayon's threads, with the same bits as without. `files`: reading and writing of files; without it
+//! the library takes and gives bytes and text. `cli` (the default, with both): the program `tongue-fit` itself.
+
+// The program's modules name the library as its users do.
+#[cfg(feature = "cli")]
+extern crate self as tongue_fit;
 
 pub mod body;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 pub mod dynamics;
 pub mod effect;
+mod files;
 pub mod geometry;
 pub mod inverse;
 pub mod material;
 pub mod measured;
 pub mod muscle;
 pub mod observe;
+pub mod parallel;
 pub mod report;
 pub mod scene;
 pub mod sparse;

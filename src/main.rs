@@ -1,9 +1,7 @@
-//! The `tongue-fit` command: parses the command line and dispatches.
-
-mod cli;
+//! The `tongue-fit` command. All of it is in the library's [`tongue_fit::cli`], so that nothing of the library is compiled twice.
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::main()
+    tongue_fit::cli::main()
 }

@@ -177,7 +177,7 @@ impl AnyBody {
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyError> {
         let file = path.display().to_string();
         let wrong = |problem: String| BodyError::File { file: file.clone(), problem };
-        let bytes = std::fs::read(path)
+        let bytes = crate::files::read(path)
             .map_err(|e| wrong(format!("cannot be read: {e}; name a mesh of Gmsh (.msh)")))?;
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("json")) {
             return Self::from_msh(&bytes, &file, unit);

@@ -148,7 +148,7 @@ impl Arguments {
 }
 
 fn read_anatomy(path: &Path) -> miette::Result<Anatomy> {
-    let text = std::fs::read_to_string(path).into_diagnostic().wrap_err_with(|| {
+    let text = crate::files::read_text(path).into_diagnostic().wrap_err_with(|| {
         format!("cannot read the anatomy file \"{}\"; name a UTF-8 text file (TOML)", path.display())
     })?;
     Anatomy::from_toml(&text, &path.display().to_string()).into_diagnostic()

@@ -114,7 +114,7 @@ fn load(name: &str) -> miette::Result<Scene> {
     if scene::names().any(|n| n == name) || !(path.exists() || name.ends_with(".toml")) {
         return scene::shipped(name).into_diagnostic();
     }
-    let text = std::fs::read_to_string(path)
+    let text = crate::files::read_text(path)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot read the scene file \"{name}\""))?;
     Scene::from_toml(&text, name).into_diagnostic()

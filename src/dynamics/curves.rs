@@ -1,6 +1,5 @@
 //! Tension curves from a CSV file: a column of times and one for each driven muscle.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -52,9 +51,9 @@ impl Curves {
     /// [`CurvesError`], naming the file as `path` shows it.
     pub fn from_path(path: impl AsRef<Path>) -> Result<Self, CurvesError> {
         let origin = path.as_ref().display().to_string();
-        let file =
-            File::open(path).map_err(|source| CurvesError::Unreadable { origin: origin.clone(), source })?;
-        Self::from_reader(file, &origin)
+        let bytes = crate::files::read(path)
+            .map_err(|source| CurvesError::Unreadable { origin: origin.clone(), source })?;
+        Self::from_reader(bytes.as_slice(), &origin)
     }
 
     /// Reads a comma-separated table whose header names `time_s` and one or more muscles (`GGa` .. `HGp`), in any order. Times are

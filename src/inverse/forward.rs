@@ -1,9 +1,9 @@
 //! From candidate values of the unknowns to residuals, by an equilibrium each.
 
 use nalgebra::{DMatrix, DVector, SVector};
-use rayon::prelude::*;
 
 use crate::observe::Observation;
+use crate::parallel;
 use crate::statics::{self, Solution, Status, Workspace};
 use crate::system::{System, SystemError};
 
@@ -309,14 +309,11 @@ impl<const D: usize> Problem for Forward<'_, D> {
 
     /// Each from rest on its own workspace, and kept as a start.
     fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
-        let solved: Vec<(Option<DVector<f64>>, usize, Option<Known<D>>)> = candidates
-            .par_iter()
-            .map(|x| {
-                let mut own = Forward::new(self.inverse, self.settings);
-                let residuals = own.residuals(x);
-                (residuals, own.counts.factorisations, own.known.best().cloned())
-            })
-            .collect();
+        let solved: Vec<(Option<DVector<f64>>, usize, Option<Known<D>>)> = parallel::map(candidates, |x| {
+            let mut own = Forward::new(self.inverse, self.settings);
+            let residuals = own.residuals(x);
+            (residuals, own.counts.factorisations, own.known.best().cloned())
+        });
         let mut out = Vec::with_capacity(candidates.len());
         for (residuals, factorisations, known) in solved {
             self.counts.evaluations += 1;

@@ -1,9 +1,9 @@
 //! One fit from beginning to end: searches from several starts, and what is to be said of the best answer.
 
 use nalgebra::SVector;
-use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::parallel;
 use crate::statics::{self, Solution};
 
 use super::forward::{Forward, Inverse};
@@ -60,16 +60,16 @@ pub struct Answer<const D: usize> {
 pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> Result<Answer<D>, FitError> {
     settings.check()?;
     inverse.check()?;
-    let starts: Vec<Start> = (0..settings.starts)
-        .into_par_iter()
-        .map(|number| {
-            let mut forward = Forward::new(inverse, settings);
-            match settings.method {
-                Method::NelderMead => nelder_mead::run(&mut forward, settings, number),
-                Method::GaussNewton => Ok(gauss_newton::run(&mut forward, settings, number)),
-            }
-        })
-        .collect::<Result<_, _>>()?;
+    let numbers: Vec<_> = (0..settings.starts).collect();
+    let starts: Vec<Start> = parallel::map(&numbers, |&number| {
+        let mut forward = Forward::new(inverse, settings);
+        match settings.method {
+            Method::NelderMead => nelder_mead::run(&mut forward, settings, number),
+            Method::GaussNewton => Ok(gauss_newton::run(&mut forward, settings, number)),
+        }
+    })
+    .into_iter()
+    .collect::<Result<_, _>>()?;
     // The first of equals, whatever the order in which they finished.
     let best = starts
         .iter()

@@ -1,13 +1,12 @@
 //! A table of measured muscle lengths, looked up by subject and vowel.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use super::record::{read, read_each};
 use super::{Error, Lengths, Row, Vowel};
-use crate::suggest;
+use crate::{files, suggest};
 
 /// Takano and Honda (2007), from thesis table 4.4.
 const REFERENCE: &str = include_str!("../../targets/takano2007_lengths.csv");
@@ -41,8 +40,9 @@ impl Dataset {
     /// [`Error::Unreadable`] or [`Error::Malformed`], naming the file as `path` shows it.
     pub fn from_path(path: impl AsRef<Path>) -> Result<Self, Error> {
         let origin = path.as_ref().display().to_string();
-        let file = File::open(path).map_err(|source| Error::Unreadable { origin: origin.clone(), source })?;
-        Self::from_reader(file, &origin)
+        let bytes =
+            files::read(path).map_err(|source| Error::Unreadable { origin: origin.clone(), source })?;
+        Self::parse(&bytes, &origin)
     }
 
     /// Reads a comma-separated table, UTF-8 without byte order mark and with LF line ends, whose header names, in
@@ -82,7 +82,7 @@ impl Dataset {
     pub fn from_path_leaving_out_broken_rows(path: impl AsRef<Path>) -> Result<(Self, Vec<Error>), Error> {
         let origin = path.as_ref().display().to_string();
         let bytes =
-            std::fs::read(path).map_err(|source| Error::Unreadable { origin: origin.clone(), source })?;
+            files::read(path).map_err(|source| Error::Unreadable { origin: origin.clone(), source })?;
         let mut broken = Vec::new();
         let rows = read_each(&bytes, &origin, &mut |e| {
             broken.push(e);

@@ -4,15 +4,18 @@
 //! nothing of their meaning.
 
 mod animation;
+#[cfg(feature = "files")]
 pub mod batch;
 mod chart;
 mod fields;
 mod figure;
+#[cfg(feature = "files")]
 mod file;
 mod msh;
 mod picture;
 mod record;
 mod solid;
+#[cfg(feature = "files")]
 mod staged;
 mod sto;
 mod trajectory;
@@ -26,6 +29,7 @@ use plotters::drawing::DrawingAreaErrorKind;
 
 pub use animation::{Frame, animation};
 pub use chart::{Series, changes};
+#[cfg(feature = "files")]
 pub use file::{OutputDir, Writes};
 pub use msh::msh;
 pub use picture::{tongue, tongue_at_wall};
@@ -33,6 +37,7 @@ pub use record::{
     BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles,
 };
 pub use solid::solid;
+#[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::sto;
 pub use trajectory::{TrajectoryRecord, lengths_over_time};

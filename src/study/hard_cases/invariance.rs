@@ -8,6 +8,7 @@ use crate::body::{Mesh, largest_distance};
 use crate::inverse::{self, Settings, muscle_numbers};
 use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use crate::muscle::Muscle;
+use crate::parallel;
 use crate::statics::Workspace;
 use crate::system::{Model, System};
 
@@ -78,11 +79,8 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StabilityError> {
     let mut rows = Vec::new();
     for count in [1, 2, 4] {
         let clock = Instant::now();
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(count)
-            .build()
-            .map_err(|e| StabilityError::Threads(e.to_string()))?;
-        let found = pool.install(|| inverse::fit(mesh, &Model::default(), &target, &settings))?;
+        let fit = || inverse::fit(mesh, &Model::default(), &target, &settings);
+        let found = parallel::with_threads(count, fit).map_err(StabilityError::Threads)??;
         let bits: Vec<u64> = found
             .tensions
             .iter()

@@ -1,0 +1,30 @@
+//! Work on many items at once: on the threads of rayon's pool where the feature `parallel` is on, one after the other where it is
+//! not. The results and their order are the same.
+
+/// What `work` makes of every item, in the order of the items.
+pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        items.par_iter().map(&work).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    items.iter().map(work).collect()
+}
+
+/// Does `work` with this number of threads for [`map`]; with one where the feature `parallel` is off.
+///
+/// # Errors
+/// The message of the operating system where it starts no more threads.
+pub fn with_threads<R: Send>(count: usize, work: impl FnOnce() -> R + Send) -> Result<R, String> {
+    #[cfg(feature = "parallel")]
+    {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+        pool.map(|pool| pool.install(work)).map_err(|e| e.to_string())
+    }
+    #[cfg(not(feature = "parallel"))]
+    {
+        let _ = count;
+        Ok(work())
+    }
+}
