@@ -11,11 +11,15 @@ mod activation;
 mod dataset;
 mod error;
 mod kind;
+pub mod lengths;
+pub mod muscles;
 pub mod patterns;
 pub mod published;
+pub mod published_patterns;
 mod record;
 pub mod rest_shape;
 mod spec;
+pub mod thesis;
 mod vowel;
 
 pub use activation::{Activation, ROUNDING_MM, activation};

@@ -1,0 +1,72 @@
+//! Which muscles contract: the rule of thesis section 4.3.2 and how sure it is.
+
+use serde::Serialize;
+
+use super::Lengths;
+
+/// Floating-point slack in mm, so that 43.1 - 42.1 still counts as a change of exactly 1 mm.
+const SLACK_MM: f64 = 1e-9;
+
+/// How one muscle's length changed against the baseline.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Activation {
+    /// Measured minus baseline length, mm; negative when shorter.
+    pub change_mm: f64,
+    /// Whether the muscle is shorter than in the baseline, which is taken as contraction (thesis 4.3.2).
+    pub contracting: bool,
+    /// Whether rounding may have made or hidden the sign of the change: it is no more than both half widths together.
+    pub uncertain: bool,
+}
+
+impl Lengths {
+    /// Compares these lengths with `baseline`'s (thesis 4.3.2), a value for each muscle of this row; `None` where either was not
+    /// measured. Both rows may come from tables with other muscles.
+    pub fn activation(&self, baseline: &Self) -> Vec<Option<Activation>> {
+        let of = |name: &String| {
+            let change_mm = self.length_mm_of(name)? - baseline.length_mm_of(name)?;
+            let rounding_mm = self.half_width_mm_of(name)? + baseline.half_width_mm_of(name)?;
+            let uncertain = change_mm.abs() <= rounding_mm + SLACK_MM;
+            Some(Activation { change_mm, contracting: change_mm < 0.0, uncertain })
+        };
+        self.muscles.iter().map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Dataset;
+    use crate::measured as old;
+
+    #[test]
+    fn the_built_in_lengths_compare_as_before() {
+        let (new, before) = (Dataset::reference().unwrap(), old::Dataset::reference().unwrap());
+        for (row, was) in new.rows().iter().zip(before.rows()) {
+            let subject = &row.lengths.subject;
+            let (Ok(baseline), Ok(base)) = (new.baseline(subject), before.baseline(subject)) else {
+                assert_eq!(subject, "S4");
+                continue;
+            };
+            let expected = old::activation(&was.lengths.length_mm, &base.length_mm);
+            for (is, was) in row.lengths.activation(baseline).iter().zip(expected) {
+                let is = is.unwrap();
+                assert_eq!(is.change_mm.to_bits(), was.change_mm.to_bits());
+                assert_eq!((is.contracting, is.uncertain), (was.contracting, was.uncertain));
+            }
+        }
+    }
+
+    #[test]
+    fn a_change_is_uncertain_within_both_half_widths() {
+        let table = "subject,vowel,A_mm,B_mm,C_mm,D_mm,E_mm,half_width_mm\n\
+                     X,ɯ,43.1,43.1,43.1,43.1,NA,0.5\nX,a,42.1,42.099,44.1,NA,40,0.5\nX,e,42.1,40.8,45,43.1,40,2\n";
+        let data = Dataset::from_reader(table.as_bytes(), "my.csv").unwrap();
+        let told = |label: &str| {
+            let row = data.row("X", &label.parse().unwrap()).unwrap();
+            let all = row.activation(data.baseline("X").unwrap());
+            all.into_iter().map(|a| a.map(|a| (a.contracting, a.uncertain))).collect::<Vec<_>>()
+        };
+        assert_eq!(told("a"), [Some((true, true)), Some((true, false)), Some((false, true)), None, None]);
+        let wide = [Some((true, true)), Some((true, true)), Some((false, true)), Some((false, true)), None];
+        assert_eq!(told("e"), wide);
+    }
+}

@@ -1,0 +1,114 @@
+//! Everything that can be wrong with a table of lengths or with what is asked of it.
+
+use serde::Serialize;
+
+use super::Vowel;
+use crate::input::InputError;
+
+/// A fault of the table, with its place.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
+#[error("{origin}:{line}:{column}: {what}; {help}")]
+pub struct Malformed {
+    /// File name or other description of where the data came from.
+    pub origin: String,
+    /// Line in the file, from 1.
+    pub line: u64,
+    /// Column of the table (field of the line, not character), from 1; for something missing, where it should have been.
+    pub column: usize,
+    /// What is wrong.
+    pub what: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+/// A row that cannot be used, and whose it is as far as that can be read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct BrokenRow {
+    /// The subject.
+    pub subject: Option<String>,
+    /// The vowel.
+    pub vowel: Option<Vowel>,
+    /// What is wrong.
+    pub fault: Malformed,
+}
+
+/// Why a table could not be read, or has no answer. Each message is complete: what is wrong, where, and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The file could not be opened or read.
+    #[error("cannot read {origin}: {source}")]
+    Unreadable {
+        /// File name or other description of where the data came from.
+        origin: String,
+        /// Why, and what to do.
+        source: InputError,
+    },
+    /// The file was read, but is no table of lengths, or the row asked for is broken.
+    #[error(transparent)]
+    Malformed(#[from] Malformed),
+    /// No row has this subject.
+    #[error("unknown subject {name:?} in {origin}; {hint}")]
+    UnknownSubject {
+        /// Where the data came from.
+        origin: String,
+        /// What was asked for.
+        name: String,
+        /// The nearest subject, or those that exist.
+        hint: String,
+    },
+    /// The subject has rows, but not for this vowel.
+    #[error("{subject} has no row for /{vowel}/ in {origin}; it has {}", Vowel::list(has))]
+    MissingRow {
+        /// Where the data came from.
+        origin: String,
+        /// The subject.
+        subject: String,
+        /// The vowel asked for.
+        vowel: Vowel,
+        /// The vowels that this subject has.
+        has: Vec<Vowel>,
+    },
+    /// The subject has no row for the vowel that is to be the baseline.
+    #[error(
+        "{subject} has no row for the baseline vowel /{vowel}/ in {origin}; it has {}: choose one of these as \
+         the baseline instead",
+        Vowel::list(has)
+    )]
+    MissingBaseline {
+        /// Where the data came from.
+        origin: String,
+        /// The subject.
+        subject: String,
+        /// The baseline vowel asked for.
+        vowel: Vowel,
+        /// The vowels that this subject has.
+        has: Vec<Vowel>,
+    },
+    /// A half width of rounding that is none.
+    #[error("the half width of rounding is {mm} mm; give one from 0 to {largest} mm, like 0.5")]
+    BadHalfWidth {
+        /// What was given, mm.
+        mm: f64,
+        /// The largest that is taken, mm.
+        largest: f64,
+    },
+}
+
+/// A place in the table and how to complain about it.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub origin: &'a str,
+    pub line: u64,
+    pub column: usize,
+}
+
+impl Place<'_> {
+    pub fn error(self, what: impl Into<String>, help: impl Into<String>) -> Malformed {
+        let Place { origin, line, column } = self;
+        Malformed { origin: origin.to_owned(), line, column, what: what.into(), help: help.into() }
+    }
+
+    pub fn at_column(self, column: usize) -> Self {
+        Place { column, ..self }
+    }
+}

@@ -1,0 +1,82 @@
+//! Tables of measured muscle lengths: any muscles, any vowels, as spreadsheets and programs write them.
+//!
+//! ```text
+//! bytes -> text -> separator, header -> columns -> rows -> Dataset (rows, and how the text was understood)
+//! ```
+//! One row for each subject and vowel. Columns are found by their names: `subject` and `vowel` (or a word of the same
+//! meaning), a length for each muscle in a column `NAME_mm` (or `NAME (mm)`, `NAME_cm`, `NAME_m`), and where there are any,
+//! half widths of rounding in `NAME_half_width_mm` or, for all muscles, `half_width_mm`. All other columns are set aside.
+
+mod change;
+mod columns;
+mod dataset;
+mod error;
+mod number;
+mod read;
+mod reading;
+pub mod rest_distance;
+mod text;
+mod vowel;
+
+pub use change::Activation;
+pub use dataset::Dataset;
+pub use error::{BrokenRow, Error, Malformed};
+pub use number::{DecimalMark, LONGEST_MM, SHORTEST_MM, Unit};
+pub use reading::{Column, HalfWidth, Reading, Separator, SetAside};
+pub use text::{Encoding, LineEnds};
+pub use vowel::{BadLabel, Vowel};
+
+use std::sync::Arc;
+
+/// The muscle lengths of one subject saying one vowel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lengths {
+    /// The subject, e.g. `S2`.
+    pub subject: String,
+    /// The vowel.
+    pub vowel: Vowel,
+    /// The muscles of the table, in the order of its columns.
+    pub muscles: Arc<[String]>,
+    /// Straight length of each muscle from end to end, mm, 10 to 200; `None` where it was not measured.
+    pub length_mm: Vec<Option<f64>>,
+    /// Half width of the rounding of each length, mm: the true length lies within so much of the printed one.
+    pub half_width_mm: Vec<f64>,
+}
+
+impl Lengths {
+    /// The length of a muscle, mm; `None` where it was not measured or the table has no such muscle.
+    pub fn length_mm_of(&self, muscle: &str) -> Option<f64> {
+        *self.length_mm.get(position_of(&self.muscles, muscle)?)?
+    }
+
+    /// The half width of the rounding of that length, mm.
+    pub fn half_width_mm_of(&self, muscle: &str) -> Option<f64> {
+        self.half_width_mm.get(position_of(&self.muscles, muscle)?).copied()
+    }
+
+    /// The muscles that were measured, with their lengths in mm.
+    pub fn measured(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.muscles.iter().zip(&self.length_mm).filter_map(|(m, mm)| Some((m.as_str(), (*mm)?)))
+    }
+}
+
+/// A row of a data file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Line in the file, from 1.
+    pub line: u64,
+    /// What the row says.
+    pub lengths: Lengths,
+}
+
+/// Where `name` is among `names`: as it is written, else but for case where only one name fits so.
+pub fn position_of(names: &[String], name: &str) -> Option<usize> {
+    let folded = name.trim().to_lowercase();
+    names.iter().position(|n| n == name).or_else(|| {
+        let mut alike = (0..names.len()).filter(|i| names[*i].to_lowercase() == folded);
+        alike.next().filter(|_| alike.next().is_none())
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,93 @@
+//! From bytes to text with plain line ends.
+
+use serde::Serialize;
+
+use super::error::{Malformed, Place};
+
+/// How the characters of a table were written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Encoding {
+    /// UTF-8.
+    Utf8,
+    /// UTF-8 behind a byte order mark, as Excel writes it.
+    Utf8Bom,
+    /// UTF-16 behind a byte order mark, as Excel's "Unicode text" is.
+    Utf16,
+}
+
+/// How the lines of a table end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LineEnds {
+    /// Line feed, as on Unix.
+    Lf,
+    /// Carriage return and line feed, as on Windows.
+    Crlf,
+    /// Carriage return, as on old Macs.
+    Cr,
+}
+
+/// A table as text, its lines ended by line feeds.
+pub(super) struct Text {
+    pub text: String,
+    pub encoding: Encoding,
+    pub line_ends: LineEnds,
+}
+
+/// The text of `bytes`: UTF-8, or UTF-16 behind a byte order mark.
+pub(super) fn decode(bytes: &[u8], origin: &str) -> Result<Text, Malformed> {
+    let start = Place { origin, line: 1, column: 1 };
+    if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xD0\xCF\x11\xE0") {
+        return Err(start.error(
+            "the file is a workbook of a spreadsheet program",
+            "save the sheet as CSV (in Excel: \"CSV UTF-8\")",
+        ));
+    }
+    let (text, encoding) = match bytes {
+        [0xEF, 0xBB, 0xBF, rest @ ..] => (utf8(rest, origin)?, Encoding::Utf8Bom),
+        [0xFF, 0xFE, rest @ ..] => (utf16(rest, u16::from_le_bytes, start)?, Encoding::Utf16),
+        [0xFE, 0xFF, rest @ ..] => (utf16(rest, u16::from_be_bytes, start)?, Encoding::Utf16),
+        _ => (utf8(bytes, origin)?, Encoding::Utf8),
+    };
+    if let Some(at) = text.find('\0') {
+        return Err(place_of_byte(origin, text.as_bytes(), at).error(
+            "the text holds a zero byte",
+            "give a table as plain text, in UTF-8 or in UTF-16 with a byte order mark",
+        ));
+    }
+    let line_ends = match text.find(['\r', '\n']) {
+        Some(at) if text[at..].starts_with("\r\n") => LineEnds::Crlf,
+        Some(at) if text[at..].starts_with('\r') => LineEnds::Cr,
+        _ => LineEnds::Lf,
+    };
+    let text = if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n") } else { text };
+    Ok(Text { text, encoding, line_ends })
+}
+
+fn utf8(bytes: &[u8], origin: &str) -> Result<String, Malformed> {
+    str::from_utf8(bytes).map(str::to_owned).map_err(|e| {
+        place_of_byte(origin, bytes, e.valid_up_to()).error(
+            "the text is not UTF-8",
+            "save the file as UTF-8, in Excel as \"CSV UTF-8\" (the vowel ɯ may be written u)",
+        )
+    })
+}
+
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16, start: Place<'_>) -> Result<String, Malformed> {
+    let (pairs, odd) = bytes.as_chunks::<2>();
+    let text: Result<String, _> = char::decode_utf16(pairs.iter().map(|pair| unit(*pair))).collect();
+    match text {
+        Ok(text) if odd.is_empty() => Ok(text),
+        _ => Err(start.error("the text begins as UTF-16 does, but is damaged", "save the file as UTF-8")),
+    }
+}
+
+/// The place of the byte `offset` of `bytes`, for what is wrong before the table can be read as one.
+fn place_of_byte<'a>(origin: &'a str, bytes: &[u8], offset: usize) -> Place<'a> {
+    let before = bytes.get(..offset).unwrap_or(bytes);
+    let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+    let line = 1 + before.iter().filter(|b| **b == b'\n').count() as u64;
+    let column = 1 + before.iter().skip(line_start).filter(|b| b",;\t".contains(b)).count();
+    Place { origin, line, column }
+}
