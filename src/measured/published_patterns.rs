@@ -36,7 +36,7 @@ pub struct PatternCheck {
 }
 
 impl Patterns {
-    /// What Fang, Fujita, Lu and Dang (2009) report of the Japanese vowels. Transversus and verticalis (in /a/) are not among
+    /// What Fang, Fujita, Lu and Dang (2009) report of the Japanese vowels. Transversus and verticalis are not among
     /// the measured muscles; GGm is in none of the patterns.
     ///
     /// # Errors
