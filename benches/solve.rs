@@ -148,7 +148,7 @@ mod fit_s2_a {
 
     #[divan::bench(args = [1, 2])]
     fn eight_starts_on_threads(bencher: Bencher, threads: usize) {
-        let mesh = body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap();
+        let mesh = fixtures::tongue();
         let options = TargetOptions::default();
         let data = Dataset::reference().unwrap();
         let target = Target::new(&data, "S2", Vowel::A, TargetKind::Ratio, &options).unwrap();

@@ -1,16 +1,13 @@
 //! What a batch says of a fit beside its tensions: alarms, other subsets, intervals by seed.
 
-use tongue_fit::body::{self, Anatomy, Mesh};
+use crate::fixtures::tongue;
+use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::{Alarm, alarms};
 use tongue_fit::inverse::batch::{Assessment, Thoroughness, assess};
 use tongue_fit::inverse::{Method, Settings};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::muscle::Muscle;
 use tongue_fit::system::Model;
-
-fn mesh() -> Mesh<2> {
-    body::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap()
-}
 
 fn how() -> Thoroughness {
     let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
@@ -25,7 +22,7 @@ fn assessed(mesh: &Mesh<2>, subject: &str, kind: TargetKind, how: &Thoroughness)
 
 #[test]
 fn each_alarm_is_raised_by_what_it_is_about() {
-    let mesh = mesh();
+    let mesh = tongue();
     let mut found = assessed(&mesh, "S2", TargetKind::Stretch, &how());
     // S2 /a/ against /ɯ/: only SGp is within rounding (59 mm in both).
     assert_eq!(found.alarms, [Alarm::DecidedWithinRounding { muscle: Muscle::SGp }]);
@@ -54,7 +51,7 @@ fn each_alarm_is_raised_by_what_it_is_about() {
 
 #[test]
 fn a_smaller_subset_that_fits_as_well_comes_first() {
-    let mesh = mesh();
+    let mesh = tongue();
     // The ratio fit of S2 /a/ leaves HGa without tension, so GGa and SGm alone must do as well.
     let found = assessed(&mesh, "S2", TargetKind::Ratio, &Thoroughness { subset_changes: 1, ..how() });
     let best = &found.subsets[0];
@@ -73,7 +70,7 @@ fn a_smaller_subset_that_fits_as_well_comes_first() {
 
 #[test]
 fn the_same_seed_gives_the_same_intervals_and_another_seed_others() {
-    let mesh = mesh();
+    let mesh = tongue();
     let of = |seed| {
         assessed(&mesh, "S1", TargetKind::Stretch, &Thoroughness { draws: 50, seed, ..how() })
             .intervals

@@ -16,7 +16,7 @@ const MASS: f64 = 2.2e-2;
 fn bar(viscosity: f64, contracts: bool) -> System<2> {
     let constants = Constants { viscosity, ..Constants::TONGUE };
     let model = Model { constants, preset: Preset::Consistent, ..Model::default() };
-    System::new(&fixtures::bar(5e-3), &model, if contracts { &[0] } else { &[] }).unwrap()
+    System::new(&fixtures::rope(1, 5e-3), &model, if contracts { &[0] } else { &[] }).unwrap()
 }
 
 /// Position of the free end at `t_end` relative to rest, m.

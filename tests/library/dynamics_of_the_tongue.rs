@@ -2,7 +2,6 @@
 
 use crate::fixtures;
 use nalgebra::SVector;
-use tongue_fit::body::{self, Anatomy, Mesh};
 use tongue_fit::dynamics::{
     Control, Counts, Method, MethodError, Motion, Observer, Spectrum, Status, Tensions, run, sample_times,
 };
@@ -13,13 +12,9 @@ use tongue_fit::system::{Model, OutsidePath, System};
 /// Numbers of GGa, SGm and HGa, and the published tensions for /a/, N.
 const PUBLISHED: [(usize, f64); 3] = [(0, 12.0), (4, 11.5), (6, 4.5)];
 
-fn reference_mesh() -> Mesh<2> {
-    body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap()
-}
-
 fn reference(preset: Preset) -> (System<2>, Vec<f64>) {
     let muscles = PUBLISHED.map(|(m, _)| m);
-    let system = System::new(&reference_mesh(), &Model { preset, ..Model::default() }, &muscles).unwrap();
+    let system = System::new(&fixtures::tongue(), &Model { preset, ..Model::default() }, &muscles).unwrap();
     let mut tensions = vec![0.0; system.muscle_count()];
     PUBLISHED.iter().for_each(|(m, t)| tensions[*m] = *t);
     (system, tensions)
@@ -184,7 +179,7 @@ fn tissue_relaxes_as_its_dampers_say_and_contracting_muscles_are_slower() {
     // Released from the shape of /a/ the passive body keeps 7 % of it after 3 s: b/k = 1.12 s.
     let (system, tensions) = reference(Preset::Consistent);
     let shape = static_positions(&system, &tensions);
-    let passive = System::new(&reference_mesh(), &Model::default(), &[]).unwrap();
+    let passive = System::new(&fixtures::tongue(), &Model::default(), &[]).unwrap();
     let slack = Motion::new(&passive, Tensions::Constant(vec![0.0; 8])).unwrap();
     let mut released = slack.at_rest();
     released.positions.copy_from_slice(&shape);

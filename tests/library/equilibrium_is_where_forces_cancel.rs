@@ -1,17 +1,14 @@
 //! Newton's method against exact solutions, against the energy's own minimum, and against the other way of modelling the
 //! parts outside the tissue.
 
+use crate::fixtures::{self, tongue};
 use nalgebra::SVector;
-use tongue_fit::body::{self, Anatomy, Cells, Mesh, MuscleChain};
+use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
 use tongue_fit::statics::{Settings, Solution, Status, Workspace, length_sensitivities, solve};
 use tongue_fit::system::{Model, OutsidePath, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
-
-fn tongue() -> Mesh<2> {
-    body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap()
-}
 
 fn solved<const D: usize>(system: &System<D>, tensions: &[f64]) -> (Solution, Workspace<D>) {
     let mut workspace = Workspace::new(system);
@@ -22,15 +19,7 @@ fn solved<const D: usize>(system: &System<D>, tensions: &[f64]) -> (Solution, Wo
 /// A line of `n` connections of 1 cm between a bone and a free end, all one muscle; and where the end must come to rest
 /// under tension `F`: each connection at `l0 - F/k`.
 fn rope(n: usize, tension: f64) -> (Mesh<2>, f64) {
-    let nodes = (0..=n).map(|i| SVector::from([0.01 * i as f64, 0.0])).collect();
-    let chain: Vec<usize> = (0..=n).collect();
-    let mesh = Mesh {
-        nodes,
-        cells: Cells::new(),
-        connections: chain.windows(2).map(|w| [w[0], w[1]]).collect(),
-        muscles: vec![MuscleChain { name: "rope".into(), nodes: chain }],
-        fixed: vec![0],
-    };
+    let mesh = fixtures::rope(n, 0.01);
     let k = tongue_fit::system::coefficients(&mesh, &Model::default()).unwrap().muscle_parallel_stiffness;
     (mesh, n as f64 * (0.01 - tension / k))
 }

@@ -1,16 +1,13 @@
 //! The inverse problem against answers that are known because they were simulated, and against the thesis.
 
-use tongue_fit::body::{self, Anatomy, Mesh};
+use crate::fixtures::tongue;
+use tongue_fit::body::Mesh;
 use tongue_fit::inverse::{self, Fit, Settings, Status};
 use tongue_fit::measured::published::{TENSIONS_A_N, Tables};
 use tongue_fit::measured::{Dataset, Lengths, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
-
-fn tongue() -> Mesh<2> {
-    body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap()
-}
 
 /// Lengths of the model, m, at rest and under the tensions.
 fn simulated(mesh: &Mesh<2>, tensions: &[(Muscle, f64)]) -> (PerMuscle<f64>, PerMuscle<f64>) {

@@ -1,13 +1,13 @@
 //! Nelder-Mead, which sees costs only, and Gauss-Newton, which sees derivatives, come to the same tensions.
 
-use tongue_fit::body::{Anatomy, DEFAULT_SPACING_M, build};
+use crate::fixtures::tongue;
 use tongue_fit::inverse::{self, Fit, Method, Settings};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::system::Model;
 
 #[test]
 fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
-    let mesh = build(&Anatomy::reference().unwrap(), DEFAULT_SPACING_M).unwrap();
+    let mesh = tongue();
     let data = Dataset::reference().unwrap();
     for kind in TargetKind::ALL {
         for subject in ["S1", "S2", "S3"] {

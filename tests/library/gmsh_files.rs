@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::SVector;
 use proptest::prelude::*;
 use tongue_fit::body::gmsh::{self, Concern, Content, File, GmshError, Place, Problem, Unit};
-use tongue_fit::body::{self, Anatomy, DEFAULT_SPACING_M, Mesh, Quality};
+use tongue_fit::body::{self, Mesh, Quality};
 use tongue_fit::muscle::Muscle;
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{Model, System};
@@ -124,7 +124,7 @@ fn every_format_that_gmsh_writes_is_read_as_gmsh_says() {
 
 #[test]
 fn a_tongue_meshed_by_gmsh_is_the_tongue_of_the_anatomy() {
-    let (theirs, ours) = (flat("tongue_41.msh").body.mesh, reference());
+    let (theirs, ours) = (flat("tongue_41.msh").body.mesh, fixtures::tongue());
     let area = |mesh: &Mesh<2>| Quality::of(mesh).area_m2;
     assert!((area(&theirs) / area(&ours) - 1.0).abs() < 0.01, "{} against {} m²", area(&theirs), area(&ours));
     for (a, b) in theirs.muscles.iter().zip(&ours.muscles) {
@@ -137,10 +137,6 @@ fn a_tongue_meshed_by_gmsh_is_the_tongue_of_the_anatomy() {
     };
     assert!(outside(&theirs, Muscle::SGp) > 1, "SGp comes from outside the tissue");
     assert_eq!(outside(&theirs, Muscle::GGa), 0);
-}
-
-fn reference() -> Mesh<2> {
-    body::build(&Anatomy::reference().unwrap(), DEFAULT_SPACING_M).unwrap()
 }
 
 /// The length of a muscle at equilibrium over that at rest, at a tension, N.
@@ -158,7 +154,7 @@ fn stretch<const D: usize>(mesh: &Mesh<D>, muscle: usize, tension: f64) -> f64 {
 fn a_muscle_of_a_mesh_from_gmsh_contracts_like_that_of_our_own() {
     let gga = Muscle::GGa.index();
     let (theirs, ours) =
-        (stretch(&flat("tongue_41.msh").body.mesh, gga, 10.0), stretch(&reference(), gga, 10.0));
+        (stretch(&flat("tongue_41.msh").body.mesh, gga, 10.0), stretch(&fixtures::tongue(), gga, 10.0));
     assert!(theirs < 0.95, "{theirs}");
     // Tensions belong to the spacing (README, limits): 7 mm against 5.5 mm.
     assert!((theirs - ours).abs() < 0.01, "{theirs} against {ours}");
@@ -239,7 +235,7 @@ fn a_review_tells_what_is_missing_misspelt_or_of_another_unit() {
 #[test]
 fn what_we_write_we_read_to_the_last_bit() {
     let read = |text: &str| gmsh::read(text.as_bytes(), "own", Unit::M).unwrap();
-    let tongue = reference();
+    let tongue = fixtures::tongue();
     let File::Flat(back) = read(&gmsh::write(&tongue, &[])) else { panic!() };
     assert_eq!(back.body.mesh, tongue);
     assert!(back.unused.is_empty());
@@ -253,7 +249,7 @@ fn what_we_write_we_read_to_the_last_bit() {
 
 #[test]
 fn triangles_listed_clockwise_are_turned() {
-    let mut tongue = reference();
+    let mut tongue = fixtures::tongue();
     let upright = tongue.cells.clone();
     tongue.cells = body::Cells::new();
     for cell in upright.iter() {

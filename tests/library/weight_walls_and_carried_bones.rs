@@ -2,7 +2,7 @@
 
 use crate::fixtures;
 use nalgebra::{SVector, Vector2, Vector3};
-use tongue_fit::body::{self, Anatomy, Cells, Mesh, solid};
+use tongue_fit::body::{Cells, Mesh, solid};
 use tongue_fit::effect::{Carried, Configuration, Contact, Effect, Gravity, lumped_masses};
 use tongue_fit::material::Constants;
 use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
@@ -119,7 +119,7 @@ fn a_pressed_block_bears_on_the_wall_what_the_bone_does_not_and_no_node_passes()
 
 #[test]
 fn a_free_tongue_follows_its_jaw_as_a_rigid_body() {
-    let mut tongue = body::build(&Anatomy::reference().unwrap(), body::DEFAULT_SPACING_M).unwrap();
+    let mut tongue = fixtures::tongue();
     // Free of hyoid and styloid process: held by the mental spine and its neighbours alone, and without the chains outside.
     let spine = (0..tongue.nodes.len()).find(|&n| tongue.nodes[n].norm() < 1e-6).unwrap();
     let joined = tongue.connections.iter().filter(|c| c.contains(&spine)).flatten();

@@ -1,6 +1,7 @@
 //! The cases of `tongue-fit stability`, in the sample that takes seconds: in each the promise is kept.
 
-use tongue_fit::body::{Anatomy, AnyBody, DEFAULT_SPACING_M, build as build_tongue};
+use crate::fixtures::tongue;
+use tongue_fit::body::AnyBody;
 use tongue_fit::inverse::{self, muscle_numbers};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::scene::body::build;
@@ -140,7 +141,7 @@ fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
 /// What a fit answers is solved directly; that the body also comes there from rest, as the tensions grow, is tried here.
 #[test]
 fn converged_fits_lie_on_the_branch_of_equilibria_that_begins_at_rest() {
-    let mesh = build_tongue(&Anatomy::reference().unwrap(), DEFAULT_SPACING_M).unwrap();
+    let mesh = tongue();
     let numbers = muscle_numbers(&mesh).unwrap();
     let data = Dataset::reference().unwrap();
     let settings = inverse::Settings { starts: 2, ..inverse::Settings::default() };

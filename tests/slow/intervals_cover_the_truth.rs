@@ -1,8 +1,9 @@
 //! Tensions are chosen, the lengths they lead to simulated and rounded to 1 mm as the published ones are, and fitted again: the
 //! 95 % intervals have to hold the truth in 95 % of the cases.
 
+use crate::fixtures::tongue;
 use rayon::prelude::*;
-use tongue_fit::body::{self, Anatomy, Mesh};
+use tongue_fit::body::Mesh;
 use tongue_fit::inverse::batch::{Thoroughness, assess};
 use tongue_fit::inverse::{Method, Settings, muscle_numbers};
 use tongue_fit::measured::{Lengths, Target, TargetKind, Vowel};
@@ -76,7 +77,7 @@ fn case(mesh: &Mesh<2>, seed: u64, kind: TargetKind) -> Option<Case> {
 
 #[test]
 fn intervals_hold_the_truth_in_95_percent_of_synthetic_cases() {
-    let mesh = body::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap();
+    let mesh = tongue();
     let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
     let how = Thoroughness { settings, draws: DRAWS, subset_changes: 0, ..Thoroughness::default() };
     for kind in TargetKind::ALL {

@@ -5,3 +5,6 @@ mod accuracy_study;
 mod batch_survives;
 mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;
+
+#[path = "../fixtures/mod.rs"]
+mod fixtures;
