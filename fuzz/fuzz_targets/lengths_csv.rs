@@ -2,9 +2,15 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, lengths};
 
 fuzz_target!(|bytes: &[u8]| {
+    if let Ok(data) = lengths::Dataset::from_reader(bytes, "fuzz.csv") {
+        for row in data.rows() {
+            assert!(row.lengths.measured().all(|(_, mm)| (lengths::SHORTEST_MM..=lengths::LONGEST_MM).contains(&mm)));
+            assert!(data.row(&row.lengths.subject, &row.lengths.vowel).is_ok());
+        }
+    }
     let Ok(data) = Dataset::from_reader(bytes, "fuzz.csv") else { return };
     for subject in data.subjects() {
         let Ok(vowels) = data.vowels(subject) else { continue };

@@ -6,6 +6,7 @@ mod body;
 mod fit;
 mod install;
 mod interrupt;
+mod lengths;
 mod mesh;
 mod mesh_check;
 mod output;
@@ -103,6 +104,8 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Scenes: simulate only the effects that a scene calls for
     Scene(scene::Arguments),
+    /// Tables of measured lengths: what is understood of them
+    Lengths(lengths::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
     /// Run the hard cases: loads, materials, meshes and targets far from the ordinary
@@ -140,6 +143,7 @@ pub fn main() -> ExitCode {
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
+        Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
         Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
         Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),

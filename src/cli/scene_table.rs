@@ -161,7 +161,7 @@ fn vector(v: &[f64]) -> String {
     format!("({})", parts.join(", "))
 }
 
-fn left(t: &mut comfy_table::Table, column: usize) {
+pub(super) fn left(t: &mut comfy_table::Table, column: usize) {
     if let Some(c) = t.column_mut(column) {
         c.set_cell_alignment(comfy_table::CellAlignment::Left);
     }

@@ -293,7 +293,7 @@ fn verdict(fit: &Fit, published: Option<&Published>) -> String {
     text
 }
 
-fn counted(n: usize, what: &str) -> String {
+pub(super) fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 

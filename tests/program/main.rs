@@ -12,6 +12,7 @@ mod batch_page_works;
 mod contracts;
 mod docs_are_true;
 mod installed;
+mod lengths_check;
 mod mesh_from_gmsh;
 mod outputs_read_back;
 mod readme_is_true;

@@ -11,12 +11,15 @@ use super::read::{Table, read};
 use super::reading::HalfWidth;
 use super::vowel::nfc;
 use super::{BrokenRow, Error, Lengths, Reading, Row, Vowel};
-use crate::input::{self, InputError};
+use crate::files;
 use crate::suggest;
 
 /// Takano and Honda (2007), from thesis table 4.4.
 const REFERENCE: &str = include_str!("../../../targets/takano2007_lengths.csv");
 const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
+
+/// No table of lengths is larger, bytes.
+const LARGEST: u64 = 64 << 20;
 
 /// Above this many subjects a message counts them instead of naming them all.
 const NAMED_SUBJECTS: usize = 12;
@@ -53,7 +56,7 @@ impl Dataset {
         if path.as_os_str() == "-" {
             return Self::from_reader(io::stdin().lock(), "stdin");
         }
-        Self::from_input(input::read_file(path), &path.display().to_string())
+        Self::from_input(files::read_up_to(LARGEST, path), &path.display().to_string())
     }
 
     /// Reads a table of lengths; `origin` names it in errors.
@@ -85,10 +88,10 @@ impl Dataset {
     /// # Ok::<(), tongue_fit::measured::lengths::Error>(())
     /// ```
     pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, Error> {
-        Self::from_input(input::read_all(reader), origin)
+        Self::from_input(files::take_up_to(LARGEST, reader), origin)
     }
 
-    fn from_input(bytes: Result<Vec<u8>, InputError>, origin: &str) -> Result<Self, Error> {
+    fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, Error> {
         let bytes = bytes.map_err(|source| Error::Unreadable { origin: origin.to_owned(), source })?;
         Self::parse(&bytes, origin)
     }

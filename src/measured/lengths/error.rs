@@ -1,9 +1,11 @@
 //! Everything that can be wrong with a table of lengths or with what is asked of it.
 
+use std::io;
+
 use serde::Serialize;
 
 use super::Vowel;
-use crate::input::InputError;
+use crate::files::advice;
 
 /// A fault of the table, with its place.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
@@ -36,12 +38,12 @@ pub struct BrokenRow {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file could not be opened or read.
-    #[error("cannot read {origin}: {source}")]
+    #[error("cannot read {origin}: {source}; {}", advice(source))]
     Unreadable {
         /// File name or other description of where the data came from.
         origin: String,
-        /// Why, and what to do.
-        source: InputError,
+        /// What the operating system said, or that it is no file or too large.
+        source: io::Error,
     },
     /// The file was read, but is no table of lengths, or the row asked for is broken.
     #[error(transparent)]

@@ -432,13 +432,13 @@ fn subject_vowel_and_duplicate_faults() {
 #[test]
 fn what_does_not_end_or_is_no_table_is_refused() {
     let message = Dataset::from_reader(std::io::repeat(b'x'), "endless").unwrap_err().to_string();
-    assert_eq!(message, "cannot read endless: it is larger than 64 MiB; give the table alone");
+    assert_eq!(message, "cannot read endless: it is larger than 64 MiB; give less at a time");
     let message = Dataset::from_path("no/such.csv").unwrap_err().to_string();
     assert!(message.starts_with("cannot read no/such.csv: "), "{message}");
     #[cfg(unix)]
     assert_eq!(
         Dataset::from_path("/dev/zero").unwrap_err().to_string(),
-        "cannot read /dev/zero: it is a pipe or a device, which need not end; give a file, or `-` and the text on stdin"
+        "cannot read /dev/zero: it is a pipe or a device, which need not end; give a file"
     );
     assert!(refusal(format!("{HEADER}\n{}", "a\n".repeat(200_001))).contains("more than 200000 rows"));
     assert!(refusal("x,".repeat(20_000)).contains("the header has 20001 columns"));

@@ -1,0 +1,255 @@
+//! `tongue-fit lengths check`: what is understood of a table of lengths.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use miette::IntoDiagnostic;
+use serde::Serialize;
+use tongue_fit::measured::lengths::{
+    BrokenRow, Column, Dataset, DecimalMark, Encoding, HalfWidth, Lengths, LineEnds, Reading, Vowel,
+};
+
+use super::scene_table::left;
+use super::{Global, Outcome, output, table};
+
+/// More subjects, rows and columns than this are counted and not listed, but in JSON.
+const MOST_LISTED: usize = 50;
+
+/// Options of `tongue-fit lengths`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Example:\n  tongue-fit lengths check my.csv")]
+pub struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Clone, clap::Subcommand)]
+enum Action {
+    /// Read a table of lengths and say what is understood of it
+    Check(Check),
+}
+
+/// Options of `tongue-fit lengths check`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Examples:\n  \
+    tongue-fit lengths check my.csv\n  \
+    tongue-fit lengths check my.csv --baseline e --json > understood.json\n\n\
+    A row for each subject and vowel; the header names the columns: subject, vowel, and GGa_mm or \"GGa (mm)\" for the lengths of a \
+    muscle GGa (cm and m too). Whatever a spreadsheet exports will do.\n\
+    Exit status: 0 all understood, 1 some rows or the whole table cannot be used.")]
+struct Check {
+    /// The table, or - for stdin
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The vowel that the others are compared with
+    #[arg(long, value_name = "VOWEL", default_value_t = Vowel::unrounded_u())]
+    baseline: Vowel,
+    /// Half width of the rounding of every length, mm [default: what the table says or its digits show, else 0.5]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    error_mm: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Record<'a> {
+    version: &'static str,
+    file: &'a str,
+    reading: &'a Reading,
+    muscles: &'a [String],
+    baseline: &'a Vowel,
+    subjects: Vec<SubjectRecord<'a>>,
+    broken: &'a [BrokenRow],
+}
+
+#[derive(Serialize)]
+struct SubjectRecord<'a> {
+    subject: &'a str,
+    /// The row that this subject's others are compared with.
+    baseline: Option<&'a Vowel>,
+    rows: Vec<RowRecord<'a>>,
+}
+
+#[derive(Serialize)]
+struct RowRecord<'a> {
+    vowel: &'a Vowel,
+    line: u64,
+    lengths_mm: BTreeMap<&'a str, f64>,
+    half_widths_mm: BTreeMap<&'a str, f64>,
+    not_measured: Vec<&'a str>,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let Action::Check(check) = &arguments.action;
+    let data = Dataset::from_path(&check.file).into_diagnostic()?;
+    let data = match check.error_mm {
+        Some(mm) => data.with_half_width_mm(mm).into_diagnostic()?,
+        None => data,
+    };
+    let record = record(&data, &check.baseline);
+    match global.json {
+        true => output::print(&output::json(&record)?)?,
+        false => output::print(&text(&record, &data))?,
+    }
+    Ok(if data.broken().is_empty() { Outcome::Good } else { Outcome::SomeRowsRefused })
+}
+
+fn record<'a>(data: &'a Dataset, baseline: &'a Vowel) -> Record<'a> {
+    let mut rows: BTreeMap<&str, Vec<RowRecord<'_>>> = BTreeMap::new();
+    for row in data.rows() {
+        rows.entry(&row.lengths.subject).or_default().push(row_record(row.line, &row.lengths));
+    }
+    let subject = |name: &'a str| SubjectRecord {
+        subject: name,
+        baseline: data.baseline_vowel(name, baseline).ok().map(|lengths| &lengths.vowel),
+        rows: rows.remove(name).unwrap_or_default(),
+    };
+    Record {
+        version: tongue_fit::VERSION,
+        file: data.origin(),
+        reading: data.reading(),
+        muscles: data.muscles(),
+        baseline,
+        subjects: data.subjects().into_iter().map(subject).collect(),
+        broken: data.broken(),
+    }
+}
+
+fn row_record(line: u64, lengths: &Lengths) -> RowRecord<'_> {
+    let half_widths = lengths.muscles.iter().map(String::as_str).zip(lengths.half_width_mm.iter().copied());
+    let measured: BTreeMap<&str, f64> = lengths.measured().collect();
+    RowRecord {
+        vowel: &lengths.vowel,
+        line,
+        half_widths_mm: half_widths.filter(|(name, _)| measured.contains_key(name)).collect(),
+        not_measured: (lengths.muscles.iter().map(String::as_str))
+            .filter(|name| !measured.contains_key(name))
+            .collect(),
+        lengths_mm: measured,
+    }
+}
+
+fn text(record: &Record<'_>, data: &Dataset) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<20}{value}");
+    };
+    let reading = record.reading;
+    line("table", record.file.to_owned());
+    line("text", form(reading));
+    line("subjects, vowels", format!("columns {:?} and {:?}", reading.subject, reading.vowel));
+    let mut rows = table::counted(data.rows().len(), "row");
+    if !reading.rows_without_lengths.is_empty() {
+        let lines = reading.rows_without_lengths.iter().map(u64::to_string);
+        let _ = write!(rows, "; without lengths, so not there: line {}", listed(lines, ", "));
+    }
+    line("rows", rows);
+    if !reading.set_aside.is_empty() {
+        let columns =
+            reading.set_aside.iter().map(|s| format!("column {} {:?} ({})", s.column, s.name, s.why));
+        line("set aside", listed(columns, &format!("\n{:20}", "")));
+    }
+    let _ = writeln!(text, "\n{}\n\n{}", muscles(data), subjects(record));
+    let without = record.subjects.iter().filter(|s| s.baseline.is_none());
+    let without = listed(without.map(|s| s.subject.to_owned()), ", ");
+    if !without.is_empty() {
+        let _ = writeln!(
+            text,
+            "no row for the baseline /{}/: {without}; choose another with --baseline",
+            record.baseline
+        );
+    }
+    if !record.broken.is_empty() {
+        let _ = writeln!(text, "{} left out:", table::counted(record.broken.len(), "row"));
+        let _ = writeln!(text, "{}", listed(record.broken.iter().map(|row| row.fault.to_string()), "\n"));
+    }
+    text
+}
+
+/// How the text is written.
+fn form(reading: &Reading) -> String {
+    let encoding = match reading.encoding {
+        Encoding::Utf8 => "UTF-8",
+        Encoding::Utf8Bom => "UTF-8 with byte order mark",
+        Encoding::Utf16 => "UTF-16",
+    };
+    let ends = match reading.line_ends {
+        LineEnds::Lf => "LF",
+        LineEnds::Crlf => "CRLF",
+        LineEnds::Cr => "CR",
+    };
+    let mark = match reading.decimal_mark {
+        DecimalMark::Point => "point",
+        DecimalMark::Comma => "comma",
+    };
+    format!("{encoding}, {ends} line ends, {} between fields, decimal {mark}", reading.separator.plural())
+}
+
+/// A row a muscle.
+fn muscles(data: &Dataset) -> comfy_table::Table {
+    let mut t = table::table(&["muscle", "column", "measured", "shortest, mm", "longest, mm", "half width"]);
+    left(&mut t, 1);
+    left(&mut t, 5);
+    for (n, column) in data.reading().columns.iter().enumerate() {
+        let lengths = data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
+        let (mut measured, mut shortest, mut longest) = (0, f64::INFINITY, 0.0_f64);
+        for mm in lengths {
+            (measured, shortest, longest) = (measured + 1, shortest.min(mm), longest.max(mm));
+        }
+        let mm = |mm: f64| if measured > 0 { format!("{mm:.1}") } else { String::new() };
+        t.add_row([
+            column.muscle.clone(),
+            column.name.clone(),
+            format!("{measured} of {}", data.rows().len()),
+            mm(shortest),
+            mm(longest),
+            half_width(column),
+        ]);
+    }
+    t
+}
+
+fn half_width(column: &Column) -> String {
+    match &column.half_width {
+        HalfWidth::Column { name, else_mm } => format!("column {name:?}, else {else_mm} mm"),
+        HalfWidth::Given { mm } => format!("{mm} mm, as given"),
+        HalfWidth::Digits { mm } => format!("{mm} mm, by the digits"),
+        HalfWidth::Default { mm } => format!("{mm} mm, by default: too many digits to go by"),
+    }
+}
+
+/// A row a subject.
+fn subjects(record: &Record<'_>) -> String {
+    let mut t = table::table(&["subject", "vowels", "baseline", "not measured"]);
+    for column in 1..4 {
+        left(&mut t, column);
+    }
+    for subject in record.subjects.iter().take(MOST_LISTED) {
+        let vowels = subject.rows.iter().map(|row| row.vowel.to_string());
+        let missing = subject.rows.iter().filter(|row| !row.not_measured.is_empty());
+        let missing = missing.map(|row| format!("/{}/ {}", row.vowel, row.not_measured.join(", ")));
+        t.add_row([
+            subject.subject.to_owned(),
+            listed(vowels, " "),
+            subject.baseline.map_or("none".to_owned(), Vowel::to_string),
+            listed(missing, "\n"),
+        ]);
+    }
+    match record.subjects.len().saturating_sub(MOST_LISTED) {
+        0 => t.to_string(),
+        more => format!("{t}\nand {more} more subjects"),
+    }
+}
+
+/// The first of `parts`, and how many more there are.
+fn listed(parts: impl Iterator<Item = String>, between: &str) -> String {
+    let mut parts: Vec<String> = parts.collect();
+    let more = parts.len().saturating_sub(MOST_LISTED);
+    parts.truncate(MOST_LISTED);
+    if more > 0 {
+        parts.push(format!("and {more} more"));
+    }
+    parts.join(between)
+}
