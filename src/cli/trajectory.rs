@@ -8,7 +8,8 @@ use miette::{IntoDiagnostic, miette};
 use nalgebra::SVector;
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::{
-    self, Control, Curves, Integrator, Method, Motion, Observer, State, Status, Tensions, sample_times,
+    self, Control, Curves, Integrator, Method, Motion, Observer, SHORTEST_S, State, Status, Tensions,
+    sample_times,
 };
 use tongue_fit::inverse;
 use tongue_fit::muscle::{Muscle, PerMuscle};
@@ -95,11 +96,14 @@ impl Arguments {
 
     /// Checks all numbers before anything is computed.
     fn check(&self) -> miette::Result<Method> {
-        if !(self.t_end > 0.0 && self.t_end.is_finite()) {
-            return Err(miette!("--t-end is {}; it must be a positive time in seconds, like 3", self.t_end));
+        let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
+        if !is_time(self.t_end) {
+            let must = format!("it must be a time in seconds, like 3, and at least {SHORTEST_S:e}");
+            return Err(miette!("--t-end is {:?}; {must}", self.t_end));
         }
-        if !(self.ramp >= 0.0 && self.ramp.is_finite()) {
-            return Err(miette!("--ramp is {}; it must be a time in seconds, 0 for a step", self.ramp));
+        if !(self.ramp == 0.0 || is_time(self.ramp)) {
+            let must = format!("it must be a time in seconds: 0 for a step, or at least {SHORTEST_S:e}");
+            return Err(miette!("--ramp is {:?}; {must}", self.ramp));
         }
         let positive = |name: &str, value: Option<f64>, unit: &str| match value {
             Some(v) if !(v > 0.0 && v.is_finite()) => {
@@ -116,7 +120,7 @@ impl Arguments {
     }
 
     fn control(&self, method: Method, motion: &Motion<'_, 2>) -> Control {
-        match (self.dt, method.stability_limit(motion)) {
+        match (self.dt, method.step_limit(motion)) {
             (Some(dt), _) => Control::Fixed(dt),
             (None, Some(limit)) if self.tolerance.is_none() => Control::Fixed(PART_OF_LIMIT * limit),
             (None, None) if !method.is_adaptive() && self.tolerance.is_none() => {

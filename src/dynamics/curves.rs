@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::muscle::{COUNT, Muscle, PerMuscle};
 
-use super::Tensions;
+use super::{SHORTEST_S, Tensions};
 
 /// Name of the column of times.
 const TIME: &str = "time_s";
@@ -123,10 +123,15 @@ impl Curves {
                 }
                 match column {
                     None => {
-                        if let Some(last) = times.last().filter(|last| value <= **last) {
+                        if times.is_empty() && value > 0.0 && value < SHORTEST_S {
                             return Err(refuse(format!(
-                                "the time {value} s does not come after {last} s of the row before; sort the rows by time, \
-                                 each time once"
+                                "the time {value:e} s is too short; take 0 for the start"
+                            )));
+                        }
+                        if let Some(last) = times.last().filter(|last| value < **last + SHORTEST_S) {
+                            return Err(refuse(format!(
+                                "the time {value} s does not come after {last} s of the row before by at least {SHORTEST_S:e} s; \
+                                 sort the rows by time, each time once"
                             )));
                         }
                         times.push(value);

@@ -12,7 +12,7 @@ use super::rk4::Rk4;
 use super::symplectic_euler::SymplecticEuler;
 use super::tr_bdf2::TrBdf2;
 use super::velocity_verlet::VelocityVerlet;
-use super::{Integrator, Motion, Spectrum, stability_limit};
+use super::{Integrator, Motion, SHORTEST_STEP, Spectrum, step_limit};
 
 /// A method of integration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -42,8 +42,8 @@ pub enum Control {
 /// A step or a tolerance that a method cannot work with.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MethodError {
-    /// A step that is not positive and finite.
-    #[error("the step is {dt} s; it must be positive and finite")]
+    /// A step that is not finite, or too short to be one.
+    #[error("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")]
     Step {
         /// The step given, s.
         dt: f64,
@@ -65,7 +65,7 @@ pub enum MethodError {
     /// A step beyond the stability limit.
     #[error(
         "a step of {dt:.3e} s is beyond the stability limit of {method}, {limit:.3e} s \
-         (stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s): the run would blow up. \
+         ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s): the run would blow up. \
          Take a step below the limit, or tr-bdf2, which has none"
     )]
     Unstable {
@@ -75,6 +75,8 @@ pub enum MethodError {
         dt: f64,
         /// The longest stable step, s.
         limit: f64,
+        /// The body that has this limit: at rest, or as its tensions load it.
+        body: &'static str,
         /// Largest angular frequency of the body, rad/s.
         frequency: f64,
         /// Largest damping rate of the body, 1/s.
@@ -119,8 +121,8 @@ impl Method {
     /// Makes the integrator, whatever the step does to its stability; see [`Method::checked`].
     ///
     /// # Errors
-    /// [`MethodError`] for a step or tolerance that is not positive and finite, or a tolerance for a method without error
-    /// control.
+    /// [`MethodError`] for a step or tolerance that is not positive and finite or a step below a femtosecond, or a tolerance
+    /// for a method without error control.
     pub fn integrator<const D: usize>(
         self,
         motion: &Motion<'_, D>,
@@ -128,7 +130,9 @@ impl Method {
     ) -> Result<Box<dyn Integrator<D>>, MethodError> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
         match control {
-            Control::Fixed(dt) if !positive(dt) => return Err(MethodError::Step { dt }),
+            Control::Fixed(dt) if !(positive(dt) && dt >= SHORTEST_STEP) => {
+                return Err(MethodError::Step { dt });
+            }
             Control::Adaptive(tolerance) if !positive(tolerance) => {
                 return Err(MethodError::Tolerance { tolerance });
             }
@@ -144,7 +148,7 @@ impl Method {
         })
     }
 
-    /// Makes the integrator and refuses a step beyond the stability limit at rest.
+    /// Makes the integrator and refuses a step beyond the stability limit of the body at rest or as its tensions load it.
     ///
     /// # Errors
     /// As [`Method::integrator`], and [`MethodError::Unstable`] naming the limit.
@@ -154,21 +158,36 @@ impl Method {
         control: Control,
     ) -> Result<Box<dyn Integrator<D>>, MethodError> {
         let integrator = self.integrator(motion, control)?;
-        if let (Control::Fixed(dt), true) = (control, self.is_explicit()) {
-            let spectrum = Spectrum::of(motion, &motion.at_rest());
-            if let Some(limit) = stability_limit(integrator.as_ref(), &spectrum).filter(|limit| dt > *limit) {
-                let (frequency, damping) = (spectrum.stiffness.sqrt(), spectrum.damping);
-                return Err(MethodError::Unstable { method: self, dt, limit, frequency, damping });
-            }
+        if let (Control::Fixed(dt), Some((limit, spectrum, body))) =
+            (control, limit(integrator.as_ref(), motion))
+            && dt > limit
+        {
+            let (frequency, damping) = (spectrum.stiffness.sqrt(), spectrum.damping);
+            return Err(MethodError::Unstable { method: self, dt, limit, body, frequency, damping });
         }
         Ok(integrator)
     }
 
-    /// The longest stable step at rest, s; none for methods that are stable at every step.
-    pub fn stability_limit<const D: usize>(self, motion: &Motion<'_, D>) -> Option<f64> {
+    /// The longest stable step, s, of the body at rest and as its tensions load it, whichever is shorter; none for methods
+    /// that are stable at every step.
+    pub fn step_limit<const D: usize>(self, motion: &Motion<'_, D>) -> Option<f64> {
         let integrator = self.integrator(motion, Control::Fixed(1.0)).ok()?;
-        stability_limit(integrator.as_ref(), &Spectrum::of(motion, &motion.at_rest()))
+        limit(integrator.as_ref(), motion).map(|(limit, ..)| limit)
     }
+}
+
+/// The longest stable step of an explicit method, s, with the spectrum that it follows from and whose it is.
+fn limit<const D: usize>(
+    integrator: &dyn Integrator<D>,
+    motion: &Motion<'_, D>,
+) -> Option<(f64, Spectrum, &'static str)> {
+    integrator.explicit_step()?;
+    let bodies = [(Some(motion.at_rest()), "at rest"), (motion.at_equilibrium(), "as its tensions load it")];
+    let limits = bodies.into_iter().filter_map(|(state, body)| {
+        let spectrum = Spectrum::of(motion, &state?);
+        Some((step_limit(integrator, &spectrum)?, spectrum, body))
+    });
+    limits.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 impl fmt::Display for Method {

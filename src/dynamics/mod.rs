@@ -31,8 +31,8 @@ mod motion;
 pub mod rk4;
 mod run;
 mod spectrum;
-mod stability;
 mod stage;
+mod step_limit;
 pub mod symplectic_euler;
 mod tensions;
 pub mod tr_bdf2;
@@ -48,7 +48,7 @@ pub use method::{Control, Method, MethodError, UnknownMethod};
 pub use motion::{Motion, MotionError, Rates};
 pub use run::{Observer, Outcome, Status, run, sample_times};
 pub use spectrum::Spectrum;
-pub use stability::{cost_per_step, stability_limit};
+pub use step_limit::{cost_per_step, step_limit};
 pub use tensions::Tensions;
 
 #[cfg(doc)]
@@ -114,6 +114,11 @@ pub trait Integrator<const D: usize>: Debug + Send {
         counts: &mut Counts,
     ) -> Result<(), Failure>;
 
+    /// The fixed step of an explicit method, s; none for methods that are stable at every step.
+    fn explicit_step(&self) -> Option<f64> {
+        None
+    }
+
     /// For explicit methods the matrix that a step multiplies the state of `x'' = -k x - c x'` by, from which the largest stable
     /// step follows; none for methods without such a limit. `stiffness` is `k dt²` and `damping` is `c dt`; the state is
     /// position, velocity times `dt` and so on, so that all numbers are of one size.
@@ -121,6 +126,11 @@ pub trait Integrator<const D: usize>: Debug + Send {
         None
     }
 }
+
+/// The shortest time that inputs may name, s: nothing in a tongue happens faster.
+pub const SHORTEST_S: f64 = 1e-9;
+/// Steps are no shorter than this, s, and what is left of a run or to a kink of the tensions is passed over if it is.
+const SHORTEST_STEP: f64 = 1e-15;
 
 /// The step from `time` to at most `until`: no sliver of a step is left over at the end.
 fn cut(dt: f64, time: f64, until: f64) -> f64 {

@@ -6,9 +6,13 @@ use nalgebra::SVector;
 
 use crate::effect::{Configuration, Tangent};
 use crate::sparse::BlockMatrix;
+use crate::statics::{self, Settings, Status, Workspace};
 use crate::system::{System, TissueModel};
 
 use super::{Counts, State, Tensions};
+
+/// Contractile elements are at rest after this time, s.
+const LONG: f64 = 1e30;
 
 /// A system, and the tensions of its muscles over time.
 #[derive(Debug)]
@@ -129,6 +133,20 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
+    /// The state in which the strongest tensions of its course are in balance, found from rest; none where nothing pulls or
+    /// no equilibrium is found.
+    pub fn at_equilibrium(&self) -> Option<State<D>> {
+        let tensions = self.tensions.strongest();
+        if tensions.iter().all(|t| *t == 0.0) {
+            return None;
+        }
+        let mut workspace = Workspace::new(self.system);
+        let solution = statics::solve(self.system, &mut workspace, tensions, &Settings::default());
+        let mut state = State { positions: workspace.positions().to_vec(), ..self.at_rest() };
+        self.settle_under(tensions, LONG, &mut state);
+        (solution.status == Status::Converged).then_some(state)
+    }
+
     /// Space for the rates.
     pub fn rates(&self) -> Rates<D> {
         let zeros = vec![SVector::zeros(); self.system.rest().len()];
@@ -173,6 +191,10 @@ impl<'a, const D: usize> Motion<'a, D> {
     /// Solves the internal states' equations `s = known + step rate` at the state's positions and time.
     pub(super) fn settle(&self, state: &mut State<D>, step: f64, tensions: &mut [f64]) {
         self.tensions.at(state.time, tensions);
+        self.settle_under(tensions, step, state);
+    }
+
+    fn settle_under(&self, tensions: &[f64], step: f64, state: &mut State<D>) {
         let at = Configuration { positions: &state.positions, tensions };
         for (effect, range) in self.system.effects().iter().zip(&self.internal) {
             if let Some(i) = effect.internal() {

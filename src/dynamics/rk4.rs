@@ -85,6 +85,10 @@ impl<const D: usize> Integrator<D> for Rk4<D> {
         Ok(())
     }
 
+    fn explicit_step(&self) -> Option<f64> {
+        Some(self.dt)
+    }
+
     /// `1 + z + z²/2 + z³/6 + z⁴/24` of the equation's matrix.
     fn amplification(&self, stiffness: f64, damping: f64) -> Option<DMatrix<f64>> {
         let z = dmatrix![0.0, 1.0; -stiffness, -damping];

@@ -3,7 +3,8 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
-use super::{Counts, Failure, Integrator, Motion, State};
+use super::step_limit::Growth;
+use super::{Counts, Failure, Integrator, Motion, SHORTEST_STEP, State};
 
 /// A node this many times further from the origin than the body is large has flown away.
 const FLOWN: f64 = 100.0;
@@ -20,7 +21,9 @@ pub enum Status {
     StepTooSmall,
     /// Newton's method did not converge at the fixed step; take a smaller one.
     NotSolved,
-    /// A node has flown away: the step is beyond the stability limit.
+    /// The step is beyond the stability limit of the body as it is now: its fastest mode grows instead of dying away.
+    Unstable,
+    /// A node has flown away: the step is far beyond the stability limit.
     Diverged,
     /// A position is not a finite number.
     NotFinite,
@@ -74,10 +77,11 @@ pub fn run<const D: usize>(
     let system = motion.system();
     let size = system.rest().iter().map(|p| p.norm()).fold(0.0, f64::max);
     let far = (FLOWN * size).powi(2);
-    let stride = if integrator.amplification(0.0, 0.0).is_some() { STRIDE } else { 1 };
+    let stride = if integrator.explicit_step().is_some() { STRIDE } else { 1 };
     let mut counts = Counts::default();
     let mut before = state.clone();
     let mut between = state.positions.clone();
+    let mut growth = Growth::new(motion, integrator, state);
     let mut next = 0;
     while let Some(&time) = samples.get(next).filter(|&&t| t <= state.time) {
         between.copy_from_slice(&state.positions);
@@ -89,6 +93,10 @@ pub fn run<const D: usize>(
     while state.time < t_end {
         before.clone_from(state);
         let until = motion.tensions().next_kink(state.time).min(t_end);
+        if until - state.time < SHORTEST_STEP {
+            state.time = until;
+            continue;
+        }
         if let Err(failure) = integrator.step(motion, state, until, &mut counts) {
             status = match failure {
                 Failure::StepTooSmall => Status::StepTooSmall,
@@ -109,6 +117,10 @@ pub fn run<const D: usize>(
                 break;
             }
             observer.progress(state.time);
+        }
+        if growth.is_seen(motion, integrator, (&before, state), counts.steps, state.time >= t_end) {
+            status = Status::Unstable;
+            break;
         }
         while let Some(&time) = samples.get(next).filter(|&&t| t <= state.time) {
             interpolate(&before, state, time, &mut between);

@@ -51,6 +51,10 @@ impl<const D: usize> Integrator<D> for SymplecticEuler<D> {
         Ok(())
     }
 
+    fn explicit_step(&self) -> Option<f64> {
+        Some(self.dt)
+    }
+
     fn amplification(&self, stiffness: f64, damping: f64) -> Option<DMatrix<f64>> {
         Some(dmatrix![1.0 - stiffness, 1.0 - damping; -stiffness, 1.0 - damping])
     }

@@ -53,6 +53,17 @@ impl Tensions {
         }
     }
 
+    /// The tension of every muscle, N, when their sum is largest.
+    pub fn strongest(&self) -> &[f64] {
+        let sum = |row: &[f64]| row.iter().sum::<f64>();
+        match self {
+            Self::Constant(to) | Self::Ramp { to, .. } => to,
+            Self::Table { values, .. } => {
+                values.iter().max_by(|a, b| sum(a).total_cmp(&sum(b))).map_or(&[], Vec::as_slice)
+            }
+        }
+    }
+
     /// The first time after `time` at which a tension changes its slope, s; infinity where there is none. A method of high
     /// order must not step across it.
     pub fn next_kink(&self, time: f64) -> f64 {

@@ -20,7 +20,7 @@ use nalgebra::SVector;
 
 use super::backward_euler::SOLVED;
 use super::stage::StageSolver;
-use super::{Control, Counts, Failure, Integrator, Motion, State, after, cut};
+use super::{Control, Counts, Failure, Integrator, Motion, SHORTEST_STEP, State, after, cut};
 
 /// Newton's method is followed to this part of the error allowed in a step.
 const SOLVE_PART: f64 = 0.02;
@@ -261,7 +261,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
             }
             counts.rejected += 1;
             self.step = -change * h;
-            if self.step < SMALLEST_STEP * until.abs() {
+            if self.step < (SMALLEST_STEP * until.abs()).max(SHORTEST_STEP) {
                 return Err(Failure::StepTooSmall);
             }
         }

@@ -74,6 +74,10 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
         Ok(())
     }
 
+    fn explicit_step(&self) -> Option<f64> {
+        Some(self.dt)
+    }
+
     /// On (x, v dt, a dt²), with the acceleration carried over.
     fn amplification(&self, stiffness: f64, damping: f64) -> Option<DMatrix<f64>> {
         let acceleration = [-stiffness, -stiffness - damping, -0.5 * stiffness - damping];

@@ -74,7 +74,7 @@ fn energy_never_grows_where_nothing_pulls() {
     let system = System::new(&mesh, &Model { constants, ..Model::default() }, &[0]).unwrap();
     let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
     for method in Method::ALL {
-        let dt = method.stability_limit(&motion).map_or(1e-4, |limit| 0.2 * limit);
+        let dt = method.step_limit(&motion).map_or(1e-4, |limit| 0.2 * limit);
         let mut integrator = method.checked(&motion, Control::Fixed(dt)).unwrap();
         let mut state = motion.at_rest();
         state.positions = fixtures::shaken(&mesh, 4e-4);
@@ -98,7 +98,7 @@ fn the_stability_limit_is_where_explicit_runs_begin_to_blow_up() {
         let system = System::new(&mesh, &Model { constants, ..Model::default() }, &[]).unwrap();
         let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
         for method in Method::ALL.into_iter().filter(|m| m.is_explicit()) {
-            let limit = method.stability_limit(&motion).unwrap();
+            let limit = method.step_limit(&motion).unwrap();
             let status = |part: f64| {
                 let mut integrator = method.integrator(&motion, Control::Fixed(part * limit)).unwrap();
                 let mut state = motion.at_rest();
@@ -115,11 +115,91 @@ fn the_stability_limit_is_where_explicit_runs_begin_to_blow_up() {
 }
 
 #[test]
+fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that_its_steps_grow() {
+    let mesh = body::build(&Anatomy::reference().unwrap(), 11e-3).unwrap();
+    let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
+    let end = |motion: &Motion<'_, 2>, method: Method, control| {
+        let mut integrator = method.integrator(motion, control).unwrap();
+        let mut state = motion.at_rest();
+        let outcome = run(motion, integrator.as_mut(), &mut state, 0.3, &[], &mut ());
+        (outcome, state.positions)
+    };
+    for load in [100.0, 300.0, 1000.0] {
+        let mut tensions = vec![0.0; system.muscle_count()];
+        tensions[0] = load;
+        let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
+        let (_, expected) = end(&motion, Method::TrBdf2, Control::Adaptive(1e-8));
+        let unloaded = Motion::new(&system, Tensions::Constant(vec![0.0; system.muscle_count()])).unwrap();
+        for method in Method::ALL.into_iter().filter(|m| m.is_explicit()) {
+            let (loaded, at_rest) =
+                (method.step_limit(&motion).unwrap(), method.step_limit(&unloaded).unwrap());
+            assert!(loaded < 0.95 * at_rest, "{method} at {load} N: {loaded:e} s, at rest {at_rest:e} s");
+            let mut unstable = 0;
+            for part in [0.95, 0.98, 0.99, 1.0, 1.01, 1.05] {
+                let dt = part * at_rest;
+                let refused = method.checked(&motion, Control::Fixed(dt)).unwrap_err();
+                assert!(
+                    matches!(refused, MethodError::Unstable { body: "as its tensions load it", .. })
+                        || part > 1.0
+                );
+                let (outcome, found) = end(&motion, method, Control::Fixed(dt));
+                let error = apart(&found, &expected);
+                let what =
+                    format!("{method} at {load} N and {part} of the limit at rest: {outcome:?}, {error:e} m");
+                assert!(outcome.status != Status::Completed || error < 1e-6, "{what}");
+                unstable += usize::from(outcome.status == Status::Unstable);
+                assert!(part < 1.01 || outcome.status != Status::Completed, "{what}");
+            }
+            assert!(unstable > 0, "{method} at {load} N: where its steps grow it says so");
+            let (outcome, found) = end(&motion, method, Control::Fixed(0.99 * loaded));
+            assert_eq!(outcome.status, Status::Completed);
+            assert!(apart(&found, &expected) < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
+    let system = System::new(&common::lattice(4, 4, 5.5e-3), &Model::default(), &[0]).unwrap();
+    let table =
+        |times: &[f64]| Tensions::Table { times: times.to_vec(), values: vec![vec![1.0]; times.len()] };
+    let least = f64::from_bits(1);
+    let cases = [
+        (Tensions::Constant(vec![1.0]), 1e-320),
+        (Tensions::Ramp { to: vec![1.0], duration: 1e-320 }, 1e-3),
+        (table(&[least, 0.5e-3]), 1e-3),
+        (table(&[0.5e-3, 0.5e-3 + 1e-19, 0.6e-3]), 1e-3),
+        (Tensions::Constant(vec![1.0]), 1e-14),
+    ];
+    for (tensions, t_end) in cases {
+        let motion = Motion::new(&system, tensions.clone()).unwrap();
+        for (method, control) in [
+            (Method::TrBdf2, Control::Adaptive(1e-9)),
+            (Method::TrBdf2, Control::Adaptive(f64::from_bits(1))),
+            (Method::BackwardEuler, Control::Fixed(1e-4)),
+            (Method::Verlet, Control::Fixed(1e-7)),
+        ] {
+            let mut integrator = method.checked(&motion, control).unwrap();
+            let mut state = motion.at_rest();
+            let outcome = run(&motion, integrator.as_mut(), &mut state, t_end, &[], &mut ());
+            let hopeless = control == Control::Adaptive(f64::from_bits(1)) && t_end > 1e-15;
+            let expected = if hopeless { Status::StepTooSmall } else { Status::Completed };
+            assert_eq!(outcome.status, expected, "{method} {control:?} {tensions:?} to {t_end:e} s");
+            assert!(state.positions.iter().flatten().all(|x| x.is_finite()));
+        }
+    }
+    assert!(matches!(
+        Method::Verlet.integrator(&Motion::new(&system, table(&[0.0])).unwrap(), Control::Fixed(1e-320)),
+        Err(MethodError::Step { .. })
+    ));
+}
+
+#[test]
 fn the_limits_are_those_that_the_thesis_met() {
     let limit = |preset, method: Method| {
         let (system, tensions) = reference(preset);
-        let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
-        (method.stability_limit(&motion).unwrap(), Spectrum::of(&motion, &motion.at_rest()))
+        let motion = Motion::new(&system, Tensions::Constant(vec![0.0; tensions.len()])).unwrap();
+        (method.step_limit(&motion).unwrap(), Spectrum::of(&motion, &motion.at_rest()))
     };
     // Table 4.2 as printed: dampers 1.25e-8 s (velocity predicted over the full step), area 9.5e-7 s.
     let (printed, spectrum) = limit(Preset::AsPrinted, Method::Verlet);
@@ -147,7 +227,7 @@ fn the_step_of_the_thesis_is_refused_and_blows_up_when_forced() {
     let mut state = motion.at_rest();
     let outcome = run(&motion, integrator.as_mut(), &mut state, 3.0, &[], &mut ());
     assert!(
-        matches!(outcome.status, Status::Diverged | Status::NotFinite | Status::InvertedCell),
+        !matches!(outcome.status, Status::Completed | Status::StepTooSmall | Status::NotSolved),
         "{outcome:?}"
     );
     assert!(outcome.time_s < 1e-3 && outcome.time_s == state.time);

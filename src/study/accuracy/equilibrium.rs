@@ -98,7 +98,7 @@ fn controls(motion: &Motion<'_, 2>) -> Vec<(Method, Control)> {
     for method in Method::ALL {
         if method.is_adaptive() {
             out.extend(STEP_TOLERANCES.map(|t| (method, Control::Adaptive(t))));
-        } else if let Some(limit) = method.stability_limit(motion) {
+        } else if let Some(limit) = method.step_limit(motion) {
             out.extend(PARTS.map(|p| (method, Control::Fixed(p * limit))));
         } else {
             out.extend(IMPLICIT_STEPS.map(|dt| (method, Control::Fixed(dt))));

@@ -38,7 +38,7 @@ pub fn ladder(scene: &Scene, effort: &Effort) -> Result<(Vec<Run>, f64), StudyEr
     let doubt = along(scene, check.stops.iter().map(|s| &s.positions), &reference).0;
     let mut runs = Vec::new();
     for method in Method::ALL {
-        let limit = method.stability_limit(&motion);
+        let limit = method.step_limit(&motion);
         let controls: Vec<Control> = match limit {
             _ if method.is_adaptive() => STEP_TOLERANCES.map(Control::Adaptive).to_vec(),
             Some(limit) => PARTS.map(|p| Control::Fixed(p * limit)).to_vec(),

@@ -109,7 +109,7 @@ pub(super) fn steps(extent: Extent) -> Result<Vec<Row>, StabilityError> {
     let name = "300 N at once, adaptive to 3 s";
     rows.push(run(8, name, &suddenly, Method::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
     let count = if extent == Extent::Full { 1_000_000 } else { 10_000 };
-    if let Some(limit) = Method::Verlet.stability_limit(&motion) {
+    if let Some(limit) = Method::Verlet.step_limit(&motion) {
         let dt = 0.5 * limit;
         let name = format!("{count} steps of half the stability limit, {dt:.2e} s");
         let end = f64::from(count) * dt;

@@ -1,0 +1,127 @@
+//! How long a step of an explicit method may be, whether its steps grow, and how long a run of it takes.
+
+use std::time::{Duration, Instant};
+
+use nalgebra::SVector;
+
+use super::{Counts, Integrator, Motion, Spectrum, State};
+
+/// Growth of a step beyond one that is rounding.
+const ROUNDING: f64 = 1e-7;
+/// Parts of the largest stiffness that are tried with the largest damping, and the other way round.
+const PARTS: [f64; 6] = [0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0];
+/// Node speeds are looked at over this many steps,
+const WINDOW: u64 = 64;
+/// and where they hint at growth, the limit of the body is computed at most once in so many.
+const BETWEEN_SPECTRA: u64 = 1024;
+/// Squared speeds this many times that of the way gone in a window are no motion but steps that alternate or grow.
+const ALTERNATING: f64 = 8.0;
+/// Speeds at which a step is a smaller part of the body's size than this are rounding.
+const NO_SPEED: f64 = 1e-9;
+/// The limit is known to this part of it.
+const KNOWN_TO: f64 = 1e-3;
+/// A measurement of the cost takes about this long.
+const MEASUREMENT: Duration = Duration::from_millis(10);
+
+/// The longest stable step of an explicit method, s, on modes as stiff and as damped as the stiffest and the most damped one
+/// (`spectrum`); none for methods that are stable at every step.
+pub fn step_limit<const D: usize>(integrator: &dyn Integrator<D>, spectrum: &Spectrum) -> Option<f64> {
+    integrator.amplification(0.0, 0.0)?;
+    let (k, c) = (spectrum.stiffness, spectrum.damping);
+    let stable = |dt: f64| {
+        PARTS.into_iter().flat_map(|p| [(k, p * c), (p * k, c)]).all(|(k, c)| {
+            let matrix = integrator.amplification(k * dt * dt, c * dt);
+            matrix.is_none_or(|m| m.complex_eigenvalues().iter().all(|e| e.norm() <= 1.0 + ROUNDING))
+        })
+    };
+    // Every explicit method here fails at four times the time scale of the fastest mode.
+    let mut high = f64::min(4.0 / k.sqrt(), 4.0 / c);
+    if !high.is_finite() {
+        return Some(f64::INFINITY);
+    }
+    let mut low = 0.0;
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if stable(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(low)
+}
+
+/// Watches an explicit run for steps that grow: a body that is pulled becomes stiffer than at rest, and a mode beyond the
+/// limit does not always blow up but may go on swinging from step to step for ever.
+#[derive(Debug)]
+pub(super) struct Growth<const D: usize> {
+    /// The fixed step of an explicit method, s; none for the others, which are not watched.
+    step: Option<f64>,
+    positions: Vec<SVector<f64, D>>,
+    time: f64,
+    /// Speed below which nothing moves, m/s.
+    no_speed: f64,
+    /// Steps until the limit may be computed again.
+    wait: u64,
+}
+
+impl<const D: usize> Growth<D> {
+    pub(super) fn new(motion: &Motion<'_, D>, integrator: &dyn Integrator<D>, state: &State<D>) -> Self {
+        let step = integrator.explicit_step();
+        let size = motion.system().rest().iter().map(|p| p.amax()).fold(0.0, f64::max);
+        let no_speed = step.map_or(0.0, |dt| NO_SPEED * size / dt);
+        Self { step, positions: state.positions.clone(), time: state.time, no_speed, wait: 0 }
+    }
+
+    /// Called after every step (the number `steps`, from the state `before`), and at the end: whether the steps are seen to
+    /// grow. Alternating steps of Verlet show in the positions alone, growing ones of RK4 in the velocities.
+    pub(super) fn is_seen(
+        &mut self,
+        motion: &Motion<'_, D>,
+        integrator: &dyn Integrator<D>,
+        (before, state): (&State<D>, &State<D>),
+        steps: u64,
+        at_end: bool,
+    ) -> bool {
+        let Some(dt) = self.step.filter(|_| at_end || steps.is_multiple_of(WINDOW)) else { return false };
+        let nodes = motion.system().pattern().nodes();
+        let (step, duration) = (state.time - before.time, state.time - self.time);
+        let (mut moving, mut gone) = (0.0, 0.0);
+        for &i in nodes {
+            let x = state.positions[i];
+            moving += state.velocities[i].norm_squared();
+            moving += (x - before.positions[i]).norm_squared() / (step * step);
+            gone += (x - self.positions[i]).norm_squared() / (duration * duration);
+        }
+        self.positions.copy_from_slice(&state.positions);
+        self.time = state.time;
+        self.wait = self.wait.saturating_sub(WINDOW);
+        if moving <= ALTERNATING * gone + self.no_speed.powi(2) || (self.wait > 0 && !at_end) {
+            return false;
+        }
+        self.wait = BETWEEN_SPECTRA;
+        let limit = step_limit(integrator, &Spectrum::of(motion, state));
+        limit.is_some_and(|limit| dt > (1.0 - KNOWN_TO) * limit)
+    }
+}
+
+/// How long a step takes on this machine now: measured on a copy of the state, for about ten milliseconds, before `t_end` (s).
+/// The integrator is of no use for a trajectory afterwards.
+pub fn cost_per_step<const D: usize>(
+    motion: &Motion<'_, D>,
+    integrator: &mut dyn Integrator<D>,
+    state: &State<D>,
+    t_end: f64,
+) -> Duration {
+    let mut copy = state.clone();
+    let mut counts = Counts::default();
+    let clock = Instant::now();
+    let mut steps = 0;
+    while clock.elapsed() < MEASUREMENT && copy.time < t_end {
+        if integrator.step(motion, &mut copy, t_end, &mut counts).is_err() {
+            break;
+        }
+        steps += 1;
+    }
+    clock.elapsed() / steps.max(1)
+}
