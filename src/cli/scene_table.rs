@@ -7,7 +7,7 @@ use tongue_fit::scene::Plan;
 use tongue_fit::scene::compare::Compared;
 use tongue_fit::scene::run::Outcome;
 
-use super::table::{files, table};
+use super::table::{self, files, table};
 
 /// Letters of a reason that fit beside the other columns.
 const REASON: usize = 50;
@@ -118,6 +118,7 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
             "{:?} at {} s: {} steps, {} rejected, {} factorisations",
             t.status, t.time_s, t.counts.steps, t.counts.rejected, t.counts.factorisations
         );
+        text += &table::way_gone(t.time_s, t.part_of_way_to_equilibrium);
     }
     if let Some(s) = &o.solution {
         let _ = writeln!(

@@ -110,6 +110,7 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
         counts.force_evaluations,
         counts.factorisations
     );
+    text += &way_gone(record.time_s, record.part_of_way_to_equilibrium);
     let _ = writeln!(
         text,
         "areas at {:.1} % to {:.1} % of rest",
@@ -117,6 +118,13 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
         100.0 * record.max_area_ratio
     );
     text + &files(written)
+}
+
+/// How near a body in motion has come to its equilibrium, in a line; nothing where that is not known.
+pub fn way_gone(time_s: f64, part: Option<f64>) -> String {
+    let Some(percent) = part.map(|p| 100.0 * p) else { return String::new() };
+    let digits = usize::from(percent > 99.0);
+    format!("at {time_s} s the body has gone {percent:.digits$} % of the way to its equilibrium\n")
 }
 
 /// One fit.

@@ -214,7 +214,7 @@ pub fn run(
         &super::command_line(),
         (method, control),
         arguments.t_end,
-        outcome,
+        (outcome, motion.part_of_way(system.rest(), &state)),
         &numbers.map(|n| system.length(&state.positions, n)),
         system.cell_ratios(&state.positions),
         clock.elapsed().as_secs_f64(),

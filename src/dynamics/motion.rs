@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::SVector;
 
+use crate::body::largest_distance;
 use crate::effect::{Configuration, Tangent};
 use crate::sparse::BlockMatrix;
 use crate::statics::{self, Settings, Status, Workspace};
@@ -13,6 +14,8 @@ use super::{Counts, State, Tensions};
 
 /// Contractile elements are at rest after this time, s.
 const LONG: f64 = 1e30;
+/// An equilibrium this near to where a body began is no way to go, m.
+const NO_WAY: f64 = 1e-9;
 
 /// A system, and the tensions of its muscles over time.
 #[derive(Debug)]
@@ -140,11 +143,28 @@ impl<'a, const D: usize> Motion<'a, D> {
         if tensions.iter().all(|t| *t == 0.0) {
             return None;
         }
-        let mut workspace = Workspace::new(self.system);
-        let solution = statics::solve(self.system, &mut workspace, tensions, &Settings::default());
-        let mut state = State { positions: workspace.positions().to_vec(), ..self.at_rest() };
+        let positions = self.equilibrium_from(self.system.rest(), tensions)?;
+        let mut state = State { positions, ..self.at_rest() };
         self.settle_under(tensions, LONG, &mut state);
-        (solution.status == Status::Converged).then_some(state)
+        Some(state)
+    }
+
+    /// The part of its way to equilibrium that a body has gone since it was at `start` (positions of all nodes, m), from the
+    /// distances of the node that has furthest to go. The equilibrium is that of the tensions at the state's time, found from its
+    /// shape; none where it is not found, or where the body began.
+    pub fn part_of_way(&self, start: &[SVector<f64, D>], state: &State<D>) -> Option<f64> {
+        let mut tensions = self.slack.clone();
+        self.tensions.at(state.time, &mut tensions);
+        let goal = self.equilibrium_from(&state.positions, &tensions)?;
+        let whole = largest_distance(start, &goal);
+        (whole > NO_WAY).then(|| 1.0 - largest_distance(&state.positions, &goal) / whole)
+    }
+
+    fn equilibrium_from(&self, start: &[SVector<f64, D>], tensions: &[f64]) -> Option<Vec<SVector<f64, D>>> {
+        let mut workspace = Workspace::new(self.system);
+        workspace.start_from(start);
+        let solution = statics::solve(self.system, &mut workspace, tensions, &Settings::default());
+        (solution.status == Status::Converged).then(|| workspace.positions().to_vec())
     }
 
     /// Space for the rates.

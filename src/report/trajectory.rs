@@ -25,6 +25,9 @@ pub struct TrajectoryRecord {
     pub t_end_s: f64,
     /// The end reached, s.
     pub time_s: f64,
+    /// Part of the way to its equilibrium, under the tensions at the end reached, that the body has gone; null where there is
+    /// no such way.
+    pub part_of_way_to_equilibrium: Option<f64>,
     /// What it cost.
     pub counts: Counts,
     /// Lengths at the end reached, mm.
@@ -38,13 +41,13 @@ pub struct TrajectoryRecord {
 }
 
 impl TrajectoryRecord {
-    /// Collects what a run left: how it was made, the end asked for (s), what it did, lengths (m) and area ratios at
+    /// Collects what a run left: how it was made, the end asked for (s), what it did and how far that was, lengths (m) and area ratios at
     /// the end reached, and the time it took (s).
     pub fn new(
         command: &str,
         (method, control): (Method, Control),
         t_end: f64,
-        outcome: Outcome,
+        (outcome, part_of_way): (Outcome, Option<f64>),
         lengths: &PerMuscle<f64>,
         area_ratios: (f64, f64),
         wall_s: f64,
@@ -62,6 +65,7 @@ impl TrajectoryRecord {
             tolerance_mm,
             t_end_s: t_end,
             time_s: outcome.time_s,
+            part_of_way_to_equilibrium: part_of_way,
             counts: outcome.counts,
             lengths_mm: ByMuscle(lengths.map(|l| l * 1e3)),
             min_area_ratio: area_ratios.0,

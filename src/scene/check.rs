@@ -3,6 +3,7 @@
 use super::SceneError;
 use super::body::{finite, not_negative, positive};
 use super::file::{Body, Scene, Want};
+use crate::dynamics::SHORTEST_S;
 use crate::material::Preset;
 
 /// Below this a wall's barrier is stiffer than the rest of the body by more than numbers can tell, mm.
@@ -87,6 +88,15 @@ impl Scene {
         if let Some(t) = &self.trajectory {
             positive("trajectory.duration_s", t.duration_s)?;
             not_negative("trajectory.ramp_s", t.ramp_s)?;
+            for (key, value) in [("trajectory.duration_s", t.duration_s), ("trajectory.ramp_s", t.ramp_s)] {
+                if value > 0.0 && value < SHORTEST_S {
+                    return Err(SceneError::Value {
+                        key,
+                        value,
+                        must: "at least 1e-9: nothing moves faster",
+                    });
+                }
+            }
             positive("trajectory.tolerance_mm", t.tolerance_mm)?;
         }
         Ok(())

@@ -81,6 +81,8 @@ pub struct Way {
     pub status: dynamics::Status,
     /// Time reached, s.
     pub time_s: f64,
+    /// Part of the way to its equilibrium that the body has gone; null where there is no such way.
+    pub part_of_way_to_equilibrium: Option<f64>,
     /// What it cost.
     pub counts: Counts,
     /// The body at evenly spaced moments.
@@ -227,12 +229,14 @@ pub(super) fn follow<const D: usize>(
         }
         state.positions.copy_from_slice(workspace.positions());
     }
+    let start = state.positions.clone();
     let mut lengths = Lengths { prepared, moments: Vec::with_capacity(SAMPLES) };
     let times = dynamics::sample_times(duration, SAMPLES);
     let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, duration, &times, &mut lengths);
     let way = Way {
         status: outcome.status,
         time_s: outcome.time_s,
+        part_of_way_to_equilibrium: motion.part_of_way(&start, &state),
         counts: outcome.counts,
         moments: lengths.moments,
     };

@@ -160,7 +160,7 @@ fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that
 
 #[test]
 fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
-    let system = System::new(&common::lattice(4, 4, 5.5e-3), &Model::default(), &[0]).unwrap();
+    let system = System::new(&fixtures::lattice(4, 4, 5.5e-3), &Model::default(), &[0]).unwrap();
     let table =
         |times: &[f64]| Tensions::Table { times: times.to_vec(), values: vec![vec![1.0]; times.len()] };
     let least = f64::from_bits(1);

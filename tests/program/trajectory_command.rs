@@ -20,6 +20,8 @@ fn lengths_frames_and_an_animation_are_written() {
     assert_eq!(json["status"], "completed");
     assert_eq!(json["time_s"], 0.5);
     assert!(json["counts"]["steps"].as_u64().unwrap() > 5);
+    let gone = json["part_of_way_to_equilibrium"].as_f64().unwrap();
+    assert!((0.1..0.5).contains(&gone), "half a second is not enough: {gone}");
 
     let out = folder.path().join("results");
     let mut table = csv::Reader::from_path(out.join("trajectory.csv")).unwrap();
@@ -48,17 +50,31 @@ fn lengths_frames_and_an_animation_are_written() {
 }
 
 #[test]
+fn a_motion_that_has_not_arrived_says_how_far_it_has_come() {
+    let folder = tempfile::tempdir().unwrap();
+    let load = ["--tension", "GGa=12", "--tension", "SGm=11.5", "--tension", "HGa=4.5", "--frames", "2"];
+    for (t_end, said) in [("3", "at 3 s the body has gone 82"), ("30", "at 30 s the body has gone 100.0 %")] {
+        let output = simulate(folder.path(), &[&load[..], &["--t-end", t_end]].concat());
+        assert_eq!(output.status.code(), Some(0));
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(text.contains(said) && text.contains("% of the way to its equilibrium"), "{text}");
+    }
+}
+
+#[test]
 fn what_cannot_be_run_is_refused_with_one_message_and_leaves_nothing() {
     let curves = tempfile::tempdir().unwrap();
     let file = curves.path().join("curves.csv");
     std::fs::write(&file, "time_s,GGa\n0,0\n0.2,5\n0.1,6\n").unwrap();
     let file = file.to_str().unwrap();
-    let cases: [(&[&str], &str); 11] = [
+    let cases: [(&[&str], &str); 13] = [
         (&["--t-end", "0"], "--t-end is 0"),
         (&["--t-end", "nan"], "--t-end is NaN"),
         (&["--dt", "-1"], "--dt is -1"),
         (&["--tolerance", "0"], "--tolerance is 0"),
         (&["--ramp", "-0.1"], "--ramp is -0.1"),
+        (&["--t-end", "1e-320"], "--t-end is 1e-320"),
+        (&["--ramp", "1e-320"], "--ramp is 1e-320"),
         (&["--frames", "1"], "--frames is 1"),
         (&["--method", "verlett"], "did you mean \"verlet\"?"),
         (&["--method", "verlet", "--dt", "1e-3"], "beyond the stability limit of verlet, 1.1"),
