@@ -179,16 +179,18 @@ pub fn run(
     global: &Global,
 ) -> miette::Result<Outcome> {
     let method = arguments.check()?;
-    let curves = arguments.tension_curves.as_ref().map(Curves::from_path).transpose().into_diagnostic()?;
     let mesh = body.mesh()?;
+    let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
+    let curves = arguments.tension_curves.as_ref().map(|file| Curves::from_path(file, &names));
+    let curves = curves.transpose().into_diagnostic()?;
     let numbers = inverse::muscle_numbers(&mesh).into_diagnostic()?;
     let active: Vec<usize> = match &curves {
-        Some(curves) => curves.muscles().iter().map(|m| numbers[m.index()]).collect(),
+        Some(curves) => curves.muscles.clone(),
         None => given.iter().map(|(m, _)| numbers[m.index()]).collect(),
     };
     let system = System::new(&mesh, &body.model(), &active).into_diagnostic()?;
     let tensions = match curves {
-        Some(curves) => curves.tensions(&numbers, system.muscle_count()),
+        Some(curves) => curves.tensions,
         None => {
             let mut to = vec![0.0; system.muscle_count()];
             given.iter().for_each(|(m, tension)| to[numbers[m.index()]] = *tension);

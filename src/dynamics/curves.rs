@@ -3,7 +3,9 @@
 use std::io::Read;
 use std::path::Path;
 
-use crate::muscle::{COUNT, Muscle, PerMuscle};
+use crate::files;
+use crate::measured::lengths::position_of;
+use crate::suggest;
 
 use super::{SHORTEST_S, Tensions};
 
@@ -13,10 +15,10 @@ const TIME: &str = "time_s";
 /// Tensions of some muscles at ascending times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
-    muscles: Vec<Muscle>,
-    times: Vec<f64>,
-    /// At each time the tension of each of `muscles`, N.
-    values: Vec<Vec<f64>>,
+    /// Numbers of the driven muscles, in the order of the columns.
+    pub muscles: Vec<usize>,
+    /// The tensions of all muscles, zero where one is not driven.
+    pub tensions: Tensions,
 }
 
 /// Why a file of tension curves is refused.
@@ -27,7 +29,7 @@ pub enum CurvesError {
     Unreadable {
         /// The file.
         origin: String,
-        /// The refusal of the operating system.
+        /// Why.
         source: std::io::Error,
     },
     /// Its content is wrong.
@@ -49,19 +51,21 @@ impl Curves {
     ///
     /// # Errors
     /// [`CurvesError`], naming the file as `path` shows it.
-    pub fn from_path(path: impl AsRef<Path>) -> Result<Self, CurvesError> {
-        let origin = path.as_ref().display().to_string();
-        let bytes = crate::files::read(path)
-            .map_err(|source| CurvesError::Unreadable { origin: origin.clone(), source })?;
-        Self::from_reader(bytes.as_slice(), &origin)
+    pub fn from_path(path: &Path, names: &[String]) -> Result<Self, CurvesError> {
+        let origin = path.display().to_string();
+        match files::read(path) {
+            Ok(bytes) => Self::from_reader(bytes.as_slice(), &origin, names),
+            Err(source) => Err(CurvesError::Unreadable { origin, source }),
+        }
     }
 
-    /// Reads a comma-separated table whose header names `time_s` and one or more muscles (`GGa` .. `HGp`), in any order. Times are
-    /// ascending, s; tensions finite and not negative, N per metre of thickness. `origin` names the table in errors.
+    /// Reads a comma-separated table whose header names `time_s` and one or more of the muscles of a body, whose names in the order
+    /// of their numbers are `names`. Columns are in any order. Times are ascending, s; tensions finite and not negative, N (2D: per
+    /// metre of thickness). `origin` names the table in errors.
     ///
     /// # Errors
-    /// [`CurvesError::Malformed`] with line and column.
-    pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, CurvesError> {
+    /// [`CurvesError`] with line and column.
+    pub fn from_reader(reader: impl Read, origin: &str, names: &[String]) -> Result<Self, CurvesError> {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).has_headers(true).from_reader(reader);
         let wrong = |line: u64, column: Option<String>, problem: String| CurvesError::Malformed {
             origin: origin.to_owned(),
@@ -82,25 +86,24 @@ impl Curves {
             }
         };
         let header = reader.headers().map_err(broken)?.clone();
-        let named = |i: usize| format!("{} ({})", i + 1, header.get(i).unwrap_or_default());
-        let mut columns: Vec<Option<Muscle>> = Vec::new();
+        let named = |i: usize| Some(format!("{} ({})", i + 1, header.get(i).unwrap_or_default()));
+        let mut columns: Vec<Option<usize>> = Vec::new();
         for (i, name) in header.iter().enumerate() {
-            let column = match name {
-                TIME => None,
-                other => {
-                    let parsed = other.parse::<Muscle>();
-                    Some(parsed.map_err(|e| wrong(1, Some(named(i)), format!("{e}, and {TIME}")))?)
-                }
-            };
+            let column = if name == TIME { None } else { position_of(names, name) };
+            if column.is_none() && name != TIME {
+                let known = names.iter().map(String::as_str).chain([TIME]);
+                let problem = format!("unknown muscle \"{name}\"; {}", suggest::hint(name, known));
+                return Err(wrong(1, named(i), problem));
+            }
             if columns.contains(&column) {
-                return Err(wrong(1, Some(named(i)), "comes twice; keep one".to_owned()));
+                return Err(wrong(1, named(i), "comes twice; keep one".to_owned()));
             }
             columns.push(column);
         }
         if !columns.contains(&None) {
             return Err(wrong(1, None, format!("no column {TIME}; name the column of times {TIME}")));
         }
-        let muscles: Vec<Muscle> = columns.iter().copied().flatten().collect();
+        let muscles: Vec<usize> = columns.iter().copied().flatten().collect();
         if muscles.is_empty() {
             return Err(wrong(1, None, "no column of a muscle; add one named GGa, for instance".to_owned()));
         }
@@ -108,71 +111,53 @@ impl Curves {
         for record in reader.records() {
             let record = record.map_err(broken)?;
             let line = record.position().map_or(1, csv::Position::line);
-            let mut row = Vec::with_capacity(muscles.len());
+            let mut row = vec![0.0; names.len()];
             for (i, (text, column)) in record.iter().zip(&columns).enumerate() {
-                let refuse = |problem: String| wrong(line, Some(named(i)), problem);
-                let what = if column.is_none() { "time" } else { "tension" };
-                if text.is_empty() {
-                    return Err(refuse(format!("the {what} is missing; give a number")));
-                }
-                let value: f64 = text
-                    .parse()
-                    .map_err(|_| refuse(format!("\"{text}\" is not a number; give the {what} as one")))?;
-                if !value.is_finite() {
-                    return Err(refuse(format!("the {what} is {value}; it must be finite")));
-                }
+                let number = |what: &str| match text.parse::<f64>() {
+                    Ok(value) if value.is_finite() => Ok(value),
+                    Ok(value) => Err(format!("the {what} is {value}; it must be finite")),
+                    Err(_) if text.is_empty() => Err(format!("the {what} is missing; give a number")),
+                    Err(_) => Err(format!("\"{text}\" is not a number; give the {what} as one")),
+                };
                 match column {
                     None => {
-                        if times.is_empty() && value > 0.0 && value < SHORTEST_S {
-                            return Err(refuse(format!(
-                                "the time {value:e} s is too short; take 0 for the start"
-                            )));
-                        }
-                        if let Some(last) = times.last().filter(|last| value < **last + SHORTEST_S) {
-                            return Err(refuse(format!(
-                                "the time {value} s does not come after {last} s of the row before by at least {SHORTEST_S:e} s; \
-                                 sort the rows by time, each time once"
-                            )));
-                        }
-                        times.push(value);
+                        number("time").and_then(|t| after(times.last().copied(), t)).map(|t| times.push(t))
                     }
-                    Some(muscle) if value < 0.0 => {
-                        return Err(refuse(format!(
-                            "the tension of {muscle} is {value} N; it must not be negative (muscles pull, they do not push)"
-                        )));
-                    }
-                    Some(_) => row.push(value),
+                    Some(m) => number("tension").and_then(|v| pull(&names[*m], v)).map(|v| row[*m] = v),
                 }
+                .map_err(|problem| wrong(line, named(i), problem))?;
             }
             values.push(row);
         }
         if times.is_empty() {
             return Err(wrong(1, None, "no row below the header; give at least one time".to_owned()));
         }
-        Ok(Self { muscles, times, values })
+        Ok(Self { muscles, tensions: Tensions::Table { times, values } })
     }
+}
 
-    /// The driven muscles, in the order of the columns.
-    pub fn muscles(&self) -> &[Muscle] {
-        &self.muscles
+/// The time itself, if it comes after the one of the row before by as much as counts.
+fn after(last: Option<f64>, time: f64) -> Result<f64, String> {
+    match last {
+        None if time > 0.0 && time < SHORTEST_S => {
+            Err(format!("the time {time:e} s is too short; take 0 for the start"))
+        }
+        Some(last) if time < last + SHORTEST_S => Err(format!(
+            "the time {time} s does not come after {last} s of the row before by at least {SHORTEST_S:e} s; sort the rows by \
+             time, each time once"
+        )),
+        _ => Ok(time),
     }
+}
 
-    /// The same for a mesh with `count` muscles, whose muscle numbers `numbers` gives.
-    pub fn tensions(&self, numbers: &PerMuscle<usize>, count: usize) -> Tensions {
-        let values = self
-            .values
-            .iter()
-            .map(|row| {
-                let mut all = vec![0.0; count.max(COUNT)];
-                for (muscle, value) in self.muscles.iter().zip(row) {
-                    all[numbers[muscle.index()]] = *value;
-                }
-                all.truncate(count);
-                all
-            })
-            .collect();
-        Tensions::Table { times: self.times.clone(), values }
+/// The tension itself, unless it pushes.
+fn pull(muscle: &str, tension: f64) -> Result<f64, String> {
+    if tension < 0.0 {
+        return Err(format!(
+            "the tension of {muscle} is {tension} N; it must not be negative (muscles pull, they do not push)"
+        ));
     }
+    Ok(tension)
 }
 
 #[cfg(test)]
@@ -180,17 +165,16 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Curves, CurvesError> {
-        Curves::from_reader(text.as_bytes(), "t.csv")
+        Curves::from_reader(text.as_bytes(), "t.csv", &["GGa", "GGm", "SGm"].map(String::from))
     }
 
     #[test]
     fn columns_may_come_in_any_order() {
         let curves = read("SGm, time_s, GGa\n1, 0, 2\n3, 0.5, 4\n").unwrap();
-        assert_eq!(curves.muscles(), [Muscle::SGm, Muscle::GGa]);
-        let tensions = curves.tensions(&[0, 1, 2, 3, 4, 5, 6, 7], COUNT);
-        let mut out = [0.0; COUNT];
-        tensions.at(0.25, &mut out);
-        assert_eq!(out, [3.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0]);
+        assert_eq!(curves.muscles, [2, 0]);
+        let mut out = [0.0; 3];
+        curves.tensions.at(0.25, &mut out);
+        assert_eq!(out, [3.0, 0.0, 2.0]);
     }
 
     #[test]
