@@ -13,8 +13,8 @@ use tongue_fit::inverse::batch::{self, Job, Plan, Selection, Thoroughness};
 use tongue_fit::inverse::{self, Method, Settings};
 use tongue_fit::measured::published::Tables;
 use tongue_fit::measured::{Dataset, Target, TargetKind, Vowel, rest_shape};
-use tongue_fit::report::batch::journal::{Entry, EntryResult, Journal, NAME};
-use tongue_fit::report::batch::{self as outputs, Batch, Provenance, Summary};
+use tongue_fit::report::batch::journal::{Entry, NAME};
+use tongue_fit::report::batch::{self as outputs, Batch, Fitted, Journal, Provenance, Summary};
 use tongue_fit::report::{OutputDir, ReportError};
 use tongue_fit::system::Model;
 
@@ -181,7 +181,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
 
     tell_what_is_left_out(&plan, &unreadable);
-    let journal = Journal::open(out.path(), &key).into_diagnostic()?;
+    let journal = Journal::open(out.path(), &key, plan.jobs.len()).into_diagnostic()?;
+    journal.notes().iter().for_each(|note| output::note(note));
     if !journal.is_empty() {
         output::note(&format!("going on after {} of {} fits", journal.len(), plan.jobs.len()));
     }
@@ -251,21 +252,21 @@ fn fit_all(run: &Run<'_>, jobs: &[Job], journal: Journal) -> miette::Result<Jour
     Ok(journal.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-fn one(run: &Run<'_>, number: usize, job: &Job) -> Result<Entry, ReportError> {
+fn one(run: &Run<'_>, number: usize, job: &Job) -> Result<Entry<Fitted>, ReportError> {
     let clock = Instant::now();
     let result = match batch::assess(run.mesh, run.model, &job.target, run.how) {
-        Ok(a) => outputs::fitted(number, job, &a, run.mesh, Some(&run.tables), &run.provenance)?,
-        Err(e) => EntryResult::Refused(e.to_string()),
+        Ok(a) => Ok(outputs::fitted(number, job, &a, run.mesh, Some(&run.tables), &run.provenance)?),
+        Err(e) => Err(e.to_string()),
     };
     Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
 }
 
 /// A finished job in a line.
-fn told(job: &Job, entry: &Entry) -> String {
+fn told(job: &Job, entry: &Entry<Fitted>) -> String {
     let Target { subject, vowel, kind, .. } = &job.target;
     let came = match &entry.result {
-        EntryResult::Fitted(fit) => fit.digest.status.replace('_', " "),
-        EntryResult::Refused(why) => format!("not fitted: {why}"),
+        Ok(fit) => fit.digest.status.replace('_', " "),
+        Err(why) => format!("not fitted: {why}"),
     };
     format!("{subject} /{vowel}/ {kind}: {came} in {:.3} s", entry.wall_s)
 }

@@ -8,7 +8,8 @@ use miette::IntoDiagnostic;
 use tongue_fit::inverse::{Fit, Status};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::muscle::Muscle;
-use tongue_fit::report::batch::journal::{Entry, EntryResult, Journal};
+use tongue_fit::report::batch::Journal;
+use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
@@ -367,8 +368,7 @@ fn listed(batch: &Batch<'_>, journal: &Journal) -> miette::Result<String> {
         c.set_cell_alignment(CellAlignment::Left);
     }
     for (number, job) in batch.jobs.iter().enumerate() {
-        let Some(Entry { result: EntryResult::Fitted(fit), .. }) = journal.read(number).into_diagnostic()?
-        else {
+        let Some(Entry { result: Ok(fit), .. }) = journal.read(number).into_diagnostic()? else {
             continue;
         };
         let record: serde_json::Value = serde_json::from_str(&fit.json).into_diagnostic()?;

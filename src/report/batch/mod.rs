@@ -8,13 +8,13 @@ mod tables;
 
 use std::io::{self, Write};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::body::Mesh;
 use crate::inverse::batch::{Assessment, BaselineRow, Job, Refusal};
 use crate::measured::published;
 
-use self::journal::{Entry, EntryResult, Fitted, Journal};
+use self::journal::{Entry, Kept};
 use self::record::AssessedRecord;
 use super::{OutputDir, ReportError, Writes};
 
@@ -53,6 +53,32 @@ pub struct Batch<'a> {
     pub mesh: &'a Mesh<2>,
 }
 
+/// A fit in the words of every output.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Fitted {
+    /// For the summary.
+    pub digest: Digest,
+    /// Its record: a JSON object on one line.
+    pub json: String,
+    /// Its lines of `muscles.csv`.
+    pub muscles: String,
+    /// Its line of `fits.csv`.
+    pub fits: String,
+    /// Its part of the page, for as many fits as the page shows.
+    pub page: Option<page::PageFit>,
+}
+
+impl Kept for Fitted {
+    type Digest = Digest;
+
+    fn digest(&self) -> Digest {
+        self.digest.clone()
+    }
+}
+
+/// The journal of a batch.
+pub type Journal = journal::Journal<Fitted>;
+
 /// SHA-256 of texts, one after another and told apart, in hexadecimal.
 pub fn sha256(texts: &[&str]) -> String {
     use sha2::Digest as _;
@@ -75,17 +101,17 @@ pub fn fitted(
     mesh: &Mesh<2>,
     tables: Option<&published::Tables>,
     provenance: &Provenance,
-) -> Result<EntryResult, ReportError> {
+) -> Result<Fitted, ReportError> {
     let record = AssessedRecord::new(job, assessment, tables, &provenance.command);
     let text = |e: csv::Error| ReportError::Record { reason: e.to_string() };
     let on_page = number < page::MOST_FITS;
-    Ok(EntryResult::Fitted(Box::new(Fitted {
+    Ok(Fitted {
         digest: Digest::new(&record),
         json: serde_json::to_string(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
         muscles: tables::muscle_lines(&record, provenance).map_err(text)?,
         fits: tables::fit_line(&record, provenance).map_err(text)?,
         page: on_page.then(|| page::PageFit::new(number, &record, assessment, mesh)).transpose()?,
-    })))
+    })
 }
 
 /// Writes all files of a finished batch, each whole or not at all, and returns their paths.
@@ -178,9 +204,7 @@ fn each_fit(
     mut then: impl FnMut(f64, &Fitted) -> io::Result<()>,
 ) -> io::Result<()> {
     for number in 0..batch.jobs.len() {
-        if let Some(Entry { wall_s, result: EntryResult::Fitted(fit), .. }) =
-            journal.read(number).map_err(io::Error::other)?
-        {
+        if let Some(Entry { wall_s, result: Ok(fit), .. }) = journal.read(number).map_err(io::Error::other)? {
             then(wall_s, &fit)?;
         }
     }
@@ -191,9 +215,7 @@ fn each_fit(
 fn all_refusals(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<Refusal>> {
     let mut all = batch.refusals.to_vec();
     for (number, job) in batch.jobs.iter().enumerate().filter(|(n, _)| journal.is_refused(*n)) {
-        if let Some(Entry { result: EntryResult::Refused(message), .. }) =
-            journal.read(number).map_err(io::Error::other)?
-        {
+        if let Some(Entry { result: Err(message), .. }) = journal.read(number).map_err(io::Error::other)? {
             let t = &job.target;
             all.push(Refusal {
                 line: job.line,

@@ -8,9 +8,8 @@ use std::io::{self, Write};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::journal::Journal;
 use super::summary::PassiveGroup;
-use super::{Batch, all_refusals, each_fit};
+use super::{Batch, Journal, all_refusals, each_fit};
 use crate::body::Mesh;
 use crate::muscle::Muscle;
 
