@@ -2,6 +2,7 @@
 
 use crate::fixtures;
 use nalgebra::SVector;
+use tongue_fit::body::Body;
 use tongue_fit::dynamics::{
     Control, Counts, Method, MethodError, Motion, Observer, Spectrum, Status, Tensions, run, sample_times,
 };
@@ -116,7 +117,7 @@ fn the_stability_limit_is_where_explicit_runs_begin_to_blow_up() {
 
 #[test]
 fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that_its_steps_grow() {
-    let mesh = body::build(&Anatomy::reference().unwrap(), 11e-3).unwrap();
+    let mesh = Body::tongue(11e-3).unwrap().mesh;
     let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
     let end = |motion: &Motion<'_, 2>, method: Method, control| {
         let mut integrator = method.integrator(motion, control).unwrap();
