@@ -1,7 +1,7 @@
 //! `tongue-fit accuracy`: what accuracy costs in time.
 
 use miette::IntoDiagnostic;
-use tongue_fit::report::OutputDir;
+use tongue_fit::report::{Export, Markdown, OutputDir};
 use tongue_fit::study::accuracy::{self, Circumstances, Effort};
 
 use super::{Global, Outcome, output, table};
@@ -25,11 +25,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let effort = if arguments.quick { Effort::QUICK } else { Effort::FULL };
     let study = accuracy::run(&effort, &mut |what| output::progress(what)).into_diagnostic()?;
     let made = Circumstances { command: super::command_line(), machine: machine() };
-    let page = accuracy::page(&study, &made);
-    let mut files = accuracy::files(&study).into_diagnostic()?;
-    files.push(("README.md".into(), page.into_bytes()));
-    let named: Vec<(&str, &[u8])> = files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
-    let written = out.write_all(&named).into_diagnostic()?;
+    let page = Markdown(accuracy::page(&study, &made));
+    let files = accuracy::files(&study).into_diagnostic()?;
+    let mut all: Vec<(&str, &dyn Export)> = files.iter().map(|(n, f)| (*n, f.as_ref())).collect();
+    all.push(("README.md", &page));
+    let written = out.export(&all, &super::provenance()).into_diagnostic()?;
     if global.json {
         output::print(&output::json(&serde_json::json!({ "written": written }))?)?;
     } else {

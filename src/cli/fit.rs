@@ -10,7 +10,7 @@ use tongue_fit::inverse::{self, Fit, Method, Settings, Status};
 use tongue_fit::measured::published::{self, Tables};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::muscle::{Muscle, PerMuscle};
-use tongue_fit::report::{self, FitRecord, OutputDir, Series};
+use tongue_fit::report::{self, Export, FitRecord, OutputDir, Section, Series, Svg};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 
@@ -149,13 +149,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
     let (picture, chart) = pictures(&mesh, &fit, published.as_ref())?;
-    let files: [(&str, &[u8]); 4] = [
-        ("fit.json", json.as_bytes()),
-        ("fit.csv", &csv),
-        ("tongue.svg", picture.as_bytes()),
-        ("changes.svg", chart.as_bytes()),
-    ];
-    let written = out.write_all(&files).into_diagnostic()?;
+    let by = super::provenance().with_tissue(model.tissue);
+    let files: [(&str, &dyn Export); 4] =
+        [("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
+    let written = out.export(&files, &by).into_diagnostic()?;
     if global.json {
         output::print(&json)?;
     } else {
@@ -227,13 +224,22 @@ fn published_name() -> String {
 }
 
 /// The deformed mesh, and figure 4.9 of the thesis.
-fn pictures(mesh: &Mesh<2>, fit: &Fit, published: Option<&Published>) -> miette::Result<(String, String)> {
+fn pictures(mesh: &Mesh<2>, fit: &Fit, published: Option<&Published>) -> miette::Result<(Svg, Svg)> {
     let target = &fit.target;
     let numbers = inverse::muscle_numbers(mesh).into_diagnostic()?;
-    let active: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
+    let mut tensions = vec![0.0; mesh.muscles.len()];
+    numbers.iter().zip(fit.tensions).for_each(|(&n, tension)| tensions[n] = tension);
     let what = format!("{} /{}/", target.subject, target.vowel);
-    let title = format!("{what}: tongue at rest (grey) and at the tensions found");
-    let picture = report::tongue(mesh, &fit.positions, &active, &title).into_diagnostic()?;
+    let title = format!("{what}: at rest (grey) and at the tensions found");
+    let section = Section {
+        mesh,
+        positions: &fit.positions,
+        tensions: &tensions,
+        palate: &[],
+        stretch: false,
+        title: &title,
+    };
+    let picture = report::tongue(&section).into_diagnostic()?;
     let labels: Vec<String> = Muscle::ALL
         .iter()
         .map(|m| format!("{m}{}", if target.active.contains(m) { "*" } else { "" }))

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use miette::IntoDiagnostic;
+use tongue_fit::body::Quality;
 use tongue_fit::body::json::MeshRecord;
-use tongue_fit::body::{Quality, gmsh};
-use tongue_fit::report::{self, OutputDir};
+use tongue_fit::report::{Export, Json, Msh, OutputDir, Vtu};
 use tongue_fit::system;
 
 use super::{Global, Outcome, body, mesh_check, output, table};
@@ -41,20 +41,20 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let coefficients = system::coefficients(mesh, &arguments.body.model()).into_diagnostic()?;
     let stiffness = system::connection_stiffness(mesh, &coefficients);
     let record = MeshRecord::new(mesh, &stiffness, coefficients.kappa, coefficients.node_mass);
-    let json = output::json(&record)?;
+    let (by, json) = (super::provenance(), Json(&record));
     let written = match &out {
         Some(out) => {
             let at_rest = vec![0.0; mesh.muscles.len()];
-            let vtu = report::vtu(mesh, &mesh.nodes, &at_rest).into_diagnostic()?;
-            let msh = gmsh::write(mesh, &body.bones);
-            let files =
-                [("mesh.json", json.as_bytes()), ("mesh.msh", msh.as_bytes()), ("mesh.vtu", vtu.as_bytes())];
-            out.write_all(&files).into_diagnostic()?
+            let vtu = Vtu::new(mesh, &mesh.nodes, &at_rest).into_diagnostic()?;
+            let msh = Msh::at_rest(mesh, &body.bones);
+            let files: [(&str, &dyn Export); 3] =
+                [("mesh.json", &json), ("mesh.msh", &msh), ("mesh.vtu", &vtu)];
+            out.export(&files, &by).into_diagnostic()?
         }
         None => Vec::new(),
     };
     if global.json {
-        output::print(&json)?;
+        output::print(&json.text(&by).into_diagnostic()?)?;
         return Ok(Outcome::Good);
     }
     let q = Quality::of(mesh);

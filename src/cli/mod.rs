@@ -198,6 +198,11 @@ fn command_line() -> String {
     line_of(words())
 }
 
+/// Who makes the files of this run.
+fn provenance() -> tongue_fit::report::Provenance {
+    tongue_fit::report::Provenance::new(command_line())
+}
+
 /// The command line without the options that change no result, so that outputs are the same wherever they are made.
 fn command_line_of_the_result() -> String {
     let mut words = words().into_iter();

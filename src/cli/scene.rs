@@ -1,13 +1,13 @@
 //! `tongue-fit scene`: list, explain and run scenes.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::SVector;
 use serde::Serialize;
 use tongue_fit::body::{AnyBody, Mesh};
-use tongue_fit::report::{self, OutputDir, ReportError};
+use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, Rows, Section, Svg, Vtu};
 use tongue_fit::scene::body;
 use tongue_fit::scene::compare::{Compared, compare};
 use tongue_fit::scene::file::Body;
@@ -142,52 +142,54 @@ fn explain(plan: &Plan, global: &Global) -> miette::Result<Outcome> {
     Ok(Outcome::Good)
 }
 
-/// Runs a prepared scene: what came out, its picture and its VTU file.
-fn answered<const D: usize>(
-    scene: &Scene,
-    prepared: Prepared<D>,
-    draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>]) -> Result<String, ReportError>,
-) -> miette::Result<(Answer, String, String)> {
-    tell(&prepared.plan);
-    let mesh = prepared.body.mesh.clone();
-    let result = run::run(scene, prepared).into_diagnostic()?;
-    let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-    let picture = draw(&mesh, &positions).into_diagnostic()?;
-    let vtu = report::vtu(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
-    Ok((result, picture, vtu))
-}
-
 fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let scene = load(name)?;
-    let (result, picture, vtu) = match prepared(&scene)? {
+    let to = out.as_ref().map(|out| (out, name));
+    let (result, by, written) = match prepared(&scene)? {
         Ready::Flat(p) => {
             let wall = p.wall.as_ref().map(|w| w.outline().to_vec()).unwrap_or_default();
-            let active = p.system.contracting().to_vec();
-            answered(&scene, p, |mesh, shape| {
-                report::tongue_at_wall(mesh, shape, &active, &wall, &scene.title)
+            answered(&scene, p, to, |mesh, positions, tensions| {
+                let title = &scene.title;
+                report::tongue(&Section { mesh, positions, tensions, palate: &wall, stretch: false, title })
             })?
         }
-        Ready::Solid(p) => answered(&scene, p, |mesh, shape| report::solid(mesh, shape, &scene.title))?,
+        Ready::Solid(p) => {
+            answered(&scene, p, to, |mesh, shape, _| report::solid(mesh, shape, &scene.title))?
+        }
     };
-    let json = output::json(&result)?;
-    let mut written = Vec::new();
-    if let Some(out) = &out {
-        let stem = Path::new(name).file_stem().map_or_else(|| name.into(), |s| s.to_string_lossy());
-        let lengths = result.trajectory.as_ref().map(|_| scene_table::trajectory_csv(&result));
-        let lengths = lengths.transpose().into_diagnostic()?;
-        let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
-        refuse_to_overwrite(&scene, out, &names)?;
-        let mut files: Vec<(&str, &[u8])> =
-            vec![(&names[0], picture.as_bytes()), (&names[1], json.as_bytes()), (&names[2], vtu.as_bytes())];
-        files.extend(lengths.iter().map(|table| (names[3].as_str(), table.as_slice())));
-        written = out.write_all(&files).into_diagnostic()?;
-    }
     match global.json {
-        true => output::print(&json)?,
+        true => output::print(&Json(&result).text(&by).into_diagnostic()?)?,
         false => output::summary(&scene_table::outcome(&result, &written), &written)?,
     }
     Ok(outcome(&result))
+}
+
+/// Runs a prepared scene and writes its files, named after it: what came out, who made it, and which files.
+fn answered<const D: usize>(
+    scene: &Scene,
+    prepared: Prepared<D>,
+    to: Option<(&OutputDir, &str)>,
+    draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>], &[f64]) -> Result<Svg, ReportError>,
+) -> miette::Result<(Answer, Provenance, Vec<PathBuf>)> {
+    tell(&prepared.plan);
+    let mesh = prepared.body.mesh.clone();
+    let by = super::provenance().with_tissue(prepared.system.tissue());
+    let result = run::run(scene, prepared).into_diagnostic()?;
+    let Some((out, name)) = to else { return Ok((result, by, Vec::new())) };
+    let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
+    let stem = Path::new(name).file_stem().map_or_else(|| name.into(), |s| s.to_string_lossy());
+    let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
+    refuse_to_overwrite(scene, out, &names)?;
+    let picture = draw(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
+    let vtu = Vtu::new(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
+    let lengths = result.trajectory.as_ref().map(|_| scene_table::lengths_over_time(&result));
+    let json = Json(&result);
+    let mut files: Vec<(&str, &dyn Export)> =
+        vec![(&names[0], &picture), (&names[1], &json), (&names[2], &vtu)];
+    files.extend(lengths.iter().map(|table| (names[3].as_str(), table as &dyn Export)));
+    let written = out.export(&files, &by).into_diagnostic()?;
+    Ok((result, by, written))
 }
 
 /// With `-v`: what is about to be simulated.
@@ -233,8 +235,8 @@ fn compare_all(names: &[String], global: &Global) -> miette::Result<Outcome> {
     }
     let written = match &out {
         Some(out) => {
-            let table = scene_table::pruning_csv(&all).into_diagnostic()?;
-            vec![out.write("pruning.csv", table).into_diagnostic()?]
+            let files: [(&str, &dyn Export); 1] = [("pruning.csv", &Rows(&all))];
+            out.export(&files, &super::provenance()).into_diagnostic()?
         }
         None => Vec::new(),
     };

@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use tongue_fit::report;
 use tongue_fit::scene::Plan;
 use tongue_fit::scene::compare::Compared;
-use tongue_fit::scene::run::Outcome;
+use tongue_fit::scene::run::{Moment, Outcome};
 
 use super::table::{self, files, table};
 
@@ -145,15 +146,16 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
     text + &files(written)
 }
 
-/// The lengths over time as CSV, a row a moment.
-pub fn trajectory_csv(o: &Outcome) -> csv::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
+/// The lengths over time, a row a moment.
+pub fn lengths_over_time(o: &Outcome) -> report::Table {
     let lengths = o.muscles.iter().map(|m| format!("{}_mm", m.muscle));
-    writer.write_record(std::iter::once("time_s".to_owned()).chain(lengths))?;
-    for moment in o.trajectory.iter().flat_map(|t| &t.moments) {
-        writer.serialize((moment.time_s, &moment.lengths_mm))?;
+    let row = |m: &Moment| {
+        std::iter::once(m.time_s).chain(m.lengths_mm.iter().copied()).map(|v| v.to_string()).collect()
+    };
+    report::Table {
+        columns: std::iter::once("time_s".to_owned()).chain(lengths).collect(),
+        rows: o.trajectory.iter().flat_map(|t| &t.moments).map(row).collect(),
     }
-    writer.into_inner().map_err(|e| e.into_error().into())
 }
 
 fn vector(v: &[f64]) -> String {
@@ -208,11 +210,4 @@ pub fn pruning(all: &[Compared], written: &[PathBuf]) -> String {
          all in time: that, with mass, dampers and muscle dynamics, followed from rest until nothing moves.\n"
     );
     text + &files(written)
-}
-
-/// The same as CSV.
-pub fn pruning_csv(all: &[Compared]) -> csv::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    all.iter().try_for_each(|compared| writer.serialize(compared))?;
-    writer.into_inner().map_err(|e| e.into_error().into())
 }

@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, miette};
 
 use tongue_fit::inverse;
 use tongue_fit::muscle::{Muscle, PerMuscle};
-use tongue_fit::report::{self, BranchRecord, OutputDir, SimulationRecord};
+use tongue_fit::report::{self, BranchRecord, Export, Json, Msh, OutputDir, Section, SimulationRecord, Vtu};
 use tongue_fit::statics::{self, Settings, Solution, Status, Workspace};
 use tongue_fit::system::System;
 
@@ -27,6 +27,9 @@ pub struct Arguments {
     /// the answer lies on the branch that begins at rest. For very fine meshes
     #[arg(long, conflicts_with = "trajectory")]
     direct: bool,
+    /// Colour the tissue of the picture by its largest principal stretch
+    #[arg(long, conflicts_with = "trajectory")]
+    colour_stretch: bool,
     #[command(flatten)]
     trajectory: trajectory::Arguments,
     #[command(flatten)]
@@ -70,23 +73,25 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let ratios = system.cell_ratios(positions);
     let mut record = SimulationRecord::new(&solution, &by_muscle, &lengths, &rest, positions, ratios, wall_s);
     record.branch = branch;
-    let json = output::json(&record)?;
+    let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
     let mut written = Vec::new();
     if let Some(out) = &out {
-        let picture = report::tongue(&mesh, positions, &active, "Tongue at rest (grey) and deformed")
-            .into_diagnostic()?;
-        let vtu = report::vtu(&mesh, positions, &all).into_diagnostic()?;
-        let msh = report::msh(&mesh, positions, &all).into_diagnostic()?;
-        let files = [
-            ("simulation.json", json.as_bytes()),
-            ("tongue.svg", picture.as_bytes()),
-            ("tongue.vtu", vtu.as_bytes()),
-            ("tongue.msh", msh.as_bytes()),
+        let title = "Tongue at rest (grey) and deformed";
+        let stretch = arguments.colour_stretch;
+        let section = Section { mesh: &mesh, positions, tensions: &all, palate: &[], stretch, title };
+        let picture = report::tongue(&section).into_diagnostic()?;
+        let vtu = Vtu::new(&mesh, positions, &all).into_diagnostic()?;
+        let msh = Msh::deformed(&mesh, positions, &all).into_diagnostic()?;
+        let files: [(&str, &dyn Export); 4] = [
+            ("simulation.json", &json),
+            ("tongue.svg", &picture),
+            ("tongue.vtu", &vtu),
+            ("tongue.msh", &msh),
         ];
-        written = out.write_all(&files).into_diagnostic()?;
+        written = out.export(&files, &by).into_diagnostic()?;
     }
     if global.json {
-        output::print(&json)?;
+        output::print(&json.text(&by).into_diagnostic()?)?;
     } else {
         output::summary(&table::simulation(&record, &written), &written)?;
     }

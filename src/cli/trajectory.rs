@@ -13,7 +13,9 @@ use tongue_fit::dynamics::{
 };
 use tongue_fit::inverse;
 use tongue_fit::muscle::{Muscle, PerMuscle};
-use tongue_fit::report::{self, Frame, OutputDir, TrajectoryRecord};
+use tongue_fit::report::{
+    self, Export, Frame, History, Json, OutputDir, Provenance, Pvd, Sto, TrajectoryRecord, Vtu,
+};
 use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, table};
@@ -213,7 +215,6 @@ pub fn run(
     watch.clear();
     output::step(|| format!("{:?} after {} steps", outcome.status, outcome.counts.steps));
     let record = TrajectoryRecord::new(
-        &super::command_line(),
         (method, control),
         arguments.t_end,
         (outcome, motion.part_of_way(system.rest(), &state)),
@@ -221,10 +222,10 @@ pub fn run(
         system.cell_ratios(&state.positions),
         clock.elapsed().as_secs_f64(),
     );
-    let json = output::json(&record)?;
-    let written = write(&out, &json, &mesh, &motion, &watch, &active)?;
+    let by = super::provenance().with_tissue(system.tissue());
+    let written = write(&out, &record, &by, &mesh, &motion, watch)?;
     if global.json {
-        output::print(&json)?;
+        output::print(&Json(&record).text(&by).into_diagnostic()?)?;
     } else {
         output::summary(&table::trajectory(&record, &written), &written)?;
     }
@@ -234,51 +235,50 @@ pub fn run(
 /// Writes all files; names those that a reader opens.
 fn write(
     out: &OutputDir,
-    json: &str,
+    record: &TrajectoryRecord,
+    by: &Provenance,
     mesh: &Mesh<2>,
     motion: &Motion<'_, 2>,
-    watch: &Watch<'_>,
-    active: &[usize],
+    watch: Watch<'_>,
 ) -> miette::Result<Vec<PathBuf>> {
-    let mut tensions = vec![0.0; mesh.muscles.len()];
-    let mut at = |time| {
+    let at = |time| {
+        let mut tensions = vec![0.0; mesh.muscles.len()];
         motion.tensions().at(time, &mut tensions);
-        tensions.clone()
+        tensions
     };
-    let rows: Vec<(f64, PerMuscle<f64>, PerMuscle<f64>)> = watch
-        .lengths
-        .iter()
-        .map(|(time, lengths)| {
-            let all = at(*time);
-            (*time, *lengths, watch.numbers.map(|n| all[n]))
-        })
-        .collect();
-    let csv = report::lengths_over_time(&rows).into_diagnostic()?;
-    let sto = report::sto("tongue-fit: muscle lengths and tensions over time", &rows);
+    let numbers = watch.numbers;
+    let row = |(time, lengths): (f64, PerMuscle<f64>)| {
+        let all = at(time);
+        (time, lengths.to_vec(), numbers.map(|n| all[n]).to_vec())
+    };
+    let history = History {
+        muscles: Muscle::ALL.map(|m| m.to_string()).to_vec(),
+        rows: watch.lengths.into_iter().map(row).collect(),
+    };
+    let frame = |(time, positions)| Frame { time, positions, tensions: at(time) };
+    let frames: Vec<Frame> = watch.frames.into_iter().map(frame).collect();
+    let pulling = |m: &usize| frames.iter().any(|f| f.tensions[*m] > 0.0);
     let names: Vec<&str> =
-        active.iter().filter_map(|&m| mesh.muscles.get(m)).map(|m| m.name.as_str()).collect();
+        (0..mesh.muscles.len()).filter(pulling).map(|m| mesh.muscles[m].name.as_str()).collect();
     let title = match names.is_empty() {
         true => "At rest; nothing pulls".to_owned(),
         false => format!("Pulling: {} (grey: at rest)", names.join(", ")),
     };
-    let svg = report::animation(mesh, &watch.frames, active, &title).into_diagnostic()?;
-    let mut files: Vec<(String, Vec<u8>)> = vec![
-        ("trajectory.json".to_owned(), json.as_bytes().to_vec()),
-        ("trajectory.csv".to_owned(), csv),
-        ("trajectory.sto".to_owned(), sto.into_bytes()),
-        ("trajectory.svg".to_owned(), svg.into_bytes()),
+    let svg = report::animation(mesh, &frames, &title).into_diagnostic()?;
+    let shapes = frames.iter().map(|f| Vtu::new(mesh, &f.positions, &f.tensions));
+    let shapes = shapes.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
+    let moments: Vec<(f64, String)> =
+        frames.iter().enumerate().map(|(nth, f)| (f.time, format!("trajectory_{nth:04}.vtu"))).collect();
+    let (json, table, sto, pvd) = (Json(record), history.table(), Sto(&history), Pvd(&moments));
+    let mut files: Vec<(&str, &dyn Export)> = vec![
+        ("trajectory.json", &json),
+        ("trajectory.csv", &table),
+        ("trajectory.sto", &sto),
+        ("trajectory.svg", &svg),
+        ("trajectory.pvd", &pvd),
     ];
-    let mut frames = Vec::new();
-    for (nth, frame) in watch.frames.iter().enumerate() {
-        let name = format!("trajectory_{nth:04}.vtu");
-        let vtu = report::vtu(mesh, &frame.positions, &at(frame.time)).into_diagnostic()?;
-        files.push((name.clone(), vtu.into_bytes()));
-        frames.push((frame.time, name));
-    }
-    let pvd = report::pvd(frames.iter().map(|(time, name)| (*time, name.as_str())));
-    files.insert(4, ("trajectory.pvd".to_owned(), pvd.into_bytes()));
-    let named: Vec<(&str, &[u8])> = files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
-    let mut written = out.write_all(&named).into_diagnostic()?;
+    files.extend(moments.iter().zip(&shapes).map(|((_, name), vtu)| (name.as_str(), vtu as &dyn Export)));
+    let mut written = out.export(&files, by).into_diagnostic()?;
     written.truncate(5);
     Ok(written)
 }
@@ -289,7 +289,8 @@ struct Watch<'a> {
     numbers: PerMuscle<usize>,
     /// Times, s, and lengths, m.
     lengths: Vec<(f64, PerMuscle<f64>)>,
-    frames: Vec<Frame>,
+    /// Times, s, and positions, m.
+    frames: Vec<(f64, Vec<SVector<f64, 2>>)>,
     t_end: f64,
     begin: Instant,
     bar: Option<ProgressBar>,
@@ -311,7 +312,7 @@ impl<'a> Watch<'a> {
 impl Observer<2> for Watch<'_> {
     fn sample(&mut self, time: f64, positions: &[SVector<f64, 2>]) {
         if self.lengths.len().is_multiple_of(LENGTHS_PER_FRAME) {
-            self.frames.push(Frame { time, positions: positions.to_vec() });
+            self.frames.push((time, positions.to_vec()));
         }
         self.lengths.push((time, self.numbers.map(|n| self.system.length(positions, n))));
     }

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::ReportError;
-use super::picture::check;
+use super::svg::check;
 use crate::body::Mesh;
 use crate::geometry::simplex;
 
@@ -13,9 +13,10 @@ pub(super) const DISPLACEMENT: &str = "displacement_m";
 pub(super) const STRETCH: &str = "stretch";
 
 /// A shape of a mesh and the tensions of its muscles, which were checked to fit the mesh.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Fields<'a, const D: usize> {
-    mesh: &'a Mesh<D>,
-    positions: &'a [SVector<f64, D>],
+    pub mesh: &'a Mesh<D>,
+    pub positions: &'a [SVector<f64, D>],
     tensions: &'a [f64],
 }
 
@@ -25,15 +26,7 @@ impl<'a, const D: usize> Fields<'a, D> {
         positions: &'a [SVector<f64, D>],
         tensions: &'a [f64],
     ) -> Result<Self, ReportError> {
-        check(mesh, positions, &[])?;
-        if tensions.len() != mesh.muscles.len() {
-            return Err(ReportError::Number {
-                what: "the list of tensions".to_owned(),
-                kind: "muscle",
-                number: tensions.len(),
-                count: mesh.muscles.len(),
-            });
-        }
+        check(mesh, positions, tensions)?;
         Ok(Self { mesh, positions, tensions })
     }
 

@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::ReportError;
+use super::export::{Export, Provenance};
 use super::staged::{Staged, persist};
 
 /// A folder that was found to be writable.
@@ -94,9 +95,27 @@ impl OutputDir {
             }
             let mut file = BufWriter::new(Staged::begin(&self.path).map_err(fail)?);
             write(&mut file).map_err(fail)?;
-            ready.push((file.into_inner().map_err(|e| fail(e.into_error()))?, path));
+            let mut staged = file.into_inner().map_err(|e| fail(e.into_error()))?;
+            staged.close();
+            ready.push((staged, path));
         }
         persist(ready)
+    }
+
+    /// As [`OutputDir::write_all`], for files that write themselves and say who they are made `by`.
+    ///
+    /// # Errors
+    /// As [`OutputDir::write_all`].
+    pub fn export(
+        &self,
+        files: &[(&str, &dyn Export)],
+        by: &Provenance,
+    ) -> Result<Vec<PathBuf>, ReportError> {
+        let writers: Vec<_> =
+            files.iter().map(|&(_, content)| move |w: &mut dyn Write| content.write(w, by)).collect();
+        let streams: Vec<(&str, &Writes<'_>)> =
+            files.iter().zip(&writers).map(|(&(name, _), w)| (name, w as &Writes<'_>)).collect();
+        self.write_streams(&streams)
     }
 
     fn place(&self, name: &str) -> Result<PathBuf, ReportError> {

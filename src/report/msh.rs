@@ -1,49 +1,86 @@
-//! A deformed body for Gmsh: the mesh at rest, and what is known of the deformed shape as views on it.
+//! A body for Gmsh: the mesh at rest, and what is known of a deformed shape as views on it.
 
-use std::fmt::Write as _;
+use std::io::{self, Write};
 
 use nalgebra::SVector;
 
 use super::ReportError;
+use super::export::{Export, Provenance};
 use super::fields::{DISPLACEMENT, Fields, STRETCH};
-use crate::body::{Mesh, gmsh};
+use crate::body::{Bone, Mesh, gmsh};
 
-/// One shape of the body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`]
-/// reads, with one group `bone`, and the views `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and `tension_n_per_m` (in
-/// space `tension_n`), with a value for every element as in [`super::vtu()`]: readers like meshio take a view of some
-/// elements for one of all.
+/// A body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`] reads.
 ///
-/// # Errors
-/// As [`super::vtu()`].
-pub fn msh<const D: usize>(
-    mesh: &Mesh<D>,
-    positions: &[SVector<f64, D>],
-    tensions: &[f64],
-) -> Result<String, ReportError> {
-    let fields = Fields::new(mesh, positions, tensions)?;
-    let mut out = gmsh::write(mesh, &[]);
-    let moved = fields.displacements().map(|d| format!("{} {} {}", d[0], d[1], d.get(2).unwrap_or(&0.0)));
-    view(&mut out, "NodeData", DISPLACEMENT, 3, moved.collect());
-    // Elements are the cells, the lines of the muscles and the points of the bones.
-    let (cells, lines, points) = (mesh.cells.len(), fields.stretches().len(), mesh.fixed.len());
-    let mut of_elements = |name: &str, values: Vec<f64>| {
-        view(&mut out, "ElementData", name, 1, values.iter().map(f64::to_string).collect());
-    };
-    let ratios = fields.cell_ratios().chain(vec![1.0; lines + points]).collect();
-    of_elements(fields.cell_ratio_name(), ratios);
-    of_elements(STRETCH, [vec![1.0; cells], fields.stretches(), vec![1.0; points]].concat());
-    of_elements(fields.tension_name(), [vec![0.0; cells], fields.tensions(), vec![0.0; points]].concat());
-    Ok(out)
+/// A deformed shape has the views `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and
+/// `tension_n_per_m` (in space `tension_n`), with a value for every element as in [`super::Vtu`]: readers like meshio take
+/// a view of some elements for one of all.
+#[derive(Debug, Clone, Copy)]
+pub struct Msh<'a, const D: usize> {
+    mesh: &'a Mesh<D>,
+    bones: &'a [Bone],
+    fields: Option<Fields<'a, D>>,
+}
+
+impl<'a, const D: usize> Msh<'a, D> {
+    /// The mesh alone, with a group for each bone.
+    pub fn at_rest(mesh: &'a Mesh<D>, bones: &'a [Bone]) -> Self {
+        Self { mesh, bones, fields: None }
+    }
+
+    /// The mesh with one group `bone`, and the shape of these positions (m) and tensions (N; in the plane per metre of thickness).
+    ///
+    /// # Errors
+    /// As [`super::Vtu::new`].
+    pub fn deformed(
+        mesh: &'a Mesh<D>,
+        positions: &'a [SVector<f64, D>],
+        tensions: &'a [f64],
+    ) -> Result<Self, ReportError> {
+        Ok(Self { mesh, bones: &[], fields: Some(Fields::new(mesh, positions, tensions)?) })
+    }
+}
+
+impl<const D: usize> Export for Msh<'_, D> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        // Readers know the format by its first section.
+        let mesh = gmsh::write(self.mesh, self.bones);
+        let (format, rest) = mesh.split_at(mesh.find("$PhysicalNames").unwrap_or(0));
+        writeln!(out, "{format}$Comments")?;
+        for (name, value) in by.entries() {
+            // Some readers take the end of the section wherever it stands.
+            writeln!(out, "tongue-fit {name}: {}", value.replace("$End", "$ End"))?;
+        }
+        write!(out, "$EndComments\n{rest}")?;
+        let Some(fields) = &self.fields else { return Ok(()) };
+        let moved = fields.displacements().map(|d| format!("{} {} {}", d[0], d[1], d.get(2).unwrap_or(&0.0)));
+        view(out, "NodeData", DISPLACEMENT, 3, moved.collect())?;
+        // Elements are the cells, the lines of the muscles and the points of the bones.
+        let mesh = self.mesh;
+        let (cells, lines, points) = (mesh.cells.len(), fields.stretches().len(), mesh.fixed.len());
+        let mut of_elements = |name: &str, values: Vec<f64>| {
+            view(out, "ElementData", name, 1, values.iter().map(f64::to_string).collect())
+        };
+        let ratios = fields.cell_ratios().chain(vec![1.0; lines + points]).collect();
+        of_elements(fields.cell_ratio_name(), ratios)?;
+        of_elements(STRETCH, [vec![1.0; cells], fields.stretches(), vec![1.0; points]].concat())?;
+        of_elements(fields.tension_name(), [vec![0.0; cells], fields.tensions(), vec![0.0; points]].concat())
+    }
 }
 
 /// A view: a value for each of the nodes or elements, which are numbered from 1 on.
-fn view(out: &mut String, section: &str, name: &str, components: usize, values: Vec<String>) {
+fn view(
+    out: &mut dyn Write,
+    section: &str,
+    name: &str,
+    components: usize,
+    values: Vec<String>,
+) -> io::Result<()> {
     // One word: the name. One real number: the time. Three whole ones: step, components, values.
-    let _ = writeln!(out, "${section}\n1\n\"{name}\"\n1\n0\n3\n0\n{components}\n{}", values.len());
+    writeln!(out, "${section}\n1\n\"{name}\"\n1\n0\n3\n0\n{components}\n{}", values.len())?;
     for (number, value) in (1..).zip(&values) {
-        let _ = writeln!(out, "{number} {value}");
+        writeln!(out, "{number} {value}")?;
     }
-    let _ = writeln!(out, "$End{section}");
+    writeln!(out, "$End{section}")
 }
 
 #[cfg(test)]
@@ -54,7 +91,10 @@ mod tests {
     fn views_follow_the_mesh_and_number_what_they_are_of() {
         let mesh = crate::body::solid::cylinder(0.01, 0.02, 1, 2);
         let tensions = vec![0.25; mesh.muscles.len()];
-        let text = msh(&mesh, &mesh.nodes, &tensions).unwrap();
+        let text = Msh::deformed(&mesh, &mesh.nodes, &tensions)
+            .unwrap()
+            .text(&Provenance::new("$EndComments"))
+            .unwrap();
         let gmsh::File::Solid(back) = gmsh::read(text.as_bytes(), "own", gmsh::Unit::M).unwrap() else {
             panic!("a solid")
         };
@@ -67,6 +107,6 @@ mod tests {
         assert!(view.contains(&format!("\n{cells} 0\n{} 0.25\n", cells + 1)));
         assert!(view.contains(&format!("\n{} 0.25\n{} 0\n", cells + lines, cells + lines + 1)));
         assert_eq!(text.matches("Data\n").count(), 2 * 4);
-        assert!(matches!(msh(&mesh, &mesh.nodes, &[]), Err(ReportError::Number { .. })));
+        assert!(matches!(Msh::deformed(&mesh, &mesh.nodes, &[]), Err(ReportError::Number { .. })));
     }
 }

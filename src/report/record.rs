@@ -4,6 +4,7 @@ use nalgebra::SVector;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
+use super::export::{Export, Provenance, Rows};
 use crate::inverse::{self, Fit};
 use crate::measured::{TargetKind, Vowel};
 use crate::muscle::{Muscle, PerMuscle};
@@ -272,8 +273,8 @@ impl FitRecord {
     /// A tidy table: one row a muscle.
     ///
     /// # Errors
-    /// As [`csv::Writer`]; none when writing to memory.
-    pub fn to_csv(&self) -> csv::Result<Vec<u8>> {
+    /// None that can happen: memory can be written to.
+    pub fn to_csv(&self) -> std::io::Result<String> {
         #[derive(Serialize)]
         struct Row<'a> {
             subject: &'a str,
@@ -296,10 +297,9 @@ impl FitRecord {
             measured_stretch: f64,
             stretch_residual: f64,
         }
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        for muscle in Muscle::ALL {
+        let row = |muscle: Muscle| {
             let i = muscle.index();
-            writer.serialize(Row {
+            Row {
                 subject: &self.subject,
                 vowel: self.vowel,
                 baseline: self.baseline,
@@ -319,8 +319,8 @@ impl FitRecord {
                 simulated_stretch: self.stretches.0[i],
                 measured_stretch: self.target_stretches.0[i],
                 stretch_residual: self.stretches.0[i] - self.target_stretches.0[i],
-            })?;
-        }
-        writer.into_inner().map_err(|e| e.into_error().into())
+            }
+        };
+        Rows(&Muscle::ALL.map(row)).text(&Provenance::new(&self.command))
     }
 }

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tempfile::{Builder, NamedTempFile};
+use tempfile::{Builder, NamedTempFile, TempPath};
 
 use super::ReportError;
 
@@ -42,8 +42,11 @@ pub fn discard_unfinished() -> Standstill {
 /// A file under a temporary name, which vanishes unless it is given its own.
 #[derive(Debug)]
 pub(super) struct Staged {
-    /// `None` once it has its name.
+    /// While it is written.
     file: Option<NamedTempFile>,
+    /// Once it is closed and until it has its name: however many wait for theirs, none takes one of the files that a process may
+    /// have open.
+    closed: Option<TempPath>,
 }
 
 impl Staged {
@@ -57,7 +60,14 @@ impl Staged {
         let mut unfinished = unfinished();
         let file = builder.tempfile_in(folder)?;
         unfinished.insert(file.path().to_owned());
-        Ok(Self { file: Some(file) })
+        Ok(Self { file: Some(file), closed: None })
+    }
+
+    /// Closes the file, which is written.
+    pub(super) fn close(&mut self) {
+        if let Some(file) = self.file.take() {
+            self.closed = Some(file.into_temp_path());
+        }
     }
 }
 
@@ -73,8 +83,9 @@ impl Write for Staged {
 
 impl Drop for Staged {
     fn drop(&mut self) {
-        if let Some(file) = self.file.take() {
-            unfinished().remove(file.path());
+        self.close();
+        if let Some(path) = self.closed.take() {
+            unfinished().remove(&*path);
         }
     }
 }
@@ -88,10 +99,11 @@ pub(super) fn persist(mut ready: Vec<(Staged, PathBuf)>) -> Result<Vec<PathBuf>,
     let mut unfinished = unfinished();
     let mut written = Vec::with_capacity(ready.len());
     for (staged, path) in &mut ready {
-        let Some(file) = staged.file.take() else { continue };
-        unfinished.remove(file.path());
+        staged.close();
+        let Some(file) = staged.closed.take() else { continue };
+        unfinished.remove(&*file);
         match file.persist(&*path) {
-            Ok(_) => written.push(path.clone()),
+            Ok(()) => written.push(path.clone()),
             Err(refused) => return Err(ReportError::File { path: path.clone(), source: refused.error }),
         }
     }

@@ -1,34 +1,34 @@
 //! Lengths and tensions over time as OpenSim's storage file (`.sto`), which OpenSim, its plotter and its Moco read.
 
-use std::fmt::Write as _;
+use std::io::{self, Write};
 
-use crate::muscle::{Muscle, PerMuscle};
+use super::History;
+use super::export::{Export, Provenance};
 
-/// A row for each time, in SI units as everything in OpenSim: `time` (s), the eight lengths `GGa_length_m` .. and tensions
-/// `GGa_tension_n_per_m` .. (per metre of thickness). Rows hold time (s), lengths (m) and tensions (N per metre of thickness).
+/// A row for each time, in SI units as everything in OpenSim: `time` (s), the lengths `GGa_length_m` .. and tensions
+/// `GGa_tension_n_per_m` .. (per metre of thickness).
 ///
 /// The format is that of the OpenSim documentation, "Storage (.sto) Files": a name, keys up to `endheader`, labels, numbers,
 /// separated by tabs.
-pub fn sto(name: &str, rows: &[(f64, PerMuscle<f64>, PerMuscle<f64>)]) -> String {
-    let labels = std::iter::once("time".to_owned())
-        .chain(Muscle::ALL.map(|m| format!("{m}_length_m")))
-        .chain(Muscle::ALL.map(|m| format!("{m}_tension_n_per_m")))
-        .collect::<Vec<_>>();
-    let name = name.replace(char::is_control, " ");
-    let mut out = format!(
-        "{name}\nversion=1\nnRows={}\nnColumns={}\ninDegrees=no\nendheader\n{}\n",
-        rows.len(),
-        labels.len(),
-        labels.join("\t")
-    );
-    for (time, lengths, tensions) in rows {
-        let _ = write!(out, "{time}");
-        lengths.iter().chain(tensions).for_each(|value| {
-            let _ = write!(out, "\t{value}");
-        });
-        out.push('\n');
+#[derive(Debug, Clone, Copy)]
+pub struct Sto<'a>(pub &'a History);
+
+impl Export for Sto<'_> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let labels = self.0.columns("time", ["length_m", "tension_n_per_m"]);
+        writeln!(out, "tongue-fit: muscle lengths and tensions over time\nversion=1")?;
+        for (name, value) in by.entries() {
+            writeln!(out, "tongue_fit_{name}={value}")?;
+        }
+        let (rows, columns) = (self.0.rows.len(), labels.len());
+        writeln!(out, "nRows={rows}\nnColumns={columns}\ninDegrees=no\nendheader\n{}", labels.join("\t"))?;
+        for (time, lengths, tensions) in &self.0.rows {
+            write!(out, "{time}")?;
+            lengths.iter().chain(tensions).try_for_each(|value| write!(out, "\t{value}"))?;
+            writeln!(out)?;
+        }
+        Ok(())
     }
-    out
 }
 
 #[cfg(test)]
@@ -37,20 +37,20 @@ mod tests {
 
     #[test]
     fn the_header_counts_what_follows() {
-        let row = |time: f64| (time, [0.04; 8], [0.0, 12.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let text = sto("two\nlines", &[row(0.0), row(0.5)]);
+        let row = |time: f64| (time, vec![0.04; 8], vec![0.0, 12.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let muscles = ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"].map(String::from).to_vec();
+        let history = History { muscles, rows: vec![row(0.0), row(0.5)] };
+        let text = Sto(&history).text(&Provenance::new("two\nlines")).unwrap();
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(
-            lines[..6],
-            ["two lines", "version=1", "nRows=2", "nColumns=17", "inDegrees=no", "endheader"]
-        );
-        let labels: Vec<&str> = lines[6].split('\t').collect();
+        assert_eq!((lines[1], lines[3]), ("version=1", "tongue_fit_command=two lines"));
+        assert_eq!(lines[4..8], ["nRows=2", "nColumns=17", "inDegrees=no", "endheader"]);
+        let labels: Vec<&str> = lines[8].split('\t').collect();
         assert_eq!(
             (labels.len(), labels[0], labels[1], labels[16]),
             (17, "time", "GGa_length_m", "HGp_tension_n_per_m")
         );
-        let last: Vec<f64> = lines[8].split('\t').map(|v| v.parse().unwrap()).collect();
+        let last: Vec<f64> = lines[10].split('\t').map(|v| v.parse().unwrap()).collect();
         assert_eq!((last.len(), last[0], last[1], last[10]), (17, 0.5, 0.04, 12.5));
-        assert_eq!(lines.len(), 9);
+        assert_eq!(lines.len(), 11);
     }
 }

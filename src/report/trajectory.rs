@@ -2,17 +2,13 @@
 
 use serde::Serialize;
 
-use super::ByMuscle;
+use super::{ByMuscle, Table};
 use crate::dynamics::{Control, Counts, Method, Outcome, Status};
-use crate::muscle::{Muscle, PerMuscle};
+use crate::muscle::PerMuscle;
 
 /// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrajectoryRecord {
-    /// Version of tongue-fit.
-    pub version: &'static str,
-    /// The command line.
-    pub command: String,
     /// How it ended.
     pub status: Status,
     /// The integrator.
@@ -44,7 +40,6 @@ impl TrajectoryRecord {
     /// Collects what a run left: how it was made, the end asked for (s), what it did and how far that was, lengths (m) and area ratios at
     /// the end reached, and the time it took (s).
     pub fn new(
-        command: &str,
         (method, control): (Method, Control),
         t_end: f64,
         (outcome, part_of_way): (Outcome, Option<f64>),
@@ -57,8 +52,6 @@ impl TrajectoryRecord {
             Control::Adaptive(tolerance) => (None, Some(tolerance * 1e3)),
         };
         Self {
-            version: crate::VERSION,
-            command: command.to_owned(),
             status: outcome.status,
             method,
             dt_s,
@@ -75,18 +68,31 @@ impl TrajectoryRecord {
     }
 }
 
-/// A CSV table with a row for each time: `time_s`, the eight lengths `GGa_mm` .. and tensions `GGa_n_per_m` ... Rows hold time (s),
-/// lengths (m) and tensions (N per metre of thickness).
-///
-/// # Errors
-/// As [`csv::Writer`]; none when writing to memory.
-pub fn lengths_over_time(rows: &[(f64, PerMuscle<f64>, PerMuscle<f64>)]) -> csv::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let columns = |unit: &'static str| Muscle::ALL.map(|m| format!("{m}_{unit}"));
-    writer.write_record(["time_s".to_owned()].iter().chain(&columns("mm")).chain(&columns("n_per_m")))?;
-    for (time, lengths, tensions) in rows {
-        let values = lengths.iter().map(|l| l * 1e3).chain(tensions.iter().copied());
-        writer.write_record(std::iter::once(*time).chain(values).map(|v| v.to_string()))?;
+/// Lengths and tensions of a body's muscles over time, for [`Table`] and [`super::Sto`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct History {
+    /// Names of the muscles.
+    pub muscles: Vec<String>,
+    /// Time, s; length of every muscle, m; its tension, N per metre of thickness.
+    pub rows: Vec<(f64, Vec<f64>, Vec<f64>)>,
+}
+
+impl History {
+    /// `time` in front, then for every muscle its name with the first ending, then again with the second.
+    pub(super) fn columns(&self, time: &str, [length, tension]: [&str; 2]) -> Vec<String> {
+        let of = |what: &str| self.muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
+        [vec![time.to_owned()], of(length), of(tension)].concat()
     }
-    writer.into_inner().map_err(|e| e.into_error().into())
+
+    /// A row for each time: `time_s`, the lengths `GGa_mm` .. and tensions `GGa_n_per_m` ...
+    pub fn table(&self) -> Table {
+        let row = |(time, lengths, tensions): &(f64, Vec<f64>, Vec<f64>)| {
+            let values = lengths.iter().map(|l| l * 1e3).chain(tensions.iter().copied());
+            std::iter::once(*time).chain(values).map(|v| v.to_string()).collect()
+        };
+        Table {
+            columns: self.columns("time_s", ["mm", "n_per_m"]),
+            rows: self.rows.iter().map(row).collect(),
+        }
+    }
 }

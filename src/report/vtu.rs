@@ -1,11 +1,13 @@
 //! Frames for ParaView: VTK XML files (ASCII, unstructured grid) and the collection that gives them their times.
 
-use std::fmt::Write as _;
+use std::io::{self, Write};
 
 use nalgebra::SVector;
 
 use super::ReportError;
+use super::export::{Export, Provenance};
 use super::fields::{DISPLACEMENT, Fields, STRETCH};
+use super::svg::escaped;
 use crate::body::Mesh;
 
 /// VTK's numbers for cells of lines, triangles and tetrahedra.
@@ -16,90 +18,110 @@ const TETRAHEDRON: u8 = 10;
 /// One shape of the body as a VTU file: the triangles (in space: tetrahedra), then the connections of the muscles as lines, one
 /// muscle after another.
 ///
-/// Points lie at `positions` (m, one for each node of `mesh`) and carry `displacement_m` from rest. Cells carry `muscle` (its
+/// Points lie at the given positions (m) and carry `displacement_m` from rest. Cells carry `muscle` (its
 /// number in `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1 for lines),
 /// `stretch` (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m` (N per metre of thickness; in
-/// space `tension_n`; of `tensions`, one for each muscle; 0 for tissue).
-///
-/// # Errors
-/// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for [`super::tongue`];
-/// [`ReportError::Number`] also where a tension is missing.
-pub fn vtu<const D: usize>(
-    mesh: &Mesh<D>,
-    positions: &[SVector<f64, D>],
-    tensions: &[f64],
-) -> Result<String, ReportError> {
-    let fields = Fields::new(mesh, positions, tensions)?;
-    let lines = || mesh.muscles.iter().flat_map(|m| m.nodes.windows(2));
-    let cells = || mesh.cells.iter().chain(lines());
-    let mut end = 0;
-    let ends = cells().map(|c| {
-        end += c.len();
-        end.to_string()
-    });
-    let tissue = |value: &'static str| mesh.cells.iter().map(move |_| value.to_owned());
-    let point = |p: &SVector<f64, D>| format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0));
-    let kind = if D == 2 { TRIANGLE } else { TETRAHEDRON };
-    let measure = fields.cell_ratio_name();
+/// space `tension_n`; 0 for tissue).
+#[derive(Debug, Clone, Copy)]
+pub struct Vtu<'a, const D: usize>(Fields<'a, D>);
 
-    let mut out = String::new();
-    let _ = writeln!(
-        out,
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
-         <UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">",
-        mesh.nodes.len(),
-        cells().count()
-    );
-    out += "<Points>\n";
-    array(&mut out, "position", "Float64", 3, positions.iter().map(point));
-    out += "</Points>\n<Cells>\n";
-    let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
-    array(&mut out, "connectivity", "Int64", 1, cells().map(join));
-    array(&mut out, "offsets", "Int64", 1, ends);
-    let types = mesh.cells.iter().map(|_| kind).chain(lines().map(|_| LINE));
-    array(&mut out, "types", "UInt8", 1, types.map(|t| t.to_string()));
-    let _ = writeln!(out, "</Cells>\n<PointData Vectors=\"{DISPLACEMENT}\">");
-    array(&mut out, DISPLACEMENT, "Float64", 3, fields.displacements().map(|d| point(&d)));
-    let _ = writeln!(out, "</PointData>\n<CellData Scalars=\"{measure}\">");
-    let of_lines = |values: Vec<f64>| values.into_iter().map(|v| v.to_string());
-    let ratios = fields.cell_ratios().map(|r| r.to_string()).chain(lines().map(|_| "1".to_owned()));
-    array(&mut out, measure, "Float64", 1, ratios);
-    let numbers = (0..).zip(&mesh.muscles).flat_map(|(n, m)| m.nodes.windows(2).map(move |_| n.to_string()));
-    array(&mut out, "muscle", "Int64", 1, tissue("-1").chain(numbers));
-    array(&mut out, STRETCH, "Float64", 1, tissue("1").chain(of_lines(fields.stretches())));
-    array(&mut out, fields.tension_name(), "Float64", 1, tissue("0").chain(of_lines(fields.tensions())));
-    out += "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
-    Ok(out)
+impl<'a, const D: usize> Vtu<'a, D> {
+    /// Of the positions of all nodes, m, and the tensions of all muscles, N (in the plane per metre of thickness).
+    ///
+    /// # Errors
+    /// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for [`super::tongue`].
+    pub fn new(
+        mesh: &'a Mesh<D>,
+        positions: &'a [SVector<f64, D>],
+        tensions: &'a [f64],
+    ) -> Result<Self, ReportError> {
+        Fields::new(mesh, positions, tensions).map(Self)
+    }
+}
+
+impl<const D: usize> Export for Vtu<'_, D> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let fields = &self.0;
+        let (mesh, positions) = (fields.mesh, fields.positions);
+        let lines = || mesh.muscles.iter().flat_map(|m| m.nodes.windows(2));
+        let cells = || mesh.cells.iter().chain(lines());
+        let mut end = 0;
+        let ends = cells().map(|c| {
+            end += c.len();
+            end.to_string()
+        });
+        let tissue = |value: &'static str| mesh.cells.iter().map(move |_| value.to_owned());
+        let point = |p: &SVector<f64, D>| format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0));
+        let kind = if D == 2 { TRIANGLE } else { TETRAHEDRON };
+        begin(out, "UnstructuredGrid", by)?;
+        writeln!(
+            out,
+            "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>",
+            mesh.nodes.len(),
+            cells().count()
+        )?;
+        array(out, "position", "Float64", 3, positions.iter().map(point))?;
+        out.write_all(b"</Points>\n<Cells>\n")?;
+        let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
+        array(out, "connectivity", "Int64", 1, cells().map(join))?;
+        array(out, "offsets", "Int64", 1, ends)?;
+        let types = mesh.cells.iter().map(|_| kind).chain(lines().map(|_| LINE));
+        array(out, "types", "UInt8", 1, types.map(|t| t.to_string()))?;
+        writeln!(out, "</Cells>\n<PointData Vectors=\"{DISPLACEMENT}\">")?;
+        array(out, DISPLACEMENT, "Float64", 3, fields.displacements().map(|d| point(&d)))?;
+        writeln!(out, "</PointData>\n<CellData Scalars=\"{}\">", fields.cell_ratio_name())?;
+        let of_lines = |values: Vec<f64>| values.into_iter().map(|v| v.to_string());
+        let ratios = fields.cell_ratios().map(|v| v.to_string()).chain(lines().map(|_| "1".to_owned()));
+        array(out, fields.cell_ratio_name(), "Float64", 1, ratios)?;
+        let numbers =
+            (0..).zip(&mesh.muscles).flat_map(|(n, m)| m.nodes.windows(2).map(move |_| n.to_string()));
+        array(out, "muscle", "Int64", 1, tissue("-1").chain(numbers))?;
+        array(out, STRETCH, "Float64", 1, tissue("1").chain(of_lines(fields.stretches())))?;
+        array(out, fields.tension_name(), "Float64", 1, tissue("0").chain(of_lines(fields.tensions())))?;
+        out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
+    }
+}
+
+/// The head of a file. Who made it stands in a processing instruction, which readers pass over, and which unlike a comment can
+/// hold every command line.
+fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
+    write!(out, "<?xml version=\"1.0\"?>\n<?tongue-fit")?;
+    for (name, value) in by.entries() {
+        write!(out, " {name}=\"{}\"", escaped(&value))?;
+    }
+    writeln!(out, "?>\n<VTKFile type=\"{kind}\" version=\"0.1\" byte_order=\"LittleEndian\">")
 }
 
 fn array(
-    out: &mut String,
+    out: &mut dyn Write,
     name: &str,
     kind: &str,
     components: usize,
     values: impl IntoIterator<Item = String>,
-) {
+) -> io::Result<()> {
     // Readers take scalars for vectors of one component where the one is named.
     let components = match components {
         1 => String::new(),
         n => format!(" NumberOfComponents=\"{n}\""),
     };
-    let _ = writeln!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"{components} format=\"ascii\">");
-    for value in values {
-        *out += &value;
-        out.push('\n');
-    }
-    *out += "</DataArray>\n";
+    writeln!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"{components} format=\"ascii\">")?;
+    values.into_iter().try_for_each(|value| writeln!(out, "{value}"))?;
+    out.write_all(b"</DataArray>\n")
 }
 
 /// The PVD file that gives every frame (time in s, plain file name) its time.
-pub fn pvd<'a>(frames: impl IntoIterator<Item = (f64, &'a str)>) -> String {
-    let mut out =
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n".to_owned();
-    for (time, file) in frames {
-        let _ = writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>");
+#[derive(Debug, Clone, Copy)]
+pub struct Pvd<'a>(pub &'a [(f64, String)]);
+
+impl Export for Pvd<'_> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        begin(out, "Collection", by)?;
+        out.write_all(b"<Collection>\n")?;
+        for (time, file) in self.0 {
+            writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escaped(file))?;
+        }
+        out.write_all(b"</Collection>\n</VTKFile>\n")
     }
-    out + "</Collection>\n</VTKFile>\n"
 }
 
 #[cfg(test)]
@@ -128,7 +150,7 @@ mod tests {
     fn what_is_written_reads_back() {
         let mesh = triangle();
         let moved = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]].map(SVector::from);
-        let text = vtu(&mesh, &moved, &[12.5]).unwrap();
+        let text = Vtu::new(&mesh, &moved, &[12.5]).unwrap().text(&Provenance::new("a --b ?> <")).unwrap();
         let document = roxmltree::Document::parse(&text).unwrap();
         assert_eq!(values(&document, "position"), [0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
         assert_eq!(values(&document, "displacement_m"), [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -139,13 +161,13 @@ mod tests {
         assert_eq!(values(&document, "area_ratio"), [2.0, 1.0, 1.0]);
         assert_eq!(values(&document, "stretch"), [1.0, 2.0, 5f64.sqrt() / 2f64.sqrt()]);
         assert_eq!(values(&document, "tension_n_per_m"), [0.0, 12.5, 12.5]);
-        assert!(matches!(vtu(&mesh, &moved, &[]), Err(ReportError::Number { .. })));
+        assert!(matches!(Vtu::new(&mesh, &moved, &[]), Err(ReportError::Number { .. })));
     }
 
     #[test]
     fn a_solid_is_written_as_tetrahedra() {
         let mesh = crate::body::solid::cylinder(0.01, 0.02, 1, 2);
-        let text = vtu(&mesh, &mesh.nodes, &[0.5; 7]).unwrap();
+        let text = Vtu::new(&mesh, &mesh.nodes, &[0.5; 7]).unwrap().text(&Provenance::new("")).unwrap();
         let document = roxmltree::Document::parse(&text).unwrap();
         let kinds = values(&document, "types");
         assert_eq!(kinds.iter().filter(|k| **k == 10.0).count(), mesh.cells.len());
@@ -157,7 +179,7 @@ mod tests {
 
     #[test]
     fn the_collection_names_every_frame_with_its_time() {
-        let text = pvd([(0.0, "a.vtu"), (0.5, "b.vtu")]);
+        let text = Pvd(&[(0.0, "a.vtu".into()), (0.5, "b.vtu".into())]).text(&Provenance::new("")).unwrap();
         let document = roxmltree::Document::parse(&text).unwrap();
         let sets: Vec<_> = document
             .descendants()

@@ -57,7 +57,7 @@ def by_opensim_rules(path):
     for line in lines:
         if line == "endheader":
             break
-        key, value = line.split("=")
+        key, value = line.split("=", 1)
         header[key] = value
     labels = next(lines).split("\t")
     rows = [[float(word) for word in line.split("\t")] for line in lines]

@@ -1,21 +1,9 @@
 //! The SVG figures: well-formed, true to the numbers, readable, the same bytes every time.
 
-use std::collections::BTreeMap;
-
 use nalgebra::SVector;
 use roxmltree::{Document, Node};
 use tongue_fit::body::{Cells, Mesh, MuscleChain};
-use tongue_fit::report::{ReportError, Series, changes, tongue};
-
-/// Canvas units in a pixel, as the root element tells.
-fn fineness(document: &Document) -> f64 {
-    let root = document.root_element();
-    let view: Vec<f64> = root.attribute("viewBox").unwrap().split(' ').map(|v| v.parse().unwrap()).collect();
-    let [width, height] = ["width", "height"].map(|name| number(root, name));
-    assert_eq!(view[0..2], [0.0, 0.0]);
-    assert_eq!(view[2] / width, view[3] / height);
-    view[2] / width
-}
+use tongue_fit::report::{ReportError, Section, Series, changes, tongue};
 
 fn number(node: Node, name: &str) -> f64 {
     node.attribute(name).unwrap().parse().unwrap()
@@ -29,15 +17,20 @@ fn texts(document: &Document) -> Vec<String> {
     all(document, "text").iter().map(|n| n.text().unwrap().trim().to_owned()).collect()
 }
 
-fn points(node: Node) -> Vec<[f64; 2]> {
-    node.attribute("points")
-        .unwrap()
-        .split_whitespace()
-        .map(|pair| {
-            let (x, y) = pair.split_once(',').unwrap();
-            [x.parse().unwrap(), y.parse().unwrap()]
-        })
-        .collect()
+/// The chains of points of a path's data, px.
+fn chains(path: Node) -> Vec<Vec<[f64; 2]>> {
+    let data = path.attribute("d").unwrap().replace('Z', "");
+    let pair = |p: &str| {
+        let (x, y) = p.split_once(' ').unwrap();
+        [x.parse().unwrap(), y.parse().unwrap()]
+    };
+    data.split('M').skip(1).map(|chain| chain.split('L').map(pair).collect()).collect()
+}
+
+/// The first path with this colour of stroke and width.
+fn stroked<'a>(document: &'a Document, colour: &str, width: &str) -> Vec<Node<'a, 'a>> {
+    let is = |n: &Node| n.attribute("stroke") == Some(colour) && n.attribute("stroke-width") == Some(width);
+    all(document, "path").into_iter().filter(is).collect()
 }
 
 /// Left, top, right, bottom of a text, by the mean width of sans-serif letters; none if it is rotated.
@@ -53,23 +46,23 @@ fn text_box(node: Node) -> Option<[f64; 4]> {
             "middle" => 0.5 * width,
             _ => width,
         };
-    let middle = number(node, "y");
-    Some([left, middle - 0.4 * size, left + width, middle + 0.4 * size])
+    let foot = number(node, "y");
+    Some([left, foot - 0.75 * size, left + width, foot + 0.05 * size])
 }
 
 /// What every figure must be, whatever it shows.
 fn check_figure(svg: &str) {
     let document = Document::parse(svg).unwrap();
-    let fine = fineness(&document);
     let root = document.root_element();
-    assert!(number(root, "width") <= 900.0);
-    let (right, bottom) = (fine * number(root, "width"), fine * number(root, "height"));
+    let (right, bottom) = (number(root, "width"), number(root, "height"));
+    assert!(right <= 900.0);
+    assert_eq!(root.attribute("viewBox"), Some(format!("0 0 {right} {bottom}").as_str()));
 
     for tag in ["title", "desc"] {
         assert!(!all(&document, tag)[0].text().unwrap().is_empty(), "{tag}");
     }
     for text in all(&document, "text") {
-        assert!(number(text, "font-size") / fine >= 11.0);
+        assert!(number(text, "font-size") >= 24.0);
         assert_eq!(text.attribute("font-family"), Some("sans-serif"));
     }
     for node in document.descendants() {
@@ -84,18 +77,19 @@ fn check_figure(svg: &str) {
             assert!(apart, "{:?} overlaps {:?}", text.text(), other.text());
         }
     }
-    for path in all(&document, "polyline") {
-        for [x, y] in points(path) {
+    for path in all(&document, "path") {
+        for [x, y] in chains(path).into_iter().flatten() {
             assert!((0.0..=right).contains(&x) && (0.0..=bottom).contains(&y), "({x}, {y}) is off the sheet");
         }
     }
 }
 
-const GREY: &str = "#C4C4C4";
-const DARK: &str = "#555555";
+const REST: &str = "#b4b4b4";
+const DEFORMED: &str = "#555555";
+const EDGES: &str = "#c9c9c9";
 const INK: &str = "#222222";
-const ORANGE: &str = "#E69F00";
-const VERMILLION: &str = "#D55E00";
+const ORANGE: &str = "#e69f00";
+const VERMILLION: &str = "#d55e00";
 
 /// A square of 20 mm in 8 triangles, node `3 row + column`, and a node outside it at (30, 30) mm. `GGa` lies along the
 /// lower edge, `GGm` along the diagonal and out to the lone node.
@@ -123,9 +117,14 @@ fn moved(mesh: &Mesh<2>) -> Vec<SVector<f64, 2>> {
     positions
 }
 
+/// The picture of a shape whose muscles have these tensions.
+fn drawn(mesh: &Mesh<2>, positions: &[SVector<f64, 2>], tensions: &[f64], title: &str) -> String {
+    tongue(&Section { mesh, positions, tensions, palate: &[], stretch: false, title }).unwrap().to_string()
+}
+
 fn picture() -> String {
     let mesh = patch();
-    tongue(&mesh, &moved(&mesh), &[1], "S2 /ɯ/").unwrap()
+    drawn(&mesh, &moved(&mesh), &[0.0, 2.5], "S2 /ɯ/")
 }
 
 #[test]
@@ -133,46 +132,101 @@ fn the_picture_shows_every_connection_muscle_and_bone_once() {
     let svg = picture();
     check_figure(&svg);
     let document = Document::parse(&svg).unwrap();
-    let mut lines = BTreeMap::<_, Vec<_>>::new();
-    for path in all(&document, "polyline") {
-        lines.entry(path.attribute("stroke").unwrap()).or_default().push(path);
+    let edges = stroked(&document, EDGES, "1");
+    assert_eq!(patch().connections.len(), 17);
+    assert_eq!(chains(edges[0]).len(), 16, "all but the one out of the tissue, which is a muscle's");
+    for colour_width in [(REST, "2"), (DEFORMED, "2.6")] {
+        let outline = chains(stroked(&document, colour_width.0, colour_width.1)[0]);
+        assert_eq!(outline.iter().map(Vec::len).collect::<Vec<_>>(), [8], "one ring of eight nodes");
     }
-    let connections = patch().connections.len();
-    assert_eq!(connections, 17);
-    // One more each for the legend.
-    assert_eq!(lines[GREY].len(), connections + 1);
-    assert_eq!(lines[DARK].len(), connections + 1);
-    assert_eq!(lines[ORANGE].len(), 2, "a contracting muscle is one solid line");
-    assert_eq!(points(lines[ORANGE][0]).len(), 4);
-    assert!(lines[VERMILLION].len() > 10, "a passive muscle is dashed");
-    assert!(number(lines[ORANGE][0], "stroke-width") >= 2.0 * number(lines[VERMILLION][0], "stroke-width"));
+    let contracting = stroked(&document, ORANGE, "8");
+    assert_eq!(contracting.len(), 1);
+    assert!(contracting[0].attribute("stroke-dasharray").is_none());
+    let passive = stroked(&document, VERMILLION, "3.5");
+    assert_eq!((passive.len(), chains(passive[0])[0].len()), (1, 3));
+    assert!(passive[0].attribute("stroke-dasharray").is_some());
     let bones = all(&document, "rect").into_iter().filter(|n| n.attribute("fill") == Some(INK)).count();
-    assert_eq!(bones, 2 + 1);
+    assert_eq!(bones, 1 + 1, "the one in view, and one in the legend");
     let told = texts(&document);
-    for name in ["GGa", "GGm", "rest", "deformed", "bone", "S2 /ɯ/"] {
-        assert_eq!(told.iter().filter(|t| *t == name).count(), 1, "{name}");
+    let contracts = "contracting, with its tension in N per metre of thickness";
+    let names =
+        ["GGa", "GGm 2.5", "rest", "deformed", "bone", "to its bone, out of view", contracts, "S2 /ɯ/"];
+    for name in names {
+        assert_eq!(told.iter().filter(|t| *t == name).count(), 1, "{name}: {told:?}");
     }
     assert!(told.iter().any(|t| t.contains("front") && t.contains("back")));
+}
+
+#[test]
+fn a_muscle_is_drawn_as_contracting_if_it_has_a_tension() {
+    let mesh = patch();
+    let svg = drawn(&mesh, &mesh.nodes, &[0.0, 0.0], "rest");
+    assert!(!svg.contains("contracting, with"));
+    assert!(svg.contains("Contracting muscles: none."));
+    assert!(stroked(&Document::parse(&svg).unwrap(), ORANGE, "8").is_empty());
+}
+
+#[test]
+fn pictures_of_one_body_have_the_same_axes() {
+    let mesh = patch();
+    let axes = |svg: &str| {
+        let document = Document::parse(svg).unwrap();
+        let numbers = all(&document, "text")
+            .into_iter()
+            .filter(|n| n.text().unwrap().replace('\u{2212}', "-").parse::<f64>().is_ok());
+        numbers.map(|n| ["x", "y"].map(|a| n.attribute(a).unwrap().to_owned())).collect::<Vec<_>>()
+    };
+    let rest = axes(&drawn(&mesh, &mesh.nodes, &[0.0, 0.0], "a"));
+    assert!(rest.len() > 8);
+    assert_eq!(rest, axes(&drawn(&mesh, &moved(&mesh), &[1.0, 0.0], "a")));
+    let mut far = mesh.nodes.clone();
+    far[6].x -= 0.05;
+    assert_ne!(rest, axes(&drawn(&mesh, &far, &[0.0, 0.0], "a")), "unless the tissue would leave them");
 }
 
 #[test]
 fn the_picture_has_one_scale_x_to_the_right_and_y_up() {
     let svg = picture();
     let document = Document::parse(&svg).unwrap();
-    let edge = |color: &str, nth: usize| {
-        let paths = all(&document, "polyline");
-        let path = paths.into_iter().filter(|n| n.attribute("stroke") == Some(color)).nth(nth).unwrap();
-        let ends = points(path);
-        [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]]
+    let ring = |colour, width| {
+        let ring = chains(stroked(&document, colour, width)[0]).remove(0);
+        let bound = |i: usize, pick: fn(f64, f64) -> f64| ring.iter().map(|p| p[i]).reduce(pick).unwrap();
+        [bound(0, f64::min), bound(0, f64::max), bound(1, f64::min), bound(1, f64::max)]
     };
-    let nth = |pair| patch().connections.iter().position(|c| *c == pair).unwrap();
-    let [right, level] = edge(GREY, nth([0, 1]));
-    let [upright, up] = edge(GREY, nth([0, 3]));
-    assert!(right > 0.0 && up < 0.0);
-    assert!((right + up).abs() <= 2.0, "10 mm are {right} across and {} up", -up);
-    assert_eq!([level, upright], [0.0, 0.0]);
-    let [left, _] = edge(DARK, nth([3, 6]));
-    assert!((left + 0.3 * right).abs() <= 2.0, "3 mm to the left are {left} of {right} for 10 mm");
+    let [left, right, top, bottom] = ring(REST, "2");
+    assert!((right - left - (bottom - top)).abs() <= 0.2, "a square is a square");
+    let unit = (right - left) / 20.0;
+    // The top left corner went 3 mm to the left, and nothing else moved.
+    let [moved, ..] = ring(DEFORMED, "2.6");
+    assert!((left - moved - 3.0 * unit).abs() <= 0.2);
+    let corner = chains(stroked(&document, DEFORMED, "2.6")[0]).remove(0);
+    let [_, y] = corner.into_iter().min_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
+    assert_eq!(y, top);
+}
+
+#[test]
+fn the_palate_is_a_band_on_the_far_side_and_stretch_has_a_scale() {
+    let mesh = patch();
+    let palate = [[-0.004, 0.022], [0.01, 0.023], [0.024, 0.022]].map(SVector::from);
+    let positions = moved(&mesh);
+    let section = Section {
+        mesh: &mesh,
+        positions: &positions,
+        tensions: &[0.0, 1.0],
+        palate: &palate,
+        stretch: true,
+        title: "palate",
+    };
+    let svg = tongue(&section).unwrap().to_string();
+    check_figure(&svg);
+    let document = Document::parse(&svg).unwrap();
+    let told = texts(&document);
+    assert!(told.iter().any(|t| t == "palate") && told.iter().any(|t| t.starts_with("largest stretch")));
+    let grey = all(&document, "path").into_iter().find(|n| n.attribute("fill") == Some("#a8a8a8")).unwrap();
+    let highest =
+        |chains: Vec<Vec<[f64; 2]>>| chains.into_iter().flatten().map(|p| p[1]).fold(f64::INFINITY, f64::min);
+    let outline = stroked(&document, DEFORMED, "2");
+    assert!(highest(chains(grey)) < highest(chains(outline[0])) - 5.0, "the band lies above the outline");
 }
 
 #[test]
@@ -180,11 +234,11 @@ fn a_picture_of_anything_fits_a_page() {
     let mut mesh = patch();
     for stretch in [[1e-6, 1.0], [100.0, 1.0], [1.0, 100.0], [0.0, 0.0]] {
         mesh.nodes = patch().nodes.iter().map(|p| p.component_mul(&SVector::from(stretch))).collect();
-        let svg = tongue(&mesh, &mesh.nodes, &[], "").unwrap();
+        let svg = drawn(&mesh, &mesh.nodes, &[0.0, 0.0], "");
         let document = Document::parse(&svg).unwrap();
         assert!(number(document.root_element(), "height") < 1400.0);
     }
-    tongue(&Mesh::default(), &[], &[], "nothing").unwrap();
+    drawn(&Mesh::default(), &[], &[], "nothing");
 }
 
 #[test]
@@ -194,11 +248,16 @@ fn a_picture_of_eight_muscles_names_each() {
     mesh.muscles = names
         .map(|name| MuscleChain { name: name.to_owned(), nodes: mesh.muscles[1].nodes.clone() })
         .to_vec();
-    let svg = tongue(&mesh, &mesh.nodes, &[0, 4, 6], "all").unwrap();
+    // Apart from each other, as muscles are.
+    for (nth, muscle) in mesh.muscles.iter_mut().enumerate() {
+        muscle.nodes = [[0, 4], [1, 5], [3, 7], [4, 8], [1, 2], [3, 6], [6, 7], [2, 5]][nth].to_vec();
+    }
+    let svg = drawn(&mesh, &mesh.nodes, &[12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0], "all");
     check_figure(&svg);
     let document = Document::parse(&svg).unwrap();
     let told = texts(&document);
-    assert!(names.iter().all(|name| told.iter().filter(|t| t == name).count() == 1), "{told:?}");
+    let named = |name: &str| told.iter().filter(|t| t.split(' ').next() == Some(name)).count();
+    assert!(names.iter().all(|name| named(name) == 1), "{told:?}");
     let told = all(&document, "desc")[0].text().unwrap();
     assert!(told.contains("Contracting muscles: GGa, SGm, HGa."), "{told}");
 }
@@ -207,30 +266,33 @@ fn a_picture_of_eight_muscles_names_each() {
 fn a_picture_of_inconsistent_data_is_refused() {
     let mesh = patch();
     let good = moved(&mesh);
-    let refused =
-        |mesh: &Mesh<2>, deformed: &[_], active: &[_]| tongue(mesh, deformed, active, "").unwrap_err();
+    let refused = |mesh: &Mesh<2>, positions: &[_], tensions: &[f64]| {
+        let section = Section { mesh, positions, tensions, palate: &[], stretch: false, title: "" };
+        tongue(&section).unwrap_err()
+    };
+    let slack = [0.0, 0.0];
 
-    assert!(matches!(refused(&mesh, &good[1..], &[]), ReportError::NodeCount { nodes: 10, deformed: 9 }));
+    assert!(matches!(refused(&mesh, &good[1..], &slack), ReportError::NodeCount { nodes: 10, deformed: 9 }));
     let mut bad = good.clone();
     bad[3].y = f64::NAN;
-    assert!(matches!(refused(&mesh, &bad, &[]), ReportError::Position { shape: "deformed", node: 3, .. }));
+    assert!(matches!(refused(&mesh, &bad, &slack), ReportError::Position { shape: "deformed", node: 3, .. }));
     assert!(matches!(
-        refused(&mesh, &good, &[2]),
-        ReportError::Number { kind: "muscle", number: 2, count: 2, .. }
+        refused(&mesh, &good, &[1.0]),
+        ReportError::Number { kind: "muscle", number: 1, count: 2, .. }
     ));
 
     let mut bad = mesh.clone();
     bad.muscles[1].nodes[2] = 10;
     assert_eq!(
-        refused(&bad, &good, &[]).to_string(),
+        refused(&bad, &good, &slack).to_string(),
         "muscle GGm names node 10, but the mesh has 10 (counted from 0); correct the number"
     );
     let mut bad = mesh.clone();
     bad.connections[4][1] = 77;
-    assert!(refused(&bad, &good, &[]).to_string().starts_with("connection 4 names node 77"));
+    assert!(refused(&bad, &good, &slack).to_string().starts_with("connection 4 names node 77"));
     let mut bad = mesh.clone();
     bad.fixed.push(10);
-    assert!(refused(&bad, &good, &[]).to_string().starts_with("the list of fixed nodes names node 10"));
+    assert!(refused(&bad, &good, &slack).to_string().starts_with("the list of fixed nodes names node 10"));
 }
 
 const LABELS: [&str; 8] = ["GGa*", "GGm", "GGp", "SGp", "SGm*", "SGa", "HGa*", "HGp"];
@@ -248,10 +310,10 @@ fn series(name: &str, values: &[f64]) -> Series {
 #[test]
 fn bars_are_as_long_as_the_change_and_on_its_side_of_one() {
     let both = [series("measured", &MEASURED), series("simulated", &SIMULATED)];
-    let svg = changes(&labels(), &both, "ɯ", "Figure 4.9: changes relative to /ɯ/").unwrap();
+    let svg = changes(&labels(), &both, "ɯ", "Figure 4.9: changes relative to /ɯ/").unwrap().to_string();
     check_figure(&svg);
     let document = Document::parse(&svg).unwrap();
-    // The sheet itself, two samples in the legend, then the bars of each series in the order of the labels.
+    // The sheet itself, then the samples in the legend, then the bars of each series in the order of the labels.
     let bars = all(&document, "rect").split_off(3);
     assert_eq!(bars.len(), 16);
     let edges = |bar: Node| (number(bar, "y"), number(bar, "y") + number(bar, "height"));
@@ -289,10 +351,11 @@ fn legends_of_any_length_stay_apart() {
         "ɯ",
         "a title that is so long that it needs more than a single line to be shown",
     )
-    .unwrap();
+    .unwrap()
+    .to_string();
     check_figure(&svg);
     let none_active = LABELS.map(|l| l.trim_end_matches('*').to_owned());
-    let svg = changes(&none_active, &many[..1], "ɯ", "passive").unwrap();
+    let svg = changes(&none_active, &many[..1], "ɯ", "passive").unwrap().to_string();
     check_figure(&svg);
     assert!(!svg.contains("contracting"));
 }
@@ -300,7 +363,7 @@ fn legends_of_any_length_stay_apart() {
 #[test]
 fn every_range_of_ratios_has_a_readable_axis() {
     for values in [[1.0; 8], [0.999; 8], [0.01; 8], [2.7; 8], [13.0; 8], [100.0; 8]] {
-        let svg = changes(&labels(), &[series("measured", &values)], "ɯ", "range").unwrap();
+        let svg = changes(&labels(), &[series("measured", &values)], "ɯ", "range").unwrap().to_string();
         check_figure(&svg);
         let document = Document::parse(&svg).unwrap();
         let ticks = texts(&document).iter().filter(|t| t.parse::<f64>().is_ok()).count();

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
+use tongue_fit::report::Provenance;
 use tongue_fit::study::accuracy::ladder::Ended;
 use tongue_fit::study::accuracy::{self, Circumstances, Effort, Study};
 
@@ -18,18 +19,21 @@ fn page(study: &Study) -> String {
 #[test]
 fn every_file_is_made_and_every_run_is_a_row() {
     let study = tiny();
+    let by = Provenance::new("a test");
     let files = accuracy::files(study).unwrap();
-    let names: BTreeSet<&str> = files.iter().map(|(n, _)| n.as_str()).collect();
+    let files: Vec<(&str, String)> = files.iter().map(|(n, f)| (*n, f.text(&by).unwrap())).collect();
+    let names: BTreeSet<&str> = files.iter().map(|(n, _)| *n).collect();
     let page = page(study);
-    for (name, bytes) in &files {
+    for (name, text) in &files {
+        assert!(text.contains("a test") && text.contains(tongue_fit::VERSION), "{name}");
         if name.ends_with(".svg") {
             assert!(page.contains(&format!("({name})")), "the page shows {name}");
-            roxmltree::Document::parse(std::str::from_utf8(bytes).unwrap()).unwrap();
+            roxmltree::Document::parse(text).unwrap();
         }
     }
     let rows = |name: &str| {
-        let (_, bytes) = files.iter().find(|(n, _)| n == name).unwrap();
-        csv::Reader::from_reader(bytes.as_slice()).into_records().count()
+        let (_, text) = files.iter().find(|(n, _)| *n == name).unwrap();
+        csv::Reader::from_reader(text.as_bytes()).into_records().count()
     };
     assert_eq!(rows("1-equilibrium.csv"), study.equilibrium.len());
     assert_eq!(rows("2-trajectory.csv"), study.trajectory.len());

@@ -1,10 +1,8 @@
 //! The study as files: a table for each axis, and the diagrams.
 
-use serde::Serialize;
-
 use crate::measured::TargetKind;
 use crate::muscle::Muscle;
-use crate::report::{Curve, work_precision};
+use crate::report::{Curve, Export, Rows, Table, work_precision};
 
 use super::ladder::Run;
 use super::mesh::MeshRun;
@@ -12,64 +10,43 @@ use super::search::FitRun;
 use super::tissue::TISSUES;
 use super::{Study, StudyError};
 
-/// Name and content of every file but the page.
+/// Names and contents.
+pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
+
+/// Every file but the page.
 ///
 /// # Errors
-/// [`StudyError::Csv`] and [`StudyError::Report`]; neither is expected.
-pub fn files(study: &Study) -> Result<Vec<(String, Vec<u8>)>, StudyError> {
-    let mut out = vec![
-        ("1-equilibrium.csv", table(&study.equilibrium)?),
-        ("2-trajectory.csv", table(&study.trajectory)?),
-        ("3-early.csv", table(&study.early)?),
-        ("4-mesh.csv", mesh_table(&study.meshes)?),
-        ("5-patch.csv", table(&study.patches)?),
-        ("6-fit.csv", table(&study.fits)?),
-    ];
+/// [`StudyError::Report`], which is not expected.
+pub fn files(study: &Study) -> Result<Files<'_>, StudyError> {
     let time = "time, s (median)";
-    out.push((
-        "1-equilibrium.svg",
-        work_precision(
-            "To equilibrium",
-            time,
-            "largest position error, mm",
-            &best_curves(&study.equilibrium),
-        )?
-        .into_bytes(),
-    ));
+    let error = "largest position error, mm";
+    let equilibrium = work_precision("To equilibrium", time, error, &best_curves(&study.equilibrium))?;
     let curves = best_curves(&study.trajectory);
-    out.push((
-        "2-trajectory.svg",
-        work_precision("Along the trajectory to t = 3 s", time, "largest position error, mm", &curves)?
-            .into_bytes(),
-    ));
-    let title = "/a/: change of a ratio from one mesh spacing to the next finer one";
-    out.push((
-        "4-mesh.svg",
-        work_precision(
-            title,
-            "time of one equilibrium, s",
-            "largest change of a ratio",
-            &mesh_curves(&study.meshes),
-        )?
-        .into_bytes(),
-    ));
+    let trajectory = work_precision("Along the trajectory to t = 3 s", time, error, &curves)?;
+    let meshes = work_precision(
+        "/a/: change of a ratio from one mesh spacing to the next finer one",
+        "time of one equilibrium, s",
+        "largest change of a ratio",
+        &mesh_curves(&study.meshes),
+    )?;
     let title = "Fit of /a/: Nelder-Mead's simplex from the nearest solved candidate (warm) or from rest (cold), and Gauss-Newton";
-    out.push((
-        "6-fit.svg",
-        work_precision(title, "time of a fit, s", "largest tension error, N", &fit_curves(&study.fits))?
-            .into_bytes(),
-    ));
-    Ok(out.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect())
+    let fits =
+        work_precision(title, "time of a fit, s", "largest tension error, N", &fit_curves(&study.fits))?;
+    Ok(vec![
+        ("1-equilibrium.csv", Box::new(Rows(&study.equilibrium))),
+        ("2-trajectory.csv", Box::new(Rows(&study.trajectory))),
+        ("3-early.csv", Box::new(Rows(&study.early))),
+        ("4-mesh.csv", Box::new(mesh_table(&study.meshes))),
+        ("5-patch.csv", Box::new(Rows(&study.patches))),
+        ("6-fit.csv", Box::new(Rows(&study.fits))),
+        ("1-equilibrium.svg", Box::new(equilibrium)),
+        ("2-trajectory.svg", Box::new(trajectory)),
+        ("4-mesh.svg", Box::new(meshes)),
+        ("6-fit.svg", Box::new(fits)),
+    ])
 }
 
-fn table<T: Serialize>(rows: &[T]) -> Result<Vec<u8>, StudyError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    rows.iter().try_for_each(|row| writer.serialize(row))?;
-    writer.into_inner().map_err(|e| StudyError::Csv(e.into_error().into()))
-}
-
-fn mesh_table(runs: &[MeshRun]) -> Result<Vec<u8>, StudyError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
+fn mesh_table(runs: &[MeshRun]) -> Table {
     let mut header: Vec<String> =
         ["scene", "tissue", "h_mm", "unknown_nodes", "triangles"].map(String::from).to_vec();
     header.extend(Muscle::ALL.map(|m| format!("ratio_{m}")));
@@ -87,8 +64,7 @@ fn mesh_table(runs: &[MeshRun]) -> Result<Vec<u8>, StudyError> {
         "ended",
     ];
     header.extend(rest.map(String::from));
-    writer.write_record(&header)?;
-    for r in runs {
+    let row = |r: &MeshRun| {
         let mut row = vec![
             r.scene.to_owned(),
             r.tissue.to_owned(),
@@ -102,9 +78,9 @@ fn mesh_table(runs: &[MeshRun]) -> Result<Vec<u8>, StudyError> {
         row.extend([r.mesh_s, r.setup_s, r.solve_s, r.force_s, r.factor_s].map(|v| format!("{v:.3e}")));
         row.extend([r.iterations, r.factorisations, r.matrix_bytes].map(|v| v.to_string()));
         row.push(r.ended.words());
-        writer.write_record(&row)?;
-    }
-    writer.into_inner().map_err(|e| StudyError::Csv(e.into_error().into()))
+        row
+    };
+    Table { columns: header, rows: runs.iter().map(row).collect() }
 }
 
 /// For every method the runs that no other run of it beats in both time and error.

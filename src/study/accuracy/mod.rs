@@ -66,9 +66,6 @@ pub enum StudyError {
     /// Nor is the trajectory; why.
     #[error("the reference trajectory was not found: {0}")]
     Trajectory(String),
-    /// A table.
-    #[error("a table cannot be written as CSV: {0}")]
-    Csv(#[from] csv::Error),
     /// A diagram.
     #[error(transparent)]
     Report(#[from] ReportError),

@@ -21,7 +21,7 @@ use serde::Serialize;
 use crate::statics::{Settings, Solution, Stability, Status, Workspace, smallest_eigenvalue, solve};
 use crate::system::System;
 
-pub use table::{csv, markdown};
+pub use table::{markdown, table};
 
 /// Which of the cases' variants are run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,9 +1,10 @@
-//! The rows as CSV and as Markdown.
+//! The rows as a table and as Markdown.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::{Beside, Row};
+use crate::report::Table;
 
 /// What each case is about.
 fn title(case: u8) -> &'static str {
@@ -22,13 +23,9 @@ fn title(case: u8) -> &'static str {
     }
 }
 
-/// All rows as CSV, units in the column names.
-///
-/// # Errors
-/// As the CSV writer's; into memory it has none of its own.
-pub fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record([
+/// All rows, units in the column names.
+pub fn table(rows: &[Row]) -> Table {
+    let columns = [
         "case",
         "variant",
         "solver",
@@ -44,9 +41,9 @@ pub fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
         "apart_from_branch_m",
         "wall_s",
         "note",
-    ])?;
-    for r in rows {
-        writer.write_record([
+    ];
+    let row = |r: &Row| {
+        vec![
             r.case.to_string(),
             r.variant.clone(),
             r.solver.to_owned(),
@@ -62,9 +59,9 @@ pub fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
             optional(r.branch, |b| format!("{:.1e}", b.apart_m)),
             format!("{:.6}", r.wall_s),
             r.note.clone(),
-        ])?;
-    }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+        ]
+    };
+    Table { columns: columns.map(String::from).to_vec(), rows: rows.iter().map(row).collect() }
 }
 
 /// A summary of all cases, and under it every row; of case 2, which has a thousand, those that are not ordinary.

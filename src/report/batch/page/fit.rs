@@ -188,5 +188,5 @@ fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
         Series { name: "simulated".into(), values: f.stretches.0.to_vec() },
     ];
     let title = format!("{} /{}/ against /{}/, {}", f.subject, f.vowel, f.baseline, f.target_kind);
-    changes(&labels, &series, f.baseline.symbol(), &title)
+    Ok(changes(&labels, &series, f.baseline.symbol(), &title)?.to_string())
 }

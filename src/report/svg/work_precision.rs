@@ -3,33 +3,20 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::ops::RangeInclusive;
 
-use plotters::element::{PathElement, Polygon};
-use plotters::style::text_anchor::HPos;
-use plotters::style::{Color, FontTransform, RGBColor};
-
-use super::ReportError;
-use super::figure::{self, Canvas, DrawError, INK, MARGIN, RULE, Sheet, TEXT, WIDTH, line, px, stroke};
+use super::{Anchor, Entry, Face, INK, MARGIN, Px, RULE, Svg, WIDTH, closed, data, legend};
+use crate::report::ReportError;
 
 /// Okabe and Ito's (2008) colours that stand out on white; neighbours in the list differ in lightness too.
-const COLORS: [RGBColor; 7] = [
-    RGBColor(0x00, 0x00, 0x00),
-    RGBColor(0xE6, 0x9F, 0x00),
-    RGBColor(0x00, 0x72, 0xB2),
-    RGBColor(0xD5, 0x5E, 0x00),
-    RGBColor(0x00, 0x9E, 0x73),
-    RGBColor(0xCC, 0x79, 0xA7),
-    RGBColor(0x56, 0xB4, 0xE9),
-];
+const COLOURS: [&str; 7] = [INK, "#e69f00", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9"];
 /// Most curves: as many as there are marker shapes, so that shape alone tells them apart.
 const MOST_CURVES: usize = 10;
 
-const LEGEND_ROW: i32 = 36;
-const PLOT: i32 = 520;
-const LEFT: i32 = 120;
-const BOTTOM: i32 = 100;
-const SAMPLE: i32 = 56;
+const PLOT: f64 = 520.0;
+const LEFT: f64 = 120.0;
+const BOTTOM: f64 = 100.0;
+const SAMPLE: f64 = 56.0;
 /// Half the size of a marker, px.
-const MARK: i32 = 9;
+const MARK: f64 = 9.0;
 
 /// What one method achieved.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,24 +31,22 @@ pub struct Curve {
 /// Draws the curves as SVG text. `x` and `y` name the axes, units included.
 ///
 /// # Errors
-/// [`ReportError::Curves`] without a point to draw or with more than ten curves; [`ReportError::Drawing`] if the drawing
-/// library fails.
-pub fn work_precision(title: &str, x: &str, y: &str, curves: &[Curve]) -> Result<String, ReportError> {
+/// [`ReportError::Curves`] without a point to draw or with more than ten curves.
+pub fn work_precision(title: &str, x: &str, y: &str, curves: &[Curve]) -> Result<Svg, ReportError> {
     let curves: Vec<Curve> = curves.iter().map(visible).filter(|c| !c.points.is_empty()).collect();
     if curves.is_empty() || curves.len() > MOST_CURVES {
         return Err(ReportError::Curves { curves: curves.len(), most: MOST_CURVES });
     }
+    let (mut svg, top) = Svg::new(title, &description(x, y, &curves), WIDTH);
+    let top = top + key(&mut svg, &curves, top) + MARGIN;
     let frame = Frame {
         x: decades(curves.iter().flat_map(|c| &c.points).map(|p| p.0)),
         y: decades(curves.iter().flat_map(|c| &c.points).map(|p| p.1)),
-        top: legend_places(&curves).last().map_or(0, |p| p.1) + 2 * LEGEND_ROW,
+        top,
     };
-    let sheet = Sheet { title, description: description(x, y, &curves), height: frame.top + PLOT + BOTTOM };
-    sheet.draw(|canvas| {
-        legend(canvas, &curves)?;
-        axes(canvas, &frame, x, y)?;
-        curves.iter().enumerate().try_for_each(|(n, c)| draw(canvas, &frame, n, c))
-    })
+    axes(&mut svg, &frame, x, y);
+    curves.iter().enumerate().for_each(|(n, c)| draw(&mut svg, &frame, n, c));
+    Ok(svg.finish(top + PLOT + BOTTOM))
 }
 
 fn visible(curve: &Curve) -> Curve {
@@ -90,42 +75,38 @@ fn decades(values: impl Iterator<Item = f64>) -> RangeInclusive<i32> {
 struct Frame {
     x: RangeInclusive<i32>,
     y: RangeInclusive<i32>,
-    top: i32,
+    top: f64,
 }
 
 impl Frame {
-    fn place(&self, (x, y): (f64, f64)) -> (i32, i32) {
+    fn place(&self, (x, y): (f64, f64)) -> Px {
         let part = |v: f64, r: &RangeInclusive<i32>| {
             (v.log10() - f64::from(*r.start())) / f64::from(r.end() - r.start())
         };
-        let width = f64::from(px(WIDTH - LEFT - 2 * MARGIN));
-        let across = f64::from(px(LEFT)) + width * part(x, &self.x);
-        let down = f64::from(px(self.top)) + f64::from(px(PLOT)) * (1.0 - part(y, &self.y));
-        (across.round() as i32, down.round() as i32)
+        let width = WIDTH - LEFT - 2.0 * MARGIN;
+        [LEFT + width * part(x, &self.x), self.top + PLOT * (1.0 - part(y, &self.y))]
     }
 }
 
-fn axes(canvas: &Canvas, frame: &Frame, x: &str, y: &str) -> Result<(), DrawError> {
+fn axes(svg: &mut Svg, frame: &Frame, x: &str, y: &str) {
     let ten = |e: i32| 10f64.powi(e);
     let (x0, x1, y0, y1) = (*frame.x.start(), *frame.x.end(), *frame.y.start(), *frame.y.end());
     let every = |r: i32| (r / 10 + 1) as usize;
     for e in (x0..=x1).step_by(every(x1 - x0)) {
         let (foot, head) = (frame.place((ten(e), ten(y0))), frame.place((ten(e), ten(y1))));
-        canvas.draw(&line(foot, head, stroke(RULE, 10)))?;
-        canvas.draw_text(&power(e), &figure::text(HPos::Center), (foot.0, foot.1 + px(26)))?;
+        svg.line(foot, head, RULE, 1.0);
+        svg.text([foot[0], foot[1] + 26.0], Anchor::Middle, Face::Plain, &power(e));
     }
     for e in (y0..=y1).step_by(every(y1 - y0)) {
         let (foot, head) = (frame.place((ten(x0), ten(e))), frame.place((ten(x1), ten(e))));
-        canvas.draw(&line(foot, head, stroke(RULE, 10)))?;
-        canvas.draw_text(&power(e), &figure::text(HPos::Right), (foot.0 - px(10), foot.1))?;
+        svg.line(foot, head, RULE, 1.0);
+        svg.text([foot[0] - 10.0, foot[1]], Anchor::End, Face::Plain, &power(e));
     }
     let corner = frame.place((ten(x0), ten(y0)));
-    canvas.draw(&line(corner, frame.place((ten(x1), ten(y0))), stroke(INK, 15)))?;
-    canvas.draw(&line(corner, frame.place((ten(x0), ten(y1))), stroke(INK, 15)))?;
-    let middle = px(LEFT + (WIDTH - LEFT) / 2);
-    canvas.draw_text(&figure::printable(x), &figure::text(HPos::Center), (middle, corner.1 + px(68)))?;
-    let upright = figure::text(HPos::Center).transform(FontTransform::Rotate270);
-    canvas.draw_text(&figure::printable(y), &upright, (px(MARGIN + 8), px(frame.top + PLOT / 2)))
+    let ends = [frame.place((ten(x0), ten(y1))), corner, frame.place((ten(x1), ten(y0)))];
+    svg.stroke(&data([ends]), INK, 1.5);
+    svg.text([LEFT + 0.5 * (WIDTH - LEFT), corner[1] + 68.0], Anchor::Middle, Face::Plain, x);
+    svg.upright_text([MARGIN + 8.0, frame.top + 0.5 * PLOT], y);
 }
 
 /// `10⁻³`.
@@ -136,27 +117,22 @@ fn power(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-fn draw(canvas: &Canvas, frame: &Frame, number: usize, curve: &Curve) -> Result<(), DrawError> {
-    let color = COLORS[number % COLORS.len()];
-    let points: Vec<(i32, i32)> = curve.points.iter().map(|&p| frame.place(p)).collect();
-    canvas.draw(&PathElement::new(points.clone(), stroke(color, 20)))?;
-    points.into_iter().try_for_each(|p| mark(canvas, number, p))
+fn draw(svg: &mut Svg, frame: &Frame, number: usize, curve: &Curve) {
+    let points: Vec<Px> = curve.points.iter().map(|&p| frame.place(p)).collect();
+    svg.stroke(&data([points.iter().copied()]), COLOURS[number % COLOURS.len()], 2.0);
+    points.into_iter().for_each(|p| mark(svg, number, p));
 }
 
 /// The marker of curve `number`: its shape alone tells it from the others.
-fn mark(canvas: &Canvas, number: usize, (x, y): (i32, i32)) -> Result<(), DrawError> {
-    let color = COLORS[number % COLORS.len()];
-    let spike = |angle: f64, reach: f64| {
-        let r = f64::from(px(MARK)) * reach;
-        (x + (r * angle.cos()).round() as i32, y + (r * angle.sin()).round() as i32)
+fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
+    let colour = COLOURS[number % COLOURS.len()];
+    let spike = |angle: f64, reach: f64| [x + MARK * reach * angle.cos(), y + MARK * reach * angle.sin()];
+    let ring = |corners: u32, first: f64, reach: f64| -> Vec<Px> {
+        (0..corners).map(|i| spike(first + TAU * f64::from(i) / f64::from(corners), reach)).collect()
     };
-    let ring = |corners: u32, first: f64, reach: f64| -> Vec<(i32, i32)> {
-        (0..=corners).map(|i| spike(first + TAU * f64::from(i) / f64::from(corners), reach)).collect()
-    };
-    let star = || -> Vec<(i32, i32)> {
-        (0..=10)
-            .map(|i| spike(-FRAC_PI_2 + TAU * f64::from(i) / 10.0, if i % 2 == 0 { 1.3 } else { 0.5 }))
-            .collect()
+    let star = || -> Vec<Px> {
+        let reach = |i: u32| if i.is_multiple_of(2) { 1.3 } else { 0.5 };
+        (0..10).map(|i| spike(-FRAC_PI_2 + TAU * f64::from(i) / 10.0, reach(i))).collect()
     };
     let (outline, filled) = match number {
         0 => (ring(24, 0.0, 0.9), true),
@@ -170,37 +146,21 @@ fn mark(canvas: &Canvas, number: usize, (x, y): (i32, i32)) -> Result<(), DrawEr
         8 => (ring(3, -FRAC_PI_2, 1.3), false),
         _ => (ring(4, 0.0, 1.2), false),
     };
-    let fill = if filled { color } else { RGBColor(0xFF, 0xFF, 0xFF) };
-    canvas.draw(&Polygon::new(outline.clone(), fill.filled()))?;
-    canvas.draw(&PathElement::new(outline, stroke(color, 22)))
+    let outline = closed([outline]);
+    svg.fill(&outline, if filled { colour } else { "#ffffff" });
+    svg.stroke(&outline, colour, 2.2);
 }
 
-/// Where the entries of the legend begin, px.
-fn legend_places(curves: &[Curve]) -> Vec<(i32, i32)> {
-    let (mut x, mut y) = (LEFT, 0);
-    let mut places = Vec::new();
-    for curve in curves {
-        let letters = i32::try_from(curve.name.chars().count()).unwrap_or(WIDTH).min(WIDTH);
-        let width = SAMPLE + letters * TEXT * 55 / 100;
-        if x > LEFT && x + width > WIDTH - MARGIN {
-            (x, y) = (LEFT, y + LEGEND_ROW);
-        }
-        places.push((x, y));
-        x += width + 2 * MARGIN;
+/// The legend over the plot; returns its height.
+fn key(svg: &mut Svg, curves: &[Curve], top: f64) -> f64 {
+    let entries: Vec<Entry<'_>> =
+        curves.iter().map(|c| Entry { sample: SAMPLE, face: Face::Plain, name: &c.name }).collect();
+    let (places, height) = legend(svg, &entries, [LEFT, WIDTH - MARGIN], top);
+    for (number, [x, y]) in places.into_iter().enumerate() {
+        svg.line([x, y], [x + SAMPLE - 12.0, y], COLOURS[number % COLOURS.len()], 2.0);
+        mark(svg, number, [x + 0.5 * (SAMPLE - 12.0), y]);
     }
-    places
-}
-
-fn legend(canvas: &Canvas, curves: &[Curve]) -> Result<(), DrawError> {
-    for (number, (curve, (x, y))) in curves.iter().zip(legend_places(curves)).enumerate() {
-        let (left, middle) = (px(x), px(y + LEGEND_ROW));
-        let color = COLORS[number % COLORS.len()];
-        canvas.draw(&line((left, middle), (left + px(SAMPLE - 12), middle), stroke(color, 20)))?;
-        mark(canvas, number, (left + px((SAMPLE - 12) / 2), middle))?;
-        let style = figure::text(HPos::Left);
-        canvas.draw_text(&figure::printable(&curve.name), &style, (left + px(SAMPLE), middle))?;
-    }
-    Ok(())
+    height
 }
 
 #[cfg(test)]
@@ -221,16 +181,16 @@ mod tests {
 
     #[test]
     fn equal_ratios_are_equal_distances() {
-        let frame = Frame { x: -2..=2, y: 0..=4, top: 0 };
+        let frame = Frame { x: -2..=2, y: 0..=4, top: 0.0 };
         let [a, b, c] = [1e-1, 1.0, 1e1].map(|x| frame.place((x, 1e2)));
-        assert_eq!(b.0 - a.0, c.0 - b.0);
-        assert_eq!(a.1, px(PLOT / 2));
+        assert!(((b[0] - a[0]) - (c[0] - b[0])).abs() < 1e-9);
+        assert!((a[1] - 0.5 * PLOT).abs() < 1e-9);
     }
 
     #[test]
     fn every_curve_is_in_legend_and_description_and_unplottable_points_are_left_out() {
         let curves = [curve("Newton", &[(1e-4, 1e-2), (2e-4, 0.0)]), curve("<Verlet>", &[(1.0, 1e-3)])];
-        let svg = work_precision("T", "time, s", "error, mm", &curves).unwrap();
+        let svg = work_precision("T", "time, s", "error, mm", &curves).unwrap().to_string();
         let document = roxmltree::Document::parse(&svg).unwrap();
         let texts: Vec<_> = document.descendants().filter_map(|n| n.text()).map(str::trim).collect();
         for name in ["Newton", "<Verlet>", "time, s", "error, mm"] {

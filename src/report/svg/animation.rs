@@ -1,0 +1,182 @@
+//! The tongue in motion as one SVG file that plays in a browser (SMIL animation; no script, nothing loaded).
+
+use std::fmt::Write as _;
+
+use nalgebra::SVector;
+
+use super::axes::{BELOW, LEFT, View};
+use super::labels::point_at;
+use super::section::{
+    DEFORMED, REST, REST_TISSUE, Seen, check, frame, key, label_places, lines, tissue_edges, widths,
+};
+use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, closed, escaped, text_attributes};
+use crate::body::Mesh;
+use crate::geometry::topology;
+use crate::report::ReportError;
+
+/// One moment of a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Time, s.
+    pub time: f64,
+    /// Positions of all nodes, m.
+    pub positions: Vec<SVector<f64, 2>>,
+    /// Tension of every muscle of the mesh, N per metre of thickness.
+    pub tensions: Vec<f64>,
+}
+
+/// Draws the motion in real time, again and again: as [`super::tongue`], with the tissue and the muscles moving. A muscle is drawn
+/// as contracting that has a tension in any frame. Where SMIL is not played the last frame is shown.
+///
+/// Frames must be evenly spaced in time.
+///
+/// # Errors
+/// As [`super::tongue`] for each frame; [`ReportError::NoFrame`] without any.
+pub fn animation(mesh: &Mesh<2>, frames: &[Frame], title: &str) -> Result<Svg, ReportError> {
+    frames.iter().try_for_each(|f| check(mesh, &f.positions, &f.tensions))?;
+    let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Err(ReportError::NoFrame) };
+    let duration = (last.time - first.time).max(0.1);
+    let shown = format!(
+        "Midsagittal section of the tongue moving from {} s to {} s, front to the left; {} frames.",
+        first.time,
+        last.time,
+        frames.len()
+    );
+    let most: Vec<f64> =
+        (0..mesh.muscles.len()).map(|m| frames.iter().map(|f| f.tensions[m]).fold(0.0, f64::max)).collect();
+    let (mut svg, top) = Svg::new(title, &shown, WIDTH);
+    let shapes = frames.iter().map(|f| f.positions.as_slice());
+    let view = View::new(frame(mesh, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let around = topology::outlines(mesh.cells.iter());
+    let ring = |x: &[SVector<f64, 2>]| {
+        closed(around.iter().map(|l| l.iter().filter_map(|&n| Some(view.place(x.get(n)?)))))
+    };
+    svg.fill(&ring(&mesh.nodes), REST_TISSUE);
+    svg.stroke(&ring(&mesh.nodes), REST, 2.0);
+    let end = view.end();
+    // Muscles may go on beyond the view.
+    let _ = writeln!(
+        svg.elements,
+        "<clipPath id=\"view\"><rect x=\"{LEFT}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/></clipPath>\n\
+         <g clip-path=\"url(#view)\">",
+        top + MARGIN,
+        end[0] - LEFT,
+        end[1] - top - MARGIN
+    );
+    let mut moving = |shape: &dyn Fn(&Frame) -> String, colour: &str, width: f64, dashed: bool| {
+        let shapes: Vec<String> = frames.iter().map(shape).collect();
+        let dashes = if dashed { " stroke-dasharray=\"14 8\"" } else { "" };
+        let _ = writeln!(
+            svg.elements,
+            "<path d=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}>\
+             <animate attributeName=\"d\" dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/></path>",
+            shapes.last().map_or("", String::as_str),
+            shapes.join(";")
+        );
+    };
+    let edges = tissue_edges(mesh);
+    moving(&|f| view.path(&f.positions, edges.iter().copied()), "#c9c9c9", 1.0, false);
+    moving(&|f| ring(&f.positions), DEFORMED, 2.6, false);
+    let drawn = lines(&view, mesh, &last.positions, &most);
+    for line in &drawn {
+        let shape = |f: &Frame| view.path(&f.positions, [line.nodes]);
+        let [width, edge] = widths(line.contracting);
+        moving(&shape, INK, width + edge, !line.contracting);
+        moving(&shape, line.colour, width, !line.contracting);
+    }
+    svg.elements += "</g>\n";
+    view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
+    names(&mut svg, &view, mesh, frames, duration, &most);
+    times(&mut svg, frames, duration, [end[0] - MARGIN, top + MARGIN + TEXT]);
+    let bottom = end[1] + BELOW + MARGIN;
+    let seen = Seen { tensions: &most, arrows: false, palate: false, bones: false };
+    let height = key(&mut svg, &seen, bottom);
+    Ok(svg.finish(bottom + height + MARGIN))
+}
+
+/// The names of the muscles, each carried along by the middle of its line.
+fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration: f64, most: &[f64]) {
+    let Some(last) = frames.last() else { return };
+    let drawn = lines(view, mesh, &last.positions, most);
+    let places = label_places(view, &drawn, &[]);
+    for (nth, place) in places.into_iter().enumerate() {
+        let (line, Some(at)) = (&drawn[nth], place) else { continue };
+        let middle = |f: &Frame| -> Px {
+            let chain: Vec<_> = line.nodes.iter().filter_map(|&n| f.positions.get(n).copied()).collect();
+            point_at(&view.visible(&chain).0, 0.5).map_or(at, |(p, _)| p)
+        };
+        let end = middle(last);
+        let values = |i: usize| {
+            let value = |f: &Frame| format!("{:.1}", middle(f)[i] - end[i]);
+            frames.iter().map(value).collect::<Vec<_>>()
+        };
+        let ways: Vec<String> =
+            values(0).into_iter().zip(values(1)).map(|(x, y)| format!("{x} {y}")).collect();
+        let _ = writeln!(
+            svg.elements,
+            "<text {}{HALO}>{}<animateTransform attributeName=\"transform\" type=\"translate\" dur=\"{duration}s\" \
+             repeatCount=\"indefinite\" values=\"{}\"/></text>",
+            text_attributes(at, Anchor::Middle, line.face(), TEXT),
+            escaped(&super::printable(&line.name)),
+            ways.join(";")
+        );
+    }
+}
+
+/// The time of each frame while it is shown.
+fn times(svg: &mut Svg, frames: &[Frame], duration: f64, at: Px) {
+    let count = frames.len();
+    for (nth, frame) in frames.iter().enumerate() {
+        let shown: Vec<&str> = (0..count).map(|i| if i == nth { "visible" } else { "hidden" }).collect();
+        let _ = writeln!(
+            svg.elements,
+            "<text {} visibility=\"{}\">{:.2} s<animate attributeName=\"visibility\" calcMode=\"discrete\" \
+             dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/></text>",
+            text_attributes(at, Anchor::End, Face::Bold, TEXT),
+            if nth + 1 == count { "visible" } else { "hidden" },
+            frame.time,
+            shown.join(";")
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{Cells, MuscleChain};
+
+    #[test]
+    fn every_frame_is_there_and_the_last_one_shows_where_nothing_moves() {
+        let mut cells = Cells::new();
+        cells.push(&[0, 1, 2]);
+        let nodes = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(SVector::from).to_vec();
+        let muscles = vec![MuscleChain { name: "GGa".into(), nodes: vec![0, 1] }];
+        let connections = vec![[0, 1], [0, 2], [1, 2]];
+        let mesh = Mesh { nodes: nodes.clone(), cells, connections, muscles, fixed: vec![0] };
+        let frames: Vec<Frame> = (0..3)
+            .map(|i| {
+                let mut positions = nodes.clone();
+                positions[1].x -= 0.1 * f64::from(i);
+                Frame { time: f64::from(i), positions, tensions: vec![f64::from(i)] }
+            })
+            .collect();
+        let svg = animation(&mesh, &frames, "a < b").unwrap().to_string();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let animated: Vec<_> =
+            document.descendants().filter(|n| n.attribute("attributeName") == Some("d")).collect();
+        assert_eq!(animated.len(), 4, "the mesh and its  and a muscle with its edge");
+        for a in animated {
+            let values: Vec<_> = a.attribute("values").unwrap().split(';').collect();
+            assert_eq!(values.len(), 3);
+            assert_ne!(values[0], values[2]);
+            assert_eq!(a.parent().unwrap().attribute("d"), values.last().copied());
+        }
+        let visible: Vec<_> = document
+            .descendants()
+            .filter(|n| n.attribute("visibility") == Some("visible"))
+            .map(|n| n.text().unwrap())
+            .collect();
+        assert_eq!(visible, ["2.00 s"]);
+        assert!(matches!(animation(&mesh, &[], ""), Err(ReportError::NoFrame)));
+    }
+}

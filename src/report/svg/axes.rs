@@ -1,0 +1,197 @@
+//! A part of the plane on the sheet, with axes in millimetres of one scale.
+
+use std::ops::RangeInclusive;
+
+use nalgebra::SVector;
+
+use super::{Anchor, Face, INK, MARGIN, Px, Svg, data};
+
+/// Room for the numbers and the name of the vertical axis, px, and of the horizontal one.
+pub(super) const LEFT: f64 = 84.0;
+pub(super) const BELOW: f64 = 76.0;
+const TICK: f64 = 6.0;
+
+/// A rectangle of the plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bounds {
+    /// Corner, m.
+    pub low: [f64; 2],
+    /// Opposite corner, m.
+    pub high: [f64; 2],
+}
+
+impl Bounds {
+    /// Around points, m; empty (upside down) without any.
+    pub fn of<'a>(points: impl IntoIterator<Item = &'a SVector<f64, 2>>) -> Self {
+        let none = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+        points.into_iter().fold(none, |b, p| Self {
+            low: [b.low[0].min(p.x), b.low[1].min(p.y)],
+            high: [b.high[0].max(p.x), b.high[1].max(p.y)],
+        })
+    }
+
+    pub fn size(&self) -> [f64; 2] {
+        [0, 1].map(|i| (self.high[i] - self.low[i]).max(0.0))
+    }
+
+    /// Both rectangles and what is between.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            low: [0, 1].map(|i| self.low[i].min(other.low[i])),
+            high: [0, 1].map(|i| self.high[i].max(other.high[i])),
+        }
+    }
+
+    /// Wider by `margin` (m) on every side, out to the next multiple of `step` (m).
+    pub fn outwards(self, margin: f64, step: f64) -> Self {
+        Self {
+            low: self.low.map(|v| ((v - margin) / step).floor() * step),
+            high: self.high.map(|v| ((v + margin) / step).ceil() * step),
+        }
+    }
+
+    /// Never flatter than 1 : 2 nor higher than 4 : 3, so that a figure of any body fits a page.
+    pub fn paged(self) -> Self {
+        let [w, h] = self.size();
+        let size = [w.max(0.75 * h), h.max(0.5 * w)];
+        let middle = [0, 1].map(|i| 0.5 * (self.low[i] + self.high[i]));
+        Self {
+            low: [0, 1].map(|i| middle[i] - 0.5 * size[i]),
+            high: [0, 1].map(|i| middle[i] + 0.5 * size[i]),
+        }
+    }
+
+    pub fn contains(&self, p: &SVector<f64, 2>) -> bool {
+        (0..2).all(|i| (self.low[i]..=self.high[i]).contains(&p[i]))
+    }
+}
+
+/// Where a rectangle of the plane lies on the sheet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct View {
+    pub bounds: Bounds,
+    /// Upper left corner, px.
+    corner: Px,
+    /// Pixels per metre.
+    pub scale: f64,
+}
+
+impl View {
+    /// As wide as `width` px from `corner` on.
+    pub fn new(bounds: Bounds, corner: Px, width: f64) -> Self {
+        Self { bounds, corner, scale: width / bounds.size()[0].max(1e-9) }
+    }
+
+    /// Lower right corner, px.
+    pub fn end(&self) -> Px {
+        let [w, h] = self.bounds.size();
+        [self.corner[0] + w * self.scale, self.corner[1] + h * self.scale]
+    }
+
+    pub fn place(&self, p: &SVector<f64, 2>) -> Px {
+        [
+            self.corner[0] + (p.x - self.bounds.low[0]) * self.scale,
+            self.corner[1] + (self.bounds.high[1] - p.y) * self.scale,
+        ]
+    }
+
+    /// Chains of nodes as the data of a path.
+    pub fn path<'a>(
+        &self,
+        positions: &[SVector<f64, 2>],
+        chains: impl IntoIterator<Item = &'a [usize]>,
+    ) -> String {
+        data(chains.into_iter().map(|c| c.iter().filter_map(|&n| Some(self.place(positions.get(n)?)))))
+    }
+
+    /// The axes at the left and below, with a name each.
+    pub fn axes(&self, svg: &mut Svg, [x, y]: [&str; 2]) {
+        let [left, top] = self.corner;
+        let [right, bottom] = self.end();
+        svg.stroke(&data([[[left, top], [left, bottom], [right, bottom]]]), INK, 1.5);
+        let tick = |value: f64| format!("{value:.0}").replace('-', "\u{2212}");
+        let mm = |i: usize| 1e3 * self.bounds.low[i]..=1e3 * self.bounds.high[i];
+        for value in ticks(mm(0)) {
+            let [at, _] = self.place(&SVector::from([1e-3 * value, 0.0]));
+            svg.line([at, bottom], [at, bottom + TICK], INK, 1.5);
+            svg.text([at, bottom + 22.0], Anchor::Middle, Face::Plain, &tick(value));
+        }
+        for value in ticks(mm(1)) {
+            let [_, at] = self.place(&SVector::from([0.0, 1e-3 * value]));
+            svg.line([left - TICK, at], [left, at], INK, 1.5);
+            svg.text([left - TICK - 4.0, at], Anchor::End, Face::Plain, &tick(value));
+        }
+        svg.text([0.5 * (left + right), bottom + 54.0], Anchor::Middle, Face::Plain, x);
+        svg.upright_text([left - LEFT + MARGIN + 8.0, 0.5 * (top + bottom)], y);
+    }
+
+    /// The part of a chain of points (m) that is in view, from its first point in view on, and whether it goes on beyond.
+    pub fn visible(&self, points: &[SVector<f64, 2>]) -> (Vec<Px>, Option<[Px; 2]>) {
+        let mut seen = Vec::new();
+        let mut leaves = None;
+        for pair in points.windows(2) {
+            let inside = [self.bounds.contains(&pair[0]), self.bounds.contains(&pair[1])];
+            let edge = |from: &SVector<f64, 2>, to: &SVector<f64, 2>| self.place(&self.exit(from, to));
+            match inside {
+                [true, true] => seen.extend([self.place(&pair[0]), self.place(&pair[1])]),
+                [true, false] => {
+                    let (from, to) = (self.place(&pair[0]), edge(&pair[0], &pair[1]));
+                    seen.extend([from, to]);
+                    leaves = Some([from, to]);
+                }
+                [false, true] => {
+                    let (from, to) = (self.place(&pair[1]), edge(&pair[1], &pair[0]));
+                    seen.extend([to, from]);
+                    leaves = Some([from, to]);
+                }
+                [false, false] => {}
+            }
+        }
+        seen.dedup();
+        (seen, leaves)
+    }
+
+    /// Where the way from a point in view to one out of it crosses the edge, m.
+    fn exit(&self, from: &SVector<f64, 2>, to: &SVector<f64, 2>) -> SVector<f64, 2> {
+        let way = to - from;
+        let part = |i: usize| {
+            let edge = if way[i] > 0.0 { self.bounds.high[i] } else { self.bounds.low[i] };
+            if way[i] == 0.0 { 1.0 } else { (edge - from[i]) / way[i] }
+        };
+        from + way * part(0).min(part(1)).clamp(0.0, 1.0)
+    }
+}
+
+/// Round numbers in a range, between five and eleven of them.
+pub(super) fn ticks(range: RangeInclusive<f64>) -> Vec<f64> {
+    let (low, high) = range.into_inner();
+    let span = (high - low).max(1e-9);
+    let tens = 10f64.powf((span / 10.0).log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|s| s * tens).find(|s| span / s <= 10.0);
+    let step = step.unwrap_or(10.0 * tens);
+    let first = (low / step - 1e-9).ceil() as i64;
+    (first..).map(|n| n as f64 * step).take_while(|v| *v <= high + 1e-9 * span).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_few() {
+        assert_eq!(ticks(-25.0..=60.0), [-20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0]);
+        for high in [0.7, 3.0, 11.0, 99.0, 1e4] {
+            assert!((5..=11).contains(&ticks(0.0..=high).len()), "{high}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_leaves_the_view_ends_at_its_edge() {
+        let view = View::new(Bounds { low: [0.0, 0.0], high: [1.0, 1.0] }, [0.0, 0.0], 100.0);
+        let points = [[2.0, 0.5], [0.5, 0.5], [0.5, 0.25]].map(SVector::from);
+        let (seen, leaves) = view.visible(&points);
+        assert_eq!(seen, [[100.0, 50.0], [50.0, 50.0], [50.0, 75.0]]);
+        assert_eq!(leaves, Some([[50.0, 50.0], [100.0, 50.0]]));
+        assert_eq!(view.visible(&[[2.0, 2.0], [3.0, 3.0]].map(SVector::from)), (vec![], None));
+    }
+}

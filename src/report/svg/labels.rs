@@ -1,0 +1,129 @@
+//! Names beside lines, where they hide as little as possible.
+
+use super::{Face, Px, TEXT};
+
+/// Free room between a name and its line, px.
+const GAP: f64 = 7.0;
+/// Where along its line a name is tried, best first.
+const PARTS: [f64; 9] = [0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2, 0.9, 0.1];
+
+/// A line and its name.
+pub(super) struct Named<'a> {
+    pub name: &'a str,
+    pub face: Face,
+    pub line: &'a [Px],
+}
+
+/// A rectangle on the sheet, px.
+#[derive(Debug, Clone, Copy)]
+struct Area {
+    low: Px,
+    high: Px,
+}
+
+impl Area {
+    fn around(middle: Px, half: Px) -> Self {
+        Self { low: [0, 1].map(|i| middle[i] - half[i]), high: [0, 1].map(|i| middle[i] + half[i]) }
+    }
+
+    fn holds(&self, p: Px) -> bool {
+        (0..2).all(|i| (self.low[i]..=self.high[i]).contains(&p[i]))
+    }
+
+    /// Area that both have, px².
+    fn shared(&self, other: &Self) -> f64 {
+        let side = |i: usize| (self.high[i].min(other.high[i]) - self.low[i].max(other.low[i])).max(0.0);
+        side(0) * side(1)
+    }
+}
+
+/// The middle of every name, in the order of the lines; `None` for a line without length. Names keep within the frame (two
+/// corners, px), off each other, off the lines and off `points`, as far as that can be done.
+pub(super) fn place(lines: &[Named<'_>], points: &[Px], frame: [Px; 2]) -> Vec<Option<Px>> {
+    let frame = Area { low: frame[0], high: frame[1] };
+    let obstacles: Vec<Px> =
+        lines.iter().flat_map(|l| samples(l.line)).chain(points.iter().copied()).collect();
+    let mut taken: Vec<Area> = Vec::new();
+    lines
+        .iter()
+        .map(|named| {
+            let half = [0.5 * named.face.width(named.name), 0.5 * TEXT];
+            let mut best: Option<(f64, Px)> = None;
+            for (rank, part) in PARTS.into_iter().enumerate() {
+                let Some((on, along)) = point_at(named.line, part) else { continue };
+                let across = [-along[1], along[0]];
+                let reach = across[0].abs() * half[0] + across[1].abs() * half[1] + GAP;
+                for side in [1.0, -1.0] {
+                    let middle = [0, 1].map(|i| on[i] + side * reach * across[i]);
+                    let area = Area::around(middle, half);
+                    let cost = cost(&area, &taken, &obstacles, &frame) + rank as f64;
+                    if best.is_none_or(|(least, _)| cost < least) {
+                        best = Some((cost, middle));
+                    }
+                }
+            }
+            let (_, middle) = best?;
+            taken.push(Area::around(middle, half.map(|h| h + 3.0)));
+            Some(middle)
+        })
+        .collect()
+}
+
+fn cost(area: &Area, taken: &[Area], obstacles: &[Px], frame: &Area) -> f64 {
+    let size = (area.high[0] - area.low[0]) * (area.high[1] - area.low[1]);
+    let hidden: f64 = taken.iter().map(|t| area.shared(t)).sum::<f64>() / size;
+    let outside = 1.0 - area.shared(frame) / size;
+    let crossed = obstacles.iter().filter(|p| area.holds(**p)).count() as f64;
+    1e4 * (hidden + outside) + 4.0 * crossed
+}
+
+/// The point at a part of a line's length, and the direction there.
+pub(super) fn point_at(line: &[Px], part: f64) -> Option<(Px, Px)> {
+    let length = |p: &[Px]| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]);
+    let whole: f64 = line.windows(2).map(length).sum();
+    let mut left = part * whole;
+    for pair in line.windows(2) {
+        let own = length(pair);
+        if own > 0.0 && left <= own * (1.0 + 1e-9) {
+            let along = [0, 1].map(|i| (pair[1][i] - pair[0][i]) / own);
+            return Some(([0, 1].map(|i| pair[0][i] + left * along[i]), along));
+        }
+        left -= own;
+    }
+    None
+}
+
+/// Points of a line, a few px apart.
+fn samples(line: &[Px]) -> Vec<Px> {
+    let between = |pair: &[Px]| -> Vec<Px> {
+        (0..=20)
+            .map(|n| f64::from(n) / 20.0)
+            .map(|t| [0, 1].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i])))
+            .collect()
+    };
+    line.windows(2).flat_map(between).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_crossing_lines_keep_apart_and_in_the_frame() {
+        let lines =
+            [[[10.0, 10.0], [300.0, 290.0]], [[10.0, 290.0], [300.0, 10.0]], [[155.0, 5.0], [155.0, 295.0]]];
+        let named: Vec<_> =
+            lines.iter().map(|l| Named { name: "GGa 12.0", face: Face::Bold, line: l }).collect();
+        let places: Vec<Px> =
+            place(&named, &[], [[0.0, 0.0], [310.0, 300.0]]).into_iter().map(Option::unwrap).collect();
+        let half = [0.5 * Face::Bold.width("GGa 12.0"), 0.5 * TEXT];
+        for (nth, a) in places.iter().enumerate() {
+            assert!(a[0] >= half[0] && a[0] <= 310.0 - half[0], "{a:?}");
+            for b in &places[..nth] {
+                assert!(Area::around(*a, half).shared(&Area::around(*b, half)) == 0.0, "{a:?} {b:?}");
+            }
+        }
+        let point = [Named { name: "x", face: Face::Plain, line: &[[1.0, 1.0]] }];
+        assert_eq!(place(&point, &[], [[0.0, 0.0], [9.0, 9.0]]), [None]);
+    }
+}

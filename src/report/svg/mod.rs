@@ -1,0 +1,325 @@
+//! Figures as SVG: one small writer, and a file for each kind of figure.
+//!
+//! Nothing is loaded from elsewhere and the same numbers give the same bytes.
+
+mod animation;
+mod axes;
+mod changes;
+mod contours;
+mod labels;
+mod section;
+mod solid;
+mod work_precision;
+
+use std::fmt::{self, Write as _};
+use std::io::{self, Write};
+
+use super::export::{Export, Provenance};
+
+pub use animation::{Frame, animation};
+pub use changes::{Series, changes};
+pub(super) use section::check;
+pub use section::{Section, tongue};
+pub use solid::solid;
+pub use work_precision::{Curve, work_precision};
+
+/// Width of an ordinary figure, px. Printed in a journal column of 85 mm, 24 px are 6.4 points: no text is smaller.
+const WIDTH: f64 = 900.0;
+/// Size of ordinary text, px.
+const TEXT: f64 = 24.0;
+/// Mean width of a letter of a sans-serif face to its size, and of a bold one.
+const LETTER: f64 = 0.55;
+const BOLD_LETTER: f64 = 0.62;
+/// Size of the title, px, and the height of one of its lines.
+const TITLE: f64 = 28.0;
+const TITLE_LINE: f64 = 36.0;
+/// Lines of a title that are shown; the rest is in the accessible title only.
+const TITLE_LINES: usize = 6;
+/// Free margin at the edges, px.
+const MARGIN: f64 = 16.0;
+
+const INK: &str = "#222222";
+const RULE: &str = "#dddddd";
+
+/// A place on the sheet, px, y downwards.
+type Px = [f64; 2];
+
+/// A figure as SVG. [`fmt::Display`] writes it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Svg {
+    title: String,
+    description: String,
+    width: u32,
+    height: u32,
+    elements: String,
+}
+
+/// Where a text is relative to its place; vertically always in the middle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// Ordinary or emphasised text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Face {
+    Plain,
+    Bold,
+}
+
+impl Face {
+    /// Estimated width of a text, px.
+    fn width(self, text: &str) -> f64 {
+        let letter = if self == Self::Bold { BOLD_LETTER } else { LETTER };
+        text.chars().count() as f64 * TEXT * letter
+    }
+}
+
+impl Svg {
+    /// A figure that is still empty under its title, and the height of that, px.
+    fn new(title: &str, description: &str, width: f64) -> (Self, f64) {
+        let mut svg = Self {
+            title: printable(title),
+            description: printable(description),
+            width: width as u32,
+            height: 0,
+            elements: String::new(),
+        };
+        let mut lines = wrapped(&svg.title, ((width - 2.0 * MARGIN) / (TITLE * BOLD_LETTER)) as usize);
+        lines.truncate(TITLE_LINES);
+        let mut top = MARGIN;
+        for line in lines {
+            let at = [0.5 * width, top + 0.5 * TITLE_LINE];
+            svg.sized_text(at, Anchor::Middle, Face::Bold, TITLE, "", &line);
+            top += TITLE_LINE;
+        }
+        (svg, top)
+    }
+
+    /// Sets the height, px.
+    fn finish(mut self, height: f64) -> Self {
+        self.height = height.ceil() as u32;
+        self
+    }
+
+    /// An element without content; what stands in `attributes` must need no escaping.
+    fn element(&mut self, name: &str, attributes: fmt::Arguments<'_>) {
+        let _ = writeln!(self.elements, "<{name} {attributes}/>");
+    }
+
+    /// An open path of the data `d`, of a width in px.
+    fn stroke(&mut self, d: &str, colour: &str, width: f64) {
+        self.element(
+            "path",
+            format_args!(
+                "d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\""
+            ),
+        );
+    }
+
+    /// As [`Svg::stroke`], dashed.
+    fn dashes(&mut self, d: &str, colour: &str, width: f64) {
+        self.element(
+            "path",
+            format_args!("d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-dasharray=\"14 8\""),
+        );
+    }
+
+    /// A filled path.
+    fn fill(&mut self, d: &str, colour: &str) {
+        self.element("path", format_args!("d=\"{d}\" fill=\"{colour}\""));
+    }
+
+    /// A straight line.
+    fn line(&mut self, from: Px, to: Px, colour: &str, width: f64) {
+        self.stroke(&data([[from, to]]), colour, width);
+    }
+
+    /// A filled rectangle between two corners.
+    fn rectangle(&mut self, a: Px, b: Px, fill: &str, edge: Option<&str>) {
+        let [x, y] = [a[0].min(b[0]), a[1].min(b[1])];
+        let [w, h] = [(a[0] - b[0]).abs(), (a[1] - b[1]).abs()];
+        let edge = edge.map_or_else(String::new, |c| format!(" stroke=\"{c}\" stroke-width=\"1.2\""));
+        self.element(
+            "rect",
+            format_args!(
+                "x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\" fill=\"{fill}\"{edge}"
+            ),
+        );
+    }
+
+    fn text(&mut self, at: Px, anchor: Anchor, face: Face, text: &str) {
+        self.sized_text(at, anchor, face, TEXT, "", text);
+    }
+
+    /// Text on a drawing: with a white edge, so that it can be read over lines.
+    fn label(&mut self, at: Px, face: Face, text: &str) {
+        self.sized_text(at, Anchor::Middle, face, TEXT, HALO, text);
+    }
+
+    /// Text that reads upwards.
+    fn upright_text(&mut self, at: Px, text: &str) {
+        let turned = format!(" transform=\"rotate(-90 {:.1} {:.1})\"", at[0], at[1]);
+        self.sized_text(at, Anchor::Middle, Face::Plain, TEXT, &turned, text);
+    }
+
+    fn sized_text(&mut self, at: Px, anchor: Anchor, face: Face, size: f64, more: &str, text: &str) {
+        let _ = writeln!(
+            self.elements,
+            "<text {}{more}>{}</text>",
+            text_attributes(at, anchor, face, size),
+            escaped(&printable(text))
+        );
+    }
+}
+
+/// What gives a text a white edge.
+const HALO: &str = " stroke=\"#ffffff\" stroke-width=\"6\" stroke-linejoin=\"round\" paint-order=\"stroke\"";
+
+fn text_attributes(at: Px, anchor: Anchor, face: Face, size: f64) -> String {
+    let anchor = match anchor {
+        Anchor::Start => "start",
+        Anchor::Middle => "middle",
+        Anchor::End => "end",
+    };
+    let weight = if face == Face::Bold { " font-weight=\"bold\"" } else { "" };
+    // A letter's middle is about a third of the size above its foot; readers differ on `dominant-baseline`.
+    format!(
+        "x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\"{weight}",
+        at[0],
+        at[1] + 0.35 * size
+    )
+}
+
+impl Svg {
+    /// The text of the figure, with what stands in `metadata`.
+    fn render(&self, out: &mut impl fmt::Write, metadata: &str) -> fmt::Result {
+        let Self { title, description, width, height, elements } = self;
+        write!(
+            out,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n<desc>{}</desc>\n{metadata}\
+             <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{elements}</svg>\n",
+            escaped(title),
+            escaped(description)
+        )
+    }
+}
+
+impl fmt::Display for Svg {
+    /// As part of a page, which says itself who made it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.render(f, "")
+    }
+}
+
+impl Export for Svg {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let entries = by.entries().map(|(name, value)| format!("{name}: {}", escaped(&printable(&value))));
+        let metadata = format!("<metadata>{}</metadata>\n", entries.collect::<Vec<_>>().join("\n"));
+        let mut text = String::new();
+        self.render(&mut text, &metadata).map_err(io::Error::other)?;
+        out.write_all(text.as_bytes())
+    }
+}
+
+/// Chains of points as the data of a path, in tenths of a pixel.
+fn data<L: IntoIterator<Item = Px>>(lines: impl IntoIterator<Item = L>) -> String {
+    let mut out = String::new();
+    for line in lines {
+        for (nth, [x, y]) in line.into_iter().enumerate() {
+            let command = if nth == 0 { 'M' } else { 'L' };
+            let _ = write!(out, "{command}{x:.1} {y:.1}");
+        }
+    }
+    out
+}
+
+/// As [`data`], each chain closed.
+fn closed<L: IntoIterator<Item = Px>>(lines: impl IntoIterator<Item = L>) -> String {
+    lines.into_iter().map(|line| data([line]) + "Z").collect()
+}
+
+/// Text without the control characters that XML 1.0 forbids even when escaped.
+fn printable(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}') { ' ' } else { c })
+        .collect()
+}
+
+/// Text as content or attribute of XML.
+pub(super) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// The words of `text` in lines of at most `most` letters; a longer word has a line of its own.
+fn wrapped(text: &str, most: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= most => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// An entry of a legend: the width of what is shown, px, and its name.
+struct Entry<'a> {
+    sample: f64,
+    face: Face,
+    name: &'a str,
+}
+
+/// Height of a row of a legend, px.
+const LEGEND_ROW: f64 = 36.0;
+
+/// Writes the names of a legend in as many rows as they need from `left` to `right`; returns where each entry begins
+/// (the middle of its row) and the height of all rows.
+fn legend(svg: &mut Svg, entries: &[Entry<'_>], [left, right]: [f64; 2], top: f64) -> (Vec<Px>, f64) {
+    let [mut x, mut y] = [left, top + 0.5 * LEGEND_ROW];
+    let mut places = Vec::new();
+    for &Entry { sample, face, name } in entries {
+        let width = sample + face.width(name);
+        if x > left && x + width > right {
+            [x, y] = [left, y + LEGEND_ROW];
+        }
+        places.push([x, y]);
+        svg.text([x + sample, y], Anchor::Start, face, name);
+        x += width + 2.0 * MARGIN;
+    }
+    let height = if entries.is_empty() { 0.0 } else { y + 0.5 * LEGEND_ROW - top };
+    (places, height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_titles_wrap_between_words_and_lose_no_letter() {
+        let title = "one two three four";
+        assert_eq!(wrapped(title, 9), ["one two", "three", "four"]);
+        assert_eq!(wrapped(title, 2), ["one", "two", "three", "four"]);
+        assert!(wrapped("  ", 9).is_empty());
+    }
+
+    #[test]
+    fn hostile_titles_stay_well_formed_and_readable() {
+        let title = "a < b & \"c\" > 'd' \u{0}\u{1b}\u{ffff} /ɯ/";
+        let svg = Svg::new(title, title, WIDTH).0.finish(100.0).to_string();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let told = |name| {
+            let element = document.descendants().find(|n| n.has_tag_name(name)).unwrap();
+            element.text().unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
+        };
+        for name in ["title", "desc", "text"] {
+            assert_eq!(told(name), "a < b & \"c\" > 'd' /ɯ/", "{name}");
+        }
+    }
+}

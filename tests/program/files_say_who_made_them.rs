@@ -1,0 +1,85 @@
+//! Every file that a command writes says with which version and which command line it was made, and of what tissue.
+
+use std::path::Path;
+use std::process::Command;
+
+use assert_cmd::cargo::cargo_bin;
+
+/// Runs a command with `--out` and returns the name and the text of every file, entities of XML resolved.
+fn written(arguments: &[&str]) -> Vec<(String, String)> {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(cargo_bin("tongue-fit"));
+    let done = command.args(arguments).args(["--out", "out"]).current_dir(folder.path()).output().unwrap();
+    let told = String::from_utf8_lossy(&done.stderr);
+    assert!(matches!(done.status.code(), Some(0 | 3)), "{arguments:?}: {told}");
+    let files = |folder: &Path| -> Vec<(String, String)> {
+        let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+        entries
+            .map(|path| {
+                let mut text = std::fs::read_to_string(&path).unwrap();
+                for (entity, is) in [("&quot;", "\""), ("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&")] {
+                    text = text.replace(entity, is);
+                }
+                (path.file_name().unwrap().to_string_lossy().into_owned(), text)
+            })
+            .collect()
+    };
+    files(&folder.path().join("out"))
+}
+
+#[test]
+fn every_file_of_every_command_has_version_and_command() {
+    let commands: [(&[&str], &[&str]); 9] = [
+        (&["--vowel", "a", "--method", "gauss-newton"], &["json", "csv", "svg"]),
+        (&["simulate", "--tension", "GGa=12"], &["json", "svg", "vtu", "msh"]),
+        (
+            &["simulate", "--tension", "GGa=2", "--trajectory", "--t-end", "0.1", "--frames", "3"],
+            &["json", "csv", "sto", "svg", "pvd", "vtu"],
+        ),
+        (&["scene", "run", "vowel-a"], &["json", "svg", "vtu"]),
+        (&["scene", "run", "vowel-a-trajectory"], &["json", "svg", "vtu", "csv"]),
+        (&["scene", "run", "block-3d"], &["json", "svg", "vtu"]),
+        (&["scene", "compare", "vowel-a"], &["csv"]),
+        (&["mesh", "--h", "8mm"], &["json", "vtu", "msh"]),
+        (&["batch", "--draws", "0", "--subjects", "S2", "--vowels", "a"], &["json", "csv", "html"]),
+    ];
+    for (arguments, formats) in commands {
+        let files = written(arguments);
+        let command = format!("tongue-fit {}", arguments.join(" "));
+        for format in formats {
+            assert!(
+                files.iter().any(|(name, _)| name.ends_with(&format!(".{format}"))),
+                "{command}: {format}"
+            );
+        }
+        for (name, text) in files {
+            assert!(text.contains(tongue_fit::VERSION), "{command}: {name} has no version");
+            assert!(text.contains(&command), "{command}: {name} has no command line");
+        }
+    }
+}
+
+#[test]
+fn files_of_a_simulation_say_what_the_tissue_was() {
+    for (tissue, name) in [("springs", "springs"), ("fe", "finite_elements")] {
+        for (file, text) in written(&["simulate", "--tissue", tissue, "--tension", "GGa=12"]) {
+            assert!(text.contains(name), "{file} of {tissue}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn more_frames_are_written_than_files_can_be_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let motion = "simulate --tension GGa=2 --trajectory --t-end 0.1 --frames 200 --out out";
+    let limited = format!("ulimit -n 64; exec \"$0\" {motion}");
+    let done = Command::new("sh")
+        .args(["-c", &limited])
+        .arg(cargo_bin("tongue-fit"))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    assert_eq!(std::fs::read_dir(folder.path().join("out")).unwrap().count(), 5 + 200);
+}
