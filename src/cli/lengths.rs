@@ -168,8 +168,8 @@ fn text(record: &Record<'_>, data: &Dataset) -> String {
     text
 }
 
-/// How the text is written.
-fn form(reading: &Reading) -> String {
+/// How the text is written, in one line (for `-v` too).
+pub(super) fn form(reading: &Reading) -> String {
     let encoding = match reading.encoding {
         Encoding::Utf8 => "UTF-8",
         Encoding::Utf8Bom => "UTF-8 with byte order mark",
