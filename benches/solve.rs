@@ -13,7 +13,7 @@ use faer::sparse::{SparseColMat, Triplet};
 use tongue_fit::body::{self, Anatomy, solid};
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::inverse;
-use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_fit::measured::TargetKind;
 use tongue_fit::sparse::BlockMatrix;
 use tongue_fit::sparse::cholesky::Factor;
 use tongue_fit::statics::{Settings, Workspace, solve};
@@ -149,9 +149,7 @@ mod fit_s2_a {
     #[divan::bench(args = [1, 2])]
     fn eight_starts_on_threads(bencher: Bencher, threads: usize) {
         let mesh = fixtures::tongue();
-        let options = TargetOptions::default();
-        let data = Dataset::reference().unwrap();
-        let target = Target::new(&data, "S2", Vowel::A, TargetKind::Ratio, &options).unwrap();
+        let target = fixtures::target("S2", "a", TargetKind::Ratio);
         let settings = inverse::Settings { starts: 8, ..Default::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         bencher.bench_local(|| pool.install(|| inverse::fit(&mesh, &Model::default(), &target, &settings)));

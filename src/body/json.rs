@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::{BodyError, Cells, Mesh, MuscleChain, Quality};
-use crate::muscle::Muscle;
+use crate::measured::muscles::Muscles;
 
 /// Values by name, written as an object in their order.
 struct ByName<T>(Vec<(String, T)>);
@@ -98,7 +98,8 @@ pub fn read(text: &str, file: &str) -> Result<Mesh<2>, BodyError> {
     let mut muscles: Vec<MuscleChain> =
         text.muscles.into_iter().map(|(name, nodes)| MuscleChain { name, nodes }).collect();
     // In the order of the tables; muscles of other names after them, by name.
-    muscles.sort_by_key(|m| m.name.parse::<Muscle>().map_or(usize::MAX, Muscle::index));
+    let known = Muscles::built_in();
+    muscles.sort_by_key(|m| known.published(&m.name).map_or(usize::MAX, |(place, _)| place));
     let mesh = Mesh {
         nodes: text.nodes_m.into_iter().map(Vector2::from).collect(),
         cells,

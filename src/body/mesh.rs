@@ -110,6 +110,11 @@ impl<const D: usize> Mesh<D> {
         (self.nodes[b] - self.nodes[a]).norm()
     }
 
+    /// Names of the muscles, in their order; several chains may have one name.
+    pub fn muscle_names(&self) -> Vec<String> {
+        self.muscles.iter().map(|m| m.name.clone()).collect()
+    }
+
     /// For every node whether it belongs to a cell; the others lie outside the tissue.
     pub fn in_tissue(&self) -> Vec<bool> {
         let mut inside = vec![false; self.nodes.len()];

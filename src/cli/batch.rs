@@ -9,10 +9,11 @@ use miette::{IntoDiagnostic, miette};
 use rayon::prelude::*;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
-use tongue_fit::inverse::batch::{self, Job, Plan, Selection, Thoroughness};
-use tongue_fit::inverse::{self, Method, Settings};
-use tongue_fit::measured::published::Tables;
-use tongue_fit::measured::{Dataset, Target, TargetKind, Vowel, rest_shape};
+use tongue_fit::inverse::batch::{self, Job, Known, Plan, Selection, Thoroughness};
+use tongue_fit::inverse::{Method, Settings};
+use tongue_fit::measured::lengths::rest_distance;
+use tongue_fit::measured::thesis::Thesis;
+use tongue_fit::measured::{Dataset, Target, TargetKind, Vowel, reference_muscle};
 use tongue_fit::report::batch::journal::{Entry, NAME};
 use tongue_fit::report::batch::{self as outputs, Batch, Fitted, Journal, Provenance, Summary};
 use tongue_fit::report::{OutputDir, ReportError};
@@ -137,9 +138,12 @@ impl Arguments {
 /// All that a job needs, shared between threads.
 struct Run<'a> {
     mesh: &'a Mesh<2>,
+    /// Names of the mesh's muscles in the order of columns: those of the table first.
+    muscles: &'a [String],
     model: &'a Model,
     how: &'a Thoroughness,
-    tables: Tables,
+    known: Known,
+    thesis: Thesis,
     provenance: Provenance,
 }
 
@@ -147,11 +151,12 @@ struct Run<'a> {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let (selection, how) = (arguments.selection()?, arguments.thoroughness()?);
-    let (data, unreadable) = match &arguments.lengths {
-        Some(path) => Dataset::from_path_leaving_out_broken_rows(path).into_diagnostic()?,
-        None => (Dataset::reference().into_diagnostic()?, Vec::new()),
+    let data = match &arguments.lengths {
+        Some(path) => Dataset::from_path(path),
+        None => Dataset::reference(),
     };
-    let unreadable: Vec<String> = unreadable.iter().map(ToString::to_string).collect();
+    let data = data.into_diagnostic()?;
+    let unreadable: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
     let plan = batch::plan(&data, &selection).into_diagnostic()?;
     let (mesh, model) = (arguments.body.mesh()?, arguments.body.model());
     let out =
@@ -172,11 +177,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let key = outputs::sha256(&[&inputs_sha256, &command]);
     let version = tongue_fit::VERSION.to_owned();
     let provenance = Provenance { version, command, seed: how.seed, inputs_sha256 };
+    let muscles = columns(&data, &mesh);
     let run = Run {
         mesh: &mesh,
+        muscles: &muscles,
         model: &model,
         how: &how,
-        tables: Tables::reference().into_diagnostic()?,
+        known: Known::reference().into_diagnostic()?,
+        thesis: Thesis::reference().into_diagnostic()?,
         provenance,
     };
 
@@ -212,6 +220,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         unreadable: &unreadable,
         summary: &summary,
         mesh: &mesh,
+        muscles: &muscles,
     };
     let written = outputs::write_files(&out, &batch, &journal).into_diagnostic()?;
     if global.json {
@@ -254,8 +263,11 @@ fn fit_all(run: &Run<'_>, jobs: &[Job], journal: Journal) -> miette::Result<Jour
 
 fn one(run: &Run<'_>, number: usize, job: &Job) -> Result<Entry<Fitted>, ReportError> {
     let clock = Instant::now();
-    let result = match batch::assess(run.mesh, run.model, &job.target, run.how) {
-        Ok(a) => Ok(outputs::fitted(number, job, &a, run.mesh, Some(&run.tables), &run.provenance)?),
+    let result = match batch::assess(run.mesh, run.model, &job.target, &run.known, run.how) {
+        Ok(a) => {
+            let (muscles, thesis) = (run.muscles, Some(&run.thesis));
+            Ok(outputs::fitted(number, job, &a, run.mesh, muscles, thesis, &run.provenance)?)
+        }
         Err(e) => Err(e.to_string()),
     };
     Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
@@ -278,11 +290,13 @@ fn summary(
     unreadable: &[String],
     journal: &Journal,
 ) -> miette::Result<Summary> {
-    let numbers = inverse::muscle_numbers(run.mesh).into_diagnostic()?;
-    let rest = numbers.map(|n| {
-        let [a, b] = run.mesh.muscles[n].ends();
-        (run.mesh.nodes[b] - run.mesh.nodes[a]).norm()
-    });
+    let length = |name: &String| {
+        let chain = run.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
+        chain.map_or(f64::NAN, |chain| run.mesh.distance(chain.ends()))
+    };
+    let rest: Vec<f64> = run.muscles.iter().map(length).collect();
+    let reference = &data.muscles()[reference_muscle(data.muscles())];
+    let ratios = run.muscles.iter().filter(|m| *m != reference && data.muscles().contains(m)).count();
     let mut statuses = BTreeMap::new();
     for digest in journal.digests() {
         *statuses.entry(digest.status.clone()).or_insert(0) += 1;
@@ -304,13 +318,25 @@ fn summary(
         not_fitted: plan.refusals.len() + plan.jobs.len() - fits,
         unreadable_rows: unreadable.len(),
         substitute_baselines: substitutes,
-        rest_shape_measure: rest_shape::MEASURE,
-        nearest_row_to_rest: rest_shape::nearest(&rest, data),
+        rest_shape_measure: rest_distance::measure(ratios, reference),
+        nearest_row_to_rest: rest_distance::nearest(run.muscles, &rest, data, reference),
         passive: outputs::passive_groups(journal.digests()),
         draws: run.how.draws,
         subset_changes: run.how.subset_changes,
         thickness_m: run.how.thickness_m,
     })
+}
+
+/// Names of the mesh's muscles: those that the table has, in its order, then the others.
+fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
+    let has = |name: &&String| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name));
+    let mut names: Vec<String> = data.muscles().iter().filter(has).cloned().collect();
+    for chain in &mesh.muscles {
+        if !names.iter().any(|n| n.eq_ignore_ascii_case(&chain.name)) {
+            names.push(chain.name.clone());
+        }
+    }
+    names
 }
 
 /// On stderr, before the work begins.

@@ -162,3 +162,28 @@ fn spacing(text: &str) -> miette::Result<f64> {
         .map(|mm| mm * 1e-3)
         .map_err(|_| miette!("--h is \"{text}\", not a length; write millimetres, like 5.5mm"))
 }
+
+/// Reads `MUSCLE=N` words: numbers of the body's muscles and their tensions, N (2D: per metre of thickness).
+pub fn tensions<const D: usize>(words: &[String], body: &Body<D>) -> miette::Result<Vec<(usize, f64)>> {
+    let mut out: Vec<(usize, f64)> = Vec::new();
+    for word in words {
+        let (name, value) = word
+            .split_once('=')
+            .ok_or_else(|| miette!("--tension {word}: write MUSCLE=NEWTONS, like GGa=12"))?;
+        let muscle = body.muscle(name.trim()).map_err(|e| miette!("--tension {word}: {e}"))?;
+        let name = &body.mesh.muscles[muscle].name;
+        let tension: f64 = value.trim().parse().map_err(|_| {
+            miette!("--tension {word}: \"{value}\" is not a number; write newtons, like {name}=12")
+        })?;
+        if !tension.is_finite() || tension < 0.0 {
+            return Err(miette!(
+                "--tension {word}: a tension must be finite and not negative (muscles pull, they do not push)"
+            ));
+        }
+        if out.iter().any(|(m, _)| *m == muscle) {
+            return Err(miette!("--tension {word}: {name} is given twice; give each muscle once"));
+        }
+        out.push((muscle, tension));
+    }
+    Ok(out)
+}

@@ -7,13 +7,10 @@ use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::{self, Fit, Method, Settings, Status};
-use tongue_fit::measured::published::{self, Tables};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
-use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, Export, FitRecord, OutputDir, Section, Series, Svg};
-use tongue_fit::statics::{self, Workspace};
-use tongue_fit::system::{Model, System};
 
+use super::published::{self, Published};
 use super::{Global, Outcome, body, output, table};
 
 /// The folder for outputs where none is named.
@@ -93,18 +90,12 @@ impl Arguments {
         let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse().into_diagnostic()?;
         let kind: TargetKind = self.target.parse().into_diagnostic()?;
         let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
-        let muscles = self
-            .muscles
-            .as_ref()
-            .map(|names| names.iter().map(|n| n.parse::<Muscle>()).collect::<Result<Vec<_>, _>>())
-            .transpose()
-            .into_diagnostic()?;
         let data = match &self.lengths {
             Some(path) => Dataset::from_path(path),
             None => Dataset::reference(),
         };
-        let options = TargetOptions { muscles, baseline };
-        Target::new(&data.into_diagnostic()?, &self.subject, vowel, kind, &options).into_diagnostic()
+        let options = TargetOptions { muscles: self.muscles.clone(), baseline };
+        Target::new(&data.into_diagnostic()?, &self.subject, &vowel, kind, &options).into_diagnostic()
     }
 }
 
@@ -122,12 +113,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     settings.check().into_diagnostic()?;
     let target = arguments.target()?;
-    let mesh = arguments.body.mesh()?;
+    let tongue = arguments.body.body()?;
+    let mesh = &tongue.mesh;
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let model = arguments.body.model();
     output::step(|| {
-        let contracting: Vec<&str> = target.active.iter().map(|m| m.name()).collect();
         format!(
             "{} from {} starts for {} /{}/, {}; contracting: {}",
             arguments.method,
@@ -135,20 +126,20 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             target.subject,
             target.vowel,
             target.kind,
-            contracting.join(", ")
+            target.active_names().join(", ")
         )
     });
-    let fit = inverse::fit(&mesh, &model, &target, &settings).into_diagnostic()?;
+    let fit = inverse::fit(mesh, &model, &target, &settings).into_diagnostic()?;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
-        None => published_answer(&mesh, &model, &target)?,
+        None => published::answer(mesh, &model, &fit.target)?,
         Some(_) => None,
     };
 
     let record = FitRecord::new(&fit, &super::command_line(), clock.elapsed().as_secs_f64());
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
-    let (picture, chart) = pictures(&mesh, &fit, published.as_ref())?;
+    let (picture, chart) = pictures(mesh, &fit, published.as_ref())?;
     let by = super::provenance().with_tissue(model.tissue);
     let files: [(&str, &dyn Export); 4] =
         [("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
@@ -162,100 +153,40 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(if fit.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
-/// The published answer, simulated here.
-#[derive(Debug, Clone)]
-pub struct Published {
-    /// The tensions of thesis 4.4.1, N.
-    pub tensions: PerMuscle<f64>,
-    /// Simulated here: lengths to GGa.
-    pub ratios: PerMuscle<f64>,
-    /// Simulated here: lengths to rest.
-    pub stretches: PerMuscle<f64>,
-    /// Table 4.8: the thesis's own simulation, lengths to GGa.
-    pub thesis_ratios: PerMuscle<f64>,
-    /// The same as stretches of its own rest lengths, taking GGa as stretched as it is here.
-    pub thesis_stretches: PerMuscle<f64>,
-    /// Root mean square difference of the two over the seven ratios.
-    pub rms: f64,
-}
-
-/// Solves the published tensions, where the target is the one that they were published for.
-fn published_answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<Option<Published>> {
-    let muscles = published::TENSIONS_A_N.map(|(m, _)| m);
-    if target.subject != PUBLISHED_SUBJECT
-        || (target.vowel, target.baseline) != (Vowel::A, Vowel::U)
-        || target.active != muscles
-    {
-        return Ok(None);
-    }
-    let numbers = inverse::muscle_numbers(mesh).into_diagnostic()?;
-    let active: Vec<usize> = published::TENSIONS_A_N.iter().map(|(m, _)| numbers[m.index()]).collect();
-    let system = System::new(mesh, model, &active).into_diagnostic()?;
-    let mut tensions = [0.0; tongue_fit::muscle::COUNT];
-    let mut all = vec![0.0; system.muscle_count()];
-    for (m, tension) in published::TENSIONS_A_N {
-        tensions[m.index()] = tension;
-        all[numbers[m.index()]] = tension;
-    }
-    let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &all, &statics::Settings::default());
-    if solution.status != statics::Status::Converged {
-        return Ok(None);
-    }
-    let lengths = numbers.map(|n| system.length(workspace.positions(), n));
-    let rest = numbers.map(|n| system.length(system.rest(), n));
-    let ratios = TargetKind::Ratio.values(&lengths, &rest);
-    let stretches = TargetKind::Stretch.values(&lengths, &rest);
-    let tables = Tables::reference().into_diagnostic()?;
-    let thesis_ratios = tables.simulated_ratio_a;
-    let gga_mm = stretches[Muscle::GGa.index()] * tables.rest_length_mm[Muscle::GGa.index()];
-    let thesis_stretches =
-        Muscle::ALL.map(|m| thesis_ratios[m.index()] * gga_mm / tables.rest_length_mm[m.index()]);
-    let others = Muscle::ALL.into_iter().filter(|m| *m != Muscle::GGa);
-    let squares: f64 = others.map(|m| (ratios[m.index()] - thesis_ratios[m.index()]).powi(2)).sum();
-    let rms = (squares / 7.0).sqrt();
-    Ok(Some(Published { tensions, ratios, stretches, thesis_ratios, thesis_stretches, rms }))
-}
-
-/// The published tensions in a few characters, for the legend.
-fn published_name() -> String {
-    let tensions = published::TENSIONS_A_N.map(|(_, t)| format!("{t:.1}"));
-    format!("{} N", tensions.join("/"))
-}
-
 /// The deformed mesh, and figure 4.9 of the thesis.
 fn pictures(mesh: &Mesh<2>, fit: &Fit, published: Option<&Published>) -> miette::Result<(Svg, Svg)> {
     let target = &fit.target;
-    let numbers = inverse::muscle_numbers(mesh).into_diagnostic()?;
-    let mut tensions = vec![0.0; mesh.muscles.len()];
-    numbers.iter().zip(fit.tensions).for_each(|(&n, tension)| tensions[n] = tension);
     let what = format!("{} /{}/", target.subject, target.vowel);
     let title = format!("{what}: at rest (grey) and at the tensions found");
     let section = Section {
         mesh,
         positions: &fit.positions,
-        tensions: &tensions,
+        tensions: &fit.body_tensions,
         palate: &[],
         stretch: false,
         title: &title,
     };
     let picture = report::tongue(&section).into_diagnostic()?;
-    let labels: Vec<String> = Muscle::ALL
-        .iter()
-        .map(|m| format!("{m}{}", if target.active.contains(m) { "*" } else { "" }))
+    let measured = target.muscles.len();
+    let labels: Vec<String> = (0..measured)
+        .map(|m| format!("{}{}", target.muscles[m], if target.active.contains(&m) { "*" } else { "" }))
         .collect();
-    let of = TargetKind::Stretch;
+    let stretches =
+        |lengths: &[f64], over: &[f64]| TargetKind::Stretch.values(lengths, over, target.reference);
     let mut series = vec![
         Series {
             name: format!("measured ({})", target.subject),
-            values: of.values(&target.measured_mm, &target.baseline_mm).to_vec(),
+            values: stretches(&target.measured_mm, &target.baseline_mm),
         },
-        Series { name: "simulated".into(), values: of.values(&fit.lengths, &fit.rest_lengths).to_vec() },
+        Series {
+            name: "simulated".into(),
+            values: stretches(&fit.lengths[..measured], &fit.rest_lengths[..measured]),
+        },
     ];
     if let Some(p) = published {
-        series.push(Series { name: published_name(), values: p.stretches.to_vec() });
+        series.push(Series { name: p.name(), values: p.stretches.clone() });
     }
     let title = format!("{what}: change of every muscle relative to /{}/", target.baseline);
-    let chart = report::changes(&labels, &series, target.baseline.symbol(), &title).into_diagnostic()?;
+    let chart = report::changes(&labels, &series, target.baseline.label(), &title).into_diagnostic()?;
     Ok((picture, chart))
 }

@@ -10,6 +10,7 @@ mod lengths;
 mod mesh;
 mod mesh_check;
 mod output;
+mod published;
 mod scene;
 mod scene_table;
 mod simulate;

@@ -2,10 +2,8 @@
 
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, miette};
+use miette::IntoDiagnostic;
 
-use tongue_fit::inverse;
-use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{self, BranchRecord, Export, Json, Msh, OutputDir, Section, SimulationRecord, Vtu};
 use tongue_fit::statics::{self, Settings, Solution, Status, Workspace};
 use tongue_fit::system::System;
@@ -43,21 +41,17 @@ const SAME_SHAPE: f64 = 1e-9;
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let given = tensions(&arguments.tension)?;
     if arguments.trajectory.is_given() {
-        return trajectory::run(&arguments.trajectory, &given, &arguments.body, global);
+        return trajectory::run(&arguments.trajectory, &arguments.tension, &arguments.body, global);
     }
-    let mesh = arguments.body.mesh()?;
+    let body = arguments.body.body()?;
+    let given = body::tensions(&arguments.tension, &body)?;
+    let mesh = &body.mesh;
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
-    let numbers = inverse::muscle_numbers(&mesh).into_diagnostic()?;
-    let active: Vec<usize> = given.iter().map(|(m, _)| numbers[m.index()]).collect();
-    let system = System::new(&mesh, &arguments.body.model(), &active).into_diagnostic()?;
-    let mut by_muscle: PerMuscle<f64> = [0.0; tongue_fit::muscle::COUNT];
+    let active: Vec<usize> = given.iter().map(|(m, _)| *m).collect();
+    let system = System::new(mesh, &arguments.body.model(), &active).into_diagnostic()?;
     let mut all = vec![0.0; system.muscle_count()];
-    for (m, tension) in given {
-        by_muscle[m.index()] = tension;
-        all[numbers[m.index()]] = tension;
-    }
+    given.iter().for_each(|(m, tension)| all[*m] = *tension);
 
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
@@ -68,20 +62,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
 
     let positions = workspace.positions();
-    let rest = numbers.map(|n| system.length(system.rest(), n));
-    let lengths = numbers.map(|n| system.length(positions, n));
-    let ratios = system.cell_ratios(positions);
-    let mut record = SimulationRecord::new(&solution, &by_muscle, &lengths, &rest, positions, ratios, wall_s);
+    let mut record = SimulationRecord::new(&system, &mesh.muscle_names(), &solution, &all, positions, wall_s);
     record.branch = branch;
     let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
     let mut written = Vec::new();
     if let Some(out) = &out {
         let title = "Tongue at rest (grey) and deformed";
         let stretch = arguments.colour_stretch;
-        let section = Section { mesh: &mesh, positions, tensions: &all, palate: &[], stretch, title };
+        let section = Section { mesh, positions, tensions: &all, palate: &[], stretch, title };
         let picture = report::tongue(&section).into_diagnostic()?;
-        let vtu = Vtu::new(&mesh, positions, &all).into_diagnostic()?;
-        let msh = Msh::deformed(&mesh, positions, &all).into_diagnostic()?;
+        let vtu = Vtu::new(mesh, positions, &all).into_diagnostic()?;
+        let msh = Msh::deformed(mesh, positions, &all).into_diagnostic()?;
         let files: [(&str, &dyn Export); 4] = [
             ("simulation.json", &json),
             ("tongue.svg", &picture),
@@ -117,28 +108,4 @@ fn follow_from_rest(
         solution.connection = found.solution.connection;
     }
     BranchRecord { critical: found.critical, another: found.another || (apart && both) }
-}
-
-/// Reads `MUSCLE=N` words.
-fn tensions(words: &[String]) -> miette::Result<Vec<(Muscle, f64)>> {
-    let mut out: Vec<(Muscle, f64)> = Vec::new();
-    for word in words {
-        let (name, value) = word
-            .split_once('=')
-            .ok_or_else(|| miette!("--tension {word}: write MUSCLE=NEWTONS, like GGa=12"))?;
-        let muscle: Muscle = name.parse().into_diagnostic().map_err(|e| miette!("--tension {word}: {e}"))?;
-        let tension: f64 = value.trim().parse().map_err(|_| {
-            miette!("--tension {word}: \"{value}\" is not a number; write newtons, like {muscle}=12")
-        })?;
-        if !tension.is_finite() || tension < 0.0 {
-            return Err(miette!(
-                "--tension {word}: a tension must be finite and not negative (muscles pull, they do not push)"
-            ));
-        }
-        if out.iter().any(|(m, _)| *m == muscle) {
-            return Err(miette!("--tension {word}: {muscle} is given twice; give each muscle once"));
-        }
-        out.push((muscle, tension));
-    }
-    Ok(out)
 }

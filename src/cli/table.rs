@@ -7,14 +7,13 @@ use comfy_table::{Cell, CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
 use tongue_fit::inverse::{Fit, Status};
 use tongue_fit::measured::TargetKind;
-use tongue_fit::muscle::Muscle;
 use tongue_fit::report::batch::Journal;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
 
-use super::fit::Published;
+use super::published::Published;
 
 pub(super) fn table(header: &[&str]) -> Table {
     let mut t = Table::new();
@@ -38,15 +37,18 @@ pub(super) fn files(written: &[PathBuf]) -> String {
 
 /// One equilibrium.
 pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
-    let mut t = table(&["muscle", "tension N/m", "length mm", "ratio to GGa", "stretch"]);
-    for m in Muscle::ALL {
-        let i = m.index();
+    let ratio = match record.ratios.0.iter().find(|(_, ratio)| *ratio == 1.0) {
+        Some((reference, _)) => format!("ratio to {reference}"),
+        None => "ratio".to_owned(),
+    };
+    let mut t = table(&["muscle", "tension N/m", "length mm", &ratio, "stretch"]);
+    for (i, (muscle, tension)) in record.tensions_n.0.iter().enumerate() {
         t.add_row([
-            m.to_string(),
-            newtons(record.tensions_n.0[i]),
-            format!("{:.2}", record.lengths_mm.0[i]),
-            format!("{:.3}", record.ratios.0[i]),
-            format!("{:.3}", record.stretches.0[i]),
+            muscle.clone(),
+            newtons(*tension),
+            format!("{:.2}", record.lengths_mm.0[i].1),
+            format!("{:.3}", record.ratios.0[i].1),
+            format!("{:.3}", record.stretches.0[i].1),
         ]);
     }
     let mut text = format!("{t}\n");
@@ -90,11 +92,9 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
 
 /// One trajectory.
 pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
-    let mut t = table(&["muscle", "length mm", "ratio to GGa"]);
-    let gga = record.lengths_mm.0[Muscle::GGa.index()];
-    for m in Muscle::ALL {
-        let length = record.lengths_mm.0[m.index()];
-        t.add_row([m.to_string(), format!("{length:.3}"), format!("{:.4}", length / gga)]);
+    let mut t = table(&["muscle", "length mm"]);
+    for (muscle, length) in &record.lengths_mm.0 {
+        t.add_row([muscle.clone(), format!("{length:.3}")]);
     }
     let mut text = format!("{t}\n");
     let counts = &record.counts;
@@ -137,8 +137,8 @@ pub fn fit(fit: &Fit, published: Option<&Published>, written: &[PathBuf], wall_s
         target.vowel,
         target.baseline,
         match target.kind {
-            TargetKind::Ratio => "ratios to GGa",
-            TargetKind::Stretch => "stretches",
+            TargetKind::Ratio => format!("ratios to {}", target.muscles[target.reference]),
+            TargetKind::Stretch => "stretches".to_owned(),
         }
     );
     text += &tensions(fit, published);
@@ -165,11 +165,11 @@ fn newtons(tension: f64) -> String {
 
 fn tensions(fit: &Fit, published: Option<&Published>) -> String {
     let mut header = vec!["tension, N per metre of thickness"];
-    header.extend(fit.target.active.iter().map(|m| m.name()));
+    header.extend(fit.target.active_names());
     let mut t = table(&header);
-    let row = |name: &str, values: &[f64; 8]| {
+    let row = |name: &str, values: &[f64]| {
         let mut row = vec![Cell::new(name)];
-        row.extend(fit.target.active.iter().map(|m| Cell::new(newtons(values[m.index()]))));
+        row.extend(fit.target.active.iter().map(|&m| Cell::new(newtons(values[m]))));
         row
     };
     t.add_row(row("found", &fit.tensions));
@@ -187,13 +187,12 @@ fn lengths(fit: &Fit, published: Option<&Published>) -> String {
         header.extend(["published", "table 4.8"]);
     }
     let mut t = table(&header);
-    for m in Muscle::ALL {
-        let i = m.index();
-        let mark = if target.active.contains(&m) { "*" } else { "" };
+    for (i, muscle) in target.muscles.iter().enumerate() {
+        let mark = if target.active.contains(&i) { "*" } else { "" };
         let doubt = if target.activation[i].uncertain { "?" } else { "" };
         let change = |now: f64, then: f64| format!("{:+.1} %", 100.0 * (now / then - 1.0));
         let mut row = vec![
-            format!("{m}{mark}{doubt}"),
+            format!("{muscle}{mark}{doubt}"),
             format!("{:.1}", 1e3 * fit.lengths[i]),
             format!("{:.3}", fit.simulated[i]),
             format!("{:.3}", target.values[i]),
@@ -202,10 +201,7 @@ fn lengths(fit: &Fit, published: Option<&Published>) -> String {
             change(target.measured_mm[i], target.baseline_mm[i]),
         ];
         if let Some(p) = published {
-            let (here, there) = match target.kind {
-                TargetKind::Ratio => (&p.ratios, &p.thesis_ratios),
-                TargetKind::Stretch => (&p.stretches, &p.thesis_stretches),
-            };
+            let (here, there) = p.of(target.kind);
             row.push(format!("{:.3}", here[i]));
             row.push(format!("{:.2}", there[i]));
         }
@@ -248,6 +244,7 @@ fn verdict(fit: &Fit, published: Option<&Published>) -> String {
         let pairs = target
             .active
             .iter()
+            .map(|&m| &target.muscles[m])
             .zip(values)
             .map(|(m, v)| if *v < LARGE { format!("{m} {v:.1}") } else { format!("{m} {v:.1e}") });
         pairs.collect::<Vec<_>>().join(", ")
@@ -281,17 +278,8 @@ fn verdict(fit: &Fit, published: Option<&Published>) -> String {
         }
     }
     if let Some(p) = published {
-        let misfit: f64 = target
-            .fitted
-            .iter()
-            .map(|m| {
-                let here = match target.kind {
-                    TargetKind::Ratio => p.ratios[m.index()],
-                    TargetKind::Stretch => p.stretches[m.index()],
-                };
-                (here - target.values[m.index()]).powi(2)
-            })
-            .sum();
+        let misfit: f64 =
+            target.fitted.iter().map(|&m| (p.of(target.kind).0[m] - target.values[m]).powi(2)).sum();
         let _ = writeln!(
             text,
             "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over seven ratios",
@@ -326,7 +314,7 @@ pub fn batch(
     }
     let mut t = table(&["passive stretches, RMS", "fits", "model", "no change", ""]);
     for g in &s.passive {
-        let vowel = g.vowel.map_or("all".to_owned(), |v| format!("/{v}/"));
+        let vowel = g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/"));
         let mark = if g.substitute_baseline { " (against a substitute baseline)" } else { "" };
         t.add_row([
             format!("{} {vowel}{mark}", g.target_kind),
@@ -373,9 +361,9 @@ fn listed(batch: &Batch<'_>, journal: &Journal) -> miette::Result<String> {
         };
         let record: serde_json::Value = serde_json::from_str(&fit.json).into_diagnostic()?;
         let target = &job.target;
-        let tensions = target.active.iter().map(|m| {
-            let tension = record["tensions_n"][m.name()].as_f64().unwrap_or(f64::NAN);
-            let interval = &record["intervals"]["tensions_n"][m.name()];
+        let tensions = target.active_names().into_iter().map(|m| {
+            let tension = record["tensions_n"][m].as_f64().unwrap_or(f64::NAN);
+            let interval = &record["intervals"]["tensions_n"][m];
             match (interval["low"].as_f64(), interval["high"].as_f64()) {
                 (Some(low), Some(high)) => format!("{m} {tension:.1} ({low:.1}–{high:.1})"),
                 _ => format!("{m} {tension:.1}"),

@@ -11,13 +11,12 @@ use tongue_fit::dynamics::{
     self, Control, Curves, Integrator, Method, Motion, Observer, SHORTEST_S, State, Status, Tensions,
     sample_times,
 };
-use tongue_fit::inverse;
-use tongue_fit::muscle::{Muscle, PerMuscle};
 use tongue_fit::report::{
-    self, Export, Frame, History, Json, OutputDir, Provenance, Pvd, Sto, TrajectoryRecord, Vtu,
+    self, ByMuscle, Export, Frame, History, Json, OutputDir, Provenance, Pvd, Sto, TrajectoryRecord, Vtu,
 };
 use tongue_fit::system::System;
 
+use super::body::tensions;
 use super::{Global, Outcome, body, output, table};
 
 /// The folder for outputs where none is named.
@@ -173,29 +172,30 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// Runs it; `given` are the tensions of `--tension`.
+/// Runs it; `given` are the words of `--tension`.
 pub fn run(
     arguments: &Arguments,
-    given: &[(Muscle, f64)],
+    given: &[String],
     body: &body::Arguments,
     global: &Global,
 ) -> miette::Result<Outcome> {
     let method = arguments.check()?;
-    let mesh = body.mesh()?;
-    let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
+    let tongue = body.body()?;
+    let given = tensions(given, &tongue)?;
+    let mesh = tongue.mesh;
+    let names = mesh.muscle_names();
     let curves = arguments.tension_curves.as_ref().map(|file| Curves::from_path(file, &names));
     let curves = curves.transpose().into_diagnostic()?;
-    let numbers = inverse::muscle_numbers(&mesh).into_diagnostic()?;
     let active: Vec<usize> = match &curves {
         Some(curves) => curves.muscles.clone(),
-        None => given.iter().map(|(m, _)| numbers[m.index()]).collect(),
+        None => given.iter().map(|(m, _)| *m).collect(),
     };
     let system = System::new(&mesh, &body.model(), &active).into_diagnostic()?;
     let tensions = match curves {
         Some(curves) => curves.tensions,
         None => {
             let mut to = vec![0.0; system.muscle_count()];
-            given.iter().for_each(|(m, tension)| to[numbers[m.index()]] = *tension);
+            given.iter().for_each(|(m, tension)| to[*m] = *tension);
             Tensions::Ramp { to, duration: arguments.ramp }
         }
     };
@@ -208,7 +208,7 @@ pub fn run(
     output::step(|| format!("{method} with {control:?} over {} s", arguments.t_end));
     let clock = Instant::now();
     let times = sample_times(arguments.t_end, (arguments.frames - 1) * LENGTHS_PER_FRAME + 1);
-    let mut watch = Watch::new(&system, numbers, arguments.t_end);
+    let mut watch = Watch::new(&system, arguments.t_end);
     let mut state: State<2> = motion.at_rest();
     let outcome =
         dynamics::run(&motion, integrator.as_mut(), &mut state, arguments.t_end, &times, &mut watch);
@@ -218,7 +218,7 @@ pub fn run(
         (method, control),
         arguments.t_end,
         (outcome, motion.part_of_way(system.rest(), &state)),
-        &numbers.map(|n| system.length(&state.positions, n)),
+        ByMuscle::new(&names, system.lengths(&state.positions).into_iter().map(|l| l * 1e3)),
         system.cell_ratios(&state.positions),
         clock.elapsed().as_secs_f64(),
     );
@@ -246,15 +246,9 @@ fn write(
         motion.tensions().at(time, &mut tensions);
         tensions
     };
-    let numbers = watch.numbers;
-    let row = |(time, lengths): (f64, PerMuscle<f64>)| {
-        let all = at(time);
-        (time, lengths.to_vec(), numbers.map(|n| all[n]).to_vec())
-    };
-    let history = History {
-        muscles: Muscle::ALL.map(|m| m.to_string()).to_vec(),
-        rows: watch.lengths.into_iter().map(row).collect(),
-    };
+    let row = |(time, lengths): (f64, Vec<f64>)| (time, lengths, at(time));
+    let history =
+        History { muscles: mesh.muscle_names(), rows: watch.lengths.into_iter().map(row).collect() };
     let frame = |(time, positions)| Frame { time, positions, tensions: at(time) };
     let frames: Vec<Frame> = watch.frames.into_iter().map(frame).collect();
     let pulling = |m: &usize| frames.iter().any(|f| f.tensions[*m] > 0.0);
@@ -286,9 +280,8 @@ fn write(
 /// Collects lengths and frames, and shows how far a long run is.
 struct Watch<'a> {
     system: &'a System<2>,
-    numbers: PerMuscle<usize>,
     /// Times, s, and lengths, m.
-    lengths: Vec<(f64, PerMuscle<f64>)>,
+    lengths: Vec<(f64, Vec<f64>)>,
     /// Times, s, and positions, m.
     frames: Vec<(f64, Vec<SVector<f64, 2>>)>,
     t_end: f64,
@@ -297,9 +290,9 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(system: &'a System<2>, numbers: PerMuscle<usize>, t_end: f64) -> Self {
+    fn new(system: &'a System<2>, t_end: f64) -> Self {
         let begin = Instant::now();
-        Self { system, numbers, lengths: Vec::new(), frames: Vec::new(), t_end, begin, bar: None }
+        Self { system, lengths: Vec::new(), frames: Vec::new(), t_end, begin, bar: None }
     }
 
     fn clear(&self) {
@@ -314,7 +307,7 @@ impl Observer<2> for Watch<'_> {
         if self.lengths.len().is_multiple_of(LENGTHS_PER_FRAME) {
             self.frames.push((time, positions.to_vec()));
         }
-        self.lengths.push((time, self.numbers.map(|n| self.system.length(positions, n))));
+        self.lengths.push((time, self.system.lengths(positions)));
     }
 
     fn progress(&mut self, time: f64) {

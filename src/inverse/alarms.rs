@@ -1,9 +1,10 @@
 //! What should make a reader doubt a fit.
 
+use nalgebra::SVector;
 use serde::Serialize;
 
 use crate::body::Mesh;
-use crate::muscle::Muscle;
+use crate::measured::muscles::Muscles;
 
 use super::uncertainty::Intervals;
 use super::{AT_BOUND, Fit, Settings, Status};
@@ -14,16 +15,6 @@ pub const DEFAULT_THICKNESS_M: f64 = 0.04;
 /// A chain that turns by so much more than at rest at one of its nodes is folded, radians (60 degrees).
 const FOLD: f64 = std::f64::consts::FRAC_PI_3;
 
-/// Force capacity of a muscle, left and right together, N, from the public ArtiSynth tongue model (specific tension 0.22
-/// N/mm²), and the portions that share it.
-pub const CAPACITY_N: [(&str, &[Muscle], f64); 5] = [
-    ("GGa", &[Muscle::GGa], 18.0),
-    ("GGm", &[Muscle::GGm], 12.0),
-    ("GGp", &[Muscle::GGp], 37.0),
-    ("styloglossus", &[Muscle::SGp, Muscle::SGm, Muscle::SGa], 24.0),
-    ("hyoglossus", &[Muscle::HGa, Muscle::HGp], 65.0),
-];
-
 /// A reason for doubt.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "alarm", rename_all = "snake_case")]
@@ -31,17 +22,17 @@ pub enum Alarm {
     /// A muscle that should contract ended without tension.
     AtLowerBound {
         /// The muscle.
-        muscle: Muscle,
+        muscle: String,
     },
     /// A tension ended at the upper bound.
     AtUpperBound {
         /// The muscle.
-        muscle: Muscle,
+        muscle: String,
     },
     /// More force than the muscle can give.
     BeyondCapacity {
         /// The muscle, portions together.
-        muscle: &'static str,
+        muscle: String,
         /// Tension times thickness, N.
         force_n: f64,
         /// Published capacity, N.
@@ -52,19 +43,19 @@ pub enum Alarm {
     /// Whether the muscle contracts is decided within the rounding of the data.
     DecidedWithinRounding {
         /// The muscle.
-        muscle: Muscle,
+        muscle: String,
     },
     /// A muscle's chain of connections has folded.
     FoldedChain {
         /// The muscle.
-        muscle: Muscle,
+        muscle: String,
         /// Sharpest turn beyond that at rest, degrees.
         turn_degrees: f64,
     },
     /// The draws ended elsewhere than the answer: there are several shapes for the same tensions, or several optima.
     IntervalMissesAnswer {
         /// The muscle.
-        muscle: Muscle,
+        muscle: String,
     },
     /// The shape may not be the one that the tensions lead to.
     EquilibriumNotCertain {
@@ -97,42 +88,44 @@ impl Alarm {
     }
 }
 
-/// All alarms of a fit, in a fixed order.
-pub fn alarms(
-    mesh: &Mesh<2>,
-    fit: &Fit,
+/// All alarms of a fit, in a fixed order. `known` is what is known of muscles: their force capacities.
+pub fn alarms<const D: usize>(
+    mesh: &Mesh<D>,
+    fit: &Fit<D>,
+    known: &Muscles,
     intervals: Option<&Intervals>,
     settings: &Settings,
     thickness_m: f64,
 ) -> Vec<Alarm> {
     let mut out = Vec::new();
-    let tension = |m: &Muscle| fit.tensions[m.index()];
-    for &muscle in &fit.target.active {
-        if tension(&muscle) < AT_BOUND {
-            out.push(Alarm::AtLowerBound { muscle });
-        } else if tension(&muscle) > settings.upper_bound - AT_BOUND {
-            out.push(Alarm::AtUpperBound { muscle });
+    let name = |m: usize| fit.muscles[m].clone();
+    for &m in &fit.target.active {
+        if fit.tensions[m] < AT_BOUND {
+            out.push(Alarm::AtLowerBound { muscle: name(m) });
+        } else if fit.tensions[m] > settings.upper_bound - AT_BOUND {
+            out.push(Alarm::AtUpperBound { muscle: name(m) });
         }
     }
-    for (muscle, portions, capacity_n) in CAPACITY_N {
-        let force_n = thickness_m * portions.iter().map(tension).sum::<f64>();
-        if force_n > capacity_n {
+    for capacity in known.capacities(&fit.muscles) {
+        let force_n = thickness_m * capacity.portions.iter().map(|&m| fit.tensions[m]).sum::<f64>();
+        if force_n > capacity.capacity_n {
+            let (muscle, capacity_n) = (capacity.muscle, capacity.capacity_n);
             out.push(Alarm::BeyondCapacity { muscle, force_n, capacity_n, thickness_m });
         }
     }
-    let uncertain = Muscle::ALL.into_iter().filter(|m| fit.target.activation[m.index()].uncertain);
-    out.extend(uncertain.map(|muscle| Alarm::DecidedWithinRounding { muscle }));
-    for muscle in Muscle::ALL {
+    let uncertain = (0..fit.target.muscles.len()).filter(|&m| fit.target.activation[m].uncertain);
+    out.extend(uncertain.map(|m| Alarm::DecidedWithinRounding { muscle: name(m) }));
+    for muscle in &fit.muscles {
         let turn = sharpest_turn(mesh, &fit.positions, muscle);
         if turn > FOLD {
-            out.push(Alarm::FoldedChain { muscle, turn_degrees: turn.to_degrees() });
+            out.push(Alarm::FoldedChain { muscle: muscle.clone(), turn_degrees: turn.to_degrees() });
         }
     }
     let missed = intervals.iter().flat_map(|i| fit.target.active.iter().zip(&i.tensions));
     out.extend(
         missed
-            .filter(|(m, i)| tension(m) < i.low - AT_BOUND || tension(m) > i.high + AT_BOUND)
-            .map(|(m, _)| Alarm::IntervalMissesAnswer { muscle: *m }),
+            .filter(|(m, i)| fit.tensions[**m] < i.low - AT_BOUND || fit.tensions[**m] > i.high + AT_BOUND)
+            .map(|(m, _)| Alarm::IntervalMissesAnswer { muscle: name(*m) }),
     );
     let doubts = [
         (fit.status == Status::ReplayDiffers, "solving again from rest gives another shape"),
@@ -147,12 +140,11 @@ pub fn alarms(
 }
 
 /// By how much more than at rest a muscle's chain turns at the node where it does so most, radians.
-fn sharpest_turn(mesh: &Mesh<2>, positions: &[nalgebra::SVector<f64, 2>], muscle: Muscle) -> f64 {
-    let Some(chain) = mesh.muscles.iter().find(|c| c.name == muscle.name()) else { return 0.0 };
-    let turn =
-        |at: &[nalgebra::SVector<f64, 2>], n: &[usize]| match (at.get(n[0]), at.get(n[1]), at.get(n[2])) {
-            (Some(a), Some(b), Some(c)) => (b - a).angle(&(c - b)),
-            _ => 0.0,
-        };
+fn sharpest_turn<const D: usize>(mesh: &Mesh<D>, positions: &[SVector<f64, D>], muscle: &str) -> f64 {
+    let Some(chain) = mesh.muscles.iter().find(|c| c.name.eq_ignore_ascii_case(muscle)) else { return 0.0 };
+    let turn = |at: &[SVector<f64, D>], n: &[usize]| match (at.get(n[0]), at.get(n[1]), at.get(n[2])) {
+        (Some(a), Some(b), Some(c)) => (b - a).angle(&(c - b)),
+        _ => 0.0,
+    };
     chain.nodes.windows(3).map(|n| turn(positions, n) - turn(&mesh.nodes, n)).fold(0.0, f64::max)
 }

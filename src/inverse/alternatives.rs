@@ -2,15 +2,13 @@
 
 use crate::body::Mesh;
 use crate::measured::Target;
-use crate::muscle::{COUNT, Muscle, PerMuscle};
 use crate::system::{Model, System};
 
-use super::fit::inverse;
+use super::fit::Matched;
 use super::forward::Forward;
 use super::gauss_newton::refit;
 use super::problem::Problem;
-use super::uncertainty::rounding_range;
-use super::{Fit, FitError, Settings, muscle_numbers};
+use super::{Fit, FitError, Settings};
 
 /// Answers whose tensions all agree within this are one answer, N.
 const SAME_ANSWER: f64 = 0.5;
@@ -30,7 +28,7 @@ pub struct Optimum {
 
 /// Where converged starts ended that did not end at the answer, best first.
 pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
-    let answer: Vec<f64> = fit.target.active.iter().map(|m| fit.tensions[m.index()]).collect();
+    let answer = fit.active_tensions();
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_ANSWER);
     let mut found: Vec<Optimum> = Vec::new();
     for start in fit.starts.iter().filter(|s| s.converged && !same(&s.x, &answer)) {
@@ -48,8 +46,8 @@ pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
 /// Another choice of contracting muscles, fitted to the same equations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Subset {
-    /// The contracting muscles.
-    pub muscles: Vec<Muscle>,
+    /// The contracting muscles: positions in the target's.
+    pub muscles: Vec<usize>,
     /// Their tensions, N.
     pub tensions: Vec<f64>,
     /// Root mean square residual of the values that the fit itself has to meet.
@@ -60,9 +58,9 @@ pub struct Subset {
     pub within_rounding: bool,
 }
 
-/// Fits every choice of contracting muscles that differs from the answer's in at most `changes` muscles (8 tries all 255) to
-/// the values that the answer was fitted to. Ranked: those within rounding before the others; among them those with fewer
-/// muscles first, then by the residual of the whole row; the others by misfit. Subsets in which a muscle ends without
+/// Fits every choice of contracting muscles that differs from the answer's in at most `changes` muscles (as many as there are tries
+/// all) to the values that the answer was fitted to. Ranked: those within rounding before the others; among them those with
+/// fewer muscles first, then by the residual of the whole row; the others by misfit. Subsets in which a muscle ends without
 /// tension are left out: a smaller one is listed that says the same.
 ///
 /// # Errors
@@ -70,18 +68,15 @@ pub struct Subset {
 pub fn subsets<const D: usize>(
     mesh: &Mesh<D>,
     model: &Model,
+    matched: &Matched,
     fit: &Fit<D>,
     settings: &Settings,
     changes: u32,
 ) -> Result<Vec<Subset>, FitError> {
-    let numbers = muscle_numbers(mesh)?;
-    let bits = |muscles: &[Muscle]| muscles.iter().fold(0u32, |all, m| all | 1 << m.index());
-    let own = bits(&fit.target.active);
     let mut found = Vec::new();
-    for choice in (1u32..1 << COUNT).filter(|c| (1..=changes).contains(&(c ^ own).count_ones())) {
-        let active: Vec<Muscle> = Muscle::ALL.into_iter().filter(|m| choice & 1 << m.index() != 0).collect();
-        let target = Target { active, ..fit.target.clone() };
-        if let Some(subset) = one(mesh, model, numbers, &target, fit, settings)?
+    for active in choices(&fit.target, changes) {
+        let other = Matched { target: Target { active, ..fit.target.clone() }, ..matched.clone() };
+        if let Some(subset) = one(mesh, model, &other, fit, settings)?
             && subset.tensions.iter().all(|t| *t > super::AT_BOUND)
         {
             found.push(subset);
@@ -95,19 +90,35 @@ pub fn subsets<const D: usize>(
     Ok(found)
 }
 
+/// Choices of active muscles (positions, ascending) that differ from the target's in 1 to `changes` muscles: none empty, in the order
+/// of the binary numbers whose digits are the muscles.
+fn choices(target: &Target, changes: u32) -> Vec<Vec<usize>> {
+    let mut all: Vec<Vec<usize>> = vec![Vec::new()];
+    for muscle in (0..target.muscles.len()).rev() {
+        let differences = |choice: &[usize]| {
+            (muscle..target.muscles.len()).filter(|m| choice.contains(m) != target.active.contains(m)).count()
+        };
+        let with = all.iter().map(|choice| [&[muscle][..], choice].concat());
+        let next = all.iter().cloned().chain(with);
+        all = next.filter(|choice| differences(choice) <= changes as usize).collect();
+    }
+    all.retain(|choice| !choice.is_empty() && *choice != target.active);
+    all.sort_by(|a, b| a.iter().rev().cmp(b.iter().rev()));
+    all
+}
+
 fn one<const D: usize>(
     mesh: &Mesh<D>,
     model: &Model,
-    numbers: PerMuscle<usize>,
-    target: &Target,
+    matched: &Matched,
     fit: &Fit<D>,
     settings: &Settings,
 ) -> Result<Option<Subset>, FitError> {
-    let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
-    let system = System::new(mesh, model, &contracting)?;
-    let inverse = inverse(&system, numbers, target, settings);
+    let target = &matched.target;
+    let system = System::new(mesh, model, &matched.contracting())?;
+    let inverse = matched.inverse(&system, settings);
     let mut forward = Forward::new(&inverse, settings);
-    let near: Vec<f64> = target.active.iter().map(|m| fit.tensions[m.index()]).collect();
+    let near: Vec<f64> = target.active.iter().map(|&m| fit.tensions[m]).collect();
     let mut best: Option<(f64, Subset)> = None;
     for start in [near, vec![FROM; target.active.len()]] {
         let Some((tensions, residuals)) = refit(&mut forward, settings, &start) else { continue };
@@ -115,24 +126,44 @@ fn one<const D: usize>(
         if best.as_ref().is_some_and(|(least, _)| *least <= cost) {
             continue;
         }
-        let lengths = forward.lengths();
-        let simulated = target.simulated(&numbers.map(|n| lengths[n]), &fit.rest_lengths);
-        let within = |m: &Muscle| {
-            let (low, high) = rounding_range(target, *m);
-            (low..=high).contains(&simulated[m.index()])
+        let lengths = matched.pick(&forward.lengths());
+        let measured = target.muscles.len();
+        let simulated = target.simulated(&lengths[..measured], &fit.rest_lengths[..measured]);
+        let within = |m: &usize| {
+            let (low, high) = target.rounding_range(*m);
+            (low..=high).contains(&simulated[*m])
         };
-        let constrained: Vec<Muscle> =
-            Muscle::ALL.into_iter().filter(|m| target.kind.constrains(*m)).collect();
-        let squares: f64 =
-            constrained.iter().map(|m| (simulated[m.index()] - target.values[m.index()]).powi(2)).sum();
+        let squares: f64 = target.compared().map(|m| (simulated[m] - target.values[m]).powi(2)).sum();
         let subset = Subset {
             muscles: target.active.clone(),
             tensions,
             misfit: forward.misfit(Some(&residuals)),
-            row_rms: (squares / constrained.len() as f64).sqrt(),
+            row_rms: (squares / target.compared().count() as f64).sqrt(),
             within_rounding: target.fitted.iter().all(within),
         };
         best = Some((cost, subset));
     }
     Ok(best.map(|(_, subset)| subset))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measured::{Dataset, TargetKind, TargetOptions, Vowel};
+
+    #[test]
+    fn choices_are_those_of_binary_numbers_and_as_few_as_the_changes_allow() {
+        let data = Dataset::reference().unwrap();
+        let vowel = Vowel::new("a").unwrap();
+        let target = Target::new(&data, "S2", &vowel, TargetKind::Ratio, &TargetOptions::default()).unwrap();
+        let own: u32 = target.active.iter().map(|m| 1 << m).sum();
+        for changes in [1, 2, 8] {
+            let expected: Vec<Vec<usize>> = (1u32..256)
+                .filter(|c| (1..=changes).contains(&(c ^ own).count_ones()))
+                .map(|c| (0..8).filter(|m| c & 1 << m != 0).collect())
+                .collect();
+            assert_eq!(choices(&target, changes), expected, "{changes}");
+        }
+        assert!(choices(&target, 0).is_empty());
+    }
 }

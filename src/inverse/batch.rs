@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 
 use crate::body::Mesh;
-use crate::measured::patterns::{self, PatternCheck};
-use crate::measured::rest_shape::{self, RestDistance};
-use crate::measured::{Dataset, Error, Lengths, Target, TargetKind, Vowel};
+use crate::measured::lengths::rest_distance::{self, RestDistance};
+use crate::measured::lengths::{self, Lengths};
+use crate::measured::muscles::Muscles;
+use crate::measured::published_patterns::{PatternCheck, Patterns};
+use crate::measured::{Dataset, Target, TargetKind, Vowel};
 use crate::system::{Model, System};
 
 use super::alarms::{self, Alarm};
@@ -13,10 +15,10 @@ use super::alternatives::{self, Optimum, Subset};
 use super::forward::Forward;
 use super::rounding::{self, RoundingSegment};
 use super::uncertainty::{self, Intervals};
-use super::{Fit, FitError, Settings};
+use super::{Fit, FitError, Matched, Settings};
 
 /// The baseline of a subject that has no /ɯ/: rest in other published models.
-pub const SUBSTITUTE_BASELINE: Vowel = Vowel::E;
+pub const SUBSTITUTE_BASELINE: &str = "e";
 
 /// Which rows are fitted, and against what.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -86,37 +88,43 @@ pub struct Plan {
 /// Sorts the rows of `data` into fits, baselines and refusals.
 ///
 /// # Errors
-/// [`Error::UnknownSubject`] for a subject that is selected or given a baseline and has no row.
-pub fn plan(data: &Dataset, selection: &Selection) -> Result<Plan, Error> {
+/// [`lengths::Error::UnknownSubject`] for a subject that is selected or given a baseline and has no row.
+pub fn plan(data: &Dataset, selection: &Selection) -> Result<Plan, lengths::Error> {
     for subject in selection.subjects.iter().flatten().chain(selection.baseline_of.keys()) {
         data.vowels(subject)?;
     }
     let mut plan = Plan::default();
     for row in data.rows() {
         let lengths = &row.lengths;
-        let (subject, vowel, line) = (&lengths.subject, lengths.vowel, row.line);
+        let (subject, vowel, line) = (&lengths.subject, &lengths.vowel, row.line);
         if selection.subjects.as_ref().is_some_and(|s| !s.contains(subject))
-            || selection.vowels.as_ref().is_some_and(|v| !v.contains(&vowel))
+            || selection.vowels.as_ref().is_some_and(|v| !v.contains(vowel))
         {
             continue;
         }
-        let refused =
-            |kind, e: &Error| Refusal { line, subject: subject.clone(), vowel, kind, message: e.to_string() };
+        let refused = |kind, message: String| Refusal {
+            line,
+            subject: subject.clone(),
+            vowel: vowel.clone(),
+            kind,
+            message,
+        };
         let (baseline, substitute) = match baseline(data, selection, subject) {
             Ok(found) => found,
             Err(e) => {
-                plan.refusals.push(refused(None, &e));
+                plan.refusals.push(refused(None, e.to_string()));
                 continue;
             }
         };
-        if baseline.vowel == vowel {
-            plan.baselines.push(BaselineRow { line, subject: subject.clone(), vowel, substitute });
+        if baseline.vowel == *vowel {
+            let (subject, vowel) = (subject.clone(), vowel.clone());
+            plan.baselines.push(BaselineRow { line, subject, vowel, substitute });
             continue;
         }
         for &kind in &selection.kinds {
             match Target::from_lengths(lengths, baseline, kind, None) {
                 Ok(target) => plan.jobs.push(Job { line, substitute, target }),
-                Err(e) => plan.refusals.push(refused(Some(kind), &e)),
+                Err(e) => plan.refusals.push(refused(Some(kind), e.to_string())),
             }
         }
     }
@@ -128,17 +136,18 @@ fn baseline<'a>(
     data: &'a Dataset,
     selection: &Selection,
     subject: &str,
-) -> Result<(&'a Lengths, bool), Error> {
-    if let Some(&vowel) = selection.baseline_of.get(subject).or(selection.baseline.as_ref()) {
+) -> Result<(&'a Lengths, bool), lengths::Error> {
+    if let Some(vowel) = selection.baseline_of.get(subject).or(selection.baseline.as_ref()) {
         return data.baseline_vowel(subject, vowel).map(|l| (l, false));
     }
     match data.baseline(subject) {
         Ok(own) => Ok((own, false)),
         // The first refusal names /ɯ/, which is what the user has to supply.
-        Err(missing) => match data.baseline_vowel(subject, SUBSTITUTE_BASELINE) {
-            Ok(other) => Ok((other, true)),
-            Err(_) => Err(missing),
-        },
+        Err(missing) => {
+            let substitute = Vowel::new(SUBSTITUTE_BASELINE).ok();
+            let other = substitute.and_then(|vowel| data.baseline_vowel(subject, &vowel).ok());
+            other.map(|other| (other, true)).ok_or(missing)
+        }
     }
 }
 
@@ -171,9 +180,9 @@ impl Default for Thoroughness {
 
 /// A fit and all that is said of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Assessment {
+pub struct Assessment<const D: usize = 2> {
     /// The fit.
-    pub fit: Fit,
+    pub fit: Fit<D>,
     /// How far the tensions may move within the rounding of the data; `None` where the equilibrium is singular.
     pub segments: Option<Vec<RoundingSegment>>,
     /// 95 % intervals, where they were asked for.
@@ -182,10 +191,10 @@ pub struct Assessment {
     pub optima: Vec<Optimum>,
     /// Other subsets of muscles, best first.
     pub subsets: Vec<Subset>,
-    /// Beside the published pattern.
-    pub pattern: PatternCheck,
-    /// How far the model at rest is from the row's baseline.
-    pub rest: RestDistance,
+    /// Beside the published pattern of the vowel, where there is one.
+    pub pattern: Option<PatternCheck>,
+    /// How far the model at rest is from the row's baseline; `None` where they have no ratio in common.
+    pub rest: Option<RestDistance>,
     /// Reasons for doubt.
     pub alarms: Vec<Alarm>,
 }
@@ -195,19 +204,19 @@ pub struct Assessment {
 ///
 /// # Errors
 /// [`FitError`] when the fit cannot begin.
-pub fn assess(
-    mesh: &Mesh<2>,
+pub fn assess<const D: usize>(
+    mesh: &Mesh<D>,
     model: &Model,
     target: &Target,
+    known: &Known,
     how: &Thoroughness,
-) -> Result<Assessment, FitError> {
+) -> Result<Assessment<D>, FitError> {
     let settings = &how.settings;
-    let fit = super::fit(mesh, model, target, settings)?;
-    let numbers = super::muscle_numbers(mesh)?;
-    let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
-    let system = System::new(mesh, model, &contracting)?;
-    let answer: Vec<f64> = target.active.iter().map(|m| fit.tensions[m.index()]).collect();
-    let inverse = super::fit::inverse(&system, numbers, target, settings);
+    let matched = Matched::new(mesh, target)?;
+    let system = System::new(mesh, model, &matched.contracting())?;
+    let fit = super::fit_system(&system, &matched, settings)?;
+    let answer = fit.active_tensions();
+    let inverse = matched.inverse(&system, settings);
     let mut forward = Forward::new(&inverse, settings);
     forward.begin_at(&answer, &fit.positions);
     let segments = rounding::segments(&mut forward, &answer);
@@ -215,21 +224,56 @@ pub fn assess(
         0 => None,
         draws => {
             let seed = stream(how.seed, target);
-            uncertainty::intervals(&system, numbers, &fit, settings, draws, seed)
+            uncertainty::intervals(&system, &matched, &fit, settings, draws, seed)
         }
     };
-    let baseline =
-        Lengths { subject: target.subject.clone(), vowel: target.baseline, length_mm: target.baseline_mm };
     Ok(Assessment {
         segments,
         optima: alternatives::optima(&fit),
-        subsets: alternatives::subsets(mesh, model, &fit, settings, how.subset_changes)?,
-        pattern: patterns::check(target.vowel, &fit.tensions),
-        rest: rest_shape::distance(&fit.rest_lengths, &baseline),
-        alarms: alarms::alarms(mesh, &fit, intervals.as_ref(), settings, how.thickness_m),
+        subsets: alternatives::subsets(mesh, model, &matched, &fit, settings, how.subset_changes)?,
+        pattern: known.patterns.check(&target.vowel, &fit.muscles, &fit.tensions, &known.muscles),
+        rest: rest_distance(&fit),
+        alarms: alarms::alarms(mesh, &fit, &known.muscles, intervals.as_ref(), settings, how.thickness_m),
         intervals,
         fit,
     })
+}
+
+/// What is known of muscles and vowels, to compare answers with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Known {
+    /// Muscles by name.
+    pub muscles: Muscles,
+    /// Published patterns of activation.
+    pub patterns: Patterns,
+}
+
+impl Known {
+    /// What the program brings.
+    ///
+    /// # Errors
+    /// Damaged tables; a test holds that the built-in ones are whole.
+    pub fn reference() -> Result<Self, csv::Error> {
+        Ok(Self { muscles: Muscles::reference()?, patterns: Patterns::reference()? })
+    }
+}
+
+/// How far the body at rest is from the target's baseline.
+fn rest_distance<const D: usize>(fit: &Fit<D>) -> Option<RestDistance> {
+    let t = &fit.target;
+    let baseline = Lengths {
+        subject: t.subject.clone(),
+        vowel: t.baseline.clone(),
+        muscles: t.muscles.clone().into(),
+        length_mm: t.baseline_mm.iter().copied().map(Some).collect(),
+        half_width_mm: t.baseline_half_width_mm.clone(),
+    };
+    rest_distance::distance(
+        &t.muscles,
+        &fit.rest_lengths[..t.muscles.len()],
+        &baseline,
+        &t.muscles[t.reference],
+    )
 }
 
 /// A seed for one fit, from that of the batch and what is fitted (FNV-1a, 64 bits), so that a row's draws do not depend on
@@ -253,15 +297,10 @@ mod tests {
         assert_eq!(plan.jobs.len(), 30);
         assert!(plan.refusals.is_empty());
         let baselines: Vec<_> =
-            plan.baselines.iter().map(|b| (b.subject.as_str(), b.vowel, b.substitute)).collect();
+            plan.baselines.iter().map(|b| (b.subject.as_str(), b.vowel.label(), b.substitute)).collect();
         assert_eq!(
             baselines,
-            [
-                ("S1", Vowel::U, false),
-                ("S2", Vowel::U, false),
-                ("S3", Vowel::U, false),
-                ("S4", Vowel::E, true)
-            ]
+            [("S1", "ɯ", false), ("S2", "ɯ", false), ("S3", "ɯ", false), ("S4", "e", true)]
         );
         for job in &plan.jobs {
             assert_eq!(job.substitute, job.target.subject == "S4");
@@ -271,13 +310,14 @@ mod tests {
     #[test]
     fn a_named_baseline_is_no_substitute_and_a_missing_one_refuses_every_row_of_its_subject() {
         let data = Dataset::reference().unwrap();
-        let of = BTreeMap::from([("S4".to_owned(), Vowel::I)]);
+        let vowel = |label| Vowel::new(label).unwrap();
+        let of = BTreeMap::from([("S4".to_owned(), vowel("i"))]);
         let s4 = Selection { subjects: Some(vec!["S4".into()]), baseline_of: of, ..both() };
         let found = plan(&data, &s4).unwrap();
         assert_eq!(found.baselines.len(), 1);
-        assert!(found.jobs.iter().all(|j| j.target.baseline == Vowel::I && !j.substitute));
+        assert!(found.jobs.iter().all(|j| j.target.baseline == vowel("i") && !j.substitute));
 
-        let all = Selection { baseline: Some(Vowel::U), ..both() };
+        let all = Selection { baseline: Some(Vowel::unrounded_u()), ..both() };
         let found = plan(&data, &all).unwrap();
         assert_eq!((found.jobs.len(), found.refusals.len()), (24, 4));
         assert!(found.refusals[0].message.starts_with("S4 has no row for the baseline vowel /ɯ/"));

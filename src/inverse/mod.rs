@@ -32,12 +32,11 @@ mod unknown;
 
 use serde::Serialize;
 
-use crate::muscle::Muscle;
 use crate::statics;
 use crate::system::SystemError;
 
 pub use constants::Tissue;
-pub use fit::{Fit, fit, fit_system, muscle_numbers, observations};
+pub use fit::{Fit, Matched, fit, fit_system};
 pub use forward::{Forward, Inverse};
 pub use freed::FreedBone;
 pub use identifiability::Identifiability;
@@ -135,8 +134,11 @@ pub enum FitError {
     #[error(transparent)]
     System(#[from] SystemError),
     /// The mesh has no chain for a muscle.
-    #[error("the mesh has no muscle {0}; it is needed to compare lengths")]
-    MissingMuscle(Muscle),
+    #[error("the mesh has no muscle {muscle}; it is needed to compare lengths")]
+    MissingMuscle {
+        /// Its name.
+        muscle: String,
+    },
     /// What is searched for and what was seen do not go together.
     #[error("{what}")]
     Unknown {

@@ -114,8 +114,7 @@ fn outside_by<const D: usize>(forward: &mut Forward<'_, D>, tensions: &[f64]) ->
 mod tests {
     use super::*;
     use crate::body::{self, Anatomy};
-    use crate::inverse::fit::inverse;
-    use crate::inverse::{Settings, fit, muscle_numbers};
+    use crate::inverse::{Matched, Settings, fit};
     use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
     use crate::system::{Model, System};
 
@@ -125,14 +124,14 @@ mod tests {
         let data = Dataset::reference().unwrap();
         let settings = Settings { method: crate::inverse::Method::GaussNewton, ..Settings::default() };
         for kind in TargetKind::ALL {
-            let target = Target::new(&data, "S2", Vowel::A, kind, &TargetOptions::default()).unwrap();
+            let vowel = Vowel::new("a").unwrap();
+            let target = Target::new(&data, "S2", &vowel, kind, &TargetOptions::default()).unwrap();
             let found = fit(&mesh, &Model::default(), &target, &settings).unwrap();
-            let numbers = muscle_numbers(&mesh).unwrap();
-            let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
-            let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
-            let inverse = inverse(&system, numbers, &target, &settings);
+            let matched = Matched::new(&mesh, &target).unwrap();
+            let system = System::new(&mesh, &Model::default(), &matched.contracting()).unwrap();
+            let inverse = matched.inverse(&system, &settings);
             let mut forward = Forward::new(&inverse, &settings);
-            let answer: Vec<f64> = target.active.iter().map(|m| found.tensions[m.index()]).collect();
+            let answer = found.active_tensions();
             let all = segments(&mut forward, &answer).unwrap();
             assert_eq!(all.len(), 3);
             for (end, sign, direction) in

@@ -9,11 +9,10 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
-use crate::measured::{ROUNDING_MM, Target, TargetKind};
-use crate::muscle::{COUNT, Muscle, PerMuscle};
+use crate::measured::{Target, TargetKind};
 use crate::system::System;
 
-use super::fit::inverse;
+use super::fit::Matched;
 use super::forward::Forward;
 use super::gauss_newton::refit;
 use super::identifiability::onto_target;
@@ -64,69 +63,61 @@ pub struct Intervals {
     pub not_met: usize,
     /// Of every active muscle's tension, N.
     pub tensions: Vec<Interval>,
-    /// Of every muscle's simulated length over that of GGa.
-    pub ratios: PerMuscle<Interval>,
+    /// Of every muscle's simulated length over that of the reference.
+    pub ratios: Vec<Interval>,
     /// Of every muscle's simulated length over that at rest.
-    pub stretches: PerMuscle<Interval>,
+    pub stretches: Vec<Interval>,
 }
 
 /// Draws and refits. The same seed gives the same draws, whatever else runs. `None` where no draw could be fitted.
 pub fn intervals<const D: usize>(
     system: &System<D>,
-    numbers: PerMuscle<usize>,
+    matched: &Matched,
     fit: &Fit<D>,
     settings: &Settings,
     draws: usize,
     seed: u64,
 ) -> Option<Intervals> {
-    let answer: Vec<f64> = fit.target.active.iter().map(|m| fit.tensions[m.index()]).collect();
+    let answer = fit.active_tensions();
     let mut random = fastrand::Rng::with_seed(seed);
     let (mut failed, mut not_met) = (0, 0);
     let mut tensions = vec![Vec::with_capacity(draws); answer.len()];
-    let mut ratios: PerMuscle<Vec<f64>> = Default::default();
-    let mut stretches: PerMuscle<Vec<f64>> = Default::default();
+    let mut ratios = vec![Vec::with_capacity(draws); fit.muscles.len()];
+    let mut stretches = ratios.clone();
     for _ in 0..draws {
-        let target = redraw(&fit.target, &mut random);
-        let Some((found, lengths, misfit)) =
-            fit_draw(system, numbers, &target, settings, &answer, &fit.positions)
+        let drawn = Matched { target: redraw(&fit.target, &mut random), ..matched.clone() };
+        let Some((found, lengths, misfit)) = fit_draw(system, &drawn, settings, &answer, &fit.positions)
         else {
             failed += 1;
             continue;
         };
         not_met += usize::from(misfit > settings.misfit_tolerance);
         tensions.iter_mut().zip(found).for_each(|(all, t)| all.push(t));
-        let (r, s) = (
-            TargetKind::Ratio.values(&lengths, &fit.rest_lengths),
-            TargetKind::Stretch.values(&lengths, &fit.rest_lengths),
-        );
-        for i in 0..COUNT {
-            ratios[i].push(r[i]);
-            stretches[i].push(s[i]);
+        for (kind, all) in [(TargetKind::Ratio, &mut ratios), (TargetKind::Stretch, &mut stretches)] {
+            let values = kind.values(&lengths, &fit.rest_lengths, fit.target.reference);
+            all.iter_mut().zip(values).for_each(|(all, value)| all.push(value));
         }
     }
-    let all = |values: PerMuscle<Vec<f64>>| -> Option<PerMuscle<Interval>> {
-        let found: Vec<Interval> = values.into_iter().map(Interval::of).collect::<Option<_>>()?;
-        found.try_into().ok()
-    };
+    let all = |values: Vec<Vec<f64>>| values.into_iter().map(Interval::of).collect::<Option<Vec<_>>>();
     Some(Intervals {
         draws,
         failed,
         not_met,
-        tensions: tensions.into_iter().map(Interval::of).collect::<Option<_>>()?,
+        tensions: all(tensions)?,
         ratios: all(ratios)?,
         stretches: all(stretches)?,
     })
 }
 
+/// Tensions of the active muscles, lengths of all muscles and the misfit of one draw.
 fn fit_draw<const D: usize>(
     system: &System<D>,
-    numbers: PerMuscle<usize>,
-    target: &Target,
+    matched: &Matched,
     settings: &Settings,
     start: &[f64],
     positions: &[SVector<f64, D>],
-) -> Option<(Vec<f64>, PerMuscle<f64>, f64)> {
-    let inverse = inverse(system, numbers, target, settings);
+) -> Option<(Vec<f64>, Vec<f64>, f64)> {
+    let inverse = matched.inverse(system, settings);
     let mut forward = Forward::new(&inverse, settings);
     forward.begin_at(start, positions);
     let (mut tensions, mut residuals) = refit(&mut forward, settings, start)?;
@@ -135,26 +126,17 @@ fn fit_draw<const D: usize>(
         tensions = onto_target(&mut forward, &tensions);
         residuals = forward.residuals(&tensions)?;
     }
-    let lengths = forward.lengths();
-    Some((tensions, numbers.map(|n| lengths[n]), forward.misfit(Some(&residuals))))
+    Some((tensions, matched.pick(&forward.lengths()), forward.misfit(Some(&residuals))))
 }
 
 /// The same target with every length drawn from its rounding interval.
 fn redraw(target: &Target, random: &mut fastrand::Rng) -> Target {
-    let mut draw = |mm: &PerMuscle<f64>| mm.map(|l| l + ROUNDING_MM * (2.0 * random.f64() - 1.0));
-    let (measured_mm, baseline_mm) = (draw(&target.measured_mm), draw(&target.baseline_mm));
-    let values = target.kind.values(&measured_mm, &baseline_mm);
-    Target { measured_mm, baseline_mm, values, ..target.clone() }
-}
-
-/// Lowest and highest value of the compared quantity that the rounding of the lengths allows for `muscle`.
-pub fn rounding_range(target: &Target, muscle: Muscle) -> (f64, f64) {
-    let over = match target.kind {
-        TargetKind::Ratio => target.measured_mm[Muscle::GGa.index()],
-        TargetKind::Stretch => target.baseline_mm[muscle.index()],
+    let mut draw = |mm: &[f64], half: &[f64]| -> Vec<f64> {
+        mm.iter().zip(half).map(|(l, h)| l + h * (2.0 * random.f64() - 1.0)).collect()
     };
-    let length = target.measured_mm[muscle.index()];
-    ((length - ROUNDING_MM) / (over + ROUNDING_MM), (length + ROUNDING_MM) / (over - ROUNDING_MM))
+    let measured_mm = draw(&target.measured_mm, &target.half_width_mm);
+    let baseline_mm = draw(&target.baseline_mm, &target.baseline_half_width_mm);
+    target.with_lengths(measured_mm, baseline_mm)
 }
 
 #[cfg(test)]

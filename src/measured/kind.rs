@@ -5,14 +5,13 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
-use crate::muscle::{Muscle, PerMuscle};
 use crate::suggest;
 
 /// The quantity that measurement and simulation are compared in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TargetKind {
-    /// Length over the length of GGa in the same shape, as in the thesis (4.3.1, 4.4.1): free of scale.
+    /// Length over the length of a reference muscle in the same shape (GGa in the thesis, 4.3.1 and 4.4.1): free of scale.
     #[default]
     Ratio,
     /// Length over the same muscle's length in the baseline shape: free of each muscle's rest length.
@@ -31,20 +30,25 @@ impl TargetKind {
         }
     }
 
-    /// The compared quantity (dimensionless) of a shape with these `lengths`, whose baseline or rest shape has
-    /// the lengths `reference`. Both in the same unit, all positive; used alike for measurement and simulation.
-    pub fn values(self, lengths: &PerMuscle<f64>, reference: &PerMuscle<f64>) -> PerMuscle<f64> {
-        let gga = lengths[Muscle::GGa.index()];
-        Muscle::ALL.map(|m| match self {
-            TargetKind::Ratio => lengths[m.index()] / gga,
-            TargetKind::Stretch => lengths[m.index()] / reference[m.index()],
-        })
+    /// The compared quantity (dimensionless) of a shape with these `lengths`, whose baseline or rest shape has the lengths
+    /// `at_rest`. Both in the same unit and order, all positive; used alike for measurement and simulation. `reference` is the
+    /// position of the muscle that ratios are over.
+    pub fn values(self, lengths: &[f64], at_rest: &[f64], reference: usize) -> Vec<f64> {
+        match self {
+            TargetKind::Ratio => lengths.iter().map(|l| l / lengths[reference]).collect(),
+            TargetKind::Stretch => lengths.iter().zip(at_rest).map(|(l, r)| l / r).collect(),
+        }
     }
 
-    /// Whether matching `muscle` in this quantity constrains the fit: the ratio of GGa is 1 by definition.
-    pub fn constrains(self, muscle: Muscle) -> bool {
-        self == TargetKind::Stretch || muscle != Muscle::GGa
+    /// Whether matching the muscle at a position constrains the fit: the ratio of the reference is 1 by definition.
+    pub fn constrains(self, muscle: usize, reference: usize) -> bool {
+        self == TargetKind::Stretch || muscle != reference
     }
+}
+
+/// Position of the muscle that ratios are over: GGa, as in the thesis (4.3.1), or the first where there is no GGa.
+pub fn reference_muscle(names: &[String]) -> usize {
+    super::lengths::position_of(names, "GGa").unwrap_or(0)
 }
 
 impl fmt::Display for TargetKind {
@@ -92,7 +96,8 @@ mod tests {
         // 1/1024 is a power of two, so the quotients keep every bit.
         let scaled = lengths.map(|l| l / 1024.0);
         let ratio = TargetKind::Ratio;
-        assert_eq!(ratio.values(&lengths, &lengths), ratio.values(&scaled, &lengths));
-        assert_eq!(TargetKind::Stretch.values(&lengths, &lengths), [1.0; 8]);
+        assert_eq!(ratio.values(&lengths, &lengths, 0), ratio.values(&scaled, &lengths, 0));
+        assert_eq!(TargetKind::Stretch.values(&lengths, &lengths, 0), [1.0; 8]);
+        assert_eq!(ratio.values(&lengths, &lengths, 4)[4], 1.0);
     }
 }

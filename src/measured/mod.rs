@@ -1,31 +1,22 @@
 //! What a fit has to hit: measured muscle lengths, which muscles contract, and the numbers to match.
 //!
 //! ```text
-//! targets/*.csv -> Dataset -> activation (who shortened) -> Target (ratios or stretches) -> fit
+//! targets/*.csv -> Dataset -> who shortened -> Target (ratios or stretches) -> observations of a body
 //! ```
 //!
-//! Lengths are those of Takano and Honda (2007), printed in table 4.4 of the thesis (Kato 2014) to 1 mm;
-//! files of the same format take their place ([`Dataset::from_path`]).
+//! The built-in lengths are those of Takano and Honda (2007), printed in table 4.4 of the thesis (Kato 2014) to 1 mm. Any
+//! table of any muscles takes their place ([`lengths`]). What is known of muscles by name is data too: [`muscles`],
+//! [`published_patterns`], [`thesis`].
 
-mod activation;
-mod dataset;
 mod error;
 mod kind;
 pub mod lengths;
 pub mod muscles;
-pub mod patterns;
-pub mod published;
 pub mod published_patterns;
-mod record;
-pub mod rest_shape;
-mod spec;
+mod target;
 pub mod thesis;
-mod vowel;
 
-pub use activation::{Activation, ROUNDING_MM, activation};
-pub use dataset::Dataset;
-pub use error::Error;
-pub use kind::{TargetKind, UnknownTargetKind};
-pub use record::{Lengths, Row};
-pub use spec::{Target, TargetOptions};
-pub use vowel::{UnknownVowel, Vowel};
+pub use error::TargetError;
+pub use kind::{TargetKind, UnknownTargetKind, reference_muscle};
+pub use lengths::{Dataset, Lengths, Vowel};
+pub use target::{Target, TargetOptions};

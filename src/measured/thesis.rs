@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 
+use super::Target;
+
 const REFERENCE: &str = include_str!("../../targets/kato2014_tables.csv");
 
 /// What the thesis prints of one muscle.
@@ -51,25 +53,39 @@ impl Thesis {
     pub fn tensions_a(&self) -> Vec<(&str, f64)> {
         self.0.iter().filter_map(|row| Some((row.muscle.as_str(), row.tension_a_n_per_m?))).collect()
     }
+
+    /// Whether it simulated what this target is of: /a/ of S2 against its /ɯ/.
+    pub fn simulated(&self, target: &Target) -> bool {
+        (target.subject.as_str(), target.vowel.label(), target.baseline.label()) == ("S2", "a", "ɯ")
+    }
+
+    /// Its simulated ratios to GGa of muscles (table 4.8); `None` where one is none of its own.
+    pub fn ratios_a(&self, muscles: &[String]) -> Option<Vec<f64>> {
+        muscles.iter().map(|m| Some(self.of(m)?.simulated_ratio_a)).collect()
+    }
+
+    /// The same as stretches of its own rest lengths (table 4.5), taking GGa as stretched as it is elsewhere.
+    pub fn stretches_a(&self, muscles: &[String], stretch_of_gga: f64) -> Option<Vec<f64>> {
+        let gga_mm = stretch_of_gga * self.of("GGa")?.rest_length_mm;
+        muscles
+            .iter()
+            .map(|m| self.of(m).map(|row| row.simulated_ratio_a * gga_mm / row.rest_length_mm))
+            .collect()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measured::published;
-    use crate::muscle::Muscle;
 
     #[test]
-    fn the_built_in_tables_are_those_of_the_constants() {
-        let (thesis, before) = (Thesis::reference().unwrap(), published::Tables::reference().unwrap());
-        assert_eq!(thesis.rows().len(), 8);
-        for (row, muscle) in thesis.rows().iter().zip(Muscle::ALL) {
-            assert_eq!(row.muscle, muscle.name());
-            assert_eq!(row.rest_length_mm, before.rest_length_mm[muscle.index()]);
-            assert_eq!(row.measured_ratio_a, before.measured_ratio_a[muscle.index()]);
-            assert_eq!(row.simulated_ratio_a, before.simulated_ratio_a[muscle.index()]);
-        }
-        assert_eq!(thesis.tensions_a(), published::TENSIONS_A_N.map(|(m, t)| (m.name(), t)));
+    fn the_built_in_tables_are_those_of_the_thesis() {
+        let thesis = Thesis::reference().unwrap();
+        let column = |of: fn(&ThesisRow) -> f64| thesis.rows().iter().map(of).collect::<Vec<_>>();
+        assert_eq!(column(|r| r.rest_length_mm), [42.7, 57.8, 47.9, 56.3, 23.0, 33.2, 31.0, 32.9]);
+        assert_eq!(column(|r| r.measured_ratio_a), [1.00, 1.51, 1.29, 1.44, 0.56, 1.07, 0.80, 0.85]);
+        assert_eq!(column(|r| r.simulated_ratio_a), [1.00, 1.52, 1.31, 1.54, 0.56, 0.97, 0.80, 0.91]);
+        assert_eq!(thesis.tensions_a(), [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)]);
         assert_eq!(thesis.of("sgm").unwrap().rest_length_mm, 23.0);
         assert!(thesis.of("mylohyoid").is_none());
     }

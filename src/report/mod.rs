@@ -25,9 +25,7 @@ pub use export::{Export, Json, Markdown, Provenance, Rows, Table};
 #[cfg(feature = "files")]
 pub use file::{OutputDir, Writes};
 pub use msh::Msh;
-pub use record::{
-    BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord, SomeMuscles,
-};
+pub use record::{BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord};
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::Sto;

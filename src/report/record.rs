@@ -1,49 +1,42 @@
 //! What a result says of itself in JSON and CSV: stable field names, units in the names, muscles by name.
 
 use nalgebra::SVector;
-use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::export::{Export, Provenance, Rows};
 use crate::inverse::{self, Fit};
-use crate::measured::{TargetKind, Vowel};
-use crate::muscle::{Muscle, PerMuscle};
+use crate::measured::{TargetKind, Vowel, reference_muscle};
 use crate::statics::{self, Solution};
+use crate::system::System;
 
-/// A value for each of the eight muscles, written as an object `{GGa: .., ..}` in the order of the tables.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ByMuscle<T>(pub PerMuscle<T>);
+/// A value for every muscle of some, written as an object `{GGa: .., ..}` in their order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ByMuscle<T>(pub Vec<(String, T)>);
+
+impl<T> ByMuscle<T> {
+    /// Values by the names of their muscles; as many as there are of both.
+    pub fn new(names: &[String], values: impl IntoIterator<Item = T>) -> Self {
+        Self(names.iter().cloned().zip(values).collect())
+    }
+
+    /// The value of a muscle.
+    pub fn of(&self, muscle: &str) -> Option<&T> {
+        self.0.iter().find(|(name, _)| name == muscle).map(|(_, value)| value)
+    }
+}
 
 impl<T: Serialize> Serialize for ByMuscle<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for m in Muscle::ALL {
-            map.serialize_entry(m.name(), &self.0[m.index()])?;
-        }
-        map.end()
+        serializer.collect_map(self.0.iter().map(|(muscle, value)| (muscle, value)))
     }
 }
 
-/// A value for some muscles, written as an object.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SomeMuscles(pub Vec<(Muscle, f64)>);
-
-impl Serialize for SomeMuscles {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|(m, v)| (m.name(), v)))
-    }
+fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
+    ByMuscle::new(names, lengths_m.iter().map(|l| l * 1e3))
 }
 
-fn mm(lengths_m: &PerMuscle<f64>) -> ByMuscle<f64> {
-    ByMuscle(lengths_m.map(|l| l * 1e3))
-}
-
-fn ratios(lengths: &PerMuscle<f64>) -> ByMuscle<f64> {
-    ByMuscle(TargetKind::Ratio.values(lengths, lengths))
-}
-
-fn stretches(lengths: &PerMuscle<f64>, rest: &PerMuscle<f64>) -> ByMuscle<f64> {
-    ByMuscle(TargetKind::Stretch.values(lengths, rest))
+fn by(names: &[String], values: &[f64]) -> ByMuscle<f64> {
+    ByMuscle::new(names, values.iter().copied())
 }
 
 /// The branch of equilibria that begins at rest.
@@ -64,12 +57,12 @@ pub struct SimulationRecord {
     pub tensions_n: ByMuscle<f64>,
     /// Lengths, mm.
     pub lengths_mm: ByMuscle<f64>,
-    /// Lengths to that of GGa.
+    /// Lengths to that of the reference muscle (GGa where there is one).
     pub ratios: ByMuscle<f64>,
     /// Lengths to those at rest.
     pub stretches: ByMuscle<f64>,
     /// Positions of all nodes, m.
-    pub positions_m: Vec<[f64; 2]>,
+    pub positions_m: Vec<Vec<f64>>,
     /// Largest residual force on a free node, N.
     pub max_residual_force_n: f64,
     /// Part of the tensions at which the positions are an equilibrium.
@@ -95,23 +88,25 @@ pub struct SimulationRecord {
 }
 
 impl SimulationRecord {
-    /// Collects what a solve left: lengths (m) at the solution and at rest, positions (m), area ratios.
-    pub fn new(
+    /// Collects what a solve left in a system whose muscles have these names: tensions (N) and positions (m).
+    pub fn new<const D: usize>(
+        system: &System<D>,
+        muscles: &[String],
         solution: &Solution,
-        tensions: &PerMuscle<f64>,
-        lengths: &PerMuscle<f64>,
-        rest_lengths: &PerMuscle<f64>,
-        positions: &[SVector<f64, 2>],
-        area_ratios: (f64, f64),
+        tensions: &[f64],
+        positions: &[SVector<f64, D>],
         wall_s: f64,
     ) -> Self {
+        let (lengths, rest) = (system.lengths(positions), system.lengths(system.rest()));
+        let reference = reference_muscle(muscles);
+        let area_ratios = system.cell_ratios(positions);
         Self {
             status: solution.status,
-            tensions_n: ByMuscle(*tensions),
-            lengths_mm: mm(lengths),
-            ratios: ratios(lengths),
-            stretches: stretches(lengths, rest_lengths),
-            positions_m: positions.iter().map(|p| [p.x, p.y]).collect(),
+            tensions_n: by(muscles, tensions),
+            lengths_mm: mm(muscles, &lengths),
+            ratios: by(muscles, &TargetKind::Ratio.values(&lengths, &rest, reference)),
+            stretches: by(muscles, &TargetKind::Stretch.values(&lengths, &rest, reference)),
+            positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
             max_residual_force_n: solution.max_residual_force,
             load_reached: solution.load_reached,
             stability: solution.stability,
@@ -144,9 +139,9 @@ pub struct IdentifiabilityRecord {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Segment {
     /// One end, N.
-    pub from_n: SomeMuscles,
+    pub from_n: ByMuscle<f64>,
     /// The other, N.
-    pub to_n: SomeMuscles,
+    pub to_n: ByMuscle<f64>,
 }
 
 /// One fit: `tongue-fit --vowel a --json`, and `fit.json`.
@@ -164,10 +159,14 @@ pub struct FitRecord {
     pub baseline: Vowel,
     /// `ratio` or `stretch`.
     pub target_kind: TargetKind,
+    /// The muscle that ratios are over.
+    pub reference: String,
     /// Contracting muscles.
-    pub active: Vec<Muscle>,
+    pub active: Vec<String>,
     /// Muscles whose change is within the rounding of the data.
-    pub uncertain: Vec<Muscle>,
+    pub uncertain: Vec<String>,
+    /// Muscles of the table that were not measured in both rows, and so are no observations.
+    pub not_measured: Vec<String>,
     /// How the fit ended.
     pub status: inverse::Status,
     /// Tensions found, N per metre of thickness.
@@ -215,10 +214,11 @@ pub struct FitRecord {
 
 impl FitRecord {
     /// The record of a fit that took `wall_s` seconds and was asked for by `command`.
-    pub fn new(fit: &Fit, command: &str, wall_s: f64) -> Self {
-        let target = &fit.target;
-        let named =
-            |values: &[f64]| SomeMuscles(target.active.iter().copied().zip(values.iter().copied()).collect());
+    pub fn new<const D: usize>(fit: &Fit<D>, command: &str, wall_s: f64) -> Self {
+        let (target, all) = (&fit.target, &fit.muscles);
+        let measured = &target.muscles;
+        let names = |positions: &mut dyn Iterator<Item = usize>| positions.map(|m| all[m].clone()).collect();
+        let active: Vec<String> = names(&mut target.active.iter().copied());
         let identifiability = fit.identifiability.as_ref().map(|i| IdentifiabilityRecord {
             singular_values: i.singular_values.clone(),
             undetermined: i.null_directions.len(),
@@ -226,29 +226,34 @@ impl FitRecord {
             segments: i
                 .null_directions
                 .iter()
-                .map(|n| Segment { from_n: named(&n.from_n), to_n: named(&n.to_n) })
+                .map(|n| Segment { from_n: by(&active, &n.from_n), to_n: by(&active, &n.to_n) })
                 .collect(),
         });
+        let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.rest_lengths, target.reference);
+        let of_target =
+            |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm, target.reference);
         Self {
             version: crate::VERSION,
             command: command.to_owned(),
             subject: target.subject.clone(),
-            vowel: target.vowel,
-            baseline: target.baseline,
+            vowel: target.vowel.clone(),
+            baseline: target.baseline.clone(),
             target_kind: target.kind,
-            active: target.active.clone(),
-            uncertain: Muscle::ALL.into_iter().filter(|m| target.activation[m.index()].uncertain).collect(),
+            reference: measured[target.reference].clone(),
+            uncertain: names(&mut (0..measured.len()).filter(|&m| target.activation[m].uncertain)),
             status: fit.status,
-            tensions_n: ByMuscle(fit.tensions),
-            lengths_mm: mm(&fit.lengths),
-            rest_lengths_mm: mm(&fit.rest_lengths),
-            measured_lengths_mm: ByMuscle(target.measured_mm),
-            baseline_lengths_mm: ByMuscle(target.baseline_mm),
-            ratios: ratios(&fit.lengths),
-            target_ratios: ratios(&target.measured_mm),
-            stretches: stretches(&fit.lengths, &fit.rest_lengths),
-            target_stretches: stretches(&target.measured_mm, &target.baseline_mm),
-            residuals: ByMuscle(fit.residuals),
+            tensions_n: by(all, &fit.tensions),
+            lengths_mm: mm(all, &fit.lengths),
+            rest_lengths_mm: mm(all, &fit.rest_lengths),
+            measured_lengths_mm: by(measured, &target.measured_mm),
+            baseline_lengths_mm: by(measured, &target.baseline_mm),
+            ratios: by(all, &simulated(TargetKind::Ratio)),
+            target_ratios: by(measured, &of_target(TargetKind::Ratio)),
+            stretches: by(all, &simulated(TargetKind::Stretch)),
+            target_stretches: by(measured, &of_target(TargetKind::Stretch)),
+            residuals: by(measured, &fit.residuals),
+            not_measured: target.not_measured.clone(),
+            active,
             misfit: fit.misfit,
             passive_rms: fit.passive_rms(),
             evaluations: fit.evaluations,
@@ -278,49 +283,54 @@ impl FitRecord {
         #[derive(Serialize)]
         struct Row<'a> {
             subject: &'a str,
-            vowel: Vowel,
-            baseline: Vowel,
+            vowel: &'a Vowel,
+            baseline: &'a Vowel,
             target_kind: TargetKind,
             status: inverse::Status,
-            muscle: Muscle,
+            muscle: &'a str,
             active: bool,
             uncertain: bool,
             tension_n_per_m: f64,
             rest_length_mm: f64,
             simulated_length_mm: f64,
-            baseline_length_mm: f64,
-            measured_length_mm: f64,
+            baseline_length_mm: Option<f64>,
+            measured_length_mm: Option<f64>,
             simulated_ratio: f64,
-            measured_ratio: f64,
-            ratio_residual: f64,
+            measured_ratio: Option<f64>,
+            ratio_residual: Option<f64>,
             simulated_stretch: f64,
-            measured_stretch: f64,
-            stretch_residual: f64,
+            measured_stretch: Option<f64>,
+            stretch_residual: Option<f64>,
         }
-        let row = |muscle: Muscle| {
-            let i = muscle.index();
+        let row = |i: usize| {
+            let (muscle, tension) = &self.tensions_n.0[i];
+            let measured = |values: &ByMuscle<f64>| values.of(muscle).copied();
+            let (ratio, stretch) = (self.ratios.0[i].1, self.stretches.0[i].1);
+            let (measured_ratio, measured_stretch) =
+                (measured(&self.target_ratios), measured(&self.target_stretches));
             Row {
                 subject: &self.subject,
-                vowel: self.vowel,
-                baseline: self.baseline,
+                vowel: &self.vowel,
+                baseline: &self.baseline,
                 target_kind: self.target_kind,
                 status: self.status,
                 muscle,
-                active: self.active.contains(&muscle),
-                uncertain: self.uncertain.contains(&muscle),
-                tension_n_per_m: self.tensions_n.0[i],
-                rest_length_mm: self.rest_lengths_mm.0[i],
-                simulated_length_mm: self.lengths_mm.0[i],
-                baseline_length_mm: self.baseline_lengths_mm.0[i],
-                measured_length_mm: self.measured_lengths_mm.0[i],
-                simulated_ratio: self.ratios.0[i],
-                measured_ratio: self.target_ratios.0[i],
-                ratio_residual: self.ratios.0[i] - self.target_ratios.0[i],
-                simulated_stretch: self.stretches.0[i],
-                measured_stretch: self.target_stretches.0[i],
-                stretch_residual: self.stretches.0[i] - self.target_stretches.0[i],
+                active: self.active.contains(muscle),
+                uncertain: self.uncertain.contains(muscle),
+                tension_n_per_m: *tension,
+                rest_length_mm: self.rest_lengths_mm.0[i].1,
+                simulated_length_mm: self.lengths_mm.0[i].1,
+                baseline_length_mm: measured(&self.baseline_lengths_mm),
+                measured_length_mm: measured(&self.measured_lengths_mm),
+                simulated_ratio: ratio,
+                measured_ratio,
+                ratio_residual: measured_ratio.map(|m| ratio - m),
+                simulated_stretch: stretch,
+                measured_stretch,
+                stretch_residual: measured_stretch.map(|m| stretch - m),
             }
         };
-        Rows(&Muscle::ALL.map(row)).text(&Provenance::new(&self.command))
+        let rows: Vec<Row<'_>> = (0..self.tensions_n.0.len()).map(row).collect();
+        Rows(&rows).text(&Provenance::new(&self.command))
     }
 }

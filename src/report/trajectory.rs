@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::{ByMuscle, Table};
 use crate::dynamics::{Control, Counts, Method, Outcome, Status};
-use crate::muscle::PerMuscle;
 
 /// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,13 +36,13 @@ pub struct TrajectoryRecord {
 }
 
 impl TrajectoryRecord {
-    /// Collects what a run left: how it was made, the end asked for (s), what it did and how far that was, lengths (m) and area ratios at
+    /// Collects what a run left: how it was made, the end asked for (s), what it did and how far that was, lengths (mm) and area ratios at
     /// the end reached, and the time it took (s).
     pub fn new(
         (method, control): (Method, Control),
         t_end: f64,
         (outcome, part_of_way): (Outcome, Option<f64>),
-        lengths: &PerMuscle<f64>,
+        lengths: ByMuscle<f64>,
         area_ratios: (f64, f64),
         wall_s: f64,
     ) -> Self {
@@ -60,7 +59,7 @@ impl TrajectoryRecord {
             time_s: outcome.time_s,
             part_of_way_to_equilibrium: part_of_way,
             counts: outcome.counts,
-            lengths_mm: ByMuscle(lengths.map(|l| l * 1e3)),
+            lengths_mm: lengths,
             min_area_ratio: area_ratios.0,
             max_area_ratio: area_ratios.1,
             wall_s,

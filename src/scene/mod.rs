@@ -80,10 +80,10 @@ pub enum SceneError {
     System(#[from] SystemError),
     /// The target cannot be read.
     #[error(transparent)]
-    Target(#[from] measured::Error),
+    Target(#[from] measured::TargetError),
     /// A name that is no vowel.
     #[error(transparent)]
-    Vowel(#[from] measured::UnknownVowel),
+    Vowel(#[from] measured::lengths::BadLabel),
     /// A name that is no kind of target.
     #[error(transparent)]
     Kind(#[from] measured::UnknownTargetKind),

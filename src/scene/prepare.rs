@@ -7,9 +7,9 @@ use super::file::{Gravity as GravityKeys, Posture, Scene, Want};
 use super::plan::{self, Decision, Plan, Role};
 use crate::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
 use crate::effect::{Carried, Contact, Effect, Gravity, lumped_masses};
-use crate::inverse;
+use crate::inverse::Matched;
 use crate::material::{Constants, Spread};
-use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use crate::measured::{Dataset, Target, TargetError, TargetKind, TargetOptions, Vowel};
 use crate::system::{self, Additions, Model, OutsidePath, System, TissueModel};
 
 /// A scene ready to run.
@@ -57,10 +57,7 @@ pub fn prepare<const D: usize>(
     let contracting: Vec<usize> = match (&target, extent) {
         (_, Extent::Full) => all.collect(),
         (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
-        (Some(target), _) => {
-            let numbers = inverse::muscle_numbers(&body.mesh)?;
-            target.active.iter().map(|m| numbers[m.index()]).collect()
-        }
+        (Some(target), _) => Matched::new(&body.mesh, target)?.contracting(),
     };
 
     let mut decisions = tissue_decisions(scene, &body, &contracting);
@@ -132,13 +129,15 @@ fn model<const D: usize>(scene: &Scene) -> Model {
 
 fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, SceneError> {
     let Some(wanted) = &scene.fit else { return Err(SceneError::contradiction("[fit]", "its absence", "")) };
-    if let Err(missing) = inverse::muscle_numbers(&body.mesh) {
-        let why = format!("{missing}; fit a body that has all eight muscles, or give tensions");
-        return Err(SceneError::contradiction("[fit]", scene.body_key(), why));
-    }
     let vowel: Vowel = wanted.vowel.parse()?;
     let kind: TargetKind = wanted.target.parse()?;
-    Ok(Target::new(&Dataset::reference()?, &wanted.subject, vowel, kind, &TargetOptions::default())?)
+    let data = Dataset::reference().map_err(TargetError::from)?;
+    let target = Target::new(&data, &wanted.subject, &vowel, kind, &TargetOptions::default())?;
+    if let Err(missing) = Matched::new(&body.mesh, &target) {
+        let why = format!("{missing}; fit a body that has it, or give tensions");
+        return Err(SceneError::contradiction("[fit]", scene.body_key(), why));
+    }
+    Ok(target)
 }
 
 /// The tension of every muscle of the mesh; all of one name have the same.

@@ -134,12 +134,10 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
     let clock = Instant::now();
     let mut fitted = None;
     if let Some(target) = &prepared.target {
-        let numbers = inverse::muscle_numbers(&prepared.body.mesh)?;
-        let fit = inverse::fit_system(&prepared.system, numbers, target, &inverse::Settings::default())?;
+        let matched = inverse::Matched::new(&prepared.body.mesh, target)?;
+        let fit = inverse::fit_system(&prepared.system, &matched, &inverse::Settings::default())?;
         fitted = Some(fit.status);
-        for (number, tension) in numbers.iter().zip(fit.tensions) {
-            prepared.tensions[*number] = tension;
-        }
+        prepared.tensions = fit.body_tensions;
     }
     let (mut solution, mut trajectory) = (None, None);
     let positions = if let Some(workspace) = &mut workspace {

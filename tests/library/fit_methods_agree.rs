@@ -1,18 +1,17 @@
 //! Nelder-Mead, which sees costs only, and Gauss-Newton, which sees derivatives, come to the same tensions.
 
-use crate::fixtures::tongue;
+use crate::fixtures::{target, tongue};
 use tongue_fit::inverse::{self, Fit, Method, Settings};
-use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_fit::measured::TargetKind;
 use tongue_fit::system::Model;
 
 #[test]
 fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
     let mesh = tongue();
-    let data = Dataset::reference().unwrap();
     for kind in TargetKind::ALL {
         for subject in ["S1", "S2", "S3"] {
-            for vowel in [Vowel::I, Vowel::E, Vowel::A, Vowel::O] {
-                let target = Target::new(&data, subject, vowel, kind, &TargetOptions::default()).unwrap();
+            for vowel in ["i", "e", "a", "o"] {
+                let target = target(subject, vowel, kind);
                 let run = |method| {
                     // Nelder-Mead is asked for more than by default, so that its own error is not what is compared.
                     let settings = Settings { method, tension_tolerance: 1e-6, ..Settings::default() };
@@ -22,7 +21,7 @@ fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
                 assert_eq!(simplex.status, derivatives.status, "{subject} {vowel} {kind}");
                 let equilibria: usize = derivatives.starts.iter().map(|s| s.evaluations).sum();
                 assert!(equilibria < 100, "{equilibria} equilibria");
-                // What the searches found, before a fit moves it into the valley of an undetermined target.
+                // What the searches found, before a fit moves it onto an undetermined target.
                 let found = |fit: &Fit| -> Vec<f64> {
                     let best = fit.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
                     best.unwrap().x.clone()

@@ -9,7 +9,6 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use tongue_fit::body::gmsh::{self, Concern, Content, File, GmshError, Place, Problem, Unit};
 use tongue_fit::body::{self, Mesh, Quality};
-use tongue_fit::muscle::Muscle;
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{Model, System};
 
@@ -114,7 +113,11 @@ fn every_format_that_gmsh_writes_is_read_as_gmsh_says() {
         assert_eq!((body.format.version, body.format.binary), (version, binary));
         assert_as_gmsh_says(&body, &said);
         let names: Vec<_> = body.body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
-        assert_eq!(names, Muscle::ALL.map(Muscle::name), "in the order of the tables");
+        assert_eq!(
+            names,
+            ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"],
+            "in the order of the tables"
+        );
         assert_eq!(body.body.bones.len(), 3);
         let unused: Vec<_> = body.unused.iter().map(|g| (g.dimension, g.name.as_str())).collect();
         assert_eq!(unused, [(1, "outline")]);
@@ -131,12 +134,13 @@ fn a_tongue_meshed_by_gmsh_is_the_tongue_of_the_anatomy() {
         let length = |mesh: &Mesh<2>, [p, q]: [usize; 2]| (mesh.nodes[p] - mesh.nodes[q]).norm();
         assert!((length(&theirs, a.ends()) - length(&ours, b.ends())).abs() < 1e-4, "{}", a.name);
     }
-    let outside = |mesh: &Mesh<2>, m: Muscle| {
+    let outside = |mesh: &Mesh<2>, name: &str| {
         let inside = mesh.in_tissue();
-        mesh.muscles[m.index()].nodes.iter().filter(|n| !inside[**n]).count()
+        let muscle = mesh.muscles.iter().find(|m| m.name == name).unwrap();
+        muscle.nodes.iter().filter(|n| !inside[**n]).count()
     };
-    assert!(outside(&theirs, Muscle::SGp) > 1, "SGp comes from outside the tissue");
-    assert_eq!(outside(&theirs, Muscle::GGa), 0);
+    assert!(outside(&theirs, "SGp") > 1, "SGp comes from outside the tissue");
+    assert_eq!(outside(&theirs, "GGa"), 0);
 }
 
 /// The length of a muscle at equilibrium over that at rest, at a tension, N.
@@ -152,7 +156,7 @@ fn stretch<const D: usize>(mesh: &Mesh<D>, muscle: usize, tension: f64) -> f64 {
 
 #[test]
 fn a_muscle_of_a_mesh_from_gmsh_contracts_like_that_of_our_own() {
-    let gga = Muscle::GGa.index();
+    let gga = 0;
     let (theirs, ours) =
         (stretch(&flat("tongue_41.msh").body.mesh, gga, 10.0), stretch(&fixtures::tongue(), gga, 10.0));
     assert!(theirs < 0.95, "{theirs}");

@@ -13,10 +13,12 @@ mod fit_finds_the_tensions;
 mod fit_methods_agree;
 mod gmsh_files;
 mod mesh_meets_the_published_numbers;
+mod observables_are_derivatives_of_their_value;
 mod patch_tests;
 mod properties_of_random_bodies;
 mod scenes_simulate_only_what_they_call_for;
 mod sparse_cholesky_agrees_with_faer;
+mod unknowns_are_recovered;
 mod weight_walls_and_carried_bones;
 
 #[path = "../fixtures/mod.rs"]

@@ -1,9 +1,9 @@
 //! The cases of `tongue-fit stability`, in the sample that takes seconds: in each the promise is kept.
 
-use crate::fixtures::tongue;
+use crate::fixtures::{target, tongue};
 use tongue_fit::body::AnyBody;
-use tongue_fit::inverse::{self, muscle_numbers};
-use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_fit::inverse;
+use tongue_fit::measured::TargetKind;
 use tongue_fit::scene::body::build;
 use tongue_fit::scene::prepare::{Extent as Simulated, prepare};
 use tongue_fit::scene::{self, Scene};
@@ -142,20 +142,15 @@ fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
 #[test]
 fn converged_fits_lie_on_the_branch_of_equilibria_that_begins_at_rest() {
     let mesh = tongue();
-    let numbers = muscle_numbers(&mesh).unwrap();
-    let data = Dataset::reference().unwrap();
     let settings = inverse::Settings { starts: 2, ..inverse::Settings::default() };
-    for (subject, vowel) in [("S1", Vowel::E), ("S2", Vowel::A), ("S2", Vowel::I), ("S3", Vowel::O)] {
-        let target =
-            Target::new(&data, subject, vowel, TargetKind::Stretch, &TargetOptions::default()).unwrap();
+    for (subject, vowel) in [("S1", "e"), ("S2", "a"), ("S2", "i"), ("S3", "o")] {
+        let target = target(subject, vowel, TargetKind::Stretch);
         let found = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
         assert_eq!(found.status, inverse::Status::Converged, "{subject} /{vowel}/");
-        let contracting: Vec<usize> = target.active.iter().map(|m| numbers[m.index()]).collect();
+        let contracting = inverse::Matched::new(&mesh, &target).unwrap().contracting();
         let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
-        let mut tensions = vec![0.0; system.muscle_count()];
-        target.active.iter().for_each(|m| tensions[numbers[m.index()]] = found.tensions[m.index()]);
         let mut workspace = Workspace::new(&system);
-        let followed = trace(&system, &mut workspace, &tensions, &Settings::default(), 10);
+        let followed = trace(&system, &mut workspace, &found.body_tensions, &Settings::default(), 10);
         assert_eq!(followed.solution.connection, Connection::Traced, "{subject} /{vowel}/: {followed:?}");
         let apart = workspace.positions().iter().zip(&found.positions).map(|(p, q)| (p - q).norm());
         assert!(apart.fold(0.0, f64::max) < 1e-9, "{subject} /{vowel}/");

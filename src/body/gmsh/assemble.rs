@@ -10,7 +10,7 @@ use super::parse::{Element, Raw};
 use super::{Content, File, Unit, Unused};
 use crate::body::{Body, Bone, Mesh, MuscleChain};
 use crate::geometry::simplex;
-use crate::muscle::Muscle;
+use crate::measured::muscles::Muscles;
 
 /// A body of triangles lies in the plane within this part of its extent.
 const FLAT: f64 = 1e-6;
@@ -27,19 +27,19 @@ enum Role {
 }
 
 impl Role {
-    fn of(name: &str, dimension: usize) -> Self {
+    fn of(name: &str, dimension: usize, known: &Muscles) -> Self {
         let (kind, rest) = match name.split_once(':') {
             Some((kind, rest)) => (kind.trim(), Some(rest.trim()).filter(|r| !r.is_empty())),
             None => (name.trim(), None),
         };
         let is = |word: &str| kind.eq_ignore_ascii_case(word);
-        let muscle =
-            |name: &str| name.parse::<Muscle>().map_or_else(|_| name.to_owned(), |m| m.name().to_owned());
+        let published = |name: &str| known.published(name).map(|(_, spelling)| spelling.to_owned());
+        let muscle = |name: &str| published(name).unwrap_or_else(|| name.to_owned());
         match (dimension, rest) {
             (2 | 3, _) if is("tissue") => Self::Tissue,
             (0..=2, _) if is("bone") => Self::Bone(rest.unwrap_or("bone").to_owned()),
             (1, Some(rest)) if is("muscle") => Self::Muscle(muscle(rest)),
-            (1, None) if kind.parse::<Muscle>().is_ok() => Self::Muscle(muscle(kind)),
+            (1, None) if published(kind).is_some() => Self::Muscle(muscle(kind)),
             _ => Self::Unused,
         }
     }
@@ -58,6 +58,7 @@ struct Group<'a> {
 
 /// The body of a file, in the plane or in space.
 pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<File> {
+    let known = Muscles::built_in();
     let mut by_key: BTreeMap<(usize, i64), Vec<&Element>> = BTreeMap::new();
     // A group that is named but empty is one too: whoever named it missed something.
     for key in raw.names.keys() {
@@ -72,7 +73,7 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<File> {
             let named = raw.names.get(&(dimension, tag));
             let name = named.map(|(name, _)| name.as_str());
             let role = match name {
-                Some(name) if !elements.is_empty() => Role::of(name, dimension),
+                Some(name) if !elements.is_empty() => Role::of(name, dimension, &known),
                 _ => Role::Unused,
             };
             Group { dimension, tag, name, at: named.map(|(_, at)| *at), role, elements }
@@ -85,9 +86,9 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<File> {
             groups.iter_mut().filter(|g| g.role == Role::Tissue && g.dimension == 2).for_each(|g| {
                 g.role = Role::Unused;
             });
-            Ok(File::Solid(body::<3>(raw, &groups, origin, unit)?))
+            Ok(File::Solid(body::<3>(raw, &groups, &known, origin, unit)?))
         }
-        Some(_) => Ok(File::Flat(body::<2>(raw, &groups, origin, unit)?)),
+        Some(_) => Ok(File::Flat(body::<2>(raw, &groups, &known, origin, unit)?)),
         None => {
             let empty = |g: &Group<'_>| if g.elements.is_empty() { " without elements" } else { "" };
             let names: Vec<String> = groups.iter().map(|g| format!("\"{}\"{}", shown(g), empty(g))).collect();
@@ -117,9 +118,15 @@ struct TaggedChain<'a> {
     group: &'a Group<'a>,
 }
 
-fn body<const D: usize>(raw: &Raw, groups: &[Group<'_>], origin: &str, unit: Unit) -> Found<Content<D>> {
+fn body<const D: usize>(
+    raw: &Raw,
+    groups: &[Group<'_>],
+    known: &Muscles,
+    origin: &str,
+    unit: Unit,
+) -> Found<Content<D>> {
     let cells = cells(groups);
-    let chains = chains(groups)?;
+    let chains = chains(groups, known)?;
     let kept: BTreeSet<u64> =
         cells.iter().map(|c| &c.nodes).chain(chains.iter().map(|c| &c.nodes)).flatten().copied().collect();
     let numbers: BTreeMap<u64, usize> = kept.iter().enumerate().map(|(number, tag)| (*tag, number)).collect();
@@ -183,13 +190,13 @@ fn cells<'a>(groups: &[Group<'a>]) -> Vec<TaggedCell<'a>> {
     cells
 }
 
-/// The muscles: the eight in the order of the tables, then others in the order of their groups.
-fn chains<'a>(groups: &'a [Group<'a>]) -> Found<Vec<TaggedChain<'a>>> {
+/// The muscles: those of the published tables in their order, then others in the order of their groups.
+fn chains<'a>(groups: &'a [Group<'a>], known: &Muscles) -> Found<Vec<TaggedChain<'a>>> {
     let mut chains: Vec<TaggedChain<'a>> = Vec::new();
     for group in groups {
         let Role::Muscle(name) = &group.role else { continue };
         let name = name.clone();
-        let earlier = chains.iter().find(|c| c.name == name && name.parse::<Muscle>().is_ok());
+        let earlier = chains.iter().find(|c| c.name == name && known.published(&name).is_some());
         if let Some(earlier) = earlier {
             let (first, second) = (shown(earlier.group), shown(group));
             return Err(located(group, Problem::MuscleTwice { name, first, second }));
@@ -207,7 +214,7 @@ fn chains<'a>(groups: &'a [Group<'a>]) -> Found<Vec<TaggedChain<'a>>> {
         })?;
         chains.push(TaggedChain { name, nodes, group });
     }
-    chains.sort_by_key(|c| c.name.parse::<Muscle>().map_or(usize::MAX, Muscle::index));
+    chains.sort_by_key(|c| known.published(&c.name).map_or(usize::MAX, |(place, _)| place));
     Ok(chains)
 }
 

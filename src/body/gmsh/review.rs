@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::Content;
 use crate::body::Mesh;
-use crate::muscle::Muscle;
+use crate::measured::muscles::Muscles;
 use crate::suggest;
 
 /// Tongues are about this long, from a child's to more than a grown-up's with all its muscles outside, m.
@@ -21,9 +21,9 @@ const THIN_DEG: f64 = 10.0;
 pub enum Concern {
     Size { extent_m: f64, unit: Option<&'static str> },
     NoBone,
-    MissingMuscles { names: Vec<&'static str> },
+    MissingMuscles { names: Vec<String> },
     Empty { dimension: usize, name: String },
-    Unused { dimension: usize, name: String, meant: Option<&'static str> },
+    Unused { dimension: usize, name: String, meant: Option<String> },
     ThinCells { smallest_angle_deg: f64 },
 }
 
@@ -55,9 +55,9 @@ impl fmt::Display for Concern {
             ),
             Self::MissingMuscles { names } => write!(
                 f,
-                "no muscle {}: only scenes can use the body; add Physical Curve(\"{}\") = {{...}}",
+                "no muscle {}: measured lengths of it have nothing to be compared with; add Physical Curve(\"{}\") = {{...}}",
                 names.join(", "),
-                names.first().copied().unwrap_or("GGa")
+                names.first().map_or("GGa", String::as_str)
             ),
             Self::Empty { dimension, name } => write!(
                 f,
@@ -115,11 +115,15 @@ pub fn review<const D: usize>(content: &Content<D>, smallest_angle_deg: f64) -> 
     if content.body.mesh.fixed.is_empty() {
         concerns.push(Concern::NoBone);
     }
-    let missing = |m: &Muscle| !content.body.mesh.muscles.iter().any(|chain| chain.name == m.name());
-    let names: Vec<&'static str> = Muscle::ALL.iter().filter(|m| missing(m)).map(|m| m.name()).collect();
-    // In the plane commands compare all eight lengths; a solid is for scenes, which do not.
-    if D == 2 && !names.is_empty() {
-        concerns.push(Concern::MissingMuscles { names: names.clone() });
+    let known = Muscles::built_in();
+    let present = &content.body.mesh.muscles;
+    let missing = |name: &&str| !present.iter().any(|chain| chain.name == **name);
+    let all = known.all();
+    let names: Vec<&str> = all.iter().map(|m| m.name.as_str()).filter(missing).collect();
+    // A body with some of the published muscles is meant for the published lengths; one with none has its own.
+    let own = !present.is_empty() && names.len() == all.len();
+    if D == 2 && !names.is_empty() && !own {
+        concerns.push(Concern::MissingMuscles { names: names.iter().map(|n| (*n).to_owned()).collect() });
     }
     if smallest_angle_deg < THIN_DEG {
         concerns.push(Concern::ThinCells { smallest_angle_deg });
@@ -128,13 +132,13 @@ pub fn review<const D: usize>(content: &Content<D>, smallest_angle_deg: f64) -> 
         if group.elements == 0 {
             return Concern::Empty { dimension: group.dimension, name: group.name.clone() };
         }
-        let known: Vec<&'static str> = match group.dimension {
+        let known: Vec<&str> = match group.dimension {
             0 => vec!["bone"],
             1 => names.iter().copied().chain(["bone"]).collect(),
             _ => vec!["tissue"],
         };
         let name = group.name.clone();
-        let meant = suggest::nearest(&name, known);
+        let meant = suggest::nearest(&name, known).map(str::to_owned);
         Concern::Unused { dimension: group.dimension, name, meant }
     }));
     concerns

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use nalgebra::SVector;
 
 use crate::body::{Bone, Mesh};
-use crate::muscle::Muscle;
+use crate::measured::muscles::Muscles;
 
 /// The mesh at rest, in metres, with the physical groups that [`super::read`] knows; fixed nodes that are in none of `bones` are in
 /// a group `bone`. Node `n` has the tag `n + 1`; elements
@@ -110,8 +110,8 @@ fn plain(name: &str) -> String {
 /// What a muscle's group is called.
 fn group_name(muscle: &str) -> String {
     let name = plain(muscle);
-    match name.parse::<Muscle>() {
-        Ok(known) => known.name().to_owned(),
-        Err(_) => format!("muscle:{name}"),
+    match Muscles::built_in().published(&name) {
+        Some((_, spelling)) => spelling.to_owned(),
+        None => format!("muscle:{name}"),
     }
 }

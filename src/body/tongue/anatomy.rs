@@ -9,7 +9,6 @@ use toml::Spanned;
 
 use crate::geometry::ClosedSpline;
 use crate::geometry::plane::{self, Point};
-use crate::muscle::{Muscle, PerMuscle};
 
 /// The reference anatomy, as text.
 pub const REFERENCE: &str = include_str!("../../../targets/anatomy.toml");
@@ -23,13 +22,15 @@ pub(crate) const ON_OUTLINE_M: f64 = 5e-4;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Anatomy {
     outline: ClosedSpline,
-    muscles: PerMuscle<MuscleLine>,
+    muscles: Vec<MuscleLine>,
     bones: Vec<AnatomyBone>,
 }
 
 /// A straight muscle line.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MuscleLine {
+    /// The muscle's name.
+    pub name: String,
     /// First and second end, m.
     pub ends: [Point; 2],
     /// The part that runs outside the tissue, if any.
@@ -91,27 +92,30 @@ pub enum AnatomyProblem {
     /// An outline that encloses no simple area.
     #[error("the outline crosses itself; list its points in order once around the tongue")]
     OutlineCrossesItself,
-    /// Not all eight muscles are there.
-    #[error("the muscle {0} is missing; give its two ends as `{0} = [[x, y], [x, y]]` in millimetres")]
-    MissingMuscle(Muscle),
+    /// No muscle is there.
+    #[error("there is no muscle; give the two ends of each as `GGa = [[x, y], [x, y]]` in millimetres")]
+    NoMuscle,
+    /// A name that cannot stand in tables.
+    #[error("the muscle name {0:?} is empty or has characters that cannot be printed; rename it")]
+    BadName(String),
     /// A muscle that is a point.
     #[error("the two ends of {0} are the same point")]
-    NoLength(Muscle),
+    NoLength(String),
     /// A muscle with both ends outside the tissue, which could move nothing.
     #[error(
         "{0} does not reach the tissue: both of its ends are outside the outline; move one of them inside"
     )]
-    NotInTissue(Muscle),
+    NotInTissue(String),
     /// A muscle that crosses the outline more than once.
     #[error(
         "{0} leaves the tissue between its ends; a line may be outside only from one end to where it enters"
     )]
-    LeavesTissue(Muscle),
+    LeavesTissue(String),
     /// A muscle that ends on nothing.
     #[error("the end [{x_mm}, {y_mm}] of {muscle} is outside the tissue and on no bone; add it to a bone")]
     Dangling {
         /// The muscle.
-        muscle: Muscle,
+        muscle: String,
         /// Its end, mm.
         x_mm: f64,
         /// Its end, mm.
@@ -138,7 +142,7 @@ pub enum AnatomyProblem {
 #[serde(deny_unknown_fields)]
 struct File {
     outline: Spanned<Vec<Spanned<[f64; 2]>>>,
-    muscles: Spanned<BTreeMap<Muscle, Spanned<[[f64; 2]; 2]>>>,
+    muscles: Spanned<BTreeMap<String, Spanned<[[f64; 2]; 2]>>>,
     bones: BTreeMap<String, Vec<Spanned<[f64; 2]>>>,
 }
 
@@ -179,15 +183,16 @@ impl Anatomy {
     fn checked(file: &File) -> Found<Self> {
         let outline = outline(&file.outline)?;
         let bones = bones(&file.bones)?;
-        let mut muscles = Vec::with_capacity(Muscle::ALL.len());
-        for muscle in Muscle::ALL {
-            let Some(given) = file.muscles.get_ref().get(&muscle) else {
-                return Err((file.muscles.span(), AnatomyProblem::MissingMuscle(muscle)));
-            };
-            let line = muscle_line(muscle, given, &outline, &bones).map_err(|p| (given.span(), p))?;
-            muscles.push(line);
+        // In the order in which they stand in the file.
+        let mut given: Vec<_> = file.muscles.get_ref().iter().collect();
+        given.sort_by_key(|(_, line)| line.span().start);
+        if given.is_empty() {
+            return Err((file.muscles.span(), AnatomyProblem::NoMuscle));
         }
-        let muscles = Muscle::ALL.map(|m| muscles[m.index()]);
+        let mut muscles = Vec::with_capacity(given.len());
+        for (name, line) in given {
+            muscles.push(muscle_line(name, line, &outline, &bones).map_err(|p| (line.span(), p))?);
+        }
         for (name, given) in &file.bones {
             for spanned in given {
                 holds_something(name, metres(spanned)?, &outline, &muscles)
@@ -202,8 +207,8 @@ impl Anatomy {
         &self.outline
     }
 
-    /// The muscle lines, m.
-    pub fn muscles(&self) -> &PerMuscle<MuscleLine> {
+    /// The muscle lines, m, in the order of the file.
+    pub fn muscles(&self) -> &[MuscleLine] {
         &self.muscles
     }
 
@@ -253,11 +258,15 @@ fn bones(given: &BTreeMap<String, Vec<Spanned<[f64; 2]>>>) -> Found<Vec<AnatomyB
 
 /// Finds which part of a line is in the tissue.
 fn muscle_line(
-    muscle: Muscle,
+    name: &str,
     given: &Spanned<[[f64; 2]; 2]>,
     outline: &ClosedSpline,
     bones: &[AnatomyBone],
 ) -> Result<MuscleLine, AnatomyProblem> {
+    let muscle = name.to_owned();
+    if name.trim().is_empty() || name.contains(char::is_control) {
+        return Err(AnatomyProblem::BadName(muscle));
+    }
     let [first, second] = *given.get_ref();
     let ends = [finite(first)?, finite(second)?];
     let length = (ends[1] - ends[0]).norm();
@@ -271,12 +280,12 @@ fn muscle_line(
     let mut meets = outline.crossings(ends);
     meets.retain(|t| (margin(0)..=1.0 - margin(1)).contains(t));
     let at = |t: f64| ends[0] + (ends[1] - ends[0]) * t;
-    let leaves = AnatomyProblem::LeavesTissue(muscle);
+    let leaves = AnatomyProblem::LeavesTissue(muscle.clone());
     let end = match outside {
         [true, true] => return Err(AnatomyProblem::NotInTissue(muscle)),
         [false, false] => {
             let inside = meets.is_empty() && plane::encloses(outline.polygon(), at(0.5));
-            return if inside { Ok(MuscleLine { ends, outside: None }) } else { Err(leaves) };
+            return if inside { Ok(MuscleLine { name: muscle, ends, outside: None }) } else { Err(leaves) };
         }
         [true, false] => 0,
         [false, true] => 1,
@@ -291,14 +300,14 @@ fn muscle_line(
         let [x_mm, y_mm] = if end == 0 { first } else { second };
         return Err(AnatomyProblem::Dangling { muscle, x_mm, y_mm });
     }
-    Ok(MuscleLine { ends, outside: Some(OutsidePart { end, entry }) })
+    Ok(MuscleLine { name: muscle, ends, outside: Some(OutsidePart { end, entry }) })
 }
 
 fn holds_something(
     bone: &str,
     point: Point,
     outline: &ClosedSpline,
-    muscles: &PerMuscle<MuscleLine>,
+    muscles: &[MuscleLine],
 ) -> Result<(), AnatomyProblem> {
     let from_end =
         muscles.iter().flat_map(|m| m.ends).map(|e| (e - point).norm()).fold(f64::INFINITY, f64::min);

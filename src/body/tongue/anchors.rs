@@ -2,7 +2,6 @@
 
 use super::anatomy::{Anatomy, MuscleLine, ON_OUTLINE_M, SAME_POINT_M};
 use crate::geometry::plane::{self, Point};
-use crate::muscle::{Muscle, PerMuscle};
 
 /// Crossings nearer than this to another anchor of either line become that anchor, in mesh spacings.
 const MERGE: f64 = 0.4;
@@ -17,7 +16,7 @@ pub(crate) struct Anchors {
     /// Anchors on the outline, by distance along it (m), ascending.
     pub on_outline: Vec<(f64, usize)>,
     /// The anchors of every muscle from its first end to its second.
-    pub stations: PerMuscle<Vec<usize>>,
+    pub stations: Vec<Vec<usize>>,
     /// Anchors on bone.
     pub fixed: Vec<usize>,
 }
@@ -29,12 +28,12 @@ impl Anchors {
         let mut anchors = Self {
             points: Vec::new(),
             on_outline: Vec::new(),
-            stations: Muscle::ALL.map(|_| Vec::new()),
+            stations: Vec::with_capacity(lines.len()),
             fixed: Vec::new(),
         };
-        for (line, m) in lines.iter().zip(Muscle::ALL) {
+        for line in lines {
             let ends = line.ends.map(|end| anchors.at(end, SAME_POINT_M));
-            anchors.stations[m.index()] = ends.to_vec();
+            anchors.stations.push(ends.to_vec());
         }
         for bone in anatomy.bones() {
             for point in &bone.points {
@@ -47,11 +46,11 @@ impl Anchors {
         for anchor in 0..anchors.points.len() {
             anchors.put_on_outline(anatomy, anchor);
         }
-        for (line, m) in lines.iter().zip(Muscle::ALL) {
+        for (m, line) in lines.iter().enumerate() {
             anchors.enter(anatomy, line, m, h);
         }
-        for a in Muscle::ALL {
-            for b in Muscle::ALL.into_iter().skip(a.index() + 1) {
+        for a in 0..lines.len() {
+            for b in a + 1..lines.len() {
                 anchors.cross(lines, a, b, h);
             }
         }
@@ -76,7 +75,7 @@ impl Anchors {
     }
 
     /// Where a muscle from outside enters the tissue, a node of the outline: one that is there already if it is near.
-    fn enter(&mut self, anatomy: &Anatomy, line: &MuscleLine, muscle: Muscle, h: f64) {
+    fn enter(&mut self, anatomy: &Anatomy, line: &MuscleLine, muscle: usize, h: f64) {
         let Some(outside) = line.outside else { return };
         let away = |(_, anchor): &(f64, usize)| (self.points[*anchor] - outside.entry).norm();
         let nearest = self.on_outline.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
@@ -95,9 +94,9 @@ impl Anchors {
     }
 
     /// A shared node where two lines cross or touch.
-    fn cross(&mut self, lines: &PerMuscle<MuscleLine>, a: Muscle, b: Muscle, h: f64) {
-        let (first, second) = (&lines[a.index()], &lines[b.index()]);
-        if self.stations[a.index()].iter().any(|s| self.stations[b.index()].contains(s)) {
+    fn cross(&mut self, lines: &[MuscleLine], a: usize, b: usize, h: f64) {
+        let (first, second) = (&lines[a], &lines[b]);
+        if self.stations[a].iter().any(|s| self.stations[b].contains(s)) {
             return;
         }
         let Some(fractions) = plane::crossing(first.ends, second.ends) else { return };
@@ -110,7 +109,7 @@ impl Anchors {
         }
         let place = first.ends[0] + (first.ends[1] - first.ends[0]) * fractions[0];
         let away = |anchor: &usize| (self.points[*anchor] - place).norm();
-        let stations = [a, b].map(|m| &self.stations[m.index()]).into_iter().flatten();
+        let stations = [a, b].map(|m| &self.stations[m]).into_iter().flatten();
         let nearest = stations.min_by(|x, y| away(x).total_cmp(&away(y))).copied();
         let anchor = match nearest.map(|near| (near, away(&near))) {
             Some((near, distance)) if distance < MERGE * h => near,
@@ -129,8 +128,8 @@ impl Anchors {
     }
 
     /// Adds an anchor to a muscle, in its place between the ends.
-    fn station(&mut self, line: &MuscleLine, muscle: Muscle, anchor: usize) {
-        let stations = &mut self.stations[muscle.index()];
+    fn station(&mut self, line: &MuscleLine, muscle: usize, anchor: usize) {
+        let stations = &mut self.stations[muscle];
         if stations.contains(&anchor) {
             return;
         }

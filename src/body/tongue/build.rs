@@ -1,12 +1,11 @@
 //! From an anatomy to a mesh of any spacing.
 
-use super::anatomy::Anatomy;
+use super::anatomy::{Anatomy, MuscleLine};
 use super::fill::fill;
 use super::frame::{Frame, Site};
 use super::smooth::smooth;
 use crate::body::{Cells, Mesh, MeshFault, MuscleChain};
 use crate::geometry::plane::{self, Point};
-use crate::muscle::Muscle;
 
 /// The spacing of the published mesh, m.
 pub const DEFAULT_SPACING_M: f64 = 5.5e-3;
@@ -89,7 +88,7 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, MeshError> {
     let free = wanted.saturating_sub(frame.nodes.len());
     fill(&mut frame, free, h)?;
     let triangles = smooth(&mut frame.nodes, &frame.segments, h)?;
-    let mesh = assemble(&frame, &triangles);
+    let mesh = assemble(anatomy, &frame, &triangles);
     mesh.check()?;
     Ok(mesh)
 }
@@ -99,17 +98,17 @@ fn nodes_for(triangles: f64, boundary: usize) -> usize {
     ((triangles + 2.0 + boundary as f64) / 2.0).round() as usize
 }
 
-fn assemble(frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<2> {
+fn assemble(anatomy: &Anatomy, frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<2> {
     let tissue = frame.nodes.len();
     let number = |site: &Site| match site {
         Site::Tissue(i) => *i,
         Site::Outside(i) => tissue + i,
     };
-    let chain = |muscle: Muscle| MuscleChain {
-        name: muscle.name().to_owned(),
-        nodes: frame.chains[muscle.index()].iter().map(number).collect(),
+    let chain = |(line, sites): (&MuscleLine, &Vec<_>)| MuscleChain {
+        name: line.name.clone(),
+        nodes: sites.iter().map(number).collect(),
     };
-    let muscles: Vec<MuscleChain> = Muscle::ALL.into_iter().map(chain).collect();
+    let muscles: Vec<MuscleChain> = anatomy.muscles().iter().zip(&frame.chains).map(chain).collect();
 
     let mut cells = Cells::new();
     // Each triangle starts at its lowest node and the list is sorted: numbering does not depend on the triangulator.

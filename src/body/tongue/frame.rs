@@ -6,7 +6,6 @@ use super::anatomy::Anatomy;
 use super::anchors::Anchors;
 use crate::geometry::plane::{self, Point};
 use crate::geometry::{ClosedSpline, topology};
-use crate::muscle::{Muscle, PerMuscle};
 
 /// Length of an outline connection in mesh spacings: the published mesh has 32 of them on 182.3 mm at 5.5 mm.
 const OUTLINE_SPACING: f64 = 1.036;
@@ -39,7 +38,7 @@ pub(crate) struct Frame {
     /// Connections of outline and muscles within the tissue, each once.
     pub segments: Vec<[usize; 2]>,
     /// Node chains of the muscles from first to second end.
-    pub chains: PerMuscle<Vec<Site>>,
+    pub chains: Vec<Vec<Site>>,
     /// Nodes of muscles outside the tissue, m.
     pub outside: Vec<Point>,
     /// Nodes on bone.
@@ -61,14 +60,14 @@ impl Frame {
             nodes: Vec::new(),
             boundary: 0,
             segments: Vec::new(),
-            chains: Muscle::ALL.map(|_| Vec::new()),
+            chains: vec![Vec::new(); anatomy.muscles().len()],
             outside: Vec::new(),
             fixed: Vec::new(),
         };
         let mut sites: BTreeMap<usize, Site> = BTreeMap::new();
         frame.lay_outline(anatomy.outline(), &anchors, h, &mut sites);
         let mut pieces = BTreeMap::new();
-        for muscle in Muscle::ALL {
+        for muscle in 0..anatomy.muscles().len() {
             frame.lay_muscle(anatomy, &anchors, muscle, h, &mut sites, &mut pieces);
         }
         frame.fixed = anchors.fixed.iter().filter_map(|a| sites.get(a).copied()).collect();
@@ -125,13 +124,13 @@ impl Frame {
         &mut self,
         anatomy: &Anatomy,
         anchors: &Anchors,
-        muscle: Muscle,
+        muscle: usize,
         h: f64,
         sites: &mut BTreeMap<usize, Site>,
         pieces: &mut BTreeMap<[usize; 2], Vec<Site>>,
     ) {
-        let stations = &anchors.stations[muscle.index()];
-        let outside_end = anatomy.muscles()[muscle.index()].outside.map(|o| o.end);
+        let stations = &anchors.stations[muscle];
+        let outside_end = anatomy.muscles()[muscle].outside.map(|o| o.end);
         let last = stations.len().saturating_sub(2);
         let mut chain = Vec::new();
         for (i, pair) in stations.windows(2).enumerate() {
@@ -153,7 +152,7 @@ impl Frame {
             }
             chain.extend_from_slice(&piece[usize::from(i > 0)..]);
         }
-        self.chains[muscle.index()] = chain;
+        self.chains[muscle] = chain;
     }
 
     fn add(&mut self, at: Point, freedom: Freedom, outside: bool) -> Site {

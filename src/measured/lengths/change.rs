@@ -35,25 +35,6 @@ impl Lengths {
 #[cfg(test)]
 mod tests {
     use super::super::Dataset;
-    use crate::measured as old;
-
-    #[test]
-    fn the_built_in_lengths_compare_as_before() {
-        let (new, before) = (Dataset::reference().unwrap(), old::Dataset::reference().unwrap());
-        for (row, was) in new.rows().iter().zip(before.rows()) {
-            let subject = &row.lengths.subject;
-            let (Ok(baseline), Ok(base)) = (new.baseline(subject), before.baseline(subject)) else {
-                assert_eq!(subject, "S4");
-                continue;
-            };
-            let expected = old::activation(&was.lengths.length_mm, &base.length_mm);
-            for (is, was) in row.lengths.activation(baseline).iter().zip(expected) {
-                let is = is.unwrap();
-                assert_eq!(is.change_mm.to_bits(), was.change_mm.to_bits());
-                assert_eq!((is.contracting, is.uncertain), (was.contracting, was.uncertain));
-            }
-        }
-    }
 
     #[test]
     fn a_change_is_uncertain_within_both_half_widths() {

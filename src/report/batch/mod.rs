@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::Mesh;
 use crate::inverse::batch::{Assessment, BaselineRow, Job, Refusal};
-use crate::measured::published;
+use crate::measured::thesis::Thesis;
 
 use self::journal::{Entry, Kept};
 use self::record::AssessedRecord;
@@ -51,6 +51,8 @@ pub struct Batch<'a> {
     pub summary: &'a Summary,
     /// The mesh.
     pub mesh: &'a Mesh<2>,
+    /// Names of its muscles, in the order of columns.
+    pub muscles: &'a [String],
 }
 
 /// A fit in the words of every output.
@@ -90,7 +92,7 @@ pub fn sha256(texts: &[&str]) -> String {
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Puts a finished fit into the words of every output.
+/// Puts a finished fit into the words of every output; `muscles` are those of the mesh in the order of columns.
 ///
 /// # Errors
 /// [`ReportError`] for a figure that cannot be drawn or a record that cannot be written.
@@ -99,18 +101,19 @@ pub fn fitted(
     job: &Job,
     assessment: &Assessment,
     mesh: &Mesh<2>,
-    tables: Option<&published::Tables>,
+    muscles: &[String],
+    thesis: Option<&Thesis>,
     provenance: &Provenance,
 ) -> Result<Fitted, ReportError> {
-    let record = AssessedRecord::new(job, assessment, tables, &provenance.command);
+    let record = AssessedRecord::new(job, assessment, thesis, &provenance.command);
     let text = |e: csv::Error| ReportError::Record { reason: e.to_string() };
     let on_page = number < page::MOST_FITS;
     Ok(Fitted {
         digest: Digest::new(&record),
         json: serde_json::to_string(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
-        muscles: tables::muscle_lines(&record, provenance).map_err(text)?,
-        fits: tables::fit_line(&record, provenance).map_err(text)?,
-        page: on_page.then(|| page::PageFit::new(number, &record, assessment, mesh)).transpose()?,
+        muscles: tables::muscle_lines(&record, provenance, true).map_err(text)?,
+        fits: tables::fit_line(muscles, &record, provenance).map_err(text)?,
+        page: on_page.then(|| page::PageFit::new(number, &record, assessment, mesh, muscles)).transpose()?,
     })
 }
 
@@ -126,10 +129,7 @@ pub fn write_files(
     let files: [(&str, &Writes<'_>); 4] = [
         ("batch.json", &|w| write_json(w, batch, journal, false)),
         ("fits.csv", &|w| write_fits(w, batch, journal)),
-        ("muscles.csv", &|w| {
-            w.write_all(tables::header(&tables::MUSCLE_COLUMNS)?.as_bytes())?;
-            each_fit(batch, journal, |_, fit| w.write_all(fit.muscles.as_bytes()))
-        }),
+        ("muscles.csv", &|w| write_muscles(w, batch, journal)),
         ("batch.html", &|w| page::write(w, batch, journal)),
     ];
     out.write_streams(&files)
@@ -185,14 +185,26 @@ pub fn write_json(
     writeln!(w, "}}")
 }
 
+/// Every fit has kept its rows under a header; one header stands in the file.
+fn write_muscles(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+    let mut first = true;
+    each_fit(batch, journal, |_, fit| {
+        let (header, rows) = fit.muscles.split_once('\n').unwrap_or_default();
+        if std::mem::take(&mut first) {
+            writeln!(w, "{header}")?;
+        }
+        w.write_all(rows.as_bytes())
+    })
+}
+
 fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
-    w.write_all(tables::header(&tables::fit_columns())?.as_bytes())?;
+    w.write_all(tables::fit_header(batch.muscles)?.as_bytes())?;
     each_fit(batch, journal, |_, fit| w.write_all(fit.fits.as_bytes()))?;
     for baseline in batch.baselines {
-        w.write_all(tables::baseline_line(baseline, batch.provenance)?.as_bytes())?;
+        w.write_all(tables::baseline_line(batch.muscles, baseline, batch.provenance)?.as_bytes())?;
     }
     for refusal in all_refusals(batch, journal)? {
-        w.write_all(tables::refusal_line(&refusal, batch.provenance)?.as_bytes())?;
+        w.write_all(tables::refusal_line(batch.muscles, &refusal, batch.provenance)?.as_bytes())?;
     }
     Ok(())
 }
@@ -220,7 +232,7 @@ fn all_refusals(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<Refusal>
             all.push(Refusal {
                 line: job.line,
                 subject: t.subject.clone(),
-                vowel: t.vowel,
+                vowel: t.vowel.clone(),
                 kind: Some(t.kind),
                 message,
             });

@@ -5,12 +5,13 @@ use serde::Serialize;
 use crate::inverse::alarms::Alarm;
 use crate::inverse::alternatives::{Optimum, Subset};
 use crate::inverse::batch::{Assessment, Job};
+use crate::inverse::rounding::RoundingSegment;
 use crate::inverse::uncertainty::{Interval, Intervals, LEVEL};
-use crate::measured::patterns::PatternCheck;
-use crate::measured::rest_shape::RestDistance;
-use crate::measured::{TargetKind, Vowel, published};
-use crate::muscle::{Muscle, PerMuscle};
-use crate::report::record::{ByMuscle, FitRecord, SomeMuscles};
+use crate::measured::TargetKind;
+use crate::measured::lengths::rest_distance::RestDistance;
+use crate::measured::published_patterns::PatternCheck;
+use crate::measured::thesis::Thesis;
+use crate::report::record::{ByMuscle, FitRecord};
 
 /// One fit of a batch: the record of the fit, and how far it can be believed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,13 +24,13 @@ pub struct AssessedRecord {
     /// Whether the baseline stands in for a missing /ɯ/.
     pub substitute_baseline: bool,
     /// The muscles that the fit has to hit.
-    pub fitted: Vec<Muscle>,
+    pub fitted: Vec<String>,
     /// Smallest objective.
     pub cost: f64,
     /// The muscles that the fit does not see, beside two yardsticks.
     pub passive: Passive,
     /// How far the model at rest is from the baseline.
-    pub rest_shape: RestDistance,
+    pub rest_shape: Option<RestDistance>,
     /// For every singular direction, how far the tensions may go within the rounding of the data; null where the equilibrium is
     /// singular.
     pub within_rounding: Option<Vec<RoundingSegmentRecord>>,
@@ -42,7 +43,7 @@ pub struct AssessedRecord {
     /// The best of the other subsets.
     pub other_subsets: Vec<SubsetRecord>,
     /// Beside the published activation pattern (Fang et al. 2009).
-    pub pattern: PatternCheck,
+    pub pattern: Option<PatternCheck>,
     /// Reasons for doubt.
     pub alarms: Vec<AlarmRecord>,
 }
@@ -71,11 +72,11 @@ pub struct RoundingSegmentRecord {
     /// How strongly the targets answer, 1/N.
     pub singular_value: f64,
     /// Unit vector over the active muscles.
-    pub direction: SomeMuscles,
+    pub direction: ByMuscle<f64>,
     /// One end, N.
-    pub from_n: SomeMuscles,
+    pub from_n: ByMuscle<f64>,
     /// The other, N.
-    pub to_n: SomeMuscles,
+    pub to_n: ByMuscle<f64>,
 }
 
 /// [`Intervals`] by muscle.
@@ -101,7 +102,7 @@ pub struct IntervalsRecord {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OptimumRecord {
     /// Tensions, N.
-    pub tensions_n: SomeMuscles,
+    pub tensions_n: ByMuscle<f64>,
     /// Objective.
     pub cost: f64,
     /// Starts that ended there.
@@ -112,7 +113,7 @@ pub struct OptimumRecord {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SubsetRecord {
     /// Tensions, N.
-    pub tensions_n: SomeMuscles,
+    pub tensions_n: ByMuscle<f64>,
     /// Root mean square residual of the fitted values.
     pub misfit: f64,
     /// Root mean square residual of the whole row.
@@ -135,45 +136,38 @@ pub struct AlarmRecord {
 const LISTED_SUBSETS: usize = 8;
 
 impl AssessedRecord {
-    /// The record of a finished job of the batch that `command` asked for; `tables` are the thesis's, to compare with.
-    pub fn new(job: &Job, a: &Assessment, tables: Option<&published::Tables>, command: &str) -> Self {
-        let target = &job.target;
+    /// The record of a finished job of the batch that `command` asked for; `thesis` is what to compare with.
+    pub fn new<const D: usize>(job: &Job, a: &Assessment<D>, thesis: Option<&Thesis>, command: &str) -> Self {
         let mut fit = FitRecord::new(&a.fit, command, 0.0);
         fit.wall_s = None;
-        let named =
-            |values: &[f64]| SomeMuscles(target.active.iter().copied().zip(values.iter().copied()).collect());
+        let names = &a.fit.muscles;
+        let named = |values: &[f64]| ByMuscle::new(&fit.active, values.iter().copied());
         let subset = |s: &Subset| SubsetRecord {
-            tensions_n: SomeMuscles(s.muscles.iter().copied().zip(s.tensions.iter().copied()).collect()),
+            tensions_n: ByMuscle(
+                s.muscles.iter().map(|&m| names[m].clone()).zip(s.tensions.iter().copied()).collect(),
+            ),
             misfit: s.misfit,
             row_rms: s.row_rms,
             within_rounding: s.within_rounding,
         };
+        let segment = |s: &RoundingSegment| RoundingSegmentRecord {
+            singular_value: s.singular_value,
+            direction: named(&s.direction),
+            from_n: named(&s.from_n),
+            to_n: named(&s.to_n),
+        };
+        let optimum =
+            |o: &Optimum| OptimumRecord { tensions_n: named(&o.tensions), cost: o.cost, starts: o.starts };
         Self {
             line: job.line,
             substitute_baseline: job.substitute,
-            fitted: target.fitted.clone(),
+            fitted: a.fit.target.fitted.iter().map(|&m| names[m].clone()).collect(),
             cost: a.fit.starts.iter().map(|s| s.cost).fold(f64::INFINITY, f64::min),
-            passive: passive(a, tables),
+            passive: passive(a, thesis),
             rest_shape: a.rest,
-            within_rounding: a.segments.as_ref().map(|all| {
-                let record = |s: &crate::inverse::rounding::RoundingSegment| RoundingSegmentRecord {
-                    singular_value: s.singular_value,
-                    direction: named(&s.direction),
-                    from_n: named(&s.from_n),
-                    to_n: named(&s.to_n),
-                };
-                all.iter().map(record).collect()
-            }),
-            intervals: a.intervals.as_ref().map(|i| intervals(&target.active, i)),
-            other_optima: a
-                .optima
-                .iter()
-                .map(|o: &Optimum| OptimumRecord {
-                    tensions_n: named(&o.tensions),
-                    cost: o.cost,
-                    starts: o.starts,
-                })
-                .collect(),
+            within_rounding: a.segments.as_ref().map(|all| all.iter().map(segment).collect()),
+            intervals: a.intervals.as_ref().map(|i| intervals(a, i)),
+            other_optima: a.optima.iter().map(optimum).collect(),
             other_subsets_within_rounding: a.subsets.iter().filter(|s| s.within_rounding).count(),
             other_subsets: a.subsets.iter().take(LISTED_SUBSETS).map(subset).collect(),
             pattern: a.pattern.clone(),
@@ -187,50 +181,48 @@ impl AssessedRecord {
     }
 }
 
-fn intervals(active: &[Muscle], i: &Intervals) -> IntervalsRecord {
-    let mut tensions = [Interval { low: 0.0, high: 0.0 }; crate::muscle::COUNT];
-    for (m, interval) in active.iter().zip(&i.tensions) {
-        tensions[m.index()] = *interval;
+fn intervals<const D: usize>(a: &Assessment<D>, i: &Intervals) -> IntervalsRecord {
+    let fit = &a.fit;
+    let mut tensions = vec![Interval { low: 0.0, high: 0.0 }; fit.muscles.len()];
+    for (&m, interval) in fit.target.active.iter().zip(&i.tensions) {
+        tensions[m] = *interval;
     }
     IntervalsRecord {
         level: LEVEL,
         draws: i.draws,
         failed: i.failed,
         not_met: i.not_met,
-        tensions_n: ByMuscle(tensions),
-        ratios: ByMuscle(i.ratios),
-        stretches: ByMuscle(i.stretches),
+        tensions_n: ByMuscle::new(&fit.muscles, tensions),
+        ratios: ByMuscle::new(&fit.muscles, i.ratios.iter().copied()),
+        stretches: ByMuscle::new(&fit.muscles, i.stretches.iter().copied()),
     }
 }
 
-/// The passive muscles beside their yardsticks; `tables` where the thesis simulated this row.
-fn passive(a: &Assessment, tables: Option<&published::Tables>) -> Passive {
+/// The passive muscles beside their yardsticks; `thesis` where there is one and it simulated this row.
+fn passive<const D: usize>(a: &Assessment<D>, thesis: Option<&Thesis>) -> Passive {
     let (fit, target) = (&a.fit, &a.fit.target);
-    let (ratio, stretch) = (TargetKind::Ratio, TargetKind::Stretch);
-    let measured = |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm);
-    let rms = |kind: TargetKind, values: &PerMuscle<f64>| {
-        let measured = measured(kind);
-        let unseen: Vec<f64> = Muscle::ALL
-            .into_iter()
-            .filter(|m| !target.active.contains(m) && kind.constrains(*m))
-            .map(|m| (values[m.index()] - measured[m.index()]).powi(2))
-            .collect();
-        (!unseen.is_empty()).then(|| (unseen.iter().sum::<f64>() / unseen.len() as f64).sqrt())
+    let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);
+    let (measured, reference) = (target.muscles.len(), target.reference);
+    let (lengths, rest) = (&fit.lengths[..measured], &fit.rest_lengths[..measured]);
+    let rms = |kind: TargetKind, simulated: &[f64], wanted: &[f64]| {
+        let unseen = |m: &usize| !target.active.contains(m) && kind.constrains(*m, reference);
+        let squares: Vec<f64> =
+            (0..measured).filter(unseen).map(|m| (simulated[m] - wanted[m]).powi(2)).collect();
+        (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     };
-    let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.rest_lengths);
-    let thesis =
-        tables.filter(|_| target.subject == "S2" && target.vowel == Vowel::A && target.baseline == Vowel::U);
-    let thesis_stretches = |t: &published::Tables| {
-        let gga = Muscle::GGa.index();
-        let gga_mm = simulated(stretch)[gga] * t.rest_length_mm[gga];
-        Muscle::ALL.map(|m| t.simulated_ratio_a[m.index()] * gga_mm / t.rest_length_mm[m.index()])
-    };
+    let wanted = |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm, reference);
+    let simulated = |kind: TargetKind| kind.values(lengths, rest, reference);
+    let no_change = |kind: TargetKind| kind.values(&target.baseline_mm, &target.baseline_mm, reference);
+    let error = |kind: TargetKind, values: &[f64]| rms(kind, values, &wanted(kind));
+    let thesis = thesis.filter(|t| t.simulated(target));
+    let thesis_stretches = thesis.and_then(|t| t.stretches_a(&target.muscles, simulated(stretch)[reference]));
+    let thesis_ratios = thesis.and_then(|t| t.ratios_a(&target.muscles));
     Passive {
-        rms_stretch: rms(stretch, &simulated(stretch)),
-        no_change_rms_stretch: rms(stretch, &[1.0; crate::muscle::COUNT]),
-        thesis_rms_stretch: thesis.and_then(|t| rms(stretch, &thesis_stretches(t))),
-        rms_ratio: rms(ratio, &simulated(ratio)),
-        no_change_rms_ratio: rms(ratio, &ratio.values(&target.baseline_mm, &target.baseline_mm)),
-        thesis_rms_ratio: thesis.and_then(|t| rms(ratio, &t.simulated_ratio_a)),
+        rms_stretch: error(stretch, &simulated(stretch)),
+        no_change_rms_stretch: error(stretch, &no_change(stretch)),
+        thesis_rms_stretch: thesis_stretches.and_then(|values| error(stretch, &values)),
+        rms_ratio: error(ratio, &simulated(ratio)),
+        no_change_rms_ratio: error(ratio, &no_change(ratio)),
+        thesis_rms_ratio: thesis_ratios.and_then(|values| error(ratio, &values)),
     }
 }

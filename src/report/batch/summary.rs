@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::record::AssessedRecord;
 use super::tables::name;
 use crate::measured::Vowel;
-use crate::measured::rest_shape::NearestRow;
+use crate::measured::lengths::rest_distance::NearestRow;
 
 /// What the summary needs of one fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,12 +33,12 @@ impl Digest {
     pub fn new(r: &AssessedRecord) -> Self {
         Self {
             target_kind: r.fit.target_kind.to_string(),
-            vowel: r.fit.vowel,
+            vowel: r.fit.vowel.clone(),
             substitute_baseline: r.substitute_baseline,
             status: name(&r.fit.status),
             passive: r.passive.rms_stretch.map(|x| x * x),
             no_change: r.passive.no_change_rms_stretch.map(|x| x * x),
-            passive_muscles: crate::muscle::COUNT - r.fit.active.len(),
+            passive_muscles: r.fit.residuals.0.len() - r.fit.active.len(),
         }
     }
 }
@@ -84,7 +84,7 @@ pub struct Summary {
     /// Subjects whose baseline stands in for a missing /ɯ/.
     pub substitute_baselines: Vec<String>,
     /// In which measure the model at rest is compared with rows.
-    pub rest_shape_measure: &'static str,
+    pub rest_shape_measure: String,
     /// The measured row that is nearest to the model at rest.
     pub nearest_row_to_rest: Option<NearestRow>,
     /// Passive muscles, by kind of target and vowel.
@@ -103,13 +103,20 @@ pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> 
     let mut kinds: Vec<&str> = digests.clone().map(|d| d.target_kind.as_str()).collect();
     kinds.sort_unstable();
     kinds.dedup();
+    // In the order of the rows.
+    let mut vowels: Vec<&Vowel> = Vec::new();
+    for digest in digests.clone() {
+        if !vowels.contains(&&digest.vowel) {
+            vowels.push(&digest.vowel);
+        }
+    }
     for kind in kinds {
         for substitute in [false, true] {
-            for vowel in Vowel::ALL.into_iter().map(Some).chain([None]) {
+            for vowel in vowels.iter().copied().map(Some).chain([None]) {
                 let members = digests.clone().filter(|d| {
                     d.target_kind == kind
                         && d.substitute_baseline == substitute
-                        && vowel.is_none_or(|v| v == d.vowel)
+                        && vowel.is_none_or(|v| *v == d.vowel)
                 });
                 out.extend(group(kind, vowel, substitute, members));
             }
@@ -120,7 +127,7 @@ pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> 
 
 fn group<'a>(
     kind: &str,
-    vowel: Option<Vowel>,
+    vowel: Option<&Vowel>,
     substitute_baseline: bool,
     members: impl Iterator<Item = &'a Digest>,
 ) -> Option<PassiveGroup> {
@@ -138,7 +145,7 @@ fn group<'a>(
     let rms = |sum: f64, n: usize| (sum / n as f64).sqrt();
     (fits > 0).then(|| PassiveGroup {
         target_kind: kind.to_owned(),
-        vowel,
+        vowel: vowel.cloned(),
         substitute_baseline,
         fits,
         rms_stretch: rms(model, fits),

@@ -1,53 +1,120 @@
-//! The two tables of a batch: a row for every muscle of every fit, and a row for every fit.
+//! The two tables of a batch: `muscles.csv`, a row for each muscle of each fit, and `fits.csv`, a row for each fit, baseline and row
+//! that could not be fitted.
 
-use crate::muscle::{COUNT, Muscle};
-use crate::report::record::ByMuscle;
+use serde::Serialize;
 
 use super::Provenance;
-use super::record::AssessedRecord;
+use super::record::{AssessedRecord, IntervalsRecord};
 use crate::inverse::batch::{BaselineRow, Refusal};
+use crate::inverse::uncertainty::Interval;
+use crate::measured::published_patterns::PatternCheck;
+use crate::measured::{TargetKind, Vowel};
+use crate::report::record::ByMuscle;
 
-/// Columns of `muscles.csv`, one row for every subject, vowel, kind of target and muscle. Lengths in mm: measured ones are the
-/// subject's; target, simulated and residual are the model's, whose size is another. Ratios are to GGa, stretches to the
-/// baseline (measured) or rest (model).
-pub const MUSCLE_COLUMNS: [&str; 33] = [
-    "subject",
-    "vowel",
-    "baseline",
-    "substitute_baseline",
-    "target_kind",
-    "status",
-    "muscle",
-    "active",
-    "fitted",
-    "uncertain",
-    "tension_n_per_m",
-    "tension_low_n_per_m",
-    "tension_high_n_per_m",
-    "baseline_length_mm",
-    "measured_length_mm",
-    "rest_length_mm",
-    "target_length_mm",
-    "simulated_length_mm",
-    "residual_mm",
-    "target_ratio",
-    "simulated_ratio",
-    "residual_ratio",
-    "ratio_low",
-    "ratio_high",
-    "target_stretch",
-    "simulated_stretch",
-    "residual_stretch",
-    "stretch_low",
-    "stretch_high",
-    "version",
-    "seed",
-    "inputs_sha256",
-    "command",
-];
+/// A row of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
+/// is another. Ratios are to the reference muscle, stretches to the baseline (measured) or rest (model). What was not measured is empty.
+#[derive(Serialize)]
+struct MuscleRow<'a> {
+    subject: &'a str,
+    vowel: &'a Vowel,
+    baseline: &'a Vowel,
+    substitute_baseline: bool,
+    target_kind: TargetKind,
+    status: crate::inverse::Status,
+    muscle: &'a str,
+    active: bool,
+    fitted: bool,
+    uncertain: bool,
+    tension_n_per_m: f64,
+    tension_low_n_per_m: Option<f64>,
+    tension_high_n_per_m: Option<f64>,
+    baseline_length_mm: Option<f64>,
+    measured_length_mm: Option<f64>,
+    rest_length_mm: f64,
+    target_length_mm: Option<f64>,
+    simulated_length_mm: f64,
+    residual_mm: Option<f64>,
+    target_ratio: Option<f64>,
+    simulated_ratio: f64,
+    residual_ratio: Option<f64>,
+    ratio_low: Option<f64>,
+    ratio_high: Option<f64>,
+    target_stretch: Option<f64>,
+    simulated_stretch: f64,
+    residual_stretch: Option<f64>,
+    stretch_low: Option<f64>,
+    stretch_high: Option<f64>,
+    version: &'a str,
+    seed: u64,
+    inputs_sha256: &'a str,
+    command: &'a str,
+}
 
-/// The first columns of `fits.csv`; then come tension, low and high of every muscle, then [`FIT_COLUMNS_AFTER`].
-const FIT_COLUMNS_BEFORE: [&str; 10] = [
+/// The rows of `muscles.csv` for one fit, with the header in front where that is asked for.
+///
+/// # Errors
+/// As [`csv::Writer`]; none when writing to memory.
+pub fn muscle_lines(r: &AssessedRecord, p: &Provenance, with_header: bool) -> csv::Result<String> {
+    let f = &r.fit;
+    let reference_mm = f.lengths_mm.of(&f.reference).copied().unwrap_or(f64::NAN);
+    let mut writer = csv::WriterBuilder::new().has_headers(with_header).from_writer(Vec::new());
+    for (i, (muscle, tension)) in f.tensions_n.0.iter().enumerate() {
+        let of = |values: &ByMuscle<f64>| values.of(muscle).copied();
+        let (target_ratio, target_stretch) = (of(&f.target_ratios), of(&f.target_stretches));
+        let (ratio, stretch) = (f.ratios.0[i].1, f.stretches.0[i].1);
+        let (length, rest) = (f.lengths_mm.0[i].1, f.rest_lengths_mm.0[i].1);
+        let target_length_mm = match f.target_kind {
+            TargetKind::Ratio => target_ratio.map(|t| t * reference_mm),
+            TargetKind::Stretch => target_stretch.map(|t| t * rest),
+        };
+        let ends = |of: fn(&IntervalsRecord) -> &ByMuscle<Interval>| {
+            let found = r.intervals.as_ref().map(|all| of(all).0[i].1);
+            (found.map(|x| x.low), found.map(|x| x.high))
+        };
+        let (tension_low_n_per_m, tension_high_n_per_m) = ends(|i| &i.tensions_n);
+        let (ratio_low, ratio_high) = ends(|i| &i.ratios);
+        let (stretch_low, stretch_high) = ends(|i| &i.stretches);
+        writer.serialize(MuscleRow {
+            subject: &f.subject,
+            vowel: &f.vowel,
+            baseline: &f.baseline,
+            substitute_baseline: r.substitute_baseline,
+            target_kind: f.target_kind,
+            status: f.status,
+            muscle,
+            active: f.active.contains(muscle),
+            fitted: r.fitted.contains(muscle),
+            uncertain: f.uncertain.contains(muscle),
+            tension_n_per_m: *tension,
+            tension_low_n_per_m,
+            tension_high_n_per_m,
+            baseline_length_mm: of(&f.baseline_lengths_mm),
+            measured_length_mm: of(&f.measured_lengths_mm),
+            rest_length_mm: rest,
+            target_length_mm,
+            simulated_length_mm: length,
+            residual_mm: target_length_mm.map(|t| length - t),
+            target_ratio,
+            simulated_ratio: ratio,
+            residual_ratio: target_ratio.map(|t| ratio - t),
+            ratio_low,
+            ratio_high,
+            target_stretch,
+            simulated_stretch: stretch,
+            residual_stretch: target_stretch.map(|t| stretch - t),
+            stretch_low,
+            stretch_high,
+            version: &p.version,
+            seed: p.seed,
+            inputs_sha256: &p.inputs_sha256,
+            command: &p.command,
+        })?;
+    }
+    finish(writer)
+}
+
+/// The columns of `fits.csv` before those of the tensions.
+const BEFORE: [&str; 10] = [
     "subject",
     "vowel",
     "baseline",
@@ -60,7 +127,8 @@ const FIT_COLUMNS_BEFORE: [&str; 10] = [
     "undetermined",
 ];
 
-const FIT_COLUMNS_AFTER: [&str; 26] = [
+/// The columns after them.
+const AFTER: [&str; 26] = [
     "cost",
     "misfit",
     "passive_rms_stretch",
@@ -89,84 +157,29 @@ const FIT_COLUMNS_AFTER: [&str; 26] = [
     "command",
 ];
 
-/// The header of `fits.csv`.
-pub fn fit_columns() -> Vec<String> {
-    let tensions = Muscle::ALL
-        .into_iter()
-        .flat_map(|m| ["", "_low", "_high"].map(|what| format!("tension_{m}{what}_n_per_m")));
-    let before = FIT_COLUMNS_BEFORE.into_iter().map(str::to_owned);
-    before.chain(tensions).chain(FIT_COLUMNS_AFTER.into_iter().map(str::to_owned)).collect()
+/// The columns of `fits.csv` for a body with these muscles: tension, low and high of each stand in the middle.
+fn fit_columns(muscles: &[String]) -> Vec<String> {
+    let tensions =
+        muscles.iter().flat_map(|m| ["", "_low", "_high"].map(|what| format!("tension_{m}{what}_n_per_m")));
+    let before = BEFORE.into_iter().map(str::to_owned);
+    before.chain(tensions).chain(AFTER.into_iter().map(str::to_owned)).collect()
 }
 
-/// Lines of `muscles.csv` for one fit.
+/// The header of `fits.csv`.
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
-pub fn muscle_lines(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
-    let f = &r.fit;
-    let gga_mm = f.lengths_mm.0[Muscle::GGa.index()];
-    let mut lines = Lines::new();
-    for m in Muscle::ALL {
-        let i = m.index();
-        let active = f.active.contains(&m);
-        let target_mm = match f.target_kind {
-            crate::measured::TargetKind::Ratio => f.target_ratios.0[i] * gga_mm,
-            crate::measured::TargetKind::Stretch => f.target_stretches.0[i] * f.rest_lengths_mm.0[i],
-        };
-        let interval =
-            |of: fn(&super::record::IntervalsRecord) -> &ByMuscle<crate::inverse::uncertainty::Interval>| {
-                let found = r.intervals.as_ref().map(|all| of(all).0[i]);
-                [found.map(|x| x.low), found.map(|x| x.high)].map(optional)
-            };
-        let [tension_low, tension_high] = interval(|i| &i.tensions_n);
-        let [ratio_low, ratio_high] = interval(|i| &i.ratios);
-        let [stretch_low, stretch_high] = interval(|i| &i.stretches);
-        lines.add([
-            f.subject.clone(),
-            f.vowel.to_string(),
-            f.baseline.to_string(),
-            r.substitute_baseline.to_string(),
-            f.target_kind.to_string(),
-            name(&f.status),
-            m.to_string(),
-            active.to_string(),
-            r.fitted.contains(&m).to_string(),
-            f.uncertain.contains(&m).to_string(),
-            f.tensions_n.0[i].to_string(),
-            tension_low,
-            tension_high,
-            f.baseline_lengths_mm.0[i].to_string(),
-            f.measured_lengths_mm.0[i].to_string(),
-            f.rest_lengths_mm.0[i].to_string(),
-            target_mm.to_string(),
-            f.lengths_mm.0[i].to_string(),
-            (f.lengths_mm.0[i] - target_mm).to_string(),
-            f.target_ratios.0[i].to_string(),
-            f.ratios.0[i].to_string(),
-            (f.ratios.0[i] - f.target_ratios.0[i]).to_string(),
-            ratio_low,
-            ratio_high,
-            f.target_stretches.0[i].to_string(),
-            f.stretches.0[i].to_string(),
-            (f.stretches.0[i] - f.target_stretches.0[i]).to_string(),
-            stretch_low,
-            stretch_high,
-            p.version.clone(),
-            p.seed.to_string(),
-            p.inputs_sha256.clone(),
-            p.command.clone(),
-        ])?;
-    }
-    lines.finish()
+pub fn fit_header(muscles: &[String]) -> csv::Result<String> {
+    line(fit_columns(muscles))
 }
 
 /// The line of `fits.csv` for one fit.
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
-pub fn fit_line(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
-    let f = &r.fit;
-    let mut row = vec![
+pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
+    let (f, i) = (&r.fit, r.intervals.as_ref());
+    let before: [String; BEFORE.len()] = [
         f.subject.clone(),
         f.vowel.to_string(),
         f.baseline.to_string(),
@@ -174,26 +187,22 @@ pub fn fit_line(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
         f.target_kind.to_string(),
         name(&f.status),
         String::new(),
-        joined(&f.active),
+        f.active.join("+"),
         r.fitted.len().to_string(),
-        f.identifiability.as_ref().map(|i| i.undetermined.to_string()).unwrap_or_default(),
+        optional(f.identifiability.as_ref().map(|i| i.undetermined)),
     ];
-    for i in 0..COUNT {
-        let interval = r.intervals.as_ref().map(|all| all.tensions_n.0[i]);
-        row.push(f.tensions_n.0[i].to_string());
-        row.push(optional(interval.map(|x| x.low)));
-        row.push(optional(interval.map(|x| x.high)));
-    }
-    let draws = |of: fn(&super::record::IntervalsRecord) -> usize| {
-        r.intervals.as_ref().map(|i| of(i).to_string()).unwrap_or_default()
-    };
-    let smallest = r.within_rounding.as_ref().and_then(|s| s.last()).map(|s| s.singular_value);
-    let best = r.other_subsets.first().map(|s| {
-        let muscles: Vec<_> = s.tensions_n.0.iter().map(|(m, _)| *m).collect();
-        joined(&muscles)
+    let tensions = muscles.iter().flat_map(|m| {
+        let interval = i.and_then(|all| all.tensions_n.of(m));
+        [f.tensions_n.of(m).copied(), interval.map(|x| x.low), interval.map(|x| x.high)].map(optional)
     });
+    let smallest = r.within_rounding.as_ref().and_then(|s| s.last()).map(|s| s.singular_value);
+    let best = r
+        .other_subsets
+        .first()
+        .map(|s| s.tensions_n.0.iter().map(|(m, _)| m.as_str()).collect::<Vec<_>>().join("+"));
+    let group = |of: fn(&PatternCheck) -> &Vec<String>| optional(r.pattern.as_ref().map(|c| of(c).join("+")));
     let alarms: Vec<&str> = r.alarms.iter().map(|a| a.message.as_str()).collect();
-    row.extend([
+    let after: [String; AFTER.len()] = [
         r.cost.to_string(),
         f.misfit.to_string(),
         optional(r.passive.rms_stretch),
@@ -202,17 +211,17 @@ pub fn fit_line(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
         optional(r.passive.rms_ratio),
         optional(r.passive.no_change_rms_ratio),
         optional(r.passive.thesis_rms_ratio),
-        r.rest_shape.rms_ratio.to_string(),
+        optional(r.rest_shape.map(|d| d.rms_ratio)),
         optional(smallest),
-        draws(|i| i.draws),
-        draws(|i| i.failed),
-        draws(|i| i.not_met),
+        optional(i.map(|i| i.draws)),
+        optional(i.map(|i| i.failed)),
+        optional(i.map(|i| i.not_met)),
         r.other_optima.len().to_string(),
         r.other_subsets_within_rounding.to_string(),
-        best.unwrap_or_default(),
-        joined(&r.pattern.found),
-        joined(&r.pattern.missing),
-        joined(&r.pattern.unexpected),
+        optional(best),
+        group(|c| &c.found),
+        group(|c| &c.missing),
+        group(|c| &c.unexpected),
         alarms.join("; "),
         f.evaluations.to_string(),
         r.line.to_string(),
@@ -220,86 +229,57 @@ pub fn fit_line(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
         p.seed.to_string(),
         p.inputs_sha256.clone(),
         p.command.clone(),
-    ]);
-    let mut lines = Lines::new();
-    lines.add(row)?;
-    lines.finish()
+    ];
+    line(before.into_iter().chain(tensions).chain(after))
 }
 
 /// The line of `fits.csv` for a row that is a baseline.
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
-pub fn baseline_line(b: &BaselineRow, p: &Provenance) -> csv::Result<String> {
-    let vowel = b.vowel.to_string();
-    bare(
-        [&b.subject, &vowel, &vowel, &b.substitute.to_string(), "", "baseline", "the baseline itself"],
-        b.line,
-        p,
-    )
+pub fn baseline_line(muscles: &[String], b: &BaselineRow, p: &Provenance) -> csv::Result<String> {
+    let (vowel, substitute) = (b.vowel.label(), b.substitute.to_string());
+    let first = [&b.subject, vowel, vowel, &substitute, "", "baseline", "the baseline itself"];
+    bare(muscles, first, b.line, p)
 }
 
 /// The line of `fits.csv` for a row that could not be fitted.
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
-pub fn refusal_line(r: &Refusal, p: &Provenance) -> csv::Result<String> {
-    let kind = r.kind.map(|k| k.to_string()).unwrap_or_default();
-    bare([&r.subject, &r.vowel.to_string(), "", "", &kind, "not_fitted", &r.message], r.line, p)
+pub fn refusal_line(muscles: &[String], r: &Refusal, p: &Provenance) -> csv::Result<String> {
+    let kind = optional(r.kind);
+    bare(muscles, [&r.subject, r.vowel.label(), "", "", &kind, "not_fitted", &r.message], r.line, p)
 }
 
 /// A line with nothing but its first columns and where it comes from.
-fn bare(first: [&str; 7], line: u64, p: &Provenance) -> csv::Result<String> {
-    let values = fit_columns().into_iter().enumerate().map(|(i, column)| match column.as_str() {
-        "line" => line.to_string(),
+fn bare(muscles: &[String], first: [&str; 7], number: u64, p: &Provenance) -> csv::Result<String> {
+    line(fit_columns(muscles).into_iter().enumerate().map(|(i, column)| match column.as_str() {
+        "line" => number.to_string(),
         "version" => p.version.clone(),
         "seed" => p.seed.to_string(),
         "inputs_sha256" => p.inputs_sha256.clone(),
         "command" => p.command.clone(),
         _ => first.get(i).copied().unwrap_or_default().to_owned(),
-    });
-    let mut lines = Lines::new();
-    lines.add(values)?;
-    lines.finish()
+    }))
 }
 
-/// The name that serde gives a unit variant.
-pub(super) fn name(value: &impl serde::Serialize) -> String {
-    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
-}
-
-fn joined(parts: &[impl serde::Serialize]) -> String {
-    parts.iter().map(name).collect::<Vec<_>>().join("+")
-}
-
-fn optional(value: Option<f64>) -> String {
+fn optional(value: Option<impl ToString>) -> String {
     value.map(|v| v.to_string()).unwrap_or_default()
 }
 
-/// CSV lines without a header.
-struct Lines(csv::Writer<Vec<u8>>);
-
-impl Lines {
-    fn new() -> Self {
-        Self(csv::Writer::from_writer(Vec::new()))
-    }
-
-    fn add(&mut self, fields: impl IntoIterator<Item = String>) -> csv::Result<()> {
-        self.0.write_record(fields)
-    }
-
-    fn finish(self) -> csv::Result<String> {
-        let bytes = self.0.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
-        String::from_utf8(bytes).map_err(|e| std::io::Error::other(e).into())
-    }
+fn line(fields: impl IntoIterator<Item = String>) -> csv::Result<String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(fields.into_iter().collect::<Vec<_>>())?;
+    finish(writer)
 }
 
-/// A header line.
-///
-/// # Errors
-/// As [`csv::Writer`]; none when writing to memory.
-pub fn header(columns: &[impl AsRef<str>]) -> csv::Result<String> {
-    let mut lines = Lines::new();
-    lines.add(columns.iter().map(|c| c.as_ref().to_owned()))?;
-    lines.finish()
+/// The name that serde gives a unit variant.
+pub(super) fn name(value: &impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+fn finish(writer: csv::Writer<Vec<u8>>) -> csv::Result<String> {
+    let bytes = writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
+    String::from_utf8(bytes).map_err(|e| std::io::Error::other(e).into())
 }

@@ -1,7 +1,6 @@
 //! The study as files: a table for each axis, and the diagrams.
 
 use crate::measured::TargetKind;
-use crate::muscle::Muscle;
 use crate::report::{Curve, Export, Rows, Table, work_precision};
 
 use super::ladder::Run;
@@ -49,7 +48,8 @@ pub fn files(study: &Study) -> Result<Files<'_>, StudyError> {
 fn mesh_table(runs: &[MeshRun]) -> Table {
     let mut header: Vec<String> =
         ["scene", "tissue", "h_mm", "unknown_nodes", "triangles"].map(String::from).to_vec();
-    header.extend(Muscle::ALL.map(|m| format!("ratio_{m}")));
+    let muscles = runs.first().map(|r| r.muscles.as_slice()).unwrap_or_default();
+    header.extend(muscles.iter().map(|m| format!("ratio_{m}")));
     let rest = [
         "change_from_next_coarser",
         "difference_from_finest_fe",
@@ -72,7 +72,7 @@ fn mesh_table(runs: &[MeshRun]) -> Table {
             r.unknowns.to_string(),
             r.triangles.to_string(),
         ];
-        row.extend(r.ratios.map(|v| format!("{v:.6}")));
+        row.extend(r.ratios.iter().map(|v| format!("{v:.6}")));
         row.push(r.change.map_or_else(String::new, |v| format!("{v:.6}")));
         row.push(format!("{:.6}", r.from_finest));
         row.extend([r.mesh_s, r.setup_s, r.solve_s, r.force_s, r.factor_s].map(|v| format!("{v:.3e}")));

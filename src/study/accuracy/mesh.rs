@@ -4,7 +4,6 @@ use nalgebra::SVector;
 
 use crate::body::Mesh;
 use crate::effect::{Configuration, Tangent};
-use crate::muscle::{Muscle, PerMuscle};
 use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
 use crate::statics::Workspace;
@@ -29,8 +28,10 @@ pub struct MeshRun {
     pub unknowns: usize,
     /// Triangles.
     pub triangles: usize,
+    /// Names of the muscles.
+    pub muscles: Vec<String>,
     /// Ratio of every muscle to GGa.
-    pub ratios: PerMuscle<f64>,
+    pub ratios: Vec<f64>,
     /// Largest change of a ratio from the next coarser mesh.
     pub change: Option<f64>,
     /// Largest difference of a ratio from finite elements on the finest mesh.
@@ -81,7 +82,7 @@ pub fn ladder(
 
 fn one(
     mesh: &Mesh<2>,
-    (name, pull): (&'static str, &[(Muscle, f64)]),
+    (name, pull): (&'static str, &[(&str, f64)]),
     tissue: &'static str,
     (h, mesh_s): (f64, f64),
     effort: &Effort,
@@ -111,6 +112,7 @@ fn one(
         h,
         unknowns: system.pattern().unknowns(),
         triangles: mesh.cells.len(),
+        muscles: mesh.muscle_names(),
         ratios: scene.ratios(workspace.positions()),
         change: None,
         from_finest: 0.0,

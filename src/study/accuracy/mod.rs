@@ -31,8 +31,8 @@ use crate::body::{AnatomyError, DEFAULT_SPACING_M, MeshError};
 use crate::dynamics::MotionError;
 use crate::inverse::FitError;
 use crate::measured;
-use crate::measured::published::TENSIONS_A_N;
 use crate::report::ReportError;
+use crate::study::PUBLISHED_A;
 use crate::system::{Model, SystemError};
 
 pub use files::files;
@@ -59,7 +59,13 @@ pub enum StudyError {
     Motion(#[from] MotionError),
     /// The measured lengths.
     #[error(transparent)]
-    Target(#[from] measured::Error),
+    Target(#[from] measured::TargetError),
+    /// The table of lengths.
+    #[error(transparent)]
+    Lengths(#[from] measured::lengths::Error),
+    /// A vowel.
+    #[error(transparent)]
+    Vowel(#[from] measured::lengths::BadLabel),
     /// The equilibrium that errors are measured against is not good enough: its residual force, N.
     #[error("the reference equilibrium leaves a force of {0:e} N, too much to measure errors against")]
     Reference(f64),
@@ -99,7 +105,7 @@ pub struct Study {
 pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Study, StudyError> {
     let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
     let body = scene::mesh(spacing)?;
-    let scene = scene::Scene::new(&body, &Model::default(), &TENSIONS_A_N)?;
+    let scene = scene::Scene::new(&body, &Model::default(), &PUBLISHED_A)?;
     progress("axis 6, the fit");
     let fits = search::ladder(&body, effort)?;
     progress("axis 3, stopping early");

@@ -141,7 +141,7 @@ pub(super) fn meshes(p: &mut String, study: &Study) {
                 "| {tissue} | {} | {} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 number(r.h * 1e3),
                 r.unknowns,
-                r.ratios[crate::muscle::Muscle::SGp.index()],
+                r.muscles.iter().position(|m| m == "SGp").map_or(f64::NAN, |m| r.ratios[m]),
                 r.change.map_or_else(|| "–".into(), number),
                 duration(r.mesh_s),
                 duration(r.setup_s),

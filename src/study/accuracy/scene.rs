@@ -3,10 +3,9 @@
 use nalgebra::SVector;
 
 use crate::body::{Anatomy, Mesh, build};
-use crate::inverse;
-use crate::measured::TargetKind;
-use crate::muscle::{Muscle, PerMuscle};
+use crate::measured::{TargetKind, reference_muscle};
 use crate::statics::{self, Settings, Solution, Status, Workspace};
+use crate::study::pulling;
 use crate::system::{Model, System};
 
 use super::StudyError;
@@ -21,7 +20,8 @@ pub struct Scene {
     pub system: System<2>,
     /// Tensions of all muscles of the mesh, N.
     pub tensions: Vec<f64>,
-    numbers: PerMuscle<usize>,
+    /// Number of the muscle that ratios are over.
+    reference: usize,
 }
 
 impl Scene {
@@ -29,15 +29,10 @@ impl Scene {
     ///
     /// # Errors
     /// [`StudyError`] where the model cannot be made.
-    pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(Muscle, f64)]) -> Result<Self, StudyError> {
-        let numbers = inverse::muscle_numbers(mesh)?;
-        let contracting: Vec<usize> = pull.iter().map(|(m, _)| numbers[m.index()]).collect();
+    pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, StudyError> {
+        let (contracting, tensions) = pulling(mesh, pull)?;
         let system = System::new(mesh, model, &contracting)?;
-        let mut tensions = vec![0.0; system.muscle_count()];
-        for (m, tension) in pull {
-            tensions[numbers[m.index()]] = *tension;
-        }
-        Ok(Self { system, tensions, numbers })
+        Ok(Self { system, tensions, reference: reference_muscle(&mesh.muscle_names()) })
     }
 
     /// Where Newton's method ends when only rounding stops it, and the force left there, N.
@@ -62,9 +57,9 @@ impl Scene {
     }
 
     /// Ratio of every muscle's length to that of GGa.
-    pub fn ratios(&self, positions: &[SVector<f64, 2>]) -> PerMuscle<f64> {
-        let length = |shape| self.numbers.map(|n| self.system.length(shape, n));
-        TargetKind::Ratio.values(&length(positions), &length(self.system.rest()))
+    pub fn ratios(&self, positions: &[SVector<f64, 2>]) -> Vec<f64> {
+        let rest = self.system.lengths(self.system.rest());
+        TargetKind::Ratio.values(&self.system.lengths(positions), &rest, self.reference)
     }
 
     /// Largest distance of an unknown node between two shapes, mm.
@@ -80,7 +75,7 @@ impl Scene {
 }
 
 /// Largest absolute difference of two sets of ratios.
-pub fn largest_difference(a: &PerMuscle<f64>, b: &PerMuscle<f64>) -> f64 {
+pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 

@@ -61,9 +61,10 @@ fn kind_name<S: Serializer>(kind: &TargetKind, serializer: S) -> Result<S::Ok, S
 /// [`StudyError`] where a fit cannot begin.
 pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, StudyError> {
     let data = Dataset::reference()?;
+    let vowel = Vowel::new("a")?;
     let mut runs = Vec::new();
     for kind in [TargetKind::Stretch, TargetKind::Ratio] {
-        let target = Target::new(&data, "S2", Vowel::A, kind, &TargetOptions::default())?;
+        let target = Target::new(&data, "S2", &vowel, kind, &TargetOptions::default())?;
         let tight = Settings {
             method: Method::GaussNewton,
             tension_tolerance: 1e-8,

@@ -95,14 +95,14 @@ fn along<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measured::published::TENSIONS_A_N;
+    use crate::study::PUBLISHED_A;
     use crate::study::accuracy::ladder::observed_order;
     use crate::study::accuracy::scene;
     use crate::system::Model;
 
     #[test]
     fn on_a_coarse_tongue_the_ladder_shows_the_known_orders_and_lists_what_was_refused() {
-        let scene = Scene::new(&scene::mesh(11e-3).unwrap(), &Model::default(), &TENSIONS_A_N).unwrap();
+        let scene = Scene::new(&scene::mesh(11e-3).unwrap(), &Model::default(), &PUBLISHED_A).unwrap();
         let (runs, doubt) = ladder(&scene, &Effort::TINY).unwrap();
         let errors = |method: &str| -> Vec<f64> {
             runs.iter().filter(|r| r.method == method).filter_map(|r| r.error_mm).collect()

@@ -5,11 +5,11 @@ use std::time::Instant;
 use nalgebra::SVector;
 
 use crate::body::{Mesh, largest_distance};
-use crate::inverse::{self, Settings, muscle_numbers};
+use crate::inverse::{self, Settings};
 use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
-use crate::muscle::Muscle;
 use crate::parallel;
 use crate::statics::Workspace;
+use crate::study::{PUBLISHED_A, pulling};
 use crate::system::{Model, System};
 
 use super::search::of_fit;
@@ -50,12 +50,8 @@ pub(super) fn same_answers() -> Result<Vec<Row>, StabilityError> {
 type Shape = Vec<SVector<f64, 2>>;
 
 fn published(variant: String, mesh: &Mesh<2>) -> Result<(Row, Shape), StabilityError> {
-    let numbers = muscle_numbers(mesh)?;
-    let load = [(Muscle::GGa, 12.0), (Muscle::SGm, 11.5), (Muscle::HGa, 4.5)];
-    let contracting: Vec<usize> = load.iter().map(|(m, _)| numbers[m.index()]).collect();
+    let (contracting, tensions) = pulling(mesh, &PUBLISHED_A)?;
     let system = System::new(mesh, &Model::default(), &contracting)?;
-    let mut tensions = vec![0.0; system.muscle_count()];
-    load.iter().for_each(|(m, t)| tensions[numbers[m.index()]] = *t);
     let mut workspace = Workspace::new(&system);
     let (_, row) = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
     Ok((row, workspace.positions().to_vec()))
@@ -73,7 +69,8 @@ fn compared(row: Row, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -
 
 fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StabilityError> {
     let data = Dataset::reference()?;
-    let target = Target::new(&data, "S2", Vowel::A, TargetKind::Ratio, &TargetOptions::default())?;
+    let target =
+        Target::new(&data, "S2", &"a".parse::<Vowel>()?, TargetKind::Ratio, &TargetOptions::default())?;
     let settings = Settings { starts: 4, ..Settings::default() };
     let mut first: Option<Vec<u64>> = None;
     let mut rows = Vec::new();

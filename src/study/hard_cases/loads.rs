@@ -1,9 +1,8 @@
 //! Cases 2 and 4: loads far beyond muscle, and chains that fold.
 
 use crate::body::largest_distance;
-use crate::inverse::muscle_numbers;
-use crate::muscle::Muscle;
 use crate::statics::{Settings, Workspace, trace};
+use crate::study::pulling;
 use crate::system::{Model, OutsidePath, System};
 
 use super::{Beside, Extent, Row, StabilityError, bodies, equilibrium_row, name_of};
@@ -11,21 +10,21 @@ use super::{Beside, Extent, Row, StabilityError, bodies, equilibrium_row, name_o
 /// Equal steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
 
-/// Case 2: subsets of the eight muscles at 1, 10, 100 and 1000 N: all 255, or every 16th; each solved directly, and reached
+/// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N: all, or every 16th; each solved directly, and reached
 /// once more along the branch that begins at rest.
 pub(super) fn subsets(extent: Extent) -> Result<Vec<Row>, StabilityError> {
     let mesh = bodies::tongue()?;
-    let numbers = muscle_numbers(&mesh)?;
+    let all = mesh.muscle_names();
     let stride = if extent == Extent::Full { 1 } else { 16 };
     let mut rows = Vec::new();
-    // Ends with the set of all eight.
-    for set in (1..=255u32).rev().step_by(stride) {
-        let active: Vec<Muscle> = Muscle::ALL.into_iter().filter(|m| set >> m.index() & 1 == 1).collect();
-        let contracting: Vec<usize> = active.iter().map(|m| numbers[m.index()]).collect();
+    // Ends with the set of all.
+    for set in (1..1u32 << all.len()).rev().step_by(stride) {
+        let contracting: Vec<usize> = (0..all.len()).filter(|m| set >> m & 1 == 1).collect();
+        let names: Vec<&str> = contracting.iter().map(|&m| all[m].as_str()).collect();
         let system = System::new(&mesh, &Model::default(), &contracting)?;
         let mut workspace = Workspace::new(&system);
         for load in [1.0, 10.0, 100.0, 1000.0] {
-            let variant = format!("{} at {load} N", names(&active));
+            let variant = format!("{} at {load} N", names.join(" "));
             let tensions = tensions(&system, &contracting, load);
             let (_, row) = equilibrium_row(2, variant, &system, &mut workspace, &tensions);
             rows.push(beside_branch(row, &system, &mut workspace, &tensions));
@@ -59,24 +58,23 @@ fn beside_branch(row: Row, system: &System<2>, workspace: &mut Workspace<2>, ten
 
 /// Case 4: SGp and HGp passive and contracting, alone and with the rest, as straight paths and as chains.
 pub(super) fn folding_chains() -> Result<Vec<Row>, StabilityError> {
-    use Muscle::{GGa, HGa, HGp, SGm, SGp};
     let mesh = bodies::tongue()?;
-    let numbers = muscle_numbers(&mesh)?;
-    let sets: [(&str, Vec<Muscle>); 6] = [
-        ("SGp", vec![SGp]),
-        ("HGp", vec![HGp]),
-        ("SGp HGp", vec![SGp, HGp]),
-        ("passive beside GGa SGm HGa", vec![GGa, SGm, HGa]),
-        (
-            "passive, pushed by all others",
-            Muscle::ALL.into_iter().filter(|m| ![SGp, HGp].contains(m)).collect(),
-        ),
-        ("with all the rest", Muscle::ALL.to_vec()),
+    let all = mesh.muscle_names();
+    let all: Vec<&str> = all.iter().map(String::as_str).collect();
+    let others: Vec<&str> = all.iter().copied().filter(|m| !["SGp", "HGp"].contains(m)).collect();
+    let sets: [(&str, &[&str]); 6] = [
+        ("SGp", &["SGp"]),
+        ("HGp", &["HGp"]),
+        ("SGp HGp", &["SGp", "HGp"]),
+        ("passive beside GGa SGm HGa", &["GGa", "SGm", "HGa"]),
+        ("passive, pushed by all others", &others),
+        ("with all the rest", &all),
     ];
     let mut rows = Vec::new();
     for outside in [OutsidePath::Straight, OutsidePath::Chain] {
-        for (name, set) in &sets {
-            let contracting: Vec<usize> = set.iter().map(|m| numbers[m.index()]).collect();
+        for (name, set) in sets {
+            let pull: Vec<(&str, f64)> = set.iter().map(|m| (*m, 0.0)).collect();
+            let (contracting, _) = pulling(&mesh, &pull)?;
             let system = System::new(&mesh, &Model { outside, ..Model::default() }, &contracting)?;
             let mut workspace = Workspace::new(&system);
             for load in [5.0, 50.0, 500.0] {
@@ -93,8 +91,4 @@ fn tensions(system: &System<2>, contracting: &[usize], load: f64) -> Vec<f64> {
     let mut all = vec![0.0; system.muscle_count()];
     contracting.iter().for_each(|&m| all[m] = load);
     all
-}
-
-fn names(muscles: &[Muscle]) -> String {
-    muscles.iter().map(|m| m.name()).collect::<Vec<_>>().join(" ")
 }

@@ -4,10 +4,9 @@ use crate::body::Mesh;
 use crate::effect::spring::Spring;
 use crate::effect::{Bone, Contraction, Effect, Incompressibility, Tissue};
 use crate::geometry::topology;
-use crate::inverse::muscle_numbers;
 use crate::material::Constants;
-use crate::muscle::Muscle;
 use crate::statics::Workspace;
+use crate::study::{PUBLISHED_A, pulling};
 use crate::system::{Model, System, SystemError, TissueModel, coefficients};
 
 use super::{Row, StabilityError, bodies, equilibrium_row, refusal};
@@ -16,11 +15,7 @@ use super::{Row, StabilityError, bodies, equilibrium_row, refusal};
 /// stiff as each other, all at the published tensions.
 pub(super) fn extremes() -> Result<Vec<Row>, StabilityError> {
     let mesh = bodies::tongue()?;
-    let numbers = muscle_numbers(&mesh)?;
-    let load = [(Muscle::GGa, 12.0), (Muscle::SGm, 11.5), (Muscle::HGa, 4.5)];
-    let contracting: Vec<usize> = load.iter().map(|(m, _)| numbers[m.index()]).collect();
-    let mut tensions = vec![0.0; mesh.muscles.len()];
-    load.iter().for_each(|(m, t)| tensions[numbers[m.index()]] = *t);
+    let (contracting, tensions) = pulling(&mesh, &PUBLISHED_A)?;
     let mut rows = Vec::new();
     for poisson_ratio in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
         let constants = Constants { poisson_ratio, ..Constants::TONGUE };

@@ -124,7 +124,13 @@ pub enum StabilityError {
     System(#[from] crate::system::SystemError),
     /// The measured lengths.
     #[error(transparent)]
-    Target(#[from] crate::measured::Error),
+    Target(#[from] crate::measured::TargetError),
+    /// The table of lengths.
+    #[error(transparent)]
+    Lengths(#[from] crate::measured::lengths::Error),
+    /// A vowel.
+    #[error(transparent)]
+    Vowel(#[from] crate::measured::lengths::BadLabel),
     /// A fit that cannot begin.
     #[error(transparent)]
     Fit(#[from] crate::inverse::FitError),

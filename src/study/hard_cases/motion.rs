@@ -4,10 +4,9 @@ use std::time::Instant;
 
 use crate::body::largest_distance;
 use crate::dynamics::{self, Control, Method, Motion, Status, Tensions};
-use crate::inverse::muscle_numbers;
 use crate::material::{Constants, Preset};
-use crate::muscle::Muscle;
 use crate::statics::{Settings, Workspace, solve};
+use crate::study::{PUBLISHED_A, pulling};
 use crate::system::{Model, System};
 
 use super::{Extent, Row, StabilityError, bodies, name_of, refusal};
@@ -33,11 +32,9 @@ struct Body {
 impl Body {
     fn new(model: &Model, newtons: [f64; 3]) -> Result<Self, StabilityError> {
         let mesh = bodies::tongue()?;
-        let numbers = muscle_numbers(&mesh)?;
-        let pulling = [Muscle::GGa, Muscle::SGm, Muscle::HGa].map(|m| numbers[m.index()]);
-        let mut tensions = vec![0.0; mesh.muscles.len()];
-        pulling.iter().zip(newtons).for_each(|(&m, t)| tensions[m] = t);
-        Ok(Self { system: System::new(&mesh, model, &pulling)?, tensions })
+        let pull: Vec<(&str, f64)> = PUBLISHED_A.iter().zip(newtons).map(|((m, _), t)| (*m, t)).collect();
+        let (contracting, tensions) = pulling(&mesh, &pull)?;
+        Ok(Self { system: System::new(&mesh, model, &contracting)?, tensions })
     }
 
     fn motion(&self) -> Result<Motion<'_, 2>, StabilityError> {

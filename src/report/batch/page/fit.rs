@@ -6,10 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::number;
 use crate::body::Mesh;
 use crate::inverse::batch::Assessment;
-use crate::muscle::Muscle;
 use crate::report::batch::record::{AssessedRecord, SubsetRecord};
 use crate::report::batch::tables::name;
-use crate::report::record::SomeMuscles;
+use crate::report::record::ByMuscle;
 use crate::report::{ReportError, Series, changes};
 
 /// Residual at which a cell of the heat map has its full colour.
@@ -40,7 +39,7 @@ pub fn micrometres(metres: f64) -> i64 {
 }
 
 impl PageFit {
-    /// Of a record and the fit that it is of.
+    /// Of a record and the fit that it is of; `muscles` are those of the mesh in the order of columns.
     ///
     /// # Errors
     /// [`ReportError`] for a figure that cannot be drawn.
@@ -49,6 +48,7 @@ impl PageFit {
         r: &AssessedRecord,
         assessment: &Assessment,
         mesh: &Mesh<2>,
+        muscles: &[String],
     ) -> Result<Self, ReportError> {
         let f = &r.fit;
         let mark = if r.substitute_baseline { "†" } else { "" };
@@ -59,28 +59,30 @@ impl PageFit {
         });
         Ok(Self {
             number,
-            heat_row: heat_row(number, r, mark).into_string(),
-            table_row: table_row(number, r, mark).into_string(),
+            heat_row: heat_row(number, r, mark, muscles).into_string(),
+            table_row: table_row(number, r, mark, muscles).into_string(),
             detail: detail(number, r, &label, &figure(r)?).into_string(),
             moved: moved.collect(),
-            active: f.active.iter().map(Muscle::to_string).collect(),
+            active: f.active.clone(),
             label,
         })
     }
 }
 
-fn heat_row(id: usize, r: &AssessedRecord, mark: &str) -> Markup {
+fn heat_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> Markup {
     let f = &r.fit;
     html! {
         tr {
             td { (f.subject) (mark) }
             td { a href={ "#fit-" (id) } { "/" (f.vowel) "/" } }
             td { (f.target_kind) }
-            @for m in Muscle::ALL {
-                @let residual = f.residuals.0[m.index()];
-                td data-v=(residual) style=(colour(residual)) {
-                    @if r.fitted.contains(&m) { "● " }
-                    (format!("{:+.1}", 100.0 * residual))
+            @for m in muscles {
+                @match f.residuals.of(m) {
+                    Some(residual) => td data-v=(residual) style=(colour(*residual)) {
+                        @if r.fitted.contains(m) { "● " }
+                        (format!("{:+.1}", 100.0 * residual))
+                    },
+                    None => td { "–" },
                 }
             }
         }
@@ -94,7 +96,7 @@ fn colour(residual: f64) -> String {
     format!("background: rgb({rgb} / {strength:.2})")
 }
 
-fn table_row(id: usize, r: &AssessedRecord, mark: &str) -> Markup {
+fn table_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> Markup {
     let f = &r.fit;
     let optional = |value: Option<f64>| match value {
         Some(v) => number(v, 3),
@@ -111,13 +113,12 @@ fn table_row(id: usize, r: &AssessedRecord, mark: &str) -> Markup {
             (optional(r.passive.rms_stretch))
             (optional(r.passive.no_change_rms_stretch))
             (number(r.alarms.len() as f64, 0))
-            @for m in Muscle::ALL {
-                @let tension = f.tensions_n.0[m.index()];
+            @for m in muscles {
+                @let tension = f.tensions_n.of(m).copied().unwrap_or(0.0);
                 td data-v=(tension) {
-                    @if f.active.contains(&m) {
+                    @if f.active.contains(m) {
                         (format!("{tension:.1}"))
-                        @if let Some(i) = &r.intervals {
-                            @let i = i.tensions_n.0[m.index()];
+                        @if let Some(i) = r.intervals.as_ref().and_then(|i| i.tensions_n.of(m)) {
                             span.interval { " [" (format!("{:.1}", i.low)) ", " (format!("{:.1}", i.high)) "]" }
                         }
                     }
@@ -129,9 +130,7 @@ fn table_row(id: usize, r: &AssessedRecord, mark: &str) -> Markup {
 
 fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str) -> Markup {
     let f = &r.fit;
-    let groups = |g: &[crate::measured::patterns::Group]| {
-        if g.is_empty() { "none".to_owned() } else { g.iter().map(name).collect::<Vec<_>>().join(", ") }
-    };
+    let groups = |g: &[String]| if g.is_empty() { "none".to_owned() } else { g.join(", ") };
     let rms = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.3}"));
     html! {
         details id={ "fit-" (id) } {
@@ -145,9 +144,11 @@ fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str) -> Markup {
                 @if let Some(t) = r.passive.thesis_rms_ratio { ", the thesis's own simulation " (format!("{t:.3}")) }
                 "."
             }
-            p {
-                "Published pattern: found " (groups(&r.pattern.found)) "; missing " (groups(&r.pattern.missing))
-                "; unexpected " (groups(&r.pattern.unexpected)) "."
+            @if let Some(pattern) = &r.pattern {
+                p {
+                    "Published pattern: found " (groups(&pattern.found)) "; missing " (groups(&pattern.missing))
+                    "; unexpected " (groups(&pattern.unexpected)) "."
+                }
             }
             @if let Some(segments) = &r.within_rounding {
                 p { "Along each singular direction, tensions that keep the targets within the rounding of the data:" }
@@ -174,19 +175,21 @@ fn subset(s: &SubsetRecord) -> Markup {
     }
 }
 
-fn tensions(values: &SomeMuscles) -> String {
+fn tensions(values: &ByMuscle<f64>) -> String {
     values.0.iter().map(|(m, v)| format!("{m} {v:.1}")).collect::<Vec<_>>().join(", ") + " N"
 }
 
 /// Figure 4.9 for this fit. Its title is the page's, so the figure needs none of its own beside the label.
 fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
     let f = &r.fit;
+    let measured: Vec<&String> = f.target_stretches.0.iter().map(|(m, _)| m).collect();
     let labels: Vec<String> =
-        Muscle::ALL.iter().map(|m| format!("{m}{}", if f.active.contains(m) { "*" } else { "" })).collect();
+        measured.iter().map(|m| format!("{m}{}", if f.active.contains(m) { "*" } else { "" })).collect();
+    let values = |of: &ByMuscle<f64>| measured.iter().filter_map(|m| of.of(m).copied()).collect();
     let series = [
-        Series { name: "measured".into(), values: f.target_stretches.0.to_vec() },
-        Series { name: "simulated".into(), values: f.stretches.0.to_vec() },
+        Series { name: "measured".into(), values: values(&f.target_stretches) },
+        Series { name: "simulated".into(), values: values(&f.stretches) },
     ];
     let title = format!("{} /{}/ against /{}/, {}", f.subject, f.vowel, f.baseline, f.target_kind);
-    Ok(changes(&labels, &series, f.baseline.symbol(), &title)?.to_string())
+    Ok(changes(&labels, &series, f.baseline.label(), &title)?.to_string())
 }

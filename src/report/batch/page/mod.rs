@@ -11,7 +11,6 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::summary::PassiveGroup;
 use super::{Batch, Journal, all_refusals, each_fit};
 use crate::body::Mesh;
-use crate::muscle::Muscle;
 
 pub use self::fit::PageFit;
 
@@ -44,9 +43,9 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Res
             body {
                 (top(batch, fits.len()))
                 (passive(&batch.summary.passive))
-                (heat_map(&fits))
+                (heat_map(&fits, batch.muscles))
                 (viewer(&fits))
-                (fit_table(&fits))
+                (fit_table(&fits, batch.muscles))
                 section {
                     h2 { "Every fit" }
                     p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and what speaks for and against the answer." }
@@ -96,7 +95,7 @@ fn passive(groups: &[PassiveGroup]) -> Markup {
                     @for g in groups {
                         tr {
                             td { (g.target_kind) @if g.substitute_baseline { "†" } }
-                            td { @match g.vowel { Some(v) => { "/" (v) "/" }, None => "all" } }
+                            td { @match &g.vowel { Some(v) => { "/" (v) "/" }, None => "all" } }
                             (number(g.fits as f64, 0))
                             (number(g.rms_stretch, 3))
                             (number(g.no_change_rms_stretch, 3))
@@ -109,7 +108,7 @@ fn passive(groups: &[PassiveGroup]) -> Markup {
     }
 }
 
-fn heat_map(fits: &[PageFit]) -> Markup {
+fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
     html! {
         section {
             h2 { "Residuals" }
@@ -117,7 +116,7 @@ fn heat_map(fits: &[PageFit]) -> Markup {
             table.sortable #heat {
                 thead { tr {
                     @for h in ["subject", "vowel", "target"] { th { button type="button" { (h) } } }
-                    @for m in Muscle::ALL { th { button type="button" { (m) } } }
+                    @for m in muscles { th { button type="button" { (m) } } }
                 } }
                 tbody { @for f in fits { (PreEscaped(&f.heat_row)) } }
             }
@@ -141,7 +140,7 @@ fn viewer(fits: &[PageFit]) -> Markup {
     }
 }
 
-fn fit_table(fits: &[PageFit]) -> Markup {
+fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
     let columns =
         ["subject", "vowel", "baseline", "target", "status", "misfit", "passive", "no change", "alarms"];
     html! {
@@ -150,7 +149,7 @@ fn fit_table(fits: &[PageFit]) -> Markup {
             table.sortable #fits {
                 thead { tr {
                     @for h in columns { th { button type="button" { (h) } } }
-                    @for m in Muscle::ALL { th { button type="button" { (m) } } }
+                    @for m in muscles { th { button type="button" { (m) } } }
                 } }
                 tbody { @for f in fits { (PreEscaped(&f.table_row)) } }
             }

@@ -1,0 +1,80 @@
+//! The published answer for /a/ of S2, simulated in the model at hand, to compare a fit with.
+
+use miette::IntoDiagnostic;
+use tongue_fit::body::Mesh;
+use tongue_fit::inverse::Matched;
+use tongue_fit::measured::thesis::Thesis;
+use tongue_fit::measured::{Target, TargetKind};
+use tongue_fit::statics::{self, Workspace};
+use tongue_fit::system::{Model, System};
+
+/// The published answer, simulated here. Lists run parallel to the target's muscles.
+#[derive(Debug, Clone)]
+pub struct Published {
+    /// The tensions of thesis 4.4.1, N.
+    pub tensions: Vec<f64>,
+    /// Simulated here: lengths to GGa.
+    pub ratios: Vec<f64>,
+    /// Simulated here: lengths to rest.
+    pub stretches: Vec<f64>,
+    /// Table 4.8: the thesis's own simulation, lengths to GGa.
+    pub thesis_ratios: Vec<f64>,
+    /// The same as stretches of its own rest lengths, taking GGa as stretched as it is here.
+    pub thesis_stretches: Vec<f64>,
+    /// Root mean square difference of the two over the ratios.
+    pub rms: f64,
+}
+
+impl Published {
+    /// What was simulated here in the quantity of a kind, and what the thesis simulated.
+    pub fn of(&self, kind: TargetKind) -> (&[f64], &[f64]) {
+        match kind {
+            TargetKind::Ratio => (&self.ratios, &self.thesis_ratios),
+            TargetKind::Stretch => (&self.stretches, &self.thesis_stretches),
+        }
+    }
+
+    /// The published tensions in a few characters, for a legend.
+    pub fn name(&self) -> String {
+        let tensions = self.tensions.iter().filter(|t| **t > 0.0).map(|t| format!("{t:.1}"));
+        format!("{} N", tensions.collect::<Vec<_>>().join("/"))
+    }
+}
+
+/// Solves the published tensions, where the target is the one that they were published for.
+pub fn answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<Option<Published>> {
+    let thesis = Thesis::reference().into_diagnostic()?;
+    let published = thesis.tensions_a();
+    if !thesis.simulated(target)
+        || target.active_names() != published.iter().map(|(m, _)| *m).collect::<Vec<_>>()
+    {
+        return Ok(None);
+    }
+    let matched = Matched::new(mesh, target).into_diagnostic()?;
+    let system = System::new(mesh, model, &matched.contracting()).into_diagnostic()?;
+    let mut all = vec![0.0; system.muscle_count()];
+    for (number, (_, tension)) in matched.contracting().into_iter().zip(&published) {
+        all[number] = *tension;
+    }
+    let mut workspace = Workspace::new(&system);
+    let solution = statics::solve(&system, &mut workspace, &all, &statics::Settings::default());
+    if solution.status != statics::Status::Converged {
+        return Ok(None);
+    }
+    let measured = target.muscles.len();
+    let mut lengths = matched.pick(&system.lengths(workspace.positions()));
+    let mut rest = matched.pick(&system.lengths(system.rest()));
+    let mut tensions = matched.pick(&all);
+    [&mut lengths, &mut rest, &mut tensions].into_iter().for_each(|list| list.truncate(measured));
+    let of = |kind: TargetKind| kind.values(&lengths, &rest, target.reference);
+    let (ratios, stretches) = (of(TargetKind::Ratio), of(TargetKind::Stretch));
+    let thesis_stretches = thesis.stretches_a(&target.muscles, stretches[target.reference]);
+    let (Some(thesis_ratios), Some(thesis_stretches)) = (thesis.ratios_a(&target.muscles), thesis_stretches)
+    else {
+        return Ok(None);
+    };
+    let others: Vec<usize> = (0..measured).filter(|&m| m != target.reference).collect();
+    let squares: f64 = others.iter().map(|&m| (ratios[m] - thesis_ratios[m]).powi(2)).sum();
+    let rms = (squares / others.len() as f64).sqrt();
+    Ok(Some(Published { tensions, ratios, stretches, thesis_ratios, thesis_stretches, rms }))
+}

@@ -1,0 +1,239 @@
+//! One fit's target: who contracts and which numbers are to be met.
+
+use super::lengths::{Activation, Dataset, Lengths, Vowel, position_of};
+use super::{TargetError, TargetKind, reference_muscle};
+
+/// What the user may decide instead of the rules of thesis 4.3.2.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TargetOptions {
+    /// The contracting muscles, in any order; by default those that are shorter than in the baseline.
+    pub muscles: Option<Vec<String>>,
+    /// The vowel to compare with; by default /ɯ/.
+    pub baseline: Option<Vowel>,
+}
+
+/// What a fit has to hit, made from one measured row and its baseline. Muscles are those measured in both rows, in the order of the
+/// table's columns; all lists run parallel to [`Target::muscles`] or hold positions in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// The subject.
+    pub subject: String,
+    /// The vowel to fit.
+    pub vowel: Vowel,
+    /// The vowel it is compared with, taken as the shape at rest.
+    pub baseline: Vowel,
+    /// The quantity compared.
+    pub kind: TargetKind,
+    /// The muscles measured in both rows.
+    pub muscles: Vec<String>,
+    /// Position of the muscle that ratios are over.
+    pub reference: usize,
+    /// Positions of the muscles that are given a tension, ascending; at least one.
+    pub active: Vec<usize>,
+    /// Positions of the muscles whose value is an equation of the fit: the active ones, for ratios without the reference, whose ratio
+    /// is 1 by definition. At least one.
+    pub fitted: Vec<usize>,
+    /// Measured lengths, mm.
+    pub measured_mm: Vec<f64>,
+    /// Measured lengths in the baseline vowel, mm.
+    pub baseline_mm: Vec<f64>,
+    /// Half widths of the rounding of the measured lengths, mm.
+    pub half_width_mm: Vec<f64>,
+    /// Half widths of the rounding of the baseline's lengths, mm.
+    pub baseline_half_width_mm: Vec<f64>,
+    /// How each length changed; what decides [`Target::active`] unless the user did.
+    pub activation: Vec<Activation>,
+    /// The measured quantity of all muscles, dimensionless ([`TargetKind::values`]).
+    pub values: Vec<f64>,
+    /// Muscles of the table that lack a length in one of the rows, and so are no observations.
+    pub not_measured: Vec<String>,
+}
+
+impl Target {
+    /// The target for `vowel` of `subject`.
+    ///
+    /// # Errors
+    /// Unknown subject, missing row or baseline, and as [`Target::from_lengths`].
+    pub fn new(
+        data: &Dataset,
+        subject: &str,
+        vowel: &Vowel,
+        kind: TargetKind,
+        options: &TargetOptions,
+    ) -> Result<Self, TargetError> {
+        let measured = data.row(subject, vowel)?;
+        let baseline = match &options.baseline {
+            Some(vowel) => data.baseline_vowel(subject, vowel)?,
+            None => data.baseline(subject)?,
+        };
+        Self::from_lengths(measured, baseline, kind, options.muscles.as_deref())
+    }
+
+    /// The target that `measured` sets against `baseline`, with the contracting `muscles` where they are given. Both rows are of one
+    /// table.
+    ///
+    /// # Errors
+    /// All of [`TargetError`] but [`TargetError::Data`].
+    pub fn from_lengths(
+        measured: &Lengths,
+        baseline: &Lengths,
+        kind: TargetKind,
+        muscles: Option<&[String]>,
+    ) -> Result<Self, TargetError> {
+        let (subject, vowel) = (measured.subject.clone(), measured.vowel.clone());
+        if vowel == baseline.vowel {
+            return Err(TargetError::IsBaseline { subject, vowel });
+        }
+        let changes = measured.activation(baseline);
+        let both: Vec<(usize, f64, f64, Activation)> = changes
+            .into_iter()
+            .enumerate()
+            .filter_map(|(i, change)| Some((i, measured.length_mm[i]?, baseline.length_mm[i]?, change?)))
+            .collect();
+        let table: &[String] = &measured.muscles;
+        let names: Vec<String> = both.iter().map(|(i, ..)| table[*i].clone()).collect();
+        let activation: Vec<Activation> = both.iter().map(|(.., change)| *change).collect();
+        let active = match muscles {
+            Some(chosen) => chosen_positions(chosen, &names, measured, baseline)?,
+            None => (0..names.len()).filter(|&m| activation[m].contracting).collect(),
+        };
+        if active.is_empty() {
+            let baseline = baseline.vowel.clone();
+            return Err(TargetError::NoContraction { subject, vowel, baseline });
+        }
+        let reference_name = &table[reference_muscle(table)];
+        let reference = match names.iter().position(|n| n == reference_name) {
+            Some(reference) => reference,
+            None if kind == TargetKind::Stretch => 0,
+            None => {
+                let reference = reference_name.clone();
+                return Err(TargetError::NoReference { reference, subject, vowel });
+            }
+        };
+        let fitted: Vec<usize> = active.iter().copied().filter(|&m| kind.constrains(m, reference)).collect();
+        if fitted.is_empty() {
+            return Err(TargetError::NoEquation { reference: names[reference].clone(), subject, vowel });
+        }
+        let measured_mm: Vec<f64> = both.iter().map(|b| b.1).collect();
+        let baseline_mm: Vec<f64> = both.iter().map(|b| b.2).collect();
+        let widths = |row: &Lengths| both.iter().map(|b| row.half_width_mm[b.0]).collect();
+        Ok(Self {
+            subject,
+            vowel,
+            baseline: baseline.vowel.clone(),
+            kind,
+            reference,
+            active,
+            fitted,
+            values: kind.values(&measured_mm, &baseline_mm, reference),
+            measured_mm,
+            baseline_mm,
+            half_width_mm: widths(measured),
+            baseline_half_width_mm: widths(baseline),
+            activation,
+            not_measured: table.iter().filter(|m| !names.contains(m)).cloned().collect(),
+            muscles: names,
+        })
+    }
+
+    /// The same without the muscles that a body lacks: they cannot be compared. `Err` names a muscle that cannot be done without,
+    /// because it contracts or because ratios are over it.
+    ///
+    /// # Errors
+    /// The name of that muscle.
+    pub fn of_body(&self, has: impl Fn(&str) -> bool) -> Result<Self, String> {
+        let kept: Vec<usize> = (0..self.muscles.len()).filter(|&m| has(&self.muscles[m])).collect();
+        if kept.len() == self.muscles.len() {
+            return Ok(self.clone());
+        }
+        let needed =
+            |m: &&usize| self.active.contains(m) || (self.kind == TargetKind::Ratio && **m == self.reference);
+        let all: Vec<usize> = (0..self.muscles.len()).collect();
+        if let Some(missing) = all.iter().filter(|m| !kept.contains(m)).find(needed) {
+            return Err(self.muscles[*missing].clone());
+        }
+        let position = |m: &usize| kept.iter().position(|k| k == m);
+        fn pick<T: Clone>(from: &[T], kept: &[usize]) -> Vec<T> {
+            kept.iter().map(|&m| from[m].clone()).collect()
+        }
+        Ok(Self {
+            muscles: pick(&self.muscles, &kept),
+            reference: position(&self.reference).unwrap_or(0),
+            active: self.active.iter().filter_map(position).collect(),
+            fitted: self.fitted.iter().filter_map(position).collect(),
+            measured_mm: pick(&self.measured_mm, &kept),
+            baseline_mm: pick(&self.baseline_mm, &kept),
+            half_width_mm: pick(&self.half_width_mm, &kept),
+            baseline_half_width_mm: pick(&self.baseline_half_width_mm, &kept),
+            activation: pick(&self.activation, &kept),
+            values: pick(&self.values, &kept),
+            ..self.clone()
+        })
+    }
+
+    /// The same quantity as [`Target::values`] for a simulated shape: lengths of the target's muscles and those at rest, both m.
+    pub fn simulated(&self, lengths_m: &[f64], rest_m: &[f64]) -> Vec<f64> {
+        self.kind.values(lengths_m, rest_m, self.reference)
+    }
+
+    /// Positions of the muscles that can be compared: for ratios all but the reference.
+    pub fn compared(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.muscles.len()).filter(|&m| self.kind.constrains(m, self.reference))
+    }
+
+    /// Names of the active muscles.
+    pub fn active_names(&self) -> Vec<&str> {
+        self.active.iter().map(|&m| self.muscles[m].as_str()).collect()
+    }
+
+    /// Lowest and highest value of the compared quantity that the rounding of the lengths allows for the muscle at a position.
+    pub fn rounding_range(&self, muscle: usize) -> (f64, f64) {
+        let (over, half_over) = match self.kind {
+            TargetKind::Ratio => (self.measured_mm[self.reference], self.half_width_mm[self.reference]),
+            TargetKind::Stretch => (self.baseline_mm[muscle], self.baseline_half_width_mm[muscle]),
+        };
+        let (length, half) = (self.measured_mm[muscle], self.half_width_mm[muscle]);
+        ((length - half) / (over + half_over), (length + half) / (over - half_over))
+    }
+
+    /// The target with other lengths, mm, as if these had been measured; who contracts stays.
+    pub fn with_lengths(&self, measured_mm: Vec<f64>, baseline_mm: Vec<f64>) -> Self {
+        let values = self.kind.values(&measured_mm, &baseline_mm, self.reference);
+        Self { measured_mm, baseline_mm, values, ..self.clone() }
+    }
+}
+
+/// A user's choice of muscles as positions in `names`, ascending, each once.
+fn chosen_positions(
+    chosen: &[String],
+    names: &[String],
+    measured: &Lengths,
+    baseline: &Lengths,
+) -> Result<Vec<usize>, TargetError> {
+    let known = || measured.muscles.to_vec();
+    let mut positions = Vec::new();
+    for name in chosen {
+        let Some(position) = position_of(names, name) else {
+            return Err(match position_of(&measured.muscles, name) {
+                Some(i) => TargetError::NotMeasured {
+                    muscle: measured.muscles[i].clone(),
+                    subject: measured.subject.clone(),
+                    vowel: measured.vowel.clone(),
+                    baseline: baseline.vowel.clone(),
+                },
+                None => TargetError::UnknownMuscle { name: name.clone(), known: known() },
+            });
+        };
+        positions.push(position);
+    }
+    positions.sort_unstable();
+    match positions.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(TargetError::RepeatedMuscle { muscle: names[pair[0]].clone() }),
+        None if positions.is_empty() => Err(TargetError::NoMuscles { known: known() }),
+        None => Ok(positions),
+    }
+}
+
+#[cfg(test)]
+#[path = "target_tests.rs"]
+mod tests;

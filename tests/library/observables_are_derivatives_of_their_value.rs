@@ -1,0 +1,158 @@
+//! Every observable's gradient is the difference of its values, in the plane and in space, and its rate is the gradient along a motion.
+
+use nalgebra::{SVector, Vector2, Vector3};
+use tongue_fit::observe::{
+    Contour, Curve, Length, Observable, Observation, Point, Ratio, Sense, Stretch, Surface,
+};
+
+use crate::fixtures::{block, lattice, shaken};
+
+/// Observables with a name, on the nodes of one body.
+type Named<const D: usize> = Vec<(&'static str, Box<dyn Observable<D>>)>;
+
+fn common<const D: usize>(direction: SVector<f64, D>) -> Named<D> {
+    let (a, b) = (Length::new([3, 17]), Length::new([5, 12]));
+    vec![
+        ("length", Box::new(a)),
+        ("ratio", Box::new(Ratio::new(a, b))),
+        ("ratio of lengths that share an end", Box::new(Ratio::new(a, Length::new([17, 9])))),
+        ("stretch", Box::new(Stretch::new(a, 0.013))),
+        ("node", Box::new(Point::node(7, direction))),
+        ("mean of nodes", Box::new(Point::mean(vec![(3, 0.2), (4, 0.5), (9, 0.3)], direction))),
+    ]
+}
+
+/// The upper edge of a lattice of 5 x 4 nodes; the tissue lies to the left when it is walked towards -x.
+fn upper_edge(rest: &[Vector2<f64>]) -> Curve {
+    Curve::through((15..20).rev().collect(), rest).unwrap()
+}
+
+fn check<const D: usize>(observables: &Named<D>, positions: &[SVector<f64, D>]) {
+    for (name, observable) in observables {
+        let scale = observable.value(positions).abs().max(1e-2);
+        let mut gradient = vec![SVector::<f64, D>::zeros(); positions.len()];
+        observable.gradient(positions, &mut |node, slope| gradient[node] += slope);
+        assert!(gradient.iter().any(|g| g.norm() > 0.0), "{name} depends on nothing");
+        for node in 0..positions.len() {
+            for d in 0..D {
+                let h = 1e-6;
+                let at = |by: f64| {
+                    let mut x = positions.to_vec();
+                    x[node][d] += by;
+                    observable.value(&x)
+                };
+                let difference = (at(h) - at(-h)) / (2.0 * h);
+                let error = (difference - gradient[node][d]).abs();
+                assert!(
+                    error < 1e-6 * (scale / 1e-2).max(1.0),
+                    "{name}, node {node}: {difference} {}",
+                    gradient[node][d]
+                );
+            }
+        }
+        let motion: Vec<SVector<f64, D>> =
+            (0..positions.len()).map(|i| SVector::from_fn(|d, _| ((i * D + d) as f64 * 1.3).sin())).collect();
+        let along: f64 = gradient.iter().zip(&motion).map(|(g, m)| g.dot(m)).sum();
+        assert!((observable.rate(positions, &motion) - along).abs() < 1e-12 * along.abs().max(1.0), "{name}");
+    }
+}
+
+#[test]
+fn in_the_plane() {
+    let mesh = lattice(5, 4, 0.01);
+    let curve = upper_edge(&mesh.nodes);
+    let mut all = common(Vector2::new(0.6, 0.8));
+    // Above, below, beside a node, and beyond both ends.
+    for (name, x, y) in [
+        ("contour, outside", 0.031, 0.030),
+        ("contour, inside", 0.037, 0.022),
+        ("contour, near a node", 0.0352, 0.0292),
+        ("contour, beyond its beginning", 0.063, 0.027),
+        ("contour, beyond its end", 0.009, 0.024),
+    ] {
+        all.push((name, Box::new(Contour::new(curve.clone(), Vector2::new(x, y)))));
+    }
+    all.push(("place on the surface", Box::new(Point::on_curve(&curve, 0.0137, Vector2::new(0.0, 1.0)))));
+    check(&all, &shaken(&mesh, 5e-4));
+}
+
+#[test]
+fn in_space() {
+    let mesh = block(2, 0.01);
+    let mut all = common(Vector3::new(0.6, 0.0, 0.8));
+    // The upper faces of the four upper cubes, counter-clockwise seen from above.
+    let node = |i: usize, j: usize| 18 + 3 * j + i;
+    let faces: Vec<[usize; 3]> = (0..4)
+        .flat_map(|c| {
+            let (i, j) = (c % 2, c / 2);
+            [
+                [node(i, j), node(i + 1, j), node(i + 1, j + 1)],
+                [node(i, j), node(i + 1, j + 1), node(i, j + 1)],
+            ]
+        })
+        .collect();
+    for (name, point) in [
+        ("surface, above a face", [0.007, 0.004, 0.024]),
+        ("surface, below a face", [0.013, 0.012, 0.018]),
+        ("surface, beside an edge", [0.012, -0.003, 0.023]),
+        ("surface, beside a corner", [0.024, 0.023, 0.023]),
+    ] {
+        all.push((name, Box::new(Surface::new(faces.clone(), Vector3::from(point)))));
+    }
+    check(&all, &shaken(&mesh, 5e-4));
+}
+
+#[test]
+fn a_contour_through_points_of_a_circle_measures_distances_from_it_with_the_order_of_a_parabola() {
+    let error = |n: usize| {
+        let nodes: Vec<Vector2<f64>> = (0..=n)
+            .map(|i| {
+                let angle = std::f64::consts::PI * i as f64 / n as f64;
+                Vector2::new(angle.cos(), angle.sin()) * 0.03
+            })
+            .collect();
+        let curve = Curve::through((0..=n).collect(), &nodes).unwrap();
+        let distances = (0..50).map(|i| {
+            // Away from the ends, where the curve has one neighbour only.
+            let angle = 0.8 + 1.5 * f64::from(i) / 50.0;
+            let point = Vector2::new(angle.cos(), angle.sin()) * 0.034;
+            (Contour::new(curve.clone(), point).value(&nodes) - 0.004).abs()
+        });
+        distances.fold(0.0, f64::max)
+    };
+    let (coarse, fine) = (error(12), error(24));
+    assert!(coarse < 5e-5 && (coarse / fine).log2() > 2.5, "{coarse} {fine}");
+}
+
+#[test]
+fn places_on_a_curve_are_where_their_arc_length_says_and_its_nodes_are_on_it() {
+    let mesh = lattice(5, 4, 0.01);
+    let curve = upper_edge(&mesh.nodes);
+    assert!((curve.length() - 0.04).abs() < 1e-15);
+    for (arc_length, x) in [(0.0, 0.055), (0.01, 0.045), (0.025, 0.030), (0.04, 0.015), (9.0, 0.015)] {
+        let place = Point::on_curve(&curve, arc_length, Vector2::x()).value(&mesh.nodes);
+        assert!((place - x).abs() < 1e-15, "{arc_length}: {place}");
+    }
+    assert!(Curve::through(vec![0, 1], &mesh.nodes).is_none(), "two nodes");
+    assert!(Curve::through(vec![0, 1, 1], &mesh.nodes).is_none(), "no length");
+    assert!(Curve::through(vec![0, 1, 99], &mesh.nodes).is_none(), "no such node");
+}
+
+#[test]
+fn an_inequality_counts_only_where_it_is_broken() {
+    let positions = [Vector2::zeros(), Vector2::new(0.02, 0.0)];
+    let motion = [Vector2::zeros(), Vector2::x()];
+    let seen = |sense, measured| Observation { sense, ..Observation::new(Length::new([0, 1]), measured) };
+    for (sense, measured, residual, rate) in [
+        (Sense::AtLeast, 0.019, 0.0, 0.0),
+        (Sense::AtLeast, 0.021, -0.001, 1.0),
+        (Sense::AtMost, 0.021, 0.0, 0.0),
+        (Sense::AtMost, 0.019, 0.001, 1.0),
+        (Sense::Equal, 0.021, -0.001, 1.0),
+    ] {
+        let o = seen(sense, measured);
+        assert!((o.residual(&positions) - residual).abs() < 1e-15 && o.rate(&positions, &motion) == rate);
+    }
+    let sure = Observation::new(Length::new([0, 1]), 0.019).with_standard_deviation(0.0005);
+    assert!((sure.residual(&positions) - 2.0).abs() < 1e-12);
+}

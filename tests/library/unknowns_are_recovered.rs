@@ -1,0 +1,243 @@
+//! Tensions, displaced bones and constants of the tissue come back from what they do, in the plane and in space; and their Jacobian is
+//! the difference of solved residuals.
+
+use nalgebra::{SVector, Vector3};
+use tongue_fit::body::{AnyBody, Body, Mesh, MuscleChain, gmsh};
+use tongue_fit::inverse::{
+    self, Answer, Forward, FreedBone, Inverse, Method, Problem, Settings, Status, Tissue, Unknown,
+};
+use tongue_fit::observe::{Length, Observation, Point, Stretch, Surface};
+use tongue_fit::statics::{self, Workspace};
+use tongue_fit::system::{Model, System, TissueModel};
+
+use crate::fixtures::block;
+
+fn settings() -> Settings {
+    let equilibrium = statics::Settings { tolerance: 1e-11, ..statics::Settings::default() };
+    Settings { method: Method::GaussNewton, starts: 2, equilibrium, ..Settings::default() }
+}
+
+/// The shape at given tensions of all muscles, m.
+fn shape<const D: usize>(system: &System<D>, tensions: &[f64]) -> Vec<SVector<f64, D>> {
+    let mut workspace = Workspace::new(system);
+    let solution = statics::solve(system, &mut workspace, tensions, &settings().equilibrium);
+    assert_eq!(solution.status, statics::Status::Converged);
+    workspace.positions().to_vec()
+}
+
+fn relative(found: &[f64], truth: &[f64]) -> f64 {
+    found.iter().zip(truth).map(|(f, t)| (f / t - 1.0).abs()).fold(0.0, f64::max)
+}
+
+/// A block of tissue on bone with two muscles along upper edges, as Gmsh's files give it.
+fn solid() -> Body<3> {
+    let mut mesh = block(3, 0.008);
+    let edge = |step: usize| -> Vec<usize> { (0..4).map(|i| 48 + i * step).collect() };
+    mesh.muscles = vec![
+        MuscleChain { name: "lengthwise".into(), nodes: edge(1) },
+        MuscleChain { name: "across".into(), nodes: edge(4) },
+    ];
+    let text = gmsh::write(&mesh, &[]);
+    AnyBody::from_msh(text.as_ref(), "block.msh", gmsh::Unit::M).unwrap().solid().unwrap()
+}
+
+#[test]
+fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
+    let body = solid();
+    let truth: Vec<f64> =
+        body.mesh.muscles.iter().map(|m| if m.name == "across" { 0.11 } else { 0.23 }).collect();
+    let model = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
+    let system = System::new(&body.mesh, &model, &[0, 1]).unwrap();
+    let seen = shape(&system, &truth);
+    let unknowns = || vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)];
+    let fit = |observations| -> Answer<3> {
+        let answer = inverse::solve(&Inverse::new(&system, observations, unknowns()), &settings()).unwrap();
+        assert_eq!(answer.status, Status::Converged);
+        assert!(relative(&answer.x, &truth) < 1e-6, "{:?}", answer.x);
+        answer
+    };
+    let stretches = (0..2).map(|m| {
+        let length = Length::new(system.muscle_ends(m));
+        Observation::new(Stretch::new(length, system.length(system.rest(), m)), 0.0)
+    });
+    fit(stretches.map(|o| Observation { measured: o.observable.value(&seen), ..o }).collect());
+
+    // Points on the upper face as a scanner sees them: no node, no name, known to a tenth of a millimetre.
+    let top: Vec<[usize; 3]> = body
+        .mesh
+        .surface()
+        .into_iter()
+        .filter(|face| face.iter().all(|&n| body.mesh.nodes[n].z > 0.0239))
+        .map(|f| {
+            let [a, b, c] = [f[0], f[1], f[2]];
+            let up =
+                (body.mesh.nodes[b] - body.mesh.nodes[a]).cross(&(body.mesh.nodes[c] - body.mesh.nodes[a])).z;
+            if up > 0.0 { [a, b, c] } else { [a, c, b] }
+        })
+        .collect();
+    assert_eq!(top.len(), 18);
+    let centres = top.iter().map(|f| f.iter().map(|&n| seen[n]).sum::<Vector3<f64>>() / 3.0);
+    let points =
+        centres.map(|p| Observation::new(Surface::new(top.clone(), p), 0.0).with_standard_deviation(1e-4));
+    fit(points.collect());
+}
+
+#[test]
+fn nelder_mead_finds_the_same_in_space() {
+    let body = solid();
+    let system =
+        System::new(&body.mesh, &Model { tissue: TissueModel::FiniteElement, ..Model::default() }, &[0, 1]);
+    let system = system.unwrap();
+    let seen = shape(&system, &[0.2, 0.1]);
+    let lengths = (0..2).map(|m| {
+        let length = Length::new(system.muscle_ends(m));
+        let stretch = Stretch::new(length, system.length(system.rest(), m));
+        Observation {
+            measured: system.length(&seen, m) / system.length(system.rest(), m),
+            ..Observation::new(stretch, 0.0)
+        }
+    });
+    let inverse =
+        Inverse::new(&system, lengths.collect(), vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)]);
+    let answer = inverse::solve(&inverse, &Settings { method: Method::NelderMead, ..settings() }).unwrap();
+    assert!(relative(&answer.x, &[0.2, 0.1]) < 1e-2, "{:?}", answer.x);
+}
+
+/// The reference tongue with GGa and HGa, whose hyoid may move and whose constants may change.
+struct Tongue {
+    mesh: Mesh<2>,
+    hyoid: Vec<usize>,
+    muscles: [usize; 2],
+}
+
+fn tongue() -> Tongue {
+    let body = Body::tongue(0.0055).unwrap();
+    let muscles = ["GGa", "HGa"].map(|name| body.muscle(name).unwrap());
+    Tongue { hyoid: body.bone("hyoid").to_vec(), muscles, mesh: body.mesh }
+}
+
+/// What a contour, sensors and lengths say of the tongue; measured values are filled in by the caller.
+fn observations(system: &System<2>) -> Vec<Observation<2>> {
+    let mut out = Vec::new();
+    for muscle in 0..system.muscle_count() {
+        let stretch =
+            Stretch::new(Length::new(system.muscle_ends(muscle)), system.length(system.rest(), muscle));
+        out.push(Observation::new(stretch, 1.0).with_standard_deviation(0.01));
+    }
+    for node in [20, 40, 60] {
+        for axis in 0..2 {
+            let direction = SVector::from_fn(|d, _| if d == axis { 1.0 } else { 0.0 });
+            out.push(Observation::new(Point::node(node, direction), 0.0).with_standard_deviation(5e-4));
+        }
+    }
+    out
+}
+
+#[test]
+fn the_jacobian_is_the_difference_of_solved_residuals_for_every_kind_of_unknown() {
+    let t = tongue();
+    let model = Model::default();
+    for tissue in [TissueModel::MassSpring, TissueModel::FiniteElement] {
+        let model = Model { tissue, ..model };
+        let system = System::new(&t.mesh, &model, &t.muscles).unwrap();
+        let bones = [FreedBone::new(&t.mesh, &model, &t.muscles, &t.hyoid).unwrap()];
+        let constants = Tissue { mesh: &t.mesh, model, contracting: &t.muscles };
+        let unknowns = vec![
+            Unknown::tension(t.muscles[0], 100.0),
+            Unknown::bone(0, 0, 10.0).with_prior(1.0, 0.2),
+            Unknown::bone(0, 1, 10.0),
+            Unknown::young_modulus(10.0, 200.0),
+            Unknown::tension(t.muscles[1], 100.0),
+            Unknown::poisson_ratio(30.0, 49.9),
+        ];
+        let inverse = Inverse {
+            bones: &bones,
+            tissue: Some(&constants),
+            ..Inverse::new(&system, observations(&system), unknowns)
+        };
+        let settings = settings();
+        let mut forward = Forward::new(&inverse, &settings);
+        let x = [12.0, 2.0, -1.5, 60.0, 8.0, 46.0];
+        let linear = forward.linearise(&x).unwrap();
+        assert_eq!(linear.residuals.len(), inverse.observations.len() + 1, "a prior is a residual");
+        for i in 0..x.len() {
+            let h = 1e-3;
+            let mut at = |by: f64| {
+                let mut moved = x;
+                moved[i] += by;
+                forward.residuals(&moved).unwrap()
+            };
+            let difference = (at(h) - at(-h)) / (2.0 * h);
+            let column = linear.jacobian.column(i);
+            let error = (difference - column).amax();
+            assert!(
+                error < 2e-5 * column.amax().max(1e-2),
+                "{tissue:?}, unknown {i}: {error:e} of {:e}",
+                column.amax()
+            );
+        }
+    }
+}
+
+#[test]
+fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
+    let t = tongue();
+    let model = Model::default();
+    let system = System::new(&t.mesh, &model, &t.muscles).unwrap();
+    let bones = [FreedBone::new(&t.mesh, &model, &t.muscles, &t.hyoid).unwrap()];
+    let unknowns = vec![
+        Unknown::tension(t.muscles[0], 100.0),
+        Unknown::tension(t.muscles[1], 100.0),
+        Unknown::bone(0, 0, 10.0),
+        Unknown::bone(0, 1, 10.0),
+    ];
+    let truth = [14.0, 9.0, 3.0, -2.0];
+    let mut inverse = Inverse { bones: &bones, ..Inverse::new(&system, observations(&system), unknowns) };
+    let settings = settings();
+    let seen = Forward::new(&inverse, &settings).replay(&truth).positions;
+    for o in &mut inverse.observations {
+        o.measured = o.observable.value(&seen);
+    }
+    let answer = inverse::solve(&inverse, &settings).unwrap();
+    assert_eq!(answer.status, Status::Converged);
+    assert!(relative(&answer.x, &truth) < 1e-6, "{:?}", answer.x);
+    for &node in &t.hyoid {
+        let moved = answer.positions[node] - t.mesh.nodes[node];
+        assert!((moved - SVector::from([3e-3, -2e-3])).norm() < 1e-8);
+    }
+
+    // Of lengths alone Young's modulus only scales tensions: with a third muscle's stretch fixed tensions tell it.
+    let constants = Tissue { mesh: &t.mesh, model, contracting: &t.muscles };
+    let unknowns = vec![Unknown::young_modulus(10.0, 200.0)];
+    let mut tensions = vec![0.0; system.muscle_count()];
+    tensions[t.muscles[0]] = 14.0;
+    let mut soft = Inverse {
+        tissue: Some(&constants),
+        tensions,
+        ..Inverse::new(&system, observations(&system), unknowns)
+    };
+    let seen = Forward::new(&soft, &settings).replay(&[47.0]).positions;
+    for o in &mut soft.observations {
+        o.measured = o.observable.value(&seen);
+    }
+    let answer = inverse::solve(&soft, &settings).unwrap();
+    assert!((answer.x[0] - 47.0).abs() < 1e-4, "{:?}", answer.x);
+}
+
+#[test]
+fn what_does_not_go_together_is_refused_with_a_sentence() {
+    let t = tongue();
+    let system = System::new(&t.mesh, &Model::default(), &t.muscles).unwrap();
+    let seen = || observations(&system);
+    let refused = |inverse: Inverse<'_, 2>| inverse::solve(&inverse, &settings()).unwrap_err().to_string();
+    let said = refused(Inverse::new(&system, seen(), vec![Unknown::tension(2, 100.0)]));
+    assert!(said.contains("does not contract"), "{said}");
+    let said = refused(Inverse::new(&system, seen(), vec![Unknown::bone(0, 0, 5.0)]));
+    assert!(said.contains("was not freed"), "{said}");
+    let said = refused(Inverse::new(&system, seen(), vec![Unknown::young_modulus(10.0, 100.0)]));
+    assert!(said.contains("makes the tissue anew"), "{said}");
+    let said = refused(Inverse::new(&system, Vec::new(), vec![Unknown::tension(t.muscles[0], 100.0)]));
+    assert!(said.contains("at least one observation"), "{said}");
+    let said = refused(Inverse::new(&system, seen(), vec![Unknown::tension(t.muscles[0], f64::NAN)]));
+    assert!(said.contains("finite and in order"), "{said}");
+}
