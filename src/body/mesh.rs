@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::SVector;
 
+use crate::geometry;
 use crate::geometry::topology::{self, pair};
 
 /// The cells of a mesh (triangles in 2D, tetrahedra in 3D): `D + 1` node numbers each.
@@ -124,9 +125,7 @@ impl<const D: usize> Mesh<D> {
 
     /// The longest side of the bounding box, m; 0 without nodes.
     pub fn extent(&self) -> f64 {
-        let Some(first) = self.nodes.first() else { return 0.0 };
-        let (low, high) = self.nodes.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));
-        (high - low).amax()
+        geometry::extent(&self.nodes)
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 use miette::IntoDiagnostic;
 
 use tongue_fit::report::{self, BranchRecord, Export, Json, Msh, OutputDir, Section, SimulationRecord, Vtu};
-use tongue_fit::statics::{self, Settings, Solution, Status, Workspace};
+use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, table, trajectory};
@@ -36,8 +36,6 @@ pub struct Arguments {
 
 /// Steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 20;
-/// Shapes whose nodes are nearer to each other than this are one, m.
-const SAME_SHAPE: f64 = 1e-9;
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
@@ -56,8 +54,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
     let settings = Settings::default();
-    let mut solution = statics::solve(&system, &mut workspace, &all, &settings);
-    let branch = (!arguments.direct).then(|| follow_from_rest(&system, &mut workspace, &all, &mut solution));
+    let (solution, branch) = if arguments.direct {
+        (statics::solve(&system, &mut workspace, &all, &settings), None)
+    } else {
+        let found = statics::solve_and_trace(&system, &mut workspace, &all, &settings, TRACE_STEPS);
+        (found.solution, Some(BranchRecord::new(&found)))
+    };
     let wall_s = clock.elapsed().as_secs_f64();
     output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
 
@@ -87,25 +89,4 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         output::summary(&table::simulation(&record, &written), &written)?;
     }
     Ok(if solution.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
-}
-
-/// Follows the equilibria from rest to the load. Where that ends elsewhere than the direct solve did, it is the answer: it is where
-/// a body goes whose muscles pull harder and harder.
-fn follow_from_rest(
-    system: &System<2>,
-    workspace: &mut Workspace<2>,
-    tensions: &[f64],
-    solution: &mut Solution,
-) -> BranchRecord {
-    let mut other = Workspace::new(system);
-    let found = statics::trace(system, &mut other, tensions, &Settings::default(), TRACE_STEPS);
-    let apart = tongue_fit::body::largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE;
-    let both = solution.status == Status::Converged && found.solution.status == Status::Converged;
-    if found.solution.status == Status::Converged && (apart || !both) {
-        *solution = found.solution;
-        std::mem::swap(workspace, &mut other);
-    } else if both {
-        solution.connection = found.solution.connection;
-    }
-    BranchRecord { critical: found.critical, another: found.another || (apart && both) }
 }

@@ -65,11 +65,15 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
         text += "A CELL IS TURNED OVER: nothing in this model keeps cells upright\n";
     }
     if let Some(branch) = &record.branch {
-        text += &match branch.critical {
-            None => {
+        text += &match (branch.critical, branch.stopped) {
+            (None, None) => {
                 "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
             }
-            Some(c) => format!(
+            (None, Some(load)) => format!(
+                "the branch of equilibria from rest was followed to {load:.2e} of the tensions, where the solves allowed for it were \
+                 used up: whether the answer lies on it is not known"
+            ),
+            (Some(c), _) => format!(
                 "the branch of equilibria from rest ends at {:.6} of the tensions ({}); the body falls from there to this answer",
                 c.load,
                 match c.kind {

@@ -7,3 +7,12 @@ pub mod topology;
 
 pub use plane::Point;
 pub use spline::ClosedSpline;
+
+use nalgebra::SVector;
+
+/// The longest side of the box around points, m; 0 without points.
+pub fn extent<const D: usize>(points: &[SVector<f64, D>]) -> f64 {
+    let Some(first) = points.first() else { return 0.0 };
+    let (low, high) = points.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));
+    (high - low).amax()
+}

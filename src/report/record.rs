@@ -46,6 +46,15 @@ pub struct BranchRecord {
     pub critical: Option<statics::Critical>,
     /// Whether another equilibrium at this load was met.
     pub another: bool,
+    /// Part of the tensions at which following it was given up, if it was: the answer's branch is then not known.
+    pub stopped: Option<f64>,
+}
+
+impl BranchRecord {
+    /// What a trace found.
+    pub fn new(found: &statics::Trace) -> Self {
+        Self { critical: found.critical, another: found.another, stopped: found.stopped }
+    }
 }
 
 /// One equilibrium: `tongue-fit simulate --json`.

@@ -1,12 +1,12 @@
-//! Newton's method on the energy, with a line search, and safeguards that act only where they are needed.
+//! Newton's method on the energy, with a line search that keeps cells upright.
 
 use nalgebra::SVector;
 
-use crate::effect::{Configuration, Tangent};
-use crate::sparse::cholesky::NotPositiveDefinite;
-use crate::system::System;
+use crate::effect::Tangent;
+use crate::geometry;
 
-use super::{Connection, Settings, Solution, Stability, Status, Workspace, rescue, stability};
+use super::state::State;
+use super::{Connection, Settings, Solution, Stability, Status};
 
 /// Part of the decrease that the slope promises which a step must achieve (Armijo).
 const SUFFICIENT_DECREASE: f64 = 1e-4;
@@ -29,79 +29,7 @@ const MOST_CORRECTIONS: usize = 3;
 /// about three times what an iteration with the old one does.
 const FAST_ENOUGH: f64 = 0.03;
 
-/// As [`super::solve`], with the bones where they are.
-pub(super) fn solve<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-    settings: &Settings,
-) -> Solution {
-    let mut done = Newton::new(system, workspace).run(tensions, settings);
-    if matches!(done.status, Status::IterationLimit | Status::Stalled) && settings.load_steps > 0 {
-        done = rescue::step_load(system, workspace, tensions, settings, &done);
-    }
-    if done.status == Status::Converged && (settings.certify || done.stability == Stability::Unchecked) {
-        done = stability::settle(system, workspace, settings, &done);
-    }
-    done.guarded = system.guarded(workspace.configuration());
-    if done.status == Status::Converged
-        && !system.keeps_cells_upright()
-        && system.cell_ratios(workspace.positions()).0 <= 0.0
-    {
-        done.status = Status::Inverted;
-    }
-    done
-}
-
-impl Solution {
-    /// Nothing was done, and nothing reached.
-    pub const NONE: Self = Self {
-        status: Status::IterationLimit,
-        iterations: 0,
-        factorisations: 0,
-        energy_evaluations: 0,
-        safeguarded: 0,
-        max_residual_force: f64::INFINITY,
-        rounding_force: 0.0,
-        energy: f64::NAN,
-        stability: Stability::Unchecked,
-        connection: Connection::Direct,
-        load_reached: 0.0,
-        load_steps: 0,
-        escapes: 0,
-        ridges: 0,
-        guarded: 0,
-    };
-}
-
-pub(super) struct Newton<'a, const D: usize> {
-    pub(super) system: &'a System<D>,
-    pub(super) w: &'a mut Workspace<D>,
-    pub(super) done: Solution,
-    /// Iterations in a row in which the exact stiffness was not positive definite.
-    safeguarded_in_a_row: usize,
-    /// Whether whole steps are corrected where they lead; costs more, so only load steps that fail otherwise ask for it.
-    pub(super) corrected: bool,
-    /// Largest coordinate, m.
-    extent: f64,
-    /// Residual force below which there is only rounding, N: the stiffest entry times the rounding of a coordinate.
-    floor: f64,
-}
-
-impl<'a, const D: usize> Newton<'a, D> {
-    pub(super) fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
-        let extent = w.positions.iter().map(|p| p.amax()).fold(0.0, f64::max);
-        Self {
-            system,
-            w,
-            done: Solution::NONE,
-            safeguarded_in_a_row: 0,
-            corrected: false,
-            extent,
-            floor: 0.0,
-        }
-    }
-
+impl<const D: usize> State<'_, D> {
     /// One solve from the positions in the workspace at all of the load.
     pub(super) fn run(mut self, tensions: &[f64], settings: &Settings) -> Solution {
         if tensions.len() != self.w.tensions.len() || tensions.iter().any(|t| !t.is_finite()) {
@@ -162,36 +90,7 @@ impl<'a, const D: usize> Newton<'a, D> {
         // The reactions of the bones show what loads the body, whatever it is.
         let load = w.tensions.iter().fold(largest(&w.force), |m, t| m.max(t.abs()));
         self.done.max_residual_force <= NEGLIGIBLE * load
-            || (w.factor_is_exact && largest(&w.step) <= STILL * stability::extent(self.system.rest()))
-    }
-
-    pub(super) fn energy(&mut self) -> f64 {
-        self.done.energy_evaluations += 1;
-        let w = &*self.w;
-        self.system.energy(Configuration { positions: &w.positions, tensions: &w.tensions })
-    }
-
-    pub(super) fn update_force(&mut self) {
-        let w = &mut *self.w;
-        let at = Configuration { positions: &w.positions, tensions: &w.tensions };
-        self.system.force(at, &mut w.force);
-        let nodes = self.system.pattern().nodes();
-        let largest = nodes.iter().map(|&n| w.force[n].norm_squared()).fold(0.0, nan_or_max);
-        self.done.max_residual_force = largest.sqrt();
-    }
-
-    pub(super) fn assemble(&mut self, tangent: Tangent) {
-        let w = &mut *self.w;
-        let at = Configuration { positions: &w.positions, tensions: &w.tensions };
-        w.stiffness.clear();
-        self.system.effects().iter().for_each(|e| e.add_stiffness(at, tangent, &mut w.stiffness));
-    }
-
-    pub(super) fn try_factor(&mut self) -> Result<(), NotPositiveDefinite> {
-        self.done.factorisations += 1;
-        let result = self.w.factor.factorise(self.system.pattern(), &self.w.stiffness);
-        self.w.factor_ready = result.is_ok();
-        result
+            || (w.factor_is_exact && largest(&w.step) <= STILL * geometry::extent(self.system.rest()))
     }
 
     /// Factorises the exact stiffness; where that is not positive definite, the convex one, and where that is singular (a
@@ -243,12 +142,6 @@ impl<'a, const D: usize> Newton<'a, D> {
             slope -= u.dot(&w.force[node]);
         }
         slope
-    }
-
-    /// Largest part of the step that no effect forbids.
-    pub(super) fn step_limit(&self) -> f64 {
-        let at = self.w.configuration();
-        self.system.effects().iter().map(|e| e.step_limit(at, &self.w.step)).fold(1.0, f64::min)
     }
 
     /// Takes the whole step, and from where it leads up to [`MOST_CORRECTIONS`] more with the same factor, until the energy has
@@ -307,9 +200,4 @@ impl<'a, const D: usize> Newton<'a, D> {
         self.w.positions.copy_from_slice(&self.w.trial);
         false
     }
-}
-
-/// The larger of two numbers; a NaN is kept, where `f64::max` would drop it.
-fn nan_or_max(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
 }

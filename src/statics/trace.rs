@@ -3,6 +3,9 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
+use crate::body::largest_distance;
+use crate::effect::Configuration;
+use crate::geometry;
 use crate::system::System;
 
 use super::{Connection, Settings, Solution, Stability, Status, Workspace, smallest_eigenvalue, solve};
@@ -36,6 +39,9 @@ pub struct Trace {
     /// Whether another equilibrium at this same load was met: the branch left behind or its mirror image, or the state in which
     /// the body stays when it is loaded twice as far and let back.
     pub another: bool,
+    /// Part of the tensions up to which the branch was followed when [`Settings::most_solves`] were used up, so that the solution
+    /// may lie on another one; `None` when the branch was followed to its end or to the whole load.
+    pub stopped: Option<f64>,
 }
 
 /// Shapes that differ by less than this part of the body's size are the same.
@@ -60,12 +66,17 @@ pub fn trace<const D: usize>(
     steps: usize,
 ) -> Trace {
     let settings = Settings { certify: true, ..*settings };
-    let mut path = Path { system, w: workspace, tensions, settings: &settings };
+    let mut path =
+        Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
     let mut shape = system.rest().to_vec();
-    let mut critical = None;
+    let (mut critical, mut stopped) = (None, None);
     let longest = 1.0 / steps.max(1) as f64;
     let (mut reached, mut step) = (0.0, longest);
     while reached < 1.0 {
+        if path.solves >= settings.most_solves {
+            stopped = Some(reached);
+            break;
+        }
         let load = f64::min(reached + step, 1.0);
         if let Some(next) = path.continued(&shape, reached, load) {
             (reached, shape) = (load, next);
@@ -85,14 +96,50 @@ pub fn trace<const D: usize>(
         // At the critical load the branches part; which of them still exist at the whole load, letting go of it tells: a body
         // that was brought there the other way and stays elsewhere.
         Some(c) => c.kind == CriticalKind::Bifurcation || path.stays_elsewhere(&end, 0.0),
-        None => path.stays_elsewhere(&end, 2.0),
+        None => stopped.is_none() && path.stays_elsewhere(&end, 2.0),
     };
     path.w.positions.copy_from_slice(&end);
     path.w.factor_ready = false;
     path.w.tensions.copy_from_slice(tensions);
-    let connected = critical.is_none() && solution.status == Status::Converged;
-    let connection = if connected { Connection::Traced } else { solution.connection };
-    Trace { solution: Solution { connection, ..solution }, critical, another }
+    let connected = critical.is_none() && stopped.is_none() && solution.status == Status::Converged;
+    let solution = Solution {
+        connection: if connected { Connection::Traced } else { solution.connection },
+        iterations: path.spent.iterations,
+        factorisations: path.spent.factorisations,
+        energy_evaluations: path.spent.energy_evaluations,
+        ..solution
+    };
+    Trace { solution, critical, another, stopped }
+}
+
+/// Shapes whose nodes are nearer to each other than this are one, m.
+const SAME_SHAPE_M: f64 = 1e-9;
+
+/// Solves directly as [`solve`] does and follows the equilibria from rest as [`trace`] does. Where the two end in different shapes the
+/// traced one is the answer, since it is where a body goes whose muscles pull harder and harder; so it is where the direct solve
+/// fails. Where the trace stopped early a direct answer stands, and [`Trace::stopped`] says that its branch is not known.
+pub fn solve_and_trace<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &Settings,
+    steps: usize,
+) -> Trace {
+    let direct = solve(system, workspace, tensions, settings);
+    let mut other = Workspace::new(system);
+    let found = trace(system, &mut other, tensions, settings, steps);
+    let [direct_converged, converged] = [&direct, &found.solution].map(|s| s.status == Status::Converged);
+    let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;
+    let both = direct_converged && converged;
+    let another = found.another || (apart && both);
+    let replaces = converged && if found.stopped.is_some() { !direct_converged } else { apart || !both };
+    if replaces {
+        std::mem::swap(workspace, &mut other);
+        return Trace { another, ..found };
+    }
+    let connection =
+        if both && found.stopped.is_none() { found.solution.connection } else { direct.connection };
+    Trace { solution: Solution { connection, ..direct }, another, ..found }
 }
 
 struct Path<'a, const D: usize> {
@@ -100,6 +147,9 @@ struct Path<'a, const D: usize> {
     w: &'a mut Workspace<D>,
     tensions: &'a [f64],
     settings: &'a Settings,
+    solves: usize,
+    /// What they cost.
+    spent: Solution,
 }
 
 impl<const D: usize> Path<'_, D> {
@@ -119,7 +169,10 @@ impl<const D: usize> Path<'_, D> {
         self.w.positions.copy_from_slice(from);
         self.w.factor_ready = false;
         self.w.factor_is_exact = false;
-        solve(self.system, self.w, &part, settings)
+        let solution = solve(self.system, self.w, &part, settings);
+        self.solves += 1;
+        self.spent.add_cost(&solution);
+        solution
     }
 
     /// The shape at `load` if it continues the branch on which `from` lies at `start`.
@@ -149,7 +202,7 @@ impl<const D: usize> Path<'_, D> {
         w.step.fill(SVector::zeros());
         for &muscle in self.system.contracting() {
             let mut rate = vec![SVector::zeros(); w.step.len()];
-            let at = super::Configuration { positions: &w.positions, tensions: &w.tensions };
+            let at = Configuration { positions: &w.positions, tensions: &w.tensions };
             self.system.effects().iter().for_each(|e| e.add_force_per_tension(at, muscle, &mut rate));
             w.step.iter_mut().zip(rate).for_each(|(s, r)| *s += r * self.tensions[muscle]);
         }
@@ -175,7 +228,7 @@ impl<const D: usize> Path<'_, D> {
     }
 
     fn is_same(&self, shape: &[SVector<f64, D>]) -> bool {
-        let size = super::stability::extent(self.system.rest());
+        let size = geometry::extent(self.system.rest());
         self.w.positions.iter().zip(shape).all(|(p, q)| (p - q).norm() < SAME * size)
     }
 }

@@ -5,7 +5,10 @@ use crate::fixtures::{self, tongue};
 use nalgebra::SVector;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
-use tongue_fit::statics::{Settings, Solution, Status, Workspace, length_sensitivities, solve};
+use tongue_fit::material::Preset;
+use tongue_fit::statics::{
+    Connection, Settings, Solution, Status, Workspace, length_sensitivities, solve, solve_and_trace, trace,
+};
 use tongue_fit::system::{Model, OutsidePath, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
@@ -158,6 +161,32 @@ fn whatever_the_tensions_a_solve_ends_in_a_status_with_finite_positions() {
     }
     let (solution, _) = solved(&system, &[1.0; 3]);
     assert_eq!(solution.status, Status::NotFinite, "a wrong number of tensions");
+}
+
+#[test]
+fn a_trace_counts_all_that_it_took_and_says_where_it_stopped() {
+    let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
+    let (direct, mut workspace) = solved(&system, &PUBLISHED);
+    let whole = trace(&system, &mut workspace, &PUBLISHED, &Settings::default(), 20);
+    assert_eq!((whole.stopped, whole.solution.connection), (None, Connection::Traced));
+    assert!(whole.solution.iterations > 10 * direct.iterations, "{whole:?}");
+    let few = Settings { most_solves: 10, ..Settings::default() };
+    let part = trace(&system, &mut workspace, &PUBLISHED, &few, 20);
+    assert_eq!((part.stopped, part.solution.connection), (Some(0.25), Connection::Direct));
+    assert_eq!(part.solution.status, Status::Converged);
+}
+
+/// Slack chains outside the tissue turn at every small load, so that following their branch has no end.
+#[test]
+fn a_branch_that_turns_without_end_is_given_up_and_a_direct_answer_stands() {
+    let model = Model { preset: Preset::AsPrinted, outside: OutsidePath::Chain, ..Model::default() };
+    let system = System::new(&tongue(), &model, &[0]).unwrap();
+    let tensions = [0.095_134_9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let (direct, _) = solved(&system, &tensions);
+    let mut workspace = Workspace::new(&system);
+    let found = solve_and_trace(&system, &mut workspace, &tensions, &Settings::default(), 20);
+    assert!(found.stopped.is_some_and(|load| load < 0.01) && found.critical.is_none(), "{found:?}");
+    assert_eq!(found.solution, direct);
 }
 
 #[test]

@@ -11,7 +11,8 @@ use crate::system::{Model, System};
 use super::StudyError;
 
 /// Newton iterations for a reference: it goes on until rounding stops it.
-const TO_THE_END: Settings = Settings { tolerance: 0.0, max_iterations: 100, load_steps: 0, certify: false };
+const TO_THE_END: Settings =
+    Settings { tolerance: 0.0, max_iterations: 100, load_steps: 0, certify: false, most_solves: 0 };
 
 /// A system at given tensions.
 #[derive(Debug)]

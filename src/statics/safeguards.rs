@@ -1,12 +1,14 @@
-//! Putting the load on in steps, where the direct solve fails.
+//! What a solve does where Newton's method alone does not do: putting the load on in steps, and leaving unstable equilibria.
 
 use crate::system::System;
 
-use super::newton::Newton;
+use super::state::State;
 use super::{Connection, Settings, Solution, Stability, Status, Workspace};
 
 /// A load step below this part of the load is no step.
 const SHORTEST_LOAD_STEP: f64 = 1e-5;
+/// Most unstable equilibria that a solve leaves downhill before it gives up.
+const MOST_ESCAPES: usize = 8;
 
 /// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each solved from the equilibrium before; a step that fails is halved, one that
 /// succeeds doubled. Before it is halved, Newton's steps are corrected where they lead. Leaves the last equilibrium reached; `failed` is what the direct solve did.
@@ -32,14 +34,10 @@ pub(super) fn step_load<const D: usize>(
         for corrected in [false, true] {
             workspace.positions.copy_from_slice(&held);
             workspace.factor_ready = false;
-            let mut newton = Newton::new(system, workspace);
-            newton.corrected = corrected;
-            last = newton.run(&part, settings);
-            all.iterations += last.iterations;
-            all.factorisations += last.factorisations;
-            all.energy_evaluations += last.energy_evaluations;
-            all.safeguarded += last.safeguarded;
-            all.ridges += last.ridges;
+            let mut state = State::new(system, workspace);
+            state.corrected = corrected;
+            last = state.run(&part, settings);
+            all.add_cost(&last);
             if last.status == Status::Converged {
                 break;
             }
@@ -73,4 +71,35 @@ pub(super) fn step_load<const D: usize>(
         load_reached: reached,
         ..all
     }
+}
+
+/// Checks the stability of the equilibrium in the workspace by factorising the exact stiffness there; leaves an unstable one
+/// along its negative curvature and solves on, until a stable one is found.
+pub(super) fn settle<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    settings: &Settings,
+    found: &Solution,
+) -> Solution {
+    let mut all = *found;
+    let tensions = workspace.tensions.clone();
+    for escapes in 0..=MOST_ESCAPES {
+        let mut state = State::new(system, workspace);
+        state.done = all;
+        let (stability, failure) = state.classify();
+        all = state.done;
+        all.stability = stability;
+        let Some(failure) = failure.filter(|_| stability == Stability::Unstable) else { break };
+        if escapes == MOST_ESCAPES || !state.leave(&failure) {
+            all.status = Status::Unstable;
+            break;
+        }
+        let next = State::new(system, workspace).run(&tensions, settings);
+        all = Solution { connection: Connection::Downhill, ..next.after(&all) };
+        all.escapes += 1;
+        if all.status != Status::Converged {
+            break;
+        }
+    }
+    all
 }

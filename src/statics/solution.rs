@@ -1,0 +1,159 @@
+//! When a solve stops, and what it says of where it ended.
+
+use serde::Serialize;
+
+/// When a solve stops.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Largest residual force on a free node that counts as equilibrium, N. Default 1e-9.
+    pub tolerance: f64,
+    /// Most Newton iterations. Default 200; with load steps, of each of them.
+    pub max_iterations: usize,
+    /// Most steps in which the load is put on where the direct solve fails. Default 60; 0 gives up at once.
+    pub load_steps: usize,
+    /// Whether to check the stability of every solution by a factorisation of the exact stiffness at it. Default false: the
+    /// last factorisation, a step or two before the solution, is then taken for it wherever it was exact.
+    pub certify: bool,
+    /// Most solves of a [`trace()`](super::trace()), which then stops where it is. Default 600; a branch that reaches the whole load takes about
+    /// two for each of its steps, and finding where one ends about 120 more.
+    pub most_solves: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { tolerance: 1e-9, max_iterations: 200, load_steps: 60, certify: false, most_solves: 600 }
+    }
+}
+
+/// How a solve ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// The residual force is below the tolerance, or as small as rounding lets it be and of no account beside the load, and the
+    /// equilibrium is not known to be unstable.
+    Converged,
+    /// An equilibrium was found, but an unstable one, and no way downhill from it led to a stable one.
+    Unstable,
+    /// The iteration limit came first. What was reached in load steps is in [`Solution::load_reached`].
+    IterationLimit,
+    /// No step along a descent direction lowers the energy any more, or the steps that keep every cell from turning over
+    /// have become too small; the residual force is still above the tolerance. Where [`Solution::rounding_force`] is of the
+    /// size of the load, the body is too uneven for double precision.
+    Stalled,
+    /// An equilibrium, but one in which a cell is turned over: of a body without an effect that keeps its cells upright
+    /// (neither incompressibility nor finite elements), springs alone.
+    Inverted,
+    /// A tension, position or energy is not a finite number, or there are not as many tensions as muscles.
+    NotFinite,
+}
+
+/// What is known of the eigenvalues of the stiffness at the solution, over the free nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stability {
+    /// Nothing: no equilibrium was reached.
+    Unchecked,
+    /// All were positive at the last factorisation, a step or two before the solution.
+    Near,
+    /// All are positive at the solution.
+    Stable,
+    /// None is negative, but some are zero to rounding: a slack chain can be moved without work.
+    Neutral,
+    /// At least one is negative.
+    Unstable,
+}
+
+/// What is known of the way from rest to the solution. Two equilibria at the same load can lie on different branches: one
+/// that the body reaches when the load grows from nothing, and others that it must be thrown into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Connection {
+    /// Nothing: Newton's method went from its start to the solution at the whole load, and every step lowered the energy.
+    Direct,
+    /// Reached from rest in load steps, each begun at the equilibrium before.
+    LoadSteps,
+    /// On the way a ridge or an unstable equilibrium was left downhill, so it may well lie on another branch than rest.
+    Downhill,
+    /// Followed from rest, there and back, in steps ([`trace()`]): it lies on the branch that begins at rest.
+    Traced,
+}
+
+/// What a solve did; the positions are in the workspace.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Solution {
+    /// How it ended.
+    pub status: Status,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Factorisations, failed ones included.
+    pub factorisations: usize,
+    /// Evaluations of the energy.
+    pub energy_evaluations: usize,
+    /// Iterations in which the exact stiffness was not positive definite and a safeguarded one was used.
+    pub safeguarded: usize,
+    /// Largest force on a free node, N.
+    pub max_residual_force: f64,
+    /// Force of which nothing is known in double precision, N: the stiffest entry times the rounding of a coordinate. A residual
+    /// below it cannot be made smaller. Zero where nothing was factorised.
+    pub rounding_force: f64,
+    /// Potential energy, J.
+    pub energy: f64,
+    /// What is known of the stability.
+    pub stability: Stability,
+    /// What is known of the way from rest.
+    pub connection: Connection,
+    /// Part of the tensions at which the positions left behind are an equilibrium: 1 when converged, less where load stepping
+    /// stopped, 0 where no equilibrium was found.
+    pub load_reached: f64,
+    /// Load steps taken; 0 where the direct solve succeeded.
+    pub load_steps: usize,
+    /// Unstable equilibria that the solve found and left downhill: more than none means that there is another equilibrium, and
+    /// that the branch left is not the one reached. Only looked for where the stability is checked at the solution.
+    pub escapes: usize,
+    /// Iterations that went on along a direction of negative curvature, off a ridge of the energy.
+    pub ridges: usize,
+    /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of the published law
+    /// (see [`crate::effect::barrier`]).
+    pub guarded: usize,
+}
+
+impl Solution {
+    /// Nothing was done, and nothing reached.
+    pub const NONE: Self = Self {
+        status: Status::IterationLimit,
+        iterations: 0,
+        factorisations: 0,
+        energy_evaluations: 0,
+        safeguarded: 0,
+        max_residual_force: f64::INFINITY,
+        rounding_force: 0.0,
+        energy: f64::NAN,
+        stability: Stability::Unchecked,
+        connection: Connection::Direct,
+        load_reached: 0.0,
+        load_steps: 0,
+        escapes: 0,
+        ridges: 0,
+        guarded: 0,
+    };
+
+    /// Adds what `other` cost: all that counts work, not where it ended.
+    pub(super) fn add_cost(&mut self, other: &Self) {
+        self.iterations += other.iterations;
+        self.factorisations += other.factorisations;
+        self.energy_evaluations += other.energy_evaluations;
+        self.safeguarded += other.safeguarded;
+        self.load_steps += other.load_steps;
+        self.escapes += other.escapes;
+        self.ridges += other.ridges;
+    }
+
+    /// This, with what `earlier` cost as well.
+    pub(super) fn after(mut self, earlier: &Self) -> Self {
+        self.add_cost(earlier);
+        if earlier.connection == Connection::Downhill {
+            self.connection = Connection::Downhill;
+        }
+        self
+    }
+}

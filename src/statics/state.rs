@@ -1,0 +1,89 @@
+//! A solve at its present positions: energy, force, stiffness and its factor there.
+
+use nalgebra::SVector;
+
+use crate::effect::{Configuration, Tangent};
+use crate::sparse::cholesky::NotPositiveDefinite;
+use crate::system::System;
+
+use super::{Solution, Workspace};
+
+/// A solve at work: where it is, and what it has done so far.
+pub(super) struct State<'a, const D: usize> {
+    pub(super) system: &'a System<D>,
+    pub(super) w: &'a mut Workspace<D>,
+    pub(super) done: Solution,
+    /// Iterations in a row in which the exact stiffness was not positive definite.
+    pub(super) safeguarded_in_a_row: usize,
+    /// Whether whole steps are corrected where they lead; costs more, so only load steps that fail otherwise ask for it.
+    pub(super) corrected: bool,
+    /// Largest coordinate, m.
+    pub(super) extent: f64,
+    /// Residual force below which there is only rounding, N: the stiffest entry times the rounding of a coordinate.
+    pub(super) floor: f64,
+}
+
+impl<'a, const D: usize> State<'a, D> {
+    pub(super) fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
+        let extent = w.positions.iter().map(|p| p.amax()).fold(0.0, f64::max);
+        Self {
+            system,
+            w,
+            done: Solution::NONE,
+            safeguarded_in_a_row: 0,
+            corrected: false,
+            extent,
+            floor: 0.0,
+        }
+    }
+
+    pub(super) fn energy(&mut self) -> f64 {
+        self.done.energy_evaluations += 1;
+        let w = &*self.w;
+        self.system.energy(Configuration { positions: &w.positions, tensions: &w.tensions })
+    }
+
+    pub(super) fn update_force(&mut self) {
+        let w = &mut *self.w;
+        let at = Configuration { positions: &w.positions, tensions: &w.tensions };
+        self.system.force(at, &mut w.force);
+        let nodes = self.system.pattern().nodes();
+        let largest = nodes.iter().map(|&n| w.force[n].norm_squared()).fold(0.0, nan_or_max);
+        self.done.max_residual_force = largest.sqrt();
+    }
+
+    pub(super) fn assemble(&mut self, tangent: Tangent) {
+        let w = &mut *self.w;
+        let at = Configuration { positions: &w.positions, tensions: &w.tensions };
+        w.stiffness.clear();
+        self.system.effects().iter().for_each(|e| e.add_stiffness(at, tangent, &mut w.stiffness));
+    }
+
+    pub(super) fn try_factor(&mut self) -> Result<(), NotPositiveDefinite> {
+        self.done.factorisations += 1;
+        let result = self.w.factor.factorise(self.system.pattern(), &self.w.stiffness);
+        self.w.factor_ready = result.is_ok();
+        result
+    }
+
+    /// Largest part of the step that no effect forbids.
+    pub(super) fn step_limit(&self) -> f64 {
+        let at = self.w.configuration();
+        self.system.effects().iter().map(|e| e.step_limit(at, &self.w.step)).fold(1.0, f64::min)
+    }
+
+    /// How small the residual force can be made in double precision at these positions, N: the forces that meet in a node are
+    /// only known to a rounding of the largest, and the positions to one of their size, which the stiffness turns into force.
+    pub(super) fn rounding_level(&self) -> f64 {
+        let w = &*self.w;
+        let largest = |v: &[SVector<f64, D>]| v.iter().map(SVector::amax).fold(0.0, f64::max);
+        let pull = w.tensions.iter().fold(0.0, |m: f64, t| m.max(t.abs())).max(largest(&w.force));
+        let stiffness = w.stiffness.largest_diagonal(self.system.pattern());
+        16.0 * f64::EPSILON * (pull + stiffness * largest(&w.positions))
+    }
+}
+
+/// The larger of two numbers; a NaN is kept, where `f64::max` would drop it.
+fn nan_or_max(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}

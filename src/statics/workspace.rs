@@ -1,0 +1,95 @@
+//! What a solve writes to.
+
+use nalgebra::SVector;
+
+use crate::effect::Configuration;
+use crate::sparse::BlockMatrix;
+use crate::sparse::cholesky::Factor;
+use crate::system::System;
+
+/// All that a solve writes to. One for each thread and system; reused from solve to solve without allocating.
+#[derive(Debug)]
+pub struct Workspace<const D: usize> {
+    /// Positions of all nodes, m: the start before a solve, the result after it.
+    pub(super) positions: Vec<SVector<f64, D>>,
+    pub(super) tensions: Vec<f64>,
+    pub(super) trial: Vec<SVector<f64, D>>,
+    pub(super) force: Vec<SVector<f64, D>>,
+    /// The step of every node, m (zero where fixed).
+    pub(super) step: Vec<SVector<f64, D>>,
+    /// One vector for each unknown, in elimination order.
+    pub(super) unknowns: Vec<SVector<f64, D>>,
+    pub(super) stiffness: BlockMatrix<D>,
+    pub(super) factor: Factor<D>,
+    /// Whether `factor` holds that of a stiffness near the present positions.
+    pub(super) factor_ready: bool,
+    /// Whether the last factorisation in an iteration was one of the exact stiffness.
+    pub(super) factor_is_exact: bool,
+    /// A direction of negative curvature, one vector for each unknown, in elimination order.
+    pub(super) curvature: Vec<SVector<f64, D>>,
+    /// Bone nodes that are to be elsewhere than at rest, and where, m.
+    pub(super) carried: Vec<(usize, SVector<f64, D>)>,
+}
+
+impl<const D: usize> Workspace<D> {
+    /// A workspace for `system`, with the positions at rest.
+    pub fn new(system: &System<D>) -> Self {
+        let zeros = vec![SVector::zeros(); system.rest().len()];
+        Self {
+            positions: system.rest().to_vec(),
+            tensions: vec![0.0; system.muscle_count()],
+            trial: zeros.clone(),
+            force: zeros.clone(),
+            step: zeros,
+            unknowns: vec![SVector::zeros(); system.pattern().unknowns()],
+            curvature: vec![SVector::zeros(); system.pattern().unknowns()],
+            stiffness: BlockMatrix::zeros(system.pattern()),
+            factor: Factor::new(system.pattern()),
+            factor_ready: false,
+            factor_is_exact: false,
+            carried: system.carried().to_vec(),
+        }
+    }
+
+    /// Has the next solve bring bone nodes to where they are in the system, and `shift` (m) from there.
+    pub fn carry_bone(&mut self, system: &System<D>, nodes: &[usize], shift: SVector<f64, D>) {
+        for &node in nodes {
+            let held =
+                system.carried().iter().find(|(n, _)| *n == node).map_or(system.rest()[node], |(_, at)| *at);
+            match self.carried.iter_mut().find(|(n, _)| *n == node) {
+                Some((_, to)) => *to = held + shift,
+                None => self.carried.push((node, held + shift)),
+            }
+        }
+    }
+
+    pub(super) fn configuration(&self) -> Configuration<'_, D> {
+        Configuration { positions: &self.positions, tensions: &self.tensions }
+    }
+
+    /// Positions of all nodes, m.
+    pub fn positions(&self) -> &[SVector<f64, D>] {
+        &self.positions
+    }
+
+    /// Force on every node after a solve, N: the residual on free nodes, minus the reaction on bone.
+    pub fn force(&self) -> &[SVector<f64, D>] {
+        &self.force
+    }
+
+    /// Starts the next solve from the rest shape.
+    pub fn start_from_rest(&mut self, system: &System<D>) {
+        self.positions.copy_from_slice(system.rest());
+        self.factor_ready = false;
+        self.factor_is_exact = false;
+    }
+
+    /// Starts the next solve from given positions, m, one for each node: those of a solved neighbour, whose stiffness is taken
+    /// to be like that of the last solve.
+    ///
+    /// # Panics
+    /// If there are not as many positions as nodes.
+    pub fn start_from(&mut self, positions: &[SVector<f64, D>]) {
+        self.positions.copy_from_slice(positions);
+    }
+}
