@@ -4,9 +4,8 @@ use nalgebra::SVector;
 
 use crate::body::Mesh;
 use crate::geometry::simplex;
-use crate::sparse::{BlockMatrix, Pattern};
 
-use super::{Configuration, Effect, Tangent};
+use super::{Configuration, Effect};
 
 /// A node with weight.
 #[derive(Debug, Clone)]
@@ -54,13 +53,9 @@ impl<const D: usize> Effect<D> for Gravity<D> {
         "gravity"
     }
 
-    fn stencils(&self, _couple: &mut dyn FnMut(&[usize])) {}
-
     fn elements(&self) -> usize {
         self.loads.len()
     }
-
-    fn bind(&mut self, _pattern: &Pattern) {}
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
         -self.loads.iter().map(|l| l.weight.dot(&(at.positions[l.node] - l.origin))).sum::<f64>()
@@ -69,6 +64,4 @@ impl<const D: usize> Effect<D> for Gravity<D> {
     fn add_force(&self, _at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         self.loads.iter().for_each(|l| force[l.node] += l.weight);
     }
-
-    fn add_stiffness(&self, _at: Configuration<'_, D>, _tangent: Tangent, _stiffness: &mut BlockMatrix<D>) {}
 }

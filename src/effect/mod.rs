@@ -8,10 +8,11 @@
 //! | [`FiniteElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | 2.3 names them |
 //! | [`Gravity`] | `-m g·(x - X)` a node | Newton 1687 |
 //! | [`Contact`] | `-κ (d - d̂)² ln(d/d̂)` a node nearer than `d̂` to the palate | Li et al. 2020, eq. 6 |
-//! | [`Bone`] | none: prescribes positions | 4.1 |
+//!
+//! An effect on the nodes adds to energy, force and stiffness; what holds nodes (bones, straight paths) is no effect but a constraint,
+//! and belongs to the [system](crate::system).
 
 pub mod barrier;
-mod bone;
 mod contact;
 mod finite_element;
 mod gravity;
@@ -27,7 +28,6 @@ use nalgebra::SVector;
 
 use crate::sparse::{BlockMatrix, Pattern};
 
-pub use bone::{Bone, Carried};
 pub use contact::Contact;
 pub use finite_element::FiniteElements;
 pub use gravity::{Gravity, lumped_masses};
@@ -55,12 +55,17 @@ pub enum Tangent {
 }
 
 /// Something that acts on the body. Its energy is in J (2D: per metre of thickness).
+///
+/// A new effect is a file here, which implements what is not zero of this trait, and one line where a plan adds it
+/// ([`crate::system::Additions`]). Force and stiffness are the negative first and second derivatives of the energy:
+/// `tests/library/effects_are_derivatives_of_their_energy.rs` checks it for every effect in 2D and 3D, and fails for one that it is
+/// not given.
 pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Short name, as it stands in plans and reports.
     fn name(&self) -> &'static str;
 
-    /// Calls `couple` with every set of nodes that the stiffness of this effect couples with each other.
-    fn stencils(&self, couple: &mut dyn FnMut(&[usize]));
+    /// Calls `couple` with every set of nodes that the stiffness of this effect couples with each other; none for a constant force.
+    fn stencils(&self, _couple: &mut dyn FnMut(&[usize])) {}
 
     /// Number of elements that every evaluation visits: the measure of what the effect costs.
     fn elements(&self) -> usize {
@@ -70,7 +75,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     }
 
     /// Looks up where its stiffness blocks go; called once, before any [`Effect::add_stiffness`].
-    fn bind(&mut self, pattern: &Pattern);
+    fn bind(&mut self, _pattern: &Pattern) {}
 
     /// Potential energy, J.
     fn energy(&self, at: Configuration<'_, D>) -> f64;
@@ -78,8 +83,8 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Adds the force on every node, N: minus the derivative of the energy.
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]);
 
-    /// Adds the second derivative of the energy, N/m.
-    fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>);
+    /// Adds the second derivative of the energy, N/m; none for a constant force.
+    fn add_stiffness(&self, _at: Configuration<'_, D>, _tangent: Tangent, _stiffness: &mut BlockMatrix<D>) {}
 
     /// Adds the derivative of the force with respect to the tension of muscle `muscle`, N/N.
     fn add_force_per_tension(
@@ -104,9 +109,6 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     fn guarded(&self, _at: Configuration<'_, D>) -> usize {
         0
     }
-
-    /// Calls `hold` with every node whose position this effect prescribes, and that position, m.
-    fn prescribed(&self, _hold: &mut dyn FnMut(usize, SVector<f64, D>)) {}
 
     /// Adds the force of the effect's dampers on every node, N, at the given velocities, m/s: linear in them. Only a
     /// trajectory asks for it.

@@ -6,11 +6,11 @@ use super::SceneError;
 use super::file::{Gravity as GravityKeys, Posture, Scene, Want};
 use super::plan::{self, Decision, Plan, Role};
 use crate::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
-use crate::effect::{Carried, Contact, Effect, Gravity, lumped_masses};
+use crate::effect::{Contact, Effect, Gravity, lumped_masses};
 use crate::inverse::Matched;
 use crate::material::{Constants, Spread};
 use crate::measured::{Dataset, Target, TargetError, TargetKind, TargetOptions, Vowel};
-use crate::system::{self, Additions, Model, OutsidePath, System, TissueModel};
+use crate::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
 
 /// A scene ready to run.
 #[derive(Debug)]

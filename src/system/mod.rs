@@ -4,65 +4,27 @@
 //! [`crate::statics::Workspace`], one a thread.
 
 mod additions;
+mod bones;
+mod connections;
 mod error;
+mod model;
 pub mod path;
 
 use std::collections::BTreeMap;
 
 use nalgebra::SVector;
-use serde::Serialize;
 
 use crate::body::Mesh;
-use crate::effect::spring::Spring;
-use crate::effect::{Bone, Configuration, Contraction, Effect, FiniteElements, Incompressibility, Tissue};
+use crate::effect::{Configuration, Effect, FiniteElements, Incompressibility};
 use crate::geometry::simplex;
-use crate::geometry::topology::pair;
-use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
+use crate::material::Coefficients;
 use crate::sparse::Pattern;
 
 pub use additions::Additions;
+pub use bones::Carried;
 pub use error::SystemError;
+pub use model::{Model, TissueModel, coefficients, connection_stiffness};
 pub use path::{OutsidePath, StraightPath};
-
-/// Choices that make a mesh into a model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Model {
-    /// Physical constants of the tissue.
-    pub constants: Constants,
-    /// Where the coefficients come from.
-    pub preset: Preset,
-    /// How the identified stiffness is laid on the connections.
-    pub spread: Spread,
-    /// How muscle parts outside the tissue are represented.
-    pub outside: OutsidePath,
-    /// What the tissue itself is made of.
-    pub tissue: TissueModel,
-}
-
-/// What carries the load inside the cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TissueModel {
-    /// Springs on the connections and a term that keeps each cell's measure, as the thesis does.
-    #[default]
-    MassSpring,
-    /// Finite elements of E and ν alone: preset and spread are without effect inside the cells. Connections that are edges of
-    /// cells carry no spring then, and a muscle there nothing but its contractile tension, since the continuum already is
-    /// all of the tissue, the muscle's own included; outside the cells everything stays as it is.
-    FiniteElement,
-}
-
-impl Default for Model {
-    fn default() -> Self {
-        Self {
-            constants: Constants::TONGUE,
-            preset: Preset::default(),
-            spread: Spread::default(),
-            outside: OutsidePath::default(),
-            tissue: TissueModel::default(),
-        }
-    }
-}
 
 /// A body ready to be solved.
 #[derive(Debug)]
@@ -107,11 +69,6 @@ impl<const D: usize> System<D> {
             return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
         }
         mesh.check_size()?;
-        let cells: Vec<(Vec<usize>, f64)> = mesh
-            .cells
-            .iter()
-            .map(|cell| (cell.to_vec(), simplex::measure(&simplex::corners(&mesh.nodes, cell))))
-            .collect();
         let coefficients = coefficients(mesh, model)?;
         // The matching leaves a rounding of the stiffness at exactly 1/4.
         let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
@@ -121,58 +78,18 @@ impl<const D: usize> System<D> {
             return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
         }
         let stiffness = connection_stiffness(mesh, &coefficients);
+        let paths = match model.outside {
+            OutsidePath::Straight => path::find(mesh, &stiffness),
+            OutsidePath::Chain => Vec::new(),
+        };
         // Connections whose springs the continuum replaces.
         let continuum = match model.tissue {
             TissueModel::MassSpring => BTreeMap::new(),
             TissueModel::FiniteElement => mesh.cells.edges(),
         };
-        let paths = match model.outside {
-            OutsidePath::Straight => path::find(mesh, &stiffness),
-            OutsidePath::Chain => Vec::new(),
-        };
-
-        // Every connection, or straight path in place of several, goes to the contracting muscle that runs along it, else to
-        // the tissue.
-        let mut in_path = vec![false; mesh.nodes.len()];
-        paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| in_path[n] = true);
-        let mut elements: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
-        for (&[a, b], &k) in mesh.connections.iter().zip(&stiffness) {
-            if !in_path[a] && !in_path[b] {
-                elements.insert([a, b], (k, (mesh.nodes[b] - mesh.nodes[a]).norm()));
-            }
-        }
-        for p in &paths {
-            let [a, b] = p.ends();
-            elements.insert(pair(a, b), (p.stiffness(), p.rest_length()));
-        }
-        let mut effects: Vec<Box<dyn Effect<D>>> = Vec::new();
-        let mut pulled: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
-        let parallel = coefficients.muscle_parallel_stiffness / coefficients.tissue_stiffness;
-        let contraction_time = coefficients.contractile_damping / coefficients.muscle_series_stiffness;
-        let in_series = coefficients.muscle_series_stiffness / coefficients.tissue_stiffness;
-        for &muscle in contracting {
-            let chain: Vec<usize> =
-                mesh.muscles[muscle].nodes.iter().copied().filter(|&n| !in_path[n]).collect();
-            let (mut springs, mut series) = (Vec::new(), Vec::new());
-            for step in chain.windows(2) {
-                let key = pair(step[0], step[1]);
-                // A connection that two muscles share keeps one parallel spring; each has its own contractile branch.
-                let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
-                    (Some((k, l0)), _) if continuum.contains_key(&key) => (k, 0.0, l0),
-                    (Some((k, l0)), _) => (k, k * parallel, l0),
-                    (None, Some(&(k, l0))) => (k, 0.0, l0),
-                    (None, None) => continue,
-                };
-                pulled.insert(key, (k, l0));
-                springs.push(Spring::new(key, q1, l0));
-                series.push(Spring::new(key, k * in_series, l0));
-            }
-            effects.push(Box::new(Contraction::new(muscle, springs, series, contraction_time)));
-        }
-        let retardation = coefficients.tissue_damping / coefficients.tissue_stiffness;
-        let springs = elements.into_iter().filter(|(key, _)| !continuum.contains_key(key));
-        let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
-        effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
+        let replaced = |nodes: &[usize; 2]| continuum.contains_key(nodes);
+        let mut effects =
+            connections::effects(mesh, contracting, &coefficients, &stiffness, &paths, replaced);
         match model.tissue {
             _ if mesh.cells.is_empty() => {}
             // At exactly 1/4 nothing is left of the area term but rounding, of either sign.
@@ -181,17 +98,15 @@ impl<const D: usize> System<D> {
                 effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
             }
             TissueModel::FiniteElement => {
-                effects.push(Box::new(FiniteElements::new(model.constants.lame(), &mesh.cells, &mesh.nodes)));
+                effects.push(Box::new(FiniteElements::new(
+                    (&model.constants).into(),
+                    &mesh.cells,
+                    &mesh.nodes,
+                )));
             }
         }
         effects.extend(additions.effects);
-        let mut held: BTreeMap<usize, SVector<f64, D>> =
-            mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect();
-        for (node, position) in additions.carried {
-            *held.get_mut(&node).ok_or(SystemError::NotOnBone { node })? = position;
-        }
-        effects.push(Box::new(Bone::new(held.into_iter().collect())));
-        Self::assemble(mesh, model.tissue, coefficients, effects, paths, contracting.to_vec(), cells)
+        Self::assemble(mesh, model.tissue, coefficients, effects, &additions.carried, paths, contracting)
     }
 
     /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that [`System::new`] cannot
@@ -205,10 +120,8 @@ impl<const D: usize> System<D> {
         effects: Vec<Box<dyn Effect<D>>>,
         contracting: &[usize],
     ) -> Result<Self, SystemError> {
-        let measured = |cell: &[usize]| simplex::measure(&simplex::corners(&mesh.nodes, cell));
-        let cells = mesh.cells.iter().map(|c| (c.to_vec(), measured(c))).collect();
         let tissue = TissueModel::MassSpring;
-        Self::assemble(mesh, tissue, coefficients, effects, Vec::new(), contracting.to_vec(), cells)
+        Self::assemble(mesh, tissue, coefficients, effects, &[], Vec::new(), contracting)
     }
 
     fn assemble(
@@ -216,29 +129,29 @@ impl<const D: usize> System<D> {
         tissue: TissueModel,
         coefficients: Coefficients,
         mut effects: Vec<Box<dyn Effect<D>>>,
+        carried: &[(usize, SVector<f64, D>)],
         paths: Vec<StraightPath>,
-        contracting: Vec<usize>,
-        cells: Vec<(Vec<usize>, f64)>,
+        contracting: &[usize],
     ) -> Result<Self, SystemError> {
         let rest = mesh.nodes.clone();
-        let mut carried = Vec::new();
-        let mut is_unknown = vec![true; rest.len()];
-        paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| is_unknown[n] = false);
-        let mut held = vec![false; rest.len()];
-        for effect in &effects {
-            effect.prescribed(&mut |node, position| {
-                is_unknown[node] = false;
-                held[node] = true;
-                if position != rest[node] {
-                    carried.push((node, position));
-                }
-            });
+        let measured = |cell: &[usize]| simplex::measure(&simplex::corners(&rest, cell));
+        let cells = mesh.cells.iter().map(|cell| (cell.to_vec(), measured(cell))).collect();
+        let mut held: BTreeMap<usize, SVector<f64, D>> = mesh.fixed.iter().map(|&n| (n, rest[n])).collect();
+        for &(node, position) in carried {
+            *held.get_mut(&node).ok_or(SystemError::NotOnBone { node })? = position;
         }
+        let mut is_unknown = vec![true; rest.len()];
+        paths
+            .iter()
+            .flat_map(StraightPath::inner_nodes)
+            .chain(held.keys().copied())
+            .for_each(|n| is_unknown[n] = false);
+        let carried = held.iter().map(|(&n, &x)| (n, x)).filter(|&(n, x)| x != rest[n]).collect();
         let mut cliques = Vec::new();
         for effect in &effects {
             effect.stencils(&mut |nodes| cliques.push(nodes.to_vec()));
         }
-        if let Some(node) = loose_node(rest.len(), &cliques, &is_unknown, &held) {
+        if let Some(node) = loose_node(rest.len(), &cliques, &is_unknown, &mesh.fixed) {
             return Err(SystemError::Loose { node });
         }
         let pattern = Pattern::new(rest.len(), &is_unknown, cliques);
@@ -252,7 +165,7 @@ impl<const D: usize> System<D> {
             pattern,
             paths,
             muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
-            contracting,
+            contracting: contracting.to_vec(),
             cells,
         })
     }
@@ -358,32 +271,8 @@ impl<const D: usize> System<D> {
     }
 }
 
-/// Coefficients for a mesh: identified on an equilateral cell with the mesh's mean connection length as its side, as in
-/// thesis 4.1.1.
-///
-/// # Errors
-/// [`MaterialError`] for constants out of range.
-pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coefficients, MaterialError> {
-    let total: f64 = mesh.connections.iter().map(|&[a, b]| (mesh.nodes[b] - mesh.nodes[a]).norm()).sum();
-    let side = total / mesh.connections.len().max(1) as f64;
-    let measure = mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum();
-    let in_tissue = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
-    Coefficients::new::<D>(&model.constants, model.preset, model.spread, side, measure, in_tissue)
-}
-
-/// Spring constant of every connection of the mesh, N/m (2D: per metre of thickness).
-pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coefficients) -> Vec<f64> {
-    let k = coefficients.tissue_stiffness;
-    if coefficients.spread == Spread::PerConnection {
-        return vec![k; mesh.connections.len()];
-    }
-    let cells_of = mesh.cells.edges();
-    // Outside the tissue a connection belongs to no cell and keeps the k of one.
-    mesh.connections.iter().map(|c| k * cells_of.get(c).copied().unwrap_or(1) as f64).collect()
-}
-
 /// A node of a part that no chain of couplings joins to a held node, if there is one.
-fn loose_node(nodes: usize, cliques: &[Vec<usize>], is_unknown: &[bool], held: &[bool]) -> Option<usize> {
+fn loose_node(nodes: usize, cliques: &[Vec<usize>], is_unknown: &[bool], held: &[usize]) -> Option<usize> {
     let mut leader: Vec<usize> = (0..nodes).collect();
     fn find(leader: &mut [usize], mut i: usize) -> usize {
         while leader[i] != i {
@@ -399,7 +288,7 @@ fn loose_node(nodes: usize, cliques: &[Vec<usize>], is_unknown: &[bool], held: &
         }
     }
     let mut safe = vec![false; nodes];
-    for i in (0..nodes).filter(|&i| held[i]) {
+    for &i in held {
         let l = find(&mut leader, i);
         safe[l] = true;
     }

@@ -3,10 +3,10 @@
 use crate::fixtures;
 use nalgebra::{SVector, Vector2, Vector3};
 use tongue_fit::body::{Cells, Mesh, solid};
-use tongue_fit::effect::{Carried, Configuration, Contact, Effect, Gravity, lumped_masses};
+use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, lumped_masses};
 use tongue_fit::material::Constants;
 use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
-use tongue_fit::system::{self, Additions, Model, OutsidePath, System, TissueModel};
+use tongue_fit::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
 
 fn solved<const D: usize>(system: &System<D>) -> (Solution, Workspace<D>) {
     let mut workspace = Workspace::new(system);

@@ -2,7 +2,7 @@
 
 use crate::body::Mesh;
 use crate::effect::spring::Spring;
-use crate::effect::{Bone, Contraction, Effect, Incompressibility, Tissue};
+use crate::effect::{Contraction, Effect, Incompressibility, Tissue};
 use crate::geometry::topology;
 use crate::material::Constants;
 use crate::statics::Workspace;
@@ -76,6 +76,5 @@ fn uneven(
     if kappa_factor > 0.0 {
         effects.push(Box::new(Incompressibility::new(c.kappa * kappa_factor, &mesh.cells, &mesh.nodes)));
     }
-    effects.push(Box::new(Bone::new(mesh.fixed.iter().map(|&n| (n, mesh.nodes[n])).collect())));
     System::from_effects(mesh, c, effects, contracting)
 }

@@ -1,0 +1,74 @@
+//! The physical constants of tissue (Kato 2014, table 4.1) and their ranges.
+
+use serde::Serialize;
+
+/// Physical constants of tongue tissue.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Constants {
+    /// Density ρ, kg/m³.
+    pub density: f64,
+    /// Young's modulus E, Pa.
+    pub young_modulus: f64,
+    /// Poisson's ratio ν.
+    pub poisson_ratio: f64,
+    /// Viscosity η, N s/m².
+    pub viscosity: f64,
+}
+
+impl Constants {
+    /// Table 4.1 of the thesis (after Fujita 2008).
+    pub const TONGUE: Self =
+        Self { density: 1.0e3, young_modulus: 6.9e3, poisson_ratio: 0.49, viscosity: 3.0e3 };
+}
+
+/// Material constants out of their range, or a cell without extent.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MaterialError {
+    /// E is not positive, or above 1e12.
+    #[error("Young's modulus is {0} Pa; it must be positive and at most 1e12 (tongue: 6.9e3)")]
+    YoungModulus(f64),
+    /// ν is outside (-1, 1/2): the elasticity matrix is singular at 1/2.
+    #[error("Poisson's ratio is {0}; it must lie between -1 and 0.5, both excluded (tongue: 0.49)")]
+    PoissonRatio(f64),
+    /// ρ is not positive, or above 1e12.
+    #[error("the density is {0} kg/m^3; it must be positive and at most 1e12 (tongue: 1.0e3)")]
+    Density(f64),
+    /// η is negative, or above 1e12.
+    #[error("the viscosity is {0} N s/m^2; it must be not negative and at most 1e12 (tongue: 3.0e3)")]
+    Viscosity(f64),
+    /// The cell has no positive area or volume.
+    #[error("the cell to match has measure {0}; it must be positive")]
+    Degenerate(f64),
+}
+
+/// Constants above this, SI, are a slip: with them lengths and forces would leave what numbers can hold.
+const LARGEST: f64 = 1e12;
+
+impl Constants {
+    /// Checks that all constants are in their physical range.
+    ///
+    /// # Errors
+    /// Names the first constant that is not.
+    pub fn check(&self) -> Result<(), MaterialError> {
+        let positive = |v: f64| v > 0.0 && v <= LARGEST;
+        if !positive(self.young_modulus) {
+            return Err(MaterialError::YoungModulus(self.young_modulus));
+        }
+        if !(self.poisson_ratio > -1.0 && self.poisson_ratio < 0.5) {
+            return Err(MaterialError::PoissonRatio(self.poisson_ratio));
+        }
+        if !positive(self.density) {
+            return Err(MaterialError::Density(self.density));
+        }
+        if !(0.0..=LARGEST).contains(&self.viscosity) {
+            return Err(MaterialError::Viscosity(self.viscosity));
+        }
+        Ok(())
+    }
+
+    /// Lamé's constants (λ, μ), Pa.
+    pub fn lame(&self) -> (f64, f64) {
+        let (e, nu) = (self.young_modulus, self.poisson_ratio);
+        (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
+    }
+}

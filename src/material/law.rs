@@ -1,0 +1,201 @@
+//! The law of a continuum: energy density, stress and tangent in the deformation gradient. What has a mesh calls it; it knows none.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::Constants;
+
+/// Components of a deformation gradient in space; in the plane the first four are used.
+const COMPONENTS: usize = 9;
+
+/// `dP/dF`; component `(i, j)` of `F` has number `i + D j`.
+pub type Moduli = SMatrix<f64, COMPONENTS, COMPONENTS>;
+
+/// A compressible neo-Hookean solid: `W = μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²`
+/// (Bonet and Wood, Nonlinear Continuum Mechanics, 2nd ed., eq. 6.27).
+///
+/// Valid for `J > 0`; an inverted state has the energy `+∞`, so that a line search refuses it, and its stress is not a number. At small
+/// strain it is linear elasticity of the same λ and μ. In the plane it is plane strain: the third principal stretch is 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NeoHookean {
+    /// Lamé's first constant λ, Pa (2D: per metre of thickness).
+    pub lambda: f64,
+    /// Shear modulus μ, Pa.
+    pub mu: f64,
+}
+
+/// The law at one deformation.
+#[derive(Debug, Clone, Copy)]
+pub struct Deformed<const D: usize> {
+    law: NeoHookean,
+    /// Deformation gradient `F`.
+    gradient: SMatrix<f64, D, D>,
+    /// `J = det F`.
+    ratio: f64,
+    /// `ln J`.
+    log: f64,
+}
+
+impl From<&Constants> for NeoHookean {
+    fn from(constants: &Constants) -> Self {
+        let (lambda, mu) = constants.lame();
+        Self { lambda, mu }
+    }
+}
+
+impl NeoHookean {
+    /// The law at the deformation gradient `gradient` (F), whose determinant is `ratio` (J).
+    #[inline(always)]
+    pub fn at<const D: usize>(self, gradient: SMatrix<f64, D, D>, ratio: f64) -> Deformed<D> {
+        Deformed { law: self, gradient, ratio, log: ratio.ln() }
+    }
+}
+
+impl<const D: usize> Deformed<D> {
+    /// Energy density `W`, J/m³ of the body at rest.
+    #[inline(always)]
+    pub fn energy(&self) -> f64 {
+        // Written so that a determinant that is not a number counts as inverted too.
+        if !(self.ratio > 0.0 && self.ratio.is_finite()) {
+            return f64::INFINITY;
+        }
+        let NeoHookean { lambda, mu } = self.law;
+        let shear = 0.5 * mu * (self.gradient.norm_squared() - D as f64);
+        shear + (0.5 * lambda * self.log - mu) * self.log
+    }
+
+    /// `P G`, with the first Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, on a direction at rest `rest` (G), for which
+    /// `deformed` is `F⁻ᵀ G`.
+    #[inline(always)]
+    pub fn stress(&self, rest: &SVector<f64, D>, deformed: &SVector<f64, D>) -> SVector<f64, D> {
+        let NeoHookean { lambda, mu } = self.law;
+        self.gradient * rest * mu + deformed * (lambda * self.log - mu)
+    }
+
+    /// The block `μ Ga·Gb I + λ ga gbᵀ + (μ - λ ln J) gb gaᵀ` of `dP/dF` between two directions at rest `Ga`, `Gb` and what the
+    /// deformation makes of them, `g = F⁻ᵀ G`.
+    #[inline(always)]
+    pub fn tangent(
+        &self,
+        rest: [&SVector<f64, D>; 2],
+        deformed: [&SVector<f64, D>; 2],
+    ) -> SMatrix<f64, D, D> {
+        let NeoHookean { lambda, mu } = self.law;
+        let [ga, gb] = deformed;
+        SMatrix::identity() * (mu * rest[0].dot(rest[1]))
+            + ga * gb.transpose() * lambda
+            + gb * ga.transpose() * (mu - lambda * self.log)
+    }
+
+    /// `dP/dF` without its negative eigenvalues (Teran, Sifakis, Irving and Fedkiw 2005, section 5).
+    pub fn convex_moduli(&self) -> Moduli {
+        let mut moduli = Moduli::zeros();
+        // An inverse that does not exist belongs to a cell without measure, where the energy is infinite already.
+        let inverse = self.gradient.try_inverse().unwrap_or_else(SMatrix::zeros);
+        let NeoHookean { lambda, mu } = self.law;
+        let turn = mu - lambda * self.log;
+        for (i, j) in indices::<D>() {
+            for (k, l) in indices::<D>() {
+                let mut entry =
+                    lambda * inverse[(j, i)] * inverse[(l, k)] + turn * inverse[(j, k)] * inverse[(l, i)];
+                if (i, j) == (k, l) {
+                    entry += mu;
+                }
+                moduli[(i + D * j, k + D * l)] = entry;
+            }
+        }
+        let eigen = moduli.symmetric_eigen();
+        let kept = eigen.eigenvalues.map(|v| v.max(0.0));
+        eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
+    }
+
+    /// Green's strain `(FᵀF - I)/2`.
+    pub fn strain(&self) -> SMatrix<f64, D, D> {
+        (self.gradient.transpose() * self.gradient - SMatrix::identity()) * 0.5
+    }
+
+    /// Cauchy's stress `(μ F Fᵀ + (λ ln J - μ) I)/J`, Pa: force on the deformed area.
+    pub fn cauchy_stress(&self) -> SMatrix<f64, D, D> {
+        let NeoHookean { lambda, mu } = self.law;
+        let spread = self.gradient * self.gradient.transpose() * mu;
+        (spread + SMatrix::identity() * (lambda * self.log - mu)) / self.ratio
+    }
+
+    /// Von Mises's equivalent stress, Pa; in the plane with the stress `λ ln J / J` that plane strain needs across it.
+    pub fn von_mises(&self) -> f64 {
+        let stress = self.cauchy_stress();
+        let across = if D == 2 { self.law.lambda * self.log / self.ratio } else { 0.0 };
+        let mean = (stress.trace() + across) / 3.0;
+        let deviator = (stress - SMatrix::identity() * mean).norm_squared();
+        let across = if D == 2 { (across - mean).powi(2) } else { 0.0 };
+        (1.5 * (deviator + across)).sqrt()
+    }
+}
+
+fn indices<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
+    (0..D).flat_map(|j| (0..D).map(move |i| (i, j)))
+}
+
+/// The block that moduli make between two shape functions with gradients `ga` and `gb`.
+pub fn contract<const D: usize>(
+    moduli: &Moduli,
+    ga: &SVector<f64, D>,
+    gb: &SVector<f64, D>,
+) -> SMatrix<f64, D, D> {
+    let mut block = SMatrix::zeros();
+    for (i, j) in indices::<D>() {
+        for (k, l) in indices::<D>() {
+            block[(i, k)] += moduli[(i + D * j, k + D * l)] * ga[j] * gb[l];
+        }
+    }
+    block
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix2, Matrix3};
+
+    use super::*;
+
+    const LAW: NeoHookean = NeoHookean { lambda: 1.1e5, mu: 2.3e3 };
+
+    fn determinant<const D: usize>(f: &SMatrix<f64, D, D>) -> f64 {
+        nalgebra::DMatrix::from_column_slice(D, D, f.as_slice()).determinant()
+    }
+
+    fn holds<const D: usize>(f: SMatrix<f64, D, D>) {
+        let ratio = determinant(&f);
+        let (law, turned) = (LAW.at(f, ratio), f.try_inverse().unwrap().transpose());
+        let mut piola = SMatrix::<f64, D, D>::zeros();
+        for j in 0..D {
+            let axis = SVector::from_fn(|i, _| if i == j { 1.0 } else { 0.0 });
+            piola.set_column(j, &law.stress(&axis, &(turned * axis)));
+        }
+        let energy = |f: SMatrix<f64, D, D>| LAW.at(f, determinant(&f)).energy();
+        for (i, j) in indices::<D>() {
+            let (mut up, mut down) = (f, f);
+            up[(i, j)] += 1e-6;
+            down[(i, j)] -= 1e-6;
+            let slope = (energy(up) - energy(down)) / 2e-6;
+            assert!((slope - piola[(i, j)]).abs() < 1e-5 * piola.norm(), "{slope} {piola}");
+        }
+        assert!((law.cauchy_stress() - piola * f.transpose() / ratio).norm() < 1e-9 * piola.norm());
+    }
+
+    #[test]
+    fn stress_is_the_derivative_of_the_energy_and_cauchys_follows_from_it() {
+        holds(Matrix2::new(1.1, 0.2, -0.1, 0.95));
+        holds(Matrix3::new(1.1, 0.2, 0.1, -0.1, 0.95, 0.3, 0.05, -0.2, 1.02));
+    }
+
+    #[test]
+    fn simple_shear_has_the_von_mises_stress_of_the_textbook() {
+        let small = 1e-6;
+        let f = Matrix3::new(1.0, small, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+        let expected = 3f64.sqrt() * LAW.mu * small;
+        assert!((LAW.at(f, 1.0).von_mises() / expected - 1.0).abs() < 1e-5);
+        let flat = Matrix2::new(1.0, small, 0.0, 1.0);
+        assert!((LAW.at(flat, 1.0).von_mises() / expected - 1.0).abs() < 1e-5);
+        let pressed = Matrix3::identity() * 0.9;
+        assert!(LAW.at(pressed, 0.9f64.powi(3)).von_mises() < 1e-9 * LAW.lambda);
+    }
+}

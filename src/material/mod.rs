@@ -1,0 +1,9 @@
+//! What the body is made of: its constants, the law of a continuum, and the coefficients of springs that stand for one.
+
+mod constants;
+pub mod law;
+mod matching;
+
+pub use constants::{Constants, MaterialError};
+pub use law::NeoHookean;
+pub use matching::{Coefficients, Matched, Preset, Spread, match_stiffness, regular_simplex};

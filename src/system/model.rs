@@ -1,0 +1,72 @@
+//! Choices that make a mesh into a model, and the coefficients that follow from them.
+
+use serde::Serialize;
+
+use super::OutsidePath;
+use crate::body::Mesh;
+use crate::geometry::simplex;
+use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
+
+/// Choices that make a mesh into a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Model {
+    /// Physical constants of the tissue.
+    pub constants: Constants,
+    /// Where the coefficients come from.
+    pub preset: Preset,
+    /// How the identified stiffness is laid on the connections.
+    pub spread: Spread,
+    /// How muscle parts outside the tissue are represented.
+    pub outside: OutsidePath,
+    /// What the tissue itself is made of.
+    pub tissue: TissueModel,
+}
+
+/// What carries the load inside the cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TissueModel {
+    /// Springs on the connections and a term that keeps each cell's measure, as the thesis does.
+    #[default]
+    MassSpring,
+    /// Finite elements of E and ν alone: preset and spread are without effect inside the cells. Connections that are edges of
+    /// cells carry no spring then, and a muscle there nothing but its contractile tension, since the continuum already is
+    /// all of the tissue, the muscle's own included; outside the cells everything stays as it is.
+    FiniteElement,
+}
+
+impl Default for Model {
+    fn default() -> Self {
+        Self {
+            constants: Constants::TONGUE,
+            preset: Preset::default(),
+            spread: Spread::default(),
+            outside: OutsidePath::default(),
+            tissue: TissueModel::default(),
+        }
+    }
+}
+
+/// Coefficients for a mesh: identified on an equilateral cell with the mesh's mean connection length as its side, as in
+/// thesis 4.1.1.
+///
+/// # Errors
+/// [`MaterialError`] for constants out of range.
+pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coefficients, MaterialError> {
+    let total: f64 = mesh.connections.iter().map(|&[a, b]| (mesh.nodes[b] - mesh.nodes[a]).norm()).sum();
+    let side = total / mesh.connections.len().max(1) as f64;
+    let measure = mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum();
+    let in_tissue = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
+    Coefficients::new::<D>(&model.constants, model.preset, model.spread, side, measure, in_tissue)
+}
+
+/// Spring constant of every connection of the mesh, N/m (2D: per metre of thickness).
+pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coefficients) -> Vec<f64> {
+    let k = coefficients.tissue_stiffness;
+    if coefficients.spread == Spread::PerConnection {
+        return vec![k; mesh.connections.len()];
+    }
+    let cells_of = mesh.cells.edges();
+    // Outside the tissue a connection belongs to no cell and keeps the k of one.
+    mesh.connections.iter().map(|c| k * cells_of.get(c).copied().unwrap_or(1) as f64).collect()
+}
