@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::body::Mesh;
+use tongue_fit::body::{Mesh, Point};
 use tongue_fit::inverse::{self, Fit, Method, Settings, Status};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::report::{self, Export, FitRecord, OutputDir, Section, Series, Svg};
@@ -115,6 +115,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let target = arguments.target()?;
     let tongue = arguments.body.body()?;
     let mesh = &tongue.mesh;
+    let palate = tongue.palate.as_deref().unwrap_or_default();
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let model = arguments.body.model();
@@ -139,7 +140,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let record = FitRecord::new(&fit, &super::command_line(), clock.elapsed().as_secs_f64());
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
-    let (picture, chart) = pictures(mesh, &fit, published.as_ref())?;
+    let (picture, chart) = pictures(mesh, palate, &fit, published.as_ref())?;
     let by = super::provenance().with_tissue(model.tissue);
     let files: [(&str, &dyn Export); 4] =
         [("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
@@ -154,7 +155,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// The deformed mesh, and figure 4.9 of the thesis.
-fn pictures(mesh: &Mesh<2>, fit: &Fit, published: Option<&Published>) -> miette::Result<(Svg, Svg)> {
+fn pictures(
+    mesh: &Mesh<2>,
+    palate: &[Point],
+    fit: &Fit,
+    published: Option<&Published>,
+) -> miette::Result<(Svg, Svg)> {
     let target = &fit.target;
     let what = format!("{} /{}/", target.subject, target.vowel);
     let title = format!("{what}: at rest (grey) and at the tensions found");
@@ -162,7 +168,8 @@ fn pictures(mesh: &Mesh<2>, fit: &Fit, published: Option<&Published>) -> miette:
         mesh,
         positions: &fit.positions,
         tensions: &fit.body_tensions,
-        palate: &[],
+        palate,
+        contact: false,
         stretch: false,
         title: &title,
     };

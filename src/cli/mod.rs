@@ -9,6 +9,7 @@ mod interrupt;
 mod lengths;
 mod mesh;
 mod mesh_check;
+mod muscles;
 mod output;
 mod published;
 mod scene;
@@ -103,6 +104,8 @@ enum Command {
     Batch(batch::Arguments),
     /// Solve one equilibrium at given tensions, or follow the motion there
     Simulate(simulate::Arguments),
+    /// What each muscle does alone, side by side
+    Muscles(muscles::Arguments),
     /// Scenes: simulate only the effects that a scene calls for
     Scene(scene::Arguments),
     /// Tables of measured lengths: what is understood of them
@@ -143,6 +146,7 @@ pub fn main() -> ExitCode {
         None => fit::run(&cli.fit, &cli.global),
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
+        Some(Command::Muscles(arguments)) => muscles::run(arguments, &cli.global),
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
         Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),

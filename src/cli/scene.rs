@@ -148,10 +148,20 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
     let to = out.as_ref().map(|out| (out, name));
     let (result, by, written) = match prepared(&scene)? {
         Ready::Flat(p) => {
-            let wall = p.wall.as_ref().map(|w| w.outline().to_vec()).unwrap_or_default();
+            let contact = p.wall.is_some();
+            let wall = p.wall.as_ref().map(|w| w.outline().to_vec());
+            let wall = wall.or_else(|| p.body.palate.clone()).unwrap_or_default();
             answered(&scene, p, to, |mesh, positions, tensions| {
                 let title = &scene.title;
-                report::tongue(&Section { mesh, positions, tensions, palate: &wall, stretch: false, title })
+                report::tongue(&Section {
+                    mesh,
+                    positions,
+                    tensions,
+                    palate: &wall,
+                    contact,
+                    stretch: false,
+                    title,
+                })
             })?
         }
         Ready::Solid(p) => {

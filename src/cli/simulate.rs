@@ -45,6 +45,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let body = arguments.body.body()?;
     let given = body::tensions(&arguments.tension, &body)?;
     let mesh = &body.mesh;
+    let palate = body.palate.as_deref().unwrap_or_default();
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let active: Vec<usize> = given.iter().map(|(m, _)| *m).collect();
     let system = System::new(mesh, &arguments.body.model(), &active).into_diagnostic()?;
@@ -71,7 +72,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(out) = &out {
         let title = "Tongue at rest (grey) and deformed";
         let stretch = arguments.colour_stretch;
-        let section = Section { mesh, positions, tensions: &all, palate: &[], stretch, title };
+        let section = Section { mesh, positions, tensions: &all, palate, contact: false, stretch, title };
         let picture = report::tongue(&section).into_diagnostic()?;
         let vtu = Vtu::new(mesh, positions, &all).into_diagnostic()?;
         let msh = Msh::deformed(mesh, positions, &all).into_diagnostic()?;

@@ -11,7 +11,6 @@ mod fields;
 #[cfg(feature = "files")]
 mod file;
 mod msh;
-mod palette;
 mod record;
 #[cfg(feature = "files")]
 mod staged;
@@ -29,6 +28,8 @@ pub use record::{BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segme
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::Sto;
-pub use svg::{Curve, Frame, Section, Series, Svg, animation, changes, solid, tongue, work_precision};
+pub use svg::{
+    Curve, Frame, Panel, Section, Series, Svg, animation, changes, panels, solid, tongue, work_precision,
+};
 pub use trajectory::{History, TrajectoryRecord};
 pub use vtu::{Pvd, Vtu};

@@ -119,7 +119,9 @@ fn moved(mesh: &Mesh<2>) -> Vec<SVector<f64, 2>> {
 
 /// The picture of a shape whose muscles have these tensions.
 fn drawn(mesh: &Mesh<2>, positions: &[SVector<f64, 2>], tensions: &[f64], title: &str) -> String {
-    tongue(&Section { mesh, positions, tensions, palate: &[], stretch: false, title }).unwrap().to_string()
+    tongue(&Section { mesh, positions, tensions, palate: &[], contact: false, stretch: false, title })
+        .unwrap()
+        .to_string()
 }
 
 fn picture() -> String {
@@ -214,6 +216,7 @@ fn the_palate_is_a_band_on_the_far_side_and_stretch_has_a_scale() {
         positions: &positions,
         tensions: &[0.0, 1.0],
         palate: &palate,
+        contact: true,
         stretch: true,
         title: "palate",
     };
@@ -267,7 +270,8 @@ fn a_picture_of_inconsistent_data_is_refused() {
     let mesh = patch();
     let good = moved(&mesh);
     let refused = |mesh: &Mesh<2>, positions: &[_], tensions: &[f64]| {
-        let section = Section { mesh, positions, tensions, palate: &[], stretch: false, title: "" };
+        let section =
+            Section { mesh, positions, tensions, palate: &[], contact: false, stretch: false, title: "" };
         tongue(&section).unwrap_err()
     };
     let slack = [0.0, 0.0];

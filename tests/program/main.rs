@@ -15,6 +15,7 @@ mod files_say_who_made_them;
 mod installed;
 mod lengths_check;
 mod mesh_from_gmsh;
+mod muscles_command;
 mod outputs_read_back;
 mod readme_is_true;
 mod scene_command;

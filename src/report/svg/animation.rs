@@ -7,11 +7,11 @@ use nalgebra::SVector;
 use super::axes::{BELOW, LEFT, View};
 use super::labels::point_at;
 use super::section::{
-    DEFORMED, REST, REST_TISSUE, Seen, check, frame, key, label_places, lines, tissue_edges, widths,
+    DEFORMED, REST, REST_TISSUE, Seen, bone, bones, check, frame, key, label_places, lines, ring,
+    tissue_edges, widths,
 };
-use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, closed, escaped, text_attributes};
+use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, escaped, text_attributes};
 use crate::body::Mesh;
-use crate::geometry::topology;
 use crate::report::ReportError;
 
 /// One moment of a motion.
@@ -47,12 +47,8 @@ pub fn animation(mesh: &Mesh<2>, frames: &[Frame], title: &str) -> Result<Svg, R
     let (mut svg, top) = Svg::new(title, &shown, WIDTH);
     let shapes = frames.iter().map(|f| f.positions.as_slice());
     let view = View::new(frame(mesh, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
-    let around = topology::outlines(mesh.cells.iter());
-    let ring = |x: &[SVector<f64, 2>]| {
-        closed(around.iter().map(|l| l.iter().filter_map(|&n| Some(view.place(x.get(n)?)))))
-    };
-    svg.fill(&ring(&mesh.nodes), REST_TISSUE);
-    svg.stroke(&ring(&mesh.nodes), REST, 2.0);
+    svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
+    svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     let end = view.end();
     // Muscles may go on beyond the view.
     let _ = writeln!(
@@ -76,20 +72,21 @@ pub fn animation(mesh: &Mesh<2>, frames: &[Frame], title: &str) -> Result<Svg, R
     };
     let edges = tissue_edges(mesh);
     moving(&|f| view.path(&f.positions, edges.iter().copied()), "#c9c9c9", 1.0, false);
-    moving(&|f| ring(&f.positions), DEFORMED, 2.6, false);
+    moving(&|f| ring(&view, mesh, &f.positions), DEFORMED, 2.6, false);
     let drawn = lines(&view, mesh, &last.positions, &most);
     for line in &drawn {
         let shape = |f: &Frame| view.path(&f.positions, [line.nodes]);
         let [width, edge] = widths(line.contracting);
         moving(&shape, INK, width + edge, !line.contracting);
-        moving(&shape, line.colour, width, !line.contracting);
+        moving(&shape, &line.colour, width, !line.contracting);
     }
     svg.elements += "</g>\n";
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
+    bones(&view, mesh, &last.positions).into_iter().for_each(|at| bone(&mut svg, at));
     names(&mut svg, &view, mesh, frames, duration, &most);
     times(&mut svg, frames, duration, [end[0] - MARGIN, top + MARGIN + TEXT]);
     let bottom = end[1] + BELOW + MARGIN;
-    let seen = Seen { tensions: &most, arrows: false, palate: false, bones: false };
+    let seen = Seen { tensions: &most, arrows: false, palate: None, bones: !mesh.fixed.is_empty() };
     let height = key(&mut svg, &seen, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }

@@ -7,6 +7,7 @@ mod axes;
 mod changes;
 mod contours;
 mod labels;
+mod muscles;
 mod section;
 mod solid;
 mod work_precision;
@@ -18,6 +19,7 @@ use super::export::{Export, Provenance};
 
 pub use animation::{Frame, animation};
 pub use changes::{Series, changes};
+pub use muscles::{Panel, panels};
 pub(super) use section::check;
 pub use section::{Section, tongue};
 pub use solid::solid;

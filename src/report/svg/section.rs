@@ -7,7 +7,8 @@ use super::labels::{self, Named};
 use super::{Entry, Face, INK, LEGEND_ROW, MARGIN, Px, Svg, WIDTH, closed, contours, data, legend};
 use crate::body::Mesh;
 use crate::geometry::topology;
-use crate::report::{ReportError, palette};
+use crate::measured::muscles::Muscles;
+use crate::report::ReportError;
 
 pub(super) const REST: &str = "#b4b4b4";
 pub(super) const REST_TISSUE: &str = "#f1f1f1";
@@ -33,8 +34,10 @@ pub struct Section<'a> {
     pub positions: &'a [SVector<f64, 2>],
     /// Tension of every muscle of the mesh, N per metre of thickness: those that have one are drawn as contracting.
     pub tensions: &'a [f64],
-    /// The rigid outline that the body may meet, m; empty without one.
+    /// The palate, m; empty without one.
     pub palate: &'a [SVector<f64, 2>],
+    /// Whether the body meets the palate; else it is there for orientation.
+    pub contact: bool,
     /// Whether the tissue is coloured by its largest principal stretch.
     pub stretch: bool,
     /// Title.
@@ -51,21 +54,20 @@ pub struct Section<'a> {
 /// [`ReportError::NodeCount`] if the positions belong to another mesh, [`ReportError::Position`] for a position that is not
 /// finite, [`ReportError::Number`] for a node that the mesh does not have or where the mesh has not one tension a muscle.
 pub fn tongue(section: &Section<'_>) -> Result<Svg, ReportError> {
-    let Section { mesh, positions, tensions, palate, stretch, title } = *section;
+    let Section { mesh, positions, tensions, palate, contact, stretch, title } = *section;
     check(mesh, positions, tensions)?;
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
     let view = View::new(frame(mesh, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
-    let outline = topology::outlines(mesh.cells.iter());
-    svg.fill(&closed(outline.iter().map(|l| places(&view, &mesh.nodes, l))), REST_TISSUE);
+    svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     let bands = stretch.then(|| contours::fill(&mut svg, &view, mesh, positions)).flatten();
-    let paths = |x: &[SVector<f64, 2>]| closed(outline.iter().map(|l| places(&view, x, l)));
-    svg.stroke(&paths(&mesh.nodes), REST, 2.0);
+    svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     svg.stroke(&view.path(positions, tissue_edges(mesh)), EDGES, 1.0);
-    svg.stroke(&paths(positions), DEFORMED, 2.6);
+    svg.stroke(&ring(&view, mesh, positions), DEFORMED, 2.6);
     draw_palate(&mut svg, &view, mesh, palate);
     let arrows = muscles(&mut svg, &view, mesh, positions, tensions);
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
-    let seen = Seen { tensions, arrows, palate: !palate.is_empty(), bones: !mesh.fixed.is_empty() };
+    let palate = (!palate.is_empty()).then_some(contact);
+    let seen = Seen { tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
     let mut bottom = view.end()[1] + BELOW + MARGIN;
     if let Some(bands) = &bands {
         bottom = bands.key(&mut svg, LEFT, bottom);
@@ -140,12 +142,15 @@ pub(super) fn frame<'a>(mesh: &Mesh<2>, shapes: impl IntoIterator<Item = &'a [SV
     let side = w.max(h).max(1e-3);
     let step = 0.5 * 10f64.powf(side.log10().floor());
     let room = rest.outwards(ROOM * side, step);
-    let shapes = shapes.into_iter().map(|x| tissue(x).outwards(0.02 * side, step));
+    let shapes = shapes.into_iter().map(|x| tissue(x).outwards(0.0, step));
     shapes.fold(room, Bounds::with).paged()
 }
 
-fn places(view: &View, positions: &[SVector<f64, 2>], nodes: &[usize]) -> Vec<Px> {
-    nodes.iter().filter_map(|&n| Some(view.place(positions.get(n)?))).collect()
+/// The outlines of the tissue as the data of a path.
+pub(super) fn ring(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> String {
+    let loops = topology::outlines(mesh.cells.iter());
+    let place = |&n: &usize| Some(view.place(positions.get(n)?));
+    closed(loops.iter().map(|l| l.iter().filter_map(place).collect::<Vec<_>>()))
 }
 
 /// The connections between nodes of the tissue.
@@ -187,12 +192,12 @@ pub(super) fn draw_palate(svg: &mut Svg, view: &View, mesh: &Mesh<2>, outline: &
 /// A muscle on the sheet.
 pub(super) struct Line<'a> {
     pub name: String,
-    pub colour: &'static str,
+    pub colour: String,
     pub contracting: bool,
     /// The part in view, px.
-    seen: Vec<Px>,
+    pub seen: Vec<Px>,
     /// Where it leaves the view: a point inside and the one at the edge.
-    leaves: Option<[Px; 2]>,
+    pub leaves: Option<[Px; 2]>,
     pub nodes: &'a [usize],
 }
 
@@ -209,6 +214,9 @@ pub(super) fn lines<'a>(
     positions: &[SVector<f64, 2>],
     tensions: &[f64],
 ) -> Vec<Line<'a>> {
+    let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
+    let known = Muscles::reference().map(|m| m.of(&names)).unwrap_or_default();
+    let colours: Vec<String> = known.iter().map(|m| m.colour.to_string().to_lowercase()).collect();
     let line = |(number, (muscle, &tension)): (usize, (&'a crate::body::MuscleChain, &f64))| {
         let chain: Vec<_> = muscle.nodes.iter().filter_map(|&n| positions.get(n).copied()).collect();
         let (seen, leaves) = view.visible(&chain);
@@ -216,7 +224,7 @@ pub(super) fn lines<'a>(
         let name = if contracting { format!("{} {tension:.1}", muscle.name) } else { muscle.name.clone() };
         Line {
             name,
-            colour: palette::colour(&muscle.name, number),
+            colour: colours.get(number).cloned().unwrap_or_else(|| INK.to_owned()),
             contracting,
             seen,
             leaves,
@@ -238,9 +246,9 @@ fn muscles(
 ) -> bool {
     let lines = lines(view, mesh, positions, tensions);
     for line in &lines {
-        muscle(svg, &data([line.seen.iter().copied()]), line.colour, line.contracting);
+        muscle(svg, &data([line.seen.iter().copied()]), &line.colour, line.contracting);
         if let Some([from, to]) = line.leaves {
-            arrow(svg, from, to, line.colour);
+            arrow(svg, from, to, &line.colour);
         }
     }
     let bones: Vec<Px> = bones(view, mesh, positions);
@@ -298,7 +306,7 @@ pub(super) fn arrow(svg: &mut Svg, from: Px, to: Px, colour: &str) {
     svg.stroke(&head, INK, 1.2);
 }
 
-fn bone(svg: &mut Svg, [x, y]: Px) {
+pub(super) fn bone(svg: &mut Svg, [x, y]: Px) {
     svg.rectangle([x - 7.0, y - 7.0], [x + 7.0, y + 7.0], INK, None);
 }
 
@@ -306,7 +314,8 @@ fn bone(svg: &mut Svg, [x, y]: Px) {
 pub(super) struct Seen<'a> {
     pub tensions: &'a [f64],
     pub arrows: bool,
-    pub palate: bool,
+    /// Whether the palate is met, where there is one.
+    pub palate: Option<bool>,
     pub bones: bool,
 }
 
@@ -318,13 +327,14 @@ pub(super) fn key(svg: &mut Svg, seen: &Seen<'_>, top: f64) -> f64 {
         (true, "rest"),
         (true, "deformed"),
         (seen.bones, "bone"),
-        (seen.palate, "palate"),
+        (seen.palate == Some(true), "palate"),
+        (seen.palate == Some(false), "palate, for orientation only"),
         (passive, "passive muscle"),
         (seen.arrows, "to its bone, out of view"),
         (contracting, "contracting, with its tension in N per metre of thickness"),
     ];
     let shown: Vec<&str> = all.into_iter().filter(|(there, _)| *there).map(|(_, name)| name).collect();
-    let sample = |name: &str| if matches!(name, "bone" | "palate") { 36.0 } else { SAMPLE + 12.0 };
+    let sample = |name: &str| if name == "bone" || name.starts_with("palate") { 36.0 } else { SAMPLE + 12.0 };
     let entries: Vec<Entry<'_>> =
         shown.iter().map(|name| Entry { sample: sample(name), face: Face::Plain, name }).collect();
     let (places, height) = legend(svg, &entries, [LEFT, WIDTH - MARGIN], top);
@@ -335,7 +345,9 @@ pub(super) fn key(svg: &mut Svg, seen: &Seen<'_>, top: f64) -> f64 {
             "rest" => svg.rectangle([x, y - half], [x + SAMPLE, y + half], REST_TISSUE, Some(REST)),
             "deformed" => svg.stroke(&line, DEFORMED, 2.6),
             "bone" => bone(svg, [x + 12.0, y]),
-            "palate" => svg.rectangle([x, y - half], [x + 24.0, y + half], PALATE, Some(DEFORMED)),
+            "palate" | "palate, for orientation only" => {
+                svg.rectangle([x, y - half], [x + 24.0, y + half], PALATE, Some(DEFORMED))
+            }
             "passive muscle" => muscle(svg, &line, "#ffffff", false),
             "to its bone, out of view" => {
                 muscle(svg, &line, "#ffffff", false);

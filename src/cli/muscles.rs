@@ -1,0 +1,186 @@
+//! `tongue-fit muscles`: what each muscle does alone.
+
+use miette::{IntoDiagnostic, miette};
+use nalgebra::SVector;
+use serde::Serialize;
+use tongue_fit::body::{Body, Mesh};
+use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
+use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::system::{Model, System};
+
+use super::{Global, Outcome, body, output, table};
+
+const DEFAULT_OUT: &str = "results/muscles";
+/// Steps in which the branch from rest is followed.
+const TRACE_STEPS: usize = 20;
+
+/// Options of `tongue-fit muscles`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Examples:\n  \
+    tongue-fit muscles --out results/muscles\n  \
+    tongue-fit muscles --tension 30")]
+pub struct Arguments {
+    /// Tension of the muscle that pulls, N per metre of thickness
+    #[arg(long, value_name = "N", default_value_t = 15.0, allow_negative_numbers = true)]
+    tension: f64,
+    #[command(flatten)]
+    body: body::Arguments,
+}
+
+/// What one muscle's pull does to one muscle, and to three places of the surface.
+#[derive(Debug, Clone, Serialize)]
+struct Row {
+    pulling: String,
+    tension_n_per_m: f64,
+    status: Status,
+    muscle: String,
+    rest_length_mm: f64,
+    length_mm: f64,
+    stretch: f64,
+    tip_forward_mm: f64,
+    tip_up_mm: f64,
+    top_forward_mm: f64,
+    top_up_mm: f64,
+    root_forward_mm: f64,
+    root_up_mm: f64,
+}
+
+#[derive(Serialize)]
+struct Record {
+    muscles: Vec<Row>,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let tension = arguments.tension;
+    if !(tension.is_finite() && tension > 0.0) {
+        return Err(miette!(
+            "--tension {tension}: a tension must be finite and above 0 (muscles pull, they do not push)"
+        ));
+    }
+    let body = arguments.body.body()?;
+    let model = arguments.body.model();
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let mut names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
+    names.dedup();
+    if names.is_empty() {
+        return Err(miette!("{} has no muscles; name curves of its mesh after them", body.what));
+    }
+    let (mut rows, mut panels) = (Vec::new(), Vec::new());
+    for name in &names {
+        let (found, panel) = alone(&body, &model, name, tension)?;
+        rows.extend(found);
+        panels.push(panel);
+    }
+    let title = format!("What each muscle does alone, at {tension} N per metre of thickness");
+    let palate = body.palate.as_deref().unwrap_or_default();
+    let picture = report::panels(&body.mesh, palate, &panels, &title).into_diagnostic()?;
+    let by = super::provenance().with_tissue(model.tissue);
+    let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
+    let written = out.export(&files, &by).into_diagnostic()?;
+    let good = rows.iter().all(|r| r.status == Status::Converged);
+    if global.json {
+        output::print(&Json(&Record { muscles: rows }).text(&by).into_diagnostic()?)?;
+    } else {
+        output::summary(&(text(&rows, &title) + &table::files(&written)), &written)?;
+    }
+    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+/// The equilibrium that the body comes to from rest as the muscle `name` pulls.
+fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Result<(Vec<Row>, Panel)> {
+    let mesh = &body.mesh;
+    let pulling: Vec<usize> = body.muscles_called(name).collect();
+    let mut tensions = vec![0.0; mesh.muscles.len()];
+    pulling.iter().for_each(|&m| tensions[m] = tension);
+    let system = System::new(mesh, model, &pulling).into_diagnostic()?;
+    let mut workspace = Workspace::new(&system);
+    let found = statics::trace(&system, &mut workspace, &tensions, &Settings::default(), TRACE_STEPS);
+    let positions = workspace.positions();
+    let status = found.solution.status;
+    output::step(|| format!("{name}: {status:?}"));
+    let moved = |node: usize| {
+        let way = positions[node] - mesh.nodes[node];
+        // Forward is towards smaller x.
+        [-1e3 * way.x, 1e3 * way.y]
+    };
+    let [tip, top, root] = places(mesh).map(moved);
+    let row = |number: usize| {
+        let [rest, length] = [system.rest(), positions].map(|x| system.length(x, number));
+        Row {
+            pulling: name.to_owned(),
+            tension_n_per_m: tension,
+            status,
+            muscle: mesh.muscles[number].name.clone(),
+            rest_length_mm: 1e3 * rest,
+            length_mm: 1e3 * length,
+            stretch: length / rest,
+            tip_forward_mm: tip[0],
+            tip_up_mm: tip[1],
+            top_forward_mm: top[0],
+            top_up_mm: top[1],
+            root_forward_mm: root[0],
+            root_up_mm: root[1],
+        }
+    };
+    let rows: Vec<Row> = (0..mesh.muscles.len()).map(row).collect();
+    let own = rows.iter().find(|r| r.muscle == name).map_or(1.0, |r| r.stretch);
+    let title = format!("{name} shortens {:.0} %", 100.0 * (1.0 - own));
+    let lines = match status {
+        Status::Converged => vec![format!("tip {}", way(tip)), format!("top {}", way(top))],
+        other => vec![format!("not at equilibrium: {other:?}")],
+    };
+    Ok((rows, Panel { title, lines, positions: positions.to_vec(), tensions }))
+}
+
+/// The foremost, the highest and the rearmost node of the surface at rest.
+fn places(mesh: &Mesh<2>) -> [usize; 3] {
+    let surface = mesh.surface_nodes();
+    let most = |of: fn(&SVector<f64, 2>) -> f64| {
+        let best = surface.iter().max_by(|a, b| of(&mesh.nodes[**a]).total_cmp(&of(&mesh.nodes[**b])));
+        best.copied().unwrap_or_default()
+    };
+    [most(|p| -p.x), most(|p| p.y), most(|p| p.x)]
+}
+
+/// `3.1 mm forward, 0.4 up`.
+fn way([forward, up]: [f64; 2]) -> String {
+    let far = |v: f64| v.abs() >= 0.05;
+    let along = |v: f64, [plus, minus]: [&str; 2]| {
+        far(v).then(|| format!("{:.1} mm {}", v.abs(), if v < 0.0 { minus } else { plus }))
+    };
+    let both = [along(forward, ["forward", "back"]), along(up, ["up", "down"])];
+    let told: Vec<String> = both.into_iter().flatten().collect();
+    if told.is_empty() { "stays".to_owned() } else { told.join(", ") }
+}
+
+fn text(rows: &[Row], title: &str) -> String {
+    let mut t = table::table(&[
+        "pulling",
+        "its length",
+        "tip forward",
+        "up",
+        "top forward",
+        "up",
+        "root forward",
+        "up",
+    ]);
+    for r in rows.iter().filter(|r| r.pulling == r.muscle) {
+        let mm = |v: f64| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0);
+        t.add_row(vec![
+            r.pulling.clone(),
+            format!("{:+.1} %", 100.0 * (r.stretch - 1.0)),
+            mm(r.tip_forward_mm),
+            mm(r.tip_up_mm),
+            mm(r.top_forward_mm),
+            mm(r.top_up_mm),
+            mm(r.root_forward_mm),
+            mm(r.root_up_mm),
+        ]);
+    }
+    format!(
+        "{title}\n\n{t}\n\ntip, top and root: the foremost, highest and rearmost point of the surface at rest\n\n"
+    )
+}

@@ -1,0 +1,71 @@
+//! `tongue-fit muscles`: what each muscle does, side by side.
+
+use std::collections::BTreeSet;
+use std::process::Command;
+
+use assert_cmd::cargo::cargo_bin;
+
+fn muscles(folder: &std::path::Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let done = Command::new(cargo_bin("tongue-fit"))
+        .arg("muscles")
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (done.status.code(), text(done.stdout), text(done.stderr))
+}
+
+#[test]
+fn every_muscle_shortens_where_it_pulls_and_all_are_drawn_with_the_same_axes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (status, json, told) = muscles(folder.path(), &["--json", "--out", "out"]);
+    assert_eq!(status, Some(0), "{told}");
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let rows = json["muscles"].as_array().unwrap();
+    assert_eq!(rows.len(), 8 * 8);
+    for row in rows.iter().filter(|r| r["pulling"] == r["muscle"]) {
+        assert_eq!(row["status"], "converged");
+        assert!(row["stretch"].as_f64().unwrap() < 0.95, "{row}");
+    }
+    // The posterior genioglossus pushes the tongue forward, the styloglossus draws its tip back (Takano and Honda 2007).
+    let tip =
+        |name: &str| rows.iter().find(|r| r["pulling"] == name).unwrap()["tip_forward_mm"].as_f64().unwrap();
+    assert!(tip("GGp") > 1.0 && tip("SGa") < -1.0);
+
+    let mut table = csv::Reader::from_path(folder.path().join("out/muscles.csv")).unwrap();
+    assert_eq!(table.records().count(), rows.len());
+    let svg = std::fs::read_to_string(folder.path().join("out/muscles.svg")).unwrap();
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let told: Vec<&str> =
+        document.descendants().filter(|n| n.has_tag_name("text")).filter_map(|n| n.text()).collect();
+    for name in ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"] {
+        assert_eq!(told.iter().filter(|t| t.starts_with(name)).count(), 1, "{name}");
+    }
+    // The outline at rest is the same path in every picture, but for where the picture lies.
+    let shapes: BTreeSet<Vec<[i64; 2]>> = document
+        .descendants()
+        .filter(|n| n.attribute("fill") == Some("#f1f1f1"))
+        .map(|n| {
+            let path = n.attribute("d").unwrap().trim_start_matches('M').trim_end_matches('Z');
+            let point = |p: &str| {
+                let (x, y) = p.split_once(' ').unwrap();
+                [x, y].map(|v| v.parse::<f64>().unwrap())
+            };
+            let points: Vec<[f64; 2]> = path.split('L').map(point).collect();
+            let from = points[0];
+            points.iter().map(|p| [0, 1].map(|i| (p[i] - from[i]).round() as i64)).collect()
+        })
+        .collect();
+    assert!(shapes.len() <= 2, "all the same, but for rounding: {}", shapes.len());
+}
+
+#[test]
+fn a_tension_that_is_none_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for tension in ["0", "-3", "nan"] {
+        let (status, _, told) = muscles(folder.path(), &["--tension", tension]);
+        assert_eq!(status, Some(1));
+        assert!(told.contains("--tension"), "{told}");
+    }
+}
