@@ -147,13 +147,15 @@ fn places(mesh: &Mesh<2>) -> [usize; 3] {
 
 /// `3.1 mm forward, 0.4 up`.
 fn way([forward, up]: [f64; 2]) -> String {
-    let far = |v: f64| v.abs() >= 0.05;
-    let along = |v: f64, [plus, minus]: [&str; 2]| {
-        far(v).then(|| format!("{:.1} mm {}", v.abs(), if v < 0.0 { minus } else { plus }))
+    let along = |v: f64, unit: &str, [plus, minus]: [&str; 2]| {
+        (v.abs() >= 0.05).then(|| format!("{:.1}{unit} {}", v.abs(), if v < 0.0 { minus } else { plus }))
     };
-    let both = [along(forward, ["forward", "back"]), along(up, ["up", "down"])];
-    let told: Vec<String> = both.into_iter().flatten().collect();
-    if told.is_empty() { "stays".to_owned() } else { told.join(", ") }
+    match (along(forward, " mm", ["forward", "back"]), along(up, "", ["up", "down"])) {
+        (Some(forward), Some(up)) => format!("{forward}, {up}"),
+        (Some(forward), None) => forward,
+        (None, Some(_)) => along(up, " mm", ["up", "down"]).unwrap_or_default(),
+        (None, None) => "stays".to_owned(),
+    }
 }
 
 fn text(rows: &[Row], title: &str) -> String {

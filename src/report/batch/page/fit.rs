@@ -183,8 +183,9 @@ fn tensions(values: &ByMuscle<f64>) -> String {
 fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
     let f = &r.fit;
     let measured: Vec<&String> = f.target_stretches.0.iter().map(|(m, _)| m).collect();
+    let contracts = |m: &str| f.tensions_n.of(m).is_some_and(|t| *t > 0.0);
     let labels: Vec<String> =
-        measured.iter().map(|m| format!("{m}{}", if f.active.contains(m) { "*" } else { "" })).collect();
+        measured.iter().map(|m| format!("{m}{}", if contracts(m) { "*" } else { "" })).collect();
     let values = |of: &ByMuscle<f64>| measured.iter().filter_map(|m| of.of(m).copied()).collect();
     let series = [
         Series { name: "measured".into(), values: values(&f.target_stretches) },
