@@ -33,7 +33,7 @@
 //! use tongue_fit::statics::{self, Status, Workspace};
 //! use tongue_fit::inverse;
 //! use tongue_fit::body::{self, Anatomy};
-//! use tongue_fit::report::{FitRecord, OutputDir};
+//! use tongue_fit::report::{FitRecord, OutputDir, Provenance};
 //! use tongue_fit::system::{Model, System};
 //! use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 //!
@@ -52,7 +52,7 @@
 //! # let folder = tempfile::tempdir()?;
 //! # let folder = folder.path();
 //! let out = OutputDir::prepare(folder)?;
-//! out.write("fit.csv", FitRecord::new(&fit, "my program", 0.0).to_csv()?)?;
+//! out.write("fit.csv", FitRecord::new(&fit, Provenance::new("my program"), 0.0).to_csv()?)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -137,11 +137,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(_) => None,
     };
 
-    let record = FitRecord::new(&fit, &super::command_line(), clock.elapsed().as_secs_f64());
+    let by = super::provenance().with_tissue(model.tissue);
+    let record = FitRecord::new(&fit, by.clone(), clock.elapsed().as_secs_f64());
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
     let (picture, chart) = pictures(mesh, palate, &fit, published.as_ref())?;
-    let by = super::provenance().with_tissue(model.tissue);
     let files: [(&str, &dyn Export); 4] =
         [("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
     let written = out.export(&files, &by).into_diagnostic()?;

@@ -156,10 +156,9 @@ pub struct Segment {
 /// One fit: `tongue-fit --vowel a --json`, and `fit.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitRecord {
-    /// Version of tongue-fit.
-    pub version: &'static str,
-    /// The command line.
-    pub command: String,
+    /// Who made it: `version`, `command` and, where it is known, `tissue`.
+    #[serde(flatten)]
+    pub made_by: Provenance,
     /// The subject.
     pub subject: String,
     /// The vowel fitted.
@@ -222,8 +221,8 @@ pub struct FitRecord {
 }
 
 impl FitRecord {
-    /// The record of a fit that took `wall_s` seconds and was asked for by `command`.
-    pub fn new<const D: usize>(fit: &Fit<D>, command: &str, wall_s: f64) -> Self {
+    /// The record of a fit that took `wall_s` seconds.
+    pub fn new<const D: usize>(fit: &Fit<D>, made_by: Provenance, wall_s: f64) -> Self {
         let (target, all) = (&fit.target, &fit.muscles);
         let measured = &target.muscles;
         let names = |positions: &mut dyn Iterator<Item = usize>| positions.map(|m| all[m].clone()).collect();
@@ -242,8 +241,7 @@ impl FitRecord {
         let of_target =
             |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm, target.reference);
         Self {
-            version: crate::VERSION,
-            command: command.to_owned(),
+            made_by,
             subject: target.subject.clone(),
             vowel: target.vowel.clone(),
             baseline: target.baseline.clone(),
@@ -340,6 +338,6 @@ impl FitRecord {
             }
         };
         let rows: Vec<Row<'_>> = (0..self.tensions_n.0.len()).map(row).collect();
-        Rows(&rows).text(&Provenance::new(&self.command))
+        Rows(&rows).text(&self.made_by)
     }
 }

@@ -63,9 +63,12 @@ fn every_file_of_every_command_has_version_and_command() {
 #[test]
 fn files_of_a_simulation_say_what_the_tissue_was() {
     for (tissue, name) in [("springs", "springs"), ("fe", "finite_elements")] {
-        for (file, text) in written(&["simulate", "--tissue", tissue, "--tension", "GGa=12"]) {
+        for (file, text) in written(&["simulate", "--tissue", tissue, "--direct", "--tension", "GGa=2"]) {
             assert!(text.contains(name), "{file} of {tissue}");
         }
+    }
+    for (file, text) in written(&["--vowel", "a", "--method", "gauss-newton"]) {
+        assert!(text.contains("springs"), "{file}");
     }
 }
 

@@ -11,6 +11,7 @@ use crate::measured::TargetKind;
 use crate::measured::lengths::rest_distance::RestDistance;
 use crate::measured::published_patterns::PatternCheck;
 use crate::measured::thesis::Thesis;
+use crate::report::Provenance;
 use crate::report::record::{ByMuscle, FitRecord};
 
 /// One fit of a batch: the record of the fit, and how far it can be believed.
@@ -138,7 +139,7 @@ const LISTED_SUBSETS: usize = 8;
 impl AssessedRecord {
     /// The record of a finished job of the batch that `command` asked for; `thesis` is what to compare with.
     pub fn new<const D: usize>(job: &Job, a: &Assessment<D>, thesis: Option<&Thesis>, command: &str) -> Self {
-        let mut fit = FitRecord::new(&a.fit, command, 0.0);
+        let mut fit = FitRecord::new(&a.fit, Provenance::new(command), 0.0);
         fit.wall_s = None;
         let names = &a.fit.muscles;
         let named = |values: &[f64]| ByMuscle::new(&fit.active, values.iter().copied());
