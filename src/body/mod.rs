@@ -108,12 +108,14 @@ impl<const D: usize> Body<D> {
         Self { what: what.into(), mesh, bones: Vec::new(), palate: None }
     }
 
-    /// The number of the muscle of this name in `mesh.muscles`; of several that share it the first.
+    /// The number of the muscle of this name in `mesh.muscles`; of several that share it the first. Where no name is the same to
+    /// the letter, case does not count.
     ///
     /// # Errors
     /// [`NoSuchMuscle`], with the nearest name.
     pub fn muscle(&self, name: &str) -> Result<usize, NoSuchMuscle> {
-        self.muscles_called(name).next().ok_or_else(|| {
+        let any_case = || self.mesh.muscles.iter().position(|m| m.name.eq_ignore_ascii_case(name));
+        self.muscles_called(name).next().or_else(any_case).ok_or_else(|| {
             let mut known: Vec<String> = self.mesh.muscles.iter().map(|m| m.name.clone()).collect();
             known.dedup();
             NoSuchMuscle { name: name.to_owned(), known }
