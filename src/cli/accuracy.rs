@@ -25,7 +25,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let effort = if arguments.quick { Effort::QUICK } else { Effort::FULL };
     let study = accuracy::run(&effort, &mut |what| output::progress(what)).into_diagnostic()?;
     let made = Circumstances { command: super::command_line(), machine: machine() };
-    let page = Markdown(accuracy::page(&study, &made));
+    let page = Markdown(accuracy::page(&study, &made).into_diagnostic()?);
     let files = accuracy::files(&study).into_diagnostic()?;
     let mut all: Vec<(&str, &dyn Export)> = files.iter().map(|(n, f)| (*n, f.as_ref())).collect();
     all.push(("README.md", &page));

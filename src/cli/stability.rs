@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::report::{Export, Markdown, OutputDir};
+use tongue_fit::report::{Export, Markdown, OutputDir, Rows};
 use tongue_fit::study::hard_cases::{self, CASES, Extent};
 
 use super::{Global, Outcome, command_line, output, table};
@@ -43,9 +43,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ));
         rows.extend(found);
     }
-    let page = Markdown(hard_cases::markdown(&rows, &command_line()));
-    let files: [(&str, &dyn Export); 2] =
-        [("stability.csv", &hard_cases::table(&rows)), ("stability.md", &page)];
+    let page = Markdown(hard_cases::markdown(&rows, &command_line()).into_diagnostic()?);
+    let files: [(&str, &dyn Export); 2] = [("stability.csv", &Rows(&rows)), ("stability.md", &page)];
     let written = out.export(&files, &super::provenance()).into_diagnostic()?;
     if global.json {
         output::print(&output::json(&serde_json::json!({ "rows": rows }))?)?;

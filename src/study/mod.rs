@@ -2,25 +2,58 @@
 
 pub mod accuracy;
 pub mod hard_cases;
+mod pulled;
+mod table;
 
-use crate::body::Mesh;
+use crate::body::BodyError;
+use crate::dynamics::{MethodError, MotionError};
 use crate::inverse::FitError;
+use crate::measured::{TargetError, lengths};
+use crate::report::ReportError;
+use crate::system::SystemError;
 
-/// The tensions published for /a/ (Kato 2014, 4.4.1), N per metre of thickness.
-pub const PUBLISHED_A: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)];
+pub use pulled::{PUBLISHED_A, Pulled, pulling};
 
-/// Numbers of the muscles that pull, and the tensions of all muscles of a mesh, N.
-///
-/// # Errors
-/// [`FitError::MissingMuscle`].
-pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<f64>), FitError> {
-    let mut tensions = vec![0.0; mesh.muscles.len()];
-    let mut numbers = Vec::with_capacity(pull.len());
-    for (name, tension) in pull {
-        let number = mesh.muscles.iter().position(|m| m.name == *name);
-        let number = number.ok_or_else(|| FitError::MissingMuscle { muscle: (*name).to_owned() })?;
-        tensions[number] = *tension;
-        numbers.push(number);
-    }
-    Ok((numbers, tensions))
+/// Why a study cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A body that should be there.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// A system of a good body.
+    #[error(transparent)]
+    System(#[from] SystemError),
+    /// A fit that cannot begin.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// The equations of motion.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// A step or a tolerance.
+    #[error(transparent)]
+    Method(#[from] MethodError),
+    /// The table of lengths.
+    #[error(transparent)]
+    Lengths(#[from] lengths::Error),
+    /// A vowel.
+    #[error(transparent)]
+    Vowel(#[from] lengths::BadLabel),
+    /// What is to be met.
+    #[error(transparent)]
+    Target(#[from] TargetError),
+    /// The equilibrium that errors are measured against is not good enough: its residual force, N.
+    #[error("the reference equilibrium leaves a force of {0:e} N, too much to measure errors against")]
+    Reference(f64),
+    /// Nor is the trajectory; why.
+    #[error("the reference trajectory was not found: {0}")]
+    Trajectory(String),
+    /// The cells of a table.
+    #[error("a table cannot be made: {0}")]
+    Csv(#[from] csv::Error),
+    /// A diagram.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// Threads.
+    #[error("cannot start threads: {0}")]
+    Threads(String),
 }

@@ -13,7 +13,7 @@ fn tiny() -> &'static Study {
 }
 
 fn page(study: &Study) -> String {
-    accuracy::page(study, &Circumstances { command: "a test".into(), machine: "a machine".into() })
+    accuracy::page(study, &Circumstances { command: "a test".into(), machine: "a machine".into() }).unwrap()
 }
 
 #[test]
@@ -39,6 +39,7 @@ fn every_file_is_made_and_every_run_is_a_row() {
     assert_eq!(rows("2-trajectory.csv"), study.trajectory.len());
     assert_eq!(rows("4-mesh.csv"), study.meshes.len());
     assert_eq!(rows("6-fit.csv"), study.fits.len());
+    assert_eq!(rows("4-ratios.csv"), 8 * study.meshes.len(), "a row a muscle");
     assert!(names.contains("3-early.csv") && names.contains("5-patch.csv"));
 }
 

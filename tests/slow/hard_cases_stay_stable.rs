@@ -55,9 +55,9 @@ fn case_2_subsets_of_muscles_up_to_1000_newtons_converge_to_stable_equilibria_wi
     let ordinary = |r: &&Row| r.variant.ends_with(" 1 N") || r.variant.ends_with(" 10 N");
     assert!(rows.iter().filter(ordinary).all(|r| r.guarded == 0));
     // There they also lie on the branch of equilibria that begins at rest, followed there and back.
-    let beside: Vec<_> = rows.iter().filter(ordinary).filter_map(|r| r.branch).collect();
+    let beside: Vec<_> = rows.iter().filter(ordinary).collect();
     assert_eq!(2 * beside.len(), rows.len());
-    assert!(beside.iter().all(|b| b.is_on_it()), "{beside:?}");
+    assert!(beside.iter().all(|r| r.is_on_branch()), "{beside:?}");
 }
 
 #[test]

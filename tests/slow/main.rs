@@ -5,6 +5,10 @@ mod accuracy_study;
 mod batch_survives;
 mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;
+mod mutated_inputs;
+
+#[path = "../fixtures/inputs.rs"]
+mod inputs;
 
 #[path = "../fixtures/mod.rs"]
 mod fixtures;

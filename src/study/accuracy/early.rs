@@ -2,12 +2,11 @@
 
 use serde::Serialize;
 
-use crate::dynamics::{Control, Method, Motion, Tensions};
+use crate::dynamics::{Control, Method};
+use crate::study::{Pulled, StudyError};
 
-use super::StudyError;
 use super::ladder::Effort;
 use super::march::march;
-use super::scene::Scene;
 
 const TIMES: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
 /// Tolerance of each step, m: its error is far below what stopping leaves.
@@ -36,22 +35,22 @@ pub struct Stopped {
 ///
 /// # Errors
 /// [`StudyError`] where there is no reference or no trajectory.
-pub fn ladder(scene: &Scene, effort: &Effort) -> Result<Vec<Stopped>, StudyError> {
+pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<Vec<Stopped>, StudyError> {
     let (reference, _) = scene.reference()?;
-    let motion = Motion::new(&scene.system, Tensions::Constant(scene.tensions.clone()))?;
+    let motion = scene.motion()?;
     let whole = Effort { longest_run_s: f64::INFINITY, ..*effort };
     let marched = march(&motion, Method::TrBdf2, Control::Adaptive(TOLERANCE), &TIMES, &whole);
-    if let Some((_, why)) = marched.missing {
-        return Err(StudyError::Trajectory(why));
+    if let Some(why) = marched.missing {
+        return Err(StudyError::Trajectory(why.words()));
     }
-    let moved = scene.distance_mm(scene.system.rest(), &reference);
+    let (moved, _) = scene.apart(scene.system.rest(), &reference);
     let stopped = marched.stops.into_iter().map(|stop| {
-        let left_mm = scene.distance_mm(&stop.positions, &reference);
+        let (left_mm, ratio_error) = scene.apart(&stop.positions, &reference);
         Stopped {
             t_end_s: stop.time,
             left_mm,
             left_part: left_mm / moved,
-            ratio_error: scene.ratio_difference(&stop.positions, &reference),
+            ratio_error,
             seconds: stop.seconds,
             steps: stop.counts.steps,
             factorisations: stop.counts.factorisations,

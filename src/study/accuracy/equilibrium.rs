@@ -1,20 +1,18 @@
 //! Axis 1: ways to the equilibrium.
 
-use crate::dynamics::{Control, Method, Motion, Tensions};
-use crate::statics::Workspace;
+use nalgebra::SVector;
 
-use super::StudyError;
+use crate::dynamics::{Control, Counts, Method, Motion};
+use crate::statics::Workspace;
+use crate::study::{Pulled, StudyError};
+
 use super::ladder::{Effort, Ended, Run, measure};
-use super::march::march;
-use super::scene::{Scene, shortfall};
+use super::march::{march, rungs, words};
+use super::scene::shortfall;
 use super::{lbfgs, relaxation};
 
-/// Names of the methods that are no integrators.
+/// Newton's method, as it is called in the tables.
 pub const NEWTON: &str = "Newton";
-/// L-BFGS through argmin.
-pub const LBFGS: &str = "L-BFGS";
-/// Dynamic relaxation.
-pub const RELAXATION: &str = "dynamic relaxation";
 
 /// Largest residual force at which a solve stops, N.
 const TOLERANCES: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
@@ -26,101 +24,73 @@ const EXPLICIT_TIMES: [f64; 5] = [1.0, 3.0, 5.0, 8.0, 10.0];
 const IMPLICIT_STEPS: [f64; 4] = [0.1, 0.5, 2.0, 10.0];
 /// Tolerances of the adaptive methods, m.
 const STEP_TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-8];
-/// Parts of the stability limit that explicit methods step with; two is refused.
+/// Parts of the step limit that explicit methods step with; two is refused.
 const PARTS: [f64; 3] = [2.0, 0.99, 0.01];
 const MOST_ITERATIONS: u64 = 200_000;
+
+/// Positions, what they cost, and why the search for them stopped short of its tolerance, if it did.
+type Answer = (Vec<SVector<f64, 2>>, Counts, Option<String>);
+/// A way to the equilibrium: its name, what its tolerance is one of, and itself, given that tolerance, N.
+type Way<'a> = (&'a str, &'a str, &'a mut dyn FnMut(f64) -> Answer);
 
 /// The ladder of every method, and the force that is left at the reference, N.
 ///
 /// # Errors
 /// [`StudyError`] where there is no reference.
-pub fn ladder(scene: &Scene, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
+pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
     let (reference, residual) = scene.reference()?;
-    let mut runs = Vec::new();
-    let system = &scene.system;
-    let row = |method: &str, setting: String| Run::refused(method, setting, String::new());
+    let (system, tensions) = (&scene.system, &scene.tensions);
     let mut workspace = Workspace::new(system);
-    for tolerance in TOLERANCES {
-        let timed = measure(effort, || scene.solve(&mut workspace, tolerance));
-        let short = shortfall(timed.result.status);
-        runs.push(Run {
-            error_mm: Some(scene.distance_mm(workspace.positions(), &reference)),
-            ratio_error: Some(scene.ratio_difference(workspace.positions(), &reference)),
-            seconds: Some(timed.seconds),
-            repeats: timed.repeats,
-            steps: timed.result.iterations as u64,
-            force_evaluations: timed.result.energy_evaluations as u64,
-            factorisations: timed.result.factorisations as u64,
-            ended: short.map_or(Ended::Done, |why| Ended::Short(why.into())),
-            ..row(NEWTON, format!("force tolerance {tolerance:.0e} N"))
-        });
+    let cost = |steps, force_evaluations, factorisations| Counts {
+        steps,
+        force_evaluations,
+        factorisations,
+        ..Counts::default()
+    };
+    let mut newton = |tolerance| -> Answer {
+        let s = scene.solve(&mut workspace, tolerance);
+        let counts = cost(s.iterations as u64, s.energy_evaluations as u64, s.factorisations as u64);
+        (workspace.positions().to_vec(), counts, shortfall(s.status).map(str::to_owned))
+    };
+    let mut lbfgs = |tolerance| -> Answer {
+        let done = lbfgs::minimise(system, tensions, tolerance, MOST_ITERATIONS);
+        (done.positions, cost(done.iterations, done.evaluations, 0), done.shortfall)
+    };
+    let mut relaxation = |tolerance| -> Answer {
+        let done = relaxation::relax(system, tensions, tolerance, MOST_ITERATIONS);
+        let short = (!done.converged).then(|| "step limit".to_owned());
+        (done.positions, cost(done.steps, done.steps, 0), short)
+    };
+    let ways: [Way<'_>; 3] = [
+        (NEWTON, "force", &mut newton),
+        ("L-BFGS", "gradient", &mut lbfgs),
+        ("dynamic relaxation", "force", &mut relaxation),
+    ];
+    let mut runs = Vec::new();
+    for (method, what, solve) in ways {
+        for tolerance in TOLERANCES {
+            let timed = measure(effort, || solve(tolerance));
+            let (positions, counts, short) = timed.result;
+            let run = Run::new(method, format!("{what} tolerance {tolerance:.0e} N"));
+            let run =
+                run.measured(scene.apart(&positions, &reference), (timed.seconds, timed.repeats), counts);
+            runs.push(run.ended(short.map_or(Ended::Done, Ended::Short)));
+        }
     }
-    for tolerance in TOLERANCES {
-        let timed = measure(effort, || lbfgs::minimise(system, &scene.tensions, tolerance, MOST_ITERATIONS));
-        let done = timed.result;
-        runs.push(Run {
-            error_mm: Some(scene.distance_mm(&done.positions, &reference)),
-            ratio_error: Some(scene.ratio_difference(&done.positions, &reference)),
-            seconds: Some(timed.seconds),
-            repeats: timed.repeats,
-            steps: done.iterations,
-            force_evaluations: done.evaluations,
-            ended: done.shortfall.map_or(Ended::Done, Ended::Short),
-            ..row(LBFGS, format!("gradient tolerance {tolerance:.0e} N"))
-        });
-    }
-    for tolerance in TOLERANCES {
-        let timed =
-            measure(effort, || relaxation::relax(system, &scene.tensions, tolerance, MOST_ITERATIONS));
-        let done = timed.result;
-        let ended = if done.converged { Ended::Done } else { Ended::Short("step limit".into()) };
-        runs.push(Run {
-            error_mm: Some(scene.distance_mm(&done.positions, &reference)),
-            ratio_error: Some(scene.ratio_difference(&done.positions, &reference)),
-            seconds: Some(timed.seconds),
-            repeats: timed.repeats,
-            steps: done.steps,
-            force_evaluations: done.steps,
-            ended,
-            ..row(RELAXATION, format!("force tolerance {tolerance:.0e} N"))
-        });
-    }
-    let motion = Motion::new(system, Tensions::Constant(scene.tensions.clone()))?;
-    for (method, control) in controls(&motion) {
-        runs.extend(to_rest(scene, &motion, method, control, &reference, effort));
+    let motion = scene.motion()?;
+    for method in Method::ALL {
+        for control in rungs(method, &motion, (&STEP_TOLERANCES, &PARTS, &IMPLICIT_STEPS)) {
+            runs.extend(to_rest(scene, &motion, (method, control), &reference, effort));
+        }
     }
     Ok((runs, residual))
 }
 
-/// Every integrator with its steps or tolerances.
-fn controls(motion: &Motion<'_, 2>) -> Vec<(Method, Control)> {
-    let mut out = Vec::new();
-    for method in Method::ALL {
-        if method.is_adaptive() {
-            out.extend(STEP_TOLERANCES.map(|t| (method, Control::Adaptive(t))));
-        } else if let Some(limit) = method.step_limit(motion) {
-            out.extend(PARTS.map(|p| (method, Control::Fixed(p * limit))));
-        } else {
-            out.extend(IMPLICIT_STEPS.map(|dt| (method, Control::Fixed(dt))));
-        }
-    }
-    out
-}
-
-/// A step or tolerance in words.
-pub fn in_words(control: Control) -> String {
-    match control {
-        Control::Fixed(dt) => format!("step {dt:.2e} s"),
-        Control::Adaptive(tolerance) => format!("tolerance {:.0e} mm", tolerance * 1e3),
-    }
-}
-
 fn to_rest(
-    scene: &Scene,
+    scene: &Pulled,
     motion: &Motion<'_, 2>,
-    method: Method,
-    control: Control,
-    reference: &[nalgebra::SVector<f64, 2>],
+    (method, control): (Method, Control),
+    reference: &[SVector<f64, 2>],
     effort: &Effort,
 ) -> Vec<Run> {
     // A fixed implicit step is not cut: only multiples of it are looked at.
@@ -133,27 +103,15 @@ fn to_rest(
         false => TIMES.into_iter().filter(|t| falls_on(*t)).collect(),
     };
     let marched = march(motion, method, control, &times, effort);
-    let words = in_words(control);
-    let mut runs: Vec<Run> = marched
-        .stops
-        .iter()
-        .map(|stop| Run {
-            error_mm: Some(scene.distance_mm(&stop.positions, reference)),
-            ratio_error: Some(scene.ratio_difference(&stop.positions, reference)),
-            seconds: Some(stop.seconds),
-            repeats: marched.repeats,
-            steps: stop.counts.steps,
-            force_evaluations: stop.counts.force_evaluations,
-            factorisations: stop.counts.factorisations,
-            ended: Ended::Done,
-            ..Run::refused(method.name(), format!("{words}, to {} s", stop.time), String::new())
-        })
-        .collect();
-    if let Some((refused, why)) = marched.missing {
-        let ended = if refused { Ended::Refused(why) } else { Ended::Failed(why) };
-        let next = if marched.stops.is_empty() { times.last() } else { times.get(marched.stops.len()) };
-        let setting = format!("{words}, to {} s", next.copied().unwrap_or_default());
-        runs.push(Run { ended, ..Run::refused(method.name(), setting, String::new()) });
+    let to = |time: f64| Run::new(method.name(), format!("{}, to {time} s", words(control)));
+    let mut runs: Vec<Run> = Vec::new();
+    for stop in &marched.stops {
+        let errors = scene.apart(&stop.positions, reference);
+        runs.push(to(stop.time).measured(errors, (stop.seconds, marched.repeats), stop.counts));
+    }
+    if let Some(why) = marched.missing {
+        let next = if runs.is_empty() { times.last() } else { times.get(runs.len()) };
+        runs.push(to(next.copied().unwrap_or_default()).ended(why));
     }
     runs
 }

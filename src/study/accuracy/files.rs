@@ -1,13 +1,15 @@
 //! The study as files: a table for each axis, and the diagrams.
 
+use crate::inverse::{Method, Settings};
 use crate::measured::TargetKind;
-use crate::report::{Curve, Export, Rows, Table, work_precision};
+use crate::report::{Curve, Export, Rows, work_precision};
+use crate::study::StudyError;
 
+use super::Study;
 use super::ladder::Run;
 use super::mesh::MeshRun;
 use super::search::FitRun;
 use super::tissue::TISSUES;
-use super::{Study, StudyError};
 
 /// Names and contents.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
@@ -35,7 +37,8 @@ pub fn files(study: &Study) -> Result<Files<'_>, StudyError> {
         ("1-equilibrium.csv", Box::new(Rows(&study.equilibrium))),
         ("2-trajectory.csv", Box::new(Rows(&study.trajectory))),
         ("3-early.csv", Box::new(Rows(&study.early))),
-        ("4-mesh.csv", Box::new(mesh_table(&study.meshes))),
+        ("4-mesh.csv", Box::new(Rows(&study.meshes))),
+        ("4-ratios.csv", Box::new(Rows(&study.ratios))),
         ("5-patch.csv", Box::new(Rows(&study.patches))),
         ("6-fit.csv", Box::new(Rows(&study.fits))),
         ("1-equilibrium.svg", Box::new(equilibrium)),
@@ -45,46 +48,8 @@ pub fn files(study: &Study) -> Result<Files<'_>, StudyError> {
     ])
 }
 
-fn mesh_table(runs: &[MeshRun]) -> Table {
-    let mut header: Vec<String> =
-        ["scene", "tissue", "h_mm", "unknown_nodes", "triangles"].map(String::from).to_vec();
-    let muscles = runs.first().map(|r| r.muscles.as_slice()).unwrap_or_default();
-    header.extend(muscles.iter().map(|m| format!("ratio_{m}")));
-    let rest = [
-        "change_from_next_coarser",
-        "difference_from_finest_fe",
-        "mesh_s",
-        "setup_s",
-        "solve_s",
-        "force_s",
-        "factor_s",
-        "iterations",
-        "factorisations",
-        "matrix_bytes",
-        "ended",
-    ];
-    header.extend(rest.map(String::from));
-    let row = |r: &MeshRun| {
-        let mut row = vec![
-            r.scene.to_owned(),
-            r.tissue.to_owned(),
-            format!("{:.2}", r.h * 1e3),
-            r.unknowns.to_string(),
-            r.triangles.to_string(),
-        ];
-        row.extend(r.ratios.iter().map(|v| format!("{v:.6}")));
-        row.push(r.change.map_or_else(String::new, |v| format!("{v:.6}")));
-        row.push(format!("{:.6}", r.from_finest));
-        row.extend([r.mesh_s, r.setup_s, r.solve_s, r.force_s, r.factor_s].map(|v| format!("{v:.3e}")));
-        row.extend([r.iterations, r.factorisations, r.matrix_bytes].map(|v| v.to_string()));
-        row.push(r.ended.words());
-        row
-    };
-    Table { columns: header, rows: runs.iter().map(row).collect() }
-}
-
 /// For every method the runs that no other run of it beats in both time and error.
-pub(super) fn best_curves(runs: &[Run]) -> Vec<Curve> {
+fn best_curves(runs: &[Run]) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for run in runs {
         let Some(point) = run.point() else { continue };
@@ -112,7 +77,7 @@ fn mesh_curves(runs: &[MeshRun]) -> Vec<Curve> {
         points: runs
             .iter()
             .filter(|r| r.tissue == *tissue && r.scene == "/a/")
-            .filter_map(|r| Some((r.solve_s, r.change?)))
+            .filter_map(|r| Some((r.solve_s, r.change_from_next_coarser?)))
             .collect(),
     };
     TISSUES.iter().map(curve).collect()
@@ -122,14 +87,14 @@ fn fit_curves(runs: &[FitRun]) -> Vec<Curve> {
     let mut curves = Vec::new();
     for kind in [TargetKind::Stretch, TargetKind::Ratio] {
         for (method, warm, name) in [
-            (crate::inverse::Method::NelderMead, true, "simplex, warm"),
-            (crate::inverse::Method::NelderMead, false, "simplex, cold"),
-            (crate::inverse::Method::GaussNewton, true, "Gauss-Newton"),
+            (Method::NelderMead, true, "simplex, warm"),
+            (Method::NelderMead, false, "simplex, cold"),
+            (Method::GaussNewton, true, "Gauss-Newton"),
         ] {
-            let defaults = crate::inverse::Settings::default();
+            let starts = Settings::default().starts;
             let ladder = runs
                 .iter()
-                .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, defaults.starts));
+                .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, starts));
             let mut points: Vec<(f64, f64)> = ladder.map(|r| (r.seconds, r.error_n)).collect();
             points.sort_by(|a, b| b.1.total_cmp(&a.1));
             curves.push(Curve { name: format!("{name}, {}", kind.name()), points });

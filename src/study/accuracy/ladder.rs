@@ -4,6 +4,8 @@ use std::time::{Duration, Instant};
 
 use serde::{Serialize, Serializer};
 
+use crate::dynamics::Counts;
+
 /// How thorough a study is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
@@ -103,8 +105,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// A run that did not take place.
-    pub fn refused(method: &str, setting: String, why: String) -> Self {
+    /// A run of which nothing is known yet.
+    pub fn new(method: &str, setting: String) -> Self {
         Self {
             method: method.into(),
             setting,
@@ -115,21 +117,51 @@ impl Run {
             steps: 0,
             force_evaluations: 0,
             factorisations: 0,
-            ended: Ended::Refused(why),
+            ended: Ended::Done,
         }
+    }
+
+    /// With its errors (of a position, mm, and of a ratio), its median time, s, from so many repeats, and what it cost.
+    pub fn measured(self, errors: (f64, f64), (seconds, repeats): (f64, usize), counts: Counts) -> Self {
+        Self {
+            error_mm: Some(errors.0),
+            ratio_error: Some(errors.1),
+            seconds: Some(seconds),
+            repeats,
+            steps: counts.steps,
+            force_evaluations: counts.force_evaluations,
+            factorisations: counts.factorisations,
+            ..self
+        }
+    }
+
+    /// That ended otherwise than as it should.
+    pub fn ended(self, ended: Ended) -> Self {
+        Self { ended, ..self }
     }
 
     /// Time and error, where both are known.
     pub fn point(&self) -> Option<(f64, f64)> {
         self.seconds.zip(self.error_mm)
     }
+
+    fn is_within(&self, error: Option<f64>, limit: f64) -> bool {
+        self.seconds.is_some() && error.is_some_and(|e| e <= limit)
+    }
 }
 
-/// The fastest run that was done with an error of at most `error_mm`.
-pub fn fastest_within(runs: &[Run], error_mm: f64) -> Option<&Run> {
-    runs.iter()
-        .filter(|r| r.error_mm.is_some_and(|e| e <= error_mm) && r.seconds.is_some())
-        .min_by(|a, b| a.seconds.unwrap_or(f64::INFINITY).total_cmp(&b.seconds.unwrap_or(f64::INFINITY)))
+fn fastest<'a>(runs: impl Iterator<Item = &'a Run>) -> Option<&'a Run> {
+    runs.min_by(|a, b| a.seconds.unwrap_or(f64::INFINITY).total_cmp(&b.seconds.unwrap_or(f64::INFINITY)))
+}
+
+/// The fastest run whose positions are right to `error_mm`.
+pub fn fastest_within<'a>(runs: impl IntoIterator<Item = &'a Run>, error_mm: f64) -> Option<&'a Run> {
+    fastest(runs.into_iter().filter(|r| r.is_within(r.error_mm, error_mm)))
+}
+
+/// The fastest run whose ratios are right to `error`.
+pub fn fastest_within_ratio<'a>(runs: impl IntoIterator<Item = &'a Run>, error: f64) -> Option<&'a Run> {
+    fastest(runs.into_iter().filter(|r| r.is_within(r.ratio_error, error)))
 }
 
 /// What timing gave.

@@ -6,7 +6,8 @@ use nalgebra::SVector;
 
 use crate::dynamics::{self, Control, Counts, Method, Motion, Status};
 
-use super::ladder::{Effort, median};
+use super::ladder::{Effort, Ended, median};
+use crate::study::table::duration;
 
 /// Measurements of the cost of a step.
 const MEASUREMENTS: usize = 5;
@@ -31,8 +32,8 @@ pub struct Marched {
     pub stops: Vec<Stop>,
     /// How often it was run.
     pub repeats: usize,
-    /// Why the later stops were not reached, and whether they were refused (true) or the run failed (false).
-    pub missing: Option<(bool, String)>,
+    /// Why the later stops were not reached: refused or failed.
+    pub missing: Option<Ended>,
 }
 
 /// Integrates to each of the ascending `times`, s, in turn, several times over, and never longer than the effort allows: an
@@ -46,7 +47,7 @@ pub fn march(
 ) -> Marched {
     // The refusal of an unstable step costs a spectrum, which is no part of the run.
     if let Err(error) = method.checked(motion, control) {
-        return Marched { stops: Vec::new(), repeats: 0, missing: Some((true, error.to_string())) };
+        return Marched { stops: Vec::new(), repeats: 0, missing: Some(Ended::Refused(error.to_string())) };
     }
     let begin = Instant::now();
     let mut marched = once(motion, method, control, times, effort);
@@ -65,11 +66,32 @@ pub fn march(
     marched
 }
 
+/// A step or tolerance in words.
+pub fn words(control: Control) -> String {
+    match control {
+        Control::Fixed(dt) => format!("step {dt:.2e} s"),
+        Control::Adaptive(tolerance) => format!("tolerance {:.0e} mm", tolerance * 1e3),
+    }
+}
+
+/// The rungs of a method: tolerances, m, where it has error control, parts of its step limit where it has one, else steps, s.
+pub fn rungs(
+    method: Method,
+    motion: &Motion<'_, 2>,
+    (tolerances, parts, steps): (&[f64], &[f64], &[f64]),
+) -> Vec<Control> {
+    match method.step_limit(motion) {
+        _ if method.is_adaptive() => tolerances.iter().map(|t| Control::Adaptive(*t)).collect(),
+        Some(limit) => parts.iter().map(|p| Control::Fixed(p * limit)).collect(),
+        None => steps.iter().map(|dt| Control::Fixed(*dt)).collect(),
+    }
+}
+
 fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64], effort: &Effort) -> Marched {
     let mut marched = Marched { stops: Vec::new(), repeats: 1, missing: None };
     let mut integrator = match method.integrator(motion, control) {
         Ok(integrator) => integrator,
-        Err(error) => return Marched { missing: Some((true, error.to_string())), ..marched },
+        Err(error) => return Marched { missing: Some(Ended::Refused(error.to_string())), ..marched },
     };
     let mut state = motion.at_rest();
     let mut counts = Counts::default();
@@ -87,7 +109,7 @@ fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64],
                 "{steps:.1e} steps to t = {end} s, about {}, are more than this study sets for one run; take tr-bdf2",
                 duration(estimate)
             );
-            return Marched { missing: Some((true, why)), ..marched };
+            return Marched { missing: Some(Ended::Refused(why)), ..marched };
         }
     }
     let clock = Instant::now();
@@ -95,7 +117,7 @@ fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64],
         let so_far = clock.elapsed().as_secs_f64();
         if so_far > effort.longest_run_s {
             let why = format!("cut off after {}", duration(so_far));
-            marched.missing = Some((true, why));
+            marched.missing = Some(Ended::Refused(why));
             return marched;
         }
         let outcome = dynamics::run(motion, integrator.as_mut(), &mut state, time, &[], &mut ());
@@ -105,24 +127,11 @@ fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64],
         counts.factorisations += outcome.counts.factorisations;
         if outcome.status != Status::Completed {
             let why = format!("{:?} at t = {:.3} s", outcome.status, outcome.time_s);
-            marched.missing = Some((false, why));
+            marched.missing = Some(Ended::Failed(why));
             return marched;
         }
         let seconds = clock.elapsed().as_secs_f64();
         marched.stops.push(Stop { time, positions: state.positions.clone(), seconds, counts });
     }
     marched
-}
-
-/// A length of time in words: seconds, minutes or hours.
-pub fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 1e-5 => format!("{:.1} µs", s * 1e6),
-        s if s < 1e-3 => format!("{:.0} µs", s * 1e6),
-        s if s < 0.1 => format!("{:.2} ms", s * 1e3),
-        s if s < 1.0 => format!("{:.0} ms", s * 1e3),
-        s if s < 120.0 => format!("{s:.1} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
-    }
 }

@@ -1,41 +1,41 @@
 //! Axis 4: finer meshes; every tissue of axis 5 on each of them.
 
 use nalgebra::SVector;
+use serde::Serialize;
 
-use crate::body::Mesh;
+use crate::body::{Body, Mesh};
 use crate::effect::{Configuration, Tangent};
 use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
 use crate::statics::Workspace;
+use crate::study::{Pulled, StudyError};
 
-use super::StudyError;
 use super::ladder::{Effort, Ended, measure, observed_order};
-use super::scene::{self, Scene, largest_difference, shortfall};
+use super::scene::{largest_difference, shortfall};
 use super::tissue::{PatchRun, SCENES, TISSUES, model, patch};
 
 const FORCE_TOLERANCE: f64 = 1e-9;
 
 /// One scene on one mesh with one tissue.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshRun {
     /// Which tensions.
     pub scene: &'static str,
     /// Which tissue: one of [`TISSUES`].
     pub tissue: &'static str,
-    /// Spacing, m.
-    pub h: f64,
+    /// Spacing, mm.
+    pub h_mm: f64,
     /// Nodes that are solved for.
-    pub unknowns: usize,
+    pub unknown_nodes: usize,
     /// Triangles.
     pub triangles: usize,
-    /// Names of the muscles.
-    pub muscles: Vec<String>,
-    /// Ratio of every muscle to GGa.
+    /// Ratio of every muscle to GGa; a table of its own.
+    #[serde(skip)]
     pub ratios: Vec<f64>,
     /// Largest change of a ratio from the next coarser mesh.
-    pub change: Option<f64>,
+    pub change_from_next_coarser: Option<f64>,
     /// Largest difference of a ratio from finite elements on the finest mesh.
-    pub from_finest: f64,
+    pub difference_from_finest_fe: f64,
     /// Time to build the mesh, s (median; the same mesh serves every tissue and scene).
     pub mesh_s: f64,
     /// Time to make the system, ordering included, s (median).
@@ -56,6 +56,16 @@ pub struct MeshRun {
     pub ended: Ended,
 }
 
+/// The ratio of a muscle's length to that of GGa in one of the runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RatioRow {
+    scene: &'static str,
+    tissue: &'static str,
+    h_mm: f64,
+    muscle: String,
+    ratio: f64,
+}
+
 /// Every scene, tissue and spacing, coarsest first.
 ///
 /// # Errors
@@ -67,8 +77,8 @@ pub fn ladder(
     let (mut runs, mut patches) = (Vec::new(), Vec::new());
     for &h in effort.spacings {
         progress(&format!("mesh of {:.2} mm", h * 1e3));
-        let meshed = measure(effort, || scene::mesh(h));
-        let mesh = meshed.result?;
+        let meshed = measure(effort, || Body::tongue(h));
+        let mesh = meshed.result?.mesh;
         for tissue in TISSUES {
             for (name, pull) in SCENES {
                 runs.push(one(&mesh, (name, pull), tissue, (h, meshed.seconds), effort)?);
@@ -87,7 +97,7 @@ fn one(
     (h, mesh_s): (f64, f64),
     effort: &Effort,
 ) -> Result<MeshRun, StudyError> {
-    let made = measure(effort, || Scene::new(mesh, &model(tissue), pull));
+    let made = measure(effort, || Pulled::new(mesh, &model(tissue), pull));
     let scene = made.result?;
     let system = &scene.system;
     let mut workspace = Workspace::new(system);
@@ -109,13 +119,12 @@ fn one(
     Ok(MeshRun {
         scene: name,
         tissue,
-        h,
-        unknowns: system.pattern().unknowns(),
+        h_mm: h * 1e3,
+        unknown_nodes: system.pattern().unknowns(),
         triangles: mesh.cells.len(),
-        muscles: mesh.muscle_names(),
         ratios: scene.ratios(workspace.positions()),
-        change: None,
-        from_finest: 0.0,
+        change_from_next_coarser: None,
+        difference_from_finest_fe: 0.0,
         mesh_s,
         setup_s: made.seconds,
         solve_s: solved.seconds,
@@ -128,15 +137,30 @@ fn one(
     })
 }
 
+/// The ratios of all runs, a row a muscle.
+pub fn ratio_rows(runs: &[MeshRun], muscles: &[String]) -> Vec<RatioRow> {
+    let of_run = |r: &MeshRun| {
+        let row = |(muscle, ratio): (&String, &f64)| RatioRow {
+            scene: r.scene,
+            tissue: r.tissue,
+            h_mm: r.h_mm,
+            muscle: muscle.clone(),
+            ratio: *ratio,
+        };
+        muscles.iter().zip(&r.ratios).map(row).collect::<Vec<_>>()
+    };
+    runs.iter().flat_map(of_run).collect()
+}
+
 /// Fills in the comparisons between spacings.
 fn compare(runs: &mut [MeshRun]) {
     let known = runs.to_vec();
     for run in runs {
         let same = known.iter().filter(|r| r.scene == run.scene);
-        let coarser = same.clone().rev().find(|r| r.tissue == run.tissue && r.h > run.h);
-        run.change = coarser.map(|c| largest_difference(&c.ratios, &run.ratios));
+        let coarser = same.clone().rev().find(|r| r.tissue == run.tissue && r.h_mm > run.h_mm);
+        run.change_from_next_coarser = coarser.map(|c| largest_difference(&c.ratios, &run.ratios));
         let finest = same.rev().find(|r| r.tissue == TISSUES[2]);
-        run.from_finest = finest.map_or(0.0, |f| largest_difference(&f.ratios, &run.ratios));
+        run.difference_from_finest_fe = finest.map_or(0.0, |f| largest_difference(&f.ratios, &run.ratios));
     }
 }
 
@@ -144,5 +168,5 @@ fn compare(runs: &mut [MeshRun]) {
 /// they do not settle.
 pub fn order(runs: &[MeshRun], scene: &str, tissue: &str) -> Option<f64> {
     let changes = runs.iter().filter(|r| r.scene == scene && r.tissue == tissue);
-    observed_order(&changes.filter_map(|r| Some((r.h, r.change?))).collect::<Vec<_>>())
+    observed_order(&changes.filter_map(|r| Some((r.h_mm, r.change_from_next_coarser?))).collect::<Vec<_>>())
 }

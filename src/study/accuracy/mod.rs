@@ -12,6 +12,7 @@
 //! Times are medians and belong to one machine; steps, evaluations of the force and factorisations belong to none. Runs
 //! that failed or were refused are rows like the others.
 
+mod axes;
 pub mod early;
 pub mod equilibrium;
 mod files;
@@ -20,62 +21,19 @@ pub mod lbfgs;
 pub mod march;
 pub mod mesh;
 mod page;
-mod page_axes;
 pub mod relaxation;
-pub mod scene;
+mod scene;
 pub mod search;
 pub mod tissue;
 pub mod trajectory;
 
-use crate::body::{AnatomyError, DEFAULT_SPACING_M, MeshError};
-use crate::dynamics::MotionError;
-use crate::inverse::FitError;
-use crate::measured;
-use crate::report::ReportError;
-use crate::study::PUBLISHED_A;
-use crate::system::{Model, SystemError};
+use super::{PUBLISHED_A, Pulled, StudyError};
+use crate::body::{Body, DEFAULT_SPACING_M};
+use crate::system::Model;
 
 pub use files::files;
 pub use ladder::Effort;
 pub use page::{Circumstances, page};
-
-/// Why a study cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// The anatomy of the scene.
-    #[error(transparent)]
-    Anatomy(#[from] AnatomyError),
-    /// A mesh of the ladder.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    /// A system of the ladder.
-    #[error(transparent)]
-    System(#[from] SystemError),
-    /// A fit that could not begin.
-    #[error(transparent)]
-    Fit(#[from] FitError),
-    /// A motion that could not begin.
-    #[error(transparent)]
-    Motion(#[from] MotionError),
-    /// The measured lengths.
-    #[error(transparent)]
-    Target(#[from] measured::TargetError),
-    /// The table of lengths.
-    #[error(transparent)]
-    Lengths(#[from] measured::lengths::Error),
-    /// A vowel.
-    #[error(transparent)]
-    Vowel(#[from] measured::lengths::BadLabel),
-    /// The equilibrium that errors are measured against is not good enough: its residual force, N.
-    #[error("the reference equilibrium leaves a force of {0:e} N, too much to measure errors against")]
-    Reference(f64),
-    /// Nor is the trajectory; why.
-    #[error("the reference trajectory was not found: {0}")]
-    Trajectory(String),
-    /// A diagram.
-    #[error(transparent)]
-    Report(#[from] ReportError),
-}
 
 /// All that was measured.
 #[derive(Debug, Clone)]
@@ -92,6 +50,8 @@ pub struct Study {
     pub early: Vec<early::Stopped>,
     /// Axes 4 and 5.
     pub meshes: Vec<mesh::MeshRun>,
+    /// The ratios of every muscle in those.
+    pub ratios: Vec<mesh::RatioRow>,
     /// Axis 5, the patch test.
     pub patches: Vec<tissue::PatchRun>,
     /// Axis 6.
@@ -104,8 +64,8 @@ pub struct Study {
 /// [`StudyError`] where a reference cannot be had; what goes wrong on a rung is a row.
 pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Study, StudyError> {
     let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
-    let body = scene::mesh(spacing)?;
-    let scene = scene::Scene::new(&body, &Model::default(), &PUBLISHED_A)?;
+    let body = Body::tongue(spacing)?.mesh;
+    let scene = Pulled::new(&body, &Model::default(), &PUBLISHED_A)?;
     progress("axis 6, the fit");
     let fits = search::ladder(&body, effort)?;
     progress("axis 3, stopping early");
@@ -122,6 +82,7 @@ pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Study, Stu
         trajectory,
         reference_doubt_mm,
         early,
+        ratios: mesh::ratio_rows(&meshes, &scene.muscles),
         meshes,
         patches,
         fits,

@@ -5,9 +5,9 @@ use serde::{Serialize, Serializer};
 use crate::body::Mesh;
 use crate::inverse::{self, Fit, Method, Settings};
 use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use crate::study::StudyError;
 use crate::system::Model;
 
-use super::StudyError;
 use super::ladder::{Effort, Ended, measure};
 
 /// Tension tolerances of Nelder-Mead, N.

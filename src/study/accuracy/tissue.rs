@@ -6,16 +6,15 @@ use serde::Serialize;
 use crate::body::Mesh;
 use crate::material::Spread;
 use crate::statics::{self, Settings, Workspace};
-use crate::study::PUBLISHED_A;
+use crate::study::{PUBLISHED_A, StudyError};
 use crate::system::{Model, System, TissueModel};
-
-use super::StudyError;
 
 /// Tissues in the order of the tables.
 pub const TISSUES: [&str; 3] = ["springs, per connection", "springs, assembled", "finite elements"];
 /// Scenes of axis 5: /a/ as published, and a muscle of the back and one of the tip alone.
 pub const SCENES: [(&str, &[(&str, f64)]); 3] =
     [("/a/", &PUBLISHED_A), ("GGp 10 N", &[("GGp", 10.0)]), ("SGp 10 N", &[("SGp", 10.0)])];
+
 /// A homogeneous deformation forced on the outline, which the inside should follow.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PatchRun {

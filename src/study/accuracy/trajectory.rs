@@ -1,14 +1,10 @@
 //! Axis 2: the way there, to t = 3 s, where the thesis stops.
 
-use nalgebra::SVector;
+use crate::dynamics::{Control, Method};
+use crate::study::{Pulled, StudyError};
 
-use crate::dynamics::{Control, Method, Motion, Tensions};
-
-use super::StudyError;
-use super::equilibrium::in_words;
 use super::ladder::{Effort, Ended, Run};
-use super::march::{Marched, march};
-use super::scene::Scene;
+use super::march::{Marched, Stop, march, rungs, words};
 
 /// Times at which trajectories are compared, s; the last is their end.
 const TIMES: [f64; 7] = [0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 3.0];
@@ -26,83 +22,50 @@ const PARTS: [f64; 3] = [2.0, 0.99, 0.05];
 ///
 /// # Errors
 /// [`StudyError`] where there is no reference.
-pub fn ladder(scene: &Scene, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
-    let motion = Motion::new(&scene.system, Tensions::Constant(scene.tensions.clone()))?;
+pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
+    let motion = scene.motion()?;
     let once = Effort { repeats: 1, longest_run_s: f64::INFINITY, ..*effort };
     let [reference, check] =
         REFERENCE.map(|t| march(&motion, Method::TrBdf2, Control::Adaptive(t), &TIMES, &once));
-    if let Some((_, why)) = reference.missing.or(check.missing) {
-        return Err(StudyError::Trajectory(why));
+    if let Some(why) = reference.missing.or(check.missing) {
+        return Err(StudyError::Trajectory(why.words()));
     }
-    let reference: Vec<_> = reference.stops.into_iter().map(|s| s.positions).collect();
-    let doubt = along(scene, check.stops.iter().map(|s| &s.positions), &reference).0;
+    let (doubt, _) = along(scene, &check.stops, &reference.stops);
     let mut runs = Vec::new();
     for method in Method::ALL {
-        let limit = method.step_limit(&motion);
-        let controls: Vec<Control> = match limit {
-            _ if method.is_adaptive() => STEP_TOLERANCES.map(Control::Adaptive).to_vec(),
-            Some(limit) => PARTS.map(|p| Control::Fixed(p * limit)).to_vec(),
-            None => IMPLICIT_STEPS.map(Control::Fixed).to_vec(),
-        };
-        for control in controls {
-            let marched = march(&motion, method, control, &TIMES, effort);
-            runs.push(row(scene, method, control, marched, &reference));
+        for control in rungs(method, &motion, (&STEP_TOLERANCES, &PARTS, &IMPLICIT_STEPS)) {
+            let Marched { stops, repeats, missing } = march(&motion, method, control, &TIMES, effort);
+            let run = Run::new(method.name(), words(control));
+            runs.push(match (missing, stops.last()) {
+                (None, Some(last)) => {
+                    let errors = along(scene, &stops, &reference.stops);
+                    run.measured(errors, (last.seconds, repeats), last.counts)
+                }
+                (why, _) => run.ended(why.unwrap_or_else(|| Ended::Failed("no state".into()))),
+            });
         }
     }
     Ok((runs, doubt))
 }
 
-fn row(
-    scene: &Scene,
-    method: Method,
-    control: Control,
-    marched: Marched,
-    reference: &[Vec<SVector<f64, 2>>],
-) -> Run {
-    let empty = Run::refused(method.name(), in_words(control), String::new());
-    match (marched.missing, marched.stops.last()) {
-        (None, Some(last)) => {
-            let (error, ratio) = along(scene, marched.stops.iter().map(|s| &s.positions), reference);
-            Run {
-                error_mm: Some(error),
-                ratio_error: Some(ratio),
-                seconds: Some(last.seconds),
-                repeats: marched.repeats,
-                steps: last.counts.steps,
-                force_evaluations: last.counts.force_evaluations,
-                factorisations: last.counts.factorisations,
-                ended: Ended::Done,
-                ..empty
-            }
-        }
-        (Some((false, why)), _) => Run { ended: Ended::Failed(why), ..empty },
-        (Some((true, why)), _) => Run { ended: Ended::Refused(why), ..empty },
-        (None, None) => Run { ended: Ended::Failed("no state".into()), ..empty },
-    }
-}
-
 /// Largest errors over all times: of a node's position, mm, and of a ratio.
-fn along<'a>(
-    scene: &Scene,
-    shapes: impl Iterator<Item = &'a Vec<SVector<f64, 2>>>,
-    reference: &[Vec<SVector<f64, 2>>],
-) -> (f64, f64) {
-    shapes.zip(reference).fold((0.0, 0.0), |(e, r): (f64, f64), (shape, expected)| {
-        (e.max(scene.distance_mm(shape, expected)), r.max(scene.ratio_difference(shape, expected)))
-    })
+fn along(scene: &Pulled, stops: &[Stop], reference: &[Stop]) -> (f64, f64) {
+    let errors = stops.iter().zip(reference).map(|(a, b)| scene.apart(&a.positions, &b.positions));
+    errors.fold((0.0, 0.0), |(e, r): (f64, f64), (error, ratio)| (e.max(error), r.max(ratio)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Body;
     use crate::study::PUBLISHED_A;
     use crate::study::accuracy::ladder::observed_order;
-    use crate::study::accuracy::scene;
     use crate::system::Model;
 
     #[test]
     fn on_a_coarse_tongue_the_ladder_shows_the_known_orders_and_lists_what_was_refused() {
-        let scene = Scene::new(&scene::mesh(11e-3).unwrap(), &Model::default(), &PUBLISHED_A).unwrap();
+        let mesh = Body::tongue(11e-3).unwrap().mesh;
+        let scene = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A).unwrap();
         let (runs, doubt) = ladder(&scene, &Effort::TINY).unwrap();
         let errors = |method: &str| -> Vec<f64> {
             runs.iter().filter(|r| r.method == method).filter_map(|r| r.error_mm).collect()

@@ -2,15 +2,8 @@
 
 use nalgebra::{Rotation2, SVector};
 
-use crate::body::{self, Anatomy, Cells, Mesh, MuscleChain};
+use crate::body::{Cells, Mesh, MuscleChain};
 use crate::geometry::topology::pair;
-
-use super::StabilityError;
-
-/// The reference tongue at the published spacing.
-pub(super) fn tongue() -> Result<Mesh<2>, StabilityError> {
-    Ok(body::build(&Anatomy::reference()?, body::DEFAULT_SPACING_M)?)
-}
 
 /// A parallelogram of equilateral triangles, `columns x rows` nodes, side in m; the bottom row is bone, one muscle runs along
 /// the middle row.

@@ -6,14 +6,14 @@ use crate::body::Mesh;
 use crate::statics::{CriticalKind, Settings, Status, Trace, Workspace, smallest_eigenvalue, trace};
 use crate::system::{Model, System, coefficients};
 
-use super::{Row, StabilityError, bodies, name_of};
+use super::{Row, StudyError, bodies, name_of};
 
 const STEPS: usize = 20;
 /// The critical load found must agree with the exact one to this part of it.
 const AGREEMENT: f64 = 1e-6;
 
 /// A strut that buckles and a truss that snaps through, below and above their critical loads.
-pub(super) fn two_equilibria() -> Result<Vec<Row>, StabilityError> {
+pub(super) fn two_equilibria() -> Result<Vec<Row>, StudyError> {
     let (strut, truss) = (bodies::strut(0.02, 0.3, 11), bodies::truss(0.02, 0.01, 0.03, 40));
     let k = coefficients(&strut, &Model::default()).map_err(crate::system::SystemError::from)?;
     let k = k.tissue_stiffness;
@@ -39,13 +39,13 @@ pub(super) fn two_equilibria() -> Result<Vec<Row>, StabilityError> {
                 None => (part < 1.0, "on the branch from rest".to_owned()),
             };
             let other = if found.another { "another equilibrium exists" } else { "no other equilibrium met" };
-            rows.push(Row { kept: row.kept && agrees, note: format!("{note}; {other}"), ..row });
+            rows.push(Row { kept: row.kept && agrees, ..row }.also(&note).also(other));
         }
     }
     Ok(rows)
 }
 
-fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), StabilityError> {
+fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), StudyError> {
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
@@ -55,20 +55,14 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), Stabi
     let s = found.solution;
     let converged = s.status == Status::Converged;
     let row = Row {
-        case: 9,
-        variant,
-        solver: "trace",
-        status: name_of(&s.status),
         converged,
         kept: converged,
         iterations: s.iterations,
         load_reached: s.load_reached,
-        min_area_ratio: None,
-        smallest_eigenvalue,
+        smallest_eigenvalue_n_per_m: smallest_eigenvalue,
         guarded: s.guarded,
-        branch: None,
         wall_s,
-        note: String::new(),
+        ..Row::new(9, variant, "trace", name_of(&s.status))
     };
     Ok((found, row))
 }

@@ -9,18 +9,18 @@ use crate::inverse::{self, Settings};
 use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use crate::parallel;
 use crate::statics::Workspace;
-use crate::study::{PUBLISHED_A, pulling};
-use crate::system::{Model, System};
+use crate::study::pulled::{PUBLISHED_A, Pulled, tongue};
+use crate::system::Model;
 
 use super::search::of_fit;
-use super::{Row, StabilityError, bodies, equilibrium_row};
+use super::{Row, StudyError, bodies, equilibrium_row};
 
 /// Answers must agree to this, m.
 pub(super) const SAME: f64 = 1e-9;
 
 /// The published load on the tongue renumbered, mirrored, turned and moved; the fit on 1, 2 and 4 threads.
-pub(super) fn same_answers() -> Result<Vec<Row>, StabilityError> {
-    let mesh = bodies::tongue()?;
+pub(super) fn same_answers() -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
     let (_, reference) = published("as it is".to_owned(), &mesh)?;
     let mut rows = Vec::new();
     let zero = SVector::zeros();
@@ -49,9 +49,8 @@ pub(super) fn same_answers() -> Result<Vec<Row>, StabilityError> {
 
 type Shape = Vec<SVector<f64, 2>>;
 
-fn published(variant: String, mesh: &Mesh<2>) -> Result<(Row, Shape), StabilityError> {
-    let (contracting, tensions) = pulling(mesh, &PUBLISHED_A)?;
-    let system = System::new(mesh, &Model::default(), &contracting)?;
+fn published(variant: String, mesh: &Mesh<2>) -> Result<(Row, Shape), StudyError> {
+    let Pulled { system, tensions, .. } = Pulled::new(mesh, &Model::default(), &PUBLISHED_A)?;
     let mut workspace = Workspace::new(&system);
     let (_, row) = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
     Ok((row, workspace.positions().to_vec()))
@@ -59,15 +58,10 @@ fn published(variant: String, mesh: &Mesh<2>) -> Result<(Row, Shape), StabilityE
 
 fn compared(row: Row, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -> Row {
     let apart = largest_distance(shape, expected);
-    let separator = if row.note.is_empty() { "" } else { "; " };
-    Row {
-        kept: row.kept && row.converged && apart <= SAME,
-        note: format!("{}{separator}differs by {apart:.1e} m", row.note),
-        ..row
-    }
+    Row { kept: row.kept && row.converged && apart <= SAME, ..row }.also(&format!("differs by {apart:.1e} m"))
 }
 
-fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StabilityError> {
+fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StudyError> {
     let data = Dataset::reference()?;
     let target =
         Target::new(&data, "S2", &"a".parse::<Vowel>()?, TargetKind::Ratio, &TargetOptions::default())?;
@@ -77,7 +71,7 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StabilityError> {
     for count in [1, 2, 4] {
         let clock = Instant::now();
         let fit = || inverse::fit(mesh, &Model::default(), &target, &settings);
-        let found = parallel::with_threads(count, fit).map_err(StabilityError::Threads)??;
+        let found = parallel::with_threads(count, fit).map_err(StudyError::Threads)??;
         let bits: Vec<u64> = found
             .tensions
             .iter()

@@ -6,45 +6,44 @@ use crate::effect::{Contraction, Effect, Incompressibility, Tissue};
 use crate::geometry::topology;
 use crate::material::Constants;
 use crate::statics::Workspace;
-use crate::study::{PUBLISHED_A, pulling};
+use crate::study::pulled::{PUBLISHED_A, Pulled, tongue};
 use crate::system::{Model, System, SystemError, TissueModel, coefficients};
 
-use super::{Row, StabilityError, bodies, equilibrium_row, refusal};
+use super::{Row, StudyError, equilibrium_row};
 
 /// Poisson's ratio up to 0.4999999, kappa_s from none to a million times the identified one, and neighbours a million times as
 /// stiff as each other, all at the published tensions.
-pub(super) fn extremes() -> Result<Vec<Row>, StabilityError> {
-    let mesh = bodies::tongue()?;
-    let (contracting, tensions) = pulling(&mesh, &PUBLISHED_A)?;
+pub(super) fn extremes() -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
     let mut rows = Vec::new();
-    for poisson_ratio in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
-        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
-        let system = System::new(&mesh, &Model { constants, ..Model::default() }, &contracting)?;
-        let variant = format!("nu = {poisson_ratio}");
-        rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
+    let mut solved = |variant: String, system: &System<2>, tensions: &[f64]| {
+        rows.push(equilibrium_row(3, variant, system, &mut Workspace::new(system), tensions).1);
+    };
+    let of = |poisson_ratio| Model {
+        constants: Constants { poisson_ratio, ..Constants::TONGUE },
+        ..Model::default()
+    };
+    for nu in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
+        let Pulled { system, tensions, .. } = Pulled::new(&mesh, &of(nu), &PUBLISHED_A)?;
+        solved(format!("nu = {nu}"), &system, &tensions);
     }
-    for poisson_ratio in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
-        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
-        let model = Model { constants, tissue: TissueModel::FiniteElement, ..Model::default() };
-        let system = System::new(&mesh, &model, &contracting)?;
-        let variant = format!("nu = {poisson_ratio}, finite elements");
-        rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
+    for nu in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
+        let model = Model { tissue: TissueModel::FiniteElement, ..of(nu) };
+        let Pulled { system, tensions, .. } = Pulled::new(&mesh, &model, &PUBLISHED_A)?;
+        solved(format!("nu = {nu}, finite elements"), &system, &tensions);
     }
-    for poisson_ratio in [0.0, 0.5] {
-        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
-        let refused = System::new(&mesh, &Model { constants, ..Model::default() }, &contracting);
-        let variant = format!("nu = {poisson_ratio}");
-        rows.push(refusal(3, &variant, "system", refused.err().map(|e| e.to_string())));
-    }
+    let Pulled { system, tensions, .. } = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     for factor in [0.0, 1e-6, 1e-3, 1e3, 1e6] {
-        let system = uneven(&mesh, &contracting, factor, 1.0)?;
-        let variant = format!("kappa_s x {factor:e}");
-        rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
+        let changed = uneven(&mesh, system.contracting(), factor, 1.0)?;
+        solved(format!("kappa_s x {factor:e}"), &changed, &tensions);
     }
     for contrast in [1e-6, 1e-3, 1e3, 1e6] {
-        let system = uneven(&mesh, &contracting, 1.0, contrast)?;
-        let variant = format!("every second connection's k x {contrast:e}");
-        rows.push(equilibrium_row(3, variant, &system, &mut Workspace::new(&system), &tensions).1);
+        let changed = uneven(&mesh, system.contracting(), 1.0, contrast)?;
+        solved(format!("every second connection's k x {contrast:e}"), &changed, &tensions);
+    }
+    for nu in [0.0, 0.5] {
+        let refused = Pulled::new(&mesh, &of(nu), &PUBLISHED_A).err().map(|e| e.to_string());
+        rows.push(Row::refusal(3, &format!("nu = {nu}"), "system", refused));
     }
     Ok(rows)
 }

@@ -8,10 +8,10 @@ use crate::body::{Cells, Mesh};
 use crate::statics::Workspace;
 use crate::system::{Model, System, SystemError};
 
-use super::{Extent, Row, StabilityError, bodies, equilibrium_row, refusal};
+use super::{Extent, Row, StudyError, bodies, equilibrium_row};
 
 /// Slivers are solved, broken meshes refused with what is wrong with them, and 50 000 nodes solved (in a sample: 5000).
-pub(super) fn broken_and_large(extent: Extent) -> Result<Vec<Row>, StabilityError> {
+pub(super) fn broken_and_large(extent: Extent) -> Result<Vec<Row>, StudyError> {
     let good = bodies::lattice(8, 6, 5e-3);
     let mut rows = Vec::new();
     for flatness in [1e-1, 1e-3, 1e-6] {
@@ -47,7 +47,7 @@ pub(super) fn broken_and_large(extent: Extent) -> Result<Vec<Row>, StabilityErro
         let mut mesh = good.clone();
         spoil(&mut mesh);
         let refused = System::new(&mesh, &Model::default(), &[0]).err();
-        rows.push(refusal(5, name, "system", refused.map(|e| e.to_string())));
+        rows.push(Row::refusal(5, name, "system", refused.map(|e| e.to_string())));
     }
     let side = if extent == Extent::Full { 224 } else { 71 };
     let mesh = bodies::lattice(side, side, 0.05 / side as f64);
@@ -61,9 +61,7 @@ fn solved(variant: String, mesh: &Mesh<2>, load: f64) -> Result<Row, SystemError
     let mut workspace = Workspace::new(&system);
     let made = clock.elapsed().as_secs_f64();
     let (_, row) = equilibrium_row(5, variant, &system, &mut workspace, &[load]);
-    let separator = if row.note.is_empty() { "" } else { "; " };
-    let note = format!("{}{separator}system made in {made:.2} s", row.note);
-    Ok(Row { note, ..row })
+    Ok(row.also(&format!("system made in {made:.2} s")))
 }
 
 fn invert_first(mesh: &mut Mesh<2>) {

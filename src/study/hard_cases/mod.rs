@@ -18,10 +18,11 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::StudyError;
 use crate::statics::{Settings, Solution, Stability, Status, Workspace, smallest_eigenvalue, solve};
 use crate::system::System;
 
-pub use table::{markdown, table};
+pub use table::markdown;
 
 /// Which of the cases' variants are run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,36 +55,66 @@ pub struct Row {
     /// Smallest ratio of a cell's measure to that at rest.
     pub min_area_ratio: Option<f64>,
     /// Smallest eigenvalue of the stiffness, N/m.
-    pub smallest_eigenvalue: Option<f64>,
+    pub smallest_eigenvalue_n_per_m: Option<f64>,
     /// Elements in which the barrier against inversion acts.
     pub guarded: usize,
-    /// How the answer lies to the branch of equilibria that begins at rest, where that was followed.
-    pub branch: Option<Beside>,
+    /// Part of the load at which the branch of equilibria that begins at rest ends, 1 where it reaches all of it; none where it was
+    /// not followed.
+    pub branch_ends_at: Option<f64>,
+    /// Largest distance of a node between the answer, found directly, and the one that the body comes to along the branch (and,
+    /// where that ends, beyond it), m.
+    pub apart_from_branch_m: Option<f64>,
     /// Wall-clock time, s.
     pub wall_s: f64,
     /// What else there is to say.
     pub note: String,
 }
 
-/// An answer beside the branch that begins at rest.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Beside {
-    /// Part of the load at which the branch ends; 1 where it reaches all of it.
-    pub ends_at: f64,
-    /// Largest distance of a node between the answer, found directly, and the one that the body comes to along the branch
-    /// (and, where that ends, beyond it), m.
-    pub apart_m: f64,
-}
-
-impl Beside {
-    /// Whether the branch reaches the whole load and the answer lies on it, to 1e-9 m.
-    pub fn is_on_it(&self) -> bool {
-        self.ends_at == 1.0 && self.is_same()
+impl Row {
+    fn new(case: u8, variant: impl Into<String>, solver: &'static str, status: impl Into<String>) -> Self {
+        Self {
+            case,
+            variant: variant.into(),
+            solver,
+            status: status.into(),
+            converged: false,
+            kept: false,
+            iterations: 0,
+            load_reached: 1.0,
+            min_area_ratio: None,
+            smallest_eigenvalue_n_per_m: None,
+            guarded: 0,
+            branch_ends_at: None,
+            apart_from_branch_m: None,
+            wall_s: 0.0,
+            note: String::new(),
+        }
     }
 
-    /// Whether the answer is the one that the body comes to along the branch, to 1e-9 m.
-    pub fn is_same(&self) -> bool {
-        self.apart_m <= invariance::SAME
+    /// About something that was refused: the promise is kept when there was a message.
+    fn refusal(case: u8, variant: &str, solver: &'static str, message: Option<String>) -> Self {
+        let kept = message.is_some();
+        let status = if kept { "refused" } else { "accepted" };
+        let note = message.unwrap_or_else(|| "should have been refused".to_owned());
+        Self { kept, load_reached: 0.0, note, ..Self::new(case, variant, solver, status) }
+    }
+
+    /// With one thing more to say.
+    fn also(mut self, text: &str) -> Self {
+        let separator = if self.note.is_empty() { "" } else { "; " };
+        self.note += separator;
+        self.note += text;
+        self
+    }
+
+    /// Whether the branch from rest was followed and reaches the whole load, and the answer lies on it, to 1e-9 m.
+    pub fn is_on_branch(&self) -> bool {
+        self.branch_ends_at == Some(1.0) && self.is_where_branch_leads()
+    }
+
+    /// Whether the answer is the one that the body comes to along the branch from rest, to 1e-9 m.
+    pub fn is_where_branch_leads(&self) -> bool {
+        self.apart_from_branch_m.is_some_and(|apart| apart <= invariance::SAME)
     }
 }
 
@@ -93,8 +124,8 @@ pub const CASES: [u8; 10] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
 /// Runs one case; no rows for a number that is not in [`CASES`].
 ///
 /// # Errors
-/// [`StabilityError`] when the reference body cannot be built.
-pub fn run(case: u8, extent: Extent) -> Result<Vec<Row>, StabilityError> {
+/// [`StudyError`] where a case cannot begin.
+pub fn run(case: u8, extent: Extent) -> Result<Vec<Row>, StudyError> {
     match case {
         1 => motion::printed_table(),
         2 => loads::subsets(extent),
@@ -110,45 +141,10 @@ pub fn run(case: u8, extent: Extent) -> Result<Vec<Row>, StabilityError> {
     }
 }
 
-/// Why the cases cannot be run.
-#[derive(Debug, thiserror::Error)]
-pub enum StabilityError {
-    /// The reference anatomy.
-    #[error(transparent)]
-    Anatomy(#[from] crate::body::AnatomyError),
-    /// The reference mesh.
-    #[error(transparent)]
-    Mesh(#[from] crate::body::MeshError),
-    /// A body that should be good.
-    #[error(transparent)]
-    System(#[from] crate::system::SystemError),
-    /// The measured lengths.
-    #[error(transparent)]
-    Target(#[from] crate::measured::TargetError),
-    /// The table of lengths.
-    #[error(transparent)]
-    Lengths(#[from] crate::measured::lengths::Error),
-    /// A vowel.
-    #[error(transparent)]
-    Vowel(#[from] crate::measured::lengths::BadLabel),
-    /// A fit that cannot begin.
-    #[error(transparent)]
-    Fit(#[from] crate::inverse::FitError),
-    /// The equations of motion.
-    #[error(transparent)]
-    Motion(#[from] crate::dynamics::MotionError),
-    /// A step or a tolerance.
-    #[error(transparent)]
-    Method(#[from] crate::dynamics::MethodError),
-    /// Threads.
-    #[error("cannot start threads: {0}")]
-    Threads(String),
-}
-
 /// Solves from rest with the stability certified, and reports it.
 fn equilibrium_row<const D: usize>(
     case: u8,
-    variant: String,
+    variant: impl Into<String>,
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
@@ -164,10 +160,6 @@ fn equilibrium_row<const D: usize>(
     let stable = matches!(solution.stability, Stability::Stable | Stability::Neutral);
     let converged = solution.status == Status::Converged && stable;
     let row = Row {
-        case,
-        variant,
-        solver: "equilibrium",
-        status: name_of(&solution.status),
         converged,
         // A cell turned over is reported as such or not at all.
         kept: finite
@@ -176,11 +168,11 @@ fn equilibrium_row<const D: usize>(
         iterations: solution.iterations,
         load_reached: solution.load_reached,
         min_area_ratio: smallest.is_finite().then_some(smallest),
-        smallest_eigenvalue,
+        smallest_eigenvalue_n_per_m: smallest_eigenvalue,
         guarded: solution.guarded,
-        branch: None,
         wall_s,
         note: note_of(&solution),
+        ..Row::new(case, variant, "equilibrium", name_of(&solution.status))
     };
     (solution, row)
 }
@@ -216,25 +208,5 @@ fn name_of<T: Serialize>(status: &T) -> String {
     match serde_json::to_value(status) {
         Ok(serde_json::Value::String(name)) => name,
         _ => String::from("unnamed"),
-    }
-}
-
-/// A row about something that was refused: the promise is kept when there was a message.
-fn refusal(case: u8, variant: &str, solver: &'static str, message: Option<String>) -> Row {
-    Row {
-        case,
-        variant: variant.to_owned(),
-        solver,
-        status: if message.is_some() { "refused" } else { "accepted" }.to_owned(),
-        converged: false,
-        kept: message.is_some(),
-        iterations: 0,
-        load_reached: 0.0,
-        min_area_ratio: None,
-        smallest_eigenvalue: None,
-        guarded: 0,
-        branch: None,
-        wall_s: 0.0,
-        note: message.unwrap_or_else(|| "should have been refused".to_owned()),
     }
 }

@@ -6,10 +6,10 @@ use crate::body::largest_distance;
 use crate::dynamics::{self, Control, Method, Motion, Status, Tensions};
 use crate::material::{Constants, Preset};
 use crate::statics::{Settings, Workspace, solve};
-use crate::study::{PUBLISHED_A, pulling};
-use crate::system::{Model, System};
+use crate::study::pulled::{PUBLISHED_A, Pulled, tongue};
+use crate::system::Model;
 
-use super::{Extent, Row, StabilityError, bodies, name_of, refusal};
+use super::{Extent, Row, StudyError, name_of};
 
 /// The thesis's step, s (table 4.2).
 const PRINTED_STEP: f64 = 5.0e-6;
@@ -24,44 +24,20 @@ const DRIFT: f64 = 1e-6;
 /// Steps of the short runs.
 const FEW: f64 = 200.0;
 
-struct Body {
-    system: System<2>,
-    tensions: Vec<f64>,
-}
-
-impl Body {
-    fn new(model: &Model, newtons: [f64; 3]) -> Result<Self, StabilityError> {
-        let mesh = bodies::tongue()?;
-        let pull: Vec<(&str, f64)> = PUBLISHED_A.iter().zip(newtons).map(|((m, _), t)| (*m, t)).collect();
-        let (contracting, tensions) = pulling(&mesh, &pull)?;
-        Ok(Self { system: System::new(&mesh, model, &contracting)?, tensions })
-    }
-
-    fn motion(&self) -> Result<Motion<'_, 2>, StabilityError> {
-        Ok(Motion::new(&self.system, Tensions::Constant(self.tensions.clone()))?)
-    }
-
-    fn motion_with_mass(&self, mass: f64) -> Result<Motion<'_, 2>, StabilityError> {
-        Ok(Motion::with_mass(&self.system, Tensions::Constant(self.tensions.clone()), mass)?)
-    }
-}
-
-const PUBLISHED: [f64; 3] = [12.0, 11.5, 4.5];
-
 /// Case 1: table 4.2 as printed and every single slip of it. Explicit methods must refuse the step and name the limit, or run;
 /// made to run all the same they must stop at the first sign of growth; implicit ones must run.
-pub(super) fn printed_table() -> Result<Vec<Row>, StabilityError> {
+pub(super) fn printed_table() -> Result<Vec<Row>, StudyError> {
     let weak = Constants { viscosity: 3.0e-3, ..Constants::TONGUE };
     let models = [
         ("kappa_s 1.46e3 (printed)", Model { preset: Preset::AsPrinted, ..Model::default() }),
         ("kappa_s 1.46", Model::default()),
         ("kappa_s 1.46, b 3e-3", Model { constants: weak, ..Model::default() }),
     ];
-    let mut rows = Vec::new();
+    let (mesh, mut rows) = (tongue()?, Vec::new());
     for (kappa, model) in models {
-        let body = Body::new(&model, PUBLISHED)?;
+        let body = Pulled::new(&mesh, &model, &PUBLISHED_A)?;
         for (mass_name, mass) in MASSES {
-            let motion = body.motion_with_mass(mass)?;
+            let motion = Motion::with_mass(&body.system, Tensions::Constant(body.tensions.clone()), mass)?;
             let name = format!("{mass_name}, {kappa}, dt 5e-6 s");
             for method in Method::ALL.into_iter().filter(|m| m.is_explicit()) {
                 rows.push(explicit(&name, &motion, method)?);
@@ -76,14 +52,14 @@ pub(super) fn printed_table() -> Result<Vec<Row>, StabilityError> {
 }
 
 /// Where the step is refused, also runs it unchecked: that must stop by itself, with a status.
-fn explicit(name: &str, motion: &Motion<'_, 2>, method: Method) -> Result<Row, StabilityError> {
+fn explicit(name: &str, motion: &Motion<'_, 2>, method: Method) -> Result<Row, StudyError> {
     let control = Control::Fixed(PRINTED_STEP);
     let end = 20.0 * FEW * PRINTED_STEP;
     match method.checked(motion, control) {
         Ok(_) => run(1, name, motion, method, control, end),
         Err(error) => {
             let unchecked = run(1, name, motion, method, control, end)?;
-            let row = refusal(1, name, method.name(), Some(error.to_string()));
+            let row = Row::refusal(1, name, method.name(), Some(error.to_string()));
             let note = format!("{}; run all the same: {} at {}", row.note, unchecked.status, unchecked.note);
             Ok(Row { kept: unchecked.status != "completed", note, ..row })
         }
@@ -91,8 +67,9 @@ fn explicit(name: &str, motion: &Motion<'_, 2>, method: Method) -> Result<Row, S
 }
 
 /// Case 8: implicit steps from a microsecond to a hundred seconds, many explicit steps, a sudden 300 N.
-pub(super) fn steps(extent: Extent) -> Result<Vec<Row>, StabilityError> {
-    let body = Body::new(&Model::default(), PUBLISHED)?;
+pub(super) fn steps(extent: Extent) -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
+    let body = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     let motion = body.motion()?;
     let mut rows = Vec::new();
     for method in [Method::BackwardEuler, Method::TrBdf2] {
@@ -101,7 +78,7 @@ pub(super) fn steps(extent: Extent) -> Result<Vec<Row>, StabilityError> {
             rows.push(run(8, &name, &motion, method, Control::Fixed(dt), 20.0 * dt)?);
         }
     }
-    let sudden = Body::new(&Model::default(), [300.0; 3])?;
+    let sudden = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A.map(|(m, _)| (m, 300.0)))?;
     let suddenly = sudden.motion()?;
     let name = "300 N at once, adaptive to 3 s";
     rows.push(run(8, name, &suddenly, Method::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
@@ -128,7 +105,7 @@ fn run(
     method: Method,
     control: Control,
     end: f64,
-) -> Result<Row, StabilityError> {
+) -> Result<Row, StudyError> {
     let clock = Instant::now();
     let mut integrator = method.integrator(motion, control)?;
     let mut state = motion.at_rest();
@@ -145,20 +122,13 @@ fn run(
         note += &format!(", {:.1e} m from equilibrium", apart);
     }
     Ok(Row {
-        case,
-        variant: variant.to_owned(),
-        solver: method.name(),
-        status: name_of(&outcome.status),
         converged: completed,
         kept: finite && smallest > 0.0 && (completed || outcome.status == Status::NotSolved),
         iterations: usize::try_from(outcome.counts.steps).unwrap_or(usize::MAX),
-        load_reached: 1.0,
         min_area_ratio: Some(smallest),
-        smallest_eigenvalue: None,
-        guarded: 0,
-        branch: None,
         wall_s,
         note,
+        ..Row::new(case, variant, method.name(), name_of(&outcome.status))
     })
 }
 
@@ -168,7 +138,7 @@ fn difference(
     one: (Method, f64),
     other: (Method, f64),
     end: f64,
-) -> Result<f64, StabilityError> {
+) -> Result<f64, StudyError> {
     let mut ends = Vec::new();
     for (method, dt) in [one, other] {
         let mut integrator = method.integrator(motion, Control::Fixed(dt))?;

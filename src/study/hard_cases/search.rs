@@ -8,19 +8,20 @@ use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use crate::statics;
 use crate::system::Model;
 
-use super::{Row, StabilityError, bodies, name_of};
+use super::{Row, StudyError, name_of};
+use crate::study::pulled::tongue;
 
 /// What a fit must not say: that it met a target that cannot be met (`Some(false)`), or that it missed one that can.
 type Reachable = Option<bool>;
 
 /// Case 6.
-pub(super) fn targets() -> Result<Vec<Row>, StabilityError> {
-    let mesh = bodies::tongue()?;
+pub(super) fn targets() -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
     let data = Dataset::reference()?;
     let target = |subject: &str, vowel: &str, kind, muscles: Option<&[&str]>| {
         let muscles = muscles.map(|names| names.iter().map(|m| (*m).to_owned()).collect());
         let options = TargetOptions { muscles, ..TargetOptions::default() };
-        Ok::<_, StabilityError>(Target::new(&data, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
+        Ok::<_, StudyError>(Target::new(&data, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
     };
     let changed = |mut t: Target, values: &[(&str, f64)]| {
         for (name, value) in values {
@@ -55,8 +56,8 @@ pub(super) fn targets() -> Result<Vec<Row>, StabilityError> {
 }
 
 /// Case 7.
-pub(super) fn simplices() -> Result<Vec<Row>, StabilityError> {
-    let mesh = bodies::tongue()?;
+pub(super) fn simplices() -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
     let data = Dataset::reference()?;
     let vowel: Vowel = "a".parse()?;
     let target = Target::new(&data, "S2", &vowel, TargetKind::Ratio, &TargetOptions::default())?;
@@ -117,7 +118,7 @@ fn row(
     target: &Target,
     settings: &Settings,
     reachable: Reachable,
-) -> Result<Row, StabilityError> {
+) -> Result<Row, StudyError> {
     let clock = Instant::now();
     let found = inverse::fit(mesh, &Model::default(), target, settings)?;
     let wall_s = clock.elapsed().as_secs_f64();
@@ -129,20 +130,15 @@ fn row(
 /// The row of a fit.
 pub(super) fn of_fit(case: u8, variant: String, found: &Fit, kept: bool, wall_s: f64, note: String) -> Row {
     Row {
-        case,
-        variant,
-        solver: "fit",
-        status: name_of(&found.status),
         converged: found.status == Status::Converged,
         kept,
         iterations: found.evaluations,
         load_reached: found.replay.solution.load_reached,
         min_area_ratio: Some(found.replay.min_area_ratio),
-        smallest_eigenvalue: None,
         guarded: found.replay.solution.guarded,
-        branch: None,
         wall_s,
         note,
+        ..Row::new(case, variant, "fit", name_of(&found.status))
     }
 }
 

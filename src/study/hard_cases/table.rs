@@ -1,10 +1,10 @@
-//! The rows as a table and as Markdown.
+//! The rows as a page of Markdown.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::{Beside, Row};
-use crate::report::Table;
+use super::Row;
+use crate::study::table;
 
 /// What each case is about.
 fn title(case: u8) -> &'static str {
@@ -23,49 +23,15 @@ fn title(case: u8) -> &'static str {
     }
 }
 
-/// All rows, units in the column names.
-pub fn table(rows: &[Row]) -> Table {
-    let columns = [
-        "case",
-        "variant",
-        "solver",
-        "status",
-        "converged",
-        "promise_kept",
-        "iterations",
-        "load_reached",
-        "min_area_ratio",
-        "smallest_eigenvalue_n_per_m",
-        "elements_in_barrier",
-        "branch_from_rest_ends_at",
-        "apart_from_branch_m",
-        "wall_s",
-        "note",
-    ];
-    let row = |r: &Row| {
-        vec![
-            r.case.to_string(),
-            r.variant.clone(),
-            r.solver.to_owned(),
-            r.status.clone(),
-            r.converged.to_string(),
-            r.kept.to_string(),
-            r.iterations.to_string(),
-            r.load_reached.to_string(),
-            optional(r.min_area_ratio, |v| format!("{v:.6}")),
-            optional(r.smallest_eigenvalue, |v| format!("{v:.6e}")),
-            r.guarded.to_string(),
-            optional(r.branch, |b| format!("{:.9}", b.ends_at)),
-            optional(r.branch, |b| format!("{:.1e}", b.apart_m)),
-            format!("{:.6}", r.wall_s),
-            r.note.clone(),
-        ]
-    };
-    Table { columns: columns.map(String::from).to_vec(), rows: rows.iter().map(row).collect() }
-}
+/// Columns that the page leaves to the CSV.
+const IN_CSV_ALONE: [&str; 6] =
+    ["case", "converged", "load_reached", "guarded", "branch_ends_at", "apart_from_branch_m"];
 
 /// A summary of all cases, and under it every row; of case 2, which has a thousand, those that are not ordinary.
-pub fn markdown(rows: &[Row], command: &str) -> String {
+///
+/// # Errors
+/// As the CSV writer's, through which the cells go; into memory it has none.
+pub fn markdown(rows: &[Row], command: &str) -> Result<String, csv::Error> {
     let mut out = String::from("# Hard cases\n\n");
     let _ = writeln!(
         out,
@@ -93,16 +59,16 @@ pub fn markdown(rows: &[Row], command: &str) -> String {
             count(|r| r.converged),
             count(|r| r.kept),
             count(|r| r.guarded > 0),
-            match count(|r| r.branch.is_some()) {
+            match count(|r| r.branch_ends_at.is_some()) {
                 0 => String::new(),
-                followed => format!("{} of {followed}", count(|r| r.branch.is_some_and(|b| b.is_on_it()))),
+                followed => format!("{} of {followed}", count(|r| r.is_on_branch())),
             },
         );
     }
     for (case, rows) in &cases {
         let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
         out.push_str(&branches(rows));
-        let ordinary = |r: &Row| r.kept && r.converged && r.branch.is_none_or(|b| b.is_on_it());
+        let ordinary = |r: &Row| r.kept && r.converged && (r.branch_ends_at.is_none() || r.is_on_branch());
         let shown: Vec<&&Row> = rows.iter().filter(|r| *case != 2 || !ordinary(r)).collect();
         if shown.len() < rows.len() {
             let _ = writeln!(
@@ -112,65 +78,36 @@ pub fn markdown(rows: &[Row], command: &str) -> String {
                 rows.len()
             );
         }
-        if shown.is_empty() {
-            continue;
-        }
-        out.push_str("| variant | solver | status | kept | iterations | smallest area ratio | smallest eigenvalue, N/m | time, s | note |\n|--|--|--|--|--|--|--|--|--|\n");
-        for r in shown {
-            let _ = writeln!(
-                out,
-                "| {} | {} | {} | {} | {} | {} | {} | {:.4} | {} |",
-                r.variant,
-                r.solver,
-                r.status,
-                if r.kept { "yes" } else { "**no**" },
-                r.iterations,
-                optional(r.min_area_ratio, |v| format!("{v:.3}")),
-                optional(r.smallest_eigenvalue, |v| format!("{v:.2e}")),
-                r.wall_s,
-                r.note.replace('|', "/"),
-            );
+        if !shown.is_empty() {
+            out += table::markdown(shown.into_iter().copied(), &IN_CSV_ALONE)?.trim_end_matches('\n');
+            out.push('\n');
         }
     }
-    out
+    Ok(out)
 }
 
 /// How many answers lie on the branch from rest, by load; empty where no branch was followed.
 fn branches(rows: &[&Row]) -> String {
-    let followed: Vec<(&str, Beside)> =
-        rows.iter().filter_map(|r| Some((r.variant.rsplit_once(" at ")?.1, r.branch?))).collect();
-    let mut loads: Vec<&str> = Vec::new();
-    followed.iter().for_each(|(load, _)| {
-        if !loads.contains(load) {
-            loads.push(load);
+    let mut loads: Vec<(&str, Vec<&Row>)> = Vec::new();
+    for row in rows.iter().filter(|r| r.branch_ends_at.is_some()) {
+        let Some((_, load)) = row.variant.rsplit_once(" at ") else { continue };
+        match loads.iter_mut().find(|(l, _)| *l == load) {
+            Some((_, same)) => same.push(row),
+            None => loads.push((load, vec![row])),
         }
-    });
-    let mut out = String::new();
-    if !loads.is_empty() {
-        out.push_str(
-            "| load | rows | the branch from rest reaches it, and the answer lies there | it ends before, and the answer is where \
-             the body then falls | the answer lies elsewhere |\n|--|--|--|--|--|\n",
-        );
     }
-    for load in &loads {
-        let all = || followed.iter().filter(|(l, _)| l == load).map(|(_, b)| b);
-        let (on, falls) = (
-            all().filter(|b| b.is_on_it()).count(),
-            all().filter(|b| b.ends_at < 1.0 && b.is_same()).count(),
-        );
-        let _ = writeln!(
-            out,
-            "| {load} | {0} | {on} | {falls} | {1} |",
-            all().count(),
-            all().count() - on - falls
-        );
+    if loads.is_empty() {
+        return String::new();
     }
-    if !loads.is_empty() {
-        out.push('\n');
+    let mut out = String::from(
+        "| load | rows | the branch from rest reaches it, and the answer lies there | it ends before, and the answer is where \
+         the body then falls | the answer lies elsewhere |\n|--|--|--|--|--|\n",
+    );
+    for (load, rows) in loads {
+        let on = rows.iter().filter(|r| r.is_on_branch()).count();
+        let falls = rows.iter().filter(|r| r.branch_ends_at < Some(1.0) && r.is_where_branch_leads()).count();
+        let _ = writeln!(out, "| {load} | {} | {on} | {falls} | {} |", rows.len(), rows.len() - on - falls);
     }
+    out.push('\n');
     out
-}
-
-fn optional<T>(value: Option<T>, format: impl Fn(T) -> String) -> String {
-    value.map(format).unwrap_or_default()
 }

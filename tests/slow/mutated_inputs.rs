@@ -1,0 +1,116 @@
+//! Good inputs of every kind, with some bytes or numbers of them changed, end in a value or in an error: no panic, no hang. Some
+//! 1500 of them; `TONGUE_FIT_MUTATIONS=11000` tries as many as that.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use fastrand::Rng;
+use tongue_fit::body::json::MeshRecord;
+use tongue_fit::study::hard_cases::bodies::lattice;
+
+use crate::inputs::KINDS;
+
+/// An input that takes longer hangs: the slowest takes a second.
+const HANGS: Duration = Duration::from_secs(300);
+/// What numbers are replaced by.
+const NUMBERS: [&str; 14] = [
+    "0",
+    "-0.0",
+    "-1",
+    "1",
+    "1e-320",
+    "4.9e-324",
+    "1e-12",
+    "1e308",
+    "1e400",
+    "nan",
+    "inf",
+    "99999999999",
+    "1.5",
+    "0x7f",
+];
+
+/// Good inputs of a kind.
+fn seeds(kind: &str) -> Vec<Vec<u8>> {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/");
+    let files = |folder: &str, ends: &str| -> Vec<Vec<u8>> {
+        let mut paths: Vec<_> =
+            std::fs::read_dir(format!("{root}{folder}")).unwrap().map(|e| e.unwrap().path()).collect();
+        paths.retain(|p| p.to_str().unwrap().ends_with(ends));
+        paths.sort();
+        paths.iter().map(|p| std::fs::read(p).unwrap()).collect()
+    };
+    match kind {
+        "lengths_csv" => files("targets", "takano2007_lengths.csv"),
+        "anatomy_toml" => files("targets", "anatomy.toml"),
+        "tension_curves" => vec![b"time_s,row\n0,0\n0.01,5\n0.02,1.5e0\n0.04,0\n".to_vec()],
+        "scene_toml" => files("targets/scenes", ".toml"),
+        "mesh_json" => {
+            let mesh = lattice(5, 4, 5e-3);
+            let record = MeshRecord::new(&mesh, &vec![2700.0; mesh.connections.len()], 1.4, 2e-2);
+            vec![serde_json::to_vec(&record).unwrap()]
+        }
+        "gmsh_msh" => [files("tests/gmsh", ".msh"), files("tests/gmsh/broken", ".msh")].concat(),
+        other => panic!("no input of kind {other}"),
+    }
+}
+
+/// A few changes: bytes flipped, replaced, put in or taken out, pieces doubled, numbers replaced by odd ones.
+fn mutate(input: &[u8], rng: &mut Rng) -> Vec<u8> {
+    let mut bytes = input.to_vec();
+    for _ in 0..rng.usize(1..=4) {
+        let at = rng.usize(0..bytes.len().max(1)).min(bytes.len().saturating_sub(1));
+        let end = (at + rng.usize(1..40)).min(bytes.len());
+        match rng.u8(0..8) {
+            _ if bytes.is_empty() => bytes.push(rng.u8(..)),
+            0 => bytes[at] ^= 1 << rng.u8(0..8),
+            1 => bytes[at] = *rng.choice(b"\0\n\r\t ,;\"'=[]{}-+.eE#9\xff").unwrap(),
+            2 => bytes.insert(at, rng.u8(..)),
+            3 => drop(bytes.drain(at..end)),
+            4 => drop(bytes.splice(at..at, bytes[at..end].to_vec())),
+            5 => bytes.truncate(at),
+            // The number that begins next.
+            _ => {
+                let is_part = |b: &u8| b.is_ascii_digit() || b".eE+-".contains(b);
+                let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|n| at + n) else {
+                    continue;
+                };
+                let length = bytes[start..].iter().position(|b| !is_part(b)).unwrap_or(bytes.len() - start);
+                let other = rng.choice(NUMBERS).unwrap().bytes();
+                bytes.splice(start..start + length, other);
+            }
+        }
+    }
+    bytes
+}
+
+#[test]
+fn mutated_inputs_end_in_a_value_or_an_error() {
+    let all = std::env::var("TONGUE_FIT_MUTATIONS").map_or(1500, |n| n.parse().unwrap());
+    let (report, reports) = channel();
+    let worker = std::thread::spawn(move || {
+        for (number, (kind, hold)) in KINDS.into_iter().enumerate() {
+            let seeds = seeds(kind);
+            assert!(!seeds.is_empty(), "{kind}");
+            seeds.iter().for_each(|seed| hold(seed));
+            for n in 0..all / KINDS.len() {
+                let mut rng = Rng::with_seed((n * KINDS.len() + number) as u64);
+                let input = mutate(&seeds[n % seeds.len()], &mut rng);
+                report.send(format!("{kind} {n}: {:?}", String::from_utf8_lossy(&input))).unwrap();
+                let done = catch_unwind(AssertUnwindSafe(|| hold(&input)));
+                assert!(done.is_ok(), "{kind} {n}: {:?}", String::from_utf8_lossy(&input));
+            }
+        }
+    });
+    let (mut count, mut last) = (0, String::new());
+    loop {
+        match reports.recv_timeout(HANGS) {
+            Ok(input) => (count, last) = (count + 1, input),
+            Err(RecvTimeoutError::Timeout) => panic!("this input hangs: {last}"),
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+    }
+    assert!(worker.join().is_ok(), "{last}");
+    assert_eq!(count, all / KINDS.len() * KINDS.len());
+}
