@@ -1,6 +1,6 @@
 //! "Did you mean ...?": the nearest known name to one that was not understood.
 
-/// The candidate nearest to `name`, if any is near enough to be a plausible slip of the pen.
+/// The candidate nearest to `name`, if any is near enough to be a plausible misspelling.
 ///
 /// Case is ignored; at most half of the letters of `name` (and at least one) may differ.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

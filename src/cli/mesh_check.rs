@@ -127,7 +127,7 @@ fn record<const D: usize>(
         Some(SystemError::Loose { node }) => {
             let tag = content.tags.get(*node).copied().unwrap_or_default();
             let message = format!(
-                "the part with Gmsh's node {tag} hangs on no bone, so it could move freely: join it to the rest, or give it one"
+                "the part with Gmsh's node {tag} is joined to no bone, so it could move freely: join it to the rest, or give it one"
             );
             concerns.push(Told { severity: Severity::Error, message });
         }

@@ -1,11 +1,11 @@
 //! Contact of the tongue's surface with a rigid outline: palate and teeth.
 //!
 //! A node at distance `d < d̂` of the outline has the energy `b(d) = -κ (d - d̂)² ln(d/d̂)`, which is twice continuously
-//! differentiable at `d̂`, where the wall begins to be felt, and infinite at the wall (Li et al. 2020, Incremental Potential Contact,
+//! differentiable at `d̂`, where the wall begins to act, and infinite at the wall (Li et al. 2020, Incremental Potential Contact,
 //! eq. 6). With a step limit that stops short of every crossing no node ever passes, whatever the force.
 //!
 //! Along a polyline the barriers of all segments are added and those of the corners between them taken off again (Li et al. 2023,
-//! Convergent IPC), so that beside a straight run of segments the node feels one wall, not one for each segment, and the
+//! Convergent IPC), so that beside a straight run of segments one wall acts on the node, not one for each segment, and the
 //! energy is smooth across corners.
 
 use nalgebra::{SMatrix, SVector, Vector2};
@@ -19,8 +19,8 @@ const LARGEST_APPROACH: f64 = 0.9;
 /// Segments are taken this much longer (relative) when crossings are sought, so that rounding opens no gap at a corner.
 const OVERLAP: f64 = 1e-9;
 
-/// A rigid wall along a polyline in the first two coordinates (in space: extended from left to right without end), felt by
-/// the given nodes.
+/// A rigid wall along a polyline in the first two coordinates (in space: extended from left to right without end), which
+/// acts on the given nodes.
 #[derive(Debug, Clone)]
 pub struct Contact {
     outline: Vec<Vector2<f64>>,
@@ -33,7 +33,7 @@ pub struct Contact {
 
 /// What the wall does to a node: derivatives of its energy by the first two coordinates.
 #[derive(Debug, Clone, Copy, Default)]
-struct Felt {
+struct Repulsion {
     energy: f64,
     gradient: Vector2<f64>,
     exact: nalgebra::Matrix2<f64>,
@@ -41,7 +41,7 @@ struct Felt {
 }
 
 impl Contact {
-    /// A wall of stiffness `stiffness` (κ, N/m; zero is no wall) that is felt from `reach` (d̂, m; positive) on, by `nodes`.
+    /// A wall of stiffness `stiffness` (κ, N/m; zero is no wall) that acts on `nodes` nearer than `reach` (d̂, m; positive).
     pub fn new(outline: Vec<Vector2<f64>>, nodes: &[usize], stiffness: f64, reach: f64) -> Self {
         let unbound = Pattern::new(0, &[], []).bin();
         Self { outline, nodes: nodes.iter().map(|&n| (n, unbound)).collect(), stiffness, reach }
@@ -79,8 +79,8 @@ impl Contact {
 
     /// Sums over the runs of the outline near `p`: plus every segment that `p` stands beside, and at every corner as many times
     /// as segments end there for `p`, less one between two segments.
-    fn feel(&self, p: Vector2<f64>) -> Felt {
-        let mut felt = Felt::default();
+    fn repulsion(&self, p: Vector2<f64>) -> Repulsion {
+        let mut sum = Repulsion::default();
         let mut ended_before = 1;
         let mut previous: Option<Vector2<f64>> = None;
         for segment in self.segments() {
@@ -89,21 +89,21 @@ impl Contact {
             let at_start = i32::from(place == Place::Start);
             // The first end of the outline belongs to one segment only.
             let weight = if previous.is_some() { ended_before + at_start - 1 } else { at_start };
-            self.add_barrier(&mut felt, p - a, weight, false);
+            self.add_barrier(&mut sum, p - a, weight, false);
             if place == Place::Beside {
-                self.add_barrier(&mut felt, way, 1, true);
+                self.add_barrier(&mut sum, way, 1, true);
             }
             ended_before = i32::from(place == Place::End);
             previous = Some(b);
         }
         if let Some(end) = previous {
-            self.add_barrier(&mut felt, p - end, ended_before, false);
+            self.add_barrier(&mut sum, p - end, ended_before, false);
         }
-        felt
+        sum
     }
 
     /// Adds `weight` times the barrier at the displacement `way` from the wall; `straight` where the wall is a line, else a point.
-    fn add_barrier(&self, felt: &mut Felt, way: Vector2<f64>, weight: i32, straight: bool) {
+    fn add_barrier(&self, sum: &mut Repulsion, way: Vector2<f64>, weight: i32, straight: bool) {
         let squared = way.norm_squared();
         if weight == 0 || squared >= self.reach * self.reach {
             return;
@@ -114,16 +114,16 @@ impl Contact {
         let (gap, log) = (d - self.reach, (d / self.reach).ln());
         let slope = -weight * gap * (2.0 * log + gap / d);
         let bend = weight * (-2.0 * log - 4.0 * gap / d + (gap / d).powi(2));
-        felt.energy -= weight * gap * gap * log;
-        felt.gradient += n * slope;
+        sum.energy -= weight * gap * gap * log;
+        sum.gradient += n * slope;
         let line = n * n.transpose();
-        felt.exact += line * bend;
-        felt.convex += line * bend.max(0.0);
+        sum.exact += line * bend;
+        sum.convex += line * bend.max(0.0);
         if !straight {
             let across = (nalgebra::Matrix2::identity() - line) * (slope / d);
-            felt.exact += across;
+            sum.exact += across;
             if weight < 0.0 {
-                felt.convex += across;
+                sum.convex += across;
             }
         }
     }
@@ -186,22 +186,22 @@ impl<const D: usize> Effect<D> for Contact {
         if self.stiffness == 0.0 {
             return 0.0;
         }
-        self.nodes.iter().map(|(n, _)| self.feel(flat(&at.positions[*n])).energy).sum()
+        self.nodes.iter().map(|(n, _)| self.repulsion(flat(&at.positions[*n])).energy).sum()
     }
 
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for (n, _) in &self.nodes {
-            let felt = self.feel(flat(&at.positions[*n]));
-            force[*n][0] -= felt.gradient.x;
-            force[*n][1] -= felt.gradient.y;
+            let push = self.repulsion(flat(&at.positions[*n]));
+            force[*n][0] -= push.gradient.x;
+            force[*n][1] -= push.gradient.y;
         }
     }
 
     /// [`Tangent::Convex`] keeps what pushes along the way to the wall and leaves out what a corner takes off.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for (n, slot) in &self.nodes {
-            let felt = self.feel(flat(&at.positions[*n]));
-            let plane = if tangent == Tangent::Exact { felt.exact } else { felt.convex };
+            let push = self.repulsion(flat(&at.positions[*n]));
+            let plane = if tangent == Tangent::Exact { push.exact } else { push.convex };
             let mut block = SMatrix::<f64, D, D>::zeros();
             for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 block[(r, c)] = plane[(r, c)];
@@ -237,12 +237,12 @@ mod tests {
     }
 
     #[test]
-    fn beside_a_straight_run_one_wall_is_felt_however_many_segments_it_has() {
+    fn beside_a_straight_run_one_wall_acts_however_many_segments_it_has() {
         let d: f64 = 0.3;
         let exact = -(d - 0.6) * (d - 0.6) * (d / 0.6).ln();
         for x in [-1.2, -1.0, -0.9, -0.75] {
-            let felt = corner(1.0).feel(Vector2::new(x, 0.7));
-            assert!((felt.energy - exact).abs() < 1e-15, "{x}: {}", felt.energy);
+            let push = corner(1.0).repulsion(Vector2::new(x, 0.7));
+            assert!((push.energy - exact).abs() < 1e-15, "{x}: {}", push.energy);
         }
     }
 
@@ -252,16 +252,16 @@ mod tests {
         let h = 1e-6;
         for i in 0..400 {
             let p = Vector2::new(-2.5 + 0.0125 * f64::from(i), 0.8);
-            let felt = wall.feel(p);
-            assert!(felt.energy >= 0.0, "{p}");
+            let push = wall.repulsion(p);
+            assert!(push.energy >= 0.0, "{p}");
             for (d, e) in [Vector2::x(), Vector2::y()].into_iter().enumerate() {
-                let (up, down) = (wall.feel(p + e * h), wall.feel(p - e * h));
+                let (up, down) = (wall.repulsion(p + e * h), wall.repulsion(p - e * h));
                 let slope = (up.energy - down.energy) / (2.0 * h);
                 // At a corner the second derivative jumps, so the difference is of first order in its step.
-                assert!((slope - felt.gradient[d]).abs() < 1e-5, "{p}: {slope} {}", felt.gradient[d]);
+                assert!((slope - push.gradient[d]).abs() < 1e-5, "{p}: {slope} {}", push.gradient[d]);
             }
         }
-        assert!(wall.feel(Vector2::new(0.2, 1.199)).energy > 1.0);
+        assert!(wall.repulsion(Vector2::new(0.2, 1.199)).energy > 1.0);
     }
 
     #[test]

@@ -18,7 +18,7 @@ struct Load<const D: usize> {
 }
 
 /// `W = - sum m_i g·(x_i - X_i)`, `X` the rest position. Measured from rest, because from a far origin the energy would be large
-/// and its differences, on which the line search lives, would drown in rounding.
+/// and its differences, which the line search needs, would be lost in rounding.
 #[derive(Debug, Clone)]
 pub struct Gravity<const D: usize> {
     loads: Vec<Load<D>>,

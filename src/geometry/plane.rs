@@ -61,3 +61,10 @@ pub(crate) fn crosses_itself(polygon: &[Point]) -> bool {
         })
     })
 }
+
+/// The centre of the circle through three points; not finite when they are in line.
+pub(crate) fn circumcentre([a, b, c]: [Point; 3]) -> Point {
+    let (u, v) = (b - a, c - a);
+    let (uu, vv) = (u.norm_squared(), v.norm_squared());
+    a + Point::new(v.y * uu - u.y * vv, u.x * vv - v.x * uu) / (2.0 * u.perp(&v))
+}

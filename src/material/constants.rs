@@ -41,7 +41,7 @@ pub enum MaterialError {
     Degenerate(f64),
 }
 
-/// Constants above this, SI, are a slip: with them lengths and forces would leave what numbers can hold.
+/// Constants above this, SI, are errors: with them lengths and forces would overflow.
 const LARGEST: f64 = 1e12;
 
 impl Constants {

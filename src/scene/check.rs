@@ -56,8 +56,7 @@ impl Scene {
                 finite("effects.contact.outline_mm", x)?;
             }
             if c.reach_mm < LEAST_REACH_MM {
-                let must =
-                    "at least 0.001: what is felt only nearer than that is stiffer than numbers can tell";
+                let must = "at least 0.001: a wall that acts only nearer than that is too stiff for double precision";
                 return Err(SceneError::Value { key: "effects.contact.reach_mm", value: c.reach_mm, must });
             }
             let points = c.outline_mm.as_deref().unwrap_or(&[[0.0, 0.0], [1.0, 0.0]]);

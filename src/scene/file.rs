@@ -199,7 +199,7 @@ pub struct Contact {
     pub outline_mm: Option<Vec<[f64; 2]>>,
     /// How hard the wall pushes, N/m (2D: per metre of thickness); the spring constant of the tissue where nothing is said.
     pub stiffness_n_per_m: Option<f64>,
-    /// Distance from which on it is felt, mm.
+    /// Distance from which on it acts, mm.
     #[serde(default = "default_reach")]
     pub reach_mm: f64,
 }

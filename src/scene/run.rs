@@ -42,11 +42,11 @@ pub struct ContactForce {
     pub on_wall_n: Vec<f64>,
     /// Largest force of a node on the wall, N.
     pub largest_n: f64,
-    /// Nodes that feel the wall.
+    /// Nodes on which the wall acts.
     pub touching: usize,
     /// Smallest distance of a node from the wall, mm.
     pub closest_mm: f64,
-    /// Whether a corner of the wall has come between two nodes: nodes feel the wall, the lines between them do not.
+    /// Whether a corner of the wall has come between two nodes: it acts on nodes, not on the lines between them.
     pub edge_through_wall: bool,
 }
 

@@ -52,7 +52,7 @@ impl<const D: usize> Factor<D> {
     ///
     /// # Errors
     /// [`NotPositiveDefinite`] where a pivot is below 1e-13 of the largest diagonal entry (or is not a number); the factor is
-    /// then of no use.
+    /// then not to be used.
     pub fn factorise(
         &mut self,
         pattern: &Pattern,

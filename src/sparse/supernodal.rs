@@ -89,7 +89,7 @@ impl Supernodal {
         })
     }
 
-    /// Factorises; whether every pivot is above `floor`. If not, the factor is of no use.
+    /// Factorises; whether every pivot is above `floor`. If not, the factor cannot be used.
     pub fn factorise<const D: usize>(
         &mut self,
         pattern: &Pattern,

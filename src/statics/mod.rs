@@ -7,7 +7,7 @@
 //!
 //! | | by [`solve`] | with [`Settings::certify`] | by [`trace()`] |
 //! |---|---|---|---|
-//! | forces cancel to the tolerance, or to a rounding that is of no account beside the load | always | always | always |
+//! | forces cancel to the tolerance, or to a rounding that is negligible beside the load | always | always | always |
 //! | no cell is turned over (kept so by every step; of springs alone: reported) | always | always | always |
 //! | all eigenvalues of the stiffness are positive | at the last factorisation, a step or two before the solution; at the solution where that one was not exact | at the solution | at every step |
 //! | the equilibrium is connected to rest by a branch of stable ones | not; [`Solution::connection`] says what is known | not | by following the branch there and back |

@@ -81,7 +81,7 @@ impl<const D: usize> State<'_, D> {
         self.done
     }
 
-    /// Whether a residual that is above the tolerance, but no larger than what rounding makes, is of no account: a hair of the
+    /// Whether a residual that is above the tolerance, but no larger than what rounding makes, can be neglected: a millionth of the
     /// load, or too little to move the body. In a very uneven body rounding makes forces as large as the load, and then it says
     /// nothing that the residual is no larger.
     fn is_settled(&self) -> bool {
@@ -145,8 +145,8 @@ impl<const D: usize> State<'_, D> {
     }
 
     /// Takes the whole step, and from where it leads up to [`MOST_CORRECTIONS`] more with the same factor, until the energy has
-    /// fallen. In a body that hardly gives way in some directions the way down is curved, and straight steps are good for a hair
-    /// of it only (Maratos 1978; Nocedal and Wright 2006, 15.5). False, and everything as before, when the energy does not fall.
+    /// fallen. In a body that hardly gives way in some directions the way down is curved, and straight steps lower the energy over a
+    /// very short part of it only (Maratos 1978; Nocedal and Wright 2006, 15.5). False, and everything as before, when the energy does not fall.
     fn take_corrected_step(&mut self, slope: f64) -> bool {
         let (old, residual) = (self.done.energy, self.done.max_residual_force);
         let limit = self.step_limit();

@@ -29,7 +29,7 @@ impl Default for Settings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The residual force is below the tolerance, or as small as rounding lets it be and of no account beside the load, and the
+    /// The residual force is below the tolerance, or as small as rounding lets it be and negligible beside the load, and the
     /// equilibrium is not known to be unstable.
     Converged,
     /// An equilibrium was found, but an unstable one, and no way downhill from it led to a stable one.
@@ -64,7 +64,7 @@ pub enum Stability {
 }
 
 /// What is known of the way from rest to the solution. Two equilibria at the same load can lie on different branches: one
-/// that the body reaches when the load grows from nothing, and others that it must be thrown into.
+/// that the body reaches when the load grows from nothing, and others that it does not reach so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Connection {

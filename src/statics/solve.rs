@@ -27,16 +27,15 @@ const MOST_PARTS: usize = 1000;
 ///
 /// # Example
 /// ```
+/// use tongue_fit::body::Body;
 /// use tongue_fit::statics::{self, Settings, Status, Workspace};
-/// use tongue_fit::body::{self, Anatomy};
-/// use tongue_fit::muscle::Muscle;
 /// use tongue_fit::system::{Model, System};
 ///
-/// let mesh = body::build(&Anatomy::reference()?, body::DEFAULT_SPACING_M)?;
-/// let gga = Muscle::GGa.index();
-/// let system = System::new(&mesh, &Model::default(), &[gga])?;
+/// let body = Body::tongue(5.5e-3)?;
+/// let gga = body.muscle("GGa")?;
+/// let system = System::new(&body.mesh, &Model::default(), &[gga])?;
 /// let mut workspace = Workspace::new(&system); // at rest
-/// let mut tensions = [0.0; 8];
+/// let mut tensions = vec![0.0; body.mesh.muscles.len()];
 /// tensions[gga] = 12.0; // N per metre of thickness
 /// let solution = statics::solve(&system, &mut workspace, &tensions, &Settings::default());
 /// assert_eq!(solution.status, Status::Converged);

@@ -17,9 +17,9 @@ pub enum SystemError {
         /// How many there are.
         count: usize,
     },
-    /// A part of the body hangs on no bone and could drift away.
+    /// A part of the body is joined to no bone and could move freely.
     #[error(
-        "node {node} (and all that is joined to it) hangs on no bone, so it could move freely: fix at least one of its nodes"
+        "node {node} (and all that is joined to it) is joined to no bone, so it could move freely: fix at least one of its nodes"
     )]
     Loose {
         /// A node of the loose part.

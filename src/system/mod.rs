@@ -1,6 +1,6 @@
 //! The body made ready to be solved: effects, unknowns and the sparsity pattern, made once and then only read.
 //!
-//! A system is immutable and may be shared between threads; whatever a solve scribbles on lives in a
+//! A system is immutable and may be shared between threads; whatever a solve writes to is in a
 //! [`crate::statics::Workspace`], one a thread.
 
 mod additions;

@@ -194,5 +194,5 @@ fn a_body_without_bone_is_refused() {
     let mut mesh = tongue();
     mesh.fixed.clear();
     let error = System::new(&mesh, &Model::default(), &[0]).unwrap_err().to_string();
-    assert!(error.contains("hangs on no bone"), "{error}");
+    assert!(error.contains("is joined to no bone"), "{error}");
 }

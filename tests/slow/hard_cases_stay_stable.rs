@@ -93,7 +93,7 @@ fn case_5_broken_meshes_are_refused_with_what_is_wrong_and_slivers_are_solved() 
     let flat = rows.iter().find(|r| r.variant == "slivers: height x 1e-6").unwrap();
     assert!(!flat.converged && flat.note.contains("rounding alone makes"), "{flat:?}");
     let boneless = rows.iter().find(|r| r.variant == "no bone").unwrap();
-    assert!(boneless.note.contains("hangs on no bone"), "{}", boneless.note);
+    assert!(boneless.note.contains("is joined to no bone"), "{}", boneless.note);
 }
 
 #[test]

@@ -275,7 +275,7 @@ fn muscle_line(
     }
     let on_outline = ends.map(|end| outline.nearest(end).1 < ON_OUTLINE_M);
     let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(outline.polygon(), ends[i]));
-    // An end on the outline may lie a hair on either side of it: a crossing there is that end, not another one.
+    // An end on the outline may lie slightly on either side of it: a crossing there is that end, not another one.
     let margin = |end: usize| if on_outline[end] { 2.0 * ON_OUTLINE_M / length } else { 0.0 };
     let mut meets = outline.crossings(ends);
     meets.retain(|t| (margin(0)..=1.0 - margin(1)).contains(t));

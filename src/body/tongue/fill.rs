@@ -1,6 +1,6 @@
 //! Nodes between the lines: a hexagonal lattice, then one at a time into the largest hole.
 
-use super::build::MeshError;
+use super::error::MeshError;
 use super::frame::{Draft, Frame, Freedom};
 use super::triangulate::triangulate;
 use crate::geometry::plane::{self, Point};
@@ -76,15 +76,8 @@ fn holes(nodes: &[Draft], segments: &[[usize; 2]]) -> Result<Vec<(Point, f64)>, 
     let triangles = triangulate(&points, segments)?;
     let circles = triangles.iter().map(|t| {
         let corners = t.map(|i| points[i]);
-        let centre = circumcentre(corners);
+        let centre = plane::circumcentre(corners);
         (centre, (centre - corners[0]).norm())
     });
     Ok(circles.filter(|(centre, _)| centre.iter().all(|c| c.is_finite())).collect())
-}
-
-/// The centre of the circle through three points; not finite when they are in line.
-pub(crate) fn circumcentre([a, b, c]: [Point; 3]) -> Point {
-    let (u, v) = (b - a, c - a);
-    let (uu, vv) = (u.norm_squared(), v.norm_squared());
-    a + Point::new(v.y * uu - u.y * vv, u.x * vv - v.x * uu) / (2.0 * u.perp(&v))
 }

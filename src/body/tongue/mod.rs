@@ -3,6 +3,7 @@
 mod anatomy;
 mod anchors;
 mod build;
+mod error;
 mod fill;
 mod frame;
 mod smooth;
@@ -14,7 +15,8 @@ use super::{BodyError, Bone, Mesh};
 use crate::geometry::Point;
 
 pub use anatomy::{Anatomy, AnatomyBone, AnatomyError, AnatomyProblem, MuscleLine, OutsidePart, REFERENCE};
-pub use build::{DEFAULT_SPACING_M, MeshError, build};
+pub use build::{DEFAULT_SPACING_M, build};
+pub use error::MeshError;
 
 /// A bone's point and a node nearer to each other than this are one, m.
 const SAME_POINT_M: f64 = 1e-5;

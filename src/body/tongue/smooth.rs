@@ -4,8 +4,7 @@
 //! of linear interpolation (optimal Delaunay triangulation; Chen and Xu 2004, Chen 2004). Then the worst corners that
 //! are left are improved one node at a time.
 
-use super::build::MeshError;
-use super::fill::circumcentre;
+use super::error::MeshError;
 use super::frame::{Draft, Freedom};
 use super::triangulate::triangulate;
 use crate::geometry::plane::{self, Point};
@@ -66,7 +65,7 @@ fn even(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 2]
     let (mut sum, mut area) = (Point::zeros(), 0.0);
     for [b, c] in patch {
         let weight = plane::doubled_area(here, points[*b], points[*c]);
-        sum += circumcentre([here, points[*b], points[*c]]) * weight;
+        sum += plane::circumcentre([here, points[*b], points[*c]]) * weight;
         area += weight;
     }
     let step = sum / area - here;

@@ -3,7 +3,7 @@
 use spade::handles::FixedVertexHandle as Handle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-use super::build::MeshError;
+use super::error::MeshError;
 use crate::geometry::plane::Point;
 
 /// The triangles inside a closed outline, counter-clockwise; every node is used and every segment is an edge.
@@ -27,7 +27,7 @@ pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Ve
         return Err(MeshError::LinesCollide { x_mm: middle.x, y_mm: middle.y });
     }
 
-    // Flood from outside over edges that are not segments: what stays dry is inside the outline.
+    // What can be reached from outside over edges that are not segments is outside the outline.
     let mut outside = vec![false; cdt.num_all_faces()];
     let mut front: Vec<_> = cdt
         .convex_hull()
