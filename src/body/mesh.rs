@@ -106,6 +106,26 @@ impl<const D: usize> Mesh<D> {
         topology::surface(self.cells.iter())
     }
 
+    /// For every cell the direction of the muscle that runs along one of its edges, at the given positions (m, one a node); of several
+    /// that of the first muscle, and of its steps there the mean. `None` where no muscle runs.
+    pub fn fibres(&self, positions: &[SVector<f64, D>]) -> Vec<Option<SVector<f64, D>>> {
+        let mut along: BTreeMap<[usize; 2], (usize, SVector<f64, D>)> = BTreeMap::new();
+        for (number, muscle) in self.muscles.iter().enumerate() {
+            for step in muscle.nodes.windows(2) {
+                let direction = positions[step[1]] - positions[step[0]];
+                along.entry(pair(step[0], step[1])).or_insert((number, direction));
+            }
+        }
+        let fibre = |cell: &[usize]| {
+            let edges = topology::edges(std::iter::once(cell)).into_keys();
+            let found: Vec<_> = edges.filter_map(|edge| along.get(&edge)).collect();
+            let first = found.iter().map(|(number, _)| number).min()?;
+            let sum: SVector<f64, D> = found.iter().filter(|(n, _)| n == first).map(|(_, d)| d).sum();
+            sum.try_normalize(0.0)
+        };
+        self.cells.iter().map(fibre).collect()
+    }
+
     /// The distance at rest between two nodes, m.
     pub fn distance(&self, [a, b]: [usize; 2]) -> f64 {
         (self.nodes[b] - self.nodes[a]).norm()

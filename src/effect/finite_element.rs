@@ -4,8 +4,8 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::body::Cells;
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
-use crate::material::NeoHookean;
 use crate::material::law::{Deformed, contract};
+use crate::material::{NeoHookean, Stress};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::{Configuration, Effect, Tangent};
@@ -136,6 +136,10 @@ impl<const D: usize> Effect<D> for FiniteElements<D> {
                 }
             }
         }
+    }
+
+    fn stresses(&self, at: Configuration<'_, D>) -> Vec<Stress<D>> {
+        self.elements.iter().map(|e| e.strained(self.law, at.positions).law.state()).collect()
     }
 
     fn keeps_cells_upright(&self) -> bool {

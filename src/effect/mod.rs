@@ -26,6 +26,7 @@ use std::fmt::Debug;
 
 use nalgebra::SVector;
 
+use crate::material::Stress;
 use crate::sparse::{BlockMatrix, Pattern};
 
 pub use contact::Contact;
@@ -123,6 +124,11 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Adds `weight` times minus the derivative of the viscous force with respect to the velocities, N s/m: symmetric and
     /// positive semidefinite.
     fn add_damping(&self, _at: Configuration<'_, D>, _weight: f64, _damping: &mut BlockMatrix<D>) {}
+
+    /// Strain and stress of every cell that the effect makes a continuum of, in the order of the cells.
+    fn stresses(&self, _at: Configuration<'_, D>) -> Vec<Stress<D>> {
+        Vec::new()
+    }
 
     /// What the effect has of internal states, whose history a trajectory must follow.
     fn internal(&self) -> Option<&dyn Internal<D>> {

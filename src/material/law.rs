@@ -35,6 +35,24 @@ pub struct Deformed<const D: usize> {
     log: f64,
 }
 
+/// Strain and stress at a point of a continuum; in a linear simplex they are the same everywhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stress<const D: usize> {
+    /// Green's strain `(FᵀF - I)/2`, dimensionless, in directions at rest.
+    pub strain: SMatrix<f64, D, D>,
+    /// Cauchy's stress, Pa: force on the deformed area, in directions of the deformed shape.
+    pub cauchy_pa: SMatrix<f64, D, D>,
+    /// Von Mises's equivalent stress, Pa; in the plane with the stress that plane strain needs across it.
+    pub von_mises_pa: f64,
+}
+
+impl<const D: usize> Stress<D> {
+    /// Cauchy's stress along a unit direction of the deformed shape, Pa: positive where the body is pulled apart along it.
+    pub fn along(&self, direction: &SVector<f64, D>) -> f64 {
+        direction.dot(&(self.cauchy_pa * direction))
+    }
+}
+
 impl From<&Constants> for NeoHookean {
     fn from(constants: &Constants) -> Self {
         let (lambda, mu) = constants.lame();
@@ -108,26 +126,19 @@ impl<const D: usize> Deformed<D> {
         eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
     }
 
-    /// Green's strain `(FᵀF - I)/2`.
-    pub fn strain(&self) -> SMatrix<f64, D, D> {
-        (self.gradient.transpose() * self.gradient - SMatrix::identity()) * 0.5
-    }
-
-    /// Cauchy's stress `(μ F Fᵀ + (λ ln J - μ) I)/J`, Pa: force on the deformed area.
-    pub fn cauchy_stress(&self) -> SMatrix<f64, D, D> {
-        let NeoHookean { lambda, mu } = self.law;
-        let spread = self.gradient * self.gradient.transpose() * mu;
-        (spread + SMatrix::identity() * (lambda * self.log - mu)) / self.ratio
-    }
-
-    /// Von Mises's equivalent stress, Pa; in the plane with the stress `λ ln J / J` that plane strain needs across it.
-    pub fn von_mises(&self) -> f64 {
-        let stress = self.cauchy_stress();
-        let across = if D == 2 { self.law.lambda * self.log / self.ratio } else { 0.0 };
-        let mean = (stress.trace() + across) / 3.0;
-        let deviator = (stress - SMatrix::identity() * mean).norm_squared();
-        let across = if D == 2 { (across - mean).powi(2) } else { 0.0 };
-        (1.5 * (deviator + across)).sqrt()
+    /// Strain and stress: `σ = (μ F Fᵀ + (λ ln J - μ) I)/J`, and across a plane `λ ln J / J`.
+    pub fn state(&self) -> Stress<D> {
+        let (NeoHookean { lambda, mu }, unit) = (self.law, SMatrix::<f64, D, D>::identity());
+        let pulled = self.gradient * self.gradient.transpose() * mu;
+        let cauchy_pa = (pulled + unit * (lambda * self.log - mu)) / self.ratio;
+        let across = lambda * self.log / self.ratio;
+        let mean = (cauchy_pa.trace() + if D == 2 { across } else { 0.0 }) / 3.0;
+        let beyond = if D == 2 { (across - mean).powi(2) } else { 0.0 };
+        Stress {
+            strain: (self.gradient.transpose() * self.gradient - unit) * 0.5,
+            cauchy_pa,
+            von_mises_pa: (1.5 * ((cauchy_pa - unit * mean).norm_squared() + beyond)).sqrt(),
+        }
     }
 }
 
@@ -178,7 +189,7 @@ mod tests {
             let slope = (energy(up) - energy(down)) / 2e-6;
             assert!((slope - piola[(i, j)]).abs() < 1e-5 * piola.norm(), "{slope} {piola}");
         }
-        assert!((law.cauchy_stress() - piola * f.transpose() / ratio).norm() < 1e-9 * piola.norm());
+        assert!((law.state().cauchy_pa - piola * f.transpose() / ratio).norm() < 1e-9 * piola.norm());
     }
 
     #[test]
@@ -192,10 +203,10 @@ mod tests {
         let small = 1e-6;
         let f = Matrix3::new(1.0, small, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
         let expected = 3f64.sqrt() * LAW.mu * small;
-        assert!((LAW.at(f, 1.0).von_mises() / expected - 1.0).abs() < 1e-5);
+        assert!((LAW.at(f, 1.0).state().von_mises_pa / expected - 1.0).abs() < 1e-5);
         let flat = Matrix2::new(1.0, small, 0.0, 1.0);
-        assert!((LAW.at(flat, 1.0).von_mises() / expected - 1.0).abs() < 1e-5);
+        assert!((LAW.at(flat, 1.0).state().von_mises_pa / expected - 1.0).abs() < 1e-5);
         let pressed = Matrix3::identity() * 0.9;
-        assert!(LAW.at(pressed, 0.9f64.powi(3)).von_mises() < 1e-9 * LAW.lambda);
+        assert!(LAW.at(pressed, 0.9f64.powi(3)).state().von_mises_pa < 1e-9 * LAW.lambda);
     }
 }

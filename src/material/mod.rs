@@ -5,5 +5,5 @@ pub mod law;
 mod matching;
 
 pub use constants::{Constants, MaterialError};
-pub use law::NeoHookean;
+pub use law::{NeoHookean, Stress};
 pub use matching::{Coefficients, Matched, Preset, Spread, match_stiffness, regular_simplex};

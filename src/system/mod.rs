@@ -17,7 +17,7 @@ use nalgebra::SVector;
 use crate::body::Mesh;
 use crate::effect::{Configuration, Effect, FiniteElements, Incompressibility};
 use crate::geometry::simplex;
-use crate::material::Coefficients;
+use crate::material::{Coefficients, Stress};
 use crate::sparse::Pattern;
 
 pub use additions::Additions;
@@ -253,6 +253,13 @@ impl<const D: usize> System<D> {
     /// Area, m², or volume, m³, of all cells together.
     pub fn measure(&self, positions: &[SVector<f64, D>]) -> f64 {
         self.cells.iter().map(|(cell, _)| simplex::measure(&simplex::corners(positions, cell))).sum()
+    }
+
+    /// Strain and stress of every cell at the given positions, m; empty unless the cells are finite elements. What the lines of the
+    /// muscles carry is not in it.
+    pub fn stresses(&self, positions: &[SVector<f64, D>]) -> Vec<Stress<D>> {
+        let at = Configuration { positions, tensions: &[] };
+        self.effects.iter().flat_map(|e| e.stresses(at)).collect()
     }
 
     /// Number of elements in which the barrier against inversion acts ([`crate::effect::barrier`]).

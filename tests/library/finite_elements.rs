@@ -4,7 +4,8 @@ use crate::fixtures;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
 use tongue_fit::body::{Cells, Mesh};
 use tongue_fit::effect::{Configuration, Effect, FiniteElements, Tangent};
-use tongue_fit::material::Constants;
+use tongue_fit::geometry::simplex;
+use tongue_fit::material::{Constants, Spread};
 use tongue_fit::sparse::{BlockMatrix, Pattern};
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
@@ -12,7 +13,7 @@ use tongue_fit::system::{Model, System, TissueModel};
 const FE: Model = Model {
     constants: Constants::TONGUE,
     preset: tongue_fit::material::Preset::Consistent,
-    spread: tongue_fit::material::Spread::PerConnection,
+    spread: Spread::PerConnection,
     outside: tongue_fit::system::OutsidePath::Straight,
     tissue: TissueModel::FiniteElement,
 };
@@ -119,4 +120,53 @@ fn a_muscle_in_finite_elements_pulls_with_its_tension_alone() {
     assert_eq!(slack, 0.0);
     let pulled = muscle.energy(Configuration { positions: &stretched, tensions: &[2.0] });
     assert!((pulled - 2.0 * 0.1 * 4.0 * 5.5e-3).abs() < 1e-15);
+}
+
+/// The stresses of any shape balance the forces on its nodes (Clausius's virial): `sum f xᵀ = - sum V σ`.
+fn stresses_balance_forces<const D: usize>(mesh: &Mesh<D>, side: f64) {
+    let system = System::new(mesh, &FE, &[]).unwrap();
+    let x = fixtures::shaken(mesh, 0.1 * side);
+    let continuum = system.effects().iter().find(|e| e.name() == "finite elements").unwrap();
+    let mut force = vec![SVector::<f64, D>::zeros(); x.len()];
+    continuum.add_force(Configuration { positions: &x, tensions: &[] }, &mut force);
+    let of_forces: SMatrix<f64, D, D> = force.iter().zip(&x).map(|(f, x)| f * x.transpose()).sum();
+    let stresses = system.stresses(&x);
+    assert_eq!(stresses.len(), mesh.cells.len());
+    let of_stresses: SMatrix<f64, D, D> = mesh
+        .cells
+        .iter()
+        .zip(&stresses)
+        .map(|(cell, s)| s.cauchy_pa * simplex::measure(&simplex::corners(&x, cell)))
+        .sum();
+    assert!((of_forces + of_stresses).norm() < 1e-12 * of_stresses.norm(), "{of_forces} {of_stresses}");
+}
+
+#[test]
+fn stresses_balance_the_forces_on_the_nodes() {
+    stresses_balance_forces(&fixtures::lattice(4, 4, 5.5e-3), 5.5e-3);
+    stresses_balance_forces(&fixtures::block(2, 5.5e-3), 5.5e-3);
+}
+
+/// A patch under uniaxial strain has one strain and one stress, that of the law, in all of its cells.
+#[test]
+fn a_patch_under_homogeneous_strain_has_one_stress() {
+    let mesh = fixtures::block(2, 5.5e-3);
+    let system = System::new(&mesh, &FE, &[0]).unwrap();
+    let stretch = 1.05;
+    let moved: Vec<_> = mesh.nodes.iter().map(|p| SVector::from([stretch * p.x, p.y, p.z])).collect();
+    let (lambda, mu) = Constants::TONGUE.lame();
+    let [along, across] =
+        [stretch * stretch, 1.0].map(|square| (mu * (square - 1.0) + lambda * stretch.ln()) / stretch);
+    for stress in system.stresses(&moved) {
+        assert!((stress.along(&SVector::x()) / along - 1.0).abs() < 1e-9);
+        assert!((stress.along(&SVector::z()) / across - 1.0).abs() < 1e-9);
+        assert!((stress.von_mises_pa / (along - across) - 1.0).abs() < 1e-9);
+        assert!((stress.strain[(0, 0)] - 0.5 * (stretch * stretch - 1.0)).abs() < 1e-12);
+    }
+    let fibres = mesh.fibres(&moved);
+    let with = fibres.iter().flatten().count();
+    assert!(with > 0 && fibres.iter().flatten().all(|n| (n - SVector::x()).norm() < 1e-12));
+    assert!(with < mesh.cells.len() && system.stresses(&moved).len() == fibres.len());
+    let springs = System::new(&mesh, &Model { spread: Spread::Assembled, ..Model::default() }, &[0]).unwrap();
+    assert!(springs.stresses(&moved).is_empty());
 }
