@@ -6,12 +6,16 @@ use std::time::Instant;
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::{Mesh, Point};
-use tongue_fit::inverse::{self, Fit, Method, Settings, Status};
+use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
+use tongue_fit::inverse::{self, Among, Fit, Method, Settings};
+use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::report::{self, Export, FitRecord, OutputDir, Section, Series, Svg};
+use tongue_fit::system::Model;
 
+use super::fit_table::Shown;
 use super::published::{self, Published};
-use super::{Global, Outcome, body, output, table};
+use super::{Global, Outcome, body, output};
 
 /// The folder for outputs where none is named.
 const DEFAULT_OUT: &str = "results";
@@ -53,8 +57,47 @@ pub struct Arguments {
     /// Upper bound of every tension, N per metre of thickness
     #[arg(long, value_name = "N", default_value_t = Settings::default().upper_bound, allow_hyphen_values = true)]
     upper_bound: f64,
+    /// Of tensions that meet the target equally well: those nearest to the other measured muscles, or those of the smallest sum
+    #[arg(long, value_enum, default_value = "others")]
+    among: AmongName,
+    /// Thickness over which tensions act, mm: shows them in newtons too, and compares these with published forces [default for the
+    /// comparison: 40]
+    #[arg(long, value_name = "MM")]
+    thickness: Option<f64>,
+    /// Half width of the rounding of every length, mm [default: as the table says or its digits show, 0.5 for whole millimetres]
+    #[arg(long, value_name = "MM")]
+    error_mm: Option<f64>,
     #[command(flatten)]
     body: body::Arguments,
+}
+
+/// Names of [`Among`] on the command line.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum AmongName {
+    Others,
+    LeastTotal,
+}
+
+impl From<AmongName> for Among {
+    fn from(name: AmongName) -> Self {
+        match name {
+            AmongName::Others => Self::Others,
+            AmongName::LeastTotal => Self::LeastTotal,
+        }
+    }
+}
+
+/// The thickness asked for, m.
+///
+/// # Errors
+/// When it is not positive and finite.
+pub fn thickness_m(mm: Option<f64>) -> miette::Result<Option<f64>> {
+    match mm {
+        Some(mm) if !(mm.is_finite() && mm > 0.0) => {
+            Err(miette!("--thickness is {mm} mm; it must be positive and finite"))
+        }
+        mm => Ok(mm.map(|mm| 1e-3 * mm)),
+    }
 }
 
 /// Names of [`Method`] on the command line.
@@ -86,16 +129,19 @@ impl Arguments {
         self.vowel.is_some()
     }
 
-    fn target(&self) -> miette::Result<Target> {
+    fn target(&self, kind: TargetKind) -> miette::Result<Target> {
         let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse().into_diagnostic()?;
-        let kind: TargetKind = self.target.parse().into_diagnostic()?;
         let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
         let data = match &self.lengths {
             Some(path) => Dataset::from_path(path),
             None => Dataset::reference(),
         };
+        let mut data = data.into_diagnostic()?;
+        if let Some(mm) = self.error_mm {
+            data = data.with_half_width_mm(mm).into_diagnostic()?;
+        }
         let options = TargetOptions { muscles: self.muscles.clone(), baseline };
-        Target::new(&data.into_diagnostic()?, &self.subject, &vowel, kind, &options).into_diagnostic()
+        Target::new(&data, &self.subject, &vowel, kind, &options).into_diagnostic()
     }
 }
 
@@ -109,10 +155,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         method: arguments.method.into(),
         starts: arguments.starts,
         upper_bound: arguments.upper_bound,
+        among: arguments.among.into(),
         ..Settings::default()
     };
     settings.check().into_diagnostic()?;
-    let target = arguments.target()?;
+    let thickness_m = thickness_m(arguments.thickness)?;
+    let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
+    let target = arguments.target(kind)?;
     let tongue = arguments.body.body()?;
     let mesh = &tongue.mesh;
     let palate = tongue.palate.as_deref().unwrap_or_default();
@@ -137,21 +186,50 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(_) => None,
     };
 
+    let from_stretches = match kind {
+        TargetKind::Ratio => stretches(arguments, mesh, &model, &settings),
+        TargetKind::Stretch => None,
+    };
+    let known = Muscles::reference().into_diagnostic()?;
+    let thickness = thickness_m.unwrap_or(DEFAULT_THICKNESS_M);
+    let alarms = alarms::alarms(mesh, &fit, &known, None, &settings, thickness);
+
     let by = super::provenance().with_tissue(model.tissue);
-    let record = FitRecord::new(&fit, by.clone(), clock.elapsed().as_secs_f64());
+    let record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
     let (picture, chart) = pictures(mesh, palate, &fit, published.as_ref())?;
-    let files: [(&str, &dyn Export); 4] =
-        [("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
+    let mut files: Vec<(&str, &dyn Export)> =
+        vec![("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
+    let valley = record.valley.as_ref().map(|v| (v.table(), report::valley(v, &record.reference)));
+    if let Some((table, drawing)) = &valley {
+        files.push(("valley.csv", table));
+        files.push(("valley.svg", drawing));
+    }
     let written = out.export(&files, &by).into_diagnostic()?;
     if global.json {
         output::print(&json)?;
     } else {
-        let seconds = clock.elapsed().as_secs_f64();
-        output::summary(&table::fit(&fit, published.as_ref(), &written, seconds), &written)?;
+        let shown = Shown {
+            fit: &fit,
+            among: settings.among,
+            alarms: &alarms,
+            from_stretches: from_stretches.as_ref(),
+            published: published.as_ref(),
+            thickness_m,
+            written: &written,
+            wall_s: clock.elapsed().as_secs_f64(),
+        };
+        output::summary(&shown.text(), &written)?;
     }
-    Ok(if fit.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
+    Ok(if fit.is_trustworthy() { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+/// The same row fitted by stretches, which leave nothing open; `None` where that cannot be.
+fn stretches(arguments: &Arguments, mesh: &Mesh<2>, model: &Model, settings: &Settings) -> Option<Fit> {
+    let target = arguments.target(TargetKind::Stretch).ok()?;
+    let settings = Settings { method: Method::GaussNewton, ..*settings };
+    inverse::fit(mesh, model, &target, &settings).ok()
 }
 
 /// The deformed mesh, and figure 4.9 of the thesis.

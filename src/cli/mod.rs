@@ -4,6 +4,7 @@ mod accuracy;
 mod batch;
 mod body;
 mod fit;
+mod fit_table;
 mod install;
 mod interrupt;
 mod lengths;

@@ -3,17 +3,13 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use comfy_table::{Cell, CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
-use tongue_fit::inverse::{Fit, Status};
-use tongue_fit::measured::TargetKind;
 use tongue_fit::report::batch::Journal;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
-
-use super::published::Published;
 
 pub(super) fn table(header: &[&str]) -> Table {
     let mut t = Table::new();
@@ -132,166 +128,11 @@ pub fn way_gone(time_s: f64, part: Option<f64>) -> String {
     format!("at {time_s} s the body has gone {percent:.digits$} % of the way to its equilibrium\n")
 }
 
-/// One fit.
-pub fn fit(fit: &Fit, published: Option<&Published>, written: &[PathBuf], wall_s: f64) -> String {
-    let target = &fit.target;
-    let mut text = format!(
-        "{} /{}/ against /{}/, {} fitted\n\n",
-        target.subject,
-        target.vowel,
-        target.baseline,
-        match target.kind {
-            TargetKind::Ratio => format!("ratios to {}", target.muscles[target.reference]),
-            TargetKind::Stretch => "stretches".to_owned(),
-        }
-    );
-    text += &tensions(fit, published);
-    text += &lengths(fit, published);
-    text += &verdict(fit, published);
-    let _ = writeln!(text, "{} equilibria in {:.0} ms\n", fit.evaluations, 1e3 * wall_s);
-    text + &files(written)
-}
-
-/// A misfit below this is rounding, whose digits differ between machines.
-const NO_MISFIT: f64 = 1e-9;
-
-/// Three digits with a sign, but none for a zero.
-fn residual(value: f64) -> String {
-    if value.abs() < 5e-4 { "0.000".into() } else { format!("{value:+.3}") }
-}
-
 /// Beyond this a number is written with an exponent, so that no column grows without end.
-const LARGE: f64 = 1e5;
+pub(super) const LARGE: f64 = 1e5;
 
-fn newtons(tension: f64) -> String {
+pub(super) fn newtons(tension: f64) -> String {
     if tension < LARGE { format!("{tension:.2}") } else { format!("{tension:.2e}") }
-}
-
-fn tensions(fit: &Fit, published: Option<&Published>) -> String {
-    let mut header = vec!["tension, N per metre of thickness"];
-    header.extend(fit.target.active_names());
-    let mut t = table(&header);
-    let row = |name: &str, values: &[f64]| {
-        let mut row = vec![Cell::new(name)];
-        row.extend(fit.target.active.iter().map(|&m| Cell::new(newtons(values[m]))));
-        row
-    };
-    t.add_row(row("found", &fit.tensions));
-    if let Some(p) = published {
-        t.add_row(row("published (Kato 2014, 4.4.1)", &p.tensions));
-    }
-    format!("{t}\n\n")
-}
-
-fn lengths(fit: &Fit, published: Option<&Published>) -> String {
-    let target = &fit.target;
-    let quantity = target.kind.name();
-    let mut header = vec!["muscle", "mm", quantity, "measured", "residual", "change", "measured"];
-    if published.is_some() {
-        header.extend(["published", "table 4.8"]);
-    }
-    let mut t = table(&header);
-    for (i, muscle) in target.muscles.iter().enumerate() {
-        let mark = if target.active.contains(&i) { "*" } else { "" };
-        let doubt = if target.activation[i].uncertain { "?" } else { "" };
-        let change = |now: f64, then: f64| format!("{:+.1} %", 100.0 * (now / then - 1.0));
-        let mut row = vec![
-            format!("{muscle}{mark}{doubt}"),
-            format!("{:.1}", 1e3 * fit.lengths[i]),
-            format!("{:.3}", fit.simulated[i]),
-            format!("{:.3}", target.values[i]),
-            residual(fit.residuals[i]),
-            change(fit.lengths[i], fit.rest_lengths[i]),
-            change(target.measured_mm[i], target.baseline_mm[i]),
-        ];
-        if let Some(p) = published {
-            let (here, there) = p.of(target.kind);
-            row.push(format!("{:.3}", here[i]));
-            row.push(format!("{:.2}", there[i]));
-        }
-        t.add_row(row);
-    }
-    let mut text = format!(
-        "{t}\n* contracting: given a tension, and fitted; mm: length of the model, whose size is not the subject's\n"
-    );
-    if published.is_some() {
-        let _ = writeln!(
-            text,
-            "published: {quantity} simulated here with the published tensions; table 4.8: there"
-        );
-    }
-    if target.activation.iter().any(|a| a.uncertain) {
-        text += "? changed by no more than 1 mm, which two roundings to 1 mm can do: may be the other way\n";
-    }
-    text
-}
-
-fn verdict(fit: &Fit, published: Option<&Published>) -> String {
-    let target = &fit.target;
-    let mut text = String::new();
-    let status = match fit.status {
-        Status::Converged => "converged: the fitted muscles meet the target",
-        Status::TargetNotMet => {
-            "NOT MET: the search found no tensions that meet the target; these come nearest"
-        }
-        Status::AtUpperBound => "AT THE UPPER BOUND: a tension ended on it; do not trust the answer",
-        Status::IterationLimit => "NOT CONVERGED: the search stopped at its iteration limit",
-        Status::ReplayDiffers => "NOT REPRODUCED: solving again from rest gives another shape",
-        Status::NoEquilibrium => "NO EQUILIBRIUM was found at the answer; do not use it",
-    };
-    let misfit = if fit.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", fit.misfit) };
-    let _ = writeln!(text, "\n{status} (misfit {misfit})");
-    if let Some(rms) = fit.passive_rms() {
-        let _ = writeln!(text, "passive muscles, which the fit does not see: {rms:.3} RMS residual");
-    }
-    let named = |values: &[f64]| {
-        let pairs = target
-            .active
-            .iter()
-            .map(|&m| &target.muscles[m])
-            .zip(values)
-            .map(|(m, v)| if *v < LARGE { format!("{m} {v:.1}") } else { format!("{m} {v:.1e}") });
-        pairs.collect::<Vec<_>>().join(", ")
-    };
-    match &fit.identifiability {
-        None => text += "uniqueness: not known, for want of a regular equilibrium\n",
-        Some(i) if i.null_directions.is_empty() => {
-            text += "unique: every direction of tension is determined by the target (locally)\n";
-        }
-        Some(i) => {
-            let _ = writeln!(
-                text,
-                "NOT UNIQUE: {} for {} tensions leave {} undetermined.\n\
-                 Found is {}; as good, within {:.0e}, is all",
-                counted(target.fitted.len(), "equation"),
-                target.active.len(),
-                counted(i.null_directions.len(), "direction"),
-                if fit.status == Status::Converged { "the smallest total tension" } else { "one answer" },
-                fit.misfit_tolerance.max(fit.misfit)
-            );
-            for n in &i.null_directions {
-                let direction: Vec<String> = n.direction.iter().map(|d| format!("{d:.2}")).collect();
-                let _ = writeln!(text, "  from  {} N", named(&n.from_n));
-                let _ = writeln!(
-                    text,
-                    "  to    {} N\n  along {} at the answer",
-                    named(&n.to_n),
-                    direction.join(" : ")
-                );
-            }
-        }
-    }
-    if let Some(p) = published {
-        let misfit: f64 =
-            target.fitted.iter().map(|&m| (p.of(target.kind).0[m] - target.values[m]).powi(2)).sum();
-        let _ = writeln!(
-            text,
-            "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over seven ratios",
-            (misfit / target.fitted.len() as f64).sqrt(),
-            p.rms
-        );
-    }
-    text
 }
 
 pub(super) fn counted(n: usize, what: &str) -> String {

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::body::Mesh;
 use crate::measured::muscles::Muscles;
+use crate::statics::Connection;
 
 use super::uncertainty::Intervals;
 use super::{AT_BOUND, Fit, Settings, Status};
@@ -12,12 +13,14 @@ use super::{AT_BOUND, Fit, Settings, Status};
 /// Thickness of the tongue over which a tension per metre acts, m: by it a published force (left and right together) becomes
 /// comparable. About the width of an adult tongue body; the choice is the user's.
 pub const DEFAULT_THICKNESS_M: f64 = 0.04;
+/// A contracting muscle's shortening counts as missed when it is off by more than this, points of a per cent.
+const MISSED_PERCENT: f64 = 5.0;
 /// A chain that turns by so much more than at rest at one of its nodes is folded, radians (60 degrees).
 const FOLD: f64 = std::f64::consts::FRAC_PI_3;
 
 /// A reason for doubt.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "alarm", rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Alarm {
     /// A muscle that should contract ended without tension.
     AtLowerBound {
@@ -39,6 +42,30 @@ pub enum Alarm {
         capacity_n: f64,
         /// Thickness assumed, m.
         thickness_m: f64,
+    },
+    /// The fitted muscles miss the target.
+    TargetNotMet {
+        /// Root mean square residual of the fitted muscles.
+        misfit: f64,
+    },
+    /// A muscle that should contract shortens by much more or less than was measured.
+    ShorteningMissed {
+        /// The muscle.
+        muscle: String,
+        /// By how much it shortens here, per cent of its length at rest.
+        simulated_percent: f64,
+        /// By how much it was measured to, per cent of its length in the baseline.
+        measured_percent: f64,
+    },
+    /// Elements are so far compressed that the law is no longer the published one.
+    BarrierActs {
+        /// How many.
+        elements: usize,
+    },
+    /// The branch of equilibria that begins at rest does not lead to the shape.
+    NotOnBranch {
+        /// Part of the tensions at which that branch ends, where it is known.
+        ends_at: Option<f64>,
     },
     /// Whether the muscle contracts is decided within the rounding of the data.
     DecidedWithinRounding {
@@ -66,7 +93,7 @@ pub enum Alarm {
 
 impl Alarm {
     /// One line for a reader.
-    pub fn message(&self) -> String {
+    pub fn text(&self) -> String {
         match self {
             Self::AtLowerBound { muscle } => format!("{muscle} is shorter but ends without tension"),
             Self::AtUpperBound { muscle } => format!("the tension of {muscle} ends at the upper bound"),
@@ -74,6 +101,23 @@ impl Alarm {
                 "{muscle} pulls {force_n:.1} N over {:.0} mm of thickness, more than its published {capacity_n:.0} N",
                 1e3 * thickness_m
             ),
+            Self::TargetNotMet { misfit } => {
+                format!("the target is missed by {misfit:.3} (root mean square)")
+            }
+            Self::ShorteningMissed { muscle, simulated_percent, measured_percent } => {
+                format!("{muscle} shortens {simulated_percent:.0} %, measured {measured_percent:.0} %")
+            }
+            Self::BarrierActs { elements } => format!(
+                "the barrier against inversion acts in {elements} element{}: the published law does not hold there",
+                if *elements == 1 { "" } else { "s" }
+            ),
+            Self::NotOnBranch { ends_at } => match ends_at {
+                Some(load) => format!(
+                    "the branch of equilibria from rest ends at {load:.3} of these tensions; the shape lies beyond"
+                ),
+                None => "it is not known whether the branch of equilibria from rest leads to this shape"
+                    .to_owned(),
+            },
             Self::DecidedWithinRounding { muscle } => {
                 format!("whether {muscle} contracts is decided within the rounding of the data")
             }
@@ -99,12 +143,29 @@ pub fn alarms<const D: usize>(
 ) -> Vec<Alarm> {
     let mut out = Vec::new();
     let name = |m: usize| fit.muscles[m].clone();
+    if fit.misfit.is_finite() && fit.misfit > fit.misfit_tolerance {
+        out.push(Alarm::TargetNotMet { misfit: fit.misfit });
+    }
     for &m in &fit.target.active {
         if fit.tensions[m] < AT_BOUND {
             out.push(Alarm::AtLowerBound { muscle: name(m) });
         } else if fit.tensions[m] > settings.upper_bound - AT_BOUND {
             out.push(Alarm::AtUpperBound { muscle: name(m) });
         }
+    }
+    for &m in &fit.target.active {
+        let shortens = |length: f64, over: f64| 100.0 * (1.0 - length / over);
+        let simulated_percent = shortens(fit.lengths[m], fit.rest_lengths[m]);
+        let measured_percent = shortens(fit.target.measured_mm[m], fit.target.baseline_mm[m]);
+        if (simulated_percent - measured_percent).abs() > MISSED_PERCENT {
+            out.push(Alarm::ShorteningMissed { muscle: name(m), simulated_percent, measured_percent });
+        }
+    }
+    if fit.replay.solution.guarded > 0 {
+        out.push(Alarm::BarrierActs { elements: fit.replay.solution.guarded });
+    }
+    if fit.replay.solution.connection != Connection::Traced && fit.status != Status::NoEquilibrium {
+        out.push(Alarm::NotOnBranch { ends_at: fit.replay.critical.map(|c| c.load) });
     }
     for capacity in known.capacities(&fit.muscles) {
         let force_n = thickness_m * capacity.portions.iter().map(|&m| fit.tensions[m]).sum::<f64>();

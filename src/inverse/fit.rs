@@ -5,12 +5,14 @@ use nalgebra::SVector;
 use crate::body::Mesh;
 use crate::measured::{Target, TargetKind};
 use crate::observe::{Length, Observation, Ratio, Stretch};
+use crate::statics::Connection;
 use crate::system::{Model, System};
 
 use super::forward::Inverse;
 use super::solve::{Replay, solve};
 use super::start::Start;
 use super::unknown::Unknown;
+use super::valley::Valley;
 use super::{FitError, Identifiability, Settings, Status};
 
 /// A target and the muscles of a body that it speaks of.
@@ -50,9 +52,14 @@ impl Matched {
 
     /// What the target says of the body: an observation for every fitted muscle.
     pub fn observations<const D: usize>(&self, system: &System<D>) -> Vec<Observation<D>> {
+        self.observations_of(system, &self.target.fitted)
+    }
+
+    /// What it says of other muscles, at these positions in it.
+    fn observations_of<const D: usize>(&self, system: &System<D>, muscles: &[usize]) -> Vec<Observation<D>> {
         let target = &self.target;
         let length = |m: usize| Length::new(system.muscle_ends(self.numbers[m]));
-        let fitted = target.fitted.iter().map(|&m| {
+        let seen = muscles.iter().map(|&m| {
             let (low, high) = target.rounding_range(m);
             let observation = match target.kind {
                 TargetKind::Ratio => {
@@ -65,13 +72,15 @@ impl Matched {
             };
             observation.between(low, high)
         });
-        fitted.collect()
+        seen.collect()
     }
 
     /// The problem that the target sets for a system in which its active muscles contract.
     pub fn inverse<'a, const D: usize>(&self, system: &'a System<D>, settings: &Settings) -> Inverse<'a, D> {
         let unknowns = self.contracting().into_iter().map(|m| Unknown::tension(m, settings.upper_bound));
-        Inverse::new(system, self.observations(system), unknowns.collect())
+        let others: Vec<usize> = self.target.compared().filter(|m| !self.target.fitted.contains(m)).collect();
+        let others = self.observations_of(system, &others);
+        Inverse { others, ..Inverse::new(system, self.observations(system), unknowns.collect()) }
     }
 
     /// The values for this target's muscles of values for all muscles of the body.
@@ -88,6 +97,8 @@ pub struct Fit<const D: usize = 2> {
     /// Names of the body's muscles: those of the target in its order, then the others. The lists of tensions and lengths run
     /// parallel to it.
     pub muscles: Vec<String>,
+    /// The number of each in the body.
+    pub numbers: Vec<usize>,
     /// How it ended.
     pub status: Status,
     /// Tensions, N per metre of thickness; zero for muscles that do not contract.
@@ -130,6 +141,25 @@ impl<const D: usize> Fit<D> {
             .collect();
         let squares: f64 = unseen.iter().map(|r| r * r).sum();
         (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
+    }
+
+    /// Whether the answer meets its target and is the shape to which its tensions lead from rest, under the published law.
+    pub fn is_trustworthy(&self) -> bool {
+        let solution = &self.replay.solution;
+        self.status == Status::Converged && solution.guarded == 0 && solution.connection == Connection::Traced
+    }
+
+    /// The curve of all tensions that fit as well, where just one direction is undetermined.
+    pub fn valley(&self) -> Option<&Valley> {
+        match self.identifiability.as_ref()?.null_directions.as_slice() {
+            [one] => Some(&one.valley),
+            _ => None,
+        }
+    }
+
+    /// The values for [`Fit::muscles`] of values for all chains of the body.
+    pub fn of_body(&self, values: &[f64]) -> Vec<f64> {
+        self.numbers.iter().map(|&n| values[n]).collect()
     }
 
     /// Tensions of the active muscles, in their order, N per metre of thickness.
@@ -189,6 +219,7 @@ pub fn fit_system<const D: usize>(
     Ok(Fit {
         target: target.clone(),
         muscles: matched.muscles.clone(),
+        numbers: matched.numbers.clone(),
         status: answer.status,
         tensions: matched.pick(&answer.tensions),
         body_tensions: answer.tensions,

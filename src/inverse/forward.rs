@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
+use crate::body::largest_distance;
 use crate::observe::Observation;
 use crate::parallel;
-use crate::statics::{self, Solution, Status, Workspace};
+use crate::statics::{self, Critical, Solution, Status, Workspace};
 use crate::system::{System, SystemError};
 
 use super::constants::Tissue;
@@ -14,6 +15,11 @@ use super::problem::{Counts, Linear, Problem};
 use super::unknown::{Quantity, Unknown};
 use super::{FitError, Settings};
 
+/// Steps in which the branch from rest is followed.
+const TRACE_STEPS: usize = 10;
+/// Shapes whose nodes are nearer to each other than this are one, m.
+const SAME_SHAPE: f64 = 1e-9;
+
 /// A body, what was seen of it, and what is unknown of it: all that a search does not change.
 #[derive(Debug, Clone)]
 pub struct Inverse<'a, const D: usize> {
@@ -21,6 +27,8 @@ pub struct Inverse<'a, const D: usize> {
     pub system: &'a System<D>,
     /// What was seen of it; at least one.
     pub observations: Vec<Observation<D>>,
+    /// What else was seen and is not fitted: of answers that meet the observations equally well, it tells the best.
+    pub others: Vec<Observation<D>>,
     /// What is searched for; at least one.
     pub unknowns: Vec<Unknown>,
     /// The bones whose displacement is searched for.
@@ -35,7 +43,7 @@ impl<'a, const D: usize> Inverse<'a, D> {
     /// A body of which only tensions are unknown, all others being zero.
     pub fn new(system: &'a System<D>, observations: Vec<Observation<D>>, unknowns: Vec<Unknown>) -> Self {
         let tensions = vec![0.0; system.muscle_count()];
-        Self { system, observations, unknowns, bones: &[], tissue: None, tensions }
+        Self { system, observations, others: Vec::new(), unknowns, bones: &[], tissue: None, tensions }
     }
 
     /// Whether the observations leave directions open that no prior closes.
@@ -87,6 +95,10 @@ impl<'a, const D: usize> Inverse<'a, D> {
 pub struct Shape<const D: usize> {
     /// What the solver did.
     pub solution: Solution,
+    /// Where the branch from rest ends before the candidate, if it does.
+    pub critical: Option<Critical>,
+    /// Whether solving directly gives the same shape.
+    pub same: bool,
     /// Lengths of all muscles of the body, m.
     pub lengths: Vec<f64>,
     /// Smallest and largest ratio of a cell's area or volume to that at rest.
@@ -111,6 +123,8 @@ pub struct Forward<'a, const D: usize> {
     known: BestKnown<D>,
     /// Whether candidates start from their nearest solved neighbour; else all start from rest.
     from_neighbours: bool,
+    /// Whether candidates are followed from rest.
+    traced: bool,
     counts: Counts,
 }
 
@@ -126,6 +140,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             effort: if inverse.is_undetermined() { settings.effort } else { 0.0 },
             known: BestKnown::new(inverse.unknowns.len()),
             from_neighbours: settings.warm_start,
+            traced: false,
             counts: Counts::default(),
         }
     }
@@ -138,11 +153,6 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// Positions of all nodes at the last candidate, m.
     pub fn positions(&self) -> &[SVector<f64, D>] {
         self.workspace.positions()
-    }
-
-    /// Lengths of all muscles of the body at the last candidate, m.
-    pub fn lengths(&self) -> Vec<f64> {
-        self.system().lengths(self.positions())
     }
 
     /// Offers a solved shape (positions of all nodes, m) and its unknowns as a start for what comes.
@@ -162,20 +172,48 @@ impl<'a, const D: usize> Forward<'a, D> {
         all
     }
 
-    /// A candidate solved anew from rest, on nothing that was solved before; not counted.
-    pub fn replay(&self, x: &[f64]) -> Shape<D> {
+    /// From now on every candidate is where its tensions lead from rest, as they grow together.
+    pub fn traced(mut self) -> Self {
+        self.traced = true;
+        self
+    }
+
+    /// A candidate solved anew from rest, on nothing that was solved before, directly and once more as its tensions grow together;
+    /// not counted. Where the two differ, the latter is the shape.
+    pub fn follow_from_rest(&self, x: &[f64]) -> Shape<D> {
         let mut own = Forward::new(self.inverse, self.settings);
-        let solution = match own.set(x) {
-            Ok(()) => statics::solve(
-                own.own.as_ref().unwrap_or(self.inverse.system),
-                &mut own.workspace,
-                &own.tensions,
-                &self.settings.equilibrium,
-            ),
-            Err(_) => Solution::NONE,
+        let mut shape = Shape {
+            solution: Solution::NONE,
+            critical: None,
+            same: false,
+            lengths: Vec::new(),
+            cell_ratios: (f64::NAN, f64::NAN),
+            positions: Vec::new(),
         };
-        let cell_ratios = own.system().cell_ratios(own.positions());
-        Shape { solution, lengths: own.lengths(), cell_ratios, positions: own.positions().to_vec() }
+        if own.set(x).is_ok() {
+            let system = own.own.as_ref().unwrap_or(self.inverse.system);
+            let settings = &self.settings.equilibrium;
+            own.workspace.start_from_rest(system);
+            shape.solution = statics::solve(system, &mut own.workspace, &own.tensions, settings);
+            let direct = own.workspace.positions().to_vec();
+            let traced = statics::trace(system, &mut own.workspace, &own.tensions, settings, TRACE_STEPS);
+            shape.critical = traced.critical;
+            let apart = largest_distance(&direct, own.workspace.positions());
+            let both = [shape.solution, traced.solution].iter().all(|s| s.status == Status::Converged);
+            shape.same = both && apart <= SAME_SHAPE;
+            if shape.same || traced.solution.status != Status::Converged {
+                own.workspace.start_from(&direct);
+                if shape.same {
+                    shape.solution.connection = traced.solution.connection;
+                }
+            } else {
+                shape.solution = traced.solution;
+            }
+        }
+        shape.lengths = own.lengths();
+        shape.cell_ratios = own.system().cell_ratios(own.positions());
+        shape.positions = own.positions().to_vec();
+        shape
     }
 
     /// Puts a candidate into the system and the workspace.
@@ -214,6 +252,9 @@ impl<'a, const D: usize> Forward<'a, D> {
     }
 
     fn solve_from_nearest(&mut self, x: &[f64]) -> bool {
+        if self.traced {
+            return false;
+        }
         let Some(nearest) = self.known.nearest(x) else { return false };
         self.workspace.start_from(&nearest.positions);
         self.solve()
@@ -221,7 +262,14 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     fn solve_from_rest(&mut self) -> bool {
         self.workspace.start_from_rest(self.inverse.system);
-        self.solve()
+        if !self.traced {
+            return self.solve();
+        }
+        let system = self.own.as_ref().unwrap_or(self.inverse.system);
+        let settings = &self.settings.equilibrium;
+        let trace = statics::trace(system, &mut self.workspace, &self.tensions, settings, TRACE_STEPS);
+        self.counts.factorisations += trace.solution.factorisations;
+        trace.solution.status == Status::Converged
     }
 
     fn solve(&mut self) -> bool {
@@ -240,7 +288,7 @@ impl<'a, const D: usize> Forward<'a, D> {
     }
 
     /// How every observation answers to every unknown, one factorisation for all of them.
-    fn rates(&mut self, x: &[f64], jacobian: &mut DMatrix<f64>) -> Option<()> {
+    fn rates(&mut self, x: &[f64], jacobian: &mut DMatrix<f64>, others: &mut DMatrix<f64>) -> Option<()> {
         self.counts.factorisations += 1;
         let inverse = self.inverse;
         let system = self.own.as_ref().unwrap_or(inverse.system);
@@ -262,6 +310,9 @@ impl<'a, const D: usize> Forward<'a, D> {
             for (row, observation) in inverse.observations.iter().enumerate() {
                 jacobian[(row, column)] = observation.rate(response.positions(), response.motion());
             }
+            for (row, observation) in inverse.others.iter().enumerate() {
+                others[(row, column)] = observation.rate(response.positions(), response.motion());
+            }
         }
         Some(())
     }
@@ -274,6 +325,15 @@ impl<const D: usize> Problem for Forward<'_, D> {
 
     fn measurements(&self) -> usize {
         self.inverse.observations.len()
+    }
+
+    fn other_residuals(&self) -> DVector<f64> {
+        let all = self.inverse.others.iter().map(|o| o.residual(self.positions()));
+        DVector::from_vec(all.collect())
+    }
+
+    fn lengths(&self) -> Vec<f64> {
+        self.system().lengths(self.positions())
     }
 
     fn effort(&self) -> f64 {
@@ -299,12 +359,14 @@ impl<const D: usize> Problem for Forward<'_, D> {
         let residuals = self.residuals(x)?;
         let inverse = self.inverse;
         let mut jacobian = DMatrix::zeros(residuals.len(), inverse.unknowns.len());
-        self.rates(x, &mut jacobian)?;
+        let mut other_jacobian = DMatrix::zeros(inverse.others.len(), inverse.unknowns.len());
+        let other_residuals = self.other_residuals();
+        self.rates(x, &mut jacobian, &mut other_jacobian)?;
         let priors = inverse.unknowns.iter().enumerate().filter_map(|(i, u)| u.prior.map(|p| (i, p.weight)));
         for (row, (column, weight)) in priors.enumerate() {
             jacobian[(inverse.observations.len() + row, column)] = weight;
         }
-        Some(Linear { jacobian, residuals })
+        Some(Linear { jacobian, residuals, other_jacobian, other_residuals })
     }
 
     /// Each from rest on its own workspace, and kept as a start.

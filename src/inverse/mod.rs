@@ -23,12 +23,14 @@ mod gauss_newton;
 pub mod identifiability;
 mod known;
 mod nelder_mead;
+mod on_target;
 mod problem;
 pub mod rounding;
 mod solve;
 mod start;
 pub mod uncertainty;
 mod unknown;
+pub mod valley;
 
 use serde::Serialize;
 
@@ -56,6 +58,17 @@ pub enum Method {
     GaussNewton,
 }
 
+/// Which answer is reported of those that meet an undetermined target equally well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Among {
+    /// That which comes nearest to what else was measured.
+    #[default]
+    Others,
+    /// That of the smallest total tension.
+    LeastTotal,
+}
+
 /// How the search is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -78,6 +91,8 @@ pub struct Settings {
     pub cost_tolerance: f64,
     /// Root mean square misfit of the fitted ratios or stretches up to which the target counts as met. Default 1e-3.
     pub misfit_tolerance: f64,
+    /// Which of several answers is reported. Default: the nearest to what else was measured.
+    pub among: Among,
     /// Whether a candidate is solved from the nearest one solved before, or from rest. Default: the nearest.
     pub warm_start: bool,
     /// Settings of each equilibrium.
@@ -95,6 +110,7 @@ impl Default for Settings {
             tension_tolerance: 1e-4,
             cost_tolerance: 1e-17,
             misfit_tolerance: 1e-3,
+            among: Among::default(),
             warm_start: true,
             equilibrium: statics::Settings::default(),
         }

@@ -15,6 +15,10 @@ pub struct Linear {
     pub jacobian: DMatrix<f64>,
     /// Simulated less measured.
     pub residuals: DVector<f64>,
+    /// The derivative of what is measured and not fitted; without rows where there is nothing.
+    pub other_jacobian: DMatrix<f64>,
+    /// The residuals of what is measured and not fitted.
+    pub other_residuals: DVector<f64>,
 }
 
 /// How much work was done.
@@ -64,6 +68,12 @@ pub trait Problem {
 
     /// What was done so far.
     fn counts(&self) -> Counts;
+
+    /// Residuals of what is measured and not fitted, at the last candidate; empty where there is nothing.
+    fn other_residuals(&self) -> DVector<f64>;
+
+    /// Lengths of all muscles at the last candidate, m.
+    fn lengths(&self) -> Vec<f64>;
 
     /// How many of the residuals are measurements: the first ones. The others are priors.
     fn measurements(&self) -> usize;

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::observe::Certainty;
 
 use super::forward::Forward;
-use super::identifiability::{decompose, room};
+use super::identifiability::decompose;
+use super::on_target::room;
 use super::problem::Problem;
 
 /// Most evaluations that look for one end of a segment.

@@ -3,24 +3,29 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
+use crate::body::largest_distance;
 use crate::parallel;
-use crate::statics::{self, Solution};
+use crate::statics::{self, Critical, Solution};
 
 use super::forward::{Forward, Inverse};
 use super::identifiability::{self, Identifiability};
+use super::on_target::{ON_TARGET, nearest_to_others, onto_target};
 use super::problem::Problem;
 use super::start::Start;
-use super::{AT_BOUND, FitError, Method, Settings, Status, gauss_newton, nelder_mead};
+use super::unknown::Unknown;
+use super::{AT_BOUND, Among, FitError, Method, Settings, Status, gauss_newton, nelder_mead, valley};
 
-/// A replay from rest must give the same lengths within this, m.
-const SAME_LENGTH: f64 = 1e-8;
+/// The shape to which the tensions lead from rest must be the search's within this, m.
+const SAME_SHAPE: f64 = 1e-8;
 
-/// The answer solved once more from rest.
+/// The answer followed once more from rest, as all tensions grow together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Replay {
-    /// What the solver did.
+    /// What the solver did; its connection says whether the branch from rest leads there.
     pub solution: Solution,
-    /// Largest difference of a muscle's length to the search's, m.
+    /// Where the branch from rest ends before the answer, if it does.
+    pub critical: Option<Critical>,
+    /// Largest distance of a node from the search's shape, m.
     pub largest_difference: f64,
     /// Smallest ratio of a cell's area or volume to that at rest.
     pub min_area_ratio: f64,
@@ -79,30 +84,35 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
     let mut forward = Forward::new(inverse, settings);
     let mut x = snap_to_lower_bound(&mut forward, best);
     if inverse.is_undetermined() && best.solved {
-        x = identifiability::onto_target(&mut forward, &x);
+        x = settle(&mut forward, settings, &x);
+    }
+    let mut spent = starts.iter().map(|s| s.evaluations).sum::<usize>();
+    let mut shape = forward.follow_from_rest(&x);
+    if !shape.same {
+        // The tensions found belong to a shape to which they do not lead from rest: the search goes on among those to which they do.
+        let mut traced = Forward::new(inverse, settings).traced();
+        if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
+            spent += std::mem::replace(&mut forward, traced).counts().evaluations;
+            x = other;
+            shape = forward.follow_from_rest(&x);
+        }
     }
     let residuals = forward.residuals(&x);
     let misfit = forward.misfit(residuals.as_ref());
-    // What the search found; where the answer was moved after it, what that came to from its neighbours.
-    let moved = x != best.x;
-    let found = if moved { residuals.map(|_| forward.lengths()) } else { None };
-    let identifiability = identifiability::analyse(&mut forward, settings, &x);
-    let evaluations = starts.iter().map(|s| s.evaluations).sum::<usize>() + forward.counts().evaluations;
-
-    let again = forward.replay(&x);
-    let lengths = again.lengths;
-    let largest_difference = match found {
-        Some(found) => found.iter().zip(&lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
-        // The search ends from rest too.
-        None if !moved && best.solved => 0.0,
+    let largest_difference = match residuals {
+        Some(_) => largest_distance(forward.positions(), &shape.positions),
         None => f64::INFINITY,
     };
-    let (min_area_ratio, max_area_ratio) = again.cell_ratios;
-    let replay = Replay { solution: again.solution, largest_difference, min_area_ratio, max_area_ratio };
-    let at_upper_bound = |(u, x): (&super::Unknown, &f64)| *x > u.upper - AT_BOUND;
-    let status = if again.solution.status != statics::Status::Converged {
+    let identifiability = identifiability::analyse(&mut forward, settings, &x);
+    let evaluations = spent + forward.counts().evaluations;
+
+    let (min_area_ratio, max_area_ratio) = shape.cell_ratios;
+    let (solution, critical) = (shape.solution, shape.critical);
+    let replay = Replay { solution, critical, largest_difference, min_area_ratio, max_area_ratio };
+    let at_upper_bound = |(u, x): (&Unknown, &f64)| *x > u.upper - AT_BOUND;
+    let status = if solution.status != statics::Status::Converged {
         Status::NoEquilibrium
-    } else if largest_difference > SAME_LENGTH {
+    } else if largest_difference > SAME_SHAPE {
         Status::ReplayDiffers
     } else if inverse.unknowns.iter().zip(&x).any(at_upper_bound) {
         Status::AtUpperBound
@@ -113,10 +123,11 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
     } else {
         Status::Converged
     };
+    let again = shape;
     Ok(Answer {
         status,
         tensions: forward.tensions_of(&x),
-        lengths,
+        lengths: again.lengths,
         misfit,
         evaluations,
         identifiability,
@@ -129,7 +140,7 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
 
 /// Values that the search left within a hair of a lower bound are on it, unless the fit would be worse for it.
 fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Start) -> Vec<f64> {
-    let near = |(x, u): (&f64, &super::Unknown)| if *x < u.lower + AT_BOUND { u.lower } else { *x };
+    let near = |(x, u): (&f64, &Unknown)| if *x < u.lower + AT_BOUND { u.lower } else { *x };
     let snapped: Vec<f64> = best.x.iter().zip(forward.unknowns()).map(near).collect();
     let residuals = forward.residuals(&snapped);
     if forward.cost(&snapped, residuals.as_ref()) <= best.cost + f64::EPSILON {
@@ -137,4 +148,55 @@ fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Star
     } else {
         best.x.clone()
     }
+}
+
+/// Of all that meets an undetermined target, the answer that is to be reported: `x` brought onto the target, and along it to where the
+/// other measurements are met best.
+pub(super) fn settle<const D: usize>(
+    forward: &mut Forward<'_, D>,
+    settings: &Settings,
+    x: &[f64],
+) -> Vec<f64> {
+    let mut x = onto_target(forward, x);
+    let residuals = forward.residuals(&x);
+    if forward.misfit(residuals.as_ref()) > ON_TARGET {
+        // Corrections of least size did not get there; without the effort a search does, if the target can be met.
+        let free = Settings { effort: 0.0, ..*settings };
+        let mut without = Forward::new(forward.inverse, &free);
+        if let Some((better, residuals)) = gauss_newton::refit(&mut without, &free, &x)
+            && without.misfit(Some(&residuals)) <= settings.misfit_tolerance
+        {
+            x = onto_target(forward, &better);
+        }
+    }
+    if settings.among == Among::LeastTotal || forward.inverse.others.is_empty() {
+        return x;
+    }
+    // The best point of the curve is where the least squares begin, so that no hill lies between.
+    let begin = identifiability::analyse(forward, settings, &x).and_then(|i| {
+        let points = i.null_directions.into_iter().flat_map(|n| n.valley.points);
+        let rms = |p: &valley::Point| p.other_rms.unwrap_or(f64::INFINITY);
+        points.min_by(|a, b| rms(a).total_cmp(&rms(b)))
+    });
+    nearest_to_others(forward, &begin.map_or(x, |p| p.x))
+}
+
+/// The best answer on the branch from rest, searched from where the starts ended and from `x`. `None` where none has a shape there.
+fn search_on_branch<const D: usize>(
+    traced: &mut Forward<'_, D>,
+    settings: &Settings,
+    starts: &[Start],
+    x: &[f64],
+) -> Option<Vec<f64>> {
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for from in starts.iter().map(|s| s.x.as_slice()).chain([x]) {
+        if let Some((found, residuals)) = gauss_newton::refit(traced, settings, from) {
+            let cost = traced.cost(&found, Some(&residuals));
+            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                best = Some((cost, found));
+            }
+        }
+    }
+    let (_, found) = best?;
+    Some(if traced.inverse.is_undetermined() { settle(traced, settings, &found) } else { found })
 }

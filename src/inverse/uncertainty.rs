@@ -15,9 +15,9 @@ use crate::system::System;
 use super::fit::Matched;
 use super::forward::Forward;
 use super::gauss_newton::refit;
-use super::identifiability::onto_target;
+use super::on_target::{nearest_to_others, onto_target};
 use super::problem::Problem;
-use super::{Fit, Settings};
+use super::{Among, Fit, Settings};
 
 /// Part of the draws that an interval holds.
 pub const LEVEL: f64 = 0.95;
@@ -124,6 +124,9 @@ fn fit_draw<const D: usize>(
     if inverse.is_undetermined() {
         // As the answer itself is.
         tensions = onto_target(&mut forward, &tensions);
+        if settings.among == Among::Others {
+            tensions = nearest_to_others(&mut forward, &tensions);
+        }
         residuals = forward.residuals(&tensions)?;
     }
     Some((tensions, matched.pick(&forward.lengths()), forward.misfit(Some(&residuals))))

@@ -24,12 +24,16 @@ pub use export::{Export, Json, Markdown, Provenance, Rows, Table};
 #[cfg(feature = "files")]
 pub use file::{OutputDir, Writes};
 pub use msh::Msh;
-pub use record::{BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord};
+pub use record::{
+    AlarmRecord, BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord,
+    ValleyPointRecord, ValleyRecord,
+};
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::Sto;
 pub use svg::{
-    Curve, Frame, Panel, Section, Series, Svg, animation, changes, panels, solid, tongue, work_precision,
+    Curve, Frame, Panel, Section, Series, Svg, animation, changes, panels, solid, tongue, valley,
+    work_precision,
 };
 pub use trajectory::{History, TrajectoryRecord};
 pub use vtu::{Pvd, Vtu};

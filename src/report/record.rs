@@ -3,7 +3,8 @@
 use nalgebra::SVector;
 use serde::{Serialize, Serializer};
 
-use super::export::{Export, Provenance, Rows};
+use super::export::{Export, Provenance, Rows, Table};
+use crate::inverse::alarms::Alarm;
 use crate::inverse::{self, Fit};
 use crate::measured::{TargetKind, Vowel, reference_muscle};
 use crate::statics::{self, Solution};
@@ -80,6 +81,8 @@ pub struct SimulationRecord {
     pub stability: statics::Stability,
     /// What is known of the way from rest.
     pub connection: statics::Connection,
+    /// Elements in which the barrier against inversion acts: where there are any, the published law does not hold there.
+    pub guarded: usize,
     /// The branch of equilibria from rest, where it was followed.
     pub branch: Option<BranchRecord>,
     /// Newton iterations.
@@ -120,6 +123,7 @@ impl SimulationRecord {
             load_reached: solution.load_reached,
             stability: solution.stability,
             connection: solution.connection,
+            guarded: solution.guarded,
             branch: None,
             iterations: solution.iterations,
             factorisations: solution.factorisations,
@@ -144,13 +148,65 @@ pub struct IdentifiabilityRecord {
     pub segments: Vec<Segment>,
 }
 
-/// The two ends of a curve of tensions that fit equally well.
+/// The two ends of a curve of tensions that fit equally well; between them the curve is no straight line ([`ValleyRecord`]).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Segment {
     /// One end, N.
     pub from_n: ByMuscle<f64>,
     /// The other, N.
     pub to_n: ByMuscle<f64>,
+}
+
+/// All tensions that meet an undetermined target as well as the answer: points of a curve, from one end to the other.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ValleyRecord {
+    /// The points.
+    pub points: Vec<ValleyPointRecord>,
+    /// Number of the answer among them.
+    pub answer: usize,
+    /// Why the curve ends before the first point, and why after the last.
+    pub ends: [String; 2],
+}
+
+impl ValleyRecord {
+    /// A row a point: its number, tension and length of every muscle, misfit and passive residual.
+    pub fn table(&self) -> Table {
+        let Some(first) = self.points.first() else { return Table::default() };
+        let tensions = first.tensions_n.0.iter().map(|(m, _)| format!("tension_{m}_n_per_m"));
+        let lengths = first.lengths_mm.0.iter().map(|(m, _)| format!("{m}_mm"));
+        let columns = ["point", "is_answer"].map(str::to_owned).into_iter().chain(tensions).chain(lengths);
+        let columns = columns.chain(["misfit", "passive_rms"].map(str::to_owned)).collect();
+        let row = |(number, p): (usize, &ValleyPointRecord)| {
+            let values = p.tensions_n.0.iter().chain(&p.lengths_mm.0).map(|(_, v)| v.to_string());
+            let first = [number.to_string(), (number == self.answer).to_string()];
+            let rms = p.passive_rms.map(|r| r.to_string()).unwrap_or_default();
+            first.into_iter().chain(values).chain([p.misfit.to_string(), rms]).collect()
+        };
+        Table { columns, rows: self.points.iter().enumerate().map(row).collect() }
+    }
+}
+
+/// A point of a [`ValleyRecord`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ValleyPointRecord {
+    /// Tensions of the active muscles, N per metre of thickness.
+    pub tensions_n: ByMuscle<f64>,
+    /// Lengths of all muscles, mm.
+    pub lengths_mm: ByMuscle<f64>,
+    /// Root mean square residual of the fitted muscles.
+    pub misfit: f64,
+    /// Root mean square residual of the other measured muscles, in the quantity that is fitted.
+    pub passive_rms: Option<f64>,
+}
+
+/// A reason for doubt, in a word and in a sentence.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AlarmRecord {
+    /// What and where.
+    #[serde(flatten)]
+    pub alarm: Alarm,
+    /// For a reader.
+    pub text: String,
 }
 
 /// One fit: `tongue-fit --vowel a --json`, and `fit.json`.
@@ -205,11 +261,19 @@ pub struct FitRecord {
     pub evaluations: usize,
     /// Where each start of the search ended.
     pub starts: Vec<inverse::Start>,
+    /// Reasons for doubt.
+    pub alarms: Vec<AlarmRecord>,
+    /// The curve of all tensions that fit as well, where one direction is undetermined.
+    pub valley: Option<ValleyRecord>,
+    /// Elements in which the barrier against inversion acts: where there are any, the published law does not hold there.
+    pub guarded: usize,
+    /// What is known of the way from rest to the answer.
+    pub connection: statics::Connection,
     /// What the data leave open; null where the equilibrium is singular.
     pub identifiability: Option<IdentifiabilityRecord>,
     /// Largest residual force of the answer solved again from rest, N.
     pub max_residual_force_n: f64,
-    /// Largest difference of a length between the search's answer and the solve from rest, m.
+    /// Largest distance of a node between the search's answer and the shape to which its tensions lead from rest, m.
     pub replay_difference_m: f64,
     /// Smallest ratio of a triangle's area to that at rest.
     pub min_area_ratio: f64,
@@ -221,8 +285,8 @@ pub struct FitRecord {
 }
 
 impl FitRecord {
-    /// The record of a fit that took `wall_s` seconds.
-    pub fn new<const D: usize>(fit: &Fit<D>, made_by: Provenance, wall_s: f64) -> Self {
+    /// The record of a fit that took `wall_s` seconds, of who made it, and of `alarms` that say what to doubt.
+    pub fn new<const D: usize>(fit: &Fit<D>, alarms: &[Alarm], made_by: Provenance, wall_s: f64) -> Self {
         let (target, all) = (&fit.target, &fit.muscles);
         let measured = &target.muscles;
         let names = |positions: &mut dyn Iterator<Item = usize>| positions.map(|m| all[m].clone()).collect();
@@ -234,8 +298,25 @@ impl FitRecord {
             segments: i
                 .null_directions
                 .iter()
-                .map(|n| Segment { from_n: by(&active, &n.from_n), to_n: by(&active, &n.to_n) })
+                .filter_map(|n| {
+                    let (from, to) = (n.valley.points.first()?, n.valley.points.last()?);
+                    Some(Segment { from_n: by(&active, &from.x), to_n: by(&active, &to.x) })
+                })
                 .collect(),
+        });
+        let valley = fit.valley().map(|valley| ValleyRecord {
+            points: valley
+                .points
+                .iter()
+                .map(|p| ValleyPointRecord {
+                    tensions_n: by(&active, &p.x),
+                    lengths_mm: mm(all, &fit.of_body(&p.lengths)),
+                    misfit: p.misfit,
+                    passive_rms: p.other_rms,
+                })
+                .collect(),
+            answer: valley.answer,
+            ends: valley.ends.map(|end| end.text(&active)),
         });
         let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.rest_lengths, target.reference);
         let of_target =
@@ -265,6 +346,10 @@ impl FitRecord {
             passive_rms: fit.passive_rms(),
             evaluations: fit.evaluations,
             starts: fit.starts.clone(),
+            alarms: alarms.iter().map(|a| AlarmRecord { text: a.text(), alarm: a.clone() }).collect(),
+            valley,
+            guarded: fit.replay.solution.guarded,
+            connection: fit.replay.solution.connection,
             identifiability,
             max_residual_force_n: fit.replay.solution.max_residual_force,
             replay_difference_m: fit.replay.largest_difference,

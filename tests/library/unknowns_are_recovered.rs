@@ -194,7 +194,7 @@ fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
     let truth = [14.0, 9.0, 3.0, -2.0];
     let mut inverse = Inverse { bones: &bones, ..Inverse::new(&system, observations(&system), unknowns) };
     let settings = settings();
-    let seen = Forward::new(&inverse, &settings).replay(&truth).positions;
+    let seen = Forward::new(&inverse, &settings).follow_from_rest(&truth).positions;
     for o in &mut inverse.observations {
         o.measured = o.observable.value(&seen);
     }
@@ -216,7 +216,7 @@ fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
         tensions,
         ..Inverse::new(&system, observations(&system), unknowns)
     };
-    let seen = Forward::new(&soft, &settings).replay(&[47.0]).positions;
+    let seen = Forward::new(&soft, &settings).follow_from_rest(&[47.0]).positions;
     for o in &mut soft.observations {
         o.measured = o.observable.value(&seen);
     }

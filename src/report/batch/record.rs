@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use crate::inverse::alarms::Alarm;
 use crate::inverse::alternatives::{Optimum, Subset};
 use crate::inverse::batch::{Assessment, Job};
 use crate::inverse::rounding::RoundingSegment;
@@ -45,8 +44,6 @@ pub struct AssessedRecord {
     pub other_subsets: Vec<SubsetRecord>,
     /// Beside the published activation pattern (Fang et al. 2009).
     pub pattern: Option<PatternCheck>,
-    /// Reasons for doubt.
-    pub alarms: Vec<AlarmRecord>,
 }
 
 /// Root mean square residuals of the passive muscles; null where there is no such number. Of ratios GGa is left out, whose ratio
@@ -123,23 +120,13 @@ pub struct SubsetRecord {
     pub within_rounding: bool,
 }
 
-/// An alarm and its sentence.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AlarmRecord {
-    /// What and where.
-    #[serde(flatten)]
-    pub alarm: Alarm,
-    /// For a reader.
-    pub message: String,
-}
-
 /// Subsets that are listed; the count of all that are within rounding is given beside them.
 const LISTED_SUBSETS: usize = 8;
 
 impl AssessedRecord {
     /// The record of a finished job of the batch that `command` asked for; `thesis` is what to compare with.
     pub fn new<const D: usize>(job: &Job, a: &Assessment<D>, thesis: Option<&Thesis>, command: &str) -> Self {
-        let mut fit = FitRecord::new(&a.fit, Provenance::new(command), 0.0);
+        let mut fit = FitRecord::new(&a.fit, &a.alarms, Provenance::new(command), 0.0);
         fit.wall_s = None;
         let names = &a.fit.muscles;
         let named = |values: &[f64]| ByMuscle::new(&fit.active, values.iter().copied());
@@ -172,11 +159,6 @@ impl AssessedRecord {
             other_subsets_within_rounding: a.subsets.iter().filter(|s| s.within_rounding).count(),
             other_subsets: a.subsets.iter().take(LISTED_SUBSETS).map(subset).collect(),
             pattern: a.pattern.clone(),
-            alarms: a
-                .alarms
-                .iter()
-                .map(|alarm| AlarmRecord { message: alarm.message(), alarm: alarm.clone() })
-                .collect(),
             fit,
         }
     }

@@ -201,7 +201,7 @@ pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &Provenance) -> csv::
         .first()
         .map(|s| s.tensions_n.0.iter().map(|(m, _)| m.as_str()).collect::<Vec<_>>().join("+"));
     let group = |of: fn(&PatternCheck) -> &Vec<String>| optional(r.pattern.as_ref().map(|c| of(c).join("+")));
-    let alarms: Vec<&str> = r.alarms.iter().map(|a| a.message.as_str()).collect();
+    let alarms: Vec<&str> = f.alarms.iter().map(|a| a.text.as_str()).collect();
     let after: [String; AFTER.len()] = [
         r.cost.to_string(),
         f.misfit.to_string(),

@@ -10,6 +10,7 @@ mod labels;
 mod muscles;
 mod section;
 mod solid;
+mod valley;
 mod work_precision;
 
 use std::fmt::{self, Write as _};
@@ -23,6 +24,7 @@ pub use muscles::{Panel, panels};
 pub(super) use section::check;
 pub use section::{Section, tongue};
 pub use solid::solid;
+pub use valley::valley;
 pub use work_precision::{Curve, work_precision};
 
 /// Width of an ordinary figure, px. Printed in a journal column of 85 mm, 24 px are 6.4 points: no text is smaller.

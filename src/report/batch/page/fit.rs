@@ -112,7 +112,7 @@ fn table_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> M
             td data-v=(f.misfit) { (format!("{:.1e}", f.misfit)) }
             (optional(r.passive.rms_stretch))
             (optional(r.passive.no_change_rms_stretch))
-            (number(r.alarms.len() as f64, 0))
+            (number(f.alarms.len() as f64, 0))
             @for m in muscles {
                 @let tension = f.tensions_n.of(m).copied().unwrap_or(0.0);
                 td data-v=(tension) {
@@ -134,9 +134,9 @@ fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str) -> Markup {
     let rms = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.3}"));
     html! {
         details id={ "fit-" (id) } {
-            summary { (label) ": " (name(&f.status).replace('_', " ")) @if !r.alarms.is_empty() { ", " (r.alarms.len()) " alarms" } }
+            summary { (label) ": " (name(&f.status).replace('_', " ")) @if !f.alarms.is_empty() { ", " (f.alarms.len()) " alarms" } }
             div.figure { (PreEscaped(figure)) }
-            @if !r.alarms.is_empty() { ul.alarms { @for a in &r.alarms { li { (a.message) } } } }
+            @if !f.alarms.is_empty() { ul.alarms { @for a in &f.alarms { li { (a.text) } } } }
             p {
                 "Passive muscles, stretches: " (rms(r.passive.rms_stretch)) " RMS, no change " (rms(r.passive.no_change_rms_stretch))
                 @if let Some(t) = r.passive.thesis_rms_stretch { ", the thesis's own simulation " (format!("{t:.3}")) }

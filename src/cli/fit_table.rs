@@ -1,0 +1,226 @@
+//! One fit as text: tensions, then what each muscle does beside what was measured of it, then what is to be thought of it.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use comfy_table::Cell;
+use tongue_fit::inverse::alarms::Alarm;
+use tongue_fit::inverse::{Among, Fit, Status};
+use tongue_fit::measured::TargetKind;
+
+use super::published::Published;
+use super::table::{LARGE, counted, files, newtons, table};
+
+/// What is shown of a fit.
+pub struct Shown<'a> {
+    /// The fit.
+    pub fit: &'a Fit,
+    /// Which answer was taken of those that fit equally well.
+    pub among: Among,
+    /// What to doubt.
+    pub alarms: &'a [Alarm],
+    /// For a fit of ratios, the same row fitted by stretches.
+    pub from_stretches: Option<&'a Fit>,
+    /// The published answer, where there is one for the row.
+    pub published: Option<&'a Published>,
+    /// Thickness over which tensions act, m, where newtons are asked for.
+    pub thickness_m: Option<f64>,
+    /// The files that were written.
+    pub written: &'a [PathBuf],
+    /// Time of the whole, s.
+    pub wall_s: f64,
+}
+
+/// A misfit below this is rounding, whose digits differ between machines.
+const NO_MISFIT: f64 = 1e-9;
+
+impl Shown<'_> {
+    /// The text.
+    pub fn text(&self) -> String {
+        let target = &self.fit.target;
+        let mut text = format!(
+            "{} /{}/ against /{}/, {} fitted\n\n",
+            target.subject,
+            target.vowel,
+            target.baseline,
+            match target.kind {
+                TargetKind::Ratio => format!("ratios to {}", target.muscles[target.reference]),
+                TargetKind::Stretch => "stretches".to_owned(),
+            }
+        );
+        text += &self.tensions();
+        text += &self.muscles();
+        text += &self.verdict();
+        let _ = writeln!(text, "{} equilibria in {:.0} ms\n", self.fit.evaluations, 1e3 * self.wall_s);
+        text + &files(self.written)
+    }
+
+    fn tensions(&self) -> String {
+        let target = &self.fit.target;
+        let mut header = vec!["tension, N per metre of thickness"];
+        header.extend(target.active_names());
+        let mut t = table(&header);
+        let row = |name: &str, values: &[f64], unit: f64| {
+            let mut row = vec![Cell::new(name)];
+            row.extend(target.active.iter().map(|&m| Cell::new(newtons(unit * values[m]))));
+            row
+        };
+        let mut rows = vec![("found", self.fit.tensions.as_slice())];
+        rows.extend(self.from_stretches.map(|f| ("found from stretches", f.tensions.as_slice())));
+        rows.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", p.tensions.as_slice())));
+        for (name, values) in &rows {
+            t.add_row(row(name, values, 1.0));
+        }
+        if let Some(thickness) = self.thickness_m {
+            for (name, values) in &rows {
+                t.add_row(row(&format!("{name}, N over {} mm", 1e3 * thickness), values, thickness));
+            }
+        }
+        format!("{t}\n\n")
+    }
+
+    fn muscles(&self) -> String {
+        let (fit, target) = (self.fit, &self.fit.target);
+        let quantity = target.kind.name();
+        let [measured, simulated] = ["measured", "simulated"].map(|what| format!("{quantity},\n{what}"));
+        let shortening = ["shortening,\nmeasured", "shortening,\nsimulated"];
+        let mut header = vec!["muscle", shortening[0], shortening[1], &measured, &simulated, "residual"];
+        if self.published.is_some() {
+            header.extend(["published", "table 4.8"]);
+        }
+        let mut t = table(&header);
+        for (i, muscle) in target.muscles.iter().enumerate() {
+            let mark = if fit.tensions[i] > 0.0 { "*" } else { "" };
+            let doubt = if target.activation[i].uncertain { "?" } else { "" };
+            let shortening = |now: f64, then: f64| percent(1.0 - now / then);
+            let mut row = vec![
+                format!("{muscle}{mark}{doubt}"),
+                shortening(target.measured_mm[i], target.baseline_mm[i]),
+                shortening(fit.lengths[i], fit.rest_lengths[i]),
+                format!("{:.3}", target.values[i]),
+                format!("{:.3}", fit.simulated[i]),
+                residual(fit.residuals[i]),
+            ];
+            if let Some(p) = self.published {
+                let (here, there) = p.of(target.kind);
+                row.push(format!("{:.3}", here[i]));
+                row.push(format!("{:.2}", there[i]));
+            }
+            t.add_row(row);
+        }
+        let mut text = format!(
+            "{t}\n* contracting: it has a tension; shortening: of the length in /{}/ (measured) or at rest (simulated)\n",
+            target.baseline
+        );
+        if self.published.is_some() {
+            let _ = writeln!(
+                text,
+                "published: {quantity} simulated here with the published tensions; table 4.8: there"
+            );
+        }
+        if target.activation.iter().any(|a| a.uncertain) {
+            text += "? changed by no more than the rounding of two lengths: may be the other way\n";
+        }
+        if !target.not_measured.is_empty() {
+            let names = target.not_measured.join(", ");
+            let _ = writeln!(text, "not measured, so neither fitted nor compared: {names}");
+        }
+        text
+    }
+
+    fn verdict(&self) -> String {
+        let (fit, target) = (self.fit, &self.fit.target);
+        let status = match fit.status {
+            Status::Converged => "converged: the fitted muscles meet the target",
+            Status::TargetNotMet => {
+                "NOT MET: the search found no tensions that meet the target; these come nearest"
+            }
+            Status::AtUpperBound => "AT THE UPPER BOUND: a tension ended on it; do not trust the answer",
+            Status::IterationLimit => "NOT CONVERGED: the search stopped at its iteration limit",
+            Status::ReplayDiffers => "NOT REPRODUCED: from rest these tensions lead to another shape",
+            Status::NoEquilibrium => "NO EQUILIBRIUM was found at the answer; do not use it",
+        };
+        let misfit = if fit.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", fit.misfit) };
+        let mut text = format!("\n{status} (misfit {misfit})\n");
+        for alarm in self.alarms {
+            let _ = writeln!(text, "but {}", alarm.text());
+        }
+        let open = fit.identifiability.as_ref().map_or(0, |i| i.null_directions.len());
+        let chosen = open > 0 && self.among == Among::Others;
+        if let Some(rms) = fit.passive_rms() {
+            let what = match chosen {
+                true => "other measured muscles, of which the fit sees one combination",
+                false => "passive muscles, which the fit does not see",
+            };
+            let _ = writeln!(text, "{what}: {rms:.3} RMS residual");
+        }
+        text += &self.uniqueness(open, chosen);
+        if let Some(p) = self.published {
+            let misfit: f64 =
+                target.fitted.iter().map(|&m| (p.of(target.kind).0[m] - target.values[m]).powi(2)).sum();
+            let _ = writeln!(
+                text,
+                "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over seven ratios",
+                (misfit / target.fitted.len() as f64).sqrt(),
+                p.rms
+            );
+        }
+        text
+    }
+
+    /// How many answers there are, in words.
+    fn uniqueness(&self, open: usize, chosen: bool) -> String {
+        let (fit, target) = (self.fit, &self.fit.target);
+        let Some(i) = &fit.identifiability else {
+            return "uniqueness: not known, for want of a regular equilibrium\n".to_owned();
+        };
+        if open == 0 {
+            return match fit.status {
+                Status::Converged => {
+                    "unique nearby: the target determines every direction of tension\n".to_owned()
+                }
+                _ => String::new(),
+            };
+        }
+        let names: Vec<String> = target.active_names().into_iter().map(str::to_owned).collect();
+        let named = |values: &[f64]| {
+            let pairs = names
+                .iter()
+                .zip(values)
+                .map(|(m, v)| if *v < LARGE { format!("{m} {v:.1}") } else { format!("{m} {v:.1e}") });
+            pairs.collect::<Vec<_>>().join(", ")
+        };
+        let mut text = format!(
+            "NOT UNIQUE: {} for {} tensions leave {} undetermined.\n",
+            counted(target.fitted.len(), "equation"),
+            target.active.len(),
+            counted(open, "direction"),
+        );
+        let found = match (fit.status, chosen) {
+            (Status::Converged, true) => "what comes nearest to the other measured muscles",
+            (Status::Converged, false) => "the smallest total tension",
+            _ => "one answer",
+        };
+        let points: usize = i.null_directions.iter().map(|n| n.valley.points.len()).sum();
+        let _ =
+            writeln!(text, "Found is {found}. As good is a curve of tensions ({points} points in fit.json)");
+        for n in &i.null_directions {
+            if let (Some(first), Some(last)) = (n.valley.points.first(), n.valley.points.last()) {
+                let [before, after] = n.valley.ends.map(|end| end.text(&names));
+                let _ = writeln!(text, "  from  {} N: {before}", named(&first.x));
+                let _ = writeln!(text, "  to    {} N: {after}", named(&last.x));
+            }
+        }
+        text
+    }
+}
+
+/// Three digits with a sign, but none for a zero.
+fn residual(value: f64) -> String {
+    if value.abs() < 5e-4 { "0.000".into() } else { format!("{value:+.3}") }
+}
+
+fn percent(part: f64) -> String {
+    let text = format!("{:.1} %", 100.0 * part);
+    if text.starts_with("-0.0 ") { "0.0 %".into() } else { text }
+}

@@ -1,0 +1,143 @@
+//! Values that meet a target exactly: the way onto it, and on it to where the other measurements are met best.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::identifiability::null_space;
+use super::problem::{Linear, Problem};
+use super::unknown::Unknown;
+
+/// A misfit that is none.
+pub(super) const ON_TARGET: f64 = 1e-10;
+/// Most corrections that move an answer onto the target.
+const MOST_CORRECTIONS: usize = 8;
+/// Most steps to where the other measurements are met best.
+const MOST_STEPS: usize = 60;
+/// A step that moves the answer by less than this is none, in units of the unknowns.
+const STILL: f64 = 1e-7;
+/// A value nearer than this to a bound is on it, in units.
+const ON_BOUND: f64 = 1e-9;
+
+/// Moves `tensions` by the smallest correction that meets the targets to first order, within the bounds: tensions that would
+/// leave them are held there and the others corrected anew. Returns the sensitivities used.
+pub(super) fn correct(
+    problem: &mut dyn Problem,
+    x: &mut DVector<f64>,
+    unknowns: &[Unknown],
+) -> Option<DMatrix<f64>> {
+    let Linear { jacobian, residuals, .. } = problem.linearise(x.as_slice())?;
+    let start = x.clone();
+    let mut free = jacobian.clone();
+    for _ in 0..x.len() {
+        let inverse = free.clone().pseudo_inverse(1e-9).ok()?;
+        let left = &residuals + &jacobian * (&*x - &start);
+        let next = &*x - inverse * left;
+        let out = |i: usize| !(unknowns[i].lower..=unknowns[i].upper).contains(&next[i]);
+        let leaving: Vec<usize> = (0..next.len()).filter(|&i| out(i) && next[i] != x[i]).collect();
+        if leaving.is_empty() {
+            *x = next;
+            break;
+        }
+        for i in leaving {
+            x[i] = next[i].clamp(unknowns[i].lower, unknowns[i].upper);
+            free.column_mut(i).fill(0.0);
+        }
+    }
+    Some(jacobian)
+}
+
+/// Moves an answer that the effort term holds a little beside the target onto it: the nearest values that meet the targets. Returns
+/// the answer itself where that makes nothing better.
+pub(super) fn onto_target(problem: &mut dyn Problem, answer: &[f64]) -> Vec<f64> {
+    let unknowns = problem.unknowns().to_vec();
+    let residuals = problem.residuals(answer);
+    let mut best = (problem.misfit(residuals.as_ref()), answer.to_vec());
+    let mut here = DVector::from_column_slice(answer);
+    for _ in 0..MOST_CORRECTIONS {
+        if best.0 < ON_TARGET {
+            break;
+        }
+        let mut target = here.clone();
+        if correct(problem, &mut target, &unknowns).is_none() {
+            break;
+        }
+        // A whole step where the way is straight; less where it is not.
+        let step = target - &here;
+        let better = (0..6).find_map(|halvings| {
+            let next = &here + &step * 0.5f64.powi(halvings);
+            let residuals = problem.residuals_from_rest(next.as_slice());
+            let misfit = problem.misfit(residuals.as_ref());
+            (misfit < 0.95 * best.0).then_some((misfit, next))
+        });
+        let Some((misfit, next)) = better else { break };
+        best = (misfit, next.iter().copied().collect());
+        here = next;
+    }
+    best.1
+}
+
+/// How far one can go before a value leaves its bounds, in units.
+pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknown]) -> f64 {
+    here.iter()
+        .zip(along.iter())
+        .zip(unknowns)
+        .map(|((t, d), u)| match d {
+            d if *d < -1e-12 => (t - u.lower) / -d,
+            d if *d > 1e-12 => (u.upper - t) / d,
+            _ => f64::INFINITY,
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// From values that meet the target, goes on along it to those that come nearest to the measurements that are not fitted (least
+/// squares), within the bounds: Gauss-Newton in the directions that the target leaves open, each step brought back onto the target.
+pub(super) fn nearest_to_others(problem: &mut dyn Problem, answer: &[f64]) -> Vec<f64> {
+    let unknowns = problem.unknowns().to_vec();
+    let mut here = DVector::from_column_slice(answer);
+    for _ in 0..MOST_STEPS {
+        let Some(linear) = problem.linearise(here.as_slice()) else { break };
+        let Some(step) = step_along(&linear, &here, &unknowns) else { break };
+        let before = linear.other_residuals.norm_squared();
+        let whole = room(&here, &step, &unknowns).min(1.0);
+        let better = (0..12).find_map(|halvings| {
+            let part = whole * 0.5f64.powi(halvings);
+            let next = onto_target(problem, (&here + &step * part).as_slice());
+            problem.residuals(&next)?;
+            let next = DVector::from_vec(next);
+            (problem.other_residuals().norm_squared() < before).then_some(next)
+        });
+        let Some(next) = better else { break };
+        let moved = (&next - &here).amax();
+        here = next;
+        if moved < STILL {
+            break;
+        }
+    }
+    here.iter().copied().collect()
+}
+
+/// The Gauss-Newton step in the directions that the target leaves open; values on a bound that it would leave stay there.
+fn step_along(linear: &Linear, here: &DVector<f64>, unknowns: &[Unknown]) -> Option<DVector<f64>> {
+    let mut rows = linear.jacobian.clone();
+    for _ in 0..=here.len() {
+        let open = null_space(&rows)?;
+        let slopes = &linear.other_jacobian * &open;
+        let along = slopes.clone().pseudo_inverse(1e-12).ok()? * -&linear.other_residuals;
+        let step = open * along;
+        let leaves = |i: &usize| {
+            let (x, u) = (here[*i], unknowns[*i]);
+            (x < u.lower + ON_BOUND && step[*i] < -ON_BOUND)
+                || (x > u.upper - ON_BOUND && step[*i] > ON_BOUND)
+        };
+        let leaving: Vec<usize> = (0..here.len()).filter(leaves).collect();
+        if leaving.is_empty() {
+            return Some(step);
+        }
+        let scale = rows.amax().max(f64::MIN_POSITIVE);
+        for i in leaving {
+            let at = rows.nrows();
+            rows = rows.insert_row(at, 0.0);
+            rows[(at, i)] = scale;
+        }
+    }
+    None
+}

@@ -1,0 +1,206 @@
+//! All that meets a target as well as the answer: a curve of tensions, followed both ways through the answer with step control.
+
+use nalgebra::DVector;
+use serde::Serialize;
+
+use super::Settings;
+use super::identifiability::decompose;
+use super::on_target::{correct, room};
+use super::problem::Problem;
+use super::unknown::Unknown;
+
+/// First and longest step, in units of the unknowns (N).
+const STRIDE: f64 = 2.0;
+/// Shortest step: an end is known to about this.
+const SHORTEST_STRIDE: f64 = 0.01;
+/// Most steps to either side.
+const MOST_STRIDES: usize = 400;
+/// Most corrections that bring a step back onto the target.
+const MOST_CORRECTIONS: usize = 6;
+/// Every point meets the target within this part of the tolerance, or as well as the answer does.
+const PART_OF_TOLERANCE: f64 = 1e-3;
+/// A length that changes by more than this part of itself for a unit of the way has jumped: at rest the reference tongue's muscles
+/// change by a hundredth a newton.
+const JUMP_PER_UNIT: f64 = 0.05;
+/// A value nearer than this to a bound is on it, in units.
+const ON_BOUND: f64 = 1e-9;
+
+/// Why a curve ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum End {
+    /// An unknown is at its lower bound: a muscle is slack.
+    Zero {
+        /// Number of the unknown.
+        unknown: usize,
+    },
+    /// An unknown is at its upper bound; beyond it others may fit as well.
+    UpperBound {
+        /// Number of the unknown.
+        unknown: usize,
+    },
+    /// The equilibrium stops being stable: a fold of the shapes.
+    Fold,
+    /// From rest the tensions beyond lead to a shape elsewhere.
+    Jump,
+    /// The target cannot be met beyond.
+    TargetLost,
+    /// The curve was not followed further.
+    StepLimit,
+}
+
+impl End {
+    /// In words; `names` are those of the unknowns.
+    pub fn text(&self, names: &[String]) -> String {
+        let name = |unknown: &usize| names.get(*unknown).map_or("an unknown", String::as_str);
+        match self {
+            Self::Zero { unknown } => format!("{} is slack", name(unknown)),
+            Self::UpperBound { unknown } => {
+                format!("{} is at the upper bound; beyond it more may fit as well", name(unknown))
+            }
+            Self::Fold => "the equilibrium stops being stable beyond".to_owned(),
+            Self::Jump => "from rest, the tensions beyond lead to a shape elsewhere".to_owned(),
+            Self::TargetLost => "the target cannot be met beyond".to_owned(),
+            Self::StepLimit => "not followed further".to_owned(),
+        }
+    }
+}
+
+/// A point of a curve.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Point {
+    /// The unknowns: tensions of the active muscles, N.
+    pub x: Vec<f64>,
+    /// Lengths of all muscles of the body, m.
+    pub lengths: Vec<f64>,
+    /// Root mean square residual of what is fitted.
+    pub misfit: f64,
+    /// Root mean square residual of what is measured and not fitted, where there is any.
+    pub other_rms: Option<f64>,
+}
+
+/// A curve through the answer, from one end to the other.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Valley {
+    /// Its points, in order; each meets the target.
+    pub points: Vec<Point>,
+    /// Number of the answer among them.
+    pub answer: usize,
+    /// Why it ends before the first point, and why after the last.
+    pub ends: [End; 2],
+}
+
+/// Follows what meets the target from `start` along `direction` and against it.
+pub(super) fn follow(
+    problem: &mut dyn Problem,
+    settings: &Settings,
+    start: &[f64],
+    direction: &DVector<f64>,
+) -> Valley {
+    let (mut before, first_end) = one_way(problem, settings, start, &-direction);
+    let (after, last_end) = one_way(problem, settings, start, direction);
+    before.reverse();
+    let answer = before.len();
+    before.extend(point(problem, start));
+    before.extend(after);
+    Valley { points: before, answer, ends: [first_end, last_end] }
+}
+
+/// The solved point at given values.
+fn point(problem: &mut dyn Problem, x: &[f64]) -> Option<Point> {
+    let residuals = problem.residuals(x)?;
+    let others = problem.other_residuals();
+    let other_rms = (!others.is_empty()).then(|| (others.norm_squared() / others.len() as f64).sqrt());
+    Some(Point {
+        x: x.to_vec(),
+        lengths: problem.lengths(),
+        misfit: problem.misfit(Some(&residuals)),
+        other_rms,
+    })
+}
+
+fn one_way(
+    problem: &mut dyn Problem,
+    settings: &Settings,
+    start: &[f64],
+    direction: &DVector<f64>,
+) -> (Vec<Point>, End) {
+    let unknowns = problem.unknowns().to_vec();
+    let Some(mut last) = point(problem, start) else { return (Vec::new(), End::Fold) };
+    let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(last.misfit * 1.01);
+    let mut here = DVector::from_column_slice(start);
+    let mut along = direction.clone();
+    let (mut stride, mut points, mut why) = (STRIDE, Vec::new(), End::TargetLost);
+    for _ in 0..MOST_STRIDES {
+        let left = room(&here, &along, &unknowns);
+        if left <= ON_BOUND {
+            return (points, at_bound(&here, &along, &unknowns));
+        }
+        if stride < SHORTEST_STRIDE {
+            return (points, why);
+        }
+        let length = left.min(stride);
+        let next = match step(problem, &here, &along, length, &unknowns, tolerance, &last) {
+            Ok(next) => next,
+            Err(end) => {
+                why = end;
+                stride *= 0.5;
+                continue;
+            }
+        };
+        here = DVector::from_column_slice(&next.0.x);
+        along = next.1;
+        last = next.0.clone();
+        points.push(next.0);
+        stride = (1.5 * stride).min(STRIDE);
+    }
+    (points, End::StepLimit)
+}
+
+/// A step along the curve: its point and the direction that leads on, or why there is none.
+fn step(
+    problem: &mut dyn Problem,
+    here: &DVector<f64>,
+    along: &DVector<f64>,
+    length: f64,
+    unknowns: &[Unknown],
+    tolerance: f64,
+    last: &Point,
+) -> Result<(Point, DVector<f64>), End> {
+    let mut next = here + along * length;
+    let mut jacobian = None;
+    for _ in 0..MOST_CORRECTIONS {
+        jacobian = Some(correct(problem, &mut next, unknowns).ok_or(End::Fold)?);
+        let residuals = problem.residuals(next.as_slice());
+        if problem.misfit(residuals.as_ref()) <= tolerance {
+            break;
+        }
+    }
+    let found = point(problem, next.as_slice()).ok_or(End::Fold)?;
+    let gained = (&next - here).dot(along);
+    if found.misfit > tolerance || gained < 0.5 * length || (&next - here).norm() > 2.0 * length {
+        return Err(End::TargetLost);
+    }
+    let moved = |(new, old): (&f64, &f64)| (new - old).abs() > JUMP_PER_UNIT * length * old;
+    let jumped = found.lengths.iter().zip(&last.lengths).any(moved);
+    let from_rest = problem.residuals_from_rest(next.as_slice());
+    let misfit_from_rest = problem.misfit(from_rest.as_ref());
+    if jumped || misfit_from_rest > 2.0 * tolerance + 1e-9 {
+        return Err(End::Jump);
+    }
+    let (_, directions) = decompose(&jacobian.ok_or(End::Fold)?).ok_or(End::Fold)?;
+    let on = directions.iter().max_by(|a, b| a.dot(along).abs().total_cmp(&b.dot(along).abs()));
+    let on = on.ok_or(End::Fold)?;
+    Ok((found, on * on.dot(along).signum()))
+}
+
+/// Which bound stops the way on.
+fn at_bound(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknown]) -> End {
+    let low = (0..here.len()).find(|&i| along[i] < 0.0 && here[i] - unknowns[i].lower <= ON_BOUND);
+    let high = (0..here.len()).find(|&i| along[i] > 0.0 && unknowns[i].upper - here[i] <= ON_BOUND);
+    match (low, high) {
+        (Some(unknown), _) => End::Zero { unknown },
+        (None, Some(unknown)) => End::UpperBound { unknown },
+        (None, None) => End::StepLimit,
+    }
+}
