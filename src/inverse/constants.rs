@@ -26,7 +26,7 @@ impl<'a, const D: usize> Tissue<'a, D> {
     }
 
     /// Constants of a candidate.
-    fn constants(&self, unknowns: &[Unknown], x: &[f64]) -> Constants {
+    pub(super) fn constants(&self, unknowns: &[Unknown], x: &[f64]) -> Constants {
         let mut constants = self.model.constants;
         for (unknown, value) in unknowns.iter().zip(x) {
             match unknown.quantity {

@@ -298,7 +298,8 @@ impl<'a, const D: usize> Forward<'a, D> {
                 Quantity::Tension { muscle } => response.to_tension(muscle),
                 Quantity::Bone { bone, axis } => {
                     let bone = &inverse.bones[bone];
-                    response.to_load(|at, load| bone.add_force(at, axis, load));
+                    let other = inverse.tissue.map(|t| t.constants(&inverse.unknowns, x));
+                    response.to_load(|at, load| bone.add_force(at, axis, other, load));
                     response.carry(bone.nodes(), axis);
                 }
                 Quantity::Constant(constant) => {

@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use crate::body::Mesh;
 use crate::effect::{Configuration, Tangent};
+use crate::material::Constants;
 use crate::sparse::BlockMatrix;
 use crate::system::{Model, System, SystemError};
 
@@ -11,6 +12,9 @@ use crate::system::{Model, System, SystemError};
 #[derive(Debug)]
 pub struct FreedBone<const D: usize> {
     nodes: Vec<usize>,
+    mesh: Mesh<D>,
+    model: Model,
+    contracting: Vec<usize>,
     loose: System<D>,
 }
 
@@ -30,7 +34,8 @@ impl<const D: usize> FreedBone<D> {
         }
         let mut mesh = mesh.clone();
         mesh.fixed.retain(|n| !nodes.contains(n));
-        Ok(Self { nodes: nodes.to_vec(), loose: System::new(&mesh, model, contracting)? })
+        let loose = System::new(&mesh, model, contracting)?;
+        Ok(Self { nodes: nodes.to_vec(), mesh, model: *model, contracting: contracting.to_vec(), loose })
     }
 
     /// Its nodes.
@@ -38,11 +43,21 @@ impl<const D: usize> FreedBone<D> {
         &self.nodes
     }
 
-    /// Adds the force that the tissue puts on every node when the bone moves along an axis and all other nodes stay, N/m.
-    pub(super) fn add_force(&self, at: Configuration<'_, D>, axis: usize, force: &mut [SVector<f64, D>]) {
-        let pattern = self.loose.pattern();
+    /// Adds the force that the tissue puts on every node when the bone moves along an axis and all other nodes stay, N/m; `other` are
+    /// constants of the tissue in place of the model's.
+    pub(super) fn add_force(
+        &self,
+        at: Configuration<'_, D>,
+        axis: usize,
+        other: Option<Constants>,
+        force: &mut [SVector<f64, D>],
+    ) {
+        let with = |constants| System::new(&self.mesh, &Model { constants, ..self.model }, &self.contracting);
+        let anew = other.and_then(|constants| with(constants).ok());
+        let loose = anew.as_ref().unwrap_or(&self.loose);
+        let pattern = loose.pattern();
         let mut stiffness = BlockMatrix::zeros(pattern);
-        self.loose.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
+        loose.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
         let moved = |node: &usize| {
             let mut v = SVector::<f64, D>::zeros();
             if self.nodes.contains(node) {
