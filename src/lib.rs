@@ -80,6 +80,7 @@ pub mod observe;
 pub mod parallel;
 pub mod report;
 pub mod scene;
+pub mod simulation;
 pub mod sparse;
 pub mod statics;
 pub mod study;
@@ -89,3 +90,18 @@ pub mod system;
 /// Which tongue-fit this is: the version of the package and, where it was built in a git checkout, the commit, with
 /// `-modified` behind it where its sources were not as committed: `0.1.0 (5e2005e12a)`. Every output says it.
 pub const VERSION: &str = env!("TONGUE_FIT_VERSION");
+
+/// A millimetre in metres, the unit of all lengths: `5.5 * MM`.
+pub const MM: f64 = 1e-3;
+
+/// What most programs need: `use tongue_fit::prelude::*;`.
+pub mod prelude {
+    pub use crate::MM;
+    pub use crate::body::{Anatomy, AnyBody, Body, Unit};
+    pub use crate::inverse::Method;
+    pub use crate::measured::Dataset;
+    pub use crate::observe::{Observable, Observation};
+    pub use crate::report::{self, Json};
+    pub use crate::simulation::{Assembly, Estimate, InverseProblem, Shape, Solver};
+    pub use crate::system::{Model, TissueModel};
+}

@@ -156,3 +156,23 @@ impl Mesh<2> {
         topology::outlines(self.cells.iter())
     }
 }
+
+impl Mesh<3> {
+    /// The triangles of the surface, their corners counter-clockwise as seen from outside.
+    pub fn outward_faces(&self) -> Vec<[usize; 3]> {
+        let surface: BTreeSet<Vec<usize>> = self.surface().into_iter().collect();
+        let mut faces = Vec::with_capacity(surface.len());
+        for cell in self.cells.iter() {
+            for &left_out in cell {
+                let mut face: Vec<usize> = cell.iter().copied().filter(|n| *n != left_out).collect();
+                face.sort_unstable();
+                if let (true, &[a, b, c]) = (surface.contains(&face), face.as_slice()) {
+                    let x = &self.nodes;
+                    let inwards = (x[b] - x[a]).cross(&(x[c] - x[a])).dot(&(x[left_out] - x[a])) > 0.0;
+                    faces.push(if inwards { [a, c, b] } else { [a, b, c] });
+                }
+            }
+        }
+        faces
+    }
+}

@@ -9,6 +9,9 @@ pub enum TargetError {
     /// The data cannot be read, or have no such row.
     #[error(transparent)]
     Data(#[from] lengths::Error),
+    /// A name that is no vowel's.
+    #[error(transparent)]
+    Vowel(#[from] lengths::BadLabel),
     /// The row is its own baseline: every change is zero.
     #[error(
         "/{vowel}/ of {subject} is the baseline itself, so there is nothing to fit; choose another vowel or \

@@ -203,6 +203,25 @@ impl Target {
     }
 }
 
+impl Dataset {
+    /// What a fit of `vowel` of `subject` has to hit: how long each muscle that shortened is to its length in /ɯ/.
+    ///
+    /// # Errors
+    /// A name that is no vowel's, and as [`Target::new`].
+    pub fn stretches(&self, subject: &str, vowel: &str) -> Result<Target, TargetError> {
+        Target::new(self, subject, &vowel.parse()?, TargetKind::Stretch, &TargetOptions::default())
+    }
+
+    /// What a fit of `vowel` of `subject` has to hit: how long each muscle that is shorter than in /ɯ/ is to GGa (or, in a table
+    /// without it, to the muscle of [`reference_muscle`]).
+    ///
+    /// # Errors
+    /// A name that is no vowel's, and as [`Target::new`].
+    pub fn ratios(&self, subject: &str, vowel: &str) -> Result<Target, TargetError> {
+        Target::new(self, subject, &vowel.parse()?, TargetKind::Ratio, &TargetOptions::default())
+    }
+}
+
 /// A user's choice of muscles as positions in `names`, ascending, each once.
 fn chosen_positions(
     chosen: &[String],

@@ -127,6 +127,19 @@ impl OutputDir {
     }
 }
 
+/// Writes a set of files into a folder, which is made where it is missing: all of them or none. They say that they are made by
+/// `command`: a command line, or what a program says of itself.
+///
+/// # Errors
+/// As [`OutputDir::prepare`] and [`OutputDir::write_all`].
+pub fn write(
+    folder: impl AsRef<Path>,
+    command: &str,
+    files: &[(&str, &dyn Export)],
+) -> Result<Vec<PathBuf>, ReportError> {
+    OutputDir::prepare(folder)?.export(files, &Provenance::new(command))
+}
+
 /// What writes a file's content.
 pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 

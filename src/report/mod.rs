@@ -22,7 +22,7 @@ mod vtu;
 pub use error::ReportError;
 pub use export::{Export, Json, Markdown, Provenance, Rows, Table};
 #[cfg(feature = "files")]
-pub use file::{OutputDir, Writes};
+pub use file::{OutputDir, Writes, write};
 pub use msh::Msh;
 pub use record::{
     AlarmRecord, BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord,

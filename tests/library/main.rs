@@ -17,6 +17,7 @@ mod observables_are_derivatives_of_their_value;
 mod patch_tests;
 mod properties_of_random_bodies;
 mod scenes_simulate_only_what_they_call_for;
+mod simulation_by_name;
 mod sparse_cholesky_agrees_with_faer;
 mod unknowns_are_recovered;
 mod weight_walls_and_carried_bones;

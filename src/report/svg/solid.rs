@@ -1,6 +1,6 @@
 //! Picture of a body in space: its surface, shaded, with what lies behind hidden.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use nalgebra::SVector;
 
@@ -36,7 +36,7 @@ pub fn solid(mesh: &Mesh<3>, positions: &[SVector<f64, 3>], title: &str) -> Resu
         mesh.cells.len()
     );
     let (mut svg, top) = Svg::new(title, &shown, WIDTH);
-    let faces = outwards(mesh);
+    let faces = mesh.outward_faces();
     let [rest, deformed] = [&mesh.nodes[..], positions].map(|x| x.iter().map(seen).collect::<Vec<_>>());
     let flat = |p: &[SVector<f64, 3>]| -> Vec<SVector<f64, 2>> { p.iter().map(|p| p.xy()).collect() };
     let around = Bounds::of(flat(&rest).iter().chain(&flat(&deformed)));
@@ -84,24 +84,6 @@ fn seen(p: &SVector<f64, 3>) -> SVector<f64, 3> {
     let (across, deep) = (p.x * TURN.cos() - p.y * TURN.sin(), p.x * TURN.sin() + p.y * TURN.cos());
     let [up, towards] = [p.z * TILT.cos() + deep * TILT.sin(), p.z * TILT.sin() - deep * TILT.cos()];
     SVector::from([across, up, towards])
-}
-
-/// The faces of the surface, counter-clockwise as seen from outside.
-fn outwards(mesh: &Mesh<3>) -> Vec<[usize; 3]> {
-    let surface: BTreeSet<Vec<usize>> = mesh.surface().into_iter().collect();
-    let mut faces = Vec::with_capacity(surface.len());
-    for cell in mesh.cells.iter() {
-        for &left_out in cell {
-            let mut face: Vec<usize> = cell.iter().copied().filter(|n| *n != left_out).collect();
-            face.sort_unstable();
-            if let (true, &[a, b, c]) = (surface.contains(&face), face.as_slice()) {
-                let inwards = mesh.nodes[left_out] - mesh.nodes[a];
-                let turned = area(&face, &mesh.nodes).dot(&inwards) > 0.0;
-                faces.push(if turned { [a, c, b] } else { [a, b, c] });
-            }
-        }
-    }
-    faces
 }
 
 /// Twice the area of a face along its normal.
@@ -165,14 +147,14 @@ mod tests {
     #[test]
     fn of_a_block_three_sides_are_seen_and_twelve_edges_drawn() {
         let mesh = crate::body::solid::block([1.0, 1.0, 1.0], [2, 2, 2]);
-        let edges = edges(&outwards(&mesh), &mesh.nodes);
+        let edges = edges(&mesh.outward_faces(), &mesh.nodes);
         assert_eq!(edges.len(), 12 * 2, "each of two connections");
         let svg = solid(&mesh, &mesh.nodes, "block").unwrap().to_string();
         let document = roxmltree::Document::parse(&svg).unwrap();
         let filled = document.descendants().filter(|n| n.attribute("stroke-width") == Some("0.8"));
         let faces: Vec<&str> = filled.filter_map(|n| n.attribute("fill")).collect();
         assert_eq!(faces.len(), mesh.surface().len() / 2, "three of six sides are turned to the viewer");
-        let colours: BTreeSet<&str> = faces.iter().copied().collect();
+        let colours: std::collections::BTreeSet<&str> = faces.iter().copied().collect();
         assert_eq!(colours.len(), 3, "{colours:?}");
     }
 }

@@ -1,0 +1,94 @@
+//! Equilibria by name.
+
+use nalgebra::SVector;
+
+use crate::statics::{self, Settings, Workspace};
+
+use super::error::checked;
+use super::{Assembly, Error, Shape};
+
+/// Steps in which the branch from rest is followed.
+const TRACE_STEPS: usize = 20;
+
+/// Solves equilibria of an [`Assembly`], one after another; what it writes to is its own, so every thread needs one.
+#[derive(Debug)]
+pub struct Solver<const D: usize> {
+    /// When a solve stops.
+    pub settings: Settings,
+    assembly: Assembly<D>,
+    workspace: Workspace<D>,
+}
+
+impl<const D: usize> Solver<D> {
+    /// A solver of this assembly.
+    pub fn new(assembly: &Assembly<D>) -> Self {
+        let workspace = Workspace::new(assembly.system());
+        Self { settings: Settings::default(), assembly: assembly.clone(), workspace }
+    }
+
+    /// The equilibrium at these tensions (N; 2D: per metre of thickness), from rest. Muscles that are not named have none. The same
+    /// bits whatever was solved before.
+    ///
+    /// # Errors
+    /// A name that the body does not have or that was not assembled, or is given twice; a tension that is negative or not finite.
+    /// Whether there is an equilibrium says [`Shape::is_converged`].
+    pub fn equilibrium(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, Error> {
+        let tensions = self.assembly.tensions(tensions)?;
+        self.workspace.start_from_rest(self.assembly.system());
+        Ok(self.solve(tensions))
+    }
+
+    /// As [`Solver::equilibrium`], from a shape that was solved before: for tensions that change little. Where there are several
+    /// equilibria, the one found is near that shape.
+    ///
+    /// # Errors
+    /// As [`Solver::equilibrium`], and [`Error::OtherBody`].
+    pub fn equilibrium_from(
+        &mut self,
+        start: &Shape<D>,
+        tensions: &[(&str, f64)],
+    ) -> Result<Shape<D>, Error> {
+        let tensions = self.assembly.tensions(tensions)?;
+        let (given, nodes) = (start.positions().len(), self.workspace.positions().len());
+        if given != nodes {
+            return Err(Error::OtherBody { given, nodes });
+        }
+        self.workspace.start_from_rest(self.assembly.system());
+        self.workspace.start_from(start.positions());
+        Ok(self.solve(tensions))
+    }
+
+    /// As [`Solver::equilibrium`], and follows the equilibria from rest as the tensions grow, which tells whether the shape lies on
+    /// the branch that begins at rest ([`Shape::is_traced`]). Costs about forty solves.
+    ///
+    /// # Errors
+    /// As [`Solver::equilibrium`].
+    pub fn follow_from_rest(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, Error> {
+        let tensions = self.assembly.tensions(tensions)?;
+        let (system, w) = (self.assembly.system(), &mut self.workspace);
+        w.start_from_rest(system);
+        let trace = statics::solve_and_trace(system, w, &tensions, &self.settings, TRACE_STEPS);
+        let positions = w.positions().to_vec();
+        let mut shape = Shape::new(&self.assembly, trace.solution, tensions, positions);
+        shape.trace = Some(trace);
+        Ok(shape)
+    }
+
+    /// Has every later solve bring a bone to where it is at rest, and `shift` (m) from there.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchBone`] with the nearest name, [`Error::Value`] for a shift that is not finite.
+    pub fn shift_bone(&mut self, bone: &str, shift: SVector<f64, D>) -> Result<(), Error> {
+        let nodes = self.assembly.bone(bone)?;
+        for &part in shift.iter() {
+            checked(&format!("the shift of {bone}"), part, part.is_finite(), "finite")?;
+        }
+        self.workspace.carry_bone(self.assembly.system(), nodes, shift);
+        Ok(())
+    }
+
+    fn solve(&mut self, tensions: Vec<f64>) -> Shape<D> {
+        let solution = statics::solve(self.assembly.system(), &mut self.workspace, &tensions, &self.settings);
+        Shape::new(&self.assembly, solution, tensions, self.workspace.positions().to_vec())
+    }
+}

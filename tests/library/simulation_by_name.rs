@@ -1,0 +1,250 @@
+//! The way by name gives the same bits as the rooms that it leads to, and says what is wrong with a name or a number.
+
+use nalgebra::{SVector, Vector3};
+use tongue_fit::body::{Body, MuscleChain, solid};
+use tongue_fit::dynamics::{self, Control, Motion, Tensions};
+use tongue_fit::inverse::{self, Method, Settings};
+use tongue_fit::measured::TargetKind;
+use tongue_fit::prelude::*;
+use tongue_fit::simulation::{Assembly, Error};
+use tongue_fit::statics::{self, Workspace};
+use tongue_fit::system::System;
+
+use crate::fixtures::{target, vowel};
+
+const MUSCLES: [&str; 3] = ["GGa", "SGm", "HGa"];
+const PUBLISHED: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)];
+
+fn model() -> Assembly<2> {
+    Model::default().assemble(&Body::tongue(5.5 * MM).unwrap(), MUSCLES).unwrap()
+}
+
+/// The system and the tensions that the published answer means, made by hand.
+fn by_hand() -> (System<2>, Vec<f64>) {
+    let body = Body::tongue(5.5 * MM).unwrap();
+    let numbers = MUSCLES.map(|name| body.muscle(name).unwrap());
+    let mut tensions = vec![0.0; body.mesh.muscles.len()];
+    for (number, (_, tension)) in numbers.into_iter().zip(PUBLISHED) {
+        tensions[number] = tension;
+    }
+    (System::new(&body.mesh, &Model::default(), &numbers).unwrap(), tensions)
+}
+
+#[test]
+fn equilibria_have_the_same_bits_whatever_was_solved_before() {
+    let (system, tensions) = by_hand();
+    let mut workspace = Workspace::new(&system);
+    let settings = statics::Settings::default();
+    let solution = statics::solve(&system, &mut workspace, &tensions, &settings);
+    let mut solver = model().solver();
+    let first = solver.equilibrium(&PUBLISHED).unwrap();
+    let other = solver.equilibrium(&[("HGa", 60.0)]).unwrap();
+    let near = solver.equilibrium_from(&other, &PUBLISHED).unwrap();
+    let again = solver.equilibrium(&PUBLISHED).unwrap();
+    for shape in [&first, &again] {
+        assert_eq!((shape.positions(), shape.solution), (workspace.positions(), solution));
+    }
+    assert!(near.is_converged() && (near.length("HGa").unwrap() - first.length("HGa").unwrap()).abs() < 1e-9);
+    assert_eq!(other.tension("HGa"), Ok(60.0), "a shape outlives the next solve");
+    let gga = first.length("GGa").unwrap();
+    assert_eq!(gga, system.length(workspace.positions(), 0));
+    assert_eq!(first.stretch("GGa").unwrap(), gga / first.rest_length("GGa").unwrap());
+    assert_eq!(first.ratio("GGa", "GGa"), Ok(1.0));
+    assert_eq!(first.cell_ratios(), system.cell_ratios(workspace.positions()));
+
+    let mut workspace = Workspace::new(&system);
+    let trace = statics::solve_and_trace(&system, &mut workspace, &tensions, &settings, 20);
+    let traced = solver.follow_from_rest(&PUBLISHED).unwrap();
+    assert_eq!((traced.positions(), traced.trace), (workspace.positions(), Some(trace)));
+    assert!(traced.is_traced() && !first.is_traced());
+}
+
+#[test]
+fn fits_have_the_same_bits() {
+    let data = Dataset::reference().unwrap();
+    let body = Body::tongue(5.5 * MM).unwrap();
+    for (kind, method) in
+        [(TargetKind::Ratio, Method::GaussNewton), (TargetKind::Stretch, Method::NelderMead)]
+    {
+        let settings = Settings { method, ..Settings::default() };
+        let wanted = match kind {
+            TargetKind::Ratio => data.ratios("S2", "a").unwrap(),
+            TargetKind::Stretch => data.stretches("S2", "a").unwrap(),
+        };
+        assert_eq!(wanted, target("S2", "a", kind));
+        let model = Model::default().assemble(&body, wanted.active_names()).unwrap();
+        let observations = model.observations(&wanted).unwrap();
+        let found = InverseProblem::new(&model, observations).with_settings(settings).fit().unwrap();
+        let fit = inverse::fit(&body.mesh, &Model::default(), &wanted, &settings).unwrap();
+        assert_eq!((found.status, found.answer.misfit), (fit.status, fit.misfit));
+        assert_eq!((&found.answer.positions, &found.answer.starts), (&fit.positions, &fit.starts));
+        let named: Vec<_> = fit.target.active_names().into_iter().zip(fit.active_tensions()).collect();
+        assert_eq!(found.tensions(), named);
+        assert_eq!(found.undetermined(), Some(usize::from(kind == TargetKind::Ratio)));
+        assert_eq!(found.shape.length("HGp").unwrap(), fit.lengths[7]);
+    }
+}
+
+#[test]
+fn a_motion_has_the_same_bits() {
+    struct Last(Vec<SVector<f64, 2>>);
+    impl dynamics::Observer<2> for Last {
+        fn sample(&mut self, _: f64, positions: &[SVector<f64, 2>]) {
+            self.0 = positions.to_vec();
+        }
+    }
+    let (system, tensions) = by_hand();
+    let motion = Motion::new(&system, Tensions::Ramp { to: tensions, duration: 0.02 }).unwrap();
+    let mut integrator = dynamics::Method::TrBdf2.checked(&motion, Control::Adaptive(1e-6)).unwrap();
+    let (mut state, mut last) = (motion.at_rest(), Last(Vec::new()));
+    let times = dynamics::sample_times(0.05, 6);
+    let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, 0.05, &times, &mut last);
+    let trajectory = model().trajectory(&PUBLISHED, 0.02, 0.05, 6).unwrap();
+    assert_eq!((&trajectory.times, trajectory.outcome), (&times, outcome));
+    assert_eq!(trajectory.positions.last(), Some(&last.0));
+    let lengths = trajectory.lengths("GGa").unwrap();
+    assert!(lengths.len() == 6 && lengths.windows(2).all(|w| w[1] < w[0]), "{lengths:?}");
+    assert!(trajectory.part_of_way.is_some_and(|part| part > 0.0 && part < 0.5));
+}
+
+#[test]
+fn bones_priors_and_constants_are_searched_for_by_name() {
+    let body = Body::tongue(5.5 * MM).unwrap();
+    let model = Model::default().assemble(&body, ["GGa", "HGa"]).unwrap();
+    let mut solver = model.solver();
+    solver.shift_bone("hyoid", SVector::from([3.0 * MM, -2.0 * MM])).unwrap();
+    let truth = [("GGa", 14.0), ("HGa", 9.0)];
+    let seen = solver.equilibrium(&truth).unwrap();
+    let observations = |seen: &Shape<2>| -> Vec<Observation<2>> {
+        let names = body.mesh.muscle_names();
+        let of = |name: &String| Observation::new(model.length(name).unwrap(), seen.length(name).unwrap());
+        names.iter().map(|name| of(name).with_standard_deviation(0.3 * MM)).collect()
+    };
+    let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+    let problem = || InverseProblem::new(&model, observations(&seen)).with_settings(settings);
+    let free = problem().free_bone("hyoid", 10.0 * MM).unwrap().fit().unwrap();
+    assert!(free.is_converged(), "{:?}", free.status);
+    let shift = free.displacement("hyoid").unwrap();
+    assert!((shift - SVector::from([3.0 * MM, -2.0 * MM])).norm() < 1e-6, "{shift:?}");
+    assert!(free.tensions().iter().zip(truth).all(|(found, true_)| (found.1 - true_.1).abs() < 1e-3));
+    assert!(free.simulated.iter().zip(&free.measured).all(|(s, m)| (s - m).abs() < 1e-7));
+
+    // A bone that is believed to stay where it is moves less; a tension that is believed to be small is smaller.
+    let held = problem().free_bone("hyoid", 10.0 * MM).unwrap().with_bone_prior("hyoid", 0.1 * MM).unwrap();
+    let held = held.fit().unwrap().displacement("hyoid").unwrap();
+    assert!(held.norm() < 0.8 * shift.norm(), "{held:?}");
+    let small = problem().free_bone("hyoid", 10.0 * MM).unwrap().with_prior("HGa", 0.0, 0.1).unwrap();
+    let small = small.fit().unwrap().tension("HGa").unwrap();
+    assert!(small < 0.9 * 9.0, "{small}");
+    let capped = problem().with_bounds("HGa", 1.0, 5.0).unwrap().fit().unwrap().tension("HGa").unwrap();
+    assert!((1.0..=5.0).contains(&capped), "{capped}");
+
+    // With known tensions the softness can be found; a tension that is given is not searched for.
+    let soft = Model {
+        constants: tongue_fit::material::Constants { young_modulus: 4700.0, ..Model::default().constants },
+        ..Model::default()
+    };
+    let seen = soft.assemble(&body, ["GGa", "HGa"]).unwrap().solver().equilibrium(&[("GGa", 14.0)]).unwrap();
+    let found = InverseProblem::new(&model, observations(&seen))
+        .with_settings(settings)
+        .with_tension("GGa", 14.0)
+        .and_then(|problem| problem.with_tension("HGa", 0.0))
+        .unwrap()
+        .free_young_modulus(1000.0, 20e3)
+        .fit()
+        .unwrap();
+    assert!(found.young_modulus().is_some_and(|e| (e - 4700.0).abs() < 0.1), "{:?}", found.young_modulus());
+    assert_eq!((found.tension("GGa"), found.poisson_ratio()), (Ok(14.0), None));
+}
+
+#[test]
+fn distances_from_surfaces_are_positive_outside_and_zero_on_them() {
+    let model = model();
+    let tongue = &model.body().mesh;
+    let middle = tongue.nodes.iter().sum::<SVector<f64, 2>>() / tongue.nodes.len() as f64;
+    let rest = model.system().rest();
+    let distance = |p| model.contour(p).unwrap().value(rest);
+    assert!(distance(middle) < -5.0 * MM && distance(middle + SVector::from([0.0, 0.1])) > 0.05);
+    for &node in &tongue.outlines()[0] {
+        assert!(distance(tongue.nodes[node]).abs() < 1e-12);
+    }
+    let block = Body::new("a block", solid::block([0.03; 3], [3; 3]));
+    let model = Model::default().assemble(&block, [""; 0]).unwrap();
+    let rest = model.system().rest();
+    let distance = |p| model.surface(p).unwrap().value(rest);
+    for (p, expected) in [
+        (Vector3::new(0.015, 0.015, 0.032), 0.002),
+        (Vector3::new(0.015, 0.012, 0.029), -0.001),
+        (Vector3::new(-0.004, 0.011, 0.02), 0.004),
+        (Vector3::new(0.011, 0.03, 0.02), 0.0),
+    ] {
+        let found = distance(p);
+        assert!((found - expected).abs() < 1e-15, "{p:?}: {found}");
+    }
+    assert!(model.surface(Vector3::new(f64::NAN, 0.0, 0.0)).is_err());
+}
+
+#[test]
+fn a_muscle_of_many_fibres_pulls_with_all_of_them_and_is_no_single_unknown() {
+    let body = Body::new("a cylinder", solid::cylinder(10.0 * MM, 40.0 * MM, 2, 4));
+    let model = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
+    let model = model.assemble(&body, ["axial"]).unwrap();
+    let shape = model.solver().equilibrium(&[("axial", 0.01)]).unwrap();
+    assert!(shape.is_converged() && shape.stretch("axial").unwrap() < 1.0);
+    assert!(model.stretch("axial").unwrap_err().to_string().contains("19 fibres"));
+    let z = SVector::from([0.0, 0.0, 1.0]);
+    let top = Observation::new(tongue_fit::observe::Point::node(body.mesh.nodes.len() - 1, z), 0.039);
+    let problem = InverseProblem::new(&model, vec![top]);
+    assert!(problem.fit().unwrap_err().to_string().contains("19 fibres"));
+}
+
+#[test]
+fn wrong_names_and_numbers_are_told_in_a_sentence() {
+    let body = Body::tongue(5.5 * MM).unwrap();
+    let model = model();
+    let mut solver = model.solver();
+    let problem = || InverseProblem::new(&model, Vec::new());
+    let cases: [(Error, &[&str]); 16] = [
+        (
+            Model::default().assemble(&body, ["GGaa"]).unwrap_err(),
+            &["\"GGaa\"", "did you mean \"GGa\"?", "HGp"],
+        ),
+        (Model::default().assemble(&body, ["GGa", "GGa"]).unwrap_err(), &["GGa is given twice"]),
+        (solver.equilibrium(&[("gga", 1.0)]).unwrap_err(), &["did you mean \"GGa\"?"]),
+        (solver.equilibrium(&[("HGp", 1.0)]).unwrap_err(), &["HGp does not contract", "GGa, SGm, HGa"]),
+        (solver.equilibrium(&[("GGa", -1.0)]).unwrap_err(), &["tension of GGa is -1", "do not push"]),
+        (solver.equilibrium(&[("GGa", f64::NAN)]).unwrap_err(), &["tension of GGa is NaN"]),
+        (solver.equilibrium(&[("GGa", 1.0), ("GGa", 2.0)]).unwrap_err(), &["given twice"]),
+        (
+            solver.shift_bone("hyiod", SVector::zeros()).unwrap_err(),
+            &["no bone \"hyiod\"", "did you mean \"hyoid\"?"],
+        ),
+        (model.stretch("SGmm").unwrap_err(), &["did you mean \"SGm\"?"]),
+        (problem().free_bone("jaw", 0.01).unwrap_err(), &["no bone \"jaw\"", "mental_spine"]),
+        (problem().free_bone("hyoid", -0.01).unwrap_err(), &["hyoid moves is -0.01", "positive"]),
+        (problem().with_bone_prior("hyoid", 0.01).unwrap_err(), &["hyoid is not searched for", "free_bone"]),
+        (problem().with_prior("GGp", 1.0, 1.0).unwrap_err(), &["GGp does not contract"]),
+        (problem().with_bounds("GGa", 3.0, 2.0).unwrap_err(), &["upper bound of GGa is 2"]),
+        (problem().fit().unwrap_err(), &["at least one observation"]),
+        (model.trajectory(&[], 0.0, f64::NAN, 2).unwrap_err(), &["time to the end is NaN"]),
+    ];
+    for (error, parts) in cases {
+        let said = error.to_string();
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    }
+    let block = Body::new("a block", solid::block([0.03; 3], [1; 3]));
+    assert!(
+        Model::default().assemble(&block, ["GGa"]).unwrap_err().to_string().contains("it has no muscles")
+    );
+    let mut small = Body::tongue(5.5 * MM).unwrap();
+    small.mesh.muscles.push(MuscleChain { name: "none".into(), nodes: vec![] });
+    assert!(
+        matches!(Model::default().assemble(&small, ["GGa"]), Err(Error::System(_))),
+        "faulty meshes are no panic"
+    );
+    let coarse = Model::default().assemble(&Body::tongue(9.0 * MM).unwrap(), ["GGa"]).unwrap();
+    let other = coarse.solver().equilibrium(&[]).unwrap();
+    assert!(solver.equilibrium_from(&other, &[]).unwrap_err().to_string().contains("of the same body"));
+    assert!(Dataset::reference().unwrap().ratios("S2", "").is_err());
+    assert_eq!(vowel("a").label(), "a");
+}
