@@ -111,6 +111,9 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
         counts.force_evaluations,
         counts.factorisations
     );
+    if record.status == tongue_fit::dynamics::Status::Unstable {
+        text += "the steps grow there: take a shorter one (--dt), or --method tr-bdf2, which has no limit\n";
+    }
     text += &way_gone(record.time_s, record.part_of_way_to_equilibrium);
     let _ = writeln!(
         text,

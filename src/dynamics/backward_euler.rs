@@ -28,14 +28,6 @@ impl<const D: usize> BackwardEuler<D> {
 }
 
 impl<const D: usize> Integrator<D> for BackwardEuler<D> {
-    fn name(&self) -> &'static str {
-        "backward-euler"
-    }
-
-    fn order(&self) -> u32 {
-        1
-    }
-
     fn step(
         &mut self,
         motion: &Motion<'_, D>,

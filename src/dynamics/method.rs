@@ -108,6 +108,15 @@ impl Method {
         }
     }
 
+    /// Order of convergence for smooth motion.
+    pub const fn order(self) -> u32 {
+        match self {
+            Method::BackwardEuler | Method::SymplecticEuler => 1,
+            Method::TrBdf2 | Method::Verlet => 2,
+            Method::Rk4 => 4,
+        }
+    }
+
     /// Whether it can choose its own steps.
     pub const fn is_adaptive(self) -> bool {
         matches!(self, Method::TrBdf2)

@@ -96,12 +96,6 @@ pub enum Failure {
 /// An integrator remembers what it may use again (forces, a factor), so it belongs to one trajectory: to start anew, or after
 /// changing the state by hand, make a new one.
 pub trait Integrator<const D: usize>: Debug + Send {
-    /// Short name, as on the command line.
-    fn name(&self) -> &'static str;
-
-    /// Order of convergence for smooth motion.
-    fn order(&self) -> u32;
-
     /// Takes one step, or the part of it that ends at `until` (s, later than the state's time); counts what it cost.
     ///
     /// # Errors

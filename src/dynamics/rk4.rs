@@ -44,14 +44,6 @@ fn accumulate<const D: usize>(
 }
 
 impl<const D: usize> Integrator<D> for Rk4<D> {
-    fn name(&self) -> &'static str {
-        "rk4"
-    }
-
-    fn order(&self) -> u32 {
-        4
-    }
-
     fn step(
         &mut self,
         motion: &Motion<'_, D>,

@@ -22,14 +22,6 @@ impl<const D: usize> SymplecticEuler<D> {
 }
 
 impl<const D: usize> Integrator<D> for SymplecticEuler<D> {
-    fn name(&self) -> &'static str {
-        "symplectic-euler"
-    }
-
-    fn order(&self) -> u32 {
-        1
-    }
-
     fn step(
         &mut self,
         motion: &Motion<'_, D>,

@@ -203,14 +203,6 @@ impl<const D: usize> TrBdf2<D> {
 }
 
 impl<const D: usize> Integrator<D> for TrBdf2<D> {
-    fn name(&self) -> &'static str {
-        "tr-bdf2"
-    }
-
-    fn order(&self) -> u32 {
-        2
-    }
-
     fn step(
         &mut self,
         motion: &Motion<'_, D>,

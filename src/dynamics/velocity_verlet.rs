@@ -32,14 +32,6 @@ impl<const D: usize> VelocityVerlet<D> {
 }
 
 impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
-    fn name(&self) -> &'static str {
-        "verlet"
-    }
-
-    fn order(&self) -> u32 {
-        2
-    }
-
     fn step(
         &mut self,
         motion: &Motion<'_, D>,

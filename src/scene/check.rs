@@ -123,67 +123,65 @@ impl Scene {
                 return Err(contradiction("material.preset = \"as-printed\"", other, why));
             }
         }
-        if continuum && e.springs == Some(true) {
-            let why = "each is all of the tissue, so together it would count twice; ask for one of them";
-            return Err(contradiction("effects.springs = true", "effects.finite_elements = true", why));
-        }
-        if continuum && e.incompressibility == Some(true) {
-            let why = "the continuum keeps its measure by Poisson's ratio, so it would count twice; ask for one of them";
-            return Err(contradiction(
+        first_broken(&[
+            (
+                continuum && e.springs == Some(true),
+                "effects.springs = true",
+                "effects.finite_elements = true",
+                "each is all of the tissue, so together it would count twice; ask for one of them",
+            ),
+            (
+                continuum && e.incompressibility == Some(true),
                 "effects.incompressibility = true",
                 "effects.finite_elements = true",
-                why,
-            ));
-        }
-        if !continuum && e.springs == Some(false) {
-            let why = "nothing would hold the body together; ask for one of them";
-            return Err(contradiction("effects.springs = false", "the lack of effects.finite_elements", why));
-        }
-        Ok(())
+                "the continuum keeps its measure by Poisson's ratio, so it would count twice; ask for one of them",
+            ),
+            (
+                !continuum && e.springs == Some(false),
+                "effects.springs = false",
+                "the lack of effects.finite_elements",
+                "nothing would hold the body together; ask for one of them",
+            ),
+        ])
     }
 
     fn check_motion(&self) -> Result<(), SceneError> {
         let e = &self.effects;
         if self.want != Want::Trajectory {
-            return match &self.trajectory {
-                Some(_) => {
-                    let why = "an equilibrium has no duration; want = \"trajectory\", or remove the table";
-                    Err(contradiction("[trajectory]", "want", why))
-                }
-                None => Ok(()),
-            };
+            let why = "an equilibrium has no duration; want = \"trajectory\", or remove the table";
+            return first_broken(&[(self.trajectory.is_some(), "[trajectory]", "want", why)]);
         }
-        let wanted = "want = \"trajectory\"";
-        if self.trajectory.is_none() {
-            let why = "say how long: [trajectory] duration_s = 3.0";
-            return Err(contradiction(wanted, "the lack of [trajectory]", why));
-        }
-        if e.inertia == Some(false) {
-            let why = "a body without mass has no motion to follow";
-            return Err(contradiction(wanted, "effects.inertia = false", why));
-        }
-        if self.material.density_kg_per_m3 == Some(0.0) {
-            let why = "a body without mass has no motion to follow";
-            return Err(contradiction(wanted, "material.density_kg_per_m3 = 0", why));
-        }
-        if e.muscle_dynamics == Some(false) {
-            let why = "over time a muscle pulls through its series spring and damper; leave them on";
-            return Err(contradiction(wanted, "effects.muscle_dynamics = false", why));
-        }
-        if e.viscosity == Some(false) {
-            let why =
-                "without dampers the body would swing for ever at frequencies that no step could follow";
-            return Err(contradiction(wanted, "effects.viscosity = false", why));
-        }
-        if e.finite_elements == Some(true) {
-            let why = "the continuum has no viscosity here; take springs";
-            return Err(contradiction(wanted, "effects.finite_elements = true", why));
-        }
-        if self.fit.is_some() {
-            let why = "lengths are fitted at equilibrium; want = \"lengths\" or \"shape\"";
-            return Err(contradiction(wanted, "[fit]", why));
-        }
-        Ok(())
+        let massless = "a body without mass has no motion to follow";
+        let rules = [
+            (
+                self.trajectory.is_none(),
+                "the lack of [trajectory]",
+                "say how long: [trajectory] duration_s = 3.0",
+            ),
+            (e.inertia == Some(false), "effects.inertia = false", massless),
+            (self.material.density_kg_per_m3 == Some(0.0), "material.density_kg_per_m3 = 0", massless),
+            (
+                e.muscle_dynamics == Some(false),
+                "effects.muscle_dynamics = false",
+                "over time a muscle pulls through its series spring and damper; leave them on",
+            ),
+            (
+                e.viscosity == Some(false),
+                "effects.viscosity = false",
+                "without dampers the body would swing for ever at frequencies that no step could follow",
+            ),
+            (
+                e.finite_elements == Some(true),
+                "effects.finite_elements = true",
+                "the continuum has no viscosity here; take springs",
+            ),
+            (
+                self.fit.is_some(),
+                "[fit]",
+                "lengths are fitted at equilibrium; want = \"lengths\" or \"shape\"",
+            ),
+        ];
+        first_broken(&rules.map(|(broken, other, why)| (broken, "want = \"trajectory\"", other, why)))
     }
 
     /// Whether the body is in space.
@@ -204,4 +202,12 @@ impl Scene {
 
 pub(super) fn contradiction(first: impl Into<String>, second: impl Into<String>, why: &str) -> SceneError {
     SceneError::contradiction(first, second, why)
+}
+
+/// The first rule that is broken: whether it is, the two things that exclude each other, and why.
+fn first_broken(rules: &[(bool, &str, &str, &str)]) -> Result<(), SceneError> {
+    match rules.iter().find(|(broken, ..)| *broken) {
+        Some((_, first, second, why)) => Err(contradiction(*first, *second, why)),
+        None => Ok(()),
+    }
 }

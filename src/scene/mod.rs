@@ -1,4 +1,4 @@
-//! Scenes: what happens and what is wanted. The plan decides what must be computed for it; nothing else is paid for.
+//! Scenes: what happens and what is wanted. The plan decides what must be computed for it; nothing else is computed.
 //!
 //! [`mod@file`] is the scene as it is written, [`body`] the body that it names, [`plan`] what is simulated and what is left
 //! out and why, [`prepare`] the system made after it, [`run`] the result, [`compare`] what pruning saves.

@@ -154,19 +154,18 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
     };
     let system = &prepared.system;
     let wall_s = clock.elapsed().as_secs_f64();
-    let converged = solution.is_none_or(|s| s.status == statics::Status::Converged)
-        && fitted.is_none_or(|f| f == inverse::Status::Converged)
-        && trajectory.as_ref().is_none_or(|t| t.status == dynamics::Status::Completed);
-
     let at = Configuration { positions: &positions, tensions: &prepared.tensions };
     let of_solution =
         |s: Solution| [s.energy_evaluations as u64, s.iterations as u64 + 1, s.factorisations as u64];
     let of_way = |t: &Way| [0, t.counts.force_evaluations, t.counts.factorisations];
     let evaluations = solution.map(of_solution).or(trajectory.as_ref().map(of_way)).unwrap_or_default();
     let contact = contact(&prepared, at);
-    let converged = converged && !contact.as_ref().is_some_and(|c| c.edge_through_wall);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
-    let converged = converged && min_cell_ratio > 0.0;
+    let converged = solution.is_none_or(|s| s.status == statics::Status::Converged)
+        && fitted.is_none_or(|f| f == inverse::Status::Converged)
+        && trajectory.as_ref().is_none_or(|t| t.status == dynamics::Status::Completed)
+        && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
+        && min_cell_ratio > 0.0;
     Ok(Outcome {
         converged,
         tensions_n: prepared.tensions.clone(),

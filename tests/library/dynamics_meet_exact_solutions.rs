@@ -31,7 +31,7 @@ fn travel(motion: &Motion<'_, 2>, start: &State<2>, method: Method, dt: f64, t_e
 
 /// Halves the step and expects the error to fall by `2^order` within 12 % of the exponent.
 fn expect_order(motion: &Motion<'_, 2>, start: &State<2>, method: Method, dt: f64, t_end: f64, exact: f64) {
-    let order = f64::from(method.integrator(motion, Control::Fixed(dt)).unwrap().order());
+    let order = f64::from(method.order());
     let error = |dt| (travel(motion, start, method, dt, t_end) - exact).abs();
     let (coarse, fine) = (error(dt), error(0.5 * dt));
     assert!(fine < 0.1 * exact.abs(), "{method}: error {fine:e} m of {exact:e} m");
@@ -76,8 +76,7 @@ fn a_kelvin_voigt_element_creeps() {
     let t_end = -1.5 / slow;
     let exact = amplitude * (fast * (slow * t_end).exp() - slow * (fast * t_end).exp()) / (fast - slow);
     for method in Method::ALL {
-        let steps =
-            if method.integrator(&motion, Control::Fixed(1.0)).unwrap().order() == 1 { 2000.0 } else { 60.0 };
+        let steps = if method.order() == 1 { 2000.0 } else { 60.0 };
         expect_order(&motion, &start, method, t_end / steps, t_end, exact);
     }
 }

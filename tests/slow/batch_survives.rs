@@ -39,7 +39,7 @@ fn rows(csv: &[u8]) -> Vec<std::collections::BTreeMap<String, String>> {
 
 #[cfg(unix)]
 #[test]
-fn killed_again_and_again_it_ends_with_the_files_of_an_undisturbed_run() {
+fn killed_again_and_again_and_its_journal_damaged_it_ends_with_the_files_of_an_undisturbed_run() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--draws", "40", "--subsets", "1", "--threads", "2"];
     let undisturbed = folder.path().join("undisturbed");
@@ -66,12 +66,20 @@ fn killed_again_and_again_it_ends_with_the_files_of_an_undisturbed_run() {
         child.wait().unwrap();
         kills += 1;
         before = length();
+        // And the first of what was kept is damaged.
+        let mut bytes = fs::read(&journal).unwrap();
+        let first_entry = bytes.iter().position(|b| *b == b'\n').unwrap() + 1;
+        if let Some(byte) = bytes.get_mut(first_entry + 5) {
+            *byte = b'!';
+        }
+        fs::write(&journal, bytes).unwrap();
         assert!(FILES.iter().all(|f| !killed.join(f).exists()), "no output before all fits are done");
     }
     assert!(kills >= 2, "killed only {kills} times");
     let (status, _, told) = run(&killed, &arguments);
     assert_eq!(status, 3);
     assert!(told.contains("going on after"), "{told}");
+    assert!(told.contains("lines of the journal that are damaged"), "{told}");
     // What a kill in the middle of writing the outputs leaves is a hidden file; it is of no consequence.
     assert!(files(&killed) == files(&undisturbed), "the files differ");
 }

@@ -21,7 +21,7 @@ pub struct Relaxed<const D: usize> {
     pub steps: u64,
 }
 
-/// Relaxes `system` from rest until no free node feels more than `tolerance`, N, or the steps are used up.
+/// Relaxes `system` from rest until no free node has a residual force above `tolerance`, N, or the steps are used up.
 ///
 /// With steps of one, every node has the mass `1/4 sum_j |K_ij|` of its row of the stiffness, which keeps every mode stable
 /// (Underwood 1983), made anew whenever the kinetic energy passes a peak and all velocities are set to zero.

@@ -10,7 +10,7 @@ use crate::study::table;
 fn title(case: u8) -> &'static str {
     match case {
         1 => "Table 4.2 as printed, and its slips one by one",
-        2 => "Subsets of the eight muscles at 1, 10, 100 and 1000 N",
+        2 => "Subsets of the muscles at 1, 10, 100 and 1000 N",
         3 => "Materials at the edges of their ranges",
         4 => "Folding chains",
         5 => "Slivers, broken meshes, large meshes",
