@@ -109,7 +109,7 @@ impl Shown<'_> {
             t.add_row(row);
         }
         let mut text = format!(
-            "{t}\n* contracting: it has a tension; shortening: of the length in /{}/ (measured) or at rest (simulated)\n",
+            "{t}\n* contracting: has a tension; shortening: of the length in /{}/ (measured) or at rest (simulated)\n",
             target.baseline
         );
         if self.published.is_some() {
@@ -202,8 +202,10 @@ impl Shown<'_> {
             _ => "one answer",
         };
         let points: usize = i.null_directions.iter().map(|n| n.valley.points.len()).sum();
-        let _ =
-            writeln!(text, "Found is {found}. As good is a curve of tensions ({points} points in fit.json)");
+        let _ = writeln!(
+            text,
+            "Found is {found}.\nAs good is a curve of tensions ({points} points in fit.json):"
+        );
         for n in &i.null_directions {
             if let (Some(first), Some(last)) = (n.valley.points.first(), n.valley.points.last()) {
                 let [before, after] = n.valley.ends.map(|end| end.text(&names));
