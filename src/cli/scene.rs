@@ -178,21 +178,22 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
 /// Runs a prepared scene and writes its files, named after it: what came out, who made it, and which files.
 fn answered<const D: usize>(
     scene: &Scene,
-    prepared: Prepared<D>,
+    mut prepared: Prepared<D>,
     to: Option<(&OutputDir, &str)>,
     draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>], &[f64]) -> Result<Svg, ReportError>,
 ) -> miette::Result<(Answer, Provenance, Vec<PathBuf>)> {
     tell(&prepared.plan);
-    let mesh = prepared.body.mesh.clone();
     let by = super::provenance().with_tissue(prepared.system.tissue());
-    let result = run::run(scene, prepared).into_diagnostic()?;
+    let result = run::run(scene, &mut prepared).into_diagnostic()?;
     let Some((out, name)) = to else { return Ok((result, by, Vec::new())) };
     let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
     let stem = Path::new(name).file_stem().map_or_else(|| name.into(), |s| s.to_string_lossy());
     let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
     refuse_to_overwrite(scene, out, &names)?;
-    let picture = draw(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
-    let vtu = Vtu::new(&mesh, &positions, &result.tensions_n).into_diagnostic()?;
+    let mesh = &prepared.body.mesh;
+    let picture = draw(mesh, &positions, &result.tensions_n).into_diagnostic()?;
+    let stresses = prepared.system.stresses(&positions);
+    let vtu = Vtu::new(mesh, &positions, &result.tensions_n).into_diagnostic()?.with_stresses(stresses);
     let lengths = result.trajectory.as_ref().map(|_| scene_table::lengths_over_time(&result));
     let json = Json(&result);
     let mut files: Vec<(&str, &dyn Export)> =

@@ -74,8 +74,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let stretch = arguments.colour_stretch;
         let section = Section { mesh, positions, tensions: &all, palate, contact: false, stretch, title };
         let picture = report::tongue(&section).into_diagnostic()?;
-        let vtu = Vtu::new(mesh, positions, &all).into_diagnostic()?;
-        let msh = Msh::deformed(mesh, positions, &all).into_diagnostic()?;
+        let stresses = system.stresses(positions);
+        let vtu = Vtu::new(mesh, positions, &all).into_diagnostic()?.with_stresses(stresses.clone());
+        let msh = Msh::deformed(mesh, positions, &all).into_diagnostic()?.with_stresses(stresses);
         let files: [(&str, &dyn Export); 4] = [
             ("simulation.json", &json),
             ("tongue.svg", &picture),

@@ -12,7 +12,8 @@ use tongue_fit::dynamics::{
     sample_times,
 };
 use tongue_fit::report::{
-    self, ByMuscle, Export, Frame, History, Json, OutputDir, Provenance, Pvd, Sto, TrajectoryRecord, Vtu,
+    self, ByMuscle, Export, Frame, History, Json, OutputDir, Provenance, Pvd, ReportError, Sto,
+    TrajectoryRecord, Vtu,
 };
 use tongue_fit::system::System;
 
@@ -259,8 +260,10 @@ fn write(
         false => format!("Pulling: {} (grey: at rest)", names.join(", ")),
     };
     let svg = report::animation(mesh, &frames, &title).into_diagnostic()?;
-    let shapes = frames.iter().map(|f| Vtu::new(mesh, &f.positions, &f.tensions));
-    let shapes = shapes.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
+    let stresses = |f: &Frame| motion.system().stresses(&f.positions);
+    let shapes =
+        frames.iter().map(|f| Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(stresses(f))));
+    let shapes = shapes.collect::<Result<Vec<_>, ReportError>>().into_diagnostic()?;
     let moments: Vec<(f64, String)> =
         frames.iter().enumerate().map(|(nth, f)| (f.time, format!("trajectory_{nth:04}.vtu"))).collect();
     let (json, table, sto, pvd) = (Json(record), history.table(), Sto(&history), Pvd(&moments));

@@ -42,6 +42,8 @@ pub struct Stress<const D: usize> {
     pub strain: SMatrix<f64, D, D>,
     /// Cauchy's stress, Pa: force on the deformed area, in directions of the deformed shape.
     pub cauchy_pa: SMatrix<f64, D, D>,
+    /// The stress across the plane that plane strain needs, Pa; 0 in space.
+    pub across_pa: f64,
     /// Von Mises's equivalent stress, Pa; in the plane with the stress that plane strain needs across it.
     pub von_mises_pa: f64,
 }
@@ -131,12 +133,13 @@ impl<const D: usize> Deformed<D> {
         let (NeoHookean { lambda, mu }, unit) = (self.law, SMatrix::<f64, D, D>::identity());
         let pulled = self.gradient * self.gradient.transpose() * mu;
         let cauchy_pa = (pulled + unit * (lambda * self.log - mu)) / self.ratio;
-        let across = lambda * self.log / self.ratio;
-        let mean = (cauchy_pa.trace() + if D == 2 { across } else { 0.0 }) / 3.0;
-        let beyond = if D == 2 { (across - mean).powi(2) } else { 0.0 };
+        let across_pa = if D == 2 { lambda * self.log / self.ratio } else { 0.0 };
+        let mean = (cauchy_pa.trace() + across_pa) / 3.0;
+        let beyond = if D == 2 { (across_pa - mean).powi(2) } else { 0.0 };
         Stress {
             strain: (self.gradient.transpose() * self.gradient - unit) * 0.5,
             cauchy_pa,
+            across_pa,
             von_mises_pa: (1.5 * ((cauchy_pa - unit * mean).norm_squared() + beyond)).sqrt(),
         }
     }

@@ -1,23 +1,33 @@
 //! What is known of a deformed body at its nodes, cells and muscle connections; the formats write the same arrays.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use super::ReportError;
 use super::svg::check;
 use crate::body::Mesh;
 use crate::geometry::simplex;
+use crate::material::Stress;
 
 /// Name of the displacement from rest, m, of the nodes.
 pub(super) const DISPLACEMENT: &str = "displacement_m";
-/// Name of the length of a muscle's connection to that at rest, dimensionless.
-pub(super) const STRETCH: &str = "stretch";
 
 /// A shape of a mesh and the tensions of its muscles, which were checked to fit the mesh.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Fields<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
     pub positions: &'a [SVector<f64, D>],
     tensions: &'a [f64],
+    /// One a cell, or none.
+    pub stresses: Vec<Stress<D>>,
+}
+
+/// Values of the cells, of the connections of the muscles (one muscle after another), and of whatever else a format has.
+pub(super) struct Array {
+    pub name: &'static str,
+    pub components: usize,
+    pub cells: Vec<String>,
+    pub lines: Vec<String>,
+    pub elsewhere: &'static str,
 }
 
 impl<'a, const D: usize> Fields<'a, D> {
@@ -27,17 +37,7 @@ impl<'a, const D: usize> Fields<'a, D> {
         tensions: &'a [f64],
     ) -> Result<Self, ReportError> {
         check(mesh, positions, tensions)?;
-        Ok(Self { mesh, positions, tensions })
-    }
-
-    /// Name of the ratios of [`Fields::cell_ratios`].
-    pub fn cell_ratio_name(&self) -> &'static str {
-        if D == 2 { "area_ratio" } else { "volume_ratio" }
-    }
-
-    /// Name of the values of [`Fields::tensions`]: the plane is of unit thickness.
-    pub fn tension_name(&self) -> &'static str {
-        if D == 2 { "tension_n_per_m" } else { "tension_n" }
+        Ok(Self { mesh, positions, tensions, stresses: Vec::new() })
     }
 
     /// Of every node, m.
@@ -45,24 +45,66 @@ impl<'a, const D: usize> Fields<'a, D> {
         self.positions.iter().zip(&self.mesh.nodes).map(|(p, rest)| p - rest)
     }
 
-    /// Of every cell its area or volume to that at rest.
-    pub fn cell_ratios(&self) -> impl Iterator<Item = f64> {
-        self.mesh.cells.iter().map(|cell| {
+    /// The first is `area_ratio` (in space `volume_ratio`), of every cell to that at rest and 1 of lines; then `stretch`, of
+    /// every line to its length at rest and 1 of tissue, and `tension_n_per_m` (in space `tension_n`: the plane is of unit
+    /// thickness), of every line that of its muscle and 0 of tissue.
+    ///
+    /// Of finite elements follow Green's `strain` and `cauchy_stress_pa`, in the plane with what is across it, as tensors, row by
+    /// row; `von_mises_pa`; and `fibre_stress_pa`, along the muscle in the cell, 0 where there is none. They are 0 of lines.
+    pub fn arrays(&self) -> Vec<Array> {
+        let (mesh, lines) = (self.mesh, self.pairs().count());
+        let text = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v.to_string()).collect::<Vec<_>>();
+        let same = |value: &str, count: usize| vec![value.to_owned(); count];
+        let ratios = mesh.cells.iter().map(|cell| {
             let measure = |x: &[SVector<f64, D>]| simplex::measure(&simplex::corners(x, cell));
-            measure(self.positions) / measure(&self.mesh.nodes)
-        })
-    }
-
-    /// Of every connection of the muscles, one muscle after another, its length to that at rest.
-    pub fn stretches(&self) -> Vec<f64> {
-        let pairs = self.mesh.muscles.iter().flat_map(|m| m.nodes.windows(2));
+            measure(self.positions) / measure(&mesh.nodes)
+        });
         let length = |x: &[SVector<f64, D>], pair: &[usize]| (x[pair[1]] - x[pair[0]]).norm();
-        pairs.map(|pair| length(self.positions, pair) / length(&self.mesh.nodes, pair)).collect()
+        let stretches =
+            self.pairs().map(|(_, pair)| length(self.positions, pair) / length(&mesh.nodes, pair));
+        let tensions = self.pairs().map(|(muscle, _)| self.tensions[muscle]);
+        let [ratio, tension] =
+            if D == 2 { ["area_ratio", "tension_n_per_m"] } else { ["volume_ratio", "tension_n"] };
+        let of =
+            |name, components, cells, lines, elsewhere| Array { name, components, cells, lines, elsewhere };
+        let mut all = vec![
+            of(ratio, 1, text(&mut { ratios }), same("1", lines), "1"),
+            of("stretch", 1, same("1", mesh.cells.len()), text(&mut { stretches }), "1"),
+            of(tension, 1, same("0", mesh.cells.len()), text(&mut { tensions }), "0"),
+        ];
+        if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
+            let fibres = mesh.fibres(self.positions);
+            let along =
+                |(s, fibre): (&Stress<D>, Option<SVector<f64, D>>)| fibre.map_or(0.0, |f| s.along(&f));
+            let strain = self.stresses.iter().map(|s| tensor(&s.strain, 0.0)).collect();
+            let cauchy = self.stresses.iter().map(|s| tensor(&s.cauchy_pa, s.across_pa)).collect();
+            let mises = text(&mut self.stresses.iter().map(|s| s.von_mises_pa));
+            let fibre = text(&mut self.stresses.iter().zip(fibres).map(along));
+            all.extend([
+                of("strain", 9, strain, same(NO_TENSOR, lines), NO_TENSOR),
+                of("cauchy_stress_pa", 9, cauchy, same(NO_TENSOR, lines), NO_TENSOR),
+                of("von_mises_pa", 1, mises, same("0", lines), "0"),
+                of("fibre_stress_pa", 1, fibre, same("0", lines), "0"),
+            ]);
+        }
+        all
     }
 
-    /// Of every connection of the muscles, in the same order, the tension of its muscle, N (in the plane per metre of thickness).
-    pub fn tensions(&self) -> Vec<f64> {
-        let of = self.mesh.muscles.iter().zip(self.tensions);
-        of.flat_map(|(m, tension)| m.nodes.windows(2).map(move |_| *tension)).collect()
+    /// The connections of the muscles, one muscle after another, each with the number of its muscle.
+    pub fn pairs(&self) -> impl Iterator<Item = (usize, &'a [usize])> {
+        let muscles = self.mesh.muscles.iter().enumerate();
+        muscles.flat_map(|(number, m)| m.nodes.windows(2).map(move |pair| (number, pair)))
     }
+}
+
+const NO_TENSOR: &str = "0 0 0 0 0 0 0 0 0";
+
+/// The nine components in space, row by row; `across` is that of the third direction where the tensor is of the plane.
+fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
+    let component = |n: usize| match (n / 3, n % 3) {
+        (i, j) if i < D && j < D => of[(i, j)],
+        (2, 2) => across,
+        _ => 0.0,
+    };
+    (0..9).map(|n| component(n).to_string()).collect::<Vec<_>>().join(" ")
 }

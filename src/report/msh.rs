@@ -6,15 +6,16 @@ use nalgebra::SVector;
 
 use super::ReportError;
 use super::export::{Export, Provenance};
-use super::fields::{DISPLACEMENT, Fields, STRETCH};
+use super::fields::{DISPLACEMENT, Fields};
 use crate::body::{Bone, Mesh, gmsh};
+use crate::material::Stress;
 
 /// A body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`] reads.
 ///
 /// A deformed shape has the views `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and
 /// `tension_n_per_m` (in space `tension_n`), with a value for every element as in [`super::Vtu`]: readers like meshio take
 /// a view of some elements for one of all.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Msh<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     bones: &'a [Bone],
@@ -38,6 +39,15 @@ impl<'a, const D: usize> Msh<'a, D> {
     ) -> Result<Self, ReportError> {
         Ok(Self { mesh, bones: &[], fields: Some(Fields::new(mesh, positions, tensions)?) })
     }
+
+    /// As [`super::Vtu::with_stresses`].
+    #[must_use]
+    pub fn with_stresses(mut self, stresses: Vec<Stress<D>>) -> Self {
+        if let Some(fields) = &mut self.fields {
+            fields.stresses = stresses;
+        }
+        self
+    }
 }
 
 impl<const D: usize> Export for Msh<'_, D> {
@@ -55,15 +65,11 @@ impl<const D: usize> Export for Msh<'_, D> {
         let moved = fields.displacements().map(|d| format!("{} {} {}", d[0], d[1], d.get(2).unwrap_or(&0.0)));
         view(out, "NodeData", DISPLACEMENT, 3, moved.collect())?;
         // Elements are the cells, the lines of the muscles and the points of the bones.
-        let mesh = self.mesh;
-        let (cells, lines, points) = (mesh.cells.len(), fields.stretches().len(), mesh.fixed.len());
-        let mut of_elements = |name: &str, values: Vec<f64>| {
-            view(out, "ElementData", name, 1, values.iter().map(f64::to_string).collect())
-        };
-        let ratios = fields.cell_ratios().chain(vec![1.0; lines + points]).collect();
-        of_elements(fields.cell_ratio_name(), ratios)?;
-        of_elements(STRETCH, [vec![1.0; cells], fields.stretches(), vec![1.0; points]].concat())?;
-        of_elements(fields.tension_name(), [vec![0.0; cells], fields.tensions(), vec![0.0; points]].concat())
+        for a in fields.arrays() {
+            let points = vec![a.elsewhere.to_owned(); self.mesh.fixed.len()];
+            view(out, "ElementData", a.name, a.components, [a.cells, a.lines, points].concat())?;
+        }
+        Ok(())
     }
 }
 

@@ -6,9 +6,10 @@ use nalgebra::SVector;
 
 use super::ReportError;
 use super::export::{Export, Provenance};
-use super::fields::{DISPLACEMENT, Fields, STRETCH};
+use super::fields::{DISPLACEMENT, Fields};
 use super::svg::escaped;
 use crate::body::Mesh;
+use crate::material::Stress;
 
 /// VTK's numbers for cells of lines, triangles and tetrahedra.
 const LINE: u8 = 3;
@@ -22,7 +23,7 @@ const TETRAHEDRON: u8 = 10;
 /// number in `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1 for lines),
 /// `stretch` (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m` (N per metre of thickness; in
 /// space `tension_n`; 0 for tissue).
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Vtu<'a, const D: usize>(Fields<'a, D>);
 
 impl<'a, const D: usize> Vtu<'a, D> {
@@ -37,20 +38,28 @@ impl<'a, const D: usize> Vtu<'a, D> {
     ) -> Result<Self, ReportError> {
         Fields::new(mesh, positions, tensions).map(Self)
     }
+
+    /// With strain and stress of every cell, where there are any, which finite elements have ([`crate::system::System::stresses`]):
+    /// `strain` (Green's), `cauchy_stress_pa`, `von_mises_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 where there is none.
+    #[must_use]
+    pub fn with_stresses(mut self, stresses: Vec<Stress<D>>) -> Self {
+        self.0.stresses = stresses;
+        self
+    }
 }
 
 impl<const D: usize> Export for Vtu<'_, D> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let fields = &self.0;
         let (mesh, positions) = (fields.mesh, fields.positions);
-        let lines = || mesh.muscles.iter().flat_map(|m| m.nodes.windows(2));
+        let arrays = fields.arrays();
+        let lines = || fields.pairs().map(|(_, pair)| pair);
         let cells = || mesh.cells.iter().chain(lines());
         let mut end = 0;
         let ends = cells().map(|c| {
             end += c.len();
             end.to_string()
         });
-        let tissue = |value: &'static str| mesh.cells.iter().map(move |_| value.to_owned());
         let point = |p: &SVector<f64, D>| format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0));
         let kind = if D == 2 { TRIANGLE } else { TETRAHEDRON };
         begin(out, "UnstructuredGrid", by)?;
@@ -69,15 +78,13 @@ impl<const D: usize> Export for Vtu<'_, D> {
         array(out, "types", "UInt8", 1, types.map(|t| t.to_string()))?;
         writeln!(out, "</Cells>\n<PointData Vectors=\"{DISPLACEMENT}\">")?;
         array(out, DISPLACEMENT, "Float64", 3, fields.displacements().map(|d| point(&d)))?;
-        writeln!(out, "</PointData>\n<CellData Scalars=\"{}\">", fields.cell_ratio_name())?;
-        let of_lines = |values: Vec<f64>| values.into_iter().map(|v| v.to_string());
-        let ratios = fields.cell_ratios().map(|v| v.to_string()).chain(lines().map(|_| "1".to_owned()));
-        array(out, fields.cell_ratio_name(), "Float64", 1, ratios)?;
+        writeln!(out, "</PointData>\n<CellData Scalars=\"{}\">", arrays[0].name)?;
+        for a in arrays {
+            array(out, a.name, "Float64", a.components, a.cells.into_iter().chain(a.lines))?;
+        }
         let numbers =
-            (0..).zip(&mesh.muscles).flat_map(|(n, m)| m.nodes.windows(2).map(move |_| n.to_string()));
-        array(out, "muscle", "Int64", 1, tissue("-1").chain(numbers))?;
-        array(out, STRETCH, "Float64", 1, tissue("1").chain(of_lines(fields.stretches())))?;
-        array(out, fields.tension_name(), "Float64", 1, tissue("0").chain(of_lines(fields.tensions())))?;
+            mesh.cells.iter().map(|_| "-1".to_owned()).chain(fields.pairs().map(|(m, _)| m.to_string()));
+        array(out, "muscle", "Int64", 1, numbers)?;
         out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
     }
 }
@@ -175,6 +182,29 @@ mod tests {
         assert_eq!(values(&document, "volume_ratio"), vec![1.0; mesh.cells.len() + lines]);
         assert_eq!(values(&document, "tension_n").last(), Some(&0.5));
         assert_eq!(values(&document, "position").len(), 3 * mesh.nodes.len());
+    }
+
+    #[test]
+    fn strain_and_stress_of_finite_elements_are_tensors_of_cells() {
+        let mesh = triangle();
+        let moved = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]].map(SVector::from);
+        let stress = Stress {
+            strain: nalgebra::Matrix2::new(1.5, 0.0, 0.0, 0.0),
+            cauchy_pa: nalgebra::Matrix2::new(4.0, 1.0, 1.0, 2.0),
+            across_pa: 3.0,
+            von_mises_pa: 2.5,
+        };
+        let text = Vtu::new(&mesh, &moved, &[12.5]).unwrap().with_stresses(vec![stress]);
+        let text = text.text(&Provenance::new("")).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let of_lines = [0.0; 18];
+        let cell = [4.0, 1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 3.0];
+        assert_eq!(values(&document, "cauchy_stress_pa"), [&cell[..], &of_lines].concat());
+        assert_eq!(values(&document, "strain")[..9], [1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(values(&document, "von_mises_pa"), [2.5, 0.0, 0.0]);
+        assert_eq!(values(&document, "fibre_stress_pa").len(), 3);
+        let plain = Vtu::new(&mesh, &moved, &[12.5]).unwrap().text(&Provenance::new("")).unwrap();
+        assert!(!plain.contains("stress"), "springs have none");
     }
 
     #[test]

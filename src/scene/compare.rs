@@ -52,7 +52,7 @@ pub struct Compared {
 /// # Errors
 /// [`SceneError`] where a run cannot begin.
 pub fn compare<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) -> Result<Compared, SceneError> {
-    let pruned = prepare(scene, body.clone(), Extent::Pruned)?;
+    let mut pruned = prepare(scene, body.clone(), Extent::Pruned)?;
     let full = prepare(scene, body.clone(), Extent::Full)?;
     let mut out = Compared {
         scene: name.to_owned(),
@@ -67,7 +67,7 @@ pub fn compare<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) -> Res
         steps: None,
     };
     if scene.fit.is_some() {
-        let outcome = run::run(scene, pruned)?;
+        let outcome = run::run(scene, &mut pruned)?;
         (out.converged, out.pruned_ms) = (outcome.converged, 1e3 * outcome.wall_s);
         return Ok(out);
     }

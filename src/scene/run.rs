@@ -124,11 +124,11 @@ pub struct Outcome {
     pub positions_m: Vec<Vec<f64>>,
 }
 
-/// Runs a prepared scene.
+/// Runs a prepared scene, which then has the tensions that were found.
 ///
 /// # Errors
 /// [`SceneError`] where it cannot begin; whatever happens later is in the outcome.
-pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<Outcome, SceneError> {
+pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<Outcome, SceneError> {
     // Made before the clock starts; a trajectory has no use for it.
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
@@ -145,9 +145,9 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
         solution = Some(statics::solve(&prepared.system, workspace, &prepared.tensions, &settings));
         workspace.positions().to_vec()
     } else {
-        let (way, positions) = follow(scene, &prepared)?;
+        let (way, positions) = follow(scene, prepared)?;
         // What was pulled at the end, which the ramp may not have reached.
-        let tensions = tensions_over_time(scene, &prepared);
+        let tensions = tensions_over_time(scene, prepared);
         tensions.at(way.time_s, &mut prepared.tensions);
         trajectory = Some(way);
         positions
@@ -159,7 +159,7 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
         |s: Solution| [s.energy_evaluations as u64, s.iterations as u64 + 1, s.factorisations as u64];
     let of_way = |t: &Way| [0, t.counts.force_evaluations, t.counts.factorisations];
     let evaluations = solution.map(of_solution).or(trajectory.as_ref().map(of_way)).unwrap_or_default();
-    let contact = contact(&prepared, at);
+    let contact = contact(prepared, at);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
     let converged = solution.is_none_or(|s| s.status == statics::Status::Converged)
         && fitted.is_none_or(|f| f == inverse::Status::Converged)
@@ -169,19 +169,19 @@ pub fn run<const D: usize>(scene: &Scene, mut prepared: Prepared<D>) -> Result<O
     Ok(Outcome {
         converged,
         tensions_n: prepared.tensions.clone(),
-        muscles: muscles(&prepared, &positions),
+        muscles: muscles(prepared, &positions),
         min_cell_ratio,
         max_cell_ratio,
         measure_ratio: system.measure(&positions) / system.measure(system.rest()),
         contact,
-        on_bones_n: trajectory.is_none().then(|| on_bones(&prepared, at)),
+        on_bones_n: trajectory.is_none().then(|| on_bones(prepared, at)),
         solution,
         fit: fitted,
         trajectory,
         wall_s,
-        time_by_effect: time_by_effect(&prepared, at, evaluations),
+        time_by_effect: time_by_effect(prepared, at, evaluations),
         positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
-        plan: prepared.plan,
+        plan: prepared.plan.clone(),
     })
 }
 

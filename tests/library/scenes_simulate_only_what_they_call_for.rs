@@ -30,8 +30,8 @@ fn planned(text: &str) -> (Scene, Prepared<2>) {
 }
 
 fn outcome(text: &str) -> Outcome {
-    let (scene, prepared) = planned(text);
-    run(&scene, prepared).unwrap()
+    let (scene, mut prepared) = planned(text);
+    run(&scene, &mut prepared).unwrap()
 }
 
 fn solved(prepared: &Prepared<2>) -> (Solution, Workspace<2>) {
@@ -136,10 +136,10 @@ fn the_plan_says_what_is_simulated_and_why_not() {
 #[test]
 fn a_fit_in_a_scene_is_the_fit_of_the_main_flow() {
     let scene = scene::shipped("fit-vowel-a").unwrap();
-    let prepared = prepare(&scene, flat(&scene), Extent::Pruned).unwrap();
+    let mut prepared = prepare(&scene, flat(&scene), Extent::Pruned).unwrap();
     let target = prepared.target.clone().unwrap();
     let mesh = prepared.body.mesh.clone();
-    let there = run(&scene, prepared).unwrap();
+    let there = run(&scene, &mut prepared).unwrap();
     let here = inverse::fit(&mesh, &Model::default(), &target, &inverse::Settings::default()).unwrap();
     assert_eq!(there.tensions_n, here.tensions);
 }
@@ -195,7 +195,7 @@ fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     let scene = scene::shipped("cylinder-3d").unwrap();
     let AnyBody::Solid(built) = body::build(&scene.body).unwrap() else { panic!("a cylinder is solid") };
     let rest = built.mesh.nodes.clone();
-    let result = run(&scene, prepare(&scene, built, Extent::Pruned).unwrap()).unwrap();
+    let result = run(&scene, &mut prepare(&scene, built, Extent::Pruned).unwrap()).unwrap();
     assert!(result.converged);
     assert!(result.muscles[0].stretch < 0.9, "{:?}", result.muscles);
     assert!((result.measure_ratio - 1.0).abs() < 0.01, "{}", result.measure_ratio);
@@ -210,12 +210,12 @@ fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
 #[test]
 fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_carried() {
     let start = |effects: &str| {
-        let (scene, prepared) = planned(&format!(
+        let (scene, mut prepared) = planned(&format!(
             "{}[trajectory]\nduration_s = 0.01\n[tensions_n]\nGGa = 5.0\n[effects]\nincompressibility = true\n\
              gravity = {{ posture = \"upright\" }}\n{effects}",
             TONGUE.replace("shape", "trajectory")
         ));
-        run(&scene, prepared)
+        run(&scene, &mut prepared)
     };
     let lengths = |o: Outcome| {
         assert!(o.converged && o.on_bones_n.is_none() && o.time_by_effect.len() > 2, "{o:?}");

@@ -122,6 +122,31 @@ fn meshio_reads_the_shape_from_vtu_and_from_msh() {
     assert_eq!(at_rest.cells, msh.cells);
 }
 
+#[test]
+fn finite_elements_have_stresses_from_which_their_readers_get_the_same_von_mises() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let simulate = ["simulate", "--tissue", "fe", "--direct", "--tension", "GGa=2", "--json", "--out", "out"];
+    tongue_fit(folder.path(), &simulate);
+    for file in ["tongue.vtu", "tongue.msh"] {
+        let seen: Value = read_back(&python, "meshio", &folder.path().join("out").join(file));
+        let of = |name: &str| seen["cell_data"][name]["triangle"].clone();
+        let mises: Vec<f64> = numbers(&of("von_mises_pa"));
+        let tensors = of("cauchy_stress_pa");
+        assert!(mises.iter().all(|v| *v > 0.0), "{file}");
+        for (tensor, mises) in tensors.as_array().unwrap().iter().zip(mises) {
+            // Nine in a row, or three rows of three.
+            let t: Vec<f64> = match numbers::<Vec<Value>>(tensor)[0].is_array() {
+                true => numbers::<Vec<Vec<f64>>>(tensor).concat(),
+                false => numbers(tensor),
+            };
+            let mean = (t[0] + t[4] + t[8]) / 3.0;
+            let squares: f64 = (0..9).map(|i| (t[i] - if i % 4 == 0 { mean } else { 0.0 }).powi(2)).sum();
+            assert!(((1.5 * squares).sqrt() / mises - 1.0).abs() < 1e-9, "{file}");
+        }
+    }
+}
+
 #[derive(Deserialize)]
 struct SeenByGmsh {
     nodes: usize,
