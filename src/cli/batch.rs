@@ -74,6 +74,9 @@ pub struct Arguments {
     /// Upper bound of every tension, N per metre of thickness
     #[arg(long, value_name = "N", default_value_t = Settings::default().upper_bound, allow_hyphen_values = true)]
     upper_bound: f64,
+    /// Half width of the rounding of every length, mm [default: as the table says or its digits show, 0.5 for whole millimetres]
+    #[arg(long, value_name = "MM")]
+    error_mm: Option<f64>,
     #[command(flatten)]
     body: body::Arguments,
 }
@@ -155,7 +158,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(path) => Dataset::from_path(path),
         None => Dataset::reference(),
     };
-    let data = data.into_diagnostic()?;
+    let mut data = data.into_diagnostic()?;
+    if let Some(mm) = arguments.error_mm {
+        data = data.with_half_width_mm(mm).into_diagnostic()?;
+    }
     let unreadable: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
     let plan = batch::plan(&data, &selection).into_diagnostic()?;
     let (mesh, model) = (arguments.body.mesh()?, arguments.body.model());

@@ -29,7 +29,7 @@ const PUBLISHED_SUBJECT: &str = "S2";
 #[group(skip)]
 #[command(next_help_heading = "Fit")]
 pub struct Arguments {
-    /// Vowel to fit: i, e, a, o or ɯ (u is taken for ɯ)
+    /// Vowel to fit: any label of the table; of the built-in one i, e, a, o or ɯ (u is taken for ɯ)
     #[arg(long, value_name = "V")]
     vowel: Option<String>,
     /// Subject whose lengths are fitted

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::inverse::alarms::Alarm;
 use crate::inverse::alternatives::{Optimum, Subset};
 use crate::inverse::batch::{Assessment, Job};
 use crate::inverse::rounding::RoundingSegment;
@@ -88,8 +89,9 @@ pub struct IntervalsRecord {
     pub failed: usize,
     /// Draws that no tensions meet.
     pub not_met: usize,
-    /// Tensions of all muscles, N; zero for passive ones.
-    pub tensions_n: ByMuscle<Interval>,
+    /// Tensions of the contracting muscles, N; null where an interval would say nothing: the answer is at the upper bound, or most
+    /// draws cannot be met.
+    pub tensions_n: ByMuscle<Option<Interval>>,
     /// Simulated lengths over that of GGa.
     pub ratios: ByMuscle<Interval>,
     /// Simulated lengths over those at rest.
@@ -166,9 +168,11 @@ impl AssessedRecord {
 
 fn intervals<const D: usize>(a: &Assessment<D>, i: &Intervals) -> IntervalsRecord {
     let fit = &a.fit;
-    let mut tensions = vec![Interval { low: 0.0, high: 0.0 }; fit.muscles.len()];
+    let mut tensions = vec![None; fit.muscles.len()];
+    let mostly_met = 2 * i.not_met <= i.draws;
     for (&m, interval) in fit.target.active.iter().zip(&i.tensions) {
-        tensions[m] = *interval;
+        let at_upper_bound = a.alarms.contains(&Alarm::AtUpperBound { muscle: fit.muscles[m].clone() });
+        tensions[m] = (mostly_met && !at_upper_bound).then_some(*interval);
     }
     IntervalsRecord {
         level: LEVEL,

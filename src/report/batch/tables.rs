@@ -71,7 +71,7 @@ pub fn muscle_lines(r: &AssessedRecord, p: &Provenance, with_header: bool) -> cs
             let found = r.intervals.as_ref().map(|all| of(all).0[i].1);
             (found.map(|x| x.low), found.map(|x| x.high))
         };
-        let (tension_low_n_per_m, tension_high_n_per_m) = ends(|i| &i.tensions_n);
+        let tension_interval = r.intervals.as_ref().and_then(|all| all.tensions_n.0[i].1);
         let (ratio_low, ratio_high) = ends(|i| &i.ratios);
         let (stretch_low, stretch_high) = ends(|i| &i.stretches);
         writer.serialize(MuscleRow {
@@ -86,8 +86,8 @@ pub fn muscle_lines(r: &AssessedRecord, p: &Provenance, with_header: bool) -> cs
             fitted: r.fitted.contains(muscle),
             uncertain: f.uncertain.contains(muscle),
             tension_n_per_m: *tension,
-            tension_low_n_per_m,
-            tension_high_n_per_m,
+            tension_low_n_per_m: tension_interval.map(|x| x.low),
+            tension_high_n_per_m: tension_interval.map(|x| x.high),
             baseline_length_mm: of(&f.baseline_lengths_mm),
             measured_length_mm: of(&f.measured_lengths_mm),
             rest_length_mm: rest,
@@ -192,7 +192,7 @@ pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &Provenance) -> csv::
         optional(f.identifiability.as_ref().map(|i| i.undetermined)),
     ];
     let tensions = muscles.iter().flat_map(|m| {
-        let interval = i.and_then(|all| all.tensions_n.of(m));
+        let interval = i.and_then(|all| *all.tensions_n.of(m)?);
         [f.tensions_n.of(m).copied(), interval.map(|x| x.low), interval.map(|x| x.high)].map(optional)
     });
     let smallest = r.within_rounding.as_ref().and_then(|s| s.last()).map(|s| s.singular_value);

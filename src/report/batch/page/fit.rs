@@ -118,7 +118,7 @@ fn table_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> M
                 td data-v=(tension) {
                     @if f.active.contains(m) {
                         (format!("{tension:.1}"))
-                        @if let Some(i) = r.intervals.as_ref().and_then(|i| i.tensions_n.of(m)) {
+                        @if let Some(i) = r.intervals.as_ref().and_then(|i| *i.tensions_n.of(m)?) {
                             span.interval { " [" (format!("{:.1}", i.low)) ", " (format!("{:.1}", i.high)) "]" }
                         }
                     }
