@@ -50,8 +50,8 @@ impl Model {
 
 /// Numbers of the chains of a muscle: at least one.
 fn fibres<const D: usize>(body: &Body<D>, muscle: &str) -> Result<Vec<usize>, Error> {
-    body.muscle(muscle)?;
-    Ok(body.muscles_called(muscle).collect())
+    let first = body.muscle(muscle)?;
+    Ok(body.muscles_called(&body.mesh.muscles[first].name).collect())
 }
 
 impl<const D: usize> Assembly<D> {
@@ -152,14 +152,17 @@ impl<const D: usize> Assembly<D> {
     /// Tensions of all muscles of the body, N, from those given by name; every other is zero.
     pub(super) fn tensions(&self, given: &[(&str, f64)]) -> Result<Vec<f64>, Error> {
         let mut all = vec![0.0; self.system().muscle_count()];
-        for (nth, &(muscle, tension)) in given.iter().enumerate() {
+        let mut seen = Vec::with_capacity(given.len());
+        for &(muscle, tension) in given {
             let good = tension.is_finite() && tension >= 0.0;
             let must = "finite and not negative: muscles pull, they do not push";
             checked(&format!("the tension of {muscle}"), tension, good, must)?;
-            if given[..nth].iter().any(|(other, _)| *other == muscle) {
+            let fibres = self.pulling(muscle)?;
+            if seen.contains(&fibres[0]) {
                 return Err(Error::Repeated { name: muscle.to_owned() });
             }
-            self.pulling(muscle)?.into_iter().for_each(|fibre| all[fibre] = tension);
+            fibres.iter().for_each(|&fibre| all[fibre] = tension);
+            seen.extend(fibres);
         }
         Ok(all)
     }
