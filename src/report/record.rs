@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 
 use super::export::{Export, Provenance, Rows, Table};
 use crate::inverse::alarms::Alarm;
+use crate::inverse::valley::Valley;
 use crate::inverse::{self, Fit};
 use crate::measured::{TargetKind, Vowel, reference_muscle};
 use crate::statics::{self, Solution};
@@ -169,6 +170,26 @@ pub struct ValleyRecord {
 }
 
 impl ValleyRecord {
+    /// The record of a curve over `unknowns` in a body with these muscles, whose lengths `of_body` takes from those of all chains.
+    pub fn new(
+        valley: &Valley,
+        unknowns: &[String],
+        muscles: &[String],
+        of_body: impl Fn(&[f64]) -> Vec<f64>,
+    ) -> Self {
+        let point = |p: &inverse::valley::Point| ValleyPointRecord {
+            tensions_n: by(unknowns, &p.x),
+            lengths_mm: mm(muscles, &of_body(&p.lengths)),
+            misfit: p.misfit,
+            passive_rms: p.other_rms,
+        };
+        Self {
+            points: valley.points.iter().map(point).collect(),
+            answer: valley.answer,
+            ends: valley.ends.map(|end| end.text(unknowns)),
+        }
+    }
+
     /// A row a point: its number, tension and length of every muscle, misfit and passive residual.
     pub fn table(&self) -> Table {
         let Some(first) = self.points.first() else { return Table::default() };
@@ -304,20 +325,7 @@ impl FitRecord {
                 })
                 .collect(),
         });
-        let valley = fit.valley().map(|valley| ValleyRecord {
-            points: valley
-                .points
-                .iter()
-                .map(|p| ValleyPointRecord {
-                    tensions_n: by(&active, &p.x),
-                    lengths_mm: mm(all, &fit.of_body(&p.lengths)),
-                    misfit: p.misfit,
-                    passive_rms: p.other_rms,
-                })
-                .collect(),
-            answer: valley.answer,
-            ends: valley.ends.map(|end| end.text(&active)),
-        });
+        let valley = fit.valley().map(|v| ValleyRecord::new(v, &active, all, |lengths| fit.of_body(lengths)));
         let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.rest_lengths, target.reference);
         let of_target =
             |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm, target.reference);

@@ -23,6 +23,7 @@ use crate::system::SystemError;
 
 pub use file::Scene;
 pub use plan::Plan;
+pub use run::simulate;
 pub use shipped::{names, shipped};
 
 /// The temporomandibular joint of the reference tongue, mm: drawn, not traced, 110 mm from the mental spine.

@@ -5,10 +5,11 @@ use std::time::Instant;
 use nalgebra::SVector;
 use serde::Serialize;
 
-use super::SceneError;
 use super::file::{Scene, Want};
 use super::plan::Plan;
-use super::prepare::Prepared;
+use super::prepare::{Extent, Prepared, prepare};
+use super::{SceneError, body};
+use crate::body::AnyBody;
 use crate::dynamics::{self, Control, Counts, Method, Motion, Observer, Tensions};
 use crate::effect::{Configuration, Tangent};
 use crate::inverse;
@@ -122,6 +123,18 @@ pub struct Outcome {
     pub time_by_effect: Vec<EffectTime>,
     /// Positions of all nodes, m.
     pub positions_m: Vec<Vec<f64>>,
+}
+
+/// Runs a scene from beginning to end: its body, its plan, its result.
+///
+/// # Errors
+/// [`SceneError`] where it cannot begin; whatever happens later is in the outcome.
+pub fn simulate(scene: &Scene) -> Result<Outcome, SceneError> {
+    scene.check()?;
+    match body::build(&scene.body)? {
+        AnyBody::Flat(body) => run(scene, &mut prepare(scene, body, Extent::Pruned)?),
+        AnyBody::Solid(body) => run(scene, &mut prepare(scene, body, Extent::Pruned)?),
+    }
 }
 
 /// Runs a prepared scene, which then has the tensions that were found.

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use crate::body::Body;
-use crate::inverse::Matched;
+use crate::inverse::{Inverse, Matched, Settings};
 use crate::measured::Target;
-use crate::observe::{Contour, Curve, Length, Observation, Ratio, Stretch, Surface};
+use crate::observe::{Contour, Curve, Length, Ratio, Stretch, Surface};
 use crate::system::{Model, System};
 
 use super::error::checked;
-use super::{Error, Solver};
+use super::once::Once;
+use super::{Dimension, Error, Observations, Solver, Space};
 
 /// A body of which some muscles can contract, made into a [`System`]. A clone is another handle to the same.
 #[derive(Debug, Clone)]
@@ -34,7 +35,10 @@ impl Model {
         &self,
         body: &Body<D>,
         muscles: impl IntoIterator<Item = impl AsRef<str>>,
-    ) -> Result<Assembly<D>, Error> {
+    ) -> Result<Assembly<D>, Error>
+    where
+        Space: Dimension<D>,
+    {
         let mut contracting = Vec::new();
         for name in muscles {
             let fibres = fibres(body, name.as_ref())?;
@@ -43,7 +47,7 @@ impl Model {
             }
             contracting.extend(fibres);
         }
-        let system = System::new(&body.mesh, self, &contracting)?;
+        let system = <Space as Once<D>>::system(&body.mesh, self, &contracting)?;
         Ok(Assembly(Arc::new(Parts { body: body.clone(), model: *self, system })))
     }
 }
@@ -83,7 +87,10 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// What solves it: one a thread.
-    pub fn solver(&self) -> Solver<D> {
+    pub fn solver(&self) -> Solver<D>
+    where
+        Space: Dimension<D>,
+    {
         Solver::new(self)
     }
 
@@ -112,12 +119,15 @@ impl<const D: usize> Assembly<D> {
         Ok(Ratio::new(self.length(muscle)?, self.length(over)?))
     }
 
-    /// What a target measured says of this body: an observation for every fitted muscle, with its range of rounding.
+    /// What a target measured says of this body: an observation for every fitted muscle, with its range of rounding, and one for
+    /// every other muscle that was measured.
     ///
     /// # Errors
     /// [`Error::Fit`] names a muscle that the target needs and the body lacks.
-    pub fn observations(&self, target: &Target) -> Result<Vec<Observation<D>>, Error> {
-        Ok(Matched::new(&self.body().mesh, target)?.observations(self.system()))
+    pub fn observations(&self, target: &Target) -> Result<Observations<D>, Error> {
+        let matched = Matched::new(&self.body().mesh, target)?;
+        let Inverse { observations, others, .. } = matched.inverse(self.system(), &Settings::default());
+        Ok(Observations { fitted: observations, others })
     }
 
     /// Numbers of the chains of a muscle.

@@ -3,9 +3,9 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
-use crate::inverse::{Answer, Constant, Identifiability, Quantity, Status, Unknown};
+use crate::inverse::{Answer, Constant, Quantity, Status, Unknown};
 use crate::observe::Observation;
-use crate::report::{ByMuscle, SimulationRecord};
+use crate::report::{ByMuscle, SimulationRecord, ValleyRecord};
 
 use super::{Assembly, Error, Shape};
 
@@ -48,9 +48,9 @@ impl<const D: usize> Estimate<D> {
         }
     }
 
-    /// Whether the observations are met and nothing speaks against the answer.
-    pub fn is_converged(&self) -> bool {
-        self.status == Status::Converged
+    /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law.
+    pub fn is_trustworthy(&self) -> bool {
+        self.status == Status::Converged && self.shape.is_traced() && self.shape.guarded() == 0
     }
 
     /// The tension of a muscle, N (2D: per metre of thickness), found or given.
@@ -107,6 +107,21 @@ impl<const D: usize> Estimate<D> {
         self.answer.identifiability.as_ref().map(|i| i.null_directions.len())
     }
 
+    /// The curve of all answers that fit as well, where just one direction is undetermined.
+    pub fn valley(&self) -> Option<ValleyRecord> {
+        let [open] = self.answer.identifiability.as_ref()?.null_directions.as_slice() else { return None };
+        let muscles = &self.shape.assembly().body().mesh.muscles;
+        let name = |u: &Unknown| match u.quantity {
+            Quantity::Tension { muscle } => muscles[muscle].name.clone(),
+            Quantity::Bone { bone, axis } => format!("{}_{}_mm", self.bones[bone], ["x", "y", "z"][axis % 3]),
+            Quantity::Constant(Constant::YoungModulus) => "young_modulus_100_pa".to_owned(),
+            Quantity::Constant(Constant::PoissonRatio) => "poisson_ratio_percent".to_owned(),
+        };
+        let unknowns: Vec<String> = self.unknowns.iter().map(name).collect();
+        let names = self.shape.assembly().body().mesh.muscle_names();
+        Some(ValleyRecord::new(&open.valley, &unknowns, &names, <[f64]>::to_vec))
+    }
+
     /// All of it, to be written as JSON ([`crate::report::Json`]).
     pub fn record(&self) -> EstimateRecord {
         let displacement = |name: &String| {
@@ -123,7 +138,9 @@ impl<const D: usize> Estimate<D> {
             young_modulus_pa: self.young_modulus(),
             poisson_ratio: self.poisson_ratio(),
             evaluations: self.answer.evaluations,
-            identifiability: self.answer.identifiability.clone(),
+            singular_values: self.answer.identifiability.as_ref().map(|i| i.singular_values.clone()),
+            undetermined: self.undetermined(),
+            valley: self.valley(),
             shape: self.shape.record(),
         }
     }
@@ -150,8 +167,12 @@ pub struct EstimateRecord {
     pub poisson_ratio: Option<f64>,
     /// Equilibria solved.
     pub evaluations: usize,
-    /// What the data leave open; over the unknowns in their units: tensions (N) in the order of `active`, then displacements (mm).
-    pub identifiability: Option<Identifiability>,
+    /// Singular values of d(residual)/d(unknown in its unit), largest first.
+    pub singular_values: Option<Vec<f64>>,
+    /// In how many directions the unknowns can be changed without the fit becoming worse.
+    pub undetermined: Option<usize>,
+    /// The curve of all answers that fit as well, where just one direction is undetermined.
+    pub valley: Option<ValleyRecord>,
     /// The shape found: tensions, lengths, ratios, stretches, positions.
     pub shape: SimulationRecord,
 }

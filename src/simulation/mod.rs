@@ -38,6 +38,7 @@
 mod assembly;
 mod error;
 mod estimate;
+mod once;
 mod problem;
 mod shape;
 mod solver;
@@ -46,7 +47,8 @@ mod trajectory;
 pub use assembly::Assembly;
 pub use error::Error;
 pub use estimate::{Estimate, EstimateRecord};
-pub use problem::InverseProblem;
+pub use once::{Dimension, Space};
+pub use problem::{InverseProblem, Observations};
 pub use shape::Shape;
 pub use solver::Solver;
 pub use trajectory::Trajectory;

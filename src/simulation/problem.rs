@@ -1,10 +1,27 @@
 //! An inverse problem by name: what was seen of a body, and what is searched for.
 
-use crate::inverse::{self, FreedBone, Inverse, Prior, Quantity, Settings, Tissue, Unknown};
+use crate::inverse::{FreedBone, Inverse, Prior, Quantity, Settings, Tissue, Unknown};
 use crate::observe::Observation;
 
 use super::error::checked;
-use super::{Assembly, Error, Estimate};
+use super::once::Once;
+use super::{Assembly, Dimension, Error, Estimate, Space};
+
+/// What was seen of a body.
+#[derive(Debug, Clone, Default)]
+pub struct Observations<const D: usize> {
+    /// What a fit is to meet.
+    pub fitted: Vec<Observation<D>>,
+    /// What else was measured. Where what is fitted leaves a direction open, it tells the best of the answers.
+    pub others: Vec<Observation<D>>,
+}
+
+impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
+    /// All of them fitted.
+    fn from(fitted: Vec<Observation<D>>) -> Self {
+        Self { fitted, others: Vec::new() }
+    }
+}
 
 /// What was seen of a body and what is unknown of it: at first the tension of every contracting muscle, from 0 to
 /// [`Settings::upper_bound`].
@@ -16,7 +33,7 @@ pub struct InverseProblem<const D: usize> {
     /// How it is searched.
     pub settings: Settings,
     assembly: Assembly<D>,
-    observations: Vec<Observation<D>>,
+    observations: Observations<D>,
     /// An infinite upper bound stands for that of the settings.
     unknowns: Vec<Unknown>,
     bone_names: Vec<String>,
@@ -25,14 +42,17 @@ pub struct InverseProblem<const D: usize> {
     tensions: Vec<f64>,
 }
 
-impl<const D: usize> InverseProblem<D> {
+impl<const D: usize> InverseProblem<D>
+where
+    Space: Dimension<D>,
+{
     /// The tensions of all contracting muscles from these observations.
-    pub fn new(assembly: &Assembly<D>, observations: Vec<Observation<D>>) -> Self {
+    pub fn new(assembly: &Assembly<D>, observations: impl Into<Observations<D>>) -> Self {
         let tension = |&muscle: &usize| Unknown::tension(muscle, f64::INFINITY);
         Self {
             settings: Settings::default(),
             assembly: assembly.clone(),
-            observations,
+            observations: observations.into(),
             unknowns: assembly.system().contracting().iter().map(tension).collect(),
             bone_names: Vec::new(),
             bones: Vec::new(),
@@ -98,7 +118,7 @@ impl<const D: usize> InverseProblem<D> {
             return Err(Error::Repeated { name: bone.to_owned() });
         }
         let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
-        let freed = FreedBone::new(mesh, self.assembly.model(), system.contracting(), nodes)?;
+        let freed = <Space as Once<D>>::free(mesh, self.assembly.model(), system.contracting(), nodes)?;
         let number = self.bones.len();
         self.unknowns.extend((0..D).map(|axis| {
             let unknown = Unknown::bone(number, axis, 1.0);
@@ -171,14 +191,15 @@ impl<const D: usize> InverseProblem<D> {
             model: *assembly.model(),
             contracting: system.contracting(),
         };
-        let mut inverse = Inverse::new(system, self.observations.clone(), unknowns.clone());
+        let mut inverse = Inverse::new(system, self.observations.fitted.clone(), unknowns.clone());
+        inverse.others.clone_from(&self.observations.others);
         inverse.bones = &self.bones;
         inverse.tensions.clone_from(&self.tensions);
         if unknowns.iter().any(|u| matches!(u.quantity, Quantity::Constant(_))) {
             inverse.tissue = Some(&tissue);
         }
-        let answer = inverse::solve(&inverse, &self.settings)?;
-        Ok(Estimate::new(assembly, answer, unknowns, self.bone_names.clone(), &self.observations))
+        let answer = <Space as Once<D>>::fit(&inverse, &self.settings)?;
+        Ok(Estimate::new(assembly, answer, unknowns, self.bone_names.clone(), &self.observations.fitted))
     }
 }
 

@@ -29,6 +29,11 @@ impl<const D: usize> Shape<D> {
         Self { solution, trace: None, assembly: assembly.clone(), tensions, positions }
     }
 
+    /// The body under these tensions.
+    pub fn assembly(&self) -> &Assembly<D> {
+        &self.assembly
+    }
+
     /// Whether it is an equilibrium; if not, `solution.status` says why.
     pub fn is_converged(&self) -> bool {
         self.solution.status == Status::Converged

@@ -2,13 +2,11 @@
 
 use nalgebra::SVector;
 
-use crate::statics::{self, Settings, Workspace};
+use crate::statics::{Settings, Workspace};
 
 use super::error::checked;
-use super::{Assembly, Error, Shape};
-
-/// Steps in which the branch from rest is followed.
-const TRACE_STEPS: usize = 20;
+use super::once::Once;
+use super::{Assembly, Dimension, Error, Shape, Space};
 
 /// Solves equilibria of an [`Assembly`], one after another; what it writes to is its own, so every thread needs one.
 #[derive(Debug)]
@@ -19,10 +17,13 @@ pub struct Solver<const D: usize> {
     workspace: Workspace<D>,
 }
 
-impl<const D: usize> Solver<D> {
+impl<const D: usize> Solver<D>
+where
+    Space: Dimension<D>,
+{
     /// A solver of this assembly.
     pub fn new(assembly: &Assembly<D>) -> Self {
-        let workspace = Workspace::new(assembly.system());
+        let workspace = <Space as Once<D>>::workspace(assembly.system());
         Self { settings: Settings::default(), assembly: assembly.clone(), workspace }
     }
 
@@ -67,7 +68,7 @@ impl<const D: usize> Solver<D> {
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);
         w.start_from_rest(system);
-        let trace = statics::solve_and_trace(system, w, &tensions, &self.settings, TRACE_STEPS);
+        let trace = <Space as Once<D>>::trace(system, w, &tensions, &self.settings);
         let positions = w.positions().to_vec();
         let mut shape = Shape::new(&self.assembly, trace.solution, tensions, positions);
         shape.trace = Some(trace);
@@ -88,7 +89,8 @@ impl<const D: usize> Solver<D> {
     }
 
     fn solve(&mut self, tensions: Vec<f64>) -> Shape<D> {
-        let solution = statics::solve(self.assembly.system(), &mut self.workspace, &tensions, &self.settings);
+        let solution =
+            <Space as Once<D>>::solve(self.assembly.system(), &mut self.workspace, &tensions, &self.settings);
         Shape::new(&self.assembly, solution, tensions, self.workspace.positions().to_vec())
     }
 }

@@ -3,9 +3,11 @@
 use nalgebra::SVector;
 
 use crate::dynamics::{self, Control, Method, Motion, Observer, Outcome, SHORTEST_S, Tensions};
+use crate::system::System;
 
 use super::error::checked;
-use super::{Assembly, Error};
+use super::once::Once;
+use super::{Assembly, Dimension, Error, Space};
 
 /// Error that a step may make, m.
 const TOLERANCE: f64 = 1e-6;
@@ -24,7 +26,10 @@ pub struct Trajectory<const D: usize> {
     assembly: Assembly<D>,
 }
 
-impl<const D: usize> Assembly<D> {
+impl<const D: usize> Assembly<D>
+where
+    Space: Dimension<D>,
+{
     /// The motion from rest while the tensions (N; 2D: per metre of thickness) grow to their values in `ramp_s` (s) and then stay,
     /// until `t_end_s`, looked at `samples` times evenly; by TR-BDF2 with an error of 1 µm a step.
     ///
@@ -41,14 +46,8 @@ impl<const D: usize> Assembly<D> {
         checked("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
         checked("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
         let tensions = Tensions::Ramp { to: self.tensions(tensions)?, duration: ramp_s };
-        let motion = Motion::new(self.system(), tensions)?;
-        let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(TOLERANCE))?;
-        let mut state = motion.at_rest();
-        let start = state.positions.clone();
-        let mut seen = Samples::default();
-        let times = dynamics::sample_times(t_end_s, samples);
-        let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, t_end_s, &times, &mut seen);
-        let part_of_way = motion.part_of_way(&start, &state);
+        let (outcome, part_of_way, seen) =
+            <Space as Once<D>>::follow(self.system(), tensions, t_end_s, samples)?;
         let Samples { times, positions } = seen;
         Ok(Trajectory { outcome, part_of_way, times, positions, assembly: self.clone() })
     }
@@ -68,8 +67,26 @@ impl<const D: usize> Trajectory<D> {
     }
 }
 
-#[derive(Default)]
-struct Samples<const D: usize> {
+/// Follows the motion of a system from rest: how it ended, the part of its way to equilibrium that it went, and what was seen.
+pub(super) fn follow<const D: usize>(
+    system: &System<D>,
+    tensions: Tensions,
+    t_end_s: f64,
+    samples: usize,
+) -> Result<(Outcome, Option<f64>, Samples<D>), Error> {
+    let motion = Motion::new(system, tensions)?;
+    let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(TOLERANCE))?;
+    let mut state = motion.at_rest();
+    let start = state.positions.clone();
+    let mut seen = Samples::default();
+    let times = dynamics::sample_times(t_end_s, samples);
+    let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, t_end_s, &times, &mut seen);
+    Ok((outcome, motion.part_of_way(&start, &state), seen))
+}
+
+/// What is seen of a motion.
+#[derive(Debug, Default)]
+pub struct Samples<const D: usize> {
     times: Vec<f64>,
     positions: Vec<Vec<SVector<f64, D>>>,
 }

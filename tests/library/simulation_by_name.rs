@@ -81,6 +81,10 @@ fn fits_have_the_same_bits() {
         let named: Vec<_> = fit.target.active_names().into_iter().zip(fit.active_tensions()).collect();
         assert_eq!(found.tensions(), named);
         assert_eq!(found.undetermined(), Some(usize::from(kind == TargetKind::Ratio)));
+        let points =
+            found.valley().map(|v| v.points.iter().map(|p| p.tensions_n.clone()).collect::<Vec<_>>());
+        assert_eq!(points.is_some(), kind == TargetKind::Ratio);
+        assert!(points.is_none_or(|p| p.len() > 5 && p.iter().all(|t| t.of("SGm").is_some())));
         assert_eq!(found.shape.length("HGp").unwrap(), fit.lengths[7]);
     }
 }
@@ -123,7 +127,7 @@ fn bones_priors_and_constants_are_searched_for_by_name() {
     let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
     let problem = || InverseProblem::new(&model, observations(&seen)).with_settings(settings);
     let free = problem().free_bone("hyoid", 10.0 * MM).unwrap().fit().unwrap();
-    assert!(free.is_converged(), "{:?}", free.status);
+    assert!(free.is_trustworthy(), "{:?}", free.status);
     let shift = free.displacement("hyoid").unwrap();
     assert!((shift - SVector::from([3.0 * MM, -2.0 * MM])).norm() < 1e-6, "{shift:?}");
     assert!(free.tensions().iter().zip(truth).all(|(found, true_)| (found.1 - true_.1).abs() < 1e-3));
@@ -203,7 +207,7 @@ fn wrong_names_and_numbers_are_told_in_a_sentence() {
     let body = Body::tongue(5.5 * MM).unwrap();
     let model = model();
     let mut solver = model.solver();
-    let problem = || InverseProblem::new(&model, Vec::new());
+    let problem = || InverseProblem::new(&model, Vec::<Observation<2>>::new());
     let cases: [(Error, &[&str]); 16] = [
         (
             Model::default().assemble(&body, ["GGaa"]).unwrap_err(),

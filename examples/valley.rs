@@ -1,0 +1,42 @@
+//! What ratios leave open: all tensions of three muscles that meet the two ratios of S2 /a/ equally well, as a table and a picture.
+//!
+//!     cargo run --example valley [FOLDER]
+#![allow(clippy::print_stdout, reason = "a program says what it found")]
+
+use std::env;
+use std::error::Error;
+
+use tongue_fit::inverse::Settings;
+use tongue_fit::prelude::*;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = env::args().nth(1).unwrap_or_else(|| "target/valley".into());
+    let target = Dataset::reference()?.ratios("S2", "a")?;
+    let body = Body::tongue(5.5 * MM)?;
+    let model = Model::default().assemble(&body, target.active_names())?;
+
+    // Two equations for three tensions: one direction is open, and the fit follows it to both ends.
+    let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+    let fit = InverseProblem::new(&model, model.observations(&target)?).with_settings(settings).fit()?;
+    println!(
+        "{} ratios, {} tensions, {:?}: {:?}",
+        fit.measured.len(),
+        fit.tensions().len(),
+        fit.undetermined(),
+        fit.status
+    );
+    let Some(valley) = fit.valley() else { return Err("nothing is open".into()) };
+    for point in valley.points.iter().step_by(8) {
+        let tensions: Vec<String> = point.tensions_n.0.iter().map(|(m, n)| format!("{m} {n:5.2}")).collect();
+        let others = point.passive_rms.unwrap_or(f64::NAN);
+        println!(
+            "{} N per metre: misfit {:.0e}, other ratios {others:.3}",
+            tensions.join(", "),
+            point.misfit
+        );
+    }
+    println!("it ends: {}; {}", valley.ends[0], valley.ends[1]);
+    let (table, picture) = (valley.table(), report::valley(&valley, "GGa"));
+    report::write(&folder, "valley", &[("valley.csv", &table), ("valley.svg", &picture)])?;
+    Ok(())
+}
