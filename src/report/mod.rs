@@ -5,11 +5,14 @@
 
 #[cfg(feature = "files")]
 pub mod batch;
+mod csv;
 mod error;
 mod export;
 mod fields;
 #[cfg(feature = "files")]
 mod file;
+mod json;
+mod markdown;
 mod msh;
 mod record;
 #[cfg(feature = "files")]
@@ -19,10 +22,13 @@ mod svg;
 mod trajectory;
 mod vtu;
 
+pub use csv::{Rows, Table};
 pub use error::ReportError;
-pub use export::{Export, Json, Markdown, Provenance, Rows, Table};
+pub use export::{Export, Provenance};
 #[cfg(feature = "files")]
 pub use file::{OutputDir, Writes, write};
+pub use json::Json;
+pub use markdown::Markdown;
 pub use msh::Msh;
 pub use record::{
     AlarmRecord, BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord,

@@ -3,7 +3,8 @@
 use nalgebra::SVector;
 use serde::{Serialize, Serializer};
 
-use super::export::{Export, Provenance, Rows, Table};
+use super::csv::{Rows, Table};
+use super::export::{Export, Provenance};
 use crate::inverse::alarms::Alarm;
 use crate::inverse::valley::Valley;
 use crate::inverse::{self, Fit};
