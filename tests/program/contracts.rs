@@ -179,13 +179,17 @@ fn the_mesh_meets_its_contract() {
 
 #[test]
 fn unknown_names_suggest_the_nearest_and_exit_with_1() {
-    assert!(refused(&["--vowel", "y"], 1).contains("unknown vowel \"y\""));
+    let message = refused(&["--vowel", "y"], 1);
+    assert!(
+        message.contains("S2 has no row for /y/") && message.contains("it has /i/, /e/, /a/"),
+        "{message}"
+    );
     let message = refused(&["--vowel", "a", "--subject", "S22"], 1);
     assert!(message.contains("S22") && message.contains("did you mean \"S2\"?"), "{message}");
     let message = refused(&["--vowel", "a", "--muscles", "GGa,SGn"], 1);
     assert!(message.contains("unknown muscle \"SGn\"") && message.contains("did you mean"), "{message}");
     let message = refused(&["simulate", "--tension", "GGx=3"], 1);
-    assert!(message.contains("unknown muscle \"GGx\""), "{message}");
+    assert!(message.contains("there is no muscle \"GGx\"") && message.contains("did you mean"), "{message}");
     assert!(refused(&["--vowel", "a", "--target", "rato"], 1).contains("did you mean \"ratio\"?"));
 }
 

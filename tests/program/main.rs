@@ -16,6 +16,7 @@ mod installed;
 mod lengths_check;
 mod mesh_from_gmsh;
 mod muscles_command;
+mod muscles_of_any_name;
 mod outputs_read_back;
 mod readme_is_true;
 mod scene_command;

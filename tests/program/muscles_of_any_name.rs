@@ -1,0 +1,166 @@
+//! Bodies from Gmsh with other muscles than the eight that are built in, fewer and more, go through every command as the reference
+//! does.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use assert_cmd::cargo::cargo_bin;
+use serde_json::Value;
+use tongue_fit::body::{Bone, MuscleChain, REFERENCE, gmsh, solid};
+
+/// Muscles that pull in the simulation, N per metre of thickness.
+const PULL: [(&str, f64); 3] = [("hyoglossus", 5.0), ("longitudinalis superior", 6.0), ("verticalis", 8.0)];
+const FIVE: &str = r#"
+    genioglossus = [[0.0, 0.0], [28.9, 50.056]]
+    hyoglossus = [[37.625, -3.066], [27.532, 26.245]]
+    "longitudinalis superior" = [[-2.0, 36.0], [40.0, 38.0]]
+    verticalis = [[14.0, 4.0], [12.0, 42.0]]
+    "舌筋" = [[0.0, 0.0], [47.02, 9.14]]
+"#;
+const SIX_MORE: &str = r#"
+    "longitudinalis inferior" = [[-6.0, 22.0], [43.0, 13.0]]
+    transversus = [[2.0, 16.0], [44.0, 27.0]]
+    "transversus 2" = [[-2.0, 33.0], [31.0, 19.0]]
+    palatoglossus = [[34.0, 30.0], [37.62, 45.21]]
+    V2 = [[24.0, 0.0], [21.0, 41.0]]
+    V3 = [[37.0, 4.0], [39.0, 26.0]]
+"#;
+
+fn run(folder: &Path, arguments: &[&str]) -> Value {
+    let done = Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap();
+    assert!(done.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
+    serde_json::from_slice(&done.stdout).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
+}
+
+/// The names under which numbers stand.
+fn names(by_muscle: &Value) -> Vec<&str> {
+    by_muscle.as_object().unwrap().keys().map(String::as_str).collect()
+}
+
+fn texts(svg: &Path) -> Vec<String> {
+    let text = fs::read_to_string(svg).unwrap();
+    let read = roxmltree::Document::parse(&text).unwrap();
+    let texts = read.descendants().filter(|n| n.has_tag_name("text"));
+    texts.map(|n| n.descendants().filter_map(|d| d.text()).collect()).collect()
+}
+
+/// `body.msh` in the folder: the outline of the reference with muscles of its own.
+fn make_body(folder: &Path, muscles: &str, count: usize) {
+    let outline = &REFERENCE[..REFERENCE.find("[muscles]").unwrap()];
+    let bones = "[bones]\n\"mental spine\" = [[0.0, 0.0]]\nhyoid = [[37.625, -3.066]]\n";
+    fs::write(folder.join("own.toml"), format!("{outline}\n[muscles]\n{muscles}\n{bones}")).unwrap();
+    run(folder, &["mesh", "--anatomy", "own.toml", "--json", "--out", "."]);
+    fs::rename(folder.join("mesh.msh"), folder.join("body.msh")).unwrap();
+    let text = fs::read_to_string(folder.join("body.msh")).unwrap();
+    assert!(text.contains("\"muscle:verticalis\""), "as whoever draws it in Gmsh would call it");
+    let checked = run(folder, &["mesh", "check", "body.msh", "--json"]);
+    assert_eq!(
+        (&checked["usable"], checked["muscles"].as_array().unwrap().len()),
+        (&Value::Bool(true), count)
+    );
+}
+
+/// Lengths of the body at rest and pulled, as the table of a subject, in `own.csv`.
+fn measure(folder: &Path) -> Value {
+    let pull: Vec<String> = PULL.iter().map(|(muscle, n)| format!("{muscle}={n}")).collect();
+    let mut arguments = vec!["simulate", "--mesh", "body.msh", "--json", "--out", "simulated"];
+    pull.iter().for_each(|p| arguments.extend(["--tension", p]));
+    let simulated = run(folder, &arguments);
+    let rest = run(folder, &["mesh", "--mesh", "body.msh", "--json"]);
+    let muscles = names(&simulated["lengths_mm"]);
+    let row = |lengths: &Value| -> String {
+        muscles.iter().map(|m| format!(",{}", lengths[*m])).collect::<Vec<_>>().concat()
+    };
+    let header: String = muscles.iter().map(|m| format!(",{m}_mm")).collect();
+    let (rest, pulled) = (row(&rest["rest_lengths_mm"]), row(&simulated["lengths_mm"]));
+    fs::write(folder.join("own.csv"), format!("subject,vowel{header}\nX,ɯ{rest}\nX,a{pulled}\n")).unwrap();
+    simulated
+}
+
+fn assert_pull(found: &Value, muscles: &[&str], tolerance: f64) {
+    for muscle in muscles {
+        let pulled = PULL.iter().find(|(m, _)| m == muscle).map_or(0.0, |(_, n)| *n);
+        assert!((number(&found[*muscle]) - pulled).abs() < tolerance, "{muscle}: {found}");
+    }
+}
+
+/// Every command on a body with `count` muscles.
+fn goes_all_the_way(muscles: &str, count: usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    make_body(folder, muscles, count);
+    let simulated = measure(folder);
+    let muscles = names(&simulated["lengths_mm"]);
+    assert_eq!(muscles.len(), count);
+
+    let own = ["--lengths", "own.csv", "--mesh", "body.msh", "--json"];
+    let fitted =
+        [&["--vowel", "a", "--subject", "X", "--target", "stretch", "--out", "fit"], &own[..]].concat();
+    let fit = run(folder, &fitted);
+    assert_eq!((&fit["status"], names(&fit["tensions_n"])), (&"converged".into(), muscles.clone()));
+    assert_pull(&fit["tensions_n"], &muscles, 1e-3);
+    let ratios = [&["--vowel", "a", "--subject", "X", "--method", "gauss-newton", "--muscles"][..]].concat();
+    let active = PULL.map(|(muscle, _)| muscle).join(",");
+    let fit = run(folder, &[&ratios[..], &[&active, "--out", "ratio"], &own].concat());
+    assert_pull(&fit["tensions_n"], &muscles, 1e-3);
+
+    let batch = ["batch", "--target", "stretch", "--draws", "3", "--subsets", "1", "--out", "batch"];
+    let batch = run(folder, &[&batch[..], &own].concat());
+    assert_pull(&batch["fits"][0]["tensions_n"], &muscles, 1e-3);
+
+    // Every muscle has its row, its column and its name in every picture and on the page.
+    let mut rows = csv::Reader::from_path(folder.join("fit/fit.csv")).unwrap();
+    let at = rows.headers().unwrap().iter().position(|h| h == "muscle").unwrap();
+    let told: Vec<String> = rows.records().map(|r| r.unwrap()[at].to_owned()).collect();
+    assert_eq!(told, muscles);
+    let mut columns = csv::Reader::from_path(folder.join("batch/fits.csv")).unwrap();
+    let columns: Vec<String> = columns.headers().unwrap().iter().map(str::to_owned).collect();
+    let page = fs::read_to_string(folder.join("batch/batch.html")).unwrap();
+    let vtu = fs::read_to_string(folder.join("simulated/tongue.vtu")).unwrap();
+    assert!(roxmltree::Document::parse(&vtu).is_ok());
+    let pictures =
+        ["fit/tongue.svg", "fit/changes.svg", "simulated/tongue.svg"].map(|p| texts(&folder.join(p)));
+    for muscle in muscles {
+        assert!(columns.contains(&format!("tension_{muscle}_n_per_m")), "{muscle}: {columns:?}");
+        assert!(page.contains(muscle), "{muscle} is not on the page");
+        for texts in &pictures {
+            assert!(texts.iter().any(|t| t.starts_with(muscle)), "{muscle} is not in {texts:?}");
+        }
+    }
+}
+
+#[test]
+fn five_muscles_go_through_every_command() {
+    goes_all_the_way(FIVE, 5);
+}
+
+#[test]
+fn eleven_muscles_go_through_every_command() {
+    goes_all_the_way(&format!("{FIVE}{SIX_MORE}"), 11);
+}
+
+/// A block on bone with muscles along three upper edges, called as in Takano's table, meets what was measured there.
+#[test]
+fn a_scene_fits_a_solid() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut mesh = solid::block([0.024, 0.024, 0.012], [2, 2, 1]);
+    let edge = |name: &str, nodes: [usize; 3]| MuscleChain { name: name.to_owned(), nodes: nodes.into() };
+    mesh.muscles = vec![edge("GGm", [9, 10, 11]), edge("GGp", [15, 16, 17]), edge("HGp", [11, 14, 17])];
+    let bone = Bone { name: "hyoid".into(), nodes: mesh.fixed.clone() };
+    fs::write(folder.path().join("block.msh"), gmsh::write(&mesh, &[bone])).unwrap();
+    let scene = "title = \"t\"\nwant = \"lengths\"\n[body.mesh]\nfile = \"block.msh\"\n\
+                 [fit]\nsubject = \"S3\"\nvowel = \"i\"\ntarget = \"stretch\"\n[effects]\nfinite_elements = true\n";
+    fs::write(folder.path().join("block.toml"), scene).unwrap();
+    let answer = run(folder.path(), &["scene", "run", "block.toml", "--json"]);
+    assert_eq!(answer["fit"], "converged", "{answer}");
+    for (name, measured) in [("GGm", 53.0 / 59.0), ("GGp", 43.0 / 48.0), ("HGp", 28.0 / 30.0)] {
+        let muscle = answer["muscles"].as_array().unwrap().iter().find(|m| m["muscle"] == name).unwrap();
+        assert!((number(&muscle["stretch"]) - measured).abs() < 1e-4, "{muscle}");
+        assert!(number(&muscle["tension_n"]) > 0.0, "{muscle}");
+    }
+}
