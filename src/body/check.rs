@@ -24,95 +24,34 @@ pub struct TooLarge {
 
 /// A fault of a mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say it")]
 pub enum MeshFault {
-    /// A node with an infinite coordinate or none.
     #[error("the position of node {node} is not finite")]
-    NotFinite {
-        /// Its number, from 0.
-        node: usize,
-    },
-    /// A node number beyond the last.
+    NotFinite { node: usize },
     #[error("{what} refers to node {node}, but there are {count} nodes (numbered from 0)")]
-    NoSuchNode {
-        /// Who names it, such as `muscle GGa`.
-        what: String,
-        /// The number.
-        node: usize,
-        /// How many nodes there are.
-        count: usize,
-    },
-    /// A cell of negative area or volume.
+    NoSuchNode { what: String, node: usize, count: usize },
     #[error("cell {cell} is turned inside out; list its nodes counter-clockwise (in space: positive volume)")]
-    Inverted {
-        /// Its number, from 0.
-        cell: usize,
-    },
-    /// A cell that is flat.
+    Inverted { cell: usize },
     #[error("cell {cell} has no area or volume")]
-    Degenerate {
-        /// Its number, from 0.
-        cell: usize,
-    },
-    /// A cell with the nodes of an earlier one.
+    Degenerate { cell: usize },
     #[error("cell {cell} repeats an earlier one, so that its tissue would count twice; list it once")]
-    RepeatedCell {
-        /// Its number, from 0.
-        cell: usize,
-    },
-    /// A connection whose first node is not the lower one.
+    RepeatedCell { cell: usize },
     #[error(
         "connection {connection} joins nodes in descending order or a node to itself; write the lower one first"
     )]
-    Unordered {
-        /// Its number, from 0.
-        connection: usize,
-    },
-    /// A connection that is there twice.
+    Unordered { connection: usize },
     #[error("connection {connection} repeats an earlier one")]
-    Repeated {
-        /// Its number, from 0.
-        connection: usize,
-    },
-    /// A connection between two nodes at one place.
+    Repeated { connection: usize },
     #[error("connection {connection} has no length")]
-    NoLength {
-        /// Its number, from 0.
-        connection: usize,
-    },
-    /// An edge of a cell without a connection.
+    NoLength { connection: usize },
     #[error("nodes {from} and {to} of cell {cell} are not connected")]
-    CellEdge {
-        /// The cell, from 0.
-        cell: usize,
-        /// One node of the edge.
-        from: usize,
-        /// The other.
-        to: usize,
-    },
-    /// A muscle without a length.
+    CellEdge { cell: usize, from: usize, to: usize },
     #[error("muscle {name} has {count} nodes; it needs at least two")]
-    ShortChain {
-        /// Its name.
-        name: String,
-        /// Its nodes.
-        count: usize,
-    },
-    /// A muscle that jumps where there is no connection.
+    ShortChain { name: String, count: usize },
     #[error("muscle {name} steps from node {from} to node {to}, which are not connected")]
-    ChainStep {
-        /// Its name.
-        name: String,
-        /// The node it comes from.
-        from: usize,
-        /// The node it goes to.
-        to: usize,
-    },
-    /// Fixed nodes that are unsorted or named twice.
+    ChainStep { name: String, from: usize, to: usize },
     #[error("the fixed nodes are not in ascending order, each once (entry {entry})")]
-    FixedOrder {
-        /// The first entry that is not above the one before it, from 0.
-        entry: usize,
-    },
+    FixedOrder { entry: usize },
 }
 
 impl<const D: usize> Mesh<D> {

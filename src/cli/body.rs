@@ -111,7 +111,8 @@ impl Arguments {
                 body
             }
             (None, Some(path)) => {
-                Body::from_anatomy(&read_anatomy(path)?, spacing(&self.h)?).into_diagnostic()?
+                let body = Body::from_anatomy(&read_anatomy(path)?, spacing(&self.h)?);
+                body.map_err(|error| miette!("{}: {error}", path.display()))?
             }
             (None, None) => Body::tongue(spacing(&self.h)?).into_diagnostic()?,
         };

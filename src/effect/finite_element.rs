@@ -3,26 +3,19 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::body::Cells;
-use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
+use crate::geometry::simplex::{self, Corners};
 use crate::material::law::{Deformed, contract};
 use crate::material::{NeoHookean, Stress};
-use crate::sparse::{BlockMatrix, Pattern, Slot};
+use crate::sparse::{BlockMatrix, Pattern};
 
+use super::cell::Cell;
 use super::{Configuration, Effect, Tangent};
-
-/// A step may take at most this part of what is left of a cell's measure.
-const LARGEST_LOSS: f64 = 0.9;
 
 #[derive(Debug, Clone)]
 struct Element<const D: usize> {
-    nodes: [usize; MAX_CORNERS],
-    /// Area, m², or volume, m³, at rest.
-    rest: f64,
+    cell: Cell<D>,
     /// Gradients of the shape functions at rest, 1/m.
     shape: Corners<D>,
-    /// Diagonal blocks of the corners, then the blocks of the pairs (0,1) (0,2) .. in order.
-    diagonal: [Slot; MAX_CORNERS],
-    pairs: [Slot; 6],
 }
 
 /// What a deformation makes of an element.
@@ -47,18 +40,11 @@ pub struct FiniteElements<const D: usize> {
 impl<const D: usize> FiniteElements<D> {
     /// Elements with their shape at the given rest positions, m.
     pub fn new(law: NeoHookean, cells: &Cells<D>, rest_positions: &[SVector<f64, D>]) -> Self {
-        let bin = Pattern::new(0, &[], []).bin();
-        let elements = cells
-            .iter()
-            .map(|cell| {
-                let mut nodes = [0; MAX_CORNERS];
-                nodes[..=D].copy_from_slice(cell);
-                let x = simplex::corners(rest_positions, cell);
-                let rest = simplex::measure(&x);
-                let shape = simplex::gradient(&x).map(|g| g / rest);
-                Element { nodes, rest, shape, diagonal: [bin; MAX_CORNERS], pairs: [bin; 6] }
-            })
-            .collect();
+        let element = |cell: Cell<D>| {
+            let shape = simplex::gradient(&cell.corners(rest_positions)).map(|g| g / cell.rest);
+            Element { cell, shape }
+        };
+        let elements = Cell::all(cells, rest_positions).map(element).collect();
         Self { law, elements }
     }
 }
@@ -66,14 +52,14 @@ impl<const D: usize> FiniteElements<D> {
 impl<const D: usize> Element<D> {
     #[inline(always)]
     fn strained(&self, law: NeoHookean, positions: &[SVector<f64, D>]) -> Strained<D> {
-        let x = simplex::corners(positions, &self.nodes[..=D]);
+        let x = self.cell.corners(positions);
         let measure = simplex::measure(&x);
         let mut gradient = SMatrix::zeros();
         for (x, shape) in x.iter().zip(&self.shape) {
             gradient += x * shape.transpose();
         }
         let shape = simplex::gradient(&x).map(|g| g / measure);
-        Strained { law: law.at(gradient, measure / self.rest), shape }
+        Strained { law: law.at(gradient, measure / self.cell.rest), shape }
     }
 }
 
@@ -83,32 +69,23 @@ impl<const D: usize> Effect<D> for FiniteElements<D> {
     }
 
     fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
-        self.elements.iter().for_each(|e| couple(&e.nodes[..=D]));
+        self.elements.iter().for_each(|e| couple(e.cell.nodes()));
     }
 
     fn bind(&mut self, pattern: &Pattern) {
-        for e in &mut self.elements {
-            let mut pair = 0;
-            for a in 0..=D {
-                e.diagonal[a] = pattern.slot(e.nodes[a], e.nodes[a]);
-                for b in a + 1..=D {
-                    e.pairs[pair] = pattern.slot(e.nodes[a], e.nodes[b]);
-                    pair += 1;
-                }
-            }
-        }
+        self.elements.iter_mut().for_each(|e| e.cell.bind(pattern));
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
-        self.elements.iter().map(|e| e.rest * e.strained(self.law, at.positions).law.energy()).sum()
+        self.elements.iter().map(|e| e.cell.rest * e.strained(self.law, at.positions).law.energy()).sum()
     }
 
     /// `-V0 P G` on each corner, with the first Piola-Kirchhoff stress `P` and the shape function's gradient `G`.
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for e in &self.elements {
             let s = e.strained(self.law, at.positions);
-            for a in 0..=D {
-                force[e.nodes[a]] -= s.law.stress(&e.shape[a], &s.shape[a]) * e.rest;
+            for (a, &node) in e.cell.nodes().iter().enumerate() {
+                force[node] -= s.law.stress(&e.shape[a], &s.shape[a]) * e.cell.rest;
             }
         }
     }
@@ -125,16 +102,9 @@ impl<const D: usize> Effect<D> for FiniteElements<D> {
                     Some(moduli) => contract(moduli, rest[0], rest[1]),
                     None => s.law.tangent(rest, deformed),
                 };
-                block * e.rest
+                block * e.cell.rest
             };
-            let mut pair = 0;
-            for a in 0..=D {
-                stiffness.add_symmetric(e.diagonal[a], &block(a, a));
-                for b in a + 1..=D {
-                    stiffness.add(e.pairs[pair], &block(a, b));
-                    pair += 1;
-                }
-            }
+            e.cell.add_stiffness(|a| block(a, a), block, stiffness);
         }
     }
 
@@ -147,13 +117,6 @@ impl<const D: usize> Effect<D> for FiniteElements<D> {
     }
 
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
-        let mut limit: f64 = 1.0;
-        for e in &self.elements {
-            let x = simplex::corners(at.positions, &e.nodes[..=D]);
-            let p = simplex::corners(step, &e.nodes[..=D]).map(|p| p * limit);
-            let floor = (1.0 - LARGEST_LOSS) * simplex::measure(&x);
-            limit *= simplex::way_above(&x, &p, floor);
-        }
-        limit
+        Cell::step_limit(self.elements.iter().map(|e| &e.cell), at.positions, step)
     }
 }

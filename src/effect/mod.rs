@@ -13,6 +13,7 @@
 //! and belongs to the [system](crate::system).
 
 pub mod barrier;
+mod cell;
 mod contact;
 mod finite_element;
 mod gravity;

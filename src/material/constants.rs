@@ -23,20 +23,16 @@ impl Constants {
 
 /// Material constants out of their range, or a cell without extent.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say it")]
 pub enum MaterialError {
-    /// E is not positive, or above 1e12.
     #[error("Young's modulus is {0} Pa; it must be positive and at most 1e12 (tongue: 6.9e3)")]
     YoungModulus(f64),
-    /// ν is outside (-1, 1/2): the elasticity matrix is singular at 1/2.
     #[error("Poisson's ratio is {0}; it must lie between -1 and 0.5, both excluded (tongue: 0.49)")]
     PoissonRatio(f64),
-    /// ρ is not positive, or above 1e12.
     #[error("the density is {0} kg/m^3; it must be positive and at most 1e12 (tongue: 1.0e3)")]
     Density(f64),
-    /// η is negative, or above 1e12.
     #[error("the viscosity is {0} N s/m^2; it must be not negative and at most 1e12 (tongue: 3.0e3)")]
     Viscosity(f64),
-    /// The cell has no positive area or volume.
     #[error("the cell to match has measure {0}; it must be positive")]
     Degenerate(f64),
 }

@@ -128,6 +128,17 @@ fn what_does_not_go_together_is_refused() {
     let (status, message) =
         refused(&["simulate", "--mesh", &fixture("cylinder_41.msh"), "--tension", "GGa=1"]);
     assert!(status == Some(1) && message.contains("[body.mesh] file ="), "{message}");
+    let in_cm = tongue_fit::body::REFERENCE
+        .lines()
+        .map(|line| if line.starts_with('#') { String::new() } else { tenfold_smaller(line) + "\n" })
+        .collect::<String>();
+    std::fs::write(folder.path().join("cm.toml"), in_cm).unwrap();
+    let (status, message) = refused(&["mesh", "--anatomy", "cm.toml"]);
+    let says = |what: &str| message.contains(what);
+    assert!(
+        status == Some(1) && says("cm.toml: the mesh spacing 5.5 mm") && says("millimetres?"),
+        "{message}"
+    );
     let (status, message) = refused(&["mesh", "--mesh", "missing.msh"]);
     assert!(status == Some(1) && message.contains("missing.msh"), "{message}");
     let (status, message) = refused(&["mesh", "--mesh", &fixture("broken/branch.msh")]);
@@ -174,4 +185,17 @@ fn a_scene_takes_a_mesh_in_the_plane_and_in_space() {
         refused(folder.path(), &["scene", "run", "slip.toml"])
     };
     assert!(status == Some(1) && message.contains("leave out [body.mesh] unit"), "{message}");
+}
+
+/// The text with every number with a decimal point divided by ten, as in a file of centimetres.
+fn tenfold_smaller(line: &str) -> String {
+    let mut out = String::new();
+    for word in line.split_inclusive(&['[', ']', ',', ' ', '='][..]) {
+        let number = word.trim_end_matches(&['[', ']', ',', ' ', '='][..]);
+        match number.parse::<f64>() {
+            Ok(value) if number.contains('.') => out += &format!("{}{}", value / 10.0, &word[number.len()..]),
+            _ => out += word,
+        }
+    }
+    out
 }

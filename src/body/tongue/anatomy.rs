@@ -71,71 +71,39 @@ pub struct AnatomyError {
 
 /// What is wrong with an anatomy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say it")]
 pub enum AnatomyProblem {
-    /// No TOML, or not of this form; what the parser says.
     #[error("{0}")]
     Syntax(String),
-    /// A point with an infinite coordinate or none.
     #[error("the point [{x_mm}, {y_mm}] is not finite; give two numbers in millimetres")]
-    NotFinite {
-        /// The point, mm.
-        x_mm: f64,
-        /// The point, mm.
-        y_mm: f64,
-    },
-    /// An outline of this many points, too few to enclose anything.
+    NotFinite { x_mm: f64, y_mm: f64 },
     #[error("the outline has {0} points; give at least four")]
     TooFewPoints(usize),
-    /// Two equal points in a row, as where the first is given again at the end.
     #[error("this point of the outline repeats the one before it; remove one (the outline closes by itself)")]
     RepeatedPoint,
-    /// An outline that encloses no simple area.
     #[error("the outline crosses itself; list its points in order once around the tongue")]
     OutlineCrossesItself,
-    /// No muscle is there.
     #[error("there is no muscle; give the two ends of each as `GGa = [[x, y], [x, y]]` in millimetres")]
     NoMuscle,
-    /// A name that cannot stand in tables.
     #[error("the muscle name {0:?} is empty or has characters that cannot be printed; rename it")]
     BadName(String),
-    /// A muscle that is a point.
     #[error("the two ends of {0} are the same point")]
     NoLength(String),
-    /// A muscle with both ends outside the tissue, which could move nothing.
     #[error(
         "{0} does not reach the tissue: both of its ends are outside the outline; move one of them inside"
     )]
     NotInTissue(String),
-    /// A muscle that crosses the outline more than once.
     #[error(
         "{0} leaves the tissue between its ends; a line may be outside only from one end to where it enters"
     )]
     LeavesTissue(String),
-    /// A muscle that ends on nothing.
     #[error("the end [{x_mm}, {y_mm}] of {muscle} is outside the tissue and on no bone; add it to a bone")]
-    Dangling {
-        /// The muscle.
-        muscle: String,
-        /// Its end, mm.
-        x_mm: f64,
-        /// Its end, mm.
-        y_mm: f64,
-    },
-    /// A point of a bone with neither a muscle end nor the outline beside it.
+    Dangling { muscle: String, x_mm: f64, y_mm: f64 },
     #[error(
         "the point [{x_mm}, {y_mm}] of bone \"{bone}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
          a bone holds ends of muscles or points of the outline"
     )]
-    BoneHoldsNothing {
-        /// The bone's name.
-        bone: String,
-        /// Its point, mm.
-        x_mm: f64,
-        /// Its point, mm.
-        y_mm: f64,
-        /// Distance to the nearest thing that it could hold, mm.
-        away_mm: f64,
-    },
+    BoneHoldsNothing { bone: String, x_mm: f64, y_mm: f64, away_mm: f64 },
 }
 
 #[derive(Deserialize)]

@@ -6,6 +6,7 @@ use super::fill::fill;
 use super::frame::{Frame, Site};
 use super::smooth::smooth;
 use crate::body::{Cells, Mesh, MuscleChain};
+use crate::geometry;
 use crate::geometry::plane::{self, Point};
 
 /// The spacing of the published mesh, m.
@@ -38,7 +39,9 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, MeshError> {
     let size = anatomy.outline().area().sqrt();
     let (least, most) = (size * FINEST, size * COARSEST);
     if !(least..=most).contains(&h) {
-        return Err(MeshError::Spacing { h_mm: h * 1e3, least_mm: least * 1e3, most_mm: most * 1e3 });
+        let [h_mm, extent_mm, least_mm, most_mm] =
+            [h, geometry::extent(anatomy.outline().points()), least, most].map(|m| m * 1e3);
+        return Err(MeshError::Spacing { h_mm, extent_mm, least_mm, most_mm });
     }
     let mut frame = Frame::lay(anatomy, h);
     let outline: Vec<Point> = frame.nodes[..frame.boundary].iter().map(|n| n.at).collect();
