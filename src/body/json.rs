@@ -1,11 +1,11 @@
-//! A mesh in the plane as JSON: what `tongue-fit mesh --json` prints, written and read.
+//! A body in the plane as JSON: what `tongue-fit mesh --json` prints, written and read.
 
 use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::{BodyError, Cells, Mesh, MuscleChain, Quality};
+use super::{Body, BodyError, Bone, Cells, Mesh, MuscleChain, Quality};
 use crate::measured::muscles::Muscles;
 
 /// Values by name, written as an object in their order.
@@ -32,6 +32,7 @@ pub struct MeshRecord {
     connections: Vec<Connection>,
     fixed: Vec<usize>,
     muscles: ByName<Vec<usize>>,
+    bones: ByName<Vec<usize>>,
     kappa_s_j: f64,
     node_mass_kg: f64,
     rest_lengths_mm: ByName<f64>,
@@ -39,9 +40,10 @@ pub struct MeshRecord {
 }
 
 impl MeshRecord {
-    /// The record of a mesh whose connections have the spring constants `stiffness` (N/m, one each), whose triangles have
+    /// The record of a body whose connections have the spring constants `stiffness` (N/m, one each), whose triangles have
     /// `kappa_s_j` (J) and whose nodes `node_mass_kg`, all per metre of thickness.
-    pub fn new(mesh: &Mesh<2>, stiffness: &[f64], kappa_s_j: f64, node_mass_kg: f64) -> Self {
+    pub fn new(body: &Body<2>, stiffness: &[f64], kappa_s_j: f64, node_mass_kg: f64) -> Self {
+        let mesh = &body.mesh;
         let connection = |(&nodes, &stiffness_n_per_m): (&[usize; 2], &f64)| Connection {
             nodes,
             rest_length_m: mesh.distance(nodes),
@@ -54,6 +56,7 @@ impl MeshRecord {
             connections: mesh.connections.iter().zip(stiffness).map(connection).collect(),
             fixed: mesh.fixed.clone(),
             muscles: ByName(mesh.muscles.iter().map(|m| (m.name.clone(), m.nodes.clone())).collect()),
+            bones: ByName(body.bones.iter().map(|b| (b.name.clone(), b.nodes.clone())).collect()),
             kappa_s_j,
             node_mass_kg,
             rest_lengths_mm: ByName(lengths.collect()),
@@ -70,6 +73,8 @@ struct MeshText {
     connections: Vec<ConnectionText>,
     fixed: Vec<usize>,
     muscles: BTreeMap<String, Vec<usize>>,
+    #[serde(default)]
+    bones: BTreeMap<String, Vec<usize>>,
 }
 
 #[derive(Deserialize)]
@@ -77,11 +82,11 @@ struct ConnectionText {
     nodes: [usize; 2],
 }
 
-/// Reads a mesh; `file` is what messages call the text.
+/// Reads a body; `file` is what messages call the text.
 ///
 /// # Errors
 /// [`BodyError::File`] where it is no such text, or where the mesh does not hang together.
-pub fn read(text: &str, file: &str) -> Result<Mesh<2>, BodyError> {
+pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
     let wrong = |problem: String| BodyError::File { file: file.to_owned(), problem };
     let text: MeshText = serde_json::from_str(text)
         .map_err(|e| wrong(format!("is not as `tongue-fit mesh --json` prints it: {e}")))?;
@@ -108,5 +113,11 @@ pub fn read(text: &str, file: &str) -> Result<Mesh<2>, BodyError> {
         fixed: text.fixed,
     };
     mesh.check().map_err(|fault| wrong(format!("is faulty: {fault}")))?;
-    Ok(mesh)
+    let bones: Vec<Bone> = text.bones.into_iter().map(|(name, nodes)| Bone { name, nodes }).collect();
+    for bone in &bones {
+        if let Some(node) = bone.nodes.iter().find(|n| mesh.fixed.binary_search(n).is_err()) {
+            return Err(wrong(format!("has node {node} on bone \"{}\", but not under \"fixed\"", bone.name)));
+        }
+    }
+    Ok(Body { what: format!("the mesh of \"{file}\""), mesh, bones, palate: None })
 }

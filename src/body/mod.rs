@@ -188,7 +188,7 @@ impl AnyBody {
             return Err(wrong("holds metres, as its keys say; leave out [body.mesh] unit".to_owned()));
         }
         let text = String::from_utf8(bytes).map_err(|_| wrong("is not UTF-8 text".to_owned()))?;
-        Ok(Self::Flat(Body::new(format!("the mesh of \"{file}\""), json::read(&text, &file)?)))
+        Ok(Self::Flat(json::read(&text, &file)?))
     }
 
     /// Reads the bytes of a Gmsh file; `origin` is what messages call it, usually its path.

@@ -21,7 +21,7 @@ pub struct Arguments {
     /// Anatomy file (TOML) in place of the built-in one
     #[arg(long, value_name = "FILE")]
     anatomy: Option<PathBuf>,
-    /// Gmsh mesh (.msh, 4.1 or 2.2) in place of an anatomy; `tongue-fit mesh check` says what it must have
+    /// Gmsh mesh (.msh, 4.1 or 2.2), or what `mesh --json` printed (.json), in place of an anatomy; `tongue-fit mesh check` says what a .msh must have
     #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
     mesh: Option<PathBuf>,
     /// Unit of the coordinates in that file

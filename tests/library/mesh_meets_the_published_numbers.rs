@@ -1,8 +1,8 @@
 //! The mesh agrees with what the thesis publishes of its own, at any spacing keeps the anatomy, and says what is wrong.
 
 use tongue_fit::body::{
-    Anatomy, AnatomyProblem, Cells, DEFAULT_SPACING_M, Mesh, MeshError, MeshFault, MuscleChain, Quality,
-    REFERENCE, build,
+    Anatomy, AnatomyProblem, Body, Cells, DEFAULT_SPACING_M, MANDIBLE, Mesh, MeshError, MeshFault,
+    MuscleChain, Quality, REFERENCE, build, json,
 };
 
 const TABLES: &str = include_str!("../../targets/kato2014_tables.csv");
@@ -233,4 +233,18 @@ fn a_further_point_of_the_outline_can_be_put_on_bone() {
     assert_eq!(mesh.fixed.len(), 5);
     let at = tongue_fit::body::Point::new(-6.34e-3, 17.10e-3);
     assert!(mesh.fixed.iter().any(|n| (mesh.nodes[*n] - at).norm() < 1e-12));
+}
+
+#[test]
+fn a_body_is_read_back_from_its_json_with_its_bones() {
+    let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
+    let stiffness = vec![2700.0; body.mesh.connections.len()];
+    let text = serde_json::to_string(&json::MeshRecord::new(&body, &stiffness, 1.4, 2e-2)).unwrap();
+    let back = json::read(&text, "my.json").unwrap();
+    assert_eq!((&back.mesh, &back.bones), (&body.mesh, &body.bones));
+    assert_eq!(back.bone(MANDIBLE).len(), 1);
+    let free = (0..).find(|n| !body.mesh.fixed.contains(n)).unwrap();
+    let wrong = text.replacen("\"bones\":{\"hyoid\":[", &format!("\"bones\":{{\"hyoid\":[{free},"), 1);
+    let error = json::read(&wrong, "my.json").unwrap_err().to_string();
+    assert!(error.contains("my.json") && error.contains("bone \"hyoid\""), "{error}");
 }

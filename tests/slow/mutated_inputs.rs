@@ -6,6 +6,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 use fastrand::Rng;
+use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::study::hard_cases::bodies::lattice;
 
@@ -47,8 +48,9 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
         "tension_curves" => vec![b"time_s,row\n0,0\n0.01,5\n0.02,1.5e0\n0.04,0\n".to_vec()],
         "scene_toml" => files("targets/scenes", ".toml"),
         "mesh_json" => {
-            let mesh = lattice(5, 4, 5e-3);
-            let record = MeshRecord::new(&mesh, &vec![2700.0; mesh.connections.len()], 1.4, 2e-2);
+            let body = Body::new("a lattice", lattice(5, 4, 5e-3));
+            let stiffness = vec![2700.0; body.mesh.connections.len()];
+            let record = MeshRecord::new(&body, &stiffness, 1.4, 2e-2);
             vec![serde_json::to_vec(&record).unwrap()]
         }
         "gmsh_msh" => [files("tests/gmsh", ".msh"), files("tests/gmsh/broken", ".msh")].concat(),
