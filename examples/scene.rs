@@ -9,18 +9,18 @@ use std::error::Error;
 use tongue_fit::prelude::*;
 use tongue_fit::scene::{self, Scene};
 
-/// The tongue of somebody who lies on the back and presses it against the palate. `tongue-fit scene schema` prints all keys.
+/// A tongue with its weight, upright, that is pressed against the palate as in /i/. `tongue-fit scene schema` prints all keys.
 const SCENE: &str = r#"
-title = "lying on the back, against the palate"
+title = "upright, against the palate"
 want = "shape"
 [body.tongue]
 h_mm = 5.5
 [tensions_n]
-GGp = 60.0
+GGp = 55.0
 SGa = 4.0
 [effects]
 incompressibility = true
-gravity = { posture = "supine" }
+gravity = { posture = "upright" }
 contact = {}
 "#;
 

@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
     let fit = InverseProblem::new(&model, model.observations(&target)?).with_settings(settings).fit()?;
     println!(
-        "{} ratios, {} tensions, {:?}: {:?}",
+        "{} ratios, {} tensions, directions left open: {:?}; {:?}",
         fit.measured.len(),
         fit.tensions().len(),
         fit.undetermined(),

@@ -16,45 +16,41 @@
 //!
 //! # The flow, one way
 //! ```text
-//! targets/*.csv   -> measured     measured lengths: who contracts, what to hit
-//! anatomy         -> body         outline and muscle lines -> nodes, connections, cells, chains, bones
-//! E, nu, rho, eta -> material     coefficients by stiffness matching
-//! body + material -> system       only the effects that are called for; unknowns and sparsity, made once
-//! system + F      -> statics      Newton's method on a sparse block Cholesky
-//! system + F(t)   -> dynamics     masses, dampers, three-element muscles over time; integrators behind one trait
-//! lengths, target -> inverse      Nelder-Mead; what the data leave open
-//! fit             -> report       JSON, CSV, SVG
-//! scene           -> all of it    a file says what happens and what is wanted; nothing else is computed
+//! targets/*.csv            -> measured     tables of lengths: who contracts, what to hit
+//! anatomy or Gmsh file     -> body         nodes, cells, named muscles, named bones
+//! E, nu, rho, eta          -> material     coefficients by stiffness matching, laws
+//! body + material          -> system       only the effects that are called for; unknowns and sparsity, made once
+//! system + tensions        -> statics      Newton's method on a sparse block Cholesky; the branch of equilibria from rest
+//! system + tensions(t)     -> dynamics     masses, dampers, three-element muscles over time; integrators behind one trait
+//! what was measured        -> observe      lengths, ratios, stretches, points, contours: value, gradient, how sure it is
+//! system + observations    -> inverse      tensions, displaced bones, constants: Nelder-Mead, Gauss-Newton, what the data leave open
+//! any result               -> report       JSON, CSV, SVG, VTU, MSH, .sto
+//! a file                   -> scene        says what happens and what is wanted; nothing else is computed
 //! ```
+//! [`simulation`] leads through all of it by the names of muscles and bones.
 //!
 //! # The shortest whole
-//! Lengths, a mesh, one equilibrium, a fit, files: what most programs begin with. Each item has an example of its own.
 //! ```
-//! use tongue_fit::statics::{self, Status, Workspace};
-//! use tongue_fit::inverse;
-//! use tongue_fit::body::{self, Anatomy};
-//! use tongue_fit::report::{FitRecord, OutputDir, Provenance};
-//! use tongue_fit::system::{Model, System};
-//! use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+//! use tongue_fit::prelude::*;
 //!
-//! let data = Dataset::reference()?;
-//! let target = Target::new(&data, "S2", Vowel::A, TargetKind::Stretch, &TargetOptions::default())?;
-//! let mesh = body::build(&Anatomy::reference()?, body::DEFAULT_SPACING_M)?;
+//! let target = Dataset::reference()?.stretches("S2", "a")?; // who shortened in /a/, and to which length
+//! let body = Body::tongue(5.5 * MM)?; // or AnyBody::read("my.msh".as_ref(), Unit::Mm)?.flat()?
+//! let model = Model::default().assemble(&body, target.active_names())?; // these muscles can contract
 //!
-//! let system = System::new(&mesh, &Model::default(), &[0])?; // GGa contracts; numbers as in the published tables
-//! let mut workspace = Workspace::new(&system);
-//! let tensions = [12.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]; // N per metre of thickness
-//! let solution = statics::solve(&system, &mut workspace, &tensions, &statics::Settings::default());
-//! assert_eq!(solution.status, Status::Converged);
-//! assert!(system.length(workspace.positions(), 0) < system.length(system.rest(), 0));
+//! let shape = model.solver().follow_from_rest(&[("GGa", 12.0), ("HGa", 4.5)])?; // N per metre of thickness
+//! println!("GGa: {:.3} of its length at rest, {:?}", shape.stretch("GGa")?, shape.solution.status);
 //!
-//! let fit = inverse::fit(&mesh, &Model::default(), &target, &inverse::Settings::default())?;
-//! # let folder = tempfile::tempdir()?;
-//! # let folder = folder.path();
-//! let out = OutputDir::prepare(folder)?;
-//! out.write("fit.csv", FitRecord::new(&fit, Provenance::new("my program"), 0.0).to_csv()?)?;
+//! let fit = InverseProblem::new(&model, model.observations(&target)?).fit()?;
+//! for (muscle, tension) in fit.tensions() {
+//!     println!("{muscle} {tension:.1} N per metre: {:.3} of its length", fit.shape.stretch(muscle)?);
+//! }
+//! let (folder, picture) = (std::env::temp_dir().join("tongue-fit"), fit.shape.picture("S2 /a/")?);
+//! report::write(folder, "my program", &[("fit.json", &Json(&fit.record())), ("tongue.svg", &picture)])?;
+//! # assert!(shape.is_converged() && shape.is_traced() && fit.is_trustworthy());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//! Further programs are in `examples/`: data of one's own, a body of one's own, a scene, what ratios leave open, three dimensions
+//! (`cargo run --example own_data`).
 //!
 //! # Features
 //! `parallel`: starts and fits on rayon's threads, with the same bits as without. `files`: reading and writing of files; without it

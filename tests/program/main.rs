@@ -11,6 +11,7 @@
 mod batch_page_works;
 mod contracts;
 mod docs_are_true;
+mod examples_work;
 mod files_say_who_made_them;
 mod installed;
 mod lengths_check;

@@ -21,6 +21,22 @@ fn the_table_in_the_readme_is_what_the_main_command_prints() {
     assert_eq!(lines(shown), lines(&printed));
 }
 
+/// The front page's program is compiled and run with the documentation.
+#[test]
+fn the_program_in_the_readme_is_that_of_the_front_page_and_has_at_most_fifteen_lines() {
+    let shown = README.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let page: String = include_str!("../../src/lib.rs")
+        .lines()
+        .take_while(|line| line.starts_with("//!"))
+        .filter(|line| !line.starts_with("//! # "))
+        .map(|line| line.trim_start_matches("//!").trim_start().to_owned() + "\n")
+        .collect();
+    let unindented: String = shown.lines().map(|line| line.trim_start().to_owned() + "\n").collect();
+    assert!(page.contains(&format!("```\n{unindented}```")), "{page}");
+    let lines = shown.lines().filter(|line| !line.is_empty()).count();
+    assert!(lines <= 15, "{lines}");
+}
+
 #[test]
 fn every_file_that_the_readme_links_to_exists() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));

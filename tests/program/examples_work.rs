@@ -1,0 +1,73 @@
+//! Every program in `examples/` runs, prints what it is about and writes its files.
+
+use std::fs;
+use std::process::Command;
+
+/// What an example prints, and the files that it writes.
+fn run(name: &str, files: &[&str]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["run", "--quiet", "--locked", "--offline", "--example", name]);
+    if !cfg!(debug_assertions) {
+        cargo.arg("--release");
+    }
+    let output = cargo.arg("--").arg(folder.path()).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{name}: {told}");
+    for file in files {
+        let text = fs::read_to_string(folder.path().join(file)).unwrap();
+        assert!(text.contains(name) || *file == "my.csv", "{file} does not say that {name} made it");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), files.len());
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The number in a text behind some words.
+fn number(text: &str, before: &str) -> f64 {
+    let rest = text.split(before).nth(1).unwrap_or_else(|| panic!("no \"{before}\" in {text}"));
+    let end = rest.trim_start().find(|c: char| !(c.is_ascii_digit() || ".-".contains(c))).unwrap();
+    rest.trim_start()[..end].parse().unwrap()
+}
+
+#[test]
+fn data_of_ones_own_are_fitted() {
+    let said = run("own_data", &["my.csv", "fit.json", "tongue.svg"]);
+    assert!(said.contains("contracting: GGa, SGm, HGa") && said.contains("Converged"), "{said}");
+    // The stretches in the table, to the digits printed.
+    assert!(said.contains(&format!("{:.3} of its length", 40.5 / 44.0)), "{said}");
+    assert!(said.contains(&format!("{:.3} of its length", 31.5 / 32.5)), "{said}");
+}
+
+#[test]
+fn a_body_of_ones_own_shortens_where_it_is_pulled() {
+    let said = run("own_body", &["tongue.svg", "tongue.msh"]);
+    assert!(said.contains("did you mean \"hyoglossus\"?") && !said.contains("do not trust"), "{said}");
+    let lengths = ["0.0", "5.0", "10.0", "20.0"].map(|n| number(&said, &format!("{n} N per metre: ")));
+    assert!(lengths.windows(2).all(|w| w[1] < w[0]) && lengths[3] < 0.9, "{lengths:?}");
+}
+
+#[test]
+fn a_scene_meets_the_palate() {
+    let said = run("scene", &["scene.json"]);
+    assert!(said.contains("converged: true"), "{said}");
+    assert!(number(&said, "on the palate: ") > 0.5, "{said}");
+}
+
+#[test]
+fn the_valley_is_followed_to_both_ends_and_its_misfit_is_none() {
+    let said = run("valley", &["valley.csv", "valley.svg"]);
+    assert!(said.contains("2 ratios, 3 tensions") && said.contains("it ends: HGa is slack;"), "{said}");
+    let misfits =
+        said.lines().filter_map(|line| line.split("misfit ").nth(1)?.split(',').next()?.parse().ok());
+    let misfits: Vec<f64> = misfits.collect();
+    assert!(misfits.len() > 5 && misfits.iter().all(|m| *m < 1e-6), "{said}");
+}
+
+#[test]
+fn tensions_of_a_solid_come_back() {
+    let said = run("three_dimensions", &["block.svg", "block.vtu"]);
+    for line in ["from 2 lengths", "from 18 surface points"] {
+        let found = said.lines().find(|l| l.starts_with(line)).unwrap();
+        assert_eq!((number(found, "lengthwise "), number(found, "across ")), (0.23, 0.11), "{found}");
+    }
+}
