@@ -16,7 +16,7 @@ want = "shape"
 [body.tongue]
 h_mm = 5.5
 [tensions_n]
-GGp = 55.0
+GGp = 48.0
 SGa = 4.0
 [effects]
 incompressibility = true
