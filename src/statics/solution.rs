@@ -74,7 +74,7 @@ pub enum Connection {
     LoadSteps,
     /// On the way a ridge or an unstable equilibrium was left downhill, so it may well lie on another branch than rest.
     Downhill,
-    /// Followed from rest, there and back, in steps ([`trace()`]): it lies on the branch that begins at rest.
+    /// Followed from rest, there and back, in steps ([`super::trace()`]): it lies on the branch that begins at rest.
     Traced,
 }
 
