@@ -69,6 +69,11 @@ pub fn trace<const D: usize>(
     let mut path =
         Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
     let mut shape = system.rest().to_vec();
+    if !path.w.carried.is_empty() {
+        // With displaced bones the branch begins where the body rests that nothing pulls at.
+        path.at(&shape, 0.0);
+        shape.copy_from_slice(&path.w.positions);
+    }
     let (mut critical, mut stopped) = (None, None);
     let longest = 1.0 / steps.max(1) as f64;
     let (mut reached, mut step) = (0.0, longest);

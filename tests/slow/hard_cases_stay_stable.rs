@@ -112,7 +112,8 @@ fn case_7_searches_that_begin_badly_end_in_a_status() {
         "{partly:?}"
     );
     let nothing = rows.iter().find(|r| r.variant.starts_with("every solve fails")).unwrap();
-    assert_eq!(nothing.status, "no_equilibrium");
+    // Followed from rest in small steps there is an equilibrium; the search itself had none to go by.
+    assert_eq!(nothing.status, "iteration_limit");
 }
 
 #[test]
