@@ -68,7 +68,6 @@ pub mod dynamics;
 pub mod effect;
 mod files;
 pub mod geometry;
-pub mod input;
 pub mod inverse;
 pub mod material;
 pub mod measured;

@@ -16,6 +16,7 @@ pub mod alarms;
 pub mod alternatives;
 pub mod batch;
 mod constants;
+mod directions;
 mod fit;
 mod forward;
 mod freed;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::identifiability::null_space;
+use super::directions::null_space;
 use super::problem::{Linear, Problem};
 use super::unknown::Unknown;
 

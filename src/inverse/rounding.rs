@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::observe::Certainty;
 
+use super::directions::decompose;
 use super::forward::Forward;
-use super::identifiability::decompose;
 use super::on_target::room;
 use super::problem::Problem;
 

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::Settings;
-use super::identifiability::decompose;
+use super::directions::decompose;
 use super::on_target::{correct, room};
 use super::problem::Problem;
 use super::unknown::Unknown;

@@ -5,6 +5,7 @@
 
 #[cfg(feature = "files")]
 pub mod batch;
+mod by_muscle;
 mod csv;
 mod error;
 mod export;
@@ -20,8 +21,10 @@ mod staged;
 mod sto;
 mod svg;
 mod trajectory;
+mod valley_record;
 mod vtu;
 
+pub use by_muscle::ByMuscle;
 pub use csv::{Rows, Table};
 pub use error::ReportError;
 pub use export::{Export, Provenance};
@@ -30,10 +33,7 @@ pub use file::{OutputDir, Writes, write};
 pub use json::Json;
 pub use markdown::Markdown;
 pub use msh::Msh;
-pub use record::{
-    AlarmRecord, BranchRecord, ByMuscle, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord,
-    ValleyPointRecord, ValleyRecord,
-};
+pub use record::{AlarmRecord, BranchRecord, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord};
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::Sto;
@@ -42,4 +42,5 @@ pub use svg::{
     work_precision,
 };
 pub use trajectory::{History, TrajectoryRecord};
+pub use valley_record::{ValleyPointRecord, ValleyRecord};
 pub use vtu::{Pvd, Vtu};

@@ -1,46 +1,17 @@
 //! What a result says of itself in JSON and CSV: stable field names, units in the names, muscles by name.
 
 use nalgebra::SVector;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
-use super::csv::{Rows, Table};
+use super::by_muscle::{ByMuscle, by, mm};
+use super::csv::Rows;
 use super::export::{Export, Provenance};
+use super::valley_record::ValleyRecord;
 use crate::inverse::alarms::Alarm;
-use crate::inverse::valley::Valley;
 use crate::inverse::{self, Fit};
 use crate::measured::{TargetKind, Vowel, reference_muscle};
 use crate::statics::{self, Solution};
 use crate::system::System;
-
-/// A value for every muscle of some, written as an object `{GGa: .., ..}` in their order.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct ByMuscle<T>(pub Vec<(String, T)>);
-
-impl<T> ByMuscle<T> {
-    /// Values by the names of their muscles; as many as there are of both.
-    pub fn new(names: &[String], values: impl IntoIterator<Item = T>) -> Self {
-        Self(names.iter().cloned().zip(values).collect())
-    }
-
-    /// The value of a muscle.
-    pub fn of(&self, muscle: &str) -> Option<&T> {
-        self.0.iter().find(|(name, _)| name == muscle).map(|(_, value)| value)
-    }
-}
-
-impl<T: Serialize> Serialize for ByMuscle<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|(muscle, value)| (muscle, value)))
-    }
-}
-
-fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
-    ByMuscle::new(names, lengths_m.iter().map(|l| l * 1e3))
-}
-
-fn by(names: &[String], values: &[f64]) -> ByMuscle<f64> {
-    ByMuscle::new(names, values.iter().copied())
-}
 
 /// The branch of equilibria that begins at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -157,68 +128,6 @@ pub struct Segment {
     pub from_n: ByMuscle<f64>,
     /// The other, N.
     pub to_n: ByMuscle<f64>,
-}
-
-/// All tensions that meet an undetermined target as well as the answer: points of a curve, from one end to the other.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ValleyRecord {
-    /// The points.
-    pub points: Vec<ValleyPointRecord>,
-    /// Number of the answer among them.
-    pub answer: usize,
-    /// Why the curve ends before the first point, and why after the last.
-    pub ends: [String; 2],
-}
-
-impl ValleyRecord {
-    /// The record of a curve over `unknowns` in a body with these muscles, whose lengths `of_body` takes from those of all chains.
-    pub fn new(
-        valley: &Valley,
-        unknowns: &[String],
-        muscles: &[String],
-        of_body: impl Fn(&[f64]) -> Vec<f64>,
-    ) -> Self {
-        let point = |p: &inverse::valley::Point| ValleyPointRecord {
-            tensions_n: by(unknowns, &p.x),
-            lengths_mm: mm(muscles, &of_body(&p.lengths)),
-            misfit: p.misfit,
-            passive_rms: p.other_rms,
-        };
-        Self {
-            points: valley.points.iter().map(point).collect(),
-            answer: valley.answer,
-            ends: valley.ends.map(|end| end.text(unknowns)),
-        }
-    }
-
-    /// A row a point: its number, tension and length of every muscle, misfit and passive residual.
-    pub fn table(&self) -> Table {
-        let Some(first) = self.points.first() else { return Table::default() };
-        let tensions = first.tensions_n.0.iter().map(|(m, _)| format!("tension_{m}_n_per_m"));
-        let lengths = first.lengths_mm.0.iter().map(|(m, _)| format!("{m}_mm"));
-        let columns = ["point", "is_answer"].map(str::to_owned).into_iter().chain(tensions).chain(lengths);
-        let columns = columns.chain(["misfit", "passive_rms"].map(str::to_owned)).collect();
-        let row = |(number, p): (usize, &ValleyPointRecord)| {
-            let values = p.tensions_n.0.iter().chain(&p.lengths_mm.0).map(|(_, v)| v.to_string());
-            let first = [number.to_string(), (number == self.answer).to_string()];
-            let rms = p.passive_rms.map(|r| r.to_string()).unwrap_or_default();
-            first.into_iter().chain(values).chain([p.misfit.to_string(), rms]).collect()
-        };
-        Table { columns, rows: self.points.iter().enumerate().map(row).collect() }
-    }
-}
-
-/// A point of a [`ValleyRecord`].
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ValleyPointRecord {
-    /// Tensions of the active muscles, N per metre of thickness.
-    pub tensions_n: ByMuscle<f64>,
-    /// Lengths of all muscles, mm.
-    pub lengths_mm: ByMuscle<f64>,
-    /// Root mean square residual of the fitted muscles.
-    pub misfit: f64,
-    /// Root mean square residual of the other measured muscles, in the quantity that is fitted.
-    pub passive_rms: Option<f64>,
 }
 
 /// A reason for doubt, in a word and in a sentence.

@@ -11,8 +11,9 @@ use crate::measured::TargetKind;
 use crate::measured::lengths::rest_distance::RestDistance;
 use crate::measured::published_patterns::PatternCheck;
 use crate::measured::thesis::Thesis;
+use crate::report::ByMuscle;
 use crate::report::Provenance;
-use crate::report::record::{ByMuscle, FitRecord};
+use crate::report::record::FitRecord;
 
 /// One fit of a batch: the record of the fit, and how far it can be believed.
 #[derive(Debug, Clone, PartialEq, Serialize)]

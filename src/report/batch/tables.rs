@@ -9,7 +9,7 @@ use crate::inverse::batch::{BaselineRow, Refusal};
 use crate::inverse::uncertainty::Interval;
 use crate::measured::published_patterns::PatternCheck;
 use crate::measured::{TargetKind, Vowel};
-use crate::report::record::ByMuscle;
+use crate::report::ByMuscle;
 
 /// A row of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
 /// is another. Ratios are to the reference muscle, stretches to the baseline (measured) or rest (model). What was not measured is empty.

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::number;
 use crate::body::Mesh;
 use crate::inverse::batch::Assessment;
+use crate::report::ByMuscle;
 use crate::report::batch::record::{AssessedRecord, SubsetRecord};
 use crate::report::batch::tables::name;
-use crate::report::record::ByMuscle;
 use crate::report::{ReportError, Series, changes};
 
 /// Residual at which a cell of the heat map has its full colour.
