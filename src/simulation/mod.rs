@@ -40,6 +40,7 @@ mod error;
 mod estimate;
 mod once;
 mod problem;
+mod samples;
 mod shape;
 mod solver;
 mod trajectory;

@@ -8,7 +8,7 @@ use crate::statics::{self, Settings, Solution, Trace, Workspace};
 use crate::system::{Model, System, SystemError};
 
 use super::Error;
-use super::trajectory::{Samples, follow};
+use super::samples::{Samples, follow};
 
 /// Stands for the dimensions in which bodies can be solved by name: those in which it is [`Dimension`].
 #[derive(Debug)]
