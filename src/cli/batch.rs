@@ -17,7 +17,7 @@ use tongue_fit::measured::{Dataset, Target, TargetKind, Vowel, reference_muscle}
 use tongue_fit::report::batch::journal::{Entry, NAME};
 use tongue_fit::report::batch::{self as outputs, Batch, Fitted, Journal, Provenance, Summary};
 use tongue_fit::report::{OutputDir, ReportError};
-use tongue_fit::system::Model;
+use tongue_fit::system::{Model, System};
 
 use super::fit::MethodName;
 use super::{Global, Outcome, body, interrupt, output, table};
@@ -165,6 +165,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let unreadable: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
     let plan = batch::plan(&data, &selection).into_diagnostic()?;
     let (mesh, model) = (arguments.body.mesh()?, arguments.body.model());
+    // What no fit could be made with is refused once, before anything is written.
+    System::new(&mesh, &model, &[]).into_diagnostic()?;
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
 

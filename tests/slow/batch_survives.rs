@@ -192,6 +192,19 @@ fn a_file_that_is_no_table_is_refused_whole() {
     }
 }
 
+/// findings.md, C5: constants with which no fit can be made were refused fit by fit, without a word, and files of nothing written.
+#[test]
+fn constants_out_of_range_are_refused_once_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    for nu in ["nan", "0.5", "inf", "0"] {
+        let out = folder.path().join("out");
+        let (status, stdout, told) = run(&out, &["--poisson-ratio", nu]);
+        assert_eq!((status, stdout.as_str()), (1, ""), "{nu}: {told}");
+        assert!(told.contains("Poisson's ratio") && told.matches("error:").count() == 1, "{nu}: {told}");
+        assert!(!out.exists(), "nothing is written");
+    }
+}
+
 /// The real rows again and again under new names, every length moved by up to 1 mm.
 fn many_rows(count: usize) -> String {
     let mut lines = REFERENCE.lines();
