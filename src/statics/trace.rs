@@ -132,6 +132,7 @@ pub fn solve_and_trace<const D: usize>(
 ) -> Trace {
     let direct = solve(system, workspace, tensions, settings);
     let mut other = Workspace::new(system);
+    other.carried.clone_from(&workspace.carried);
     let found = trace(system, &mut other, tensions, settings, steps);
     let [direct_converged, converged] = [&direct, &found.solution].map(|s| s.status == Status::Converged);
     let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;

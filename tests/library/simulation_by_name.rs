@@ -1,7 +1,7 @@
 //! The way by name gives the same bits as the rooms that it leads to, and says what is wrong with a name or a number.
 
 use nalgebra::{SVector, Vector3};
-use tongue_fit::body::{Body, MuscleChain, solid};
+use tongue_fit::body::{Body, MuscleChain, largest_distance, solid};
 use tongue_fit::dynamics::{self, Control, Motion, Tensions};
 use tongue_fit::inverse::{self, Method, Settings};
 use tongue_fit::measured::TargetKind;
@@ -119,6 +119,8 @@ fn bones_priors_and_constants_are_searched_for_by_name() {
     solver.shift_bone("hyoid", SVector::from([3.0 * MM, -2.0 * MM])).unwrap();
     let truth = [("GGa", 14.0), ("HGa", 9.0)];
     let seen = solver.equilibrium(&truth).unwrap();
+    let followed = solver.follow_from_rest(&truth).unwrap();
+    assert!(followed.is_traced() && largest_distance(followed.positions(), seen.positions()) < 1e-9);
     let observations = |seen: &Shape<2>| -> Vec<Observation<2>> {
         let names = body.mesh.muscle_names();
         let of = |name: &String| Observation::new(model.length(name).unwrap(), seen.length(name).unwrap());
