@@ -13,7 +13,7 @@ const TICK: f64 = 6.0;
 
 /// A rectangle of the plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bounds {
+pub(in crate::report) struct Bounds {
     /// Corner, m.
     pub low: [f64; 2],
     /// Opposite corner, m.

@@ -10,6 +10,8 @@ mod labels;
 mod muscles;
 mod section;
 mod solid;
+#[cfg(feature = "files")]
+mod tensions;
 mod valley;
 mod work_precision;
 
@@ -23,7 +25,11 @@ pub use changes::{Series, changes};
 pub use muscles::{Panel, panels};
 pub(super) use section::check;
 pub use section::{Section, tongue};
+#[cfg(feature = "files")]
+pub(super) use section::{colours, frame};
 pub use solid::solid;
+#[cfg(feature = "files")]
+pub use tensions::{Found, Tension, tensions};
 pub use valley::valley;
 pub use work_precision::{Curve, work_precision};
 

@@ -129,7 +129,10 @@ fn description(section: &Section<'_>) -> String {
 }
 
 /// What is in view: the tissue at rest with room around it, wider only where a shape needs it.
-pub(super) fn frame<'a>(mesh: &Mesh<2>, shapes: impl IntoIterator<Item = &'a [SVector<f64, 2>]>) -> Bounds {
+pub(in crate::report) fn frame<'a>(
+    mesh: &Mesh<2>,
+    shapes: impl IntoIterator<Item = &'a [SVector<f64, 2>]>,
+) -> Bounds {
     let inside = mesh.in_tissue();
     let all = mesh.cells.is_empty();
     let tissue =
@@ -207,6 +210,12 @@ impl Line<'_> {
     }
 }
 
+/// The colours of muscles, as SVG and CSS write them.
+pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
+    let known = Muscles::reference().map(|m| m.of(names)).unwrap_or_default();
+    known.iter().map(|m| m.colour.to_string().to_lowercase()).collect()
+}
+
 /// The muscles of a shape; a contracting one's name has its tension behind it.
 pub(super) fn lines<'a>(
     view: &View,
@@ -215,8 +224,7 @@ pub(super) fn lines<'a>(
     tensions: &[f64],
 ) -> Vec<Line<'a>> {
     let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
-    let known = Muscles::reference().map(|m| m.of(&names)).unwrap_or_default();
-    let colours: Vec<String> = known.iter().map(|m| m.colour.to_string().to_lowercase()).collect();
+    let colours = colours(&names);
     let line = |(number, (muscle, &tension)): (usize, (&'a crate::body::MuscleChain, &f64))| {
         let chain: Vec<_> = muscle.nodes.iter().filter_map(|&n| positions.get(n).copied()).collect();
         let (seen, leaves) = view.visible(&chain);

@@ -9,6 +9,7 @@ use crate::inverse::batch::Assessment;
 use crate::report::ByMuscle;
 use crate::report::batch::record::{AssessedRecord, SubsetRecord};
 use crate::report::batch::tables::name;
+use crate::report::svg::Tension;
 use crate::report::{ReportError, Series, changes};
 
 /// Residual at which a cell of the heat map has its full colour.
@@ -29,8 +30,10 @@ pub struct PageFit {
     pub detail: String,
     /// Displacement of every node from rest, µm.
     pub moved: Vec<[i64; 2]>,
-    /// Names of the contracting muscles.
+    /// Names of the contracting muscles, which have a tension.
     pub active: Vec<String>,
+    /// One for every muscle that was fitted.
+    pub tensions: Vec<Option<Tension>>,
 }
 
 /// Metres as whole micrometres.
@@ -57,13 +60,20 @@ impl PageFit {
             let way = p - rest;
             [way.x, way.y].map(micrometres)
         });
+        let contracts = |m: &str| f.tensions_n.of(m).is_some_and(|t| *t > 0.0);
+        let tension = |m: &String| {
+            let interval = r.intervals.as_ref().and_then(|i| *i.tensions_n.of(m)?);
+            let value = f.tensions_n.of(m).filter(|_| f.active.contains(m))?;
+            Some(Tension { value: *value, interval: interval.map(|i| [i.low, i.high]) })
+        };
         Ok(Self {
             number,
             heat_row: heat_row(number, r, mark, muscles).into_string(),
             table_row: table_row(number, r, mark, muscles).into_string(),
             detail: detail(number, r, &label, &figure(r)?).into_string(),
             moved: moved.collect(),
-            active: f.active.clone(),
+            active: muscles.iter().filter(|m| contracts(m)).cloned().collect(),
+            tensions: muscles.iter().map(tension).collect(),
             label,
         })
     }
@@ -80,7 +90,7 @@ fn heat_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> Ma
                 @match f.residuals.of(m) {
                     Some(residual) => td data-v=(residual) style=(colour(*residual)) {
                         @if r.fitted.contains(m) { "● " }
-                        (format!("{:+.1}", 100.0 * residual))
+                        (format!("{:+.1}", (1000.0 * residual).round() / 10.0 + 0.0))
                     },
                     None => td { "–" },
                 }
@@ -134,7 +144,7 @@ fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str) -> Markup {
     let rms = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.3}"));
     html! {
         details id={ "fit-" (id) } {
-            summary { (label) ": " (name(&f.status).replace('_', " ")) @if !f.alarms.is_empty() { ", " (f.alarms.len()) " alarms" } }
+            summary { (label) ": " (name(&f.status).replace('_', " ")) @if !f.alarms.is_empty() { ", " (f.alarms.len()) @if f.alarms.len() == 1 { " alarm" } @else { " alarms" } } }
             div.figure { (PreEscaped(figure)) }
             @if !f.alarms.is_empty() { ul.alarms { @for a in &f.alarms { li { (a.text) } } } }
             p {

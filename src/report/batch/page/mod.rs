@@ -11,6 +11,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::summary::PassiveGroup;
 use super::{Batch, Journal, all_refusals, each_fit};
 use crate::body::Mesh;
+use crate::report::svg::{self, Found, Svg, colours, frame};
 
 pub use self::fit::PageFit;
 
@@ -42,10 +43,10 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Res
             }
             body {
                 (top(batch, fits.len()))
-                (passive(&batch.summary.passive))
-                (heat_map(&fits, batch.muscles))
-                (viewer(&fits))
                 (fit_table(&fits, batch.muscles))
+                (viewer(&fits))
+                (heat_map(&fits, batch.muscles))
+                (passive(&batch.summary.passive))
                 section {
                     h2 { "Every fit" }
                     p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and what speaks for and against the answer." }
@@ -135,7 +136,7 @@ fn viewer(fits: &[PageFit]) -> Markup {
                 " " output #part { "100 %" }
             }
             svg #tongue role="img" aria-label="Mesh of the tongue between rest and the fitted shape" {}
-            p.legend { "Grey: rest. Thick: contracting muscles; thin: passive. Front of the mouth to the left." }
+            p.legend { "Grey: rest. Thick: contracting muscles; thin: passive. Front of the mouth to the left; the line that leaves the view goes on to the styloid process." }
         }
     }
 }
@@ -146,6 +147,7 @@ fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
     html! {
         section {
             h2 { "Tensions" }
+            div.figure.wide { (PreEscaped(tensions(muscles, fits).to_string())) }
             table.sortable #fits {
                 thead { tr {
                     @for h in columns { th { button type="button" { (h) } } }
@@ -175,6 +177,13 @@ fn others(batch: &Batch<'_>, journal: &Journal) -> io::Result<Markup> {
     })
 }
 
+/// The tensions of all fits at a glance.
+fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
+    let found: Vec<Found> =
+        fits.iter().map(|f| Found { label: f.label.clone(), tensions: f.tensions.clone() }).collect();
+    svg::tensions(muscles, &found, "Tensions that the fits found")
+}
+
 /// A table cell that sorts by its number.
 fn number(value: f64, digits: usize) -> Markup {
     html! { td data-v=(value) { (format!("{value:.digits$}")) } }
@@ -183,14 +192,21 @@ fn number(value: f64, digits: usize) -> Markup {
 /// The mesh once, and of every fit the displacements: µm, integers.
 fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
     let rest: Vec<[i64; 2]> = mesh.nodes.iter().map(|p| [p.x, p.y].map(fit::micrometres)).collect();
-    let muscles: Vec<_> =
-        mesh.muscles.iter().map(|m| serde_json::json!({"name": m.name, "nodes": m.nodes})).collect();
+    let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
+    let muscles: Vec<_> = mesh
+        .muscles
+        .iter()
+        .zip(colours(&names))
+        .map(|(m, colour)| serde_json::json!({"name": m.name, "nodes": m.nodes, "colour": colour}))
+        .collect();
+    let view = frame(mesh, []);
+    let [low, high] = [view.low, view.high].map(|corner| corner.map(fit::micrometres));
     let shapes: Vec<_> = fits
         .iter()
         .map(|f| serde_json::json!({"fit": f.number, "moved": f.moved, "active": f.active}))
         .collect();
     serde_json::json!({
-        "rest": rest, "connections": mesh.connections, "fixed": mesh.fixed, "muscles": muscles, "shapes": shapes,
+        "view": [low[0], -high[1], high[0] - low[0], high[1] - low[1]], "rest": rest, "connections": mesh.connections, "fixed": mesh.fixed, "muscles": muscles, "shapes": shapes,
     })
     .to_string()
     // The text stands in a script element, which only this sequence could end.

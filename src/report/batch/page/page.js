@@ -3,8 +3,8 @@ const errors = [];
 window.addEventListener("error", (e) => errors.push(e.message));
 
 const data = JSON.parse(document.getElementById("data").textContent);
-// Okabe and Ito (2008), as in the SVG figures; black would vanish on a dark page, so the last one is grey.
-const colours = ["#D55E00", "#E69F00", "#F0E442", "#56B4E9", "#0072B2", "#CC79A7", "#009E73", "#888888"];
+// As in the SVG figures; black would vanish on a dark page, so it is grey.
+const colour = (muscle) => muscle.colour === "#000000" ? "#888888" : muscle.colour;
 const byId = (id) => document.getElementById(id);
 
 // Sorting: by number where every cell has one, else by text; a second click turns the order round.
@@ -43,14 +43,31 @@ function draw() {
     if (colour) p.style.stroke = colour;
     return p;
   };
-  const xs = data.rest.map((p) => p[0]), ys = data.rest.map((p) => -p[1]);
-  const [left, top] = [Math.min(...xs), Math.min(...ys)];
-  const [width, height] = [Math.max(...xs) - left, Math.max(...ys) - top];
-  const margin = 0.15 * Math.max(width, height);
-  svg.setAttribute("viewBox", [left - margin, top - margin, width + 2 * margin, height + 2 * margin].join(" "));
-  const muscles = data.muscles.map((m, i) =>
-    path(shape.active.includes(m.name) ? "active" : "passive", chain(m.nodes), colours[i % colours.length]));
-  svg.replaceChildren(path("rest", lines(data.rest, data.connections)), path("mesh", lines(at, data.connections)), ...muscles);
+  // The tongue fills the view, which is the same for every fit; lines to bones beyond it are cut off.
+  const [left, top, width, height] = data.view;
+  svg.setAttribute("viewBox", data.view.join(" "));
+  svg.style.aspectRatio = `${width} / ${height}`;
+  const muscles = data.muscles.map((m) =>
+    path(shape.active.includes(m.name) ? "active" : "passive", chain(m.nodes), colour(m)));
+  // Each name beside its line, at the first place that is in view and away from the others.
+  const placed = [];
+  const inside = ([x, y]) => x > left + 0.05 * width && x < left + 0.95 * width && y > top + 0.03 * height && y < top + 0.97 * height;
+  const names = data.muscles.map((m) => {
+    const [first, last] = [at[m.nodes[0]], at[m.nodes[m.nodes.length - 1]]];
+    const spots = [0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.9, 0.95].map((t) =>
+      [first[0] + t * (last[0] - first[0]) + 0.045 * width, -first[1] - t * (last[1] - first[1])]);
+    const free = ([x, y]) => placed.every(([a, b]) => Math.abs(x - a) > 0.1 * width || Math.abs(y - b) > 0.05 * height);
+    const spot = spots.find((s) => inside(s) && free(s)) ?? spots.find(inside) ?? spots[0];
+    placed.push(spot);
+    const text = document.createElementNS("http://www.w3.org/2000/svg", "text");
+    text.setAttribute("x", spot[0]);
+    text.setAttribute("y", spot[1]);
+    text.style.fontSize = `${0.028 * width}px`;
+    if (shape.active.includes(m.name)) text.style.fontWeight = "bold";
+    text.textContent = m.name;
+    return text;
+  });
+  svg.replaceChildren(path("rest", lines(data.rest, data.connections)), path("mesh", lines(at, data.connections)), ...muscles, ...names);
 }
 byId("shape").addEventListener("change", draw);
 byId("slider").addEventListener("input", draw);
@@ -97,6 +114,7 @@ function selfTest() {
     byId("shape").value = last;
     byId("shape").dispatchEvent(new Event("change"));
     check(data.shapes.length === 1 || drawn() !== fitted, "another fit shows the same shape");
+    check(byId("tongue").querySelectorAll("text").length === data.muscles.length, "not every muscle is named");
     location.hash = `#fit-${last}`;
     openTarget();
     check(byId(`fit-${last}`).open, "a link does not open its fit");

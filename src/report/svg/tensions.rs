@@ -1,0 +1,117 @@
+//! The tensions of many fits: a row a fit, a column a muscle, a dot with its interval for each that contracts.
+
+use serde::{Deserialize, Serialize};
+
+use super::axes::ticks;
+use super::section::colours;
+use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, data};
+
+/// Width of the names of the fits and of a column, px, and height of a row.
+const NAMES: f64 = 190.0;
+const COLUMN: f64 = 150.0;
+const GAP: f64 = 18.0;
+const ROW: f64 = 34.0;
+/// Half the height of the ends of an interval, px.
+const END: f64 = 7.0;
+
+/// A tension that was found, N per metre of thickness.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Tension {
+    /// The answer.
+    pub value: f64,
+    /// The ends of its 95 % interval, where there is one.
+    pub interval: Option<[f64; 2]>,
+}
+
+/// The tensions of one fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// What was fitted.
+    pub label: String,
+    /// One for every muscle; `None` if it was given none.
+    pub tensions: Vec<Option<Tension>>,
+}
+
+/// Draws the tensions of `found`, whose values are those of `muscles` in their order, on axes that all columns share.
+pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
+    let all = || found.iter().flat_map(|f| f.tensions.iter().flatten());
+    let most = all().map(|t| t.interval.map_or(t.value, |i| i[1].max(t.value))).fold(1.0, f64::max);
+    let told: Vec<String> = found.iter().map(|f| described(muscles, f)).collect();
+    let shown = format!("Tensions in N per metre of thickness, with 95 % intervals. {}", told.join(" "));
+    let width = NAMES + muscles.len() as f64 * (COLUMN + GAP) + 2.0 * MARGIN;
+    let (mut svg, top) = Svg::new(title, &shown, width);
+    let (top, height) = (top + 2.0 * TEXT, found.len() as f64 * ROW);
+    for (nth, f) in found.iter().enumerate() {
+        let y = top + ROW * (nth as f64 + 0.5);
+        svg.text([MARGIN, y], Anchor::Start, Face::Plain, &f.label);
+        svg.line([MARGIN + NAMES, y], [width - MARGIN, y], RULE, 1.0);
+    }
+    let marks: Vec<f64> = ticks(0.0..=most).into_iter().filter(|v| *v == 0.0 || *v > 0.4 * most).collect();
+    // Within their column, so that those of neighbours keep apart.
+    let marks = [(marks.first(), Anchor::Start), (marks.last(), Anchor::End)];
+    for (column, (name, colour)) in muscles.iter().zip(colours(muscles)).enumerate() {
+        let left = MARGIN + NAMES + column as f64 * (COLUMN + GAP) + 0.5 * GAP;
+        let x = |tension: f64| left + COLUMN * tension / most;
+        svg.text([left + 0.5 * COLUMN, top - TEXT], Anchor::Middle, Face::Bold, name);
+        svg.stroke(&data([[[left, top], [left, top + height], [left + COLUMN, top + height]]]), INK, 1.2);
+        for (mark, anchor) in marks {
+            let Some(mark) = mark else { continue };
+            svg.line([x(*mark), top + height], [x(*mark), top + height + 6.0], INK, 1.2);
+            svg.text([x(*mark), top + height + 22.0], anchor, Face::Plain, &format!("{mark:.0}"));
+        }
+        for (nth, f) in found.iter().enumerate() {
+            let y = top + ROW * (nth as f64 + 0.5);
+            let Some(Some(Tension { value, interval })) = f.tensions.get(column) else { continue };
+            if let Some([low, high]) = interval.map(|i| i.map(x)) {
+                let ends = [low, high].map(|end| [[end, y - END], [end, y + END]]);
+                svg.stroke(&data([[[low, y], [high, y]], ends[0], ends[1]]), &colour, 3.0);
+            }
+            let at = format_args!(
+                "cx=\"{:.1}\" cy=\"{y:.1}\" r=\"6.5\" fill=\"{colour}\" stroke=\"{INK}\" stroke-width=\"1.2\"",
+                x(*value)
+            );
+            svg.element("circle", at);
+        }
+    }
+    let below = top + height + 56.0;
+    let unit = "tension, N per metre of thickness; line: 95 % interval, where there is one";
+    svg.text([MARGIN + NAMES, below], Anchor::Start, Face::Plain, unit);
+    svg.finish(below + TEXT)
+}
+
+fn described(muscles: &[String], found: &Found) -> String {
+    let of = |(name, tension): (&String, &Option<Tension>)| {
+        let Tension { value, interval } = (*tension)?;
+        let interval = interval.map_or(String::new(), |[low, high]| format!(" ({low:.1} to {high:.1})"));
+        Some(format!("{name} {value:.1}{interval}"))
+    };
+    let all: Vec<String> = muscles.iter().zip(&found.tensions).filter_map(of).collect();
+    format!("{}: {}.", found.label, all.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dot_for_each_tension_on_one_scale_and_none_for_a_muscle_at_rest() {
+        let muscles = ["GGa", "my own"].map(String::from);
+        let one = |value, interval| Some(Tension { value, interval });
+        let found = [
+            Found { label: "S2 /a/".into(), tensions: vec![one(10.0, Some([8.0, 20.0])), None] },
+            Found { label: "S2 /i/".into(), tensions: vec![one(5.0, None), one(20.0, None)] },
+        ];
+        let svg = tensions(&muscles, &found, "Tensions").to_string();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let dots: Vec<f64> = document
+            .descendants()
+            .filter(|n| n.has_tag_name("circle"))
+            .map(|n| n.attribute("cx").unwrap().parse().unwrap())
+            .collect();
+        assert_eq!(dots.len(), 3);
+        // 5 N apart are a quarter of the largest value, 20 N, and so of the column.
+        assert!((dots[0] - dots[1] - 0.25 * COLUMN).abs() < 0.11);
+        assert!((dots[2] - dots[1] - (COLUMN + GAP) - 0.75 * COLUMN).abs() < 0.11);
+        assert!(svg.contains("S2 /a/: GGa 10.0 (8.0 to 20.0)."));
+    }
+}
