@@ -43,20 +43,19 @@ impl Quality {
             }
             area += 0.5 * plane::doubled_area(mesh.nodes[a], mesh.nodes[b], mesh.nodes[c]);
         }
-        let lengths = || mesh.connections.iter().map(|c| mesh.distance(*c));
-        let or_zero = |x: f64| if x.is_finite() { x } else { 0.0 };
+        let [shortest_connection_m, mean_connection_m, longest_connection_m] = connections(mesh);
         Self {
             nodes: mesh.nodes.len(),
-            nodes_outside_tissue: mesh.in_tissue().iter().filter(|t| !**t).count(),
+            nodes_outside_tissue: outside_tissue(mesh),
             // An outline is closed, so it has as many nodes as edges.
             boundary_nodes: mesh.surface().len(),
             cells: mesh.cells.len(),
             connections: mesh.connections.len(),
             area_m2: area,
             smallest_angle_deg: or_zero(smallest),
-            shortest_connection_m: or_zero(lengths().fold(f64::INFINITY, f64::min)),
-            mean_connection_m: or_zero(lengths().sum::<f64>() / mesh.connections.len() as f64),
-            longest_connection_m: lengths().fold(0.0, f64::max),
+            shortest_connection_m,
+            mean_connection_m,
+            longest_connection_m,
         }
     }
 }
@@ -99,20 +98,36 @@ impl SolidQuality {
                 }
             }
         }
-        let lengths = || mesh.connections.iter().map(|c| mesh.distance(*c));
-        let or_zero = |x: f64| if x.is_finite() { x } else { 0.0 };
+        let [shortest_connection_m, _, longest_connection_m] = connections(mesh);
         Self {
             nodes: mesh.nodes.len(),
-            nodes_outside_tissue: mesh.in_tissue().iter().filter(|t| !**t).count(),
+            nodes_outside_tissue: outside_tissue(mesh),
             surface_nodes: mesh.surface_nodes().len(),
             cells: mesh.cells.len(),
             connections: mesh.connections.len(),
             volume_m3: volume,
             smallest_angle_deg: or_zero(smallest),
-            shortest_connection_m: or_zero(lengths().fold(f64::INFINITY, f64::min)),
-            longest_connection_m: lengths().fold(0.0, f64::max),
+            shortest_connection_m,
+            longest_connection_m,
         }
     }
+}
+
+/// Nodes of no cell.
+fn outside_tissue<const D: usize>(mesh: &Mesh<D>) -> usize {
+    mesh.in_tissue().iter().filter(|t| !**t).count()
+}
+
+/// The shortest, the mean and the longest connection, m; 0 without connections.
+fn connections<const D: usize>(mesh: &Mesh<D>) -> [f64; 3] {
+    let lengths = || mesh.connections.iter().map(|c| mesh.distance(*c));
+    let mean = lengths().sum::<f64>() / mesh.connections.len() as f64;
+    [lengths().fold(f64::INFINITY, f64::min), mean, lengths().fold(0.0, f64::max)].map(or_zero)
+}
+
+/// An extreme of nothing counts as 0.
+fn or_zero(extreme: f64) -> f64 {
+    if extreme.is_finite() { extreme } else { 0.0 }
 }
 
 #[cfg(test)]

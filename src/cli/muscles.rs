@@ -11,9 +11,6 @@ use tongue_fit::system::{Model, System};
 use super::{Global, Outcome, body, output, table};
 
 const DEFAULT_OUT: &str = "results/muscles";
-/// Steps in which the branch from rest is followed.
-const TRACE_STEPS: usize = 20;
-
 /// Options of `tongue-fit muscles`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -97,7 +94,8 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
     pulling.iter().for_each(|&m| tensions[m] = tension);
     let system = System::new(mesh, model, &pulling).into_diagnostic()?;
     let mut workspace = Workspace::new(&system);
-    let found = statics::trace(&system, &mut workspace, &tensions, &Settings::default(), TRACE_STEPS);
+    let found =
+        statics::trace(&system, &mut workspace, &tensions, &Settings::default(), statics::TRACE_STEPS);
     let positions = workspace.positions();
     let status = found.solution.status;
     output::step(|| format!("{name}: {status:?}"));

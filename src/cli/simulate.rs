@@ -34,9 +34,6 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-/// Steps in which the branch from rest is followed.
-const TRACE_STEPS: usize = 20;
-
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if arguments.trajectory.is_given() {
@@ -58,7 +55,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let (solution, branch) = if arguments.direct {
         (statics::solve(&system, &mut workspace, &all, &settings), None)
     } else {
-        let found = statics::solve_and_trace(&system, &mut workspace, &all, &settings, TRACE_STEPS);
+        let found = statics::solve_and_trace(&system, &mut workspace, &all, &settings, statics::TRACE_STEPS);
         (found.solution, Some(BranchRecord::new(&found)))
     };
     let wall_s = clock.elapsed().as_secs_f64();

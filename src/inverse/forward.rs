@@ -2,7 +2,6 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::body::largest_distance;
 use crate::observe::Observation;
 use crate::parallel;
 use crate::statics::{self, Critical, Solution, Status, Workspace};
@@ -17,8 +16,6 @@ use super::{FitError, Settings};
 
 /// Steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
-/// Shapes whose nodes are nearer to each other than this are one, m.
-const SAME_SHAPE: f64 = 1e-9;
 
 /// A body, what was seen of it, and what is unknown of it: all that a search does not change.
 #[derive(Debug, Clone)]
@@ -194,21 +191,9 @@ impl<'a, const D: usize> Forward<'a, D> {
             let system = own.own.as_ref().unwrap_or(self.inverse.system);
             let settings = &self.settings.equilibrium;
             own.workspace.start_from_rest(system);
-            shape.solution = statics::solve(system, &mut own.workspace, &own.tensions, settings);
-            let direct = own.workspace.positions().to_vec();
-            let traced = statics::trace(system, &mut own.workspace, &own.tensions, settings, TRACE_STEPS);
-            shape.critical = traced.critical;
-            let apart = largest_distance(&direct, own.workspace.positions());
-            let both = [shape.solution, traced.solution].iter().all(|s| s.status == Status::Converged);
-            shape.same = both && apart <= SAME_SHAPE;
-            if shape.same || traced.solution.status != Status::Converged {
-                own.workspace.start_from(&direct);
-                if shape.same {
-                    shape.solution.connection = traced.solution.connection;
-                }
-            } else {
-                shape.solution = traced.solution;
-            }
+            let found =
+                statics::solve_and_trace(system, &mut own.workspace, &own.tensions, settings, TRACE_STEPS);
+            (shape.solution, shape.critical, shape.same) = (found.solution, found.critical, found.same);
         }
         shape.lengths = own.lengths();
         shape.cell_ratios = own.system().cell_ratios(own.positions());

@@ -15,7 +15,7 @@ const MOST_STEPS: usize = 60;
 /// A step that moves the answer by less than this is none, in units of the unknowns.
 const STILL: f64 = 1e-7;
 /// A value nearer than this to a bound is on it, in units.
-const ON_BOUND: f64 = 1e-9;
+pub(super) const ON_BOUND: f64 = 1e-9;
 
 /// Moves `tensions` by the smallest correction that meets the targets to first order, within the bounds: tensions that would
 /// leave them are held there and the others corrected anew. Returns the sensitivities used.

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::Settings;
 use super::directions::decompose;
-use super::on_target::{correct, room};
+use super::on_target::{ON_BOUND, correct, room};
 use super::problem::Problem;
 use super::unknown::Unknown;
 
@@ -22,8 +22,6 @@ const PART_OF_TOLERANCE: f64 = 1e-3;
 /// A length that changes by more than this part of itself for a unit of the way has jumped: at rest the reference tongue's muscles
 /// change by a hundredth a newton.
 const JUMP_PER_UNIT: f64 = 0.05;
-/// A value nearer than this to a bound is on it, in units.
-const ON_BOUND: f64 = 1e-9;
 
 /// Why a curve ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

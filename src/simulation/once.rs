@@ -39,9 +39,6 @@ pub trait Once<const D: usize> {
     ) -> Result<(Outcome, Option<f64>, Samples<D>), Error>;
 }
 
-/// Steps in which the branch from rest is followed.
-const TRACE_STEPS: usize = 20;
-
 macro_rules! once {
     ($d:literal) => {
         impl Dimension<$d> for Space {}
@@ -74,7 +71,7 @@ macro_rules! once {
                 tensions: &[f64],
                 settings: &Settings,
             ) -> Trace {
-                statics::solve_and_trace(system, w, tensions, settings, TRACE_STEPS)
+                statics::solve_and_trace(system, w, tensions, settings, statics::TRACE_STEPS)
             }
 
             fn free(

@@ -31,5 +31,5 @@ pub use response::{Response, length_sensitivities};
 pub use solution::{Connection, Settings, Solution, Stability, Status};
 pub use solve::solve;
 pub use stability::smallest_eigenvalue;
-pub use trace::{Critical, CriticalKind, Trace, solve_and_trace, trace};
+pub use trace::{Critical, CriticalKind, TRACE_STEPS, Trace, solve_and_trace, trace};
 pub use workspace::Workspace;

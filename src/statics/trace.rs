@@ -39,10 +39,15 @@ pub struct Trace {
     /// Whether another equilibrium at this same load was met: the branch left behind or its mirror image, or the state in which
     /// the body stays when it is loaded twice as far and let back.
     pub another: bool,
+    /// Whether a direct solve and the branch from rest both converged, and in one shape; not asked by [`trace`] alone.
+    pub same: bool,
     /// Part of the tensions up to which the branch was followed when [`Settings::most_solves`] were used up, so that the solution
     /// may lie on another one; `None` when the branch was followed to its end or to the whole load.
     pub stopped: Option<f64>,
 }
+
+/// Steps in which a branch is followed where nobody asks for others.
+pub const TRACE_STEPS: usize = 20;
 
 /// Shapes that differ by less than this part of the body's size are the same.
 const SAME: f64 = 1e-6;
@@ -114,7 +119,7 @@ pub fn trace<const D: usize>(
         energy_evaluations: path.spent.energy_evaluations,
         ..solution
     };
-    Trace { solution, critical, another, stopped }
+    Trace { solution, critical, another, same: false, stopped }
 }
 
 /// Shapes whose nodes are nearer to each other than this are one, m.
@@ -131,21 +136,20 @@ pub fn solve_and_trace<const D: usize>(
     steps: usize,
 ) -> Trace {
     let direct = solve(system, workspace, tensions, settings);
-    let mut other = Workspace::new(system);
-    other.carried.clone_from(&workspace.carried);
+    let mut other = workspace.another(system);
     let found = trace(system, &mut other, tensions, settings, steps);
     let [direct_converged, converged] = [&direct, &found.solution].map(|s| s.status == Status::Converged);
     let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;
     let both = direct_converged && converged;
-    let another = found.another || (apart && both);
+    let found = Trace { another: found.another || (apart && both), same: both && !apart, ..found };
     let replaces = converged && if found.stopped.is_some() { !direct_converged } else { apart || !both };
     if replaces {
         std::mem::swap(workspace, &mut other);
-        return Trace { another, ..found };
+        return found;
     }
     let connection =
         if both && found.stopped.is_none() { found.solution.connection } else { direct.connection };
-    Trace { solution: Solution { connection, ..direct }, another, ..found }
+    Trace { solution: Solution { connection, ..direct }, ..found }
 }
 
 struct Path<'a, const D: usize> {

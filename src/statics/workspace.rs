@@ -51,6 +51,11 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
+    /// Another workspace at rest for the same system, with the same bones carried to the same places.
+    pub(super) fn another(&self, system: &System<D>) -> Self {
+        Self { carried: self.carried.clone(), ..Self::new(system) }
+    }
+
     /// Has the next solve bring bone nodes to where they are in the system, and `shift` (m) from there.
     pub fn carry_bone(&mut self, system: &System<D>, nodes: &[usize], shift: SVector<f64, D>) {
         for &node in nodes {
