@@ -8,7 +8,7 @@ use crate::body::largest_distance;
 use crate::effect::{Configuration, Tangent};
 use crate::sparse::BlockMatrix;
 use crate::statics::{self, Settings, Status, Workspace};
-use crate::system::{System, TissueModel};
+use crate::system::System;
 
 use super::{Counts, State, Tensions};
 
@@ -39,12 +39,6 @@ pub enum MotionError {
         /// How many muscles there are.
         muscles: usize,
     },
-    /// Tissue without dampers.
-    #[error(
-        "finite-element tissue has no viscosity here, so it has no motion over time: solve its equilibrium, or take \
-         the tissue of springs and dampers (--tissue springs)"
-    )]
-    Elastic,
     /// A coefficient that motion needs to be positive.
     #[error("the {name} is {value}; for a trajectory it must be positive and finite")]
     Coefficient {
@@ -70,7 +64,7 @@ impl<'a, const D: usize> Motion<'a, D> {
     /// Sets up the equations.
     ///
     /// # Errors
-    /// [`MotionError`] where the tissue has no dampers, the tensions are not one for each muscle, or a mass, or k2 or b_cc of a
+    /// [`MotionError`] where the tensions are not one for each muscle, or a mass, or k2 or b_cc of a
     /// contracting muscle, is not positive.
     pub fn new(system: &'a System<D>, tensions: Tensions) -> Result<Self, MotionError> {
         Self::with_mass(system, tensions, system.coefficients().node_mass)
@@ -81,9 +75,6 @@ impl<'a, const D: usize> Motion<'a, D> {
     /// # Errors
     /// As [`Motion::new`].
     pub fn with_mass(system: &'a System<D>, tensions: Tensions, mass: f64) -> Result<Self, MotionError> {
-        if system.tissue() == TissueModel::FiniteElement {
-            return Err(MotionError::Elastic);
-        }
         let (given, muscles) = (tensions.muscle_count(), system.muscle_count());
         if given != muscles {
             return Err(MotionError::TensionCount { given, muscles });

@@ -21,6 +21,8 @@ struct Element<const D: usize> {
 /// What a deformation makes of an element.
 struct Strained<const D: usize> {
     law: Deformed<D>,
+    /// Its measure, m² or m³.
+    measure: f64,
     /// Gradients of the shape functions in the deformed shape, `F⁻ᵀ` times those at rest, 1/m.
     shape: Corners<D>,
 }
@@ -31,21 +33,31 @@ struct Strained<const D: usize> {
 ///
 /// Linear simplices are too stiff in bending when nearly incompressible (volumetric locking at ν = 0.49); so are the
 /// springs with one area term a triangle that are matched to them.
+///
+/// In time a Newtonian viscosity acts beside the law (Kelvin-Voigt): Cauchy's stress gains `2 η d`, `d` the rate of deformation
+/// (symmetric part of the velocity's gradient), which resists no rigid motion. At small strain shear relaxes with η/μ.
 #[derive(Debug, Clone)]
 pub struct FiniteElements<const D: usize> {
     law: NeoHookean,
+    /// Viscosity η, N s/m².
+    viscosity: f64,
     elements: Vec<Element<D>>,
 }
 
 impl<const D: usize> FiniteElements<D> {
-    /// Elements with their shape at the given rest positions, m.
-    pub fn new(law: NeoHookean, cells: &Cells<D>, rest_positions: &[SVector<f64, D>]) -> Self {
+    /// Elements of a law and a viscosity (N s/m²) with their shape at the given rest positions, m.
+    pub fn new(
+        law: NeoHookean,
+        viscosity: f64,
+        cells: &Cells<D>,
+        rest_positions: &[SVector<f64, D>],
+    ) -> Self {
         let element = |cell: Cell<D>| {
             let shape = simplex::gradient(&cell.corners(rest_positions)).map(|g| g / cell.rest);
             Element { cell, shape }
         };
         let elements = Cell::all(cells, rest_positions).map(element).collect();
-        Self { law, elements }
+        Self { law, viscosity, elements }
     }
 }
 
@@ -59,7 +71,7 @@ impl<const D: usize> Element<D> {
             gradient += x * shape.transpose();
         }
         let shape = simplex::gradient(&x).map(|g| g / measure);
-        Strained { law: law.at(gradient, measure / self.cell.rest), shape }
+        Strained { law: law.at(gradient, measure / self.cell.rest), measure, shape }
     }
 }
 
@@ -105,6 +117,39 @@ impl<const D: usize> Effect<D> for FiniteElements<D> {
                 block * e.cell.rest
             };
             e.cell.add_stiffness(|a| block(a, a), block, stiffness);
+        }
+    }
+
+    /// `-V 2 η d g` on each corner, `V` the deformed measure and `g` the shape function's gradient in the deformed shape.
+    fn add_viscous_force(
+        &self,
+        at: Configuration<'_, D>,
+        velocities: &[SVector<f64, D>],
+        force: &mut [SVector<f64, D>],
+    ) {
+        for e in &self.elements {
+            let s = e.strained(self.law, at.positions);
+            let mut gradient = SMatrix::<f64, D, D>::zeros();
+            for (v, shape) in e.cell.corners(velocities).iter().zip(&s.shape) {
+                gradient += v * shape.transpose();
+            }
+            let stress = (gradient + gradient.transpose()) * (self.viscosity * s.measure);
+            for (a, &node) in e.cell.nodes().iter().enumerate() {
+                force[node] -= stress * s.shape[a];
+            }
+        }
+    }
+
+    /// `V η (ga·gb I + gb gaᵀ)` between two corners.
+    fn add_damping(&self, at: Configuration<'_, D>, weight: f64, damping: &mut BlockMatrix<D>) {
+        for e in &self.elements {
+            let s = e.strained(self.law, at.positions);
+            let block = |a: usize, b: usize| -> SMatrix<f64, D, D> {
+                let [ga, gb] = [&s.shape[a], &s.shape[b]];
+                let both = SMatrix::identity() * ga.dot(gb) + gb * ga.transpose();
+                both * (weight * self.viscosity * s.measure)
+            };
+            e.cell.add_stiffness(|a| block(a, a), block, damping);
         }
     }
 

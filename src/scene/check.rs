@@ -171,11 +171,6 @@ impl Scene {
                 "without dampers the body would swing for ever at frequencies that no step could follow",
             ),
             (
-                e.finite_elements == Some(true),
-                "effects.finite_elements = true",
-                "the continuum has no viscosity here; take springs",
-            ),
-            (
                 self.fit.is_some(),
                 "[fit]",
                 "lengths are fitted at equilibrium; want = \"lengths\" or \"shape\"",

@@ -100,6 +100,7 @@ impl<const D: usize> System<D> {
             TissueModel::FiniteElement => {
                 effects.push(Box::new(FiniteElements::new(
                     (&model.constants).into(),
+                    model.constants.viscosity,
                     &mesh.cells,
                     &mesh.nodes,
                 )));

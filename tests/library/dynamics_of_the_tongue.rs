@@ -8,7 +8,7 @@ use tongue_fit::dynamics::{
 };
 use tongue_fit::material::{Constants, Preset};
 use tongue_fit::statics::{self, Workspace};
-use tongue_fit::system::{Model, OutsidePath, System};
+use tongue_fit::system::{Model, OutsidePath, System, TissueModel};
 
 /// Numbers of GGa, SGm and HGa, and the published tensions for /a/, N.
 const PUBLISHED: [(usize, f64); 3] = [(0, 12.0), (4, 11.5), (6, 4.5)];
@@ -45,8 +45,12 @@ impl Observer<2> for Keep {
 
 #[test]
 fn in_the_long_run_the_body_stands_where_the_equilibrium_is() {
-    for outside in [OutsidePath::Straight, OutsidePath::Chain] {
-        let model = Model { outside, ..Model::default() };
+    for (outside, tissue) in [
+        (OutsidePath::Straight, TissueModel::MassSpring),
+        (OutsidePath::Chain, TissueModel::MassSpring),
+        (OutsidePath::Straight, TissueModel::FiniteElement),
+    ] {
+        let model = Model { outside, tissue, ..Model::default() };
         let system = System::new(&fixtures::lattice(5, 4, 5.5e-3), &model, &[0]).unwrap();
         let tensions = vec![4.0];
         let goal = static_positions(&system, &tensions);
@@ -72,9 +76,10 @@ fn energy_never_grows_where_nothing_pulls() {
     // Soft dampers, so that the body swings; the muscle is there, with its internal states, and slack.
     let mesh = fixtures::lattice(4, 4, 5.5e-3);
     let constants = Constants { viscosity: 20.0, ..Constants::TONGUE };
-    let system = System::new(&mesh, &Model { constants, ..Model::default() }, &[0]).unwrap();
-    let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
-    for method in Method::ALL {
+    let systems = [TissueModel::MassSpring, TissueModel::FiniteElement]
+        .map(|tissue| System::new(&mesh, &Model { constants, tissue, ..Model::default() }, &[0]).unwrap());
+    for (system, method) in systems.iter().flat_map(|s| Method::ALL.map(|m| (s, m))) {
+        let motion = Motion::new(system, Tensions::Constant(vec![0.0])).unwrap();
         let dt = method.step_limit(&motion).map_or(1e-4, |limit| 0.2 * limit);
         let mut integrator = method.checked(&motion, Control::Fixed(dt)).unwrap();
         let mut state = motion.at_rest();

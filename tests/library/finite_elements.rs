@@ -3,6 +3,7 @@
 use crate::fixtures;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
 use tongue_fit::body::{Cells, Mesh};
+use tongue_fit::dynamics::{self, Control, Method, Motion, Tensions};
 use tongue_fit::effect::{Configuration, Effect, FiniteElements, Tangent};
 use tongue_fit::geometry::simplex;
 use tongue_fit::material::{Constants, Spread};
@@ -40,7 +41,7 @@ fn the_stiffness_at_rest_is_that_of_the_constant_strain_triangle() {
     let x: Vec<SVector<f64, 2>> = corners.map(SVector::from).to_vec();
     let mut cells = Cells::new();
     cells.push(&[0, 1, 2]);
-    let mut element = FiniteElements::new((&Constants::TONGUE).into(), &cells, &x);
+    let mut element = FiniteElements::new((&Constants::TONGUE).into(), 0.0, &cells, &x);
     let pattern = Pattern::new(3, &[true; 3], [vec![0, 1, 2]]);
     Effect::<2>::bind(&mut element, &pattern);
     let expected = k_cst(corners);
@@ -55,6 +56,60 @@ fn the_stiffness_at_rest_is_that_of_the_constant_strain_triangle() {
                 assert!((ours - theirs).abs() < 1e-11 * expected.amax(), "{tangent:?} {ours} {theirs}");
             }
         }
+    }
+}
+
+/// Velocities `G x`: the viscous forces do the work of Newtonian stress, `-2 η d:d V`, and none at all where `G` is a turning.
+fn flow<const D: usize>(mesh: &Mesh<D>, side: f64, gradient: SMatrix<f64, D, D>) {
+    let system = System::new(mesh, &FE, &[]).unwrap();
+    let elements = system.effects().iter().find(|e| e.name() == "finite elements").unwrap();
+    let x = fixtures::shaken(mesh, 0.08 * side);
+    let at = Configuration { positions: &x, tensions: &[0.0] };
+    let forces = |gradient: SMatrix<f64, D, D>| {
+        let velocities: Vec<_> = x.iter().map(|x| gradient * x).collect();
+        let mut force = vec![SVector::zeros(); x.len()];
+        elements.add_viscous_force(at, &velocities, &mut force);
+        let power: f64 = force.iter().zip(&velocities).map(|(f, v)| f.dot(v)).sum();
+        (power, force.iter().map(SVector::norm).fold(0.0, f64::max))
+    };
+    let volume: f64 = mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&x, c))).sum();
+    let rate = 0.5 * (gradient + gradient.transpose());
+    let expected = -2.0 * Constants::TONGUE.viscosity * rate.norm_squared() * volume;
+    let (power, largest) = forces(gradient);
+    assert!((power / expected - 1.0).abs() < 1e-12, "{D}D: {power} W, not {expected}");
+    let (_, turning) = forces(gradient - rate);
+    assert!(turning < 1e-12 * largest, "{D}D: a turning body is held by {turning:e} N");
+}
+
+#[test]
+fn a_flowing_element_resists_as_a_newtonian_fluid() {
+    flow(&fixtures::lattice(4, 4, 5.5e-3), 5.5e-3, Matrix2::new(0.3, 1.1, -0.4, 0.2));
+    let gradient = Matrix3::new(0.3, 1.1, 0.0, -0.4, 0.2, 0.7, 0.1, 0.5, -0.6);
+    flow(&fixtures::block(2, 5.5e-3), 5.5e-3, gradient);
+}
+
+/// A triangle on two bones whose tip is let go from simple shear: of neo-Hookean tissue with this viscosity it comes back along the
+/// line it went as `exp(-t μ/η)`, however large the shear, and a small mass does not count.
+#[test]
+fn shear_relaxes_with_viscosity_over_shear_modulus() {
+    let mut cells = Cells::new();
+    cells.push(&[0, 1, 2]);
+    let nodes = [[0.0, 0.0], [5e-3, 0.0], [2e-3, 4e-3]].map(SVector::from).to_vec();
+    let connections = vec![[0, 1], [0, 2], [1, 2]];
+    let mesh = Mesh { nodes, cells, connections, muscles: Vec::new(), fixed: vec![0, 1] };
+    let system = System::new(&mesh, &FE, &[]).unwrap();
+    let motion = Motion::with_mass(&system, Tensions::Constant(Vec::new()), 1e-6).unwrap();
+    let (_, mu) = Constants::TONGUE.lame();
+    let time = Constants::TONGUE.viscosity / mu;
+    for shear in [0.01, 0.7] {
+        let mut state = motion.at_rest();
+        state.positions[2].x += shear * 4e-3;
+        let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(1e-12)).unwrap();
+        let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, 1.5 * time, &[], &mut ());
+        assert_eq!(outcome.status, dynamics::Status::Completed);
+        let left = (state.positions[2] - mesh.nodes[2]) / (shear * 4e-3);
+        assert!((left.x / (-1.5f64).exp() - 1.0).abs() < 1e-4, "{left}");
+        assert!(left.y.abs() < 1e-6, "{left}");
     }
 }
 
@@ -95,7 +150,7 @@ fn a_homogeneous_deformation_of_an_irregular_patch_is_reproduced() {
 #[test]
 fn an_inverted_element_has_infinite_energy_and_steps_stop_before_it() {
     let mesh = fixtures::lattice(2, 2, 1.0e-3);
-    let elements = FiniteElements::new((&Constants::TONGUE).into(), &mesh.cells, &mesh.nodes);
+    let elements = FiniteElements::new((&Constants::TONGUE).into(), 0.0, &mesh.cells, &mesh.nodes);
     let energy = |x: &[SVector<f64, 2>]| elements.energy(Configuration { positions: x, tensions: &[] });
     assert!(energy(&mesh.nodes).abs() < 1e-18);
     let mut mirrored = mesh.nodes.clone();

@@ -255,7 +255,6 @@ fn what_contradicts_itself_is_named() {
             vec!["want = \"trajectory\"", "density_kg_per_m3 = 0", "mass"],
         ),
         (motion("[effects]\ninertia = false"), vec!["want = \"trajectory\"", "effects.inertia = false"]),
-        (motion("[effects]\nfinite_elements = true"), vec!["trajectory", "finite_elements", "viscosity"]),
         (TONGUE.replace("shape", "trajectory"), vec!["trajectory", "lack of [trajectory]", "duration_s"]),
         (format!("{TONGUE}[trajectory]\nduration_s = 1.0\n"), vec!["[trajectory]", "want"]),
         (

@@ -66,6 +66,10 @@ fn files_of_a_simulation_say_what_the_tissue_was() {
         for (file, text) in written(&["simulate", "--tissue", tissue, "--direct", "--tension", "GGa=2"]) {
             assert!(text.contains(name), "{file} of {tissue}");
         }
+        let motion = ["simulate", "--tissue", tissue, "--tension", "GGa=2", "--trajectory", "--t-end", "0.1"];
+        for (file, text) in written(&motion) {
+            assert!(text.contains(name), "{file} of {tissue}");
+        }
     }
     for (file, text) in written(&["--vowel", "a", "--method", "gauss-newton"]) {
         assert!(text.contains("springs"), "{file}");
