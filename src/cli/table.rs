@@ -191,8 +191,10 @@ pub fn batch(
         );
     }
     if s.fits > MOST_FITS_ON_PAGE {
-        let _ =
-            writeln!(text, "batch.html shows the first {MOST_FITS_ON_PAGE} fits; the other files have all");
+        let _ = writeln!(
+            text,
+            "batch.html and tensions.svg show the first {MOST_FITS_ON_PAGE} fits; the other files have all"
+        );
     }
     Ok(text + &files(written))
 }

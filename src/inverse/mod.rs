@@ -196,4 +196,4 @@ pub enum Status {
 }
 
 /// Answers nearer to the lower bound than this are on it, in units of the unknowns (N).
-const AT_BOUND: f64 = 1e-3;
+pub(crate) const AT_BOUND: f64 = 1e-3;

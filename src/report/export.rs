@@ -17,12 +17,15 @@ pub struct Provenance {
     /// What the tissue was made of, where there is any: `springs` or `finite_elements`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tissue: Option<&'static str>,
+    /// Hash of all inputs (SHA-256, hexadecimal), of what was made of many.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inputs_sha256: Option<String>,
 }
 
 impl Provenance {
     /// This version, on the given command.
     pub fn new(command: impl Into<String>) -> Self {
-        Self { version: crate::VERSION, command: command.into(), tissue: None }
+        Self { version: crate::VERSION, command: command.into(), tissue: None, inputs_sha256: None }
     }
 
     /// The same for results of this tissue.
@@ -35,11 +38,22 @@ impl Provenance {
         self
     }
 
+    /// The same for results of inputs with this hash.
+    #[must_use]
+    pub fn with_inputs(mut self, sha256: &str) -> Self {
+        self.inputs_sha256 = Some(sha256.to_owned());
+        self
+    }
+
     /// Names and values, each value on one line.
     pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, String)> {
         let line = |text: &str| text.replace(char::is_control, " ");
         let tissue = self.tissue.map(|t| ("tissue", t.to_owned()));
-        [("version", line(self.version)), ("command", line(&self.command))].into_iter().chain(tissue)
+        let inputs = self.inputs_sha256.as_ref().map(|hash| ("inputs_sha256", line(hash)));
+        [("version", line(self.version)), ("command", line(&self.command))]
+            .into_iter()
+            .chain(tissue)
+            .chain(inputs)
     }
 }
 

@@ -257,8 +257,8 @@ fn an_interruption_while_files_are_written_leaves_all_of_them_or_none() {
         let Some(status) = interrupted(child, signal, || names(&out).len() > files) else { continue };
         let left = names(&out);
         assert!(left.iter().all(|n| !n.starts_with('.')), "{:?}", left.first());
-        // JSON, CSV, SVG and PVD, and the frames.
-        assert!([0, FRAMES + 4].contains(&left.len()), "{} of {} files", left.len(), FRAMES + 4);
+        // JSON, CSV, STO, SVG and PVD, and the frames.
+        assert!([0, FRAMES + 5].contains(&left.len()), "{} of {} files", left.len(), FRAMES + 5);
         if let Some(by) = status.signal() {
             assert_eq!(by, if signal == "INT" { 2 } else { 15 }, "as a shell expects");
             stopped += 1;
@@ -283,11 +283,14 @@ fn an_interrupted_batch_leaves_its_journal_and_goes_on_unless_it_was_told_to_ign
 
     let (_, _, told) = run(folder.path(), &batch.replace("--out", "--threads 1 --out"));
     assert!(told.contains("going on after") && told.contains("of 12 fits"), "{told}");
-    assert_eq!(names(&out), ["batch.html", "batch.json", "fits.csv", "muscles.csv"]);
+    assert_eq!(
+        names(&out),
+        ["batch.html", "batch.json", "fits.csv", "muscles.csv", "tensions.svg", "tensions.tex"]
+    );
 
     // As a job in the background of a script.
     fs::remove_dir_all(&out).unwrap();
     let status = interrupted(start(folder.path(), "ignore", batch), "INT", fitted).unwrap();
     assert!(status.code().is_some(), "{status}");
-    assert_eq!(names(&out).len(), 4);
+    assert_eq!(names(&out).len(), 6);
 }

@@ -1,6 +1,8 @@
-//! What a batch leaves behind: two tables, one JSON document and one page, made of what each fit said when it was done.
+//! What a batch leaves behind: tables (CSV, LaTeX), one JSON document, one page and one picture, made of what each fit said when it was
+//! done.
 
 pub mod journal;
+mod latex;
 pub mod page;
 pub mod record;
 mod summary;
@@ -66,6 +68,8 @@ pub struct Fitted {
     pub muscles: String,
     /// Its line of `fits.csv`.
     pub fits: String,
+    /// Its row of `tensions.tex`.
+    pub latex: String,
     /// Its part of the page, for as many fits as the page shows.
     pub page: Option<page::PageFit>,
 }
@@ -113,6 +117,7 @@ pub fn fitted(
         json: serde_json::to_string(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
         muscles: tables::muscle_lines(&record, provenance, true).map_err(text)?,
         fits: tables::fit_line(muscles, &record, provenance).map_err(text)?,
+        latex: latex::row(muscles, &record),
         page: on_page.then(|| page::PageFit::new(number, &record, assessment, mesh, muscles)).transpose()?,
     })
 }
@@ -126,11 +131,13 @@ pub fn write_files(
     batch: &Batch<'_>,
     journal: &Journal,
 ) -> Result<Vec<std::path::PathBuf>, ReportError> {
-    let files: [(&str, &Writes<'_>); 4] = [
+    let files: [(&str, &Writes<'_>); 6] = [
         ("batch.json", &|w| write_json(w, batch, journal, false)),
         ("fits.csv", &|w| write_fits(w, batch, journal)),
         ("muscles.csv", &|w| write_muscles(w, batch, journal)),
         ("batch.html", &|w| page::write(w, batch, journal)),
+        ("tensions.tex", &|w| write_latex(w, batch, journal)),
+        ("tensions.svg", &|w| page::write_tensions(w, batch, journal)),
     ];
     out.write_streams(&files)
 }
@@ -209,15 +216,21 @@ fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Re
     Ok(())
 }
 
+fn write_latex(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+    w.write_all(latex::head(batch.muscles, batch.summary.draws, batch.provenance).as_bytes())?;
+    each_fit(batch, journal, |_, fit| w.write_all(fit.latex.as_bytes()))?;
+    w.write_all(latex::FOOT.as_bytes())
+}
+
 /// The fits, in the order of the jobs, with the time each took, s.
 fn each_fit(
     batch: &Batch<'_>,
     journal: &Journal,
-    mut then: impl FnMut(f64, &Fitted) -> io::Result<()>,
+    mut then: impl FnMut(f64, Fitted) -> io::Result<()>,
 ) -> io::Result<()> {
     for number in 0..batch.jobs.len() {
         if let Some(Entry { wall_s, result: Ok(fit), .. }) = journal.read(number).map_err(io::Error::other)? {
-            then(wall_s, &fit)?;
+            then(wall_s, fit)?;
         }
     }
     Ok(())

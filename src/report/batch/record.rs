@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::inverse::AT_BOUND;
 use crate::inverse::alarms::Alarm;
 use crate::inverse::alternatives::{Optimum, Subset};
 use crate::inverse::batch::{Assessment, Job};
@@ -90,8 +91,8 @@ pub struct IntervalsRecord {
     pub failed: usize,
     /// Draws that no tensions meet.
     pub not_met: usize,
-    /// Tensions of the contracting muscles, N; null where an interval would say nothing: the answer is at the upper bound, or most
-    /// draws cannot be met.
+    /// Tensions of the contracting muscles, N; null where an interval would say nothing: the answer is at the upper bound, the muscle
+    /// is slack in all draws, or most draws cannot be met.
     pub tensions_n: ByMuscle<Option<Interval>>,
     /// Simulated lengths over that of GGa.
     pub ratios: ByMuscle<Interval>,
@@ -173,7 +174,9 @@ fn intervals<const D: usize>(a: &Assessment<D>, i: &Intervals) -> IntervalsRecor
     let mostly_met = 2 * i.not_met <= i.draws;
     for (&m, interval) in fit.target.active.iter().zip(&i.tensions) {
         let at_upper_bound = a.alarms.contains(&Alarm::AtUpperBound { muscle: fit.muscles[m].clone() });
-        tensions[m] = (mostly_met && !at_upper_bound).then_some(*interval);
+        // A muscle that is slack in every draw has no width either; what it could be, these draws do not tell.
+        let slack = interval.high < AT_BOUND;
+        tensions[m] = (mostly_met && !at_upper_bound && !slack).then_some(*interval);
     }
     IntervalsRecord {
         level: LEVEL,

@@ -11,6 +11,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::summary::PassiveGroup;
 use super::{Batch, Journal, all_refusals, each_fit};
 use crate::body::Mesh;
+use crate::report::Export;
 use crate::report::svg::{self, Found, Svg, colours, frame};
 
 pub use self::fit::PageFit;
@@ -26,11 +27,7 @@ const SCRIPT: &str = include_str!("page.js");
 /// # Errors
 /// As the operating system.
 pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
-    let mut fits = Vec::new();
-    each_fit(batch, journal, |_, fitted| {
-        fits.extend(fitted.page.clone());
-        Ok(())
-    })?;
+    let fits = shown(batch, journal)?;
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -61,6 +58,26 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Res
     w.write_all(page.into_string().as_bytes())
 }
 
+/// Writes the picture of the tensions as a file of its own.
+///
+/// # Errors
+/// As the operating system.
+pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+    let p = batch.provenance;
+    let by = crate::report::Provenance::new(&p.command).with_inputs(&p.inputs_sha256);
+    tensions(batch.muscles, &shown(batch, journal)?).write(w, &by)
+}
+
+/// The fits that the page shows.
+fn shown(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<PageFit>> {
+    let mut fits = Vec::new();
+    each_fit(batch, journal, |_, fitted| {
+        fits.extend(fitted.page);
+        Ok(())
+    })?;
+    Ok(fits)
+}
+
 fn top(batch: &Batch<'_>, shown: usize) -> Markup {
     let (p, s) = (batch.provenance, batch.summary);
     html! {
@@ -80,7 +97,7 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
             @if let Some(n) = &s.nearest_row_to_rest {
                 p { "The model at rest is nearest to /" (n.vowel) "/ of " (n.subject) ": " (format!("{:.3}", n.distance.rms_ratio)) " (" (s.rest_shape_measure) ")." }
             }
-            p { "Tensions are newtons per metre of thickness. In brackets: 95 % intervals from redrawing every length within its rounding of ±0.5 mm (" (s.draws) " draws a fit)." }
+            p { "Tensions are newtons per metre of thickness. In brackets: 95 % intervals from redrawing every length within its rounding (" (s.draws) " draws a fit); none on a bound or where most draws cannot be met." }
         }
     }
 }

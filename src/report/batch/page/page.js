@@ -73,6 +73,17 @@ byId("shape").addEventListener("change", draw);
 byId("slider").addEventListener("input", draw);
 draw();
 
+// Every figure can be kept as a file of its own.
+for (const figure of document.querySelectorAll(".figure")) {
+  const svg = figure.querySelector("svg");
+  const save = document.createElement("a");
+  save.className = "save";
+  save.textContent = "SVG";
+  save.download = `${svg.querySelector("title").textContent.replace(/[^\p{L}\p{N}]+/gu, "-")}.svg`;
+  save.href = `data:image/svg+xml,${encodeURIComponent(svg.outerHTML)}`;
+  figure.append(save);
+}
+
 byId("theme").addEventListener("click", () => {
   const root = document.documentElement;
   const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
@@ -119,6 +130,12 @@ function selfTest() {
     openTarget();
     check(byId(`fit-${last}`).open, "a link does not open its fit");
   }
+  for (const save of document.querySelectorAll(".figure .save")) {
+    const text = decodeURIComponent(save.href.slice(save.href.indexOf(",") + 1));
+    const file = new DOMParser().parseFromString(text, "image/svg+xml");
+    check(file.documentElement.tagName === "svg" && save.download.length > 4, "a figure cannot be kept");
+  }
+  check(document.querySelectorAll(".figure .save").length === document.querySelectorAll(".figure").length, "a figure has no link");
   const background = () => getComputedStyle(document.body).backgroundColor;
   const before = background();
   byId("theme").click();

@@ -1,0 +1,92 @@
+//! `tensions.tex`: the tensions of a batch as a table for a paper, a row a fit.
+
+use super::Provenance;
+use super::record::AssessedRecord;
+use super::tables::name;
+
+/// What a cell without a value holds.
+const NONE: &str = "--";
+
+/// Everything before the first row; `muscles` are the columns, `draws` how many the intervals are from.
+pub fn head(muscles: &[String], draws: usize, p: &Provenance) -> String {
+    let names: String = muscles.iter().map(|m| format!(" & {}", escaped(m))).collect();
+    let intervals = match draws {
+        0 => String::new(),
+        n => format!(
+            ", in brackets 95\\,\\% intervals from redrawing every length within its rounding ({n} draws a fit; none on a \
+             bound or where most draws cannot be met); what else is uncertain is not in them"
+        ),
+    };
+    let comments = [
+        format!("tongue-fit {}: {}", p.version, p.command),
+        format!("seed {}, inputs {}", p.seed, p.inputs_sha256),
+        "\\usepackage{booktabs,longtable}; vowels are letters of the IPA in UTF-8: LuaLaTeX or XeLaTeX with a font \
+         that has them, such as \\usepackage{fontspec}\\setmainfont{DejaVu Serif}"
+            .to_owned(),
+    ];
+    let comments: String =
+        comments.iter().map(|c| format!("% {}\n", c.replace(char::is_control, " "))).collect();
+    format!(
+        "{comments}\\begin{{longtable}}{{lll*{{{}}}{{r}}rr}}\n\
+         \\caption{{Tensions of the tongue's muscles in newtons per metre of thickness{intervals}. {NONE}: taken as passive. Passive, \
+         no change: root mean square error of the stretches of the muscles that the fit does not see, and of predicting that they \
+         stay as in the baseline. *: did not converge. \\dag: no baseline of its own.}}\\\\\n\
+         \\toprule\nSubject & Vowel & Fitted{names} & Passive & No change\\\\\n\\midrule\n\\endhead\n\\bottomrule\n\\endfoot\n",
+        muscles.len()
+    )
+}
+
+/// The row of one fit.
+pub fn row(muscles: &[String], r: &AssessedRecord) -> String {
+    let f = &r.fit;
+    let tension = |m: &String| {
+        let value = f.tensions_n.of(m).filter(|_| f.active.contains(m))?;
+        let interval = r.intervals.as_ref().and_then(|all| *all.tensions_n.of(m)?);
+        let interval = interval.map_or(String::new(), |i| format!(" [{:.1}, {:.1}]", i.low, i.high));
+        Some(format!("{value:.1}{interval}"))
+    };
+    let tensions: String =
+        muscles.iter().map(|m| format!(" & {}", tension(m).as_deref().unwrap_or(NONE))).collect();
+    let optional = |value: Option<f64>| value.map_or(NONE.to_owned(), |v| format!("{v:.3}"));
+    format!(
+        "{}{} & /{}/ & {}{}{tensions} & {} & {}\\\\\n",
+        escaped(&f.subject),
+        if r.substitute_baseline { "\\dag" } else { "" },
+        escaped(f.vowel.label()),
+        f.target_kind,
+        if name(&f.status) == "converged" { "" } else { "*" },
+        optional(r.passive.rms_stretch),
+        optional(r.passive.no_change_rms_stretch),
+    )
+}
+
+/// Everything after the last row.
+pub const FOOT: &str = "\\end{longtable}\n";
+
+/// A text in which nothing is a command of LaTeX.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' | '%' | '$' | '#' | '_' | '{' | '}' => out.extend(['\\', c]),
+            '\\' => out.push_str("\\textbackslash{}"),
+            '~' => out.push_str("\\textasciitilde{}"),
+            '^' => out.push_str("\\textasciicircum{}"),
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_latex_would_take_for_a_command_is_escaped() {
+        assert_eq!(escaped("A_1 50% \\x{y} ~^#$&"), {
+            "A\\_1 50\\% \\textbackslash{}x\\{y\\} \\textasciitilde{}\\textasciicircum{}\\#\\$\\&"
+        });
+    }
+}
