@@ -63,12 +63,22 @@ def differences(old, new, path, found, added):
         found.append(f"{path} is {new!r}, not {old!r}")
 
 
+def knows_tone(binary):
+    return "--tone" in subprocess.run([binary, "--help"], capture_output=True, text=True).stdout
+
+
+def as_the_other(arguments):
+    """A build that knows a tone in the baseline takes it for stretches; one that does not is met with --preset thesis."""
+    stretches = arguments[0] == "batch" or "stretch" in arguments
+    return arguments + ["--preset", "thesis"] if stretches and not knows_tone(OLD) else arguments
+
+
 count, bad, added = 0, 0, set()
 for part, arguments in cases():
     if PARTS and part not in PARTS:
         continue
     count += 1
-    (old_status, old), (new_status, new) = run(OLD, arguments), run(NEW, arguments)
+    (old_status, old), (new_status, new) = run(OLD, arguments), run(NEW, as_the_other(arguments))
     found = [] if old_status == new_status else [f"exit status {new_status}, not {old_status}"]
     differences(json.loads(old), json.loads(new), "", found, added)
     if found:

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
 use tongue_fit::inverse::batch::{self, Job, Known, Plan, Selection, Thoroughness};
-use tongue_fit::inverse::{Method, Settings};
+use tongue_fit::inverse::{Method, Settings, Setup};
 use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{Dataset, Target, TargetKind, Vowel, reference_muscle};
@@ -20,7 +20,7 @@ use tongue_fit::report::{OutputDir, ReportError};
 use tongue_fit::system::{Model, System};
 
 use super::fit::MethodName;
-use super::{Global, Outcome, body, interrupt, output, table};
+use super::{Global, Outcome, body, interrupt, output, premises, table};
 
 /// The folder for outputs where none is named.
 const DEFAULT_OUT: &str = "results/batch";
@@ -77,6 +77,8 @@ pub struct Arguments {
     /// Half width of the rounding of every length, mm [default: as the table says or its digits show, 0.5 for whole millimetres]
     #[arg(long, value_name = "MM")]
     error_mm: Option<f64>,
+    #[command(flatten)]
+    premises: premises::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }
@@ -144,6 +146,8 @@ struct Run<'a> {
     /// Names of the mesh's muscles in the order of columns: those of the table first.
     muscles: &'a [String],
     model: &'a Model,
+    /// The body under the premises of each kind of target; none where these are the thesis's.
+    setups: Vec<(TargetKind, Option<Setup>)>,
     how: &'a Thoroughness,
     known: Known,
     thesis: Thesis,
@@ -164,9 +168,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let unreadable: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
     let plan = batch::plan(&data, &selection).into_diagnostic()?;
-    let (mesh, model) = (arguments.body.mesh()?, arguments.body.model());
+    let (tongue, model) = (arguments.body.body()?, arguments.body.model());
+    let mesh = &tongue.mesh;
     // What no fit could be made with is refused once, before anything is written.
-    System::new(&mesh, &model, &[]).into_diagnostic()?;
+    System::new(mesh, &model, &[]).into_diagnostic()?;
+    let thesis = arguments.body.is_thesis();
+    let setup = |&kind: &TargetKind| Ok((kind, arguments.premises.setup(kind, &tongue, &model, thesis)?));
+    let setups: Vec<(TargetKind, Option<Setup>)> =
+        selection.kinds.iter().map(setup).collect::<miette::Result<_>>()?;
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
 
@@ -181,15 +190,20 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         &format!("{mesh:?}"),
         &format!("{model:?}"),
         &format!("{how:?}"),
+        &format!(
+            "{:?}",
+            setups.iter().map(|(kind, s)| (kind, s.as_ref().map(|s| &s.premises))).collect::<Vec<_>>()
+        ),
     ]);
     let key = outputs::sha256(&[&inputs_sha256, &command]);
     let version = tongue_fit::VERSION.to_owned();
     let provenance = Provenance { version, command, seed: how.seed, inputs_sha256 };
-    let muscles = columns(&data, &mesh);
+    let muscles = columns(&data, mesh);
     let run = Run {
-        mesh: &mesh,
+        mesh,
         muscles: &muscles,
         model: &model,
+        setups,
         how: &how,
         known: Known::reference().into_diagnostic()?,
         thesis: Thesis::reference().into_diagnostic()?,
@@ -227,7 +241,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         refusals: &plan.refusals,
         unreadable: &unreadable,
         summary: &summary,
-        mesh: &mesh,
+        mesh,
         muscles: &muscles,
     };
     let written = outputs::write_files(&out, &batch, &journal).into_diagnostic()?;
@@ -271,7 +285,8 @@ fn fit_all(run: &Run<'_>, jobs: &[Job], journal: Journal) -> miette::Result<Jour
 
 fn one(run: &Run<'_>, number: usize, job: &Job) -> Result<Entry<Fitted>, ReportError> {
     let clock = Instant::now();
-    let result = match batch::assess(run.mesh, run.model, &job.target, &run.known, run.how) {
+    let setup = run.setups.iter().find(|(kind, _)| *kind == job.target.kind).and_then(|(_, s)| s.as_ref());
+    let result = match batch::assess(run.mesh, run.model, setup, &job.target, &run.known, run.how) {
         Ok(a) => {
             let (muscles, thesis) = (run.muscles, Some(&run.thesis));
             Ok(outputs::fitted(number, job, &a, run.mesh, muscles, thesis, &run.provenance)?)

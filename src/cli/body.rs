@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::body::{Anatomy, AnyBody, Body, Mesh, Unit, gmsh};
+use tongue_fit::body::{Anatomy, AnyBody, Body, Unit, gmsh};
 use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
@@ -27,7 +27,8 @@ pub struct Arguments {
     /// Unit of the coordinates in that file
     #[arg(long, value_name = "UNIT", value_enum, default_value = "m", requires = "mesh")]
     mesh_unit: UnitName,
-    /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis to the letter
+    /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis to the letter; `thesis` also takes its assumptions
+    /// in a fit: a baseline without tone, and bones that stay where they are
     #[arg(long, value_enum, default_value = "consistent")]
     preset: PresetName,
     /// Stiffness on every connection once (as the thesis), or once for each triangle it belongs to
@@ -47,6 +48,7 @@ pub struct Arguments {
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum PresetName {
     Consistent,
+    Thesis,
     AsPrinted,
 }
 
@@ -87,14 +89,6 @@ impl From<UnitName> for Unit {
 }
 
 impl Arguments {
-    /// The mesh of the body.
-    ///
-    /// # Errors
-    /// As [`Arguments::body`].
-    pub fn mesh(&self) -> miette::Result<Mesh<2>> {
-        Ok(self.body()?.mesh)
-    }
-
     /// The body.
     ///
     /// # Errors
@@ -124,12 +118,17 @@ impl Arguments {
         Ok(body)
     }
 
+    /// Whether the thesis's assumptions are asked for.
+    pub fn is_thesis(&self) -> bool {
+        matches!(self.preset, PresetName::Thesis)
+    }
+
     /// How the mesh is modelled.
     pub fn model(&self) -> Model {
         Model {
             constants: Constants { poisson_ratio: self.poisson_ratio, ..Constants::TONGUE },
             preset: match self.preset {
-                PresetName::Consistent => Preset::Consistent,
+                PresetName::Consistent | PresetName::Thesis => Preset::Consistent,
                 PresetName::AsPrinted => Preset::AsPrinted,
             },
             spread: match self.spread {

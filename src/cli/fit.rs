@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::body::{Mesh, Point};
+use tongue_fit::body::{Body, Mesh, Point};
 use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
-use tongue_fit::inverse::{self, Among, Fit, Method, Settings};
+use tongue_fit::inverse::{self, Among, Fit, Matched, Method, Settings};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::report::{self, Export, FitRecord, OutputDir, Section, Series, Svg};
@@ -15,7 +15,7 @@ use tongue_fit::system::Model;
 
 use super::fit_table::Shown;
 use super::published::{self, Published};
-use super::{Global, Outcome, body, output};
+use super::{Global, Outcome, body, output, premises};
 
 /// The folder for outputs where none is named.
 const DEFAULT_OUT: &str = "results";
@@ -67,6 +67,8 @@ pub struct Arguments {
     /// Half width of the rounding of every length, mm [default: as the table says or its digits show, 0.5 for whole millimetres]
     #[arg(long, value_name = "MM")]
     error_mm: Option<f64>,
+    #[command(flatten)]
+    premises: premises::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }
@@ -129,6 +131,21 @@ impl Arguments {
         self.vowel.is_some()
     }
 
+    fn fit(
+        &self,
+        body: &Body<2>,
+        model: &Model,
+        target: &Target,
+        settings: &Settings,
+    ) -> miette::Result<Fit> {
+        let fit = match self.premises.setup(target.kind, body, model, self.body.is_thesis())? {
+            None => inverse::fit(&body.mesh, model, target, settings),
+            Some(setup) => Matched::new(&body.mesh, target)
+                .and_then(|matched| inverse::fit_in(&setup, &matched, settings)),
+        };
+        fit.into_diagnostic()
+    }
+
     fn target(&self, kind: TargetKind) -> miette::Result<Target> {
         let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse().into_diagnostic()?;
         let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
@@ -179,15 +196,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             target.active_names().join(", ")
         )
     });
-    let fit = inverse::fit(mesh, &model, &target, &settings).into_diagnostic()?;
+    let fit = arguments.fit(&tongue, &model, &target, &settings)?;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
-        None => published::answer(mesh, &model, &fit.target)?,
-        Some(_) => None,
+        // Its tensions are those of a model that is at rest in the baseline.
+        None if fit.tone.is_none() => published::answer(mesh, &model, &fit.target)?,
+        _ => None,
     };
 
     let from_stretches = match kind {
-        TargetKind::Ratio => stretches(arguments, mesh, &model, &settings),
+        TargetKind::Ratio => stretches(arguments, &tongue, &model, &settings),
         TargetKind::Stretch => None,
     };
     let known = Muscles::reference().into_diagnostic()?;
@@ -226,10 +244,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// The same row fitted by stretches, which leave nothing open; `None` where that cannot be.
-fn stretches(arguments: &Arguments, mesh: &Mesh<2>, model: &Model, settings: &Settings) -> Option<Fit> {
+fn stretches(arguments: &Arguments, body: &Body<2>, model: &Model, settings: &Settings) -> Option<Fit> {
     let target = arguments.target(TargetKind::Stretch).ok()?;
     let settings = Settings { method: Method::GaussNewton, ..*settings };
-    inverse::fit(mesh, model, &target, &settings).ok()
+    arguments.fit(body, model, &target, &settings).ok()
 }
 
 /// The deformed mesh, and figure 4.9 of the thesis.
@@ -241,14 +259,17 @@ fn pictures(
 ) -> miette::Result<(Svg, Svg)> {
     let target = &fit.target;
     let what = format!("{} /{}/", target.subject, target.vowel);
-    let title = format!("{what}: at rest (grey) and at the tensions found");
+    let title = format!("{what}: {} (grey) and at the tensions found", fit.tone.posture());
+    // What is grey is the shape that changes are counted from.
+    let grey = Mesh { nodes: fit.baseline_positions.clone(), ..mesh.clone() };
     let section = Section {
-        mesh,
+        mesh: &grey,
         positions: &fit.positions,
         tensions: &fit.body_tensions,
         palate,
         contact: false,
         stretch: false,
+        grey: if fit.tone.is_none() { "rest" } else { "baseline" },
         title: &title,
     };
     let picture = report::tongue(&section).into_diagnostic()?;
@@ -265,7 +286,7 @@ fn pictures(
         },
         Series {
             name: "simulated".into(),
-            values: stretches(&fit.lengths[..measured], &fit.rest_lengths[..measured]),
+            values: stretches(&fit.lengths[..measured], &fit.baseline_lengths[..measured]),
         },
     ];
     if let Some(p) = published {

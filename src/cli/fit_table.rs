@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use comfy_table::Cell;
 use tongue_fit::inverse::alarms::Alarm;
-use tongue_fit::inverse::{Among, Fit, Status};
+use tongue_fit::inverse::{Among, Fit, Status, Tone};
 use tongue_fit::measured::TargetKind;
 
 use super::published::Published;
@@ -48,11 +48,46 @@ impl Shown<'_> {
                 TargetKind::Stretch => "stretches".to_owned(),
             }
         );
+        text += &self.premises();
         text += &self.tensions();
         text += &self.muscles();
         text += &self.verdict();
         let _ = writeln!(text, "{} equilibria in {:.0} ms\n", self.fit.evaluations, 1e3 * self.wall_s);
         text + &files(self.written)
+    }
+
+    /// What was assumed that the thesis does not, if anything.
+    fn premises(&self) -> String {
+        let fit = self.fit;
+        if fit.tone.is_none() && fit.bones.is_empty() {
+            return String::new();
+        }
+        let names: Vec<&str> = fit.bones.iter().map(|b| b.name.as_str()).collect();
+        let bones = match names[..] {
+            [] => "every bone stays where it is".to_owned(),
+            _ => format!("{} may move (prior 5 mm)", names.join(" and ")),
+        };
+        format!("changes are counted from the tongue {}\n{bones}\n\n", fit.tone.posture())
+    }
+
+    /// Where the freed bones were found.
+    fn bones(&self) -> String {
+        let mut text = String::new();
+        for b in &self.fit.bones {
+            let [x, y] = [0, 1].map(|axis| 1e3 * b.shift[axis]);
+            let [half_x, half_y] = [0, 1].map(|axis| 1e3 * b.half_width[axis]);
+            let way = |value: f64, half: f64, names: [&str; 2]| {
+                let name = names[usize::from(value < 0.0)];
+                let (value, [low, high]) = (value.abs(), [value.abs() - half, value.abs() + half]);
+                format!("{value:.1} mm {name} ({low:.1} to {high:.1})")
+            };
+            let mut ways = vec![way(x, half_x, ["back", "forward"])];
+            if half_y != 0.0 {
+                ways.push(way(y, half_y, ["up", "down"]));
+            }
+            let _ = writeln!(text, "{} moves {}: 95 % intervals", b.name, ways.join(", "));
+        }
+        text
     }
 
     fn tensions(&self) -> String {
@@ -65,8 +100,14 @@ impl Shown<'_> {
             row.extend(target.active.iter().map(|&m| Cell::new(newtons(unit * values[m]))));
             row
         };
+        let tone: Vec<f64> = self.fit.muscles.iter().map(|m| self.fit.tone.of(m)).collect();
         let mut rows = vec![("found", self.fit.tensions.as_slice())];
-        rows.extend(self.from_stretches.map(|f| ("found from stretches", f.tensions.as_slice())));
+        rows.extend((!self.fit.tone.is_none()).then_some(("in the baseline (tone)", tone.as_slice())));
+        let other = self.from_stretches.map(|f| match &f.tone {
+            Tone::Uniform(tone) if *tone > 0.0 => (format!("found from stretches, tone {tone}"), f),
+            _ => ("found from stretches".to_owned(), f),
+        });
+        rows.extend(other.as_ref().map(|(name, f)| (name.as_str(), f.tensions.as_slice())));
         rows.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", p.tensions.as_slice())));
         for (name, values) in &rows {
             t.add_row(row(name, values, 1.0));
@@ -96,7 +137,7 @@ impl Shown<'_> {
             let mut row = vec![
                 format!("{muscle}{mark}{doubt}"),
                 shortening(target.measured_mm[i], target.baseline_mm[i]),
-                shortening(fit.lengths[i], fit.rest_lengths[i]),
+                shortening(fit.lengths[i], fit.baseline_lengths[i]),
                 format!("{:.3}", target.values[i]),
                 format!("{:.3}", fit.simulated[i]),
                 residual(fit.residuals[i]),
@@ -108,10 +149,11 @@ impl Shown<'_> {
             }
             t.add_row(row);
         }
-        let mut text = format!(
-            "{t}\n* contracting: has a tension; shortening: of the length in /{}/ (measured) or at rest (simulated)\n",
-            target.baseline
-        );
+        let over = match fit.tone.is_none() {
+            true => format!("of the length in /{}/ (measured) or at rest (simulated)", target.baseline),
+            false => format!("of the length in /{}/, measured and simulated", target.baseline),
+        };
+        let mut text = format!("{t}\n* contracting: has a tension; shortening: {over}\n");
         if self.published.is_some() {
             let _ = writeln!(
                 text,
@@ -154,6 +196,7 @@ impl Shown<'_> {
             };
             let _ = writeln!(text, "{what}: {rms:.3} RMS residual");
         }
+        text += &self.bones();
         text += &self.uniqueness(open, chosen);
         if let Some(p) = self.published {
             let misfit: f64 =
@@ -176,6 +219,10 @@ impl Shown<'_> {
         };
         if open == 0 {
             return match fit.status {
+                Status::Converged if !fit.bones.is_empty() => format!(
+                    "unique nearby: {} and the priors determine every tension and displacement\n",
+                    counted(target.fitted.len(), "equation")
+                ),
                 Status::Converged => {
                     "unique nearby: the target determines every direction of tension\n".to_owned()
                 }

@@ -12,6 +12,7 @@ mod mesh;
 mod mesh_check;
 mod muscles;
 mod output;
+mod premises;
 mod published;
 mod scene;
 mod scene_table;

@@ -160,6 +160,7 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
                     palate: &wall,
                     contact,
                     stretch: false,
+                    grey: "rest",
                     title,
                 })
             })?

@@ -69,7 +69,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(out) = &out {
         let title = "Tongue at rest (grey) and deformed";
         let stretch = arguments.colour_stretch;
-        let section = Section { mesh, positions, tensions: &all, palate, contact: false, stretch, title };
+        let section =
+            Section { mesh, positions, tensions: &all, palate, contact: false, stretch, grey: "rest", title };
         let picture = report::tongue(&section).into_diagnostic()?;
         let stresses = system.stresses(positions);
         let vtu = Vtu::new(mesh, positions, &all).into_diagnostic()?.with_stresses(stresses.clone());

@@ -52,7 +52,7 @@ pub enum Alarm {
     ShorteningMissed {
         /// The muscle.
         muscle: String,
-        /// By how much it shortens here, per cent of its length at rest.
+        /// By how much it shortens here, per cent of the model's length in the baseline.
         simulated_percent: f64,
         /// By how much it was measured to, per cent of its length in the baseline.
         measured_percent: f64,
@@ -155,7 +155,7 @@ pub fn alarms<const D: usize>(
     }
     for &m in &fit.target.active {
         let shortens = |length: f64, over: f64| 100.0 * (1.0 - length / over);
-        let simulated_percent = shortens(fit.lengths[m], fit.rest_lengths[m]);
+        let simulated_percent = shortens(fit.lengths[m], fit.baseline_lengths[m]);
         let measured_percent = shortens(fit.target.measured_mm[m], fit.target.baseline_mm[m]);
         if (simulated_percent - measured_percent).abs() > MISSED_PERCENT {
             out.push(Alarm::ShorteningMissed { muscle: name(m), simulated_percent, measured_percent });

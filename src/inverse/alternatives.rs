@@ -8,7 +8,7 @@ use super::fit::Matched;
 use super::forward::Forward;
 use super::gauss_newton::refit;
 use super::problem::Problem;
-use super::{Fit, FitError, Settings};
+use super::{Fit, FitError, Settings, Setup};
 
 /// Answers whose tensions all agree within this are one answer, N.
 const SAME_ANSWER: f64 = 0.5;
@@ -35,7 +35,8 @@ pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
         match found.iter_mut().find(|o| same(&o.tensions, &start.x)) {
             Some(o) => o.starts += 1,
             None => {
-                found.push(Optimum { tensions: start.x.clone(), cost: start.cost, starts: 1 });
+                let tensions = start.x[..answer.len()].to_vec();
+                found.push(Optimum { tensions, cost: start.cost, starts: 1 });
             }
         }
     }
@@ -68,6 +69,7 @@ pub struct Subset {
 pub fn subsets<const D: usize>(
     mesh: &Mesh<D>,
     model: &Model,
+    setup: &Setup<D>,
     matched: &Matched,
     fit: &Fit<D>,
     settings: &Settings,
@@ -76,7 +78,7 @@ pub fn subsets<const D: usize>(
     let mut found = Vec::new();
     for active in choices(&fit.target, changes) {
         let other = Matched { target: Target { active, ..fit.target.clone() }, ..matched.clone() };
-        if let Some(subset) = one(mesh, model, &other, fit, settings)?
+        if let Some(subset) = one(mesh, model, setup, &other, fit, settings)?
             && subset.tensions.iter().all(|t| *t > super::AT_BOUND)
         {
             found.push(subset);
@@ -110,30 +112,40 @@ fn choices(target: &Target, changes: u32) -> Vec<Vec<usize>> {
 fn one<const D: usize>(
     mesh: &Mesh<D>,
     model: &Model,
+    setup: &Setup<D>,
     matched: &Matched,
     fit: &Fit<D>,
     settings: &Settings,
 ) -> Result<Option<Subset>, FitError> {
     let target = &matched.target;
-    let system = System::new(mesh, model, &matched.contracting())?;
-    let inverse = matched.inverse(&system, settings);
+    let own;
+    let setup = if setup.premises.is_thesis() {
+        own = Setup::at_rest(System::new(mesh, model, &matched.contracting())?);
+        &own
+    } else {
+        setup
+    };
+    let inverse = matched.inverse(setup, settings);
     let mut forward = Forward::new(&inverse, settings);
     let near: Vec<f64> = target.active.iter().map(|&m| fit.tensions[m]).collect();
     let mut best: Option<(f64, Subset)> = None;
-    for start in [near, vec![FROM; target.active.len()]] {
-        let Some((tensions, residuals)) = refit(&mut forward, settings, &start) else { continue };
+    let moved = &fit.unknowns[fit.target.active.len()..];
+    for mut start in [near, vec![FROM; target.active.len()]] {
+        start.extend(moved);
+        let Some((mut tensions, residuals)) = refit(&mut forward, settings, &start) else { continue };
         let cost = forward.cost(&tensions, Some(&residuals));
         if best.as_ref().is_some_and(|(least, _)| *least <= cost) {
             continue;
         }
         let lengths = matched.pick(&forward.lengths());
         let measured = target.muscles.len();
-        let simulated = target.simulated(&lengths[..measured], &fit.rest_lengths[..measured]);
+        let simulated = target.simulated(&lengths[..measured], &fit.baseline_lengths[..measured]);
         let within = |m: &usize| {
             let (low, high) = target.rounding_range(*m);
             (low..=high).contains(&simulated[*m])
         };
         let squares: f64 = target.compared().map(|m| (simulated[m] - target.values[m]).powi(2)).sum();
+        tensions.truncate(target.active.len());
         let subset = Subset {
             muscles: target.active.clone(),
             tensions,

@@ -15,7 +15,7 @@ use super::alternatives::{self, Optimum, Subset};
 use super::forward::Forward;
 use super::rounding::{self, RoundingSegment};
 use super::uncertainty::{self, Intervals};
-use super::{Fit, FitError, Matched, Settings};
+use super::{Fit, FitError, Matched, Settings, Setup};
 
 /// The baseline of a subject that has no /ɯ/: rest in other published models.
 pub const SUBSTITUTE_BASELINE: &str = "e";
@@ -193,13 +193,13 @@ pub struct Assessment<const D: usize = 2> {
     pub subsets: Vec<Subset>,
     /// Beside the published pattern of the vowel, where there is one.
     pub pattern: Option<PatternCheck>,
-    /// How far the model at rest is from the row's baseline; `None` where they have no ratio in common.
+    /// How far the model in its baseline (at rest, where that has no tone) is from the row's; `None` where they have no ratio in common.
     pub rest: Option<RestDistance>,
     /// Reasons for doubt.
     pub alarms: Vec<Alarm>,
 }
 
-/// Fits a target and finds out what is to be said of the answer. The same bits for any number of threads and whatever else is
+/// Fits a target and finds out what is to be said of the answer; `setup` is the body under premises other than the thesis's. The same bits for any number of threads and whatever else is
 /// fitted.
 ///
 /// # Errors
@@ -207,30 +207,37 @@ pub struct Assessment<const D: usize = 2> {
 pub fn assess<const D: usize>(
     mesh: &Mesh<D>,
     model: &Model,
+    setup: Option<&Setup<D>>,
     target: &Target,
     known: &Known,
     how: &Thoroughness,
 ) -> Result<Assessment<D>, FitError> {
-    let settings = &how.settings;
     let matched = Matched::new(mesh, target)?;
-    let system = System::new(mesh, model, &matched.contracting())?;
-    let fit = super::fit_system(&system, &matched, settings)?;
-    let answer = fit.active_tensions();
-    let inverse = matched.inverse(&system, settings);
+    let own;
+    let setup = match setup {
+        Some(setup) => setup,
+        None => {
+            own = Setup::at_rest(System::new(mesh, model, &matched.contracting())?);
+            &own
+        }
+    };
+    let settings = &setup.settings(&how.settings);
+    let fit = super::fit_in(setup, &matched, settings)?;
+    let inverse = matched.inverse(setup, settings);
     let mut forward = Forward::new(&inverse, settings);
-    forward.begin_at(&answer, &fit.positions);
-    let segments = rounding::segments(&mut forward, &answer);
+    forward.begin_at(&fit.unknowns, &fit.positions);
+    let segments = rounding::segments(&mut forward, &fit.unknowns);
     let intervals = match how.draws {
         0 => None,
         draws => {
             let seed = stream(how.seed, target);
-            uncertainty::intervals(&system, &matched, &fit, settings, draws, seed)
+            uncertainty::intervals(setup, &matched, &fit, settings, draws, seed)
         }
     };
     Ok(Assessment {
         segments,
         optima: alternatives::optima(&fit),
-        subsets: alternatives::subsets(mesh, model, &matched, &fit, settings, how.subset_changes)?,
+        subsets: alternatives::subsets(mesh, model, setup, &matched, &fit, settings, how.subset_changes)?,
         pattern: known.patterns.check(&target.vowel, &fit.muscles, &fit.tensions, &known.muscles),
         rest: rest_distance(&fit),
         alarms: alarms::alarms(mesh, &fit, &known.muscles, intervals.as_ref(), settings, how.thickness_m),
@@ -258,7 +265,7 @@ impl Known {
     }
 }
 
-/// How far the body at rest is from the target's baseline.
+/// How far the body in its baseline is from the target's.
 fn rest_distance<const D: usize>(fit: &Fit<D>) -> Option<RestDistance> {
     let t = &fit.target;
     let baseline = Lengths {
@@ -270,7 +277,7 @@ fn rest_distance<const D: usize>(fit: &Fit<D>) -> Option<RestDistance> {
     };
     rest_distance::distance(
         &t.muscles,
-        &fit.rest_lengths[..t.muscles.len()],
+        &fit.baseline_lengths[..t.muscles.len()],
         &baseline,
         &t.muscles[t.reference],
     )

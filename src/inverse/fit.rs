@@ -4,16 +4,18 @@ use nalgebra::SVector;
 
 use crate::body::Mesh;
 use crate::measured::{Target, TargetKind};
-use crate::observe::{Length, Observation, Ratio, Stretch};
+use crate::observe::{Length, Observation, Ratio, Sense, Stretch};
 use crate::statics::Connection;
 use crate::system::{Model, System};
 
-use super::forward::Inverse;
+use super::forward::{Forward, Inverse};
+use super::premises::{MovedBone, STRETCH_SD, Setup, standard_deviations};
+use super::problem::Problem;
 use super::solve::{Replay, solve};
 use super::start::Start;
-use super::unknown::Unknown;
+use super::unknown::{Quantity, Unknown};
 use super::valley::Valley;
-use super::{FitError, Identifiability, Settings, Status};
+use super::{Answer, FitError, Identifiability, Settings, Status, Tone};
 
 /// A target and the muscles of a body that it speaks of.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,24 +52,24 @@ impl Matched {
         self.target.active.iter().map(|&m| self.numbers[m]).collect()
     }
 
-    /// What the target says of the body: an observation for every fitted muscle.
-    pub fn observations<const D: usize>(&self, system: &System<D>) -> Vec<Observation<D>> {
-        self.observations_of(system, &self.target.fitted)
-    }
-
-    /// What it says of other muscles, at these positions in it.
-    fn observations_of<const D: usize>(&self, system: &System<D>, muscles: &[usize]) -> Vec<Observation<D>> {
+    /// What the target says of muscles of the body, at these positions in it, with lengths counted from those in `baseline` (of all
+    /// chains of the body, m).
+    fn observations_of<const D: usize>(
+        &self,
+        system: &System<D>,
+        baseline: &[f64],
+        muscles: impl IntoIterator<Item = usize>,
+    ) -> Vec<Observation<D>> {
         let target = &self.target;
         let length = |m: usize| Length::new(system.muscle_ends(self.numbers[m]));
-        let seen = muscles.iter().map(|&m| {
+        let seen = muscles.into_iter().map(|m| {
             let (low, high) = target.rounding_range(m);
             let observation = match target.kind {
                 TargetKind::Ratio => {
                     Observation::new(Ratio::new(length(m), length(target.reference)), target.values[m])
                 }
                 TargetKind::Stretch => {
-                    let rest = system.length(system.rest(), self.numbers[m]);
-                    Observation::new(Stretch::new(length(m), rest), target.values[m])
+                    Observation::new(Stretch::new(length(m), baseline[self.numbers[m]]), target.values[m])
                 }
             };
             observation.between(low, high)
@@ -75,12 +77,65 @@ impl Matched {
         seen.collect()
     }
 
-    /// The problem that the target sets for a system in which its active muscles contract.
-    pub fn inverse<'a, const D: usize>(&self, system: &'a System<D>, settings: &Settings) -> Inverse<'a, D> {
+    /// An observation for every fitted muscle, and one for every other that was measured, with lengths counted from those in
+    /// `baseline` (of all chains of the body, m).
+    pub fn observations<const D: usize>(
+        &self,
+        system: &System<D>,
+        baseline: &[f64],
+    ) -> [Vec<Observation<D>>; 2] {
+        let fitted = self.target.fitted.iter().copied();
+        let others = self.target.compared().filter(|m| !self.target.fitted.contains(m));
+        [self.observations_of(system, baseline, fitted), self.observations_of(system, baseline, others)]
+    }
+
+    /// The problem that the target sets for a body in which its active muscles can contract.
+    pub fn inverse<'a, const D: usize>(&self, setup: &'a Setup<D>, settings: &Settings) -> Inverse<'a, D> {
+        let (system, target) = (&setup.system, &self.target);
+        let [observations, others] = self.observations(system, &setup.lengths);
         let unknowns = self.contracting().into_iter().map(|m| Unknown::tension(m, settings.upper_bound));
-        let others: Vec<usize> = self.target.compared().filter(|m| !self.target.fitted.contains(m)).collect();
-        let others = self.observations_of(system, &others);
-        Inverse { others, ..Inverse::new(system, self.observations(system), unknowns.collect()) }
+        let mut inverse = Inverse { others, ..Inverse::new(system, observations, unknowns.collect()) };
+        // What was measured and does not contract has no tension; of what was not measured nothing is known to have changed.
+        inverse.tensions.clone_from(&setup.tensions);
+        let measured = |name: &str| target.muscles.iter().any(|m| m.eq_ignore_ascii_case(name));
+        for (chain, name) in setup.muscles.iter().enumerate() {
+            if measured(name) {
+                inverse.tensions[chain] = 0.0;
+            }
+        }
+        if !setup.bones.is_empty() {
+            self.free_bones(setup, &mut inverse);
+        }
+        inverse
+    }
+
+    /// Adds displacements of the freed bones, and what holds them: the signs of the changes of muscles that do not contract, and
+    /// priors.
+    fn free_bones<'a, const D: usize>(&self, setup: &'a Setup<D>, inverse: &mut Inverse<'a, D>) {
+        let (premises, target) = (&setup.premises, &self.target);
+        for unknown in &mut inverse.unknowns {
+            if let Quantity::Tension { muscle } = unknown.quantity {
+                *unknown = unknown.with_prior(setup.tensions[muscle], STRETCH_SD / premises.tension_sd);
+            }
+        }
+        for (number, bone) in premises.bones.iter().enumerate() {
+            inverse.unknowns.extend(bone.axes.iter().map(|&axis| {
+                let unknown = Unknown::bone(number, axis, 1.0);
+                let [most, sd] = [setup.most_m(), premises.bone_sd_m].map(|m| m / unknown.unit);
+                Unknown { lower: -most, upper: most, ..unknown.with_prior(0.0, STRETCH_SD / sd) }
+            }));
+        }
+        inverse.bones = &setup.bones;
+        let lengthened = |m: &usize| !target.active.contains(m) && !target.activation[*m].contracting;
+        inverse.signs = (0..target.muscles.len())
+            .filter(lengthened)
+            .map(|m| {
+                let number = self.numbers[m];
+                let length = Length::new(setup.system.muscle_ends(number));
+                let stretch = Stretch::new(length, setup.lengths[number]);
+                Observation { sense: Sense::AtLeast, ..Observation::new(stretch, 1.0) }
+            })
+            .collect();
     }
 
     /// The values for this target's muscles of values for all muscles of the body.
@@ -109,6 +164,16 @@ pub struct Fit<const D: usize = 2> {
     pub lengths: Vec<f64>,
     /// Lengths of the model at rest, m.
     pub rest_lengths: Vec<f64>,
+    /// Lengths of the model in the baseline, m: changes are counted from them. Those at rest where the baseline has no tone.
+    pub baseline_lengths: Vec<f64>,
+    /// Positions of all nodes in the baseline, m.
+    pub baseline_positions: Vec<SVector<f64, D>>,
+    /// Tensions in the baseline, N per metre of thickness.
+    pub tone: Tone,
+    /// Where the freed bones were found.
+    pub bones: Vec<MovedBone<D>>,
+    /// All unknowns: tensions of the active muscles, then displacements of the freed bones, mm.
+    pub unknowns: Vec<f64>,
     /// Simulated ratio or stretch of every muscle of the target.
     pub simulated: Vec<f64>,
     /// Simulated less measured ratio or stretch of every muscle of the target.
@@ -198,24 +263,29 @@ pub fn fit<const D: usize>(
 ) -> Result<Fit<D>, FitError> {
     let matched = Matched::new(mesh, target)?;
     let system = System::new(mesh, model, &matched.contracting())?;
-    fit_system(&system, &matched, settings)
+    fit_in(&Setup::at_rest(system), &matched, settings)
 }
 
-/// As [`fit`], in a system at hand: one in which all of the target's active muscles contract.
+/// As [`fit`], in a body at hand: one in which all of the target's active muscles can contract. What it assumes beside the target
+/// are its premises.
 ///
 /// # Errors
 /// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
-pub fn fit_system<const D: usize>(
-    system: &System<D>,
+pub fn fit_in<const D: usize>(
+    setup: &Setup<D>,
     matched: &Matched,
     settings: &Settings,
 ) -> Result<Fit<D>, FitError> {
-    let target = &matched.target;
-    let answer = solve(&matched.inverse(system, settings), settings)?;
+    let (target, system) = (&matched.target, &setup.system);
+    let settings = &setup.settings(settings);
+    let inverse = matched.inverse(setup, settings);
+    let answer = solve(&inverse, settings)?;
+    let bones = moved_bones(setup, &inverse, settings, &answer);
     let lengths = matched.pick(&answer.lengths);
     let rest_lengths = matched.pick(&system.lengths(system.rest()));
+    let baseline_lengths = matched.pick(&setup.lengths);
     let measured = target.muscles.len();
-    let simulated = target.simulated(&lengths[..measured], &rest_lengths[..measured]);
+    let simulated = target.simulated(&lengths[..measured], &baseline_lengths[..measured]);
     Ok(Fit {
         target: target.clone(),
         muscles: matched.muscles.clone(),
@@ -225,6 +295,11 @@ pub fn fit_system<const D: usize>(
         body_tensions: answer.tensions,
         lengths,
         rest_lengths,
+        baseline_lengths,
+        baseline_positions: setup.positions.clone(),
+        tone: setup.premises.tone.clone(),
+        bones,
+        unknowns: answer.x,
         residuals: simulated.iter().zip(&target.values).map(|(s, m)| s - m).collect(),
         simulated,
         misfit: answer.misfit,
@@ -236,3 +311,33 @@ pub fn fit_system<const D: usize>(
         positions: answer.positions,
     })
 }
+
+/// The freed bones at an answer.
+fn moved_bones<const D: usize>(
+    setup: &Setup<D>,
+    inverse: &Inverse<'_, D>,
+    settings: &Settings,
+    answer: &Answer<D>,
+) -> Vec<MovedBone<D>> {
+    if setup.bones.is_empty() {
+        return Vec::new();
+    }
+    let mut forward = Forward::new(inverse, settings);
+    forward.begin_at(&answer.x, &answer.positions);
+    let sds = forward.linearise(&answer.x).and_then(|linear| standard_deviations(&linear.jacobian));
+    let none = || SVector::<f64, D>::zeros();
+    let names = setup.premises.bones.iter().map(|b| b.name.clone());
+    let mut bones: Vec<MovedBone<D>> =
+        names.map(|name| MovedBone { name, shift: none(), half_width: none() }).collect();
+    for (i, unknown) in inverse.unknowns.iter().enumerate() {
+        if let Quantity::Bone { bone, axis } = unknown.quantity {
+            bones[bone].shift[axis] = answer.x[i] * unknown.unit;
+            let sd = sds.as_ref().map_or(f64::NAN, |sds| sds[i] * unknown.unit);
+            bones[bone].half_width[axis] = TWO_SIDED_95 * sd;
+        }
+    }
+    bones
+}
+
+/// Standard deviations on either side that hold 95 % of a normal distribution.
+const TWO_SIDED_95: f64 = 1.959_963_984_540_054;

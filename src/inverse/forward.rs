@@ -26,6 +26,8 @@ pub struct Inverse<'a, const D: usize> {
     pub observations: Vec<Observation<D>>,
     /// What else was seen and is not fitted: of answers that meet the observations equally well, it tells the best.
     pub others: Vec<Observation<D>>,
+    /// What is known of others in words such as "not shorter": inequalities that count in the objective, but are no measurements.
+    pub signs: Vec<Observation<D>>,
     /// What is searched for; at least one.
     pub unknowns: Vec<Unknown>,
     /// The bones whose displacement is searched for.
@@ -40,7 +42,13 @@ impl<'a, const D: usize> Inverse<'a, D> {
     /// A body of which only tensions are unknown, all others being zero.
     pub fn new(system: &'a System<D>, observations: Vec<Observation<D>>, unknowns: Vec<Unknown>) -> Self {
         let tensions = vec![0.0; system.muscle_count()];
-        Self { system, observations, others: Vec::new(), unknowns, bones: &[], tissue: None, tensions }
+        let (others, signs) = (Vec::new(), Vec::new());
+        Self { system, observations, others, signs, unknowns, bones: &[], tissue: None, tensions }
+    }
+
+    /// Observations and signs.
+    fn seen(&self) -> impl Iterator<Item = &Observation<D>> {
+        self.observations.iter().chain(&self.signs)
     }
 
     /// Whether the observations leave directions open that no prior closes.
@@ -226,10 +234,10 @@ impl<'a, const D: usize> Forward<'a, D> {
         Ok(())
     }
 
-    /// Weighted residuals of the observations, then of the priors, at the shape in the workspace.
+    /// Weighted residuals of the observations, then of the signs, then of the priors, at the shape in the workspace.
     fn residuals_here(&self, x: &[f64]) -> Option<DVector<f64>> {
         let inverse = self.inverse;
-        let seen = inverse.observations.iter().map(|o| o.residual(self.positions()));
+        let seen = inverse.seen().map(|o| o.residual(self.positions()));
         let priors =
             inverse.unknowns.iter().zip(x).filter_map(|(u, x)| u.prior.map(|p| (x - p.mean) * p.weight));
         let all: Vec<f64> = seen.chain(priors).collect();
@@ -293,7 +301,7 @@ impl<'a, const D: usize> Forward<'a, D> {
                 }
             }
             response.scale(unknown.unit);
-            for (row, observation) in inverse.observations.iter().enumerate() {
+            for (row, observation) in inverse.seen().enumerate() {
                 jacobian[(row, column)] = observation.rate(response.positions(), response.motion());
             }
             for (row, observation) in inverse.others.iter().enumerate() {
@@ -350,7 +358,7 @@ impl<const D: usize> Problem for Forward<'_, D> {
         self.rates(x, &mut jacobian, &mut other_jacobian)?;
         let priors = inverse.unknowns.iter().enumerate().filter_map(|(i, u)| u.prior.map(|p| (i, p.weight)));
         for (row, (column, weight)) in priors.enumerate() {
-            jacobian[(inverse.observations.len() + row, column)] = weight;
+            jacobian[(inverse.seen().count() + row, column)] = weight;
         }
         Some(Linear { jacobian, residuals, other_jacobian, other_residuals })
     }

@@ -115,7 +115,7 @@ fn outside_by<const D: usize>(forward: &mut Forward<'_, D>, tensions: &[f64]) ->
 mod tests {
     use super::*;
     use crate::body::{self, Anatomy};
-    use crate::inverse::{Matched, Settings, fit};
+    use crate::inverse::{Matched, Settings, Setup, fit};
     use crate::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
     use crate::system::{Model, System};
 
@@ -130,7 +130,8 @@ mod tests {
             let found = fit(&mesh, &Model::default(), &target, &settings).unwrap();
             let matched = Matched::new(&mesh, &target).unwrap();
             let system = System::new(&mesh, &Model::default(), &matched.contracting()).unwrap();
-            let inverse = matched.inverse(&system, &settings);
+            let setup = Setup::at_rest(system);
+            let inverse = matched.inverse(&setup, &settings);
             let mut forward = Forward::new(&inverse, &settings);
             let answer = found.active_tensions();
             let all = segments(&mut forward, &answer).unwrap();

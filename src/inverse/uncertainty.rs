@@ -10,14 +10,13 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use crate::measured::{Target, TargetKind};
-use crate::system::System;
 
 use super::fit::Matched;
 use super::forward::Forward;
 use super::gauss_newton::refit;
 use super::on_target::{nearest_to_others, onto_target};
 use super::problem::Problem;
-use super::{Among, Fit, Settings};
+use super::{Among, Fit, Settings, Setup};
 
 /// Part of the draws that an interval holds.
 pub const LEVEL: f64 = 0.95;
@@ -65,36 +64,35 @@ pub struct Intervals {
     pub tensions: Vec<Interval>,
     /// Of every muscle's simulated length over that of the reference.
     pub ratios: Vec<Interval>,
-    /// Of every muscle's simulated length over that at rest.
+    /// Of every muscle's simulated length over that in the baseline.
     pub stretches: Vec<Interval>,
 }
 
 /// Draws and refits. The same seed gives the same draws, whatever else runs. `None` where no draw could be fitted.
 pub fn intervals<const D: usize>(
-    system: &System<D>,
+    setup: &Setup<D>,
     matched: &Matched,
     fit: &Fit<D>,
     settings: &Settings,
     draws: usize,
     seed: u64,
 ) -> Option<Intervals> {
-    let answer = fit.active_tensions();
+    let answer = &fit.unknowns;
     let mut random = fastrand::Rng::with_seed(seed);
     let (mut failed, mut not_met) = (0, 0);
-    let mut tensions = vec![Vec::with_capacity(draws); answer.len()];
+    let mut tensions = vec![Vec::with_capacity(draws); fit.target.active.len()];
     let mut ratios = vec![Vec::with_capacity(draws); fit.muscles.len()];
     let mut stretches = ratios.clone();
     for _ in 0..draws {
         let drawn = Matched { target: redraw(&fit.target, &mut random), ..matched.clone() };
-        let Some((found, lengths, misfit)) = fit_draw(system, &drawn, settings, &answer, &fit.positions)
-        else {
+        let Some((found, lengths, misfit)) = fit_draw(setup, &drawn, settings, answer, &fit.positions) else {
             failed += 1;
             continue;
         };
         not_met += usize::from(misfit > settings.misfit_tolerance);
         tensions.iter_mut().zip(found).for_each(|(all, t)| all.push(t));
         for (kind, all) in [(TargetKind::Ratio, &mut ratios), (TargetKind::Stretch, &mut stretches)] {
-            let values = kind.values(&lengths, &fit.rest_lengths, fit.target.reference);
+            let values = kind.values(&lengths, &fit.baseline_lengths, fit.target.reference);
             all.iter_mut().zip(values).for_each(|(all, value)| all.push(value));
         }
     }
@@ -109,15 +107,15 @@ pub fn intervals<const D: usize>(
     })
 }
 
-/// Tensions of the active muscles, lengths of all muscles and the misfit of one draw.
+/// The unknowns, tensions of the active muscles first, lengths of all muscles and the misfit of one draw.
 fn fit_draw<const D: usize>(
-    system: &System<D>,
+    setup: &Setup<D>,
     matched: &Matched,
     settings: &Settings,
     start: &[f64],
     positions: &[SVector<f64, D>],
 ) -> Option<(Vec<f64>, Vec<f64>, f64)> {
-    let inverse = matched.inverse(system, settings);
+    let inverse = matched.inverse(setup, settings);
     let mut forward = Forward::new(&inverse, settings);
     forward.begin_at(start, positions);
     let (mut tensions, mut residuals) = refit(&mut forward, settings, start)?;

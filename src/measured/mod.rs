@@ -6,7 +6,7 @@
 //!
 //! The built-in lengths are those of Takano and Honda (2007), printed in table 4.4 of the thesis (Kato 2014) to 1 mm. Any
 //! table of any muscles takes their place ([`lengths`]). What is known of muscles by name is data too: [`muscles`],
-//! [`published_patterns`], [`thesis`].
+//! [`published_patterns`], [`thesis`], [`tone`].
 
 mod error;
 mod kind;
@@ -15,6 +15,7 @@ pub mod muscles;
 pub mod published_patterns;
 mod target;
 pub mod thesis;
+pub mod tone;
 
 pub use error::TargetError;
 pub use kind::{TargetKind, UnknownTargetKind, reference_muscle};

@@ -33,7 +33,9 @@ pub use file::{OutputDir, Writes, write};
 pub use json::Json;
 pub use markdown::Markdown;
 pub use msh::Msh;
-pub use record::{AlarmRecord, BranchRecord, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord};
+pub use record::{
+    AlarmRecord, BoneRecord, BranchRecord, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord,
+};
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::Sto;

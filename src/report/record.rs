@@ -7,8 +7,9 @@ use super::by_muscle::{ByMuscle, by, mm};
 use super::csv::Rows;
 use super::export::{Export, Provenance};
 use super::valley_record::ValleyRecord;
+use crate::body::HYOID;
 use crate::inverse::alarms::Alarm;
-use crate::inverse::{self, Fit};
+use crate::inverse::{self, Fit, Tone};
 use crate::measured::{TargetKind, Vowel, reference_muscle};
 use crate::statics::{self, Solution};
 use crate::system::System;
@@ -130,6 +131,15 @@ pub struct Segment {
     pub to_n: ByMuscle<f64>,
 }
 
+/// A bone that was freed in a fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BoneRecord {
+    /// How far it is displaced, mm by axis.
+    pub shift_mm: Vec<f64>,
+    /// The 95 % interval of each: from a standard deviation of 0.01 of every stretch and the priors, linearised at the answer.
+    pub interval_mm: Vec<[f64; 2]>,
+}
+
 /// A reason for doubt, in a word and in a sentence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AlarmRecord {
@@ -166,10 +176,21 @@ pub struct FitRecord {
     pub status: inverse::Status,
     /// Tensions found, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
+    /// Tension in the baseline, N per metre of thickness: one number for every muscle, or one for each. Changes are counted from
+    /// the posture that it makes; 0 is rest.
+    pub tone_n_per_m: Tone,
+    /// How far the hyoid is displaced, mm by axis (to the back of the head, up); null where it was fixed.
+    pub hyoid_mm: Option<Vec<f64>>,
+    /// The 95 % interval of each, mm.
+    pub hyoid_interval_mm: Option<Vec<[f64; 2]>>,
+    /// All bones that were freed, by name.
+    pub bones: ByMuscle<BoneRecord>,
     /// Simulated lengths, mm (of the model, whose size is not the subject's).
     pub lengths_mm: ByMuscle<f64>,
     /// Lengths of the model at rest, mm.
     pub rest_lengths_mm: ByMuscle<f64>,
+    /// Lengths of the model in the baseline, mm: stretches are counted from them. Those at rest where there is no tone.
+    pub model_baseline_lengths_mm: ByMuscle<f64>,
     /// Measured lengths, mm.
     pub measured_lengths_mm: ByMuscle<f64>,
     /// Measured lengths in the baseline, mm.
@@ -178,7 +199,7 @@ pub struct FitRecord {
     pub ratios: ByMuscle<f64>,
     /// Measured lengths to that of GGa.
     pub target_ratios: ByMuscle<f64>,
-    /// Simulated lengths to those at rest.
+    /// Simulated lengths to those of the model in the baseline.
     pub stretches: ByMuscle<f64>,
     /// Measured lengths to those in the baseline.
     pub target_stretches: ByMuscle<f64>,
@@ -236,9 +257,17 @@ impl FitRecord {
                 .collect(),
         });
         let valley = fit.valley().map(|v| ValleyRecord::new(v, &active, all, |lengths| fit.of_body(lengths)));
-        let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.rest_lengths, target.reference);
+        let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.baseline_lengths, target.reference);
         let of_target =
             |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm, target.reference);
+        let bone = |b: &inverse::MovedBone<D>| {
+            let ends =
+                b.shift.iter().zip(b.half_width.iter()).map(|(x, half)| [1e3 * (x - half), 1e3 * (x + half)]);
+            let shift_mm = b.shift.iter().map(|x| 1e3 * x).collect();
+            (b.name.clone(), BoneRecord { shift_mm, interval_mm: ends.collect() })
+        };
+        let bones = ByMuscle(fit.bones.iter().map(bone).collect());
+        let hyoid = bones.of(HYOID);
         Self {
             made_by,
             subject: target.subject.clone(),
@@ -250,7 +279,11 @@ impl FitRecord {
             status: fit.status,
             tensions_n: by(all, &fit.tensions),
             lengths_mm: mm(all, &fit.lengths),
+            tone_n_per_m: fit.tone.clone(),
+            hyoid_mm: hyoid.map(|h| h.shift_mm.clone()),
+            hyoid_interval_mm: hyoid.map(|h| h.interval_mm.clone()),
             rest_lengths_mm: mm(all, &fit.rest_lengths),
+            model_baseline_lengths_mm: mm(all, &fit.baseline_lengths),
             measured_lengths_mm: by(measured, &target.measured_mm),
             baseline_lengths_mm: by(measured, &target.baseline_mm),
             ratios: by(all, &simulated(TargetKind::Ratio)),
@@ -269,6 +302,7 @@ impl FitRecord {
             guarded: fit.replay.solution.guarded,
             connection: fit.replay.solution.connection,
             identifiability,
+            bones,
             max_residual_force_n: fit.replay.solution.max_residual_force,
             replay_difference_m: fit.replay.largest_difference,
             min_area_ratio: fit.replay.min_area_ratio,
@@ -301,7 +335,9 @@ impl FitRecord {
             active: bool,
             uncertain: bool,
             tension_n_per_m: f64,
+            tone_n_per_m: f64,
             rest_length_mm: f64,
+            model_baseline_length_mm: f64,
             simulated_length_mm: f64,
             baseline_length_mm: Option<f64>,
             measured_length_mm: Option<f64>,
@@ -328,7 +364,9 @@ impl FitRecord {
                 active: self.active.contains(muscle),
                 uncertain: self.uncertain.contains(muscle),
                 tension_n_per_m: *tension,
+                tone_n_per_m: self.tone_n_per_m.of(muscle),
                 rest_length_mm: self.rest_lengths_mm.0[i].1,
+                model_baseline_length_mm: self.model_baseline_lengths_mm.0[i].1,
                 simulated_length_mm: self.lengths_mm.0[i].1,
                 baseline_length_mm: measured(&self.baseline_lengths_mm),
                 measured_length_mm: measured(&self.measured_lengths_mm),

@@ -136,6 +136,10 @@ pub struct FitTarget {
     /// `ratio` (to GGa) or `stretch` (to the subject's own /ɯ/).
     #[serde(default = "default_kind")]
     pub target: String,
+    /// Tension of every muscle in the baseline vowel, N (2D: per metre of thickness), from which changes are then counted; 0, as
+    /// in the thesis, where nothing is said. Muscles that are longer than in the baseline have none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub tone_n_per_m: f64,
 }
 
 /// What acts on the body. Each is off unless asked for, or needed for what is wanted.
@@ -239,6 +243,12 @@ pub struct Trajectory {
 
 fn default_spacing() -> f64 {
     5.5
+}
+
+/// Whether there is nothing to be written.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn default_kind() -> String {

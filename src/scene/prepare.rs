@@ -1,5 +1,7 @@
 //! From a scene and its body to the system that simulates what the scene calls for and nothing else.
 
+use std::sync::Arc;
+
 use nalgebra::{SVector, Vector2};
 
 use super::SceneError;
@@ -7,7 +9,7 @@ use super::file::{Gravity as GravityKeys, Posture, Scene, Want};
 use super::plan::{self, Decision, Plan, Role};
 use crate::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
 use crate::effect::{Contact, Effect, Gravity, lumped_masses};
-use crate::inverse::Matched;
+use crate::inverse::{Matched, Premises, Setup, Tone};
 use crate::material::{Constants, Spread};
 use crate::measured::{Dataset, Target, TargetError, TargetKind, TargetOptions, Vowel};
 use crate::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
@@ -20,7 +22,9 @@ pub struct Prepared<const D: usize> {
     /// The body.
     pub body: Body<D>,
     /// The system.
-    pub system: System<D>,
+    pub system: Arc<System<D>>,
+    /// For a fit, the body in its baseline.
+    pub setup: Option<Setup<D>>,
     /// For a trajectory with carried bones: the same without weight and contraction, which says where it starts.
     pub start: Option<System<D>>,
     /// Tension of every muscle of the mesh, N.
@@ -54,8 +58,10 @@ pub fn prepare<const D: usize>(
     let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
     let tensions = tensions(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
+    let tone = Tone::Uniform(scene.fit.as_ref().map_or(0.0, |fit| fit.tone_n_per_m));
     let contracting: Vec<usize> = match (&target, extent) {
         (_, Extent::Full) => all.collect(),
+        _ if !tone.is_none() => all.collect(),
         (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
         (Some(target), _) => Matched::new(&body.mesh, target)?.contracting(),
     };
@@ -91,11 +97,15 @@ pub fn prepare<const D: usize>(
         true => Some(System::with(&body.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?),
         false => None,
     };
-    let system = System::with(&body.mesh, &model, &contracting, additions)?;
-    let roles = roles(scene, &body, &contracting, target.is_some());
+    let system = Arc::new(System::with(&body.mesh, &model, &contracting, additions)?);
+    let names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
+    let premises = Premises { tone, ..Premises::default() };
+    let setup =
+        target.as_ref().map(|_| Setup::in_system(Arc::clone(&system), &names, premises)).transpose()?;
+    let roles = roles(scene, &body, &contracting, target.as_ref());
     let method = method(scene);
     let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
-    Ok(Prepared { plan, body, system, start, tensions, wall, target })
+    Ok(Prepared { plan, body, system, setup, start, tensions, wall, target })
 }
 
 /// The same body and bones, with nothing that acts on them but the wall.
@@ -300,7 +310,12 @@ fn carry_bones<const D: usize>(
     Ok([decide("jaw", jaw.is_some(), mandible), decide("hyoid", hyoid.is_some(), hyoid_bone)])
 }
 
-fn roles<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize], fitted: bool) -> Vec<Role> {
+fn roles<const D: usize>(
+    scene: &Scene,
+    body: &Body<D>,
+    contracting: &[usize],
+    target: Option<&Target>,
+) -> Vec<Role> {
     let mut roles: Vec<Role> = Vec::new();
     for (number, muscle) in body.mesh.muscles.iter().enumerate() {
         if roles.iter().any(|r| r.muscle == muscle.name) {
@@ -310,10 +325,13 @@ fn roles<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize], f
         let why = match scene.tensions_n.get(&muscle.name) {
             _ if !contracts => "passive: its connections are tissue".to_owned(),
             Some(tension) => format!("contracts with {tension} N"),
-            None if fitted => {
-                "shorter in this vowel than at rest: contracts, with a tension to be found".to_owned()
-            }
-            None => "contracts with 0 N, because everything is simulated".to_owned(),
+            None => match target {
+                Some(target) if target.active_names().contains(&muscle.name.as_str()) => {
+                    "shorter in this vowel than at rest: contracts, with a tension to be found".to_owned()
+                }
+                Some(_) => "not shorter in this vowel: without tension".to_owned(),
+                None => "contracts with 0 N, because everything is simulated".to_owned(),
+            },
         };
         roles.push(Role { muscle: muscle.name.clone(), contracting: contracts, why });
     }

@@ -32,7 +32,7 @@ pub struct MuscleLength {
     pub rest_mm: f64,
     /// Length, mm.
     pub length_mm: f64,
-    /// Length to that at rest.
+    /// Length to that in the baseline: at rest, unless a fit gives the baseline a tone.
     pub stretch: f64,
 }
 
@@ -146,9 +146,9 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
     let mut fitted = None;
-    if let Some(target) = &prepared.target {
+    if let (Some(target), Some(setup)) = (&prepared.target, &prepared.setup) {
         let matched = inverse::Matched::new(&prepared.body.mesh, target)?;
-        let fit = inverse::fit_system(&prepared.system, &matched, &inverse::Settings::default())?;
+        let fit = inverse::fit_in(setup, &matched, &inverse::Settings::default())?;
         fitted = Some(fit.status);
         prepared.tensions = fit.body_tensions;
     }
@@ -263,12 +263,13 @@ fn muscles<const D: usize>(prepared: &Prepared<D>, positions: &[SVector<f64, D>]
             same.iter().map(|&m| system.length(x, m)).sum::<f64>() / same.len().max(1) as f64
         };
         let (rest, length) = (mean(system.rest()), mean(positions));
+        let baseline = prepared.setup.as_ref().map_or(rest, |setup| mean(&setup.positions));
         out.push(MuscleLength {
             muscle: role.muscle.clone(),
             tension_n: same.first().map_or(0.0, |&m| prepared.tensions[m]),
             rest_mm: 1e3 * rest,
             length_mm: 1e3 * length,
-            stretch: length / rest,
+            stretch: length / baseline,
         });
     }
     out

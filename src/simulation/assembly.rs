@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use crate::body::Body;
-use crate::inverse::{Inverse, Matched, Settings};
+use crate::inverse::Matched;
 use crate::measured::Target;
 use crate::observe::{Contour, Curve, Length, Ratio, Stretch, Surface};
 use crate::system::{Model, System};
@@ -126,8 +126,9 @@ impl<const D: usize> Assembly<D> {
     /// [`Error::Fit`] names a muscle that the target needs and the body lacks.
     pub fn observations(&self, target: &Target) -> Result<Observations<D>, Error> {
         let matched = Matched::new(&self.body().mesh, target)?;
-        let Inverse { observations, others, .. } = matched.inverse(self.system(), &Settings::default());
-        Ok(Observations { fitted: observations, others })
+        let system = self.system();
+        let [fitted, others] = matched.observations(system, &system.lengths(system.rest()));
+        Ok(Observations { fitted, others })
     }
 
     /// Numbers of the chains of a muscle.

@@ -138,6 +138,7 @@ impl Shape<2> {
             palate: body.palate.as_deref().unwrap_or(&[]),
             contact: false,
             stretch: false,
+            grey: "rest",
             title,
         })
     }

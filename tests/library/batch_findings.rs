@@ -15,7 +15,8 @@ fn how() -> Thoroughness {
 }
 
 fn assessed(mesh: &Mesh<2>, subject: &str, kind: TargetKind, how: &Thoroughness) -> Assessment {
-    assess(mesh, &Model::default(), &target(subject, "a", kind), &Known::reference().unwrap(), how).unwrap()
+    assess(mesh, &Model::default(), None, &target(subject, "a", kind), &Known::reference().unwrap(), how)
+        .unwrap()
 }
 
 #[test]

@@ -119,9 +119,18 @@ fn moved(mesh: &Mesh<2>) -> Vec<SVector<f64, 2>> {
 
 /// The picture of a shape whose muscles have these tensions.
 fn drawn(mesh: &Mesh<2>, positions: &[SVector<f64, 2>], tensions: &[f64], title: &str) -> String {
-    tongue(&Section { mesh, positions, tensions, palate: &[], contact: false, stretch: false, title })
-        .unwrap()
-        .to_string()
+    tongue(&Section {
+        mesh,
+        positions,
+        tensions,
+        palate: &[],
+        contact: false,
+        stretch: false,
+        grey: "rest",
+        title,
+    })
+    .unwrap()
+    .to_string()
 }
 
 fn picture() -> String {
@@ -218,6 +227,7 @@ fn the_palate_is_a_band_on_the_far_side_and_stretch_has_a_scale() {
         palate: &palate,
         contact: true,
         stretch: true,
+        grey: "rest",
         title: "palate",
     };
     let svg = tongue(&section).unwrap().to_string();
@@ -270,8 +280,16 @@ fn a_picture_of_inconsistent_data_is_refused() {
     let mesh = patch();
     let good = moved(&mesh);
     let refused = |mesh: &Mesh<2>, positions: &[_], tensions: &[f64]| {
-        let section =
-            Section { mesh, positions, tensions, palate: &[], contact: false, stretch: false, title: "" };
+        let section = Section {
+            mesh,
+            positions,
+            tensions,
+            palate: &[],
+            contact: false,
+            stretch: false,
+            grey: "rest",
+            title: "",
+        };
         tongue(&section).unwrap_err()
     };
     let slack = [0.0, 0.0];

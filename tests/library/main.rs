@@ -19,6 +19,7 @@ mod properties_of_random_bodies;
 mod scenes_simulate_only_what_they_call_for;
 mod simulation_by_name;
 mod sparse_cholesky_agrees_with_faer;
+mod tone_and_hyoid;
 mod unknowns_are_recovered;
 mod weight_walls_and_carried_bones;
 

@@ -8,6 +8,7 @@
     reason = "a test says by panicking"
 )]
 
+mod baseline_and_bones;
 mod batch_page_works;
 mod contracts;
 mod docs_are_true;

@@ -77,7 +77,7 @@ fn intervals_hold_the_truth_in_95_percent_of_synthetic_cases() {
             .into_par_iter()
             .filter_map(|seed| case(&mesh, seed, kind))
             .map(|case| {
-                let found = assess(&mesh, &Model::default(), &case.target, &known, &how).unwrap();
+                let found = assess(&mesh, &Model::default(), None, &case.target, &known, &how).unwrap();
                 let intervals = found.intervals.unwrap();
                 assert_eq!(intervals.failed, 0);
                 let (mut tensions, mut passive) = (Count::default(), Count::default());

@@ -32,7 +32,7 @@ pub struct AssessedRecord {
     pub cost: f64,
     /// The muscles that the fit does not see, beside two yardsticks.
     pub passive: Passive,
-    /// How far the model at rest is from the baseline.
+    /// How far the model in its baseline is from the row's.
     pub rest_shape: Option<RestDistance>,
     /// For every singular direction, how far the tensions may go within the rounding of the data; null where the equilibrium is
     /// singular.
@@ -194,7 +194,7 @@ fn passive<const D: usize>(a: &Assessment<D>, thesis: Option<&Thesis>) -> Passiv
     let (fit, target) = (&a.fit, &a.fit.target);
     let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);
     let (measured, reference) = (target.muscles.len(), target.reference);
-    let (lengths, rest) = (&fit.lengths[..measured], &fit.rest_lengths[..measured]);
+    let (lengths, rest) = (&fit.lengths[..measured], &fit.baseline_lengths[..measured]);
     let rms = |kind: TargetKind, simulated: &[f64], wanted: &[f64]| {
         let unseen = |m: &usize| !target.active.contains(m) && kind.constrains(*m, reference);
         let squares: Vec<f64> =

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::Provenance;
 use super::record::{AssessedRecord, IntervalsRecord};
+use crate::inverse::Tone;
 use crate::inverse::batch::{BaselineRow, Refusal};
 use crate::inverse::uncertainty::Interval;
 use crate::measured::published_patterns::PatternCheck;
@@ -12,7 +13,7 @@ use crate::measured::{TargetKind, Vowel};
 use crate::report::ByMuscle;
 
 /// A row of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
-/// is another. Ratios are to the reference muscle, stretches to the baseline (measured) or rest (model). What was not measured is empty.
+/// is another. Ratios are to the reference muscle, stretches to the baseline: measured, or the model's with its tone. What was not measured is empty.
 #[derive(Serialize)]
 struct MuscleRow<'a> {
     subject: &'a str,
@@ -28,9 +29,11 @@ struct MuscleRow<'a> {
     tension_n_per_m: f64,
     tension_low_n_per_m: Option<f64>,
     tension_high_n_per_m: Option<f64>,
+    tone_n_per_m: f64,
     baseline_length_mm: Option<f64>,
     measured_length_mm: Option<f64>,
     rest_length_mm: f64,
+    model_baseline_length_mm: f64,
     target_length_mm: Option<f64>,
     simulated_length_mm: f64,
     residual_mm: Option<f64>,
@@ -63,9 +66,10 @@ pub fn muscle_lines(r: &AssessedRecord, p: &Provenance, with_header: bool) -> cs
         let (target_ratio, target_stretch) = (of(&f.target_ratios), of(&f.target_stretches));
         let (ratio, stretch) = (f.ratios.0[i].1, f.stretches.0[i].1);
         let (length, rest) = (f.lengths_mm.0[i].1, f.rest_lengths_mm.0[i].1);
+        let model_baseline_length_mm = f.model_baseline_lengths_mm.0[i].1;
         let target_length_mm = match f.target_kind {
             TargetKind::Ratio => target_ratio.map(|t| t * reference_mm),
-            TargetKind::Stretch => target_stretch.map(|t| t * rest),
+            TargetKind::Stretch => target_stretch.map(|t| t * model_baseline_length_mm),
         };
         let ends = |of: fn(&IntervalsRecord) -> &ByMuscle<Interval>| {
             let found = r.intervals.as_ref().map(|all| of(all).0[i].1);
@@ -88,9 +92,11 @@ pub fn muscle_lines(r: &AssessedRecord, p: &Provenance, with_header: bool) -> cs
             tension_n_per_m: *tension,
             tension_low_n_per_m: tension_interval.map(|x| x.low),
             tension_high_n_per_m: tension_interval.map(|x| x.high),
+            tone_n_per_m: f.tone_n_per_m.of(muscle),
             baseline_length_mm: of(&f.baseline_lengths_mm),
             measured_length_mm: of(&f.measured_lengths_mm),
             rest_length_mm: rest,
+            model_baseline_length_mm,
             target_length_mm,
             simulated_length_mm: length,
             residual_mm: target_length_mm.map(|t| length - t),
@@ -128,7 +134,7 @@ const BEFORE: [&str; 10] = [
 ];
 
 /// The columns after them.
-const AFTER: [&str; 26] = [
+const AFTER: [&str; 29] = [
     "cost",
     "misfit",
     "passive_rms_stretch",
@@ -150,6 +156,9 @@ const AFTER: [&str; 26] = [
     "pattern_unexpected",
     "alarms",
     "evaluations",
+    "tone_n_per_m",
+    "hyoid_x_mm",
+    "hyoid_y_mm",
     "line",
     "version",
     "seed",
@@ -202,6 +211,11 @@ pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &Provenance) -> csv::
         .map(|s| s.tensions_n.0.iter().map(|(m, _)| m.as_str()).collect::<Vec<_>>().join("+"));
     let group = |of: fn(&PatternCheck) -> &Vec<String>| optional(r.pattern.as_ref().map(|c| of(c).join("+")));
     let alarms: Vec<&str> = f.alarms.iter().map(|a| a.text.as_str()).collect();
+    let tone = match &f.tone_n_per_m {
+        Tone::Uniform(tone) => tone.to_string(),
+        Tone::ByMuscle(all) => all.iter().map(|(m, t)| format!("{m} {t}")).collect::<Vec<_>>().join("; "),
+    };
+    let hyoid = |axis: usize| optional(f.hyoid_mm.as_ref().and_then(|mm| mm.get(axis)));
     let after: [String; AFTER.len()] = [
         r.cost.to_string(),
         f.misfit.to_string(),
@@ -224,6 +238,9 @@ pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &Provenance) -> csv::
         group(|c| &c.unexpected),
         alarms.join("; "),
         f.evaluations.to_string(),
+        tone,
+        hyoid(0),
+        hyoid(1),
         r.line.to_string(),
         p.version.clone(),
         p.seed.to_string(),

@@ -86,7 +86,8 @@ pub fn animation(mesh: &Mesh<2>, frames: &[Frame], title: &str) -> Result<Svg, R
     names(&mut svg, &view, mesh, frames, duration, &most);
     times(&mut svg, frames, duration, [end[0] - MARGIN, top + MARGIN + TEXT]);
     let bottom = end[1] + BELOW + MARGIN;
-    let seen = Seen { tensions: &most, arrows: false, palate: None, bones: !mesh.fixed.is_empty() };
+    let seen =
+        Seen { grey: "rest", tensions: &most, arrows: false, palate: None, bones: !mesh.fixed.is_empty() };
     let height = key(&mut svg, &seen, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }

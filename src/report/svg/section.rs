@@ -40,6 +40,8 @@ pub struct Section<'a> {
     pub contact: bool,
     /// Whether the tissue is coloured by its largest principal stretch.
     pub stretch: bool,
+    /// What the body at rest is called: another posture than rest may stand in its place.
+    pub grey: &'a str,
     /// Title.
     pub title: &'a str,
 }
@@ -54,7 +56,7 @@ pub struct Section<'a> {
 /// [`ReportError::NodeCount`] if the positions belong to another mesh, [`ReportError::Position`] for a position that is not
 /// finite, [`ReportError::Number`] for a node that the mesh does not have or where the mesh has not one tension a muscle.
 pub fn tongue(section: &Section<'_>) -> Result<Svg, ReportError> {
-    let Section { mesh, positions, tensions, palate, contact, stretch, title } = *section;
+    let Section { mesh, positions, tensions, palate, contact, stretch, grey, title } = *section;
     check(mesh, positions, tensions)?;
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
     let view = View::new(frame(mesh, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
@@ -67,7 +69,7 @@ pub fn tongue(section: &Section<'_>) -> Result<Svg, ReportError> {
     let arrows = muscles(&mut svg, &view, mesh, positions, tensions);
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
     let palate = (!palate.is_empty()).then_some(contact);
-    let seen = Seen { tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
+    let seen = Seen { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
     let mut bottom = view.end()[1] + BELOW + MARGIN;
     if let Some(bands) = &bands {
         bottom = bands.key(&mut svg, LEFT, bottom);
@@ -119,10 +121,11 @@ fn description(section: &Section<'_>) -> String {
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
     };
     format!(
-        "Midsagittal section, front to the left: a mesh of {} nodes and {} triangles at rest (grey) and deformed \
+        "Midsagittal section, front to the left: a mesh of {} nodes and {} triangles at {} (grey) and deformed \
          (dark). Contracting muscles: {}. Passive muscles: {}.",
         mesh.nodes.len(),
         mesh.cells.len(),
+        section.grey,
         names(true),
         names(false)
     )
@@ -320,6 +323,7 @@ pub(super) fn bone(svg: &mut Svg, [x, y]: Px) {
 
 /// What a picture shows, for its legend.
 pub(super) struct Seen<'a> {
+    pub grey: &'a str,
     pub tensions: &'a [f64],
     pub arrows: bool,
     /// Whether the palate is met, where there is one.
@@ -332,7 +336,7 @@ pub(super) fn key(svg: &mut Svg, seen: &Seen<'_>, top: f64) -> f64 {
     let contracting = seen.tensions.iter().any(|t| *t > 0.0);
     let passive = seen.tensions.iter().any(|t| *t <= 0.0);
     let all = [
-        (true, "rest"),
+        (true, seen.grey),
         (true, "deformed"),
         (seen.bones, "bone"),
         (seen.palate == Some(true), "palate"),
@@ -350,7 +354,9 @@ pub(super) fn key(svg: &mut Svg, seen: &Seen<'_>, top: f64) -> f64 {
         let line = data([[[x, y], [x + SAMPLE, y]]]);
         let half = 0.25 * LEGEND_ROW;
         match name {
-            "rest" => svg.rectangle([x, y - half], [x + SAMPLE, y + half], REST_TISSUE, Some(REST)),
+            grey if grey == seen.grey => {
+                svg.rectangle([x, y - half], [x + SAMPLE, y + half], REST_TISSUE, Some(REST))
+            }
             "deformed" => svg.stroke(&line, DEFORMED, 2.6),
             "bone" => bone(svg, [x + 12.0, y]),
             "palate" | "palate, for orientation only" => {

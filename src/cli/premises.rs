@@ -1,0 +1,119 @@
+//! Options that say what holds in the baseline, and which bones a fit may displace.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use miette::{IntoDiagnostic, miette};
+use tongue_fit::body::{Body, HYOID};
+use tongue_fit::inverse::{LooseBone, Premises, Setup, TONE, Tone};
+use tongue_fit::measured::{TargetKind, tone};
+use tongue_fit::system::Model;
+
+use super::output;
+
+/// What is assumed beside a target.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Baseline and bones")]
+pub struct Arguments {
+    /// Tension of every muscle in the baseline, from which changes are counted: N per metre of thickness (0: the baseline is rest, as
+    /// in the thesis), `table` (one for each muscle, fitted to the built-in lengths) or a CSV file of muscle,tone_n_per_m [default: 8
+    /// where stretches are fitted, 0 where ratios are]
+    #[arg(long, value_name = "N|table|FILE", allow_hyphen_values = true)]
+    tone: Option<String>,
+    /// Whether the hyoid may be displaced in the vowel, near its place (5 mm): anywhere, forward and back, or not [default: free
+    /// where stretches are fitted, fixed where ratios are]
+    #[arg(long, value_enum)]
+    hyoid: Option<HyoidName>,
+    /// Another bone of the body that may be displaced in the same way, such as mental_spine; may be given several times
+    #[arg(long, value_name = "NAME")]
+    free_bone: Vec<String>,
+}
+
+/// How the hyoid may move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum HyoidName {
+    Free,
+    Forward,
+    Fixed,
+}
+
+impl Arguments {
+    /// What is assumed where a quantity is fitted; `thesis` says that the thesis's assumptions are the default.
+    ///
+    /// # Errors
+    /// A tone that is none.
+    pub fn premises(&self, kind: TargetKind, body: &Body<2>, thesis: bool) -> miette::Result<Premises> {
+        let active = kind == TargetKind::Stretch && !thesis;
+        let tone = match &self.tone {
+            Some(text) => read_tone(text)?,
+            None => Tone::Uniform(if active { TONE } else { 0.0 }),
+        };
+        let named = body.bones.iter().any(|b| b.name == HYOID);
+        let hyoid = match self.hyoid {
+            Some(hyoid) => hyoid,
+            None if active && named => HyoidName::Free,
+            None => {
+                if active && !body.bones.is_empty() {
+                    output::note("this body names no bone \"hyoid\": it stays where it is in every fit");
+                }
+                HyoidName::Fixed
+            }
+        };
+        let axes = match hyoid {
+            HyoidName::Free => 0..2,
+            HyoidName::Forward => 0..1,
+            HyoidName::Fixed => 0..0,
+        };
+        let mut bones = vec![LooseBone { name: HYOID.to_owned(), axes: axes.collect() }];
+        for name in &self.free_bone {
+            if bones.iter().any(|b| b.name == *name && !(b.name == HYOID && b.axes.is_empty())) {
+                return Err(miette!("--free-bone {name}: this bone is free already; give each bone once"));
+            }
+            bones.push(LooseBone { name: name.clone(), axes: vec![0, 1] });
+        }
+        bones.retain(|b| !b.axes.is_empty());
+        Ok(Premises { tone, bones, ..Premises::default() })
+    }
+
+    /// The body under its premises; `None` where these are the thesis's.
+    ///
+    /// # Errors
+    /// As [`Arguments::premises`] and [`Setup::new`].
+    pub fn setup(
+        &self,
+        kind: TargetKind,
+        body: &Body<2>,
+        model: &Model,
+        thesis: bool,
+    ) -> miette::Result<Option<Setup>> {
+        let premises = self.premises(kind, body, thesis)?;
+        if premises.is_thesis() {
+            return Ok(None);
+        }
+        Setup::new(body, model, premises).map(Some).into_diagnostic()
+    }
+}
+
+/// A tone from what stands behind `--tone`.
+fn read_tone(text: &str) -> miette::Result<Tone> {
+    if let Ok(value) = text.trim().parse::<f64>() {
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(miette!(
+                "--tone {text}: a tone is finite and not negative (muscles pull, they do not push)"
+            ));
+        }
+        return Ok(Tone::Uniform(value));
+    }
+    let table = match text {
+        "table" => tone::reference(),
+        path => {
+            let read = crate::files::read_text(Path::new(path));
+            let content = read.map_err(|e| {
+                miette!("--tone {path}: neither a number nor `table`, nor a file that can be read ({e})")
+            })?;
+            tone::read(&content, path)
+        }
+    };
+    table.map(Tone::ByMuscle).into_diagnostic()
+}
