@@ -1,6 +1,7 @@
 //! Times of what the program spends its time on: `cargo bench`.
 //!
-//! `equilibrium` one solve; `factorise` our block Cholesky beside faer's sparse one (which orders the unknowns itself) and
+//! `equilibrium` one solve; `many` a thousand of them, one at a time and in lanes, on one thread, from rest and from the shape at the
+//! middle of loads that differ by 3 %; `factorise` our block Cholesky beside faer's sparse one (which orders the unknowns itself) and
 //! nalgebra's dense one on the same matrices; `factorise_in_space` block by block beside what the program chooses, which is
 //! faer's supernodes in our order from a few hundred unknowns on; `fit` the multi-start on one and two threads.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot begin has failed")]
@@ -16,6 +17,7 @@ use tongue_fit::inverse;
 use tongue_fit::measured::TargetKind;
 use tongue_fit::sparse::BlockMatrix;
 use tongue_fit::sparse::cholesky::Factor;
+use tongue_fit::statics::lanes::{Lanes, Load};
 use tongue_fit::statics::{Settings, Workspace, solve};
 use tongue_fit::system::{Model, System};
 
@@ -70,6 +72,78 @@ mod equilibrium {
             w.start_from(if forth { &here } else { &there });
             solve(&system, &mut w, if forth { &NEIGHBOUR } else { &PUBLISHED }, &Settings::default())
         });
+    }
+}
+
+mod many {
+    use super::*;
+
+    const COUNT: usize = 1000;
+
+    fn all_can_pull() -> System<2> {
+        System::new(&fixtures::tongue(), &Model::default(), &[0, 1, 2, 3, 4, 5, 6, 7]).unwrap()
+    }
+
+    /// The published load with every tension drawn anew, to this part of it or, where it is zero, of a newton.
+    fn loads(part: f64) -> Vec<Vec<f64>> {
+        let mut random = fastrand::Rng::with_seed(1);
+        let mut draw = |t: f64| (t + part * t.max(1.0) * (2.0 * random.f64() - 1.0)).max(0.0);
+        (0..COUNT).map(|_| PUBLISHED.map(&mut draw).to_vec()).collect()
+    }
+
+    fn one_by_one(bencher: Bencher, part: f64, is_warm: bool) {
+        let (system, loads) = (all_can_pull(), loads(part));
+        let mut w = Workspace::new(&system);
+        solve(&system, &mut w, &PUBLISHED, &Settings::default());
+        let middle = w.positions().to_vec();
+        bencher.counter(COUNT).bench_local(|| {
+            for load in &loads {
+                if is_warm {
+                    w.start_from(&middle);
+                } else {
+                    w.start_from_rest(&system);
+                }
+                divan::black_box(solve(&system, &mut w, load, &Settings::default()));
+            }
+        });
+    }
+
+    fn in_lanes(bencher: Bencher, part: f64, is_warm: bool) {
+        let (system, loads) = (all_can_pull(), loads(part));
+        let mut w = Workspace::new(&system);
+        solve(&system, &mut w, &PUBLISHED, &Settings::default());
+        let middle = w.positions().to_vec();
+        let lanes = Lanes::new(&system);
+        let load = |i: usize| {
+            let load = Load::new(loads[i].clone());
+            if is_warm { load.starting_at(&middle) } else { load }
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        bencher.counter(COUNT).bench_local(|| {
+            pool.install(|| {
+                lanes.map(COUNT, &Settings::default(), load, |_, shape| shape.solution.iterations)
+            })
+        });
+    }
+
+    #[divan::bench]
+    fn warm_one_at_a_time(bencher: Bencher) {
+        one_by_one(bencher, 0.03, true);
+    }
+
+    #[divan::bench]
+    fn warm_in_lanes(bencher: Bencher) {
+        in_lanes(bencher, 0.03, true);
+    }
+
+    #[divan::bench]
+    fn from_rest_one_at_a_time(bencher: Bencher) {
+        one_by_one(bencher, 0.2, false);
+    }
+
+    #[divan::bench]
+    fn from_rest_in_lanes(bencher: Bencher) {
+        in_lanes(bencher, 0.2, false);
     }
 }
 

@@ -8,7 +8,7 @@ use crate::sparse::{BlockMatrix, Pattern};
 
 use super::barrier::{self, barrier};
 use super::cell::Cell;
-use super::{Configuration, Effect, Tangent};
+use super::{Configuration, Effect, Part, Tangent};
 
 /// `W = 1/2 kappa ((S - S0)/S0)²` for every cell, `S` its *signed* area (2D; eq. 3.28) or volume (3D; eq. 3.16).
 ///
@@ -35,6 +35,12 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
 
     fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
         self.cells.iter().for_each(|c| couple(c.nodes()));
+    }
+
+    fn parts(&self, visit: &mut dyn FnMut(Part<'_>)) -> bool {
+        let part = |c: &Cell<D>| visit(Part::Cell { nodes: c.nodes(), rest: c.rest, kappa: self.kappa });
+        self.cells.iter().for_each(part);
+        true
     }
 
     fn bind(&mut self, pattern: &Pattern) {

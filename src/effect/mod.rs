@@ -47,6 +47,27 @@ pub struct Configuration<'a, const D: usize> {
     pub tensions: &'a [f64],
 }
 
+/// One element of an effect that is made of nothing but straight elements and cells that keep their measure.
+#[derive(Debug, Clone, Copy)]
+pub enum Part<'a> {
+    /// A spring, and the muscle along it whose tension it carries as well.
+    Line {
+        /// The spring.
+        spring: &'a spring::Spring,
+        /// Number of the muscle.
+        muscle: Option<usize>,
+    },
+    /// A cell of energy `1/2 kappa ((S - S0)/S0)²`.
+    Cell {
+        /// Its corners.
+        nodes: &'a [usize],
+        /// Area, m², or volume, m³, at rest.
+        rest: f64,
+        /// kappa_s or kappa_v, J.
+        kappa: f64,
+    },
+}
+
 /// Which second derivative is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tangent {
@@ -74,6 +95,11 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         let mut count = 0;
         self.stencils(&mut |_| count += 1);
         count
+    }
+
+    /// Calls `visit` with every element, if the effect is made of [`Part`]s alone; false if it is not.
+    fn parts(&self, _visit: &mut dyn FnMut(Part<'_>)) -> bool {
+        false
     }
 
     /// Looks up where its stiffness blocks go; called once, before any [`Effect::add_stiffness`].

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use crate::sparse::{BlockMatrix, Pattern};
 
 use super::spring::{Spring, length_and_direction};
-use super::{Configuration, Effect, Internal, Tangent};
+use super::{Configuration, Effect, Internal, Part, Tangent};
 
 /// The connections of one contracting muscle. At equilibrium each carries `k1 (l - l0) + F`: the series spring Q2 and the
 /// contractile damper drop out (thesis eqs. 3.2-3.8 with elongations in place of `r_i - r_j`).
@@ -39,6 +39,12 @@ impl<const D: usize> Effect<D> for Contraction {
 
     fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
         self.springs.iter().for_each(|s| couple(&s.nodes));
+    }
+
+    fn parts(&self, visit: &mut dyn FnMut(Part<'_>)) -> bool {
+        let muscle = Some(self.muscle);
+        self.springs.iter().for_each(|spring| visit(Part::Line { spring, muscle }));
+        true
     }
 
     fn bind(&mut self, pattern: &Pattern) {

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use crate::sparse::{BlockMatrix, Pattern};
 
 use super::spring::{Spring, length_and_direction};
-use super::{Configuration, Effect, Tangent};
+use super::{Configuration, Effect, Part, Tangent};
 
 /// The connections that are plain tissue: tension `k (l - l0) + b dl/dt` each, of which the damper counts only in time.
 ///
@@ -32,6 +32,11 @@ impl<const D: usize> Effect<D> for Tissue {
 
     fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
         self.springs.iter().for_each(|s| couple(&s.nodes));
+    }
+
+    fn parts(&self, visit: &mut dyn FnMut(Part<'_>)) -> bool {
+        self.springs.iter().for_each(|spring| visit(Part::Line { spring, muscle: None }));
+        true
     }
 
     fn bind(&mut self, pattern: &Pattern) {

@@ -17,6 +17,7 @@
 
 mod carry;
 mod curvature;
+pub mod lanes;
 mod newton;
 mod response;
 mod safeguards;

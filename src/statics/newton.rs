@@ -9,25 +9,25 @@ use super::state::State;
 use super::{Connection, Settings, Solution, Stability, Status};
 
 /// Part of the decrease that the slope promises which a step must achieve (Armijo).
-const SUFFICIENT_DECREASE: f64 = 1e-4;
+pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Energies nearer than this, relative to their size, cannot be told apart in double precision.
-const ENERGY_NOISE: f64 = 1e-13;
+pub(super) const ENERGY_NOISE: f64 = 1e-13;
 /// So many iterations in a row may find the exact stiffness not positive definite before its negative curvature is followed:
 /// it passes by itself far from the solution, but not on the ridge on which a straight pushed chain sits.
-const PATIENCE: usize = 3;
+pub(super) const PATIENCE: usize = 3;
 /// A shorter part of a step than this is no step.
 const SHORTEST_STEP: f64 = 1e-12;
 /// Rounding errors of coordinates that can come together in one force, as a part of the largest coordinate.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// A residual that rounding may explain is accepted up to this part of the load,
-const NEGLIGIBLE: f64 = 1e-6;
+pub(super) const NEGLIGIBLE: f64 = 1e-6;
 /// or where an exact Newton step moves no node by more than this part of the body's size.
 const STILL: f64 = 1e-9;
 /// Most corrections of a whole step.
 const MOST_CORRECTIONS: usize = 3;
 /// The factor at hand serves once more as long as the residual falls to less than this part in an iteration: a new factor costs
 /// about three times what an iteration with the old one does.
-const FAST_ENOUGH: f64 = 0.03;
+pub(super) const FAST_ENOUGH: f64 = 0.03;
 
 impl<const D: usize> State<'_, D> {
     /// One solve from the positions in the workspace at all of the load.

@@ -68,6 +68,16 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
+    /// Takes over an equilibrium that was solved elsewhere; `None` where it is not one of this system.
+    pub(super) fn set(&mut self, positions: &[SVector<f64, D>], tensions: &[f64]) -> Option<()> {
+        if positions.len() != self.positions.len() || tensions.len() != self.tensions.len() {
+            return None;
+        }
+        self.positions.copy_from_slice(positions);
+        self.tensions.copy_from_slice(tensions);
+        Some(())
+    }
+
     pub(super) fn configuration(&self) -> Configuration<'_, D> {
         Configuration { positions: &self.positions, tensions: &self.tensions }
     }

@@ -191,6 +191,13 @@ impl<const D: usize> System<D> {
         &self.carried
     }
 
+    /// Nodes that bones hold.
+    pub fn held(&self) -> Vec<usize> {
+        let inner: Vec<usize> = self.paths.iter().flat_map(StraightPath::inner_nodes).collect();
+        let is_held = |n: &usize| self.pattern.unknown(*n).is_none() && !inner.contains(n);
+        (0..self.rest.len()).filter(is_held).collect()
+    }
+
     /// The effects that are simulated.
     pub fn effects(&self) -> &[Box<dyn Effect<D>>] {
         &self.effects

@@ -12,6 +12,7 @@ mod finite_elements;
 mod fit_finds_the_tensions;
 mod fit_methods_agree;
 mod gmsh_files;
+mod lanes_agree_with_one_at_a_time;
 mod mesh_meets_the_published_numbers;
 mod observables_are_derivatives_of_their_value;
 mod patch_tests;

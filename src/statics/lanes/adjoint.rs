@@ -1,0 +1,157 @@
+//! Derivatives of what is computed from a shape, by what the shape answers to: one back-substitution for each function, however many
+//! tensions, bones and constants there are.
+
+use nalgebra::SVector;
+
+use crate::effect::Configuration;
+use crate::statics::{Response, Workspace};
+use crate::system::System;
+
+use super::wide::{LANES, NO_PAIR};
+use super::{Equilibrium, Group};
+
+/// How a function of the shape answers, its unit here u.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Adjoint<const D: usize> {
+    /// For every node of the mesh: to a force on it, u/N, or, of a node of a bone, to its place, u/m. With the first, the answer to
+    /// anything else (a rest length, a constant) is its dot product with the force on every node that a unit of it makes.
+    pub by_node: Vec<SVector<f64, D>>,
+    /// To the tension of every muscle of the mesh, u/N; zero of those that cannot contract.
+    pub by_tension: Vec<f64>,
+}
+
+impl<const D: usize> Adjoint<D> {
+    /// To a shift of a bone, given by its nodes, u/m.
+    pub fn by_bone(&self, nodes: &[usize]) -> SVector<f64, D> {
+        nodes.iter().map(|&n| self.by_node[n]).sum()
+    }
+}
+
+/// Derivatives by the positions of all nodes of the length of muscle `muscle`, dimensionless; added, `weight` times.
+pub fn length_gradient<const D: usize>(
+    system: &System<D>,
+    positions: &[SVector<f64, D>],
+    muscle: usize,
+    weight: f64,
+    gradient: &mut [SVector<f64, D>],
+) {
+    let [a, b] = system.muscle_ends(muscle);
+    let way = positions[b] - positions[a];
+    let unit = way * (weight / way.norm());
+    gradient[a] -= unit;
+    gradient[b] += unit;
+}
+
+impl<const D: usize> Group<'_, D> {
+    /// How a function of the shape answers in each of the last equilibria; `gradients` are its derivatives by the positions of all nodes
+    /// there, one for each equilibrium. `None` where the equilibrium is not a stable one, and where the barrier acts in another body
+    /// than the group's.
+    ///
+    /// # Panics
+    /// If there are fewer gradients than equilibria, or one has not as many entries as there are nodes.
+    pub fn adjoint(&mut self, gradients: &[Vec<SVector<f64, D>>]) -> Vec<Option<Adjoint<D>>> {
+        let stable = self.factorise();
+        let wide = self.work.as_ref().filter(|_| stable.contains(&true)).map(|(plan, work)| {
+            let mut wide = vec![NO_PAIR; plan.node.len()];
+            for (lane, gradient) in gradients.iter().enumerate().take(LANES) {
+                for (g, &node) in wide.iter_mut().zip(&plan.node) {
+                    (0..2).for_each(|axis| g[axis].0[lane] = gradient[node][axis]);
+                }
+            }
+            let pulls = work.adjoint(plan, &mut wide);
+            (plan, wide, pulls)
+        });
+        let of_lane = |lane: usize| {
+            let (plan, wide, pulls) = wide.as_ref().filter(|_| stable[lane])?;
+            let mut by_node = vec![SVector::zeros(); self.system.rest().len()];
+            for (g, &node) in wide.iter().zip(&plan.node) {
+                (0..2).for_each(|axis| by_node[node][axis] = g[axis].0[lane]);
+            }
+            let mut by_tension = vec![0.0; self.system.muscle_count()];
+            plan.pulls.iter().zip(pulls).for_each(|((_, m), p)| by_tension[*m as usize] += p.0[lane]);
+            Some(Adjoint { by_node, by_tension })
+        };
+        let answers = self.answers.iter().zip(&self.tensions).enumerate();
+        let alone = |lane: usize, shape: &Equilibrium<D>, tensions: &Option<Vec<f64>>| {
+            alone(self.system, &shape.positions, tensions.as_ref()?, &gradients[lane])
+        };
+        answers.map(|(lane, (shape, t))| of_lane(lane).or_else(|| alone(lane, shape, t))).collect()
+    }
+
+    /// How the lengths of all muscles answer in each of the last equilibria: one [`Adjoint`] a muscle of the mesh, in metres.
+    pub fn length_rates(&mut self) -> Vec<Option<Vec<Adjoint<D>>>> {
+        let muscles = self.system.muscle_count();
+        let mut rates = vec![Some(Vec::with_capacity(muscles)); self.answers.len()];
+        for muscle in 0..muscles {
+            let gradient = |shape: &Equilibrium<D>| {
+                let mut gradient = vec![SVector::zeros(); shape.positions.len()];
+                length_gradient(self.system, &shape.positions, muscle, 1.0, &mut gradient);
+                gradient
+            };
+            let gradients: Vec<_> = self.answers.iter().map(gradient).collect();
+            for (all, adjoint) in rates.iter_mut().zip(self.adjoint(&gradients)) {
+                *all = all.take().zip(adjoint).map(|(mut all, one)| {
+                    all.push(one);
+                    all
+                });
+            }
+        }
+        rates
+    }
+
+    /// Has every lane hold the factor at its equilibrium; which do.
+    fn factorise(&mut self) -> [bool; LANES] {
+        if let Some(done) = self.factorised {
+            return done;
+        }
+        let mut stable = [false; LANES];
+        if let Some((plan, work)) = &mut self.work {
+            for (lane, shape) in self.answers.iter().enumerate().filter(|(_, shape)| shape.alone) {
+                work.set_positions(plan, lane, &shape.positions);
+            }
+            stable = work.factorise_exactly(plan);
+            for (lane, shape) in self.answers.iter().enumerate() {
+                // Lanes know nothing of the barrier, and those of other bodies hold nothing of them.
+                stable[lane] &= shape.solution.guarded == 0 && work.is_set(lane);
+            }
+        }
+        self.factorised = Some(stable);
+        stable
+    }
+}
+
+/// The same of one equilibrium.
+fn alone<const D: usize>(
+    system: &System<D>,
+    positions: &[SVector<f64, D>],
+    tensions: &[f64],
+    gradient: &[SVector<f64, D>],
+) -> Option<Adjoint<D>> {
+    let mut w = Workspace::new(system);
+    w.set(positions, tensions)?;
+    let mut response = Response::new(system, &mut w).ok()?;
+    response.to_load(|_, load| load.copy_from_slice(gradient));
+    let motion = response.motion().to_vec();
+    let at = Configuration { positions, tensions };
+    let mut by_tension = vec![0.0; system.muscle_count()];
+    for &muscle in system.contracting() {
+        let mut load = vec![SVector::zeros(); motion.len()];
+        system.effects().iter().for_each(|e| e.add_force_per_tension(at, muscle, &mut load));
+        by_tension[muscle] = load.iter().zip(&motion).map(|(f, u)| f.dot(u)).sum();
+    }
+    // On bones: the force that the motion makes there, by differences of fourth order.
+    let longest = motion.iter().map(SVector::amax).fold(0.0, f64::max);
+    let mut by_node = motion.clone();
+    let held: Vec<usize> = (0..by_node.len()).filter(|&n| system.pattern().unknown(n).is_none()).collect();
+    held.iter().for_each(|&n| by_node[n] = gradient[n]);
+    if longest > 0.0 {
+        let step = 1e-3 * crate::geometry::extent(system.rest()) / longest;
+        for (parts, weight) in [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)] {
+            let x: Vec<_> = positions.iter().zip(&motion).map(|(x, u)| x + u * (step * parts)).collect();
+            let mut force = vec![SVector::zeros(); x.len()];
+            system.force(Configuration { positions: &x, tensions }, &mut force);
+            held.iter().for_each(|&n| by_node[n] += force[n] * (weight / (12.0 * step)));
+        }
+    }
+    Some(Adjoint { by_node, by_tension })
+}

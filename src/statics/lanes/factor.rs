@@ -1,0 +1,213 @@
+//! Block Cholesky factorisation `K = L Lᵀ` of four matrices of one pattern at once.
+//!
+//! In dot form: each block of `L` is written once, from a flat list of the products that go into it, so the sums stay in registers.
+
+use pulp::NullaryFnOnce;
+
+use crate::sparse::Pattern;
+
+use super::plan::Edge;
+use super::wide::{LANES, NO_PAIR, Pair, Wide};
+
+/// A pivot must exceed this part of the largest entry on the diagonal, as in [`crate::sparse::cholesky`].
+const SMALLEST_PIVOT: f64 = 1e-13;
+const FILL: u32 = u32::MAX;
+
+/// A block, row by row.
+pub(super) type Block = [Wide; 4];
+/// The lower triangle of a block: entries (0,0), (1,0), (1,1).
+pub(super) type Lower = [Wide; 3];
+
+/// Which products make which block. Blocks below the diagonal are counted column by column.
+#[derive(Debug)]
+pub(super) struct Symbolic {
+    columns: usize,
+    /// First block of every column.
+    start: Vec<u32>,
+    row: Vec<u32>,
+    /// Edge whose block of the matrix it starts from; [`FILL`] where the matrix has none.
+    source: Vec<u32>,
+    /// End of the products of every block.
+    products_end: Vec<u32>,
+    products: Vec<[u32; 2]>,
+    /// Blocks left of the diagonal in every row: `(column, block)`.
+    left_start: Vec<u32>,
+    left: Vec<[u32; 2]>,
+}
+
+/// The factors.
+#[derive(Debug)]
+pub(super) struct Factor {
+    lower: Vec<Block>,
+    /// Inverses of the factor's diagonal blocks.
+    inverse: Vec<Lower>,
+}
+
+impl Symbolic {
+    /// `None` where an edge joins unknowns that the pattern does not couple.
+    pub fn new(pattern: &Pattern, edges: &[Edge]) -> Option<Self> {
+        let n = pattern.unknowns();
+        let (mut start, mut row) = (vec![0], Vec::new());
+        let mut left: Vec<Vec<[u32; 2]>> = vec![Vec::new(); n];
+        for j in 0..n {
+            for i in pattern.column(j).skip(1).map(|p| pattern.row(p)) {
+                left[i].push([j as u32, row.len() as u32]);
+                row.push(i as u32);
+            }
+            start.push(row.len() as u32);
+        }
+        let (mut products, mut products_end) = (Vec::new(), Vec::new());
+        for j in 0..n {
+            for &i in &row[start[j] as usize..start[j + 1] as usize] {
+                // Both lists are in ascending order of columns.
+                let mut others = left[j].iter().peekable();
+                for &[column, a] in left[i as usize].iter().take_while(|[column, _]| (*column as usize) < j) {
+                    while others.next_if(|[other, _]| *other < column).is_some() {}
+                    products.extend(others.next_if(|[other, _]| *other == column).map(|&[_, b]| [a, b]));
+                }
+                products_end.push(products.len() as u32);
+            }
+        }
+        let mut source = vec![FILL; row.len()];
+        for (e, edge) in edges.iter().enumerate().filter(|(_, edge)| (edge.nodes[0] as usize) < n) {
+            let [i, j] = edge.nodes;
+            let column = start[j as usize] as usize..start[j as usize + 1] as usize;
+            let place = column.start + row[column].binary_search(&i).ok()?;
+            source[place] = e as u32;
+        }
+        let mut left_start = vec![0];
+        left_start.extend(left.iter().scan(0, |end, list| {
+            *end += list.len() as u32;
+            Some(*end)
+        }));
+        let left = left.concat();
+        Some(Self { columns: n, start, row, source, products_end, products, left_start, left })
+    }
+
+    pub fn factor(&self) -> Factor {
+        Factor { lower: vec![[Wide::ZERO; 4]; self.row.len()], inverse: vec![[Wide::ZERO; 3]; self.columns] }
+    }
+
+    #[inline(always)]
+    fn left(&self, i: usize) -> &[[u32; 2]] {
+        &self.left[self.left_start[i] as usize..self.left_start[i + 1] as usize]
+    }
+
+    #[inline(always)]
+    fn column(&self, j: usize) -> std::ops::Range<usize> {
+        self.start[j] as usize..self.start[j + 1] as usize
+    }
+}
+
+/// Factorises the matrices with these blocks: one for every edge, and one for every node on the diagonal. Tells in which lanes all
+/// pivots are safely above zero; in the others the factor is not to be used.
+pub(super) struct Factorise<'a> {
+    pub symbolic: &'a Symbolic,
+    pub edges: &'a [Block],
+    pub diagonal: &'a [Lower],
+    pub factor: &'a mut Factor,
+}
+
+impl NullaryFnOnce for Factorise<'_> {
+    type Output = [bool; LANES];
+
+    #[inline(always)]
+    fn call(self) -> [bool; LANES] {
+        let Self { symbolic: s, edges, diagonal, factor: Factor { lower, inverse: inverses } } = self;
+        let floor = largest_diagonal(&diagonal[..s.columns]) * Wide::all(SMALLEST_PIVOT);
+        let mut safe = [true; LANES];
+        let mut product = 0;
+        for (j, whole) in diagonal[..s.columns].iter().enumerate() {
+            let mut d = *whole;
+            for &[_, place] in s.left(j) {
+                let l = &lower[place as usize];
+                d[0] -= l[0] * l[0] + l[1] * l[1];
+                d[1] -= l[2] * l[0] + l[3] * l[1];
+                d[2] -= l[2] * l[2] + l[3] * l[3];
+            }
+            let (p, safe_p) = pivot(d[0], floor);
+            let across = d[1] * p;
+            let (q, safe_q) = pivot(d[2] - across * across, floor);
+            for lane in 0..LANES {
+                safe[lane] &= safe_p[lane] & safe_q[lane];
+            }
+            let inverse = [p, -(across * p * q), q];
+            inverses[j] = inverse;
+            let column = s.column(j);
+            for block in column {
+                let mut b = match s.source[block] {
+                    FILL => [Wide::ZERO; 4],
+                    edge => edges[edge as usize],
+                };
+                let end = s.products_end[block] as usize;
+                for &[i, j] in &s.products[product..end] {
+                    let (x, y) = (&lower[i as usize], &lower[j as usize]);
+                    b[0] -= x[0] * y[0] + x[1] * y[1];
+                    b[1] -= x[0] * y[2] + x[1] * y[3];
+                    b[2] -= x[2] * y[0] + x[3] * y[1];
+                    b[3] -= x[2] * y[2] + x[3] * y[3];
+                }
+                product = end;
+                let [p, r, q] = inverse;
+                lower[block] = [b[0] * p, b[0] * r + b[1] * q, b[2] * p, b[2] * r + b[3] * q];
+            }
+        }
+        safe
+    }
+}
+
+/// Solves `K x = b` in place; one vector for each unknown.
+pub(super) struct Solve<'a> {
+    pub symbolic: &'a Symbolic,
+    pub factor: &'a Factor,
+    pub b: &'a mut [Pair],
+}
+
+impl NullaryFnOnce for Solve<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { symbolic: s, factor: Factor { lower, inverse }, b } = self;
+        for i in 0..s.columns {
+            let mut y = b[i];
+            for &[column, place] in s.left(i) {
+                let (l, x) = (&lower[place as usize], b[column as usize]);
+                y[0] -= l[0] * x[0] + l[1] * x[1];
+                y[1] -= l[2] * x[0] + l[3] * x[1];
+            }
+            let [p, r, q] = inverse[i];
+            b[i] = [p * y[0], r * y[0] + q * y[1]];
+        }
+        for j in (0..s.columns).rev() {
+            let mut y = b[j];
+            let column = s.column(j);
+            for (l, &i) in lower[column.clone()].iter().zip(&s.row[column]) {
+                let x = b[i as usize];
+                y[0] -= l[0] * x[0] + l[2] * x[1];
+                y[1] -= l[1] * x[0] + l[3] * x[1];
+            }
+            let [p, r, q] = inverse[j];
+            b[j] = [p * y[0] + r * y[1], q * y[1]];
+        }
+    }
+}
+
+/// One over the root of a pivot, and where it is above the floor; 1 where it is not, which keeps what follows finite.
+#[inline(always)]
+fn pivot(value: Wide, floor: Wide) -> (Wide, [bool; LANES]) {
+    let safe = value.above(floor);
+    let root = value.sqrt().inverse();
+    (Wide(std::array::from_fn(|lane| if safe[lane] { root.0[lane] } else { 1.0 })), safe)
+}
+
+/// Largest entry on the diagonal, but for its sign.
+#[inline(always)]
+pub(super) fn largest_diagonal(diagonal: &[Lower]) -> Wide {
+    diagonal.iter().fold(Wide::ZERO, |m, d| m.max(d[0].abs()).max(d[2].abs()))
+}
+
+/// As many vectors as unknowns, all zero.
+pub(super) fn vectors(s: &Symbolic) -> Vec<Pair> {
+    vec![NO_PAIR; s.columns]
+}

@@ -1,0 +1,154 @@
+//! Energy, force and stiffness in four lanes, by one loop over triangles and one over edges.
+//!
+//! With `perp(v) = (-v_y, v_x)` the gradient of a triangle's area at a corner is half of `perp` of the opposite side, and minus half
+//! of the sum of `perp` of the two sides that meet there. So an edge `a -> b` with triangles left and right of it pushes each of its
+//! ends by `(h_left - h_right) perp(b - a)`, `h = kappa (S - S0) / (2 S0²)`, and the block of the stiffness that couples its ends is
+//!
+//! ```text
+//! -(spring) + sum over both  kappa/(4 S0²) perp(c - b) perp(a - c)ᵀ  + (h_left - h_right) [0 1; -1 0],   c the third corner.
+//! ```
+//! Each block is written once. What the blocks of a row add up to is zero, since a body that is moved as a whole feels nothing; so the
+//! diagonal is minus the others.
+
+use pulp::NullaryFnOnce;
+
+use crate::effect::barrier::THRESHOLD;
+
+use super::factor::{Block, Lower, largest_diagonal};
+use super::plan::{Numbers, Plan};
+use super::wide::{LANES, NO_PAIR, Pair, Wide, way};
+
+/// What an evaluation tells beside the forces.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Local {
+    /// Energy, J.
+    pub energy: Wide,
+    /// Square of the largest force on an unknown, N².
+    pub residual_squared: Wide,
+    /// Whether every triangle and every spring keeps more than the part of its rest measure below which the barrier acts.
+    pub upright: [bool; LANES],
+}
+
+/// Energy and forces at `x`, with the tension of every edge; leaves `h` of every triangle.
+pub(super) struct Evaluate<'a> {
+    pub plan: &'a Plan,
+    pub numbers: &'a Numbers,
+    pub tension: &'a [Wide],
+    pub x: &'a [Pair],
+    pub h: &'a mut [Wide],
+    pub force: &'a mut [Pair],
+}
+
+impl NullaryFnOnce for Evaluate<'_> {
+    type Output = Local;
+
+    #[inline(always)]
+    fn call(self) -> Local {
+        let Self { plan, numbers, tension, x, h, force } = self;
+        let half = Wide::all(0.5);
+        let mut cell_energy = Wide::ZERO;
+        let mut least = Wide::ONE;
+        for (i, corners) in plan.cells.iter().enumerate() {
+            let [a, b, c] = corners.map(|n| x[n as usize]);
+            let (p, q) = (way(a, b), way(a, c));
+            let (kappa, inverse) = (numbers.kappa[i], numbers.inverse_area[i]);
+            let ratio = half * (p[0] * q[1] - p[1] * q[0]) * inverse;
+            let strain = ratio - Wide::ONE;
+            cell_energy += kappa * (strain * strain);
+            h[i] = half * kappa * inverse * strain;
+            least = ratio.min(least);
+        }
+        force.fill(NO_PAIR);
+        let (mut energy, mut slack) = (Wide::ZERO, Wide::ONE);
+        for (i, edge) in plan.edges.iter().enumerate() {
+            let [a, b] = edge.nodes.map(|n| n as usize);
+            let d = way(x[a], x[b]);
+            let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+            let (k, rest, pull) = (numbers.stiffness[i], numbers.rest[i], tension[i]);
+            let e = length - rest;
+            energy += (half * k * e + pull) * e;
+            // Positive as long as the spring is longer than where the barrier begins.
+            slack = (length - rest * Wide::all(THRESHOLD)).min(slack);
+            let along = (k * e + pull) * length.inverse();
+            let push = h[edge.cells[0] as usize] - h[edge.cells[1] as usize];
+            let f = [along * d[0], along * d[1]];
+            let g = [push * d[1], push * d[0]];
+            force[a][0] += f[0] - g[0];
+            force[a][1] += f[1] + g[1];
+            force[b][0] -= f[0] + g[0];
+            force[b][1] -= f[1] - g[1];
+        }
+        let mut residual_squared = Wide::ZERO;
+        for f in &force[..plan.unknowns] {
+            residual_squared = (f[0] * f[0] + f[1] * f[1]).max(residual_squared);
+        }
+        let (cells, lines) = (least.above(Wide::all(THRESHOLD)), slack.above(Wide::ZERO));
+        let upright = std::array::from_fn(|lane| cells[lane] && lines[lane]);
+        Local { energy: energy + half * cell_energy, residual_squared, upright }
+    }
+}
+
+/// The stiffness where [`Evaluate`] was last called: the exact one, and in lanes that ask for it the convex one. Tells the largest
+/// entry on its diagonal.
+pub(super) struct Assemble<'a> {
+    pub plan: &'a Plan,
+    pub numbers: &'a Numbers,
+    pub tension: &'a [Wide],
+    pub x: &'a [Pair],
+    pub h: &'a [Wide],
+    pub convex: [bool; LANES],
+    pub blocks: &'a mut [Block],
+    pub diagonal: &'a mut [Lower],
+}
+
+impl NullaryFnOnce for Assemble<'_> {
+    type Output = Wide;
+
+    #[inline(always)]
+    fn call(self) -> Wide {
+        let Self { plan, numbers, tension, x, h, convex, blocks, diagonal } = self;
+        // The convex one has neither the part of compressed springs across them nor that of the triangles' pressure.
+        let keep = Wide(convex.map(|c| if c { 0.0 } else { 1.0 }));
+        let least_across = Wide(convex.map(|c| if c { 0.0 } else { f64::NEG_INFINITY }));
+        let quarter = Wide::all(0.25);
+        diagonal.fill([Wide::ZERO; 3]);
+        for (i, edge) in plan.edges.iter().enumerate() {
+            let [a, b] = edge.nodes.map(|n| n as usize);
+            let [left, right] = edge.cells.map(|c| c as usize);
+            let (xa, xb) = (x[a], x[b]);
+            let d = way(xa, xb);
+            let inverse = (d[0] * d[0] + d[1] * d[1]).sqrt().inverse();
+            let n = [d[0] * inverse, d[1] * inverse];
+            let k = numbers.stiffness[i];
+            let across = (k - (k * numbers.rest[i] - tension[i]) * inverse).max(least_across);
+            let along = k - across;
+            let mixed = -(along * n[0] * n[1]);
+            let turn = keep * (h[left] - h[right]);
+            let mut block = [
+                -(along * n[0] * n[0] + across),
+                mixed + turn,
+                mixed - turn,
+                -(along * n[1] * n[1] + across),
+            ];
+            for (cell, third) in [left, right].into_iter().zip(edge.opposite) {
+                let c = x[third as usize];
+                let (p, q) = (way(xb, c), way(c, xa));
+                let inverse = numbers.inverse_area[cell];
+                let scale = quarter * numbers.kappa[cell] * (inverse * inverse);
+                let (up, across) = (scale * p[1], scale * p[0]);
+                block[0] += up * q[1];
+                block[1] -= up * q[0];
+                block[2] -= across * q[1];
+                block[3] += across * q[0];
+            }
+            blocks[i] = block;
+            diagonal[a][0] -= block[0];
+            diagonal[a][1] -= block[2];
+            diagonal[a][2] -= block[3];
+            diagonal[b][0] -= block[0];
+            diagonal[b][1] -= block[1];
+            diagonal[b][2] -= block[3];
+        }
+        largest_diagonal(&diagonal[..plan.unknowns])
+    }
+}

@@ -1,0 +1,164 @@
+//! What lanes work on, made once a system: its edges and triangles in the order of elimination.
+
+use std::collections::BTreeMap;
+
+use crate::effect::Part;
+use crate::effect::spring::Spring;
+use crate::geometry::topology::pair;
+use crate::system::System;
+
+use super::factor::Symbolic;
+use super::wide::{LANES, Wide};
+
+/// A spring, a side of triangles, or both.
+///
+/// Nodes are numbered anew: unknowns in the order of elimination, then the nodes of bones.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Edge {
+    /// The one that is eliminated later, and the other.
+    pub nodes: [u32; 2],
+    /// The triangle on its left, seen from the first node to the second, and on its right; [`Plan::cells`] of none.
+    pub cells: [u32; 2],
+    /// Their third corners; any node where there is no triangle.
+    pub opposite: [u32; 2],
+}
+
+/// Elements and unknowns of a system of the plane that is made of [`Part`]s alone.
+#[derive(Debug)]
+pub(super) struct Plan {
+    pub edges: Vec<Edge>,
+    /// Corners of every triangle, counter-clockwise.
+    pub cells: Vec<[u32; 3]>,
+    /// Muscles along edges: `(edge, muscle)`.
+    pub pulls: Vec<(u32, u32)>,
+    /// Edge of every spring, with the spring's own nodes, in the order of the effects.
+    springs: Vec<(u32, [usize; 2], Option<usize>)>,
+    corners: Vec<Vec<usize>>,
+    /// Node of the mesh of every node here.
+    pub node: Vec<usize>,
+    /// Number here of every node of the mesh; none of a path's inner nodes.
+    pub number: Vec<Option<u32>>,
+    /// How many of them are unknowns: the first ones.
+    pub unknowns: usize,
+    pub factor: Symbolic,
+}
+
+/// What differs between bodies of the same edges and triangles.
+#[derive(Debug)]
+pub(super) struct Numbers {
+    /// Spring constant of every edge, N/m; zero where it is no spring.
+    pub stiffness: Vec<Wide>,
+    /// Its length at rest, m; zero where it is no spring.
+    pub rest: Vec<Wide>,
+    /// kappa of every triangle, J, and of no triangle: zero.
+    pub kappa: Vec<Wide>,
+    /// One over its area at rest, 1/m².
+    pub inverse_area: Vec<Wide>,
+}
+
+impl Plan {
+    /// `None` where the system is not of the plane, has other effects, or elements that share nodes in other ways than those of a mesh.
+    pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
+        if D != 2 {
+            return None;
+        }
+        let pattern = system.pattern();
+        let mut number = vec![None; system.rest().len()];
+        let mut node = pattern.nodes().to_vec();
+        let unknowns = node.len();
+        let (mut edges, mut at) = (Vec::new(), BTreeMap::new());
+        let (mut springs, mut pulls, mut cells, mut corners) = (vec![], vec![], vec![], vec![]);
+        node.iter().enumerate().for_each(|(k, &n)| number[n] = Some(k as u32));
+        let mut number_of = |n: usize| {
+            *number[n].get_or_insert_with(|| {
+                node.push(n);
+                node.len() as u32 - 1
+            })
+        };
+        let (mut sides, mut is_mesh) = (Vec::new(), true);
+        each_part(system, |part| match part {
+            Part::Line { spring, muscle } => {
+                let edge = *at.entry(pair(spring.nodes[0], spring.nodes[1])).or_insert_with(|| {
+                    let [a, b] = spring.nodes.map(&mut number_of);
+                    edges.push(Edge { nodes: [a.max(b), a.min(b)], cells: [u32::MAX; 2], opposite: [a; 2] });
+                    edges.len() - 1
+                }) as u32;
+                springs.push((edge, spring.nodes, muscle));
+                pulls.extend(muscle.map(|m| (edge, m as u32)));
+            }
+            Part::Cell { nodes, .. } => {
+                let &[a, b, c] = nodes else { return is_mesh = false };
+                corners.push(nodes.to_vec());
+                cells.push([a, b, c].map(&mut number_of));
+                sides.extend([[a, b, c], [b, c, a], [c, a, b]].map(|side| (cells.len() as u32 - 1, side)));
+            }
+        })?;
+        for (cell, [a, b, c]) in sides {
+            let [na, nb, nc] = [a, b, c].map(&mut number_of);
+            let edge = *at.entry(pair(a, b)).or_insert_with(|| {
+                edges.push(Edge { nodes: [na.max(nb), na.min(nb)], cells: [u32::MAX; 2], opposite: [na; 2] });
+                edges.len() - 1
+            });
+            let edge: &mut Edge = &mut edges[edge];
+            let side = usize::from(edge.nodes[0] != na);
+            is_mesh &= edge.cells[side] == u32::MAX;
+            edge.cells[side] = cell;
+            edge.opposite[side] = nc;
+        }
+        for edge in &mut edges {
+            edge.cells.iter_mut().for_each(|c| *c = (*c).min(cells.len() as u32));
+        }
+        let factor = Symbolic::new(pattern, &edges)?;
+        is_mesh.then_some(Self { edges, cells, pulls, springs, corners, node, number, unknowns, factor })
+    }
+
+    /// Numbers of no body yet.
+    pub fn numbers(&self) -> Numbers {
+        let zeros = |n| vec![Wide::ZERO; n];
+        let (edges, cells) = (self.edges.len(), self.cells.len() + 1);
+        Numbers {
+            stiffness: zeros(edges),
+            rest: zeros(edges),
+            kappa: zeros(cells),
+            inverse_area: zeros(cells),
+        }
+    }
+
+    /// Puts the numbers of a system into a lane; false where it is not made of the same edges, triangles and unknowns.
+    pub fn fill<const D: usize>(&self, system: &System<D>, lane: usize, numbers: &mut Numbers) -> bool {
+        debug_assert!(lane < LANES);
+        let same = system.rest().len() == self.number.len()
+            && system.pattern().nodes() == &self.node[..self.unknowns];
+        if !same {
+            return false;
+        }
+        numbers.stiffness.iter_mut().for_each(|k| k.0[lane] = 0.0);
+        numbers.rest.iter_mut().for_each(|l| l.0[lane] = 0.0);
+        let (mut springs, mut cells) = (self.springs.iter(), self.corners.iter().enumerate());
+        let mut same = true;
+        let visited = each_part(system, |part| match part {
+            Part::Line { spring: Spring { nodes, stiffness, rest_length, .. }, muscle } => {
+                let Some((edge, ..)) = springs.next().filter(|(_, n, m)| (n, *m) == (nodes, muscle)) else {
+                    return same = false;
+                };
+                let rest = &mut numbers.rest[*edge as usize].0[lane];
+                same &= *rest == 0.0 || rest == rest_length;
+                *rest = *rest_length;
+                numbers.stiffness[*edge as usize].0[lane] += stiffness;
+            }
+            Part::Cell { nodes, rest, kappa } => {
+                let Some((cell, _)) = cells.next().filter(|(_, n)| n.as_slice() == nodes) else {
+                    return same = false;
+                };
+                numbers.kappa[cell].0[lane] = kappa;
+                numbers.inverse_area[cell].0[lane] = 1.0 / rest;
+            }
+        });
+        same && visited.is_some() && springs.next().is_none() && cells.next().is_none()
+    }
+}
+
+/// Visits every part of the system; `None` where an effect has none.
+fn each_part<const D: usize>(system: &System<D>, mut visit: impl FnMut(Part<'_>)) -> Option<()> {
+    system.effects().iter().all(|e| e.parts(&mut visit)).then_some(())
+}

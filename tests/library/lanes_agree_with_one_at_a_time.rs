@@ -1,0 +1,220 @@
+//! Equilibria in lanes beside those solved one at a time: the same shapes and statuses, and the same bits for any number of threads.
+
+use crate::fixtures::{block, tongue};
+use nalgebra::SVector;
+use tongue_fit::body::{self, Anatomy, Mesh, largest_distance};
+use tongue_fit::material::Constants;
+use tongue_fit::parallel::with_threads;
+use tongue_fit::statics::lanes::{Equilibrium, Lanes, Load};
+use tongue_fit::statics::{Settings, Solution, Stability, Status, Workspace, length_sensitivities, solve};
+use tongue_fit::system::{Model, System, TissueModel};
+
+const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
+/// 1e-9 mm.
+const SAME: f64 = 1e-12;
+/// A hundredth of the usual residual, with which shapes are known to 1e-9 mm: a newton moves the softest node by some millimetres.
+const SHARP: Settings =
+    Settings { tolerance: 1e-11, max_iterations: 200, load_steps: 60, certify: false, most_solves: 600 };
+
+fn all_can_pull() -> System<2> {
+    System::new(&tongue(), &Model::default(), &ALL).unwrap()
+}
+
+fn one_at_a_time<const D: usize>(
+    system: &System<D>,
+    load: &Load<'_, D>,
+    settings: &Settings,
+) -> (Solution, Workspace<D>) {
+    let system = load.system.unwrap_or(system);
+    let mut w = Workspace::new(system);
+    w.carry_bone(system, &system.held(), SVector::zeros());
+    load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(system, nodes, *shift));
+    if let Some(start) = load.start {
+        w.start_from(start);
+    }
+    let solution = solve(system, &mut w, &load.tensions, settings);
+    (solution, w)
+}
+
+/// Compares every answer with that of the solver for one; returns how many were solved in lanes.
+fn compare<const D: usize>(system: &System<D>, loads: &[Load<'_, D>]) -> usize {
+    let answers = Lanes::new(system).solve(loads, &SHARP);
+    assert_eq!(answers.len(), loads.len());
+    for (i, (load, answer)) in loads.iter().zip(&answers).enumerate() {
+        let (solution, w) = one_at_a_time(system, load, &SHARP);
+        assert_eq!(answer.solution.status, solution.status, "load {i}: {:?}", load.tensions);
+        assert_eq!(answer.solution.guarded, solution.guarded, "load {i}");
+        if solution.status == Status::Converged {
+            let apart = largest_distance(&answer.positions, w.positions());
+            assert!(apart < SAME, "load {i}: {apart:e} m apart, {:?}", load.tensions);
+        }
+    }
+    answers.iter().filter(|a| !a.alone).count()
+}
+
+/// Tensions of all muscles, each up to `most` or, as likely, zero, N/m.
+fn draw(random: &mut fastrand::Rng, most: f64) -> Vec<f64> {
+    ALL.map(|_| if random.bool() { most * random.f64() } else { 0.0 }).to_vec()
+}
+
+#[test]
+fn shapes_and_statuses_are_those_of_the_solver_for_one_from_rest() {
+    let system = all_can_pull();
+    let mut random = fastrand::Rng::with_seed(1);
+    for (most, at_least) in [(12.0, 390), (40.0, 360), (120.0, 150)] {
+        let loads: Vec<Load<'_, 2>> = (0..400).map(|_| Load::new(draw(&mut random, most))).collect();
+        let wide = compare(&system, &loads);
+        assert!(wide >= at_least, "only {wide} of 400 loads up to {most} N/m were solved in lanes");
+    }
+}
+
+#[test]
+fn so_they_are_from_a_neighbour_with_displaced_bones_and_in_bodies_of_their_own() {
+    let mesh = tongue();
+    let system = all_can_pull();
+    let hyoid: Vec<usize> =
+        mesh.fixed.iter().copied().filter(|&n| mesh.nodes[n].y < 0.0 || n % 2 == 0).collect();
+    let mut random = fastrand::Rng::with_seed(2);
+    let mut about = |size: f64| size * (2.0 * random.f64() - 1.0);
+    let bodies: Vec<System<2>> = (0..9)
+        .map(|_| {
+            let mut moved: Mesh<2> = mesh.clone();
+            moved.nodes.iter_mut().for_each(|x| *x += SVector::from([about(2e-4), about(2e-4)]));
+            let poisson_ratio = 0.47 + about(0.02);
+            let constants = Constants { poisson_ratio, ..Constants::TONGUE };
+            System::new(&moved, &Model { constants, ..Model::default() }, &ALL).unwrap()
+        })
+        .collect();
+    let middle = one_at_a_time(&system, &Load::new(PUBLISHED.to_vec()), &SHARP).1.positions().to_vec();
+    let loads: Vec<Load<'_, 2>> = (0..200)
+        .map(|i| {
+            let mut load = Load::new(PUBLISHED.map(|t| (t + about(0.2) * t.max(5.0)).max(0.0)).to_vec());
+            if i % 3 > 0 {
+                load = load.starting_at(&middle);
+            }
+            if i % 2 > 0 {
+                load = load.with_bone(&hyoid, SVector::from([about(1e-3), about(1e-3)]));
+            }
+            if i % 5 > 2 { load.in_body(&bodies[i % 9]) } else { load }
+        })
+        .collect();
+    let wide = compare(&system, &loads);
+    assert!(wide >= 190, "only {wide} of 200");
+}
+
+#[test]
+fn what_lanes_cannot_do_is_left_to_the_solver_for_one() {
+    // Where the barrier acts, and where a tension is no number.
+    let system = all_can_pull();
+    let hard = [vec![3000.0; 8], vec![f64::NAN; 8], vec![5.0; 8], vec![1.0; 3], PUBLISHED.to_vec()];
+    let loads: Vec<Load<'_, 2>> = hard.into_iter().map(Load::new).collect();
+    assert!(compare(&system, &loads) >= 2);
+    assert!(Lanes::new(&system).solve(&loads, &SHARP)[0].solution.guarded > 0, "a case without the barrier");
+    // In space, and of finite elements.
+    let solid = block(2, 0.01);
+    let solid = System::new(&solid, &Model::default(), &[0]).unwrap();
+    assert_eq!(compare(&solid, &[Load::new(vec![2.0]), Load::new(vec![3.0])]), 0);
+    let continuum = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
+    let continuum = System::new(&tongue(), &continuum, &ALL).unwrap();
+    assert!(!Lanes::new(&continuum).are_used());
+    assert_eq!(compare(&continuum, &[Load::new(PUBLISHED.to_vec())]), 0);
+}
+
+#[test]
+fn a_finer_body_and_one_without_incompressible_cells_are_solved_in_lanes_too() {
+    let fine = body::build(&Anatomy::reference().unwrap(), 2.7e-3).unwrap();
+    let fine = System::new(&fine, &Model::default(), &ALL).unwrap();
+    let springs = Constants { poisson_ratio: 0.25, ..Constants::TONGUE };
+    let springs = Model { constants: springs, ..Model::default() };
+    let springs = System::new(&tongue(), &springs, &ALL).unwrap();
+    for system in [fine, springs] {
+        let mut random = fastrand::Rng::with_seed(3);
+        let loads: Vec<Load<'_, 2>> = (0..24).map(|_| Load::new(draw(&mut random, 8.0))).collect();
+        assert!(compare(&system, &loads) >= 22);
+    }
+}
+
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let system = all_can_pull();
+    let lanes = Lanes::new(&system);
+    let mut random = fastrand::Rng::with_seed(4);
+    let middle = one_at_a_time(&system, &Load::new(PUBLISHED.to_vec()), &SHARP).1.positions().to_vec();
+    let tensions: Vec<Vec<f64>> = (0..333).map(|_| draw(&mut random, 90.0)).collect();
+    let load = |i: usize| {
+        let load = Load::new(tensions[i].clone());
+        // A part of the chunks begins with the factors of others.
+        if i < 200 { load.starting_at(&middle) } else { load }
+    };
+    let all = |threads| {
+        let keep = |_: usize, shape: &Equilibrium<2>| shape.clone();
+        with_threads(threads, || lanes.map(tensions.len(), &Settings::default(), load, keep)).unwrap()
+    };
+    let one = all(1);
+    assert!(one.iter().filter(|a| a.alone).count() < 300);
+    // The energy of what failed may be no number.
+    for threads in [2, 3] {
+        assert_eq!(format!("{one:?}"), format!("{:?}", all(threads)), "{threads} threads");
+    }
+}
+
+#[test]
+fn stability_is_looked_at_where_it_is_asked_for() {
+    let system = all_can_pull();
+    let loads = [vec![0.0; 8], PUBLISHED.to_vec()].map(Load::new);
+    let plain = Lanes::new(&system).solve(&loads, &Settings::default());
+    assert_eq!(plain[0].solution.stability, Stability::Stable, "no factorisation on the way");
+    assert_eq!((plain[1].solution.stability, plain[1].alone), (Stability::Near, false));
+    let certain = Lanes::new(&system).solve(&loads, &Settings { certify: true, ..Settings::default() });
+    assert_eq!((certain[1].solution.stability, certain[1].alone), (Stability::Stable, false));
+}
+
+#[test]
+fn adjoints_are_the_derivatives_by_tensions_forces_and_bones() {
+    let mesh = tongue();
+    let system = all_can_pull();
+    let bone = [*mesh.fixed.last().unwrap(), mesh.fixed[0]];
+    let loads: Vec<Load<'_, 2>> =
+        [1.0, 0.5, 300.0].map(|part| Load::new(PUBLISHED.map(|t| t * part).to_vec())).to_vec();
+    let lanes = Lanes::new(&system);
+    let mut group = lanes.group();
+    group.solve(&loads, &SHARP);
+    assert!(group.answers()[2].solution.guarded > 0 && !group.answers()[0].alone);
+    let rates = group.length_rates();
+    for (load, rates) in loads.iter().zip(&rates) {
+        let rates = rates.as_ref().expect("stable");
+        let (_, mut w) = one_at_a_time(&system, load, &SHARP);
+        let direct = length_sensitivities(&system, &mut w).unwrap();
+        for (muscle, rate) in rates.iter().enumerate() {
+            for other in ALL {
+                let (a, b) = (rate.by_tension[other], direct[(muscle, other)]);
+                assert!((a - b).abs() < 1e-8 * direct.amax(), "{muscle} by {other}: {a:e} {b:e}");
+            }
+            for axis in 0..2 {
+                let lengths = |h: f64| {
+                    let mut shift = SVector::zeros();
+                    shift[axis] = h;
+                    let load = load.clone().with_bone(&bone, shift).starting_at(w.positions());
+                    let shape = one_at_a_time(&system, &load, &SHARP).1;
+                    system.length(shape.positions(), muscle)
+                };
+                let difference = (lengths(1e-6) - lengths(-1e-6)) / 2e-6;
+                let exact = rate.by_bone(&bone)[axis];
+                assert!((exact - difference).abs() < 2e-5, "{muscle}, axis {axis}: {exact} {difference}");
+            }
+        }
+    }
+    // A force on a node of the tissue moves the others as the others' forces move it.
+    let (p, q) = (system.pattern().node(3), system.pattern().node(40));
+    let unit = |node: usize| {
+        let mut gradient = vec![SVector::zeros(); mesh.nodes.len()];
+        gradient[node] = SVector::from([1.0, 0.0]);
+        vec![gradient; 3]
+    };
+    let [to_p, to_q] = [p, q].map(|node| group.adjoint(&unit(node)));
+    for (to_p, to_q) in to_p.iter().zip(&to_q) {
+        let (a, b) = (to_p.as_ref().unwrap().by_node[q].x, to_q.as_ref().unwrap().by_node[p].x);
+        assert!(a != 0.0 && (a - b).abs() < 1e-10 * a.abs(), "{a:e} {b:e}");
+    }
+}
