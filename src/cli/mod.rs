@@ -231,8 +231,17 @@ fn words() -> Vec<String> {
     std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect()
 }
 
+/// The words as a shell takes them: in quotes where it would split or change them.
 fn line_of(words: Vec<String>) -> String {
-    std::iter::once("tongue-fit".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+    let plain = |c: char| c.is_alphanumeric() || "_@%+=:,./-".contains(c);
+    let quoted = |word: String| match !word.is_empty() && word.chars().all(plain) {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    std::iter::once("tongue-fit".to_owned())
+        .chain(words.into_iter().map(quoted))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 #[cfg(test)]
@@ -274,6 +283,12 @@ mod tests {
                 assert!(called.starts_with(&words), "{example} is no example of {words:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_word_that_a_shell_would_split_is_quoted() {
+        let words = ["--tension", "my own=2", "it's", "--vowel", "ɯ", ""].map(str::to_owned).to_vec();
+        assert_eq!(line_of(words), r"tongue-fit --tension 'my own=2' 'it'\''s' --vowel ɯ ''");
     }
 
     #[test]

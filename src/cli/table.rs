@@ -175,11 +175,11 @@ pub fn batch(
     let _ = writeln!(text, "{t}\n");
     let statuses: Vec<String> =
         s.statuses.iter().map(|(k, n)| format!("{n} {}", k.replace('_', " "))).collect();
-    let _ = writeln!(text, "{} fits in {wall_s:.1} s: {}", s.fits, statuses.join(", "));
+    let _ = writeln!(text, "{} in {wall_s:.1} s: {}", counted(s.fits, "fit"), statuses.join(", "));
     let _ = writeln!(
         text,
-        "{} baselines, {} not fitted, {} unreadable",
-        counted(s.baselines, "row"),
+        "{}, {} not fitted, {} unreadable",
+        counted(s.baselines, "baseline"),
         s.not_fitted,
         s.unreadable_rows
     );

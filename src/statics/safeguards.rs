@@ -10,8 +10,9 @@ const SHORTEST_LOAD_STEP: f64 = 1e-5;
 /// Most unstable equilibria that a solve leaves downhill before it gives up.
 const MOST_ESCAPES: usize = 8;
 
-/// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each solved from the equilibrium before; a step that fails is halved, one that
-/// succeeds doubled. Before it is halved, Newton's steps are corrected where they lead. Leaves the last equilibrium reached; `failed` is what the direct solve did.
+/// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each solved from the equilibrium
+/// before; a step that fails is halved, one that succeeds doubled. Before it is halved, Newton's steps are corrected where they lead.
+/// Leaves the last equilibrium reached; `failed` is what the direct solve did.
 pub(super) fn step_load<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
