@@ -8,6 +8,7 @@ mod fit_table;
 mod install;
 mod interrupt;
 mod lengths;
+mod merge;
 mod mesh;
 mod mesh_check;
 mod muscles;
@@ -104,6 +105,8 @@ impl Global {
 enum Command {
     /// Fit every subject and vowel of a table, with errors that can be believed
     Batch(batch::Arguments),
+    /// Bring the shards of a batch together
+    Merge(merge::Arguments),
     /// Solve one equilibrium at given tensions, or follow the motion there
     Simulate(simulate::Arguments),
     /// What each muscle does alone, side by side
@@ -147,6 +150,7 @@ pub fn main() -> ExitCode {
     let result = set_threads(cli.global.threads).and_then(|()| match &cli.command {
         None => fit::run(&cli.fit, &cli.global),
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
+        Some(Command::Merge(arguments)) => merge::run(arguments, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
         Some(Command::Muscles(arguments)) => muscles::run(arguments, &cli.global),
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
@@ -210,21 +214,21 @@ fn provenance() -> tongue_fit::report::Provenance {
     tongue_fit::report::Provenance::new(command_line())
 }
 
-/// The command line without the options that change no result, so that outputs are the same wherever they are made.
-fn command_line_of_the_result() -> String {
+/// The words of the command line without the options that change no result, so that outputs are the same wherever they are made.
+fn words_of_the_result() -> Vec<String> {
     let mut words = words().into_iter();
     let mut kept = Vec::new();
     while let Some(word) = words.next() {
         match word.as_str() {
             "--json" | "-q" | "--quiet" | "-v" | "--verbose" => {}
-            "--threads" | "--out" => {
+            "--threads" | "--out" | "--shard" => {
                 words.next();
             }
-            w if w.starts_with("--threads=") || w.starts_with("--out=") => {}
+            w if ["--threads=", "--out=", "--shard="].iter().any(|option| w.starts_with(option)) => {}
             _ => kept.push(word),
         }
     }
-    line_of(kept)
+    kept
 }
 
 fn words() -> Vec<String> {

@@ -32,6 +32,14 @@ pub enum ReportError {
         /// The refusal of the operating system.
         source: io::Error,
     },
+    /// A journal that cannot be gone on with or read.
+    #[error("cannot use the journal \"{}\": {source}", path.display())]
+    Journal {
+        /// Its file.
+        path: PathBuf,
+        /// What stands in the way.
+        source: io::Error,
+    },
     /// An output name that would leave the output folder.
     #[error("\"{name}\" is not a plain file name; give a name without a folder")]
     Name {

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
 mod accuracy_study;
+mod batch_in_shards;
 mod batch_survives;
 mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;

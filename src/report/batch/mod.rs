@@ -5,6 +5,7 @@ pub mod journal;
 mod latex;
 pub mod page;
 pub mod record;
+mod shard;
 mod summary;
 mod tables;
 
@@ -21,6 +22,7 @@ use self::record::AssessedRecord;
 use super::{OutputDir, ReportError, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
+pub use self::shard::Shard;
 pub use self::summary::{Digest, PassiveGroup, Summary, passive_groups};
 
 /// Where an output comes from; said by each of them.

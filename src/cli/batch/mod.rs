@@ -1,0 +1,238 @@
+//! `tongue-fit batch`: every subject and vowel of a table.
+
+mod prepared;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use miette::{IntoDiagnostic, miette};
+use rayon::prelude::*;
+use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
+use tongue_fit::inverse::batch::{Job, Selection, Thoroughness};
+use tongue_fit::inverse::{Method, Settings};
+use tongue_fit::measured::{Target, TargetKind, Vowel};
+use tongue_fit::report::batch::journal::{Entry, NAME};
+use tongue_fit::report::batch::{Fitted, Journal, Shard};
+use tongue_fit::report::{OutputDir, ReportError};
+
+use super::fit::MethodName;
+use super::{Global, Outcome, body, interrupt, output, premises};
+
+pub use self::prepared::Prepared;
+
+/// The folder for outputs where none is named.
+pub const DEFAULT_OUT: &str = "results/batch";
+/// Options of `tongue-fit batch`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Examples:\n  \
+    tongue-fit batch\n  \
+    tongue-fit batch --target stretch --draws 0 --subsets 0\n  \
+    tongue-fit batch --lengths mine.csv --baseline e --baseline P7=i\n\n\
+    A run that was stopped goes on where it was when it is started again with the same options and folder.")]
+pub struct Arguments {
+    /// Measured lengths (CSV) in place of the built-in ones
+    #[arg(long, value_name = "FILE")]
+    lengths: Option<PathBuf>,
+    /// Only these subjects, such as S1,S2
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    subjects: Option<Vec<String>>,
+    /// Only these vowels, such as a,i
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    vowels: Option<Vec<String>>,
+    /// Quantities to hit: ratio, stretch or both
+    #[arg(long, value_name = "KIND", default_value = "both")]
+    target: String,
+    /// Vowel taken as rest, of all subjects (e) or of one (S4=i); may be given several times [default: ɯ, and e for who has
+    /// no ɯ]
+    #[arg(long, value_name = "V|SUBJECT=V")]
+    baseline: Vec<String>,
+    /// Draws of every length within its rounding, for 95 % intervals; 0 for none
+    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().draws)]
+    draws: usize,
+    /// Seed of the draws
+    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().seed)]
+    seed: u64,
+    /// Try other subsets of contracting muscles that differ in up to N muscles; 0 tries none, 8 all
+    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().subset_changes)]
+    subsets: u32,
+    /// Thickness over which tensions act, mm, to compare them with published forces
+    #[arg(long, value_name = "MM", default_value_t = 1e3 * DEFAULT_THICKNESS_M)]
+    thickness: f64,
+    /// What searches: the derivatives of the equilibrium, or the simplex of the thesis, which finds the same tensions ten times
+    /// slower (and is what the fit of one vowel takes, to do as the thesis did)
+    #[arg(long, value_enum, default_value = "gauss-newton")]
+    method: MethodName,
+    /// Number of starting points of each search
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    starts: usize,
+    /// Upper bound of every tension, N per metre of thickness
+    #[arg(long, value_name = "N", default_value_t = Settings::default().upper_bound, allow_hyphen_values = true)]
+    upper_bound: f64,
+    /// Half width of the rounding of every length, mm [default: as the table says or its digits show, 0.5 for whole millimetres]
+    #[arg(long, value_name = "MM")]
+    error_mm: Option<f64>,
+    /// Make every Nth of the fits only, as one task of a cluster: 3/16 is the third of sixteen; `tongue-fit merge` brings them together
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    #[command(flatten)]
+    premises: premises::Arguments,
+    #[command(flatten)]
+    body: body::Arguments,
+}
+
+impl Arguments {
+    fn selection(&self) -> miette::Result<Selection> {
+        let kinds = match self.target.as_str() {
+            "both" => TargetKind::ALL.to_vec(),
+            name => {
+                let kind = name.parse::<TargetKind>();
+                vec![kind.map_err(|e| miette!("--target: {e}, or both of them: both"))?]
+            }
+        };
+        let vowels = self.vowels.as_ref().map(|v| v.iter().map(|v| v.parse()).collect::<Result<_, _>>());
+        let mut selection = Selection {
+            subjects: self.subjects.clone(),
+            vowels: vowels.transpose().into_diagnostic()?,
+            kinds,
+            baseline: None,
+            baseline_of: BTreeMap::new(),
+        };
+        for word in &self.baseline {
+            let twice = || miette!("--baseline {word}: this baseline is given twice; give it once");
+            match word.split_once('=') {
+                Some((subject, vowel)) => {
+                    let vowel: Vowel = vowel.parse().into_diagnostic()?;
+                    if selection.baseline_of.insert(subject.to_owned(), vowel).is_some() {
+                        return Err(twice());
+                    }
+                }
+                None => {
+                    if selection.baseline.replace(word.parse().into_diagnostic()?).is_some() {
+                        return Err(twice());
+                    }
+                }
+            }
+        }
+        Ok(selection)
+    }
+
+    fn thoroughness(&self) -> miette::Result<Thoroughness> {
+        if !(self.thickness.is_finite() && self.thickness > 0.0) {
+            return Err(miette!("--thickness is {} mm; it must be positive and finite", self.thickness));
+        }
+        let settings = Settings {
+            method: Method::from(self.method),
+            starts: self.starts,
+            upper_bound: self.upper_bound,
+            ..Settings::default()
+        };
+        settings.check().into_diagnostic()?;
+        Ok(Thoroughness {
+            settings,
+            draws: self.draws,
+            seed: self.seed,
+            subset_changes: self.subsets,
+            thickness_m: 1e-3 * self.thickness,
+        })
+    }
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let clock = Instant::now();
+    let words = super::words_of_the_result();
+    if arguments.shard.is_some() && arguments.lengths.as_deref() == Some(Path::new("-")) {
+        return Err(miette!(
+            "--shard with --lengths -: merge reads the table again, so it must be a file; name it"
+        ));
+    }
+    let prepared = Prepared::new(arguments, &words)?;
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    prepared.tell_what_is_left_out();
+    let path = out.path().join(arguments.shard.map_or_else(|| NAME.to_owned(), Shard::journal));
+    let jobs = &prepared.plan.jobs;
+    let mine: Vec<usize> = (0..jobs.len()).filter(|&n| arguments.shard.is_none_or(|s| s.has(n))).collect();
+    let journal = Journal::open(path.clone(), &prepared.key, &words, jobs.len()).into_diagnostic()?;
+    journal.notes().iter().for_each(|note| output::note(note));
+    if !journal.is_empty() {
+        output::note(&format!("going on after {} of {} fits", journal.len(), mine.len()));
+    }
+    output::step(|| {
+        format!(
+            "{} fits; {} from {} starts, {} draws with seed {}, inputs {}",
+            mine.len(),
+            arguments.method,
+            prepared.how.settings.starts,
+            prepared.how.draws,
+            prepared.how.seed,
+            prepared.provenance.inputs_sha256
+        )
+    });
+    interrupt::set_last_words(Some(format!(
+        "stopped; the finished fits are kept in \"{}\": the same command goes on after them",
+        path.display()
+    )));
+    let journal = fit_all(&prepared, &mine, journal)?;
+    let outcome = match arguments.shard {
+        Some(shard) => {
+            let text = format!(
+                "shard {shard} is done: {} of {} fits, kept in {}\nwhen all {} are done: tongue-fit merge {}\n",
+                mine.len(),
+                jobs.len(),
+                path.display(),
+                shard.of,
+                out.path().display()
+            );
+            match global.json {
+                true => output::print(&output::json(&serde_json::json!({
+                    "shard": shard.number, "of": shard.of, "fits": mine.len(), "all_fits": jobs.len(), "journal": path
+                }))?)?,
+                false => output::summary(&text, &[path])?,
+            }
+            // What the fits came to is told by who brings them together; an engine takes any other status for a task that failed.
+            Outcome::Good
+        }
+        None => {
+            output::step(|| "all fitted; writing".to_owned());
+            prepared.finish(&out, journal, global, clock.elapsed().as_secs_f64())?
+        }
+    };
+    interrupt::set_last_words(None);
+    Ok(outcome)
+}
+
+/// Makes the fits that the journal does not have, as many at a time as there are threads, and keeps each when it is done.
+fn fit_all(prepared: &Prepared, mine: &[usize], journal: Journal) -> miette::Result<Journal> {
+    let jobs = &prepared.plan.jobs;
+    let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
+    let bar = output::bar(mine.len() as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;
+    bar.set_position((mine.len() - todo.len()) as u64);
+    bar.reset_eta();
+    let journal = Mutex::new(journal);
+    todo.par_iter()
+        .map(|&number| -> Result<(), ReportError> {
+            let entry = prepared.fit(number, &jobs[number])?;
+            output::step(|| told(&jobs[number], &entry));
+            journal.lock().unwrap_or_else(PoisonError::into_inner).append(&entry)?;
+            bar.inc(1);
+            Ok(())
+        })
+        .collect::<Result<(), _>>()
+        .into_diagnostic()?;
+    bar.finish_and_clear();
+    Ok(journal.into_inner().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// A finished job in a line.
+fn told(job: &Job, entry: &Entry<Fitted>) -> String {
+    let Target { subject, vowel, kind, .. } = &job.target;
+    let came = match &entry.result {
+        Ok(fit) => fit.digest.status.replace('_', " "),
+        Err(why) => format!("not fitted: {why}"),
+    };
+    format!("{subject} /{vowel}/ {kind}: {came} in {:.3} s", entry.wall_s)
+}

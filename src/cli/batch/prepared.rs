@@ -1,0 +1,231 @@
+//! A batch made ready: what is to be fitted, and all that a fit needs.
+
+use std::collections::BTreeMap;
+
+use miette::IntoDiagnostic;
+use tongue_fit::body::Mesh;
+use tongue_fit::inverse::Setup;
+use tongue_fit::inverse::batch::{self, Job, Known, Plan, Thoroughness};
+use tongue_fit::measured::lengths::rest_distance;
+use tongue_fit::measured::thesis::Thesis;
+use tongue_fit::measured::{Dataset, TargetKind, reference_muscle};
+use tongue_fit::report::batch::journal::Entry;
+use tongue_fit::report::batch::{self as outputs, Batch, Fitted, Journal, Provenance, Summary};
+use tongue_fit::report::{OutputDir, ReportError};
+use tongue_fit::system::{Model, System};
+
+use super::Arguments;
+use crate::cli::{Global, Outcome, line_of, output, table};
+
+/// Broken rows that are told one by one.
+const MOST_NOTES: usize = 10;
+
+/// What a batch fits, and with what; shared between threads. The same arguments and files give the same, whoever asks.
+pub struct Prepared {
+    data: Dataset,
+    unreadable: Vec<String>,
+    pub plan: Plan,
+    mesh: Mesh<2>,
+    /// Names of the mesh's muscles in the order of columns: those of the table first.
+    muscles: Vec<String>,
+    model: Model,
+    /// The body under the premises of each kind of target; none where these are the thesis's.
+    setups: Vec<(TargetKind, Option<Setup>)>,
+    pub how: Thoroughness,
+    known: Known,
+    thesis: Thesis,
+    pub provenance: Provenance,
+    /// Hash of all inputs and of the command.
+    pub key: String,
+}
+
+impl Prepared {
+    /// Of the batch that these arguments ask for, which are `words` without what changes no result.
+    pub fn new(arguments: &Arguments, words: &[String]) -> miette::Result<Self> {
+        let (selection, how) = (arguments.selection()?, arguments.thoroughness()?);
+        let data = match &arguments.lengths {
+            Some(path) => Dataset::from_path(path),
+            None => Dataset::reference(),
+        };
+        let mut data = data.into_diagnostic()?;
+        if let Some(mm) = arguments.error_mm {
+            data = data.with_half_width_mm(mm).into_diagnostic()?;
+        }
+        let unreadable: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
+        let plan = batch::plan(&data, &selection).into_diagnostic()?;
+        let (tongue, model) = (arguments.body.body()?, arguments.body.model());
+        // What no fit could be made with is refused once, before anything is written.
+        System::new(&tongue.mesh, &model, &[]).into_diagnostic()?;
+        let thesis = arguments.body.is_thesis();
+        let setup = |&kind: &TargetKind| Ok((kind, arguments.premises.setup(kind, &tongue, &model, thesis)?));
+        let setups: Vec<(TargetKind, Option<Setup>)> =
+            selection.kinds.iter().map(setup).collect::<miette::Result<_>>()?;
+        let mesh = tongue.mesh;
+
+        let command = line_of(words.to_vec());
+        let rows =
+            data.rows().iter().map(|r| format!("{} {:?}", r.line, r.lengths)).collect::<Vec<_>>().join("\n");
+        let inputs_sha256 = outputs::sha256(&[
+            tongue_fit::VERSION,
+            &rows,
+            &format!("{unreadable:?}"),
+            &format!("{selection:?}"),
+            &format!("{mesh:?}"),
+            &format!("{model:?}"),
+            &format!("{how:?}"),
+            &format!(
+                "{:?}",
+                setups.iter().map(|(kind, s)| (kind, s.as_ref().map(|s| &s.premises))).collect::<Vec<_>>()
+            ),
+        ]);
+        let key = outputs::sha256(&[&inputs_sha256, &command]);
+        let version = tongue_fit::VERSION.to_owned();
+        let provenance = Provenance { version, command, seed: how.seed, inputs_sha256 };
+        Ok(Self {
+            muscles: columns(&data, &mesh),
+            known: Known::reference().into_diagnostic()?,
+            thesis: Thesis::reference().into_diagnostic()?,
+            data,
+            unreadable,
+            plan,
+            mesh,
+            model,
+            setups,
+            how,
+            provenance,
+            key,
+        })
+    }
+
+    /// Makes the fit of a job.
+    pub fn fit(&self, number: usize, job: &Job) -> Result<Entry<Fitted>, ReportError> {
+        let clock = std::time::Instant::now();
+        let setup = self.setups.iter().find(|(kind, _)| *kind == job.target.kind);
+        let setup = setup.and_then(|(_, setup)| setup.as_ref());
+        let result = match batch::assess(&self.mesh, &self.model, setup, &job.target, &self.known, &self.how)
+        {
+            Ok(a) => {
+                let thesis = Some(&self.thesis);
+                Ok(outputs::fitted(number, job, &a, &self.mesh, &self.muscles, thesis, &self.provenance)?)
+            }
+            Err(e) => Err(e.to_string()),
+        };
+        Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
+    }
+
+    /// Writes what came of all jobs, tells it and removes the journal, whose content it is.
+    pub fn finish(
+        &self,
+        out: &OutputDir,
+        journal: Journal,
+        global: &Global,
+        wall_s: f64,
+    ) -> miette::Result<Outcome> {
+        let summary = self.summary(&journal);
+        let batch = Batch {
+            provenance: &self.provenance,
+            jobs: &self.plan.jobs,
+            baselines: &self.plan.baselines,
+            refusals: &self.plan.refusals,
+            unreadable: &self.unreadable,
+            summary: &summary,
+            mesh: &self.mesh,
+            muscles: &self.muscles,
+        };
+        let written = outputs::write_files(out, &batch, &journal).into_diagnostic()?;
+        if global.json {
+            output::stream(|stdout| outputs::write_json(stdout, &batch, &journal, true))?;
+        } else {
+            let text = table::batch(&batch, &journal, &written, wall_s)?;
+            output::summary(&text, &written)?;
+        }
+        journal.remove().into_diagnostic()?;
+        Ok(if summary.not_fitted + summary.unreadable_rows > 0 {
+            Outcome::SomeRowsRefused
+        } else if summary.statuses.keys().any(|s| s != "converged") {
+            Outcome::Untrustworthy
+        } else {
+            Outcome::Good
+        })
+    }
+
+    fn summary(&self, journal: &Journal) -> Summary {
+        let length = |name: &String| {
+            let chain = self.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
+            chain.map_or(f64::NAN, |chain| self.mesh.distance(chain.ends()))
+        };
+        let rest: Vec<f64> = self.muscles.iter().map(length).collect();
+        let reference = &self.data.muscles()[reference_muscle(self.data.muscles())];
+        let ratios =
+            self.muscles.iter().filter(|m| *m != reference && self.data.muscles().contains(m)).count();
+        let mut statuses = BTreeMap::new();
+        for digest in journal.digests() {
+            *statuses.entry(digest.status.clone()).or_insert(0) += 1;
+        }
+        let fits = journal.digests().count();
+        let mut substitutes: Vec<String> = Vec::new();
+        for job in self.plan.jobs.iter().filter(|j| j.substitute) {
+            if substitutes.last() != Some(&job.target.subject) {
+                substitutes.push(job.target.subject.clone());
+            }
+        }
+        substitutes.sort_unstable();
+        substitutes.dedup();
+        Summary {
+            rows: self.data.rows().len(),
+            fits,
+            statuses,
+            baselines: self.plan.baselines.len(),
+            not_fitted: self.plan.refusals.len() + self.plan.jobs.len() - fits,
+            unreadable_rows: self.unreadable.len(),
+            substitute_baselines: substitutes,
+            rest_shape_measure: rest_distance::measure(ratios, reference),
+            nearest_row_to_rest: rest_distance::nearest(&self.muscles, &rest, &self.data, reference),
+            passive: outputs::passive_groups(journal.digests()),
+            draws: self.how.draws,
+            subset_changes: self.how.subset_changes,
+            thickness_m: self.how.thickness_m,
+        }
+    }
+
+    /// What is left out, on stderr, before the work begins.
+    pub fn tell_what_is_left_out(&self) {
+        for message in self.unreadable.iter().take(MOST_NOTES) {
+            output::complain(&format!("{message} (this row is left out)"));
+        }
+        for r in self.plan.refusals.iter().take(MOST_NOTES) {
+            output::complain(&format!("line {}, {} /{}/: {}", r.line, r.subject, r.vowel, r.message));
+        }
+        let more = self.unreadable.len().saturating_sub(MOST_NOTES)
+            + self.plan.refusals.len().saturating_sub(MOST_NOTES);
+        if more > 0 {
+            output::complain(&format!(
+                "{more} more rows cannot be fitted; fits.csv and batch.json name them all"
+            ));
+        }
+        let mut subjects: Vec<&str> =
+            self.plan.baselines.iter().filter(|b| b.substitute).map(|b| b.subject.as_str()).collect();
+        let more = subjects.len().saturating_sub(MOST_NOTES);
+        subjects.truncate(MOST_NOTES);
+        if !subjects.is_empty() {
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            output::note(&format!(
+                "no /ɯ/ for {}{more}: fitted against /{}/ and marked so; --baseline chooses another",
+                subjects.join(", "),
+                batch::SUBSTITUTE_BASELINE
+            ));
+        }
+    }
+}
+
+/// Names of the mesh's muscles: those that the table has, in its order, then the others.
+fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
+    let has = |name: &&String| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name));
+    let mut names: Vec<String> = data.muscles().iter().filter(has).cloned().collect();
+    for chain in &mesh.muscles {
+        if !names.iter().any(|n| n.eq_ignore_ascii_case(&chain.name)) {
+            names.push(chain.name.clone());
+        }
+    }
+    names
+}

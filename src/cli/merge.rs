@@ -1,0 +1,131 @@
+//! `tongue-fit merge`: the shards of a batch brought together.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Parser;
+use miette::{IntoDiagnostic, WrapErr, miette};
+use tongue_fit::report::OutputDir;
+use tongue_fit::report::batch::journal::{self, NAME};
+use tongue_fit::report::batch::{Journal, Shard};
+
+use super::batch::{self, Prepared};
+use super::{Cli, Command, Global, Outcome, line_of, output};
+
+/// Shards that are named one by one.
+const MOST_NAMED: usize = 20;
+
+/// Options of `tongue-fit merge`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Example:\n  \
+    tongue-fit merge results/shards --out results/batch\n\n\
+    The shards are those of `tongue-fit batch --shard I/N`. What is written is, byte for byte, what one run writes. Where a shard is \
+    missing or not finished it is named and nothing is written. Run it where the shards were run: it reads the table again.")]
+pub struct Arguments {
+    /// Folders with the journals of the shards (batch-3-of-16.journal)
+    #[arg(value_name = "DIR", required = true)]
+    folders: Vec<PathBuf>,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let clock = Instant::now();
+    let shards = shards(&arguments.folders)?;
+    let first = shards.values().next().and_then(|paths| paths.first());
+    let first = first.ok_or_else(|| {
+        miette!(
+            "no shard of a batch in {}; tongue-fit batch --shard 1/16 leaves one, batch-1-of-16.journal",
+            names(&arguments.folders)
+        )
+    })?;
+    let words = journal::arguments(first).into_diagnostic()?;
+    let prepared = prepare(&words)?;
+    let jobs = prepared.plan.jobs.len();
+
+    let mut parts = Vec::new();
+    let mut wanting = missing(&shards)?;
+    for (shard, paths) in &shards {
+        let opened = paths
+            .iter()
+            .map(|path| Journal::open_finished(path.clone(), &prepared.key, &words, jobs).into_diagnostic());
+        let opened = opened.collect::<miette::Result<Vec<_>>>()?;
+        opened.iter().flat_map(Journal::notes).for_each(|note| output::note(note));
+        let mine = (0..jobs).filter(|&job| shard.has(job));
+        let (all, done) = mine.fold((0, 0), |(all, done), job| {
+            (all + 1, done + usize::from(opened.iter().any(|journal| journal.has(job))))
+        });
+        if done < all {
+            wanting.push(format!("{shard} has {done} of {all} fits"));
+        }
+        parts.extend(opened);
+    }
+    if !wanting.is_empty() {
+        let more = wanting.len().saturating_sub(MOST_NAMED);
+        wanting.truncate(MOST_NAMED);
+        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+        return Err(miette!(
+            "not every shard is done, so nothing is written: {}{more}. Run each again: {} --shard I/N",
+            wanting.join("; "),
+            line_of(words)
+        ));
+    }
+
+    let out = global.out.clone().unwrap_or_else(|| batch::DEFAULT_OUT.into());
+    let out = OutputDir::prepare(out).into_diagnostic()?;
+    prepared.tell_what_is_left_out();
+    let mut whole = Journal::open(out.path().join(NAME), &prepared.key, &words, jobs).into_diagnostic()?;
+    for part in &parts {
+        whole.take_over(part).into_diagnostic()?;
+    }
+    prepared.finish(&out, whole, global, clock.elapsed().as_secs_f64())
+}
+
+/// The journals of shards in these folders, by shard.
+fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> {
+    let mut found: BTreeMap<Shard, Vec<PathBuf>> = BTreeMap::new();
+    for folder in folders {
+        let entries = std::fs::read_dir(folder)
+            .into_diagnostic()
+            .wrap_err_with(|| format!("{}: it must be a folder with journals of shards", folder.display()))?;
+        for entry in entries {
+            let path = entry.into_diagnostic()?.path();
+            if let Some(shard) = Shard::of_journal(&path) {
+                found.entry(shard).or_default().push(path);
+            }
+        }
+    }
+    // As the folder lists them is no order.
+    found.values_mut().for_each(|paths| paths.sort());
+    Ok(found)
+}
+
+/// Which shards are not there at all.
+fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>> {
+    let mut counts: Vec<usize> = shards.keys().map(|s| s.of).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    let [of] = counts[..] else {
+        return Err(miette!(
+            "shards of differently cut batches: of {}; keep those of one cut only",
+            counts.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and of ")
+        ));
+    };
+    let all = (1..=of).map(|number| Shard { number, of });
+    Ok(all.filter(|s| !shards.contains_key(s)).map(|s| format!("{s} is missing")).collect())
+}
+
+/// The batch whose words these are.
+fn prepare(words: &[String]) -> miette::Result<Prepared> {
+    let typed = std::iter::once("tongue-fit").chain(words.iter().map(String::as_str));
+    let parsed = Cli::try_parse_from(typed).into_diagnostic()?;
+    let Some(Command::Batch(arguments)) = &parsed.command else {
+        return Err(miette!("the journal is not of a batch but of: {}", line_of(words.to_vec())));
+    };
+    Prepared::new(arguments, words).wrap_err("merge plans the batch again, from where it was run")
+}
+
+fn names(folders: &[PathBuf]) -> String {
+    folders.iter().map(|f| Path::display(f).to_string()).collect::<Vec<_>>().join(", ")
+}
