@@ -111,6 +111,7 @@ pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
         connections: text.connections.into_iter().map(|c| c.nodes).collect(),
         muscles,
         fixed: text.fixed,
+        continuum: None,
     };
     mesh.check().map_err(|fault| wrong(format!("is faulty: {fault}")))?;
     let bones: Vec<Bone> = text.bones.into_iter().map(|(name, nodes)| Bone { name, nodes }).collect();

@@ -1,9 +1,11 @@
 //! A body as points and who is joined to whom.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use nalgebra::SVector;
 
+use super::Continuum;
 use crate::geometry;
 use crate::geometry::topology::{self, pair};
 
@@ -81,6 +83,8 @@ pub struct Mesh<const D: usize> {
     pub muscles: Vec<MuscleChain>,
     /// Nodes on bone, in ascending order.
     pub fixed: Vec<usize>,
+    /// What makes it a continuum of quadratic elements; none for springs and linear elements.
+    pub continuum: Option<Arc<Continuum<D>>>,
 }
 
 /// How far two shapes of one body, positions of the same nodes, are from each other at the node where they differ most, m.

@@ -5,6 +5,7 @@
 //! your own ([`Body::new`]).
 
 mod check;
+pub mod continuum;
 pub mod gmsh;
 pub mod json;
 mod mesh;
@@ -18,6 +19,7 @@ use crate::suggest;
 
 pub use crate::geometry::{ClosedSpline, Point};
 pub use check::{MeshFault, TooLarge};
+pub use continuum::{Continuum, ContinuumError, ContinuumSettings, Follower, Strand, Tie};
 pub use gmsh::Unit;
 pub use mesh::{Cells, Mesh, MuscleChain, largest_distance};
 pub use quality::{Quality, SolidQuality};
@@ -79,6 +81,9 @@ pub enum BodyError {
     /// The anatomy cannot be meshed.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The body cannot be made a continuum.
+    #[error(transparent)]
+    Continuum(#[from] ContinuumError),
     /// A Gmsh file that is no body.
     #[error(transparent)]
     Gmsh(#[from] gmsh::GmshError),
@@ -127,6 +132,26 @@ impl<const D: usize> Body<D> {
         self.mesh.muscles.iter().enumerate().filter(move |(_, m)| m.name == name).map(|(number, _)| number)
     }
 
+    /// The same body as a continuum ([`continuum`]): quadratic elements, muscles of finite width along their chains, bones that hold
+    /// patches.
+    ///
+    /// # Errors
+    /// As [`continuum::lay`].
+    pub fn into_continuum(self, settings: &ContinuumSettings) -> Result<Self, ContinuumError> {
+        let laid = continuum::lay(&self.mesh, None, settings)?;
+        Ok(self.laid(laid))
+    }
+
+    fn laid(self, laid: continuum::Laid<D>) -> Self {
+        let stand_ins = |node: &usize| laid.bones.iter().filter(move |(b, _)| b == node).flat_map(|(_, n)| n.clone());
+        let mut bones = self.bones;
+        for bone in &mut bones {
+            bone.nodes = bone.nodes.iter().flat_map(stand_ins).collect();
+            bone.nodes.sort_unstable();
+        }
+        Self { what: format!("{}, a continuum", self.what), mesh: laid.mesh, bones, palate: self.palate }
+    }
+
     /// The nodes of the bone of this name, ascending; none where there is no such bone.
     pub fn bone(&self, name: &str) -> &[usize] {
         self.bones.iter().find(|b| b.name == name).map_or(&[], |b| &b.nodes)
@@ -142,6 +167,25 @@ impl Body<2> {
         let body = Self::from_anatomy(&Anatomy::reference()?, spacing_m)?;
         let what = format!("the reference tongue at {} mm", rounded_mm(spacing_m));
         Ok(Self { what, palate: Some(tongue::palate()?), ..body })
+    }
+
+    /// The reference tongue as a continuum at a mesh spacing, m: with the default settings an error of .002 in a ratio at 4 mm, and of .01 at
+    /// 8 mm.
+    ///
+    /// # Errors
+    /// As [`Body::tongue`] and [`continuum::lay`].
+    pub fn continuum(spacing_m: f64, settings: &ContinuumSettings) -> Result<Self, BodyError> {
+        Self::tongue(spacing_m)?.into_continuum_of(&Anatomy::reference()?, settings)
+    }
+
+    /// A body that was meshed from an anatomy as a continuum, whose muscles run along the lines of the anatomy.
+    ///
+    /// # Errors
+    /// As [`continuum::lay`].
+    pub fn into_continuum_of(self, anatomy: &Anatomy, settings: &ContinuumSettings) -> Result<Self, BodyError> {
+        let lines: Vec<Vec<Point>> = anatomy.muscles().iter().map(|m| m.ends.to_vec()).collect();
+        let laid = continuum::lay(&self.mesh, Some(&lines), settings)?;
+        Ok(self.laid(laid))
     }
 
     /// A tongue of an anatomy at a mesh spacing, m.

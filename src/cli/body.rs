@@ -40,6 +40,10 @@ pub struct Arguments {
     /// Muscle parts outside the tissue: straight, as in a sheath, or a chain that can fold
     #[arg(long, value_enum, default_value = "straight")]
     outside: OutsideName,
+    /// Body: springs on connections (the thesis's), or a continuum of quadratic elements with muscles of finite width, whose answers do not
+    /// depend on the mesh
+    #[arg(long, value_enum, default_value = "springs")]
+    body: BodyName,
     /// Tissue: springs and area terms (as the thesis), or finite elements of the same E and nu
     #[arg(long, value_enum, default_value = "springs")]
     tissue: TissueName,
@@ -62,6 +66,12 @@ enum SpreadName {
 enum OutsideName {
     Straight,
     Chain,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum BodyName {
+    Springs,
+    Continuum,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -140,6 +150,7 @@ impl Arguments {
                 OutsideName::Chain => OutsidePath::Chain,
             },
             tissue: match self.tissue {
+                _ if self.body == BodyName::Continuum => TissueModel::Continuum,
                 TissueName::Springs => TissueModel::MassSpring,
                 TissueName::Fe => TissueModel::FiniteElement,
             },

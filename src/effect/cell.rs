@@ -7,7 +7,7 @@ use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 /// A step may take at most this part of what is left of a cell's measure.
-const LARGEST_LOSS: f64 = 0.9;
+pub(super) const LARGEST_LOSS: f64 = 0.9;
 
 /// A triangle or tetrahedron of tissue.
 #[derive(Debug, Clone)]

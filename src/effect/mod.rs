@@ -6,20 +6,26 @@
 //! | [`Contraction`] | `1/2 k1 (l - l0)² + F (l - l0)` a connection | 3.2.1 (at rest Q2 and the contractile damper drop out) |
 //! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
 //! | [`FiniteElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | 2.3 names them |
+//! | [`QuadraticElements`] | the same density in quadratic elements | Bonet and Wood 2008, 6.27 |
+//! | [`Fibres`] | `F ∫ w (|F f0| - 1) ds` of a muscle of finite width | a tension that the stretch does not change |
+//! | [`Attachment`] | `1/2 ∫ κ |u - v|² ds` between surface and bone | chosen, not measured |
 //! | [`Gravity`] | `-m g·(x - X)` a node | Newton 1687 |
 //! | [`Contact`] | `-κ (d - d̂)² ln(d/d̂)` a node nearer than `d̂` to the palate | Li et al. 2020, eq. 6 |
 //!
 //! An effect on the nodes adds to energy, force and stiffness; what holds nodes (bones, straight paths) is no effect but a constraint,
 //! and belongs to the [system](crate::system).
 
+mod attachment;
 pub mod barrier;
 mod cell;
 mod contact;
+mod fibres;
 mod finite_element;
 mod gravity;
 mod incompressibility;
 mod internal;
 mod muscle;
+mod quadratic_element;
 pub mod spring;
 mod tissue;
 
@@ -30,12 +36,15 @@ use nalgebra::SVector;
 use crate::material::Stress;
 use crate::sparse::{BlockMatrix, Pattern};
 
+pub use attachment::Attachment;
 pub use contact::Contact;
+pub use fibres::Fibres;
 pub use finite_element::FiniteElements;
 pub use gravity::{Gravity, lumped_masses};
 pub use incompressibility::Incompressibility;
 pub use internal::Internal;
 pub use muscle::Contraction;
+pub use quadratic_element::QuadraticElements;
 pub use tissue::Tissue;
 
 /// Where an effect is evaluated.

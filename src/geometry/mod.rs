@@ -1,6 +1,8 @@
 //! Shapes without anatomy: simplices and who shares what of them, straight lines and closed curves in the plane.
 
 pub(crate) mod plane;
+pub mod quadratic;
+pub mod quadrature;
 pub mod simplex;
 mod spline;
 pub mod topology;

@@ -130,6 +130,38 @@ pub fn way_above<const D: usize>(x: &Corners<D>, p: &Corners<D>, floor: f64) -> 
     safe
 }
 
+/// The part of the straight line from `a` to `b` that lies in the cell, as fractions of the way; `None` where it passes by. A line
+/// that only touches the cell has a part without length.
+pub fn part_inside<const D: usize>(
+    x: &Corners<D>,
+    a: &SVector<f64, D>,
+    b: &SVector<f64, D>,
+) -> Option<[f64; 2]> {
+    let (first, last) = (barycentric(x, a), barycentric(x, b));
+    let (mut from, mut to) = (0.0f64, 1.0f64);
+    for (at, change) in first.iter().zip(&last).map(|(p, q)| (*p, q - p)).take(D + 1) {
+        // The line is inside where at + t change >= 0.
+        if change > 0.0 {
+            from = from.max(-at / change);
+        } else if change < 0.0 {
+            to = to.min(-at / change);
+        } else if at < 0.0 {
+            return None;
+        }
+    }
+    (from <= to).then_some([from, to])
+}
+
+/// Barycentric coordinates of a point: 1 at one corner and 0 at the others, all between 0 and 1 inside.
+pub fn barycentric<const D: usize>(x: &Corners<D>, p: &SVector<f64, D>) -> [f64; MAX_CORNERS] {
+    let (measure, slopes) = (measure(x), gradient(x));
+    let mut at = [0.0; MAX_CORNERS];
+    for i in 0..=D {
+        at[i] = f64::from(u8::from(i == 0)) + slopes[i].dot(&(p - x[0])) / measure;
+    }
+    at
+}
+
 #[inline]
 fn cross<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) -> SVector<f64, D> {
     let mut c = SVector::zeros();

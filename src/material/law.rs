@@ -71,6 +71,12 @@ impl NeoHookean {
 }
 
 impl<const D: usize> Deformed<D> {
+    /// The volume (in the plane: area) to that at rest, `J`.
+    #[inline(always)]
+    pub fn volume_ratio(&self) -> f64 {
+        self.ratio
+    }
+
     /// Energy density `W`, J/m³ of the body at rest.
     #[inline(always)]
     pub fn energy(&self) -> f64 {

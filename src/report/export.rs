@@ -34,6 +34,7 @@ impl Provenance {
         self.tissue = Some(match tissue {
             TissueModel::MassSpring => "springs",
             TissueModel::FiniteElement => "finite_elements",
+            TissueModel::Continuum => "continuum",
         });
         self
     }

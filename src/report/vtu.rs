@@ -145,6 +145,7 @@ mod tests {
             connections: vec![[0, 1], [0, 2], [1, 2]],
             muscles: vec![MuscleChain { name: "GGa".into(), nodes: vec![0, 1, 2] }],
             fixed: vec![0],
+            continuum: None,
         }
     }
 

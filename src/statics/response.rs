@@ -65,6 +65,7 @@ impl<'a, const D: usize> Response<'a, D> {
         for (u, &node) in w.unknowns.iter().zip(pattern.nodes()) {
             self.motion[node] = *u;
         }
+        self.system.move_followers(&mut self.motion);
     }
 
     /// Adds a motion of bone nodes themselves, 1 m along an axis.

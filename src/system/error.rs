@@ -42,6 +42,9 @@ pub enum SystemError {
         /// Poisson's ratio ν.
         poisson_ratio: f64,
     },
+    /// A continuum is asked for, and the body is none.
+    #[error("the body is a mesh of linear cells; make it a continuum first (--body continuum, Body::into_continuum)")]
+    NotAContinuum,
     /// The mesh does not hang together.
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),

@@ -11,11 +11,14 @@ mod model;
 pub mod path;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::SVector;
 
-use crate::body::Mesh;
-use crate::effect::{Configuration, Effect, FiniteElements, Incompressibility};
+use crate::body::{Continuum, Mesh};
+use crate::effect::{
+    Attachment, Configuration, Effect, Fibres, FiniteElements, Incompressibility, QuadraticElements,
+};
 use crate::geometry::simplex;
 use crate::material::{Coefficients, Stress};
 use crate::sparse::Pattern;
@@ -37,6 +40,7 @@ pub struct System<const D: usize> {
     effects: Vec<Box<dyn Effect<D>>>,
     pattern: Pattern,
     paths: Vec<StraightPath>,
+    continuum: Option<Arc<Continuum<D>>>,
     muscle_ends: Vec<[usize; 2]>,
     contracting: Vec<usize>,
     /// Cells with their measure at rest, m² or m³.
@@ -72,6 +76,11 @@ impl<const D: usize> System<D> {
         let coefficients = coefficients(mesh, model)?;
         // The matching leaves a rounding of the stiffness at exactly 1/4.
         let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
+        if let Some(continuum) = &mesh.continuum {
+            let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting).chain(additions.effects).collect();
+            let tissue = TissueModel::Continuum;
+            return Self::assemble(mesh, tissue, coefficients, effects, &additions.carried, Vec::new(), contracting);
+        }
         let incompressible = model.tissue == TissueModel::MassSpring && additions.incompressible;
         if incompressible && coefficients.kappa < -rounding {
             let poisson_ratio = model.constants.poisson_ratio;
@@ -86,6 +95,7 @@ impl<const D: usize> System<D> {
         let continuum = match model.tissue {
             TissueModel::MassSpring => BTreeMap::new(),
             TissueModel::FiniteElement => mesh.cells.edges(),
+            TissueModel::Continuum => return Err(SystemError::NotAContinuum),
         };
         let replaced = |nodes: &[usize; 2]| continuum.contains_key(nodes);
         let mut effects =
@@ -105,6 +115,7 @@ impl<const D: usize> System<D> {
                     &mesh.nodes,
                 )));
             }
+            TissueModel::Continuum => {}
         }
         effects.extend(additions.effects);
         Self::assemble(mesh, model.tissue, coefficients, effects, &additions.carried, paths, contracting)
@@ -142,9 +153,11 @@ impl<const D: usize> System<D> {
             *held.get_mut(&node).ok_or(SystemError::NotOnBone { node })? = position;
         }
         let mut is_unknown = vec![true; rest.len()];
+        let followers = mesh.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
         paths
             .iter()
             .flat_map(StraightPath::inner_nodes)
+            .chain(followers)
             .chain(held.keys().copied())
             .for_each(|n| is_unknown[n] = false);
         let carried = held.iter().map(|(&n, &x)| (n, x)).filter(|&(n, x)| x != rest[n]).collect();
@@ -165,6 +178,7 @@ impl<const D: usize> System<D> {
             effects,
             pattern,
             paths,
+            continuum: mesh.continuum.clone(),
             muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
             contracting: contracting.to_vec(),
             cells,
@@ -280,10 +294,44 @@ impl<const D: usize> System<D> {
         self.cells.is_empty() || self.effects.iter().any(|e| e.keeps_cells_upright())
     }
 
-    /// Puts the inner nodes of straight paths where they belong between the ends of their path.
+    /// Puts nodes that are no unknowns where they belong: the inner nodes of straight paths between the ends of their path, and those
+    /// that follow a continuum.
     pub fn place_path_nodes(&self, positions: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.place(positions));
+        self.continuum.iter().for_each(|c| c.place_followers(positions));
     }
+
+    /// Gives the nodes that follow a continuum the motion that goes with that of the unknowns.
+    pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
+        self.continuum.iter().for_each(|c| c.move_followers(motion));
+    }
+}
+
+/// What acts in a continuum: the tissue, the bones' hold on it, and the muscles that contract.
+fn continuum_effects<const D: usize>(
+    mesh: &Mesh<D>,
+    continuum: &Continuum<D>,
+    model: &Model,
+    coefficients: &Coefficients,
+    contracting: &[usize],
+) -> impl Iterator<Item = Box<dyn Effect<D>>> {
+    let tissue = QuadraticElements::new(
+        (&model.constants).into(),
+        model.constants.viscosity,
+        continuum.elements(),
+        &mesh.nodes,
+    );
+    let mut effects: Vec<Box<dyn Effect<D>>> = vec![Box::new(tissue)];
+    let (settings, (_, mu)) = (&continuum.settings, model.constants.lame());
+    if !continuum.ties.is_empty() {
+        let stiffness = settings.patch_stiffness * mu / settings.patch_radius_m;
+        effects.push(Box::new(Attachment::new(&continuum.ties, stiffness)));
+    }
+    let contraction_time = coefficients.contractile_damping / coefficients.muscle_series_stiffness;
+    for &muscle in contracting {
+        effects.push(Box::new(Fibres::new(muscle, &continuum.bundles[muscle], contraction_time)));
+    }
+    effects.into_iter()
 }
 
 /// A node of a part that no chain of couplings joins to a held node, if there is one.

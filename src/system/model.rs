@@ -33,6 +33,9 @@ pub enum TissueModel {
     /// cells carry no spring then, and a muscle there nothing but its contractile tension, since the continuum already is
     /// all of the tissue, the muscle's own included; outside the cells everything stays as it is.
     FiniteElement,
+    /// Quadratic elements, muscles of finite width and bones that hold patches: of every body that is a continuum, and of no other
+    /// ([`crate::body::continuum`]).
+    Continuum,
 }
 
 impl Default for Model {

@@ -124,6 +124,7 @@ fn square() -> Mesh<2> {
         connections: vec![[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]],
         muscles: vec![MuscleChain { name: "M".into(), nodes: vec![0, 2] }],
         fixed: vec![0, 3],
+        continuum: None,
     }
 }
 

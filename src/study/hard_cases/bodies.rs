@@ -69,6 +69,7 @@ fn from_parts(
         connections,
         muscles: vec![MuscleChain { name: "pull".into(), nodes: chain }],
         fixed,
+        continuum: None,
     }
 }
 

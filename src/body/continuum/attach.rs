@@ -1,0 +1,202 @@
+//! Where bones hold the tissue: a patch of the surface around each point of bone.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::SVector;
+
+use super::{ContinuumSettings, Tie};
+use crate::body::Mesh;
+use crate::geometry::quadrature::gauss_legendre;
+use crate::geometry::simplex::MAX_CORNERS;
+use crate::geometry::{quadratic, simplex};
+
+/// A surface edge is cut into so many pieces, each with so many points of Gauss's rule: patches end within it.
+const PIECES: usize = 8;
+const POINTS: usize = 6;
+
+/// How the bones of a mesh hold its continuum.
+pub(super) struct Held {
+    /// For every fixed node of the mesh that was given the nodes that stand for it.
+    pub stand_ins: Vec<(usize, Vec<usize>)>,
+    pub ties: Vec<Tie>,
+}
+
+/// A part of the surface: an element and the corner that is opposite to it.
+struct Face {
+    element: usize,
+    opposite: usize,
+    corners: Vec<usize>,
+}
+
+/// Adds the bones of `base` to the nodes of `mesh`, whose elements these are; `number` is what its nodes became.
+pub(super) fn bones<const D: usize>(
+    base: &Mesh<D>,
+    mesh: &mut Mesh<D>,
+    elements: &[Vec<usize>],
+    number: &[Option<usize>],
+    settings: &ContinuumSettings,
+) -> Held {
+    let faces = surface::<D>(elements);
+    let fixed: BTreeSet<usize> = base.fixed.iter().filter_map(|&n| number[n]).collect();
+    let mut held: BTreeSet<usize> = BTreeSet::new();
+    let holds_all = |face: &&Face| face.corners.iter().all(|n| fixed.contains(n));
+    for face in faces.iter().filter(holds_all) {
+        held.extend(on_face::<D>(face.opposite).map(|i| elements[face.element][i]));
+    }
+    // Bones within the tissue, and all of them where patches have no extent, hold their node.
+    let surface_nodes: BTreeSet<usize> = faces.iter().flat_map(|f| f.corners.iter().copied()).collect();
+    let is_centre =
+        |n: &usize| !held.contains(n) && surface_nodes.contains(n) && settings.patch_radius_m > 0.0;
+    let centres: Vec<usize> = fixed.iter().copied().filter(is_centre).collect();
+    held.extend(fixed.iter().filter(|n| !centres.contains(n)));
+
+    let mut patches = Patches { mesh, copies: BTreeMap::new(), ties: Vec::new() };
+    for &centre in &centres {
+        patches.copy(centre, centre);
+    }
+    for face in &faces {
+        patches.tie(face, &elements[face.element], &centres, settings.patch_radius_m);
+    }
+    let Patches { copies, ties, .. } = patches;
+    mesh.fixed = held.iter().copied().chain(copies.values().copied()).collect();
+    let mut stand_ins = Vec::new();
+    for &bone in &base.fixed {
+        let nodes = match number[bone] {
+            Some(n) if centres.contains(&n) => {
+                let own = copies[&(n, n)];
+                let others = copies.iter().filter(|((centre, _), copy)| *centre == n && **copy != own);
+                std::iter::once(own).chain(others.map(|(_, copy)| *copy)).collect()
+            }
+            Some(n) => vec![n],
+            None => {
+                mesh.nodes.push(base.nodes[bone]);
+                mesh.fixed.push(mesh.nodes.len() - 1);
+                vec![mesh.nodes.len() - 1]
+            }
+        };
+        stand_ins.push((bone, nodes));
+    }
+    mesh.fixed.sort_unstable();
+    Held { stand_ins, ties }
+}
+
+/// The nodes of an element that are on the face opposite to a corner, by their place in it.
+fn on_face<const D: usize>(opposite: usize) -> impl Iterator<Item = usize> {
+    let corners = (0..=D).filter(move |&i| i != opposite);
+    let middles = quadratic::edges::<D>().iter().enumerate();
+    let middles = middles.filter(move |(_, edge)| !edge.contains(&opposite)).map(|(n, _)| D + 1 + n);
+    corners.chain(middles)
+}
+
+/// The faces that belong to one element only.
+fn surface<const D: usize>(elements: &[Vec<usize>]) -> Vec<Face> {
+    let mut faces: BTreeMap<Vec<usize>, Vec<[usize; 2]>> = BTreeMap::new();
+    for (element, nodes) in elements.iter().enumerate() {
+        for opposite in 0..=D {
+            let mut corners: Vec<usize> = (0..=D).filter(|&i| i != opposite).map(|i| nodes[i]).collect();
+            corners.sort_unstable();
+            faces.entry(corners).or_default().push([element, opposite]);
+        }
+    }
+    let alone = |(corners, at): (Vec<usize>, Vec<[usize; 2]>)| match at[..] {
+        [[element, opposite]] => Some(Face { element, opposite, corners }),
+        _ => None,
+    };
+    faces.into_iter().filter_map(alone).collect()
+}
+
+struct Patches<'a, const D: usize> {
+    mesh: &'a mut Mesh<D>,
+    /// By centre and node of the surface: the node of the bone that is at the same place.
+    copies: BTreeMap<(usize, usize), usize>,
+    ties: Vec<Tie>,
+}
+
+impl<const D: usize> Patches<'_, D> {
+    fn copy(&mut self, centre: usize, node: usize) -> usize {
+        *self.copies.entry((centre, node)).or_insert_with(|| {
+            self.mesh.nodes.push(self.mesh.nodes[node]);
+            self.mesh.nodes.len() - 1
+        })
+    }
+
+    /// Ties a face to the centres that are within reach, each place to the nearest.
+    fn tie(&mut self, face: &Face, element: &[usize], centres: &[usize], radius: f64) {
+        let corners = simplex::corners(&self.mesh.nodes, &element[..=D]);
+        let on_face: Vec<usize> = on_face::<D>(face.opposite).collect();
+        let mut forms: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        let size = on_face.len() + D;
+        let measure = face_measure(&corners, face.opposite);
+        for (at, share) in face_points::<D>(face.opposite) {
+            let place: SVector<f64, D> = corners.iter().zip(at).map(|(x, l)| x * l).sum();
+            let away = |c: &usize| (self.mesh.nodes[*c] - place).norm();
+            let nearest = centres.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b)));
+            let Some(centre) = nearest.filter(|c| away(c) < radius) else { continue };
+            let profile = (1.0 - (away(&centre) / radius).powi(2)).powi(2);
+            // The gap there: the tissue's displacement less the bone's.
+            let shapes = quadratic::values::<D>(&at);
+            let tissue = on_face.iter().map(|&i| shapes[i]);
+            let bone = (0..=D).filter(|&i| i != face.opposite).map(|i| -at[i]);
+            let gap: Vec<f64> = tissue.chain(bone).collect();
+            let form = forms.entry(centre).or_insert_with(|| vec![0.0; size * size]);
+            for (row, a) in form.chunks_exact_mut(size).zip(&gap) {
+                row.iter_mut().zip(&gap).for_each(|(c, b)| *c += profile * share * measure * a * b);
+            }
+        }
+        for (centre, form) in forms {
+            let mut nodes: Vec<usize> = on_face.iter().map(|&i| element[i]).collect();
+            for i in (0..=D).filter(|&i| i != face.opposite) {
+                nodes.push(self.copy(centre, element[i]));
+            }
+            self.ties.push(Tie { nodes, form });
+        }
+    }
+}
+
+/// Length of an edge, m, or area of a triangle, m².
+fn face_measure<const D: usize>(x: &[SVector<f64, D>; MAX_CORNERS], opposite: usize) -> f64 {
+    let corners: Vec<&SVector<f64, D>> = (0..=D).filter(|&i| i != opposite).map(|i| &x[i]).collect();
+    let a = corners[1] - corners[0];
+    if D == 2 {
+        return a.norm();
+    }
+    let b = corners[2] - corners[0];
+    0.5 * (a.norm_squared() * b.norm_squared() - a.dot(&b).powi(2)).max(0.0).sqrt()
+}
+
+/// Barycentric coordinates of places on a face and their shares of it.
+fn face_points<const D: usize>(opposite: usize) -> Vec<([f64; MAX_CORNERS], f64)> {
+    let corners: Vec<usize> = (0..=D).filter(|&i| i != opposite).collect();
+    let mut points = Vec::new();
+    let n = PIECES as f64;
+    let mut add = |parts: &[f64], share: f64| {
+        let mut at = [0.0; MAX_CORNERS];
+        corners.iter().zip(parts).for_each(|(&i, part)| at[i] = *part);
+        points.push((at, share));
+    };
+    if D == 2 {
+        for piece in 0..PIECES {
+            for (x, w) in gauss_legendre(POINTS) {
+                let t = (piece as f64 + 0.5 * (1.0 + x)) / n;
+                add(&[1.0 - t, t], 0.5 * w / n);
+            }
+        }
+        return points;
+    }
+    // A triangle cut into PIECES² like it, upright and turned over, three points each.
+    for i in 0..PIECES {
+        for j in 0..PIECES - i {
+            for turned in [false, true] {
+                if turned && i + j + 1 == PIECES {
+                    continue;
+                }
+                for at in quadratic::points::<2>() {
+                    let (s, t) = if turned { (1.0 - at[0], 1.0 - at[1]) } else { (at[0], at[1]) };
+                    let (u, v) = ((i as f64 + s) / n, (j as f64 + t) / n);
+                    add(&[u, v, 1.0 - u - v], 1.0 / (3.0 * n * n));
+                }
+            }
+        }
+    }
+    points
+}

@@ -1,0 +1,268 @@
+//! Muscles as bundles: fibres over a width along a line, cut at the elements.
+
+use nalgebra::SVector;
+
+use super::locate::Locator;
+use super::{ContinuumError, ContinuumSettings, Follower, Strand};
+use crate::body::{Mesh, MuscleChain};
+use crate::geometry::quadrature::gauss_legendre;
+
+/// Points of each piece of a fibre.
+const POINTS: usize = 2;
+/// In space: fibres around each ring of the cross-section.
+const AROUND: usize = 6;
+
+/// The course of a muscle.
+pub(super) struct Line<const D: usize> {
+    name: String,
+    points: Vec<SVector<f64, D>>,
+    /// At each end the node of the bone there, if there is one.
+    bones: [Option<usize>; 2],
+    /// At each end whether it runs outside the tissue from there.
+    outside: [bool; 2],
+    /// Whether all of it is outside.
+    apart: bool,
+}
+
+impl<const D: usize> Line<D> {
+    /// The course of a chain of `base` through `points`; `stand_ins` are the nodes of its bones in the continuum.
+    pub fn new(
+        base: &Mesh<D>,
+        chain: &MuscleChain,
+        points: Vec<SVector<f64, D>>,
+        stand_ins: &[(usize, Vec<usize>)],
+    ) -> Result<Self, ContinuumError> {
+        let muscle = || chain.name.clone();
+        let in_tissue = base.in_tissue();
+        let inside: Vec<usize> = (0..chain.nodes.len()).filter(|&i| in_tissue[chain.nodes[i]]).collect();
+        let bones = chain.ends().map(|end| {
+            let found = stand_ins.iter().find(|(bone, _)| *bone == end);
+            found.and_then(|(_, nodes)| nodes.first().copied())
+        });
+        let outside = chain.ends().map(|end| !in_tissue[end]);
+        if (0..2).any(|i| outside[i] && bones[i].is_none()) {
+            return Err(ContinuumError::Dangling { muscle: muscle() });
+        }
+        let (Some(first), Some(last)) = (inside.first(), inside.last()) else {
+            return Err(ContinuumError::LeavesTissue { muscle: muscle() });
+        };
+        let apart = first == last;
+        if last - first + 1 != inside.len() || (apart && outside[0] == outside[1]) {
+            return Err(ContinuumError::LeavesTissue { muscle: muscle() });
+        }
+        Ok(Self { name: muscle(), points, bones, outside, apart })
+    }
+
+    fn dangling(&self) -> ContinuumError {
+        ContinuumError::Dangling { muscle: self.name.clone() }
+    }
+
+    fn length(&self) -> f64 {
+        self.points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
+    }
+
+    /// What pulls when the muscle contracts.
+    pub fn strands(
+        &self,
+        locator: &Locator<'_, D>,
+        nodes: &[SVector<f64, D>],
+        settings: &ContinuumSettings,
+    ) -> Result<Vec<Strand>, ContinuumError> {
+        if self.apart {
+            // The end in the tissue is the one that is not outside.
+            let (bone, inner) = if self.outside[0] { (0, 1) } else { (1, 0) };
+            let at = if inner == 0 { self.points[0] } else { self.points[self.points.len() - 1] };
+            let mean = locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| self.dangling())?;
+            return self.from_bone(bone, mean, 1.0, nodes).map(|strand| vec![strand]);
+        }
+        let mut strands = Vec::new();
+        for (offset, share) in profile::<D>(settings) {
+            let fibre = self.fibre(&offset, settings.bundle_width_m);
+            let ends = self.embed(&fibre, share, locator, settings, &mut strands);
+            for bone in (0..2).filter(|&i| self.outside[i]) {
+                // A fibre that passes the tissue by has no entry.
+                let Some(entry) = ends.map(|ends| ends[bone]) else { continue };
+                let mean = locator.mean(&entry, 0.0).ok_or_else(|| self.dangling())?;
+                strands.push(self.from_bone(bone, mean, share, nodes)?);
+            }
+        }
+        Ok(strands)
+    }
+
+    /// The straight part from the bone at an end to a mean of nodes.
+    fn from_bone(
+        &self,
+        end: usize,
+        mean: Vec<(usize, f64)>,
+        weight: f64,
+        nodes: &[SVector<f64, D>],
+    ) -> Result<Strand, ContinuumError> {
+        let bone = self.bones[end].ok_or_else(|| self.dangling())?;
+        let (mut nodes_of, mut coefficients): (Vec<usize>, Vec<f64>) = mean.into_iter().unzip();
+        nodes_of.push(bone);
+        coefficients.push(-1.0);
+        let way: SVector<f64, D> = nodes_of.iter().zip(&coefficients).map(|(&n, c)| nodes[n] * *c).sum();
+        Ok(Strand { nodes: nodes_of, coefficients, weight, rest: way.norm() })
+    }
+
+    /// The line moved aside by `offset`, in half widths; half as far at a bone.
+    fn fibre(&self, offset: &[f64; 2], width: f64) -> Vec<SVector<f64, D>> {
+        let (length, last) = (self.length(), self.points.len() - 1);
+        let mut way = 0.0;
+        let mut normals: Option<[SVector<f64, D>; 2]> = None;
+        let mut fibre = Vec::with_capacity(self.points.len());
+        for (i, point) in self.points.iter().enumerate() {
+            if i > 0 {
+                way += (point - self.points[i - 1]).norm();
+            }
+            let along = (self.points[(i + 1).min(last)] - self.points[i.saturating_sub(1)]).normalize();
+            let across = across(&along, normals.as_ref());
+            normals = Some(across);
+            let wide = 0.5 * width * self.wide(way / length);
+            fibre.push(point + (across[0] * offset[0] + across[1] * offset[1]) * wide);
+        }
+        fibre
+    }
+
+    /// The part of the whole width at a part of the length.
+    fn wide(&self, part: f64) -> f64 {
+        match [self.bones[0].is_some(), self.bones[1].is_some()] {
+            [false, false] => 1.0,
+            [true, false] => 0.5 + 0.5 * part,
+            [false, true] => 1.0 - 0.5 * part,
+            [true, true] => 1.0 - (part - 0.5).abs(),
+        }
+    }
+
+    /// The part of the tension that acts at a distance along the line, m: ends in the tissue fade out over a width.
+    fn ramp(&self, way: f64, length: f64, width: f64) -> f64 {
+        let fade = |distance: f64| {
+            let t = if width > 0.0 { (distance / width).clamp(0.0, 1.0) } else { 1.0 };
+            t * t * (3.0 - 2.0 * t)
+        };
+        let [first, second] = [0, 1].map(|i| self.bones[i].is_some());
+        (if first { 1.0 } else { fade(way) }) * (if second { 1.0 } else { fade(length - way) })
+    }
+
+    /// Adds the points of a fibre; returns where it enters the tissue and where it leaves it.
+    fn embed(
+        &self,
+        fibre: &[SVector<f64, D>],
+        share: f64,
+        locator: &Locator<'_, D>,
+        settings: &ContinuumSettings,
+        strands: &mut Vec<Strand>,
+    ) -> Option<[SVector<f64, D>; 2]> {
+        let length = self.length();
+        let mut ends: Option<[SVector<f64, D>; 2]> = None;
+        let mut before = 0.0;
+        for (piece, on_line) in fibre.windows(2).zip(self.points.windows(2)) {
+            let (way, own_length) = (piece[1] - piece[0], (on_line[1] - on_line[0]).norm());
+            let along = way.normalize();
+            for (element, [from, to]) in locator.cut(&piece[0], &piece[1]) {
+                let [first, last] = [from, to].map(|t| piece[0] + way * t);
+                ends = Some([ends.map_or(first, |e| e[0]), last]);
+                for (x, w) in gauss_legendre(POINTS) {
+                    let t = from + (to - from) * 0.5 * (1.0 + x);
+                    let at = piece[0] + way * t;
+                    let ramp = self.ramp(before + own_length * t, length, settings.bundle_width_m);
+                    strands.push(Strand {
+                        nodes: locator.nodes(element).to_vec(),
+                        coefficients: locator.slopes(element, &at, &along),
+                        weight: share * ramp * 0.5 * w * (to - from) * way.norm(),
+                        rest: 1.0,
+                    });
+                }
+            }
+            before += own_length;
+        }
+        ends
+    }
+
+    /// The nodes of the muscle in the continuum: its bones, and points that follow the tissue about `spacing` apart, m.
+    pub fn chain(
+        &self,
+        locator: &Locator<'_, D>,
+        nodes: &mut Vec<SVector<f64, D>>,
+        followers: &mut Vec<Follower<D>>,
+        settings: &ContinuumSettings,
+        spacing: f64,
+    ) -> Result<Vec<usize>, ContinuumError> {
+        let mut follow = |at: SVector<f64, D>, weights: Vec<(usize, f64)>| {
+            let known = |f: &&Follower<D>| nodes[f.node] == at && f.weights == weights;
+            if let Some(same) = followers.iter().find(known) {
+                return same.node;
+            }
+            let mean: SVector<f64, D> = weights.iter().map(|&(n, w)| nodes[n] * w).sum();
+            nodes.push(at);
+            followers.push(Follower { node: nodes.len() - 1, offset: at - mean, weights });
+            nodes.len() - 1
+        };
+        let last = self.points.len() - 1;
+        let mut end = |i: usize| match self.bones[i] {
+            Some(bone) => Ok(bone),
+            None => {
+                let at = self.points[i * last];
+                let mean = locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| self.dangling())?;
+                Ok(follow(at, mean))
+            }
+        };
+        let ends = [end(0)?, end(1)?];
+        let mut chain = vec![ends[0]];
+        for piece in self.points.windows(2) {
+            let way = piece[1] - piece[0];
+            let count = if self.apart { 1 } else { (way.norm() / spacing).round().max(1.0) as usize };
+            for step in 1..=count {
+                let at = piece[0] + way * (step as f64 / count as f64);
+                let is_end = step == count && piece[1] == self.points[last];
+                if let Some(mean) = locator.mean(&at, 0.0).filter(|_| !is_end) {
+                    chain.push(follow(at, mean));
+                }
+            }
+        }
+        chain.push(ends[1]);
+        Ok(chain)
+    }
+}
+
+/// Where the fibres are in the cross-section, in half widths, and which share of the tension each has: Gauss's points with the weights
+/// `(1 - t²)²`, in space on rings.
+fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)> {
+    let count = if settings.bundle_width_m > 0.0 { settings.fibres } else { 1 };
+    let bump = |t: f64| (1.0 - t * t).powi(2);
+    let mut fibres: Vec<([f64; 2], f64)> = Vec::new();
+    if D == 2 || count == 1 {
+        fibres.extend(gauss_legendre(count).into_iter().map(|(t, w)| ([t, 0.0], w * bump(t))));
+    } else {
+        for (ring, (x, w)) in gauss_legendre(count.div_ceil(AROUND)).into_iter().enumerate() {
+            let r = 0.5 * (1.0 + x);
+            for i in 0..AROUND {
+                let angle = std::f64::consts::TAU * (i as f64 + 0.5 * (ring % 2) as f64) / AROUND as f64;
+                fibres.push(([r * angle.cos(), r * angle.sin()], w * r * bump(r)));
+            }
+        }
+    }
+    let all: f64 = fibres.iter().map(|f| f.1).sum();
+    fibres.iter_mut().for_each(|f| f.1 /= all);
+    fibres
+}
+
+/// Unit vectors across a direction: in the plane to its left, in space two, as near as can be to those before.
+fn across<const D: usize>(along: &SVector<f64, D>, before: Option<&[SVector<f64, D>; 2]>) -> [SVector<f64, D>; 2] {
+    let mut first = SVector::zeros();
+    if D == 2 {
+        (first[0], first[1]) = (-along[1], along[0]);
+        return [first, SVector::zeros()];
+    }
+    let least = (0..D).min_by(|&i, &j| along[i].abs().total_cmp(&along[j].abs())).unwrap_or(0);
+    let mut unit = SVector::<f64, D>::zeros();
+    unit[least] = 1.0;
+    let start = before.map_or(unit, |b| b[0]);
+    let without = |v: SVector<f64, D>| v - along * along.dot(&v);
+    let first = without(start).try_normalize(1e-6).unwrap_or_else(|| without(unit).normalize());
+    let mut second = SVector::zeros();
+    for d in 0..3 {
+        second[d] = along[(d + 1) % 3] * first[(d + 2) % 3] - along[(d + 2) % 3] * first[(d + 1) % 3];
+    }
+    [first, second]
+}

@@ -1,0 +1,158 @@
+//! Which element a point lies in, which parts of a line lie in which elements, and means over the surroundings of a point.
+
+use nalgebra::SVector;
+
+use crate::geometry::quadratic;
+use crate::geometry::quadrature::gauss_legendre;
+use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
+
+/// A point as far outside as this, in barycentric coordinates, still counts as inside.
+const SLACK: f64 = 1e-9;
+/// Parts of a line shorter than this part of it are none.
+const SHORTEST: f64 = 1e-9;
+/// Points of a mean over a disc: rings, and points on each.
+const RINGS: usize = 12;
+const AROUND: usize = 48;
+
+/// The elements with what finding them needs.
+pub(super) struct Locator<'a, const D: usize> {
+    elements: &'a [Vec<usize>],
+    corners: Vec<Corners<D>>,
+    boxes: Vec<[SVector<f64, D>; 2]>,
+}
+
+impl<'a, const D: usize> Locator<'a, D> {
+    pub fn new(nodes: &[SVector<f64, D>], elements: &'a [Vec<usize>]) -> Self {
+        let corners: Vec<Corners<D>> =
+            elements.iter().map(|e| simplex::corners(nodes, &e[..=D])).collect();
+        let around = |x: &Corners<D>| {
+            let points = &x[..=D];
+            let (low, high) = points.iter().fold((x[0], x[0]), |(l, h), p| (l.inf(p), h.sup(p)));
+            let slack = SVector::repeat((high - low).amax() * SLACK);
+            [low - slack, high + slack]
+        };
+        let boxes = corners.iter().map(around).collect();
+        Self { elements, corners, boxes }
+    }
+
+    /// Nodes of an element.
+    pub fn nodes(&self, element: usize) -> &[usize] {
+        &self.elements[element]
+    }
+
+    /// Gradients of the shape functions of an element at a point along a direction.
+    pub fn slopes(&self, element: usize, at: &SVector<f64, D>, along: &SVector<f64, D>) -> Vec<f64> {
+        let x = &self.corners[element];
+        let measure = simplex::measure(x);
+        let of_coordinates = simplex::gradient(x).map(|g| g / measure);
+        let gradients = quadratic::gradients(&simplex::barycentric(x, at), &of_coordinates);
+        gradients[..quadratic::nodes::<D>()].iter().map(|g| g.dot(along)).collect()
+    }
+
+    /// The element in which a point lies deepest, and its barycentric coordinates there.
+    fn find(&self, p: &SVector<f64, D>, among: &[usize]) -> Option<(usize, [f64; MAX_CORNERS])> {
+        let mut best: Option<(usize, [f64; MAX_CORNERS], f64)> = None;
+        for &e in among {
+            let [low, high] = &self.boxes[e];
+            if !(0..D).all(|d| (low[d]..=high[d]).contains(&p[d])) {
+                continue;
+            }
+            let at = simplex::barycentric(&self.corners[e], p);
+            let depth = at[..=D].iter().copied().fold(f64::INFINITY, f64::min);
+            if depth >= -SLACK && best.as_ref().is_none_or(|(_, _, d)| depth > *d) {
+                best = Some((e, at, depth));
+            }
+        }
+        best.map(|(e, at, _)| (e, at))
+    }
+
+    /// Elements whose box comes nearer to a point than `reach`, m.
+    fn near(&self, p: &SVector<f64, D>, reach: f64) -> Vec<usize> {
+        let close = |[low, high]: &[SVector<f64, D>; 2]| {
+            (0..D).all(|d| p[d] >= low[d] - reach && p[d] <= high[d] + reach)
+        };
+        (0..self.boxes.len()).filter(|&e| close(&self.boxes[e])).collect()
+    }
+
+    /// The mean over the tissue within `radius`, m, of a point, weighted with `(1 - d²/radius²)²`, as weights of nodes; with no radius the
+    /// point itself. `None` where there is no tissue.
+    pub fn mean(&self, centre: &SVector<f64, D>, radius: f64) -> Option<Vec<(usize, f64)>> {
+        let among = self.near(centre, radius);
+        let mut weights: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
+        for (offset, weight) in ball::<D>(if radius > 0.0 { RINGS } else { 0 }) {
+            let Some((e, at)) = self.find(&(centre + offset * radius), &among) else { continue };
+            for (&node, value) in self.nodes(e).iter().zip(quadratic::values::<D>(&at)) {
+                *weights.entry(node).or_default() += weight * value;
+            }
+        }
+        let sum: f64 = weights.values().sum();
+        (sum > 0.0).then(|| weights.into_iter().map(|(node, w)| (node, w / sum)).filter(|w| w.1 != 0.0).collect())
+    }
+
+    /// The parts of a straight line that lie in the tissue, in order: the element of each and where it begins and ends, as fractions of
+    /// the way. No part of the line is in two.
+    pub fn cut(&self, a: &SVector<f64, D>, b: &SVector<f64, D>) -> Vec<(usize, [f64; 2])> {
+        let (low, high) = (a.inf(b), a.sup(b));
+        let meets = |[l, h]: &[SVector<f64, D>; 2]| (0..D).all(|d| high[d] >= l[d] && low[d] <= h[d]);
+        let mut parts: Vec<(usize, [f64; 2])> = (0..self.corners.len())
+            .filter(|&e| meets(&self.boxes[e]))
+            .filter_map(|e| Some((e, simplex::part_inside(&self.corners[e], a, b)?)))
+            .collect();
+        parts.sort_by(|(e, p), (f, q)| p[0].total_cmp(&q[0]).then(q[1].total_cmp(&p[1])).then(e.cmp(f)));
+        let mut reached = 0.0;
+        // A line along an edge is in the elements on both of its sides: the first has it.
+        let mut own = |(e, [from, to]): (usize, [f64; 2])| {
+            let from = f64::max(from, reached);
+            reached = f64::max(reached, to);
+            (to - from > SHORTEST).then_some((e, [from, to]))
+        };
+        parts.into_iter().filter_map(&mut own).collect()
+    }
+}
+
+/// Points of the unit disc or ball and weights of `(1 - r²)²` over it; without rings its centre.
+fn ball<const D: usize>(rings: usize) -> Vec<(SVector<f64, D>, f64)> {
+    if rings == 0 {
+        return vec![(SVector::zeros(), 1.0)];
+    }
+    let mut points = Vec::new();
+    // Half steps, so that no point lies on a line of symmetry.
+    let angle = |i: usize| std::f64::consts::TAU * (i as f64 + 0.5) / AROUND as f64;
+    for (x, w) in gauss_legendre(rings) {
+        let r = 0.5 * (1.0 + x);
+        let bump = w * (1.0 - r * r).powi(2) * r.powi(D as i32 - 1);
+        let heights = if D == 2 { vec![(0.0, 1.0)] } else { gauss_legendre(rings) };
+        for (height, share) in heights {
+            let across = r * f64::sqrt(1.0 - height * height);
+            for i in 0..AROUND {
+                let mut p = SVector::zeros();
+                (p[0], p[1]) = (across * angle(i).cos(), across * angle(i).sin());
+                if D == 3 {
+                    p[2] = r * height;
+                }
+                points.push((p, bump * share));
+            }
+        }
+    }
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_along_an_edge_is_in_one_element_only_and_one_across_is_cut_at_the_edge() {
+        let nodes: Vec<SVector<f64, 2>> =
+            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(SVector::from).to_vec();
+        let elements = vec![vec![0, 1, 2], vec![0, 2, 3]];
+        let locator = Locator::new(&nodes, &elements);
+        let along = locator.cut(&SVector::from([-1.0, -1.0]), &SVector::from([2.0, 2.0]));
+        assert_eq!(along.len(), 1);
+        let length = along[0].1[1] - along[0].1[0];
+        assert!((length - 1.0 / 3.0).abs() < 1e-12, "{along:?}");
+        let across = locator.cut(&SVector::from([0.0, 0.75]), &SVector::from([2.0, 0.25]));
+        assert_eq!(across.iter().map(|p| p.0).collect::<Vec<_>>(), [1, 0]);
+        assert!((across[0].1[1] - across[1].1[0]).abs() < 1e-12 && (across[1].1[1] - 0.5).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,216 @@
+//! A body whose answers do not depend on its mesh: quadratic elements, muscles of finite width, bones that hold patches.
+//!
+//! Where muscles are lines and bones are points, forces act on places without extent, and the displacement under a point load in a
+//! plane grows with the logarithm of one over the mesh spacing: tensions that are fitted on such a body belong to its mesh. Here each
+//! muscle is a bundle of fibres over a width, cut at the edges of the elements that it passes, and each bone holds a patch of the surface
+//! by springs. Widths, patches and their stiffness are chosen, not measured ([`ContinuumSettings`]).
+
+mod attach;
+mod bundle;
+mod elements;
+mod locate;
+
+use nalgebra::SVector;
+use serde::Serialize;
+
+use super::{Mesh, MuscleChain};
+use crate::geometry::quadratic;
+use bundle::Line;
+use locate::Locator;
+
+/// What has no data: how wide muscles are and how bones hold. Chosen, not measured, and never tuned on what is to be predicted; what
+/// they do to the answers is in `results/continuum`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ContinuumSettings {
+    /// Width of a muscle, m; half of it at a bone. 0: one line, for bodies whose muscles are given fibre by fibre.
+    pub bundle_width_m: f64,
+    /// Fibres across the width.
+    pub fibres: usize,
+    /// Radius of the patch around a point of bone, m. 0: the bone holds its node alone, which does not converge.
+    pub patch_radius_m: f64,
+    /// Stiffness of the patch: `k` in `κ = k μ/r (1 - d²/r²)²` at the distance `d` from the point.
+    pub patch_stiffness: f64,
+}
+
+impl Default for ContinuumSettings {
+    fn default() -> Self {
+        Self { bundle_width_m: 6e-3, fibres: 9, patch_radius_m: 10e-3, patch_stiffness: 50.0 }
+    }
+}
+
+impl ContinuumSettings {
+    /// Largest and least of everything that makes sense, SI.
+    ///
+    /// # Errors
+    /// [`ContinuumError::Setting`] names the first that does not.
+    pub fn check(&self) -> Result<(), ContinuumError> {
+        let within = |name, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
+            true => Ok(()),
+            false => Err(ContinuumError::Setting { name, value, low, high }),
+        };
+        within("width of a muscle (m)", self.bundle_width_m, 0.0, 1.0)?;
+        within("number of fibres of a muscle", self.fibres as f64, 1.0, 64.0)?;
+        within("radius of a bone's patch (m)", self.patch_radius_m, 0.0, 1.0)?;
+        within("stiffness of a bone's patch", self.patch_stiffness, 1e-6, 1e6)
+    }
+}
+
+/// Why a mesh cannot be made a continuum.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ContinuumError {
+    /// A setting out of range.
+    #[error("the {name} is {value}; give {low} to {high}")]
+    Setting {
+        /// Which.
+        name: &'static str,
+        /// Its value, SI.
+        value: f64,
+        /// The least.
+        low: f64,
+        /// The largest.
+        high: f64,
+    },
+    /// A mesh of lines only.
+    #[error("the mesh has no triangles or tetrahedra, so it cannot be a continuum; take --body springs")]
+    NoCells,
+    /// A mesh that is one already.
+    #[error("the mesh is a continuum already")]
+    Already,
+    /// A muscle that ends in the air.
+    #[error("muscle {muscle} ends outside the tissue and on no bone, so it has nothing to pull at; fix its end")]
+    Dangling {
+        /// Its name.
+        muscle: String,
+    },
+    /// A muscle that is nowhere in the tissue and not between bones and it.
+    #[error("muscle {muscle} leaves the tissue between its ends; only a part from a bone to the tissue may be outside")]
+    LeavesTissue {
+        /// Its name.
+        muscle: String,
+    },
+}
+
+/// What makes a [`Mesh`] a continuum. The cells of the mesh are then the linear parts of the elements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Continuum<const D: usize> {
+    /// What was chosen.
+    pub settings: ContinuumSettings,
+    /// Nodes of the elements, one after another ([`Continuum::elements`]).
+    elements: Vec<usize>,
+    /// Nodes that are no unknowns but follow the tissue: ends and points of muscles, in ascending order of nodes.
+    pub followers: Vec<Follower<D>>,
+    /// For every muscle of the mesh what pulls when it contracts.
+    pub bundles: Vec<Vec<Strand>>,
+    /// How the bones hold the tissue, for `μ/r · k = 1` N/m³.
+    pub ties: Vec<Tie>,
+}
+
+impl<const D: usize> Continuum<D> {
+    /// The nodes of each element: the corners, then the middles of [`quadratic::edges`].
+    pub fn elements(&self) -> std::slice::ChunksExact<'_, usize> {
+        self.elements.chunks_exact(quadratic::nodes::<D>())
+    }
+
+    /// Puts the nodes that follow the tissue where it takes them.
+    pub fn place_followers(&self, positions: &mut [SVector<f64, D>]) {
+        for f in &self.followers {
+            positions[f.node] = f.offset + f.mean(positions);
+        }
+    }
+
+    /// The same for velocities or other motions of the nodes.
+    pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
+        for f in &self.followers {
+            motion[f.node] = f.mean(motion);
+        }
+    }
+}
+
+/// A node that is at rest where it is, and moves by the mean displacement of others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Follower<const D: usize> {
+    /// The node.
+    pub node: usize,
+    /// What it follows, and with which weights; their sum is 1.
+    pub weights: Vec<(usize, f64)>,
+    /// Its position less the mean at rest, m.
+    pub offset: SVector<f64, D>,
+}
+
+impl<const D: usize> Follower<D> {
+    fn mean(&self, of_nodes: &[SVector<f64, D>]) -> SVector<f64, D> {
+        self.weights.iter().map(|&(node, weight)| of_nodes[node] * weight).sum()
+    }
+}
+
+/// A part of a muscle that pulls along a vector `y = sum c_a x_a` of the positions of nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strand {
+    /// The nodes.
+    pub nodes: Vec<usize>,
+    /// The coefficient of each: 1/m for a point of a fibre in the tissue, 1 for a part outside it.
+    pub coefficients: Vec<f64>,
+    /// By what its lengthening counts: m for a point of a fibre, 1 for a part outside.
+    pub weight: f64,
+    /// The length of `y` at rest.
+    pub rest: f64,
+}
+
+/// A quadratic form in the positions of nodes of the tissue and of a bone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tie {
+    /// The nodes.
+    pub nodes: Vec<usize>,
+    /// Row by row, symmetric; m (in space m²), for a stiffness in N/m³.
+    pub form: Vec<f64>,
+}
+
+/// A mesh made a continuum, and where its bones came to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Laid<const D: usize> {
+    /// The mesh: corners of the elements first, then the middles of edges, bones, and points of muscles.
+    pub mesh: Mesh<D>,
+    /// For every fixed node of the mesh that was given the nodes that stand for it, its own place first.
+    pub bones: Vec<(usize, Vec<usize>)>,
+}
+
+/// Makes a mesh of linear cells a continuum: a node in the middle of every edge, a bundle of fibres along every muscle, and a patch around
+/// every bone that is a point of the surface. Bones that hold whole edges (in space: faces) of the surface hold them as they are. `lines` are
+/// the muscles' courses, m, where they are known better than by the chains of the mesh.
+///
+/// # Errors
+/// [`ContinuumError`], for a mesh that passed [`Mesh::check`].
+pub fn lay<const D: usize>(
+    base: &Mesh<D>,
+    lines: Option<&[Vec<SVector<f64, D>>]>,
+    settings: &ContinuumSettings,
+) -> Result<Laid<D>, ContinuumError> {
+    settings.check()?;
+    if base.continuum.is_some() {
+        return Err(ContinuumError::Already);
+    }
+    if base.cells.is_empty() {
+        return Err(ContinuumError::NoCells);
+    }
+    let (mut mesh, elements, number) = elements::quadratic(base);
+    let held = attach::bones(base, &mut mesh, &elements, &number, settings);
+    let locator = Locator::new(&mesh.nodes, &elements);
+    let spacing = elements::mean_edge(base);
+    let (mut followers, mut bundles, mut muscles) = (Vec::new(), Vec::new(), Vec::new());
+    for (nth, chain) in base.muscles.iter().enumerate() {
+        let course = match lines.and_then(|l| l.get(nth)) {
+            Some(points) => points.clone(),
+            None => chain.nodes.iter().map(|&n| base.nodes[n]).collect(),
+        };
+        let line = Line::new(base, chain, course, &held.stand_ins)?;
+        bundles.push(line.strands(&locator, &mesh.nodes, settings)?);
+        let nodes = line.chain(&locator, &mut mesh.nodes, &mut followers, settings, spacing)?;
+        muscles.push(MuscleChain { name: chain.name.clone(), nodes });
+    }
+    mesh.muscles = muscles;
+    mesh.connect();
+    let elements = elements.concat();
+    let continuum = Continuum { settings: *settings, elements, followers, bundles, ties: held.ties };
+    mesh.continuum = Some(continuum.into());
+    Ok(Laid { mesh, bones: held.stand_ins })
+}

@@ -1,0 +1,150 @@
+//! Quadratic simplices with straight sides: a node at each corner and one in the middle of each edge.
+//!
+//! Corners come first, then the middles of [`EDGES`]: the order of VTK. In barycentric coordinates `l` the shape functions are
+//! `l_i (2 l_i - 1)` and `4 l_i l_j` (Zienkiewicz and Taylor, The Finite Element Method, 6th ed., vol. 1, 4.7 and 4.9).
+
+use nalgebra::SVector;
+
+use super::simplex::{Corners, MAX_CORNERS};
+
+/// Most nodes that a quadratic simplex can have (a tetrahedron's ten); a triangle uses the first six of such an array.
+pub const MAX_NODES: usize = 10;
+
+/// The corners between which node `corners + n` lies.
+const EDGES: [[[usize; 2]; 6]; 2] =
+    [[[0, 1], [1, 2], [2, 0], [0, 0], [0, 0], [0, 0]], [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]];
+
+/// The linear cells whose corners are the nodes of a quadratic one.
+const PARTS: [&[&[usize]]; 2] = [
+    &[&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]],
+    &[
+        &[0, 4, 6, 7],
+        &[4, 1, 5, 8],
+        &[6, 5, 2, 9],
+        &[7, 8, 9, 3],
+        &[4, 8, 6, 7],
+        &[4, 5, 6, 8],
+        &[6, 8, 9, 7],
+        &[5, 9, 6, 8],
+    ],
+];
+
+/// Interior points at which quadratic polynomials are integrated exactly, each with the same weight (Hammer and Stroud 1956).
+const POINTS: [&[[f64; MAX_CORNERS]]; 2] = {
+    const P: f64 = 1.0 / 6.0;
+    const Q: f64 = 2.0 / 3.0;
+    // (5 - sqrt 5)/20 and (5 + 3 sqrt 5)/20.
+    const R: f64 = 0.138_196_601_125_010_5;
+    const S: f64 = 0.585_410_196_624_968_5;
+    [
+        &[[Q, P, P, 0.0], [P, Q, P, 0.0], [P, P, Q, 0.0]],
+        &[[S, R, R, R], [R, S, R, R], [R, R, S, R], [R, R, R, S]],
+    ]
+};
+
+/// Number of nodes of a quadratic simplex: 6 in the plane, 10 in space.
+pub const fn nodes<const D: usize>() -> usize {
+    (D + 1) * (D + 2) / 2
+}
+
+/// The two corners on either side of each node that is the middle of an edge.
+pub fn edges<const D: usize>() -> &'static [[usize; 2]] {
+    &EDGES[D - 2][..nodes::<D>() - D - 1]
+}
+
+/// The linear cells, 4 in the plane and 8 in space, into which the nodes divide a quadratic one.
+pub fn parts<const D: usize>() -> &'static [&'static [usize]] {
+    PARTS[D - 2]
+}
+
+/// Barycentric coordinates of the integration points: 3 in the plane, 4 in space, equal in weight.
+pub fn points<const D: usize>() -> &'static [[f64; MAX_CORNERS]] {
+    POINTS[D - 2]
+}
+
+/// Values of the shape functions at barycentric coordinates.
+pub fn values<const D: usize>(at: &[f64; MAX_CORNERS]) -> [f64; MAX_NODES] {
+    let mut out = [0.0; MAX_NODES];
+    for i in 0..=D {
+        out[i] = at[i] * (2.0 * at[i] - 1.0);
+    }
+    for (value, [i, j]) in out[D + 1..].iter_mut().zip(edges::<D>()) {
+        *value = 4.0 * at[*i] * at[*j];
+    }
+    out
+}
+
+/// Gradients of the shape functions at barycentric coordinates, 1/m, from those of the coordinates themselves.
+pub fn gradients<const D: usize>(
+    at: &[f64; MAX_CORNERS],
+    of_coordinates: &Corners<D>,
+) -> [SVector<f64, D>; MAX_NODES] {
+    let g = of_coordinates;
+    let mut out = [SVector::zeros(); MAX_NODES];
+    for i in 0..=D {
+        out[i] = g[i] * (4.0 * at[i] - 1.0);
+    }
+    for (gradient, &[i, j]) in out[D + 1..].iter_mut().zip(edges::<D>()) {
+        *gradient = (g[i] * at[j] + g[j] * at[i]) * 4.0;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::simplex;
+
+    fn corners<const D: usize>() -> Corners<D> {
+        let mut x = [SVector::zeros(); MAX_CORNERS];
+        for (i, corner) in x.iter_mut().enumerate().take(D + 1) {
+            for d in 0..D {
+                corner[d] = if i == d + 1 { 1.0 } else { 0.0 } + 0.1 * ((3 * i + 5 * d) as f64).sin();
+            }
+        }
+        x
+    }
+
+    fn all_nodes<const D: usize>(x: &Corners<D>) -> Vec<SVector<f64, D>> {
+        let middles = edges::<D>().iter().map(|&[i, j]| (x[i] + x[j]) * 0.5);
+        x[..=D].iter().copied().chain(middles).collect()
+    }
+
+    fn are_what_they_should_be<const D: usize>() {
+        let x = corners::<D>();
+        let nodes = all_nodes(&x);
+        assert_eq!(nodes.len(), super::nodes::<D>());
+        // A quadratic field is met everywhere, with its gradient.
+        let field = |p: &SVector<f64, D>| 1.0 + 2.0 * p[0] - p[1] + 3.0 * p[0] * p[1] - p[1] * p[1];
+        let slope = |p: &SVector<f64, D>| {
+            let mut g = SVector::<f64, D>::zeros();
+            (g[0], g[1]) = (2.0 + 3.0 * p[1], -1.0 + 3.0 * p[0] - 2.0 * p[1]);
+            g
+        };
+        let measure = simplex::measure(&x);
+        let coordinates = simplex::gradient(&x).map(|g| g / measure);
+        let (mut first, mut second) = (0.0, 0.0);
+        for at in points::<D>() {
+            let p: SVector<f64, D> = x.iter().zip(at).map(|(x, l)| x * *l).sum();
+            let (n, g) = (values::<D>(at), gradients(at, &coordinates));
+            let value: f64 = nodes.iter().zip(n).map(|(node, n)| n * field(node)).sum();
+            let gradient: SVector<f64, D> = nodes.iter().zip(g).map(|(node, g)| g * field(node)).sum();
+            assert!((value - field(&p)).abs() < 1e-13 && (gradient - slope(&p)).norm() < 1e-12);
+            first += at[0] / points::<D>().len() as f64;
+            second += at[0] * at[1] / points::<D>().len() as f64;
+        }
+        let d = D as f64;
+        assert!((first - 1.0 / (d + 1.0)).abs() < 1e-15);
+        assert!((second - 1.0 / ((d + 1.0) * (d + 2.0))).abs() < 1e-15);
+        let parts = parts::<D>().iter().map(|part| simplex::measure(&simplex::corners(&nodes, part)));
+        for part in parts {
+            assert!((part / measure * (1 << D) as f64 - 1.0).abs() < 1e-12, "{part} {measure}");
+        }
+    }
+
+    #[test]
+    fn quadratic_fields_are_met_and_the_parts_fill_the_cell() {
+        are_what_they_should_be::<2>();
+        are_what_they_should_be::<3>();
+    }
+}
