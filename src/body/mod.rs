@@ -143,10 +143,10 @@ impl<const D: usize> Body<D> {
     }
 
     fn laid(self, laid: continuum::Laid<D>) -> Self {
-        let stand_ins = |node: &usize| laid.bones.iter().filter(move |(b, _)| b == node).flat_map(|(_, n)| n.clone());
         let mut bones = self.bones;
         for bone in &mut bones {
-            bone.nodes = bone.nodes.iter().flat_map(stand_ins).collect();
+            let stand_in = laid.bones.iter().filter(|(node, _)| bone.nodes.contains(node));
+            bone.nodes = stand_in.flat_map(|(_, nodes)| nodes.iter().copied()).collect();
             bone.nodes.sort_unstable();
         }
         Self { what: format!("{}, a continuum", self.what), mesh: laid.mesh, bones, palate: self.palate }

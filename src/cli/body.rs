@@ -4,20 +4,25 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::body::{Anatomy, AnyBody, Body, Unit, gmsh};
+use tongue_fit::body::{
+    Anatomy, AnyBody, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, Unit, gmsh,
+};
 use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
 use super::output;
+
+/// Mesh spacing of a continuum where none is given, m.
+const CONTINUUM_SPACING_M: f64 = 4e-3;
 
 /// The body and its model.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Body")]
 pub struct Arguments {
-    /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres
-    #[arg(long, value_name = "LENGTH", default_value = "5.5mm")]
-    h: String,
+    /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres [default: 5.5mm, of a continuum 4mm]
+    #[arg(long, value_name = "LENGTH")]
+    h: Option<String>,
     /// Anatomy file (TOML) in place of the built-in one
     #[arg(long, value_name = "FILE")]
     anatomy: Option<PathBuf>,
@@ -105,6 +110,13 @@ impl Arguments {
     /// A spacing that is no length or out of range; an anatomy or mesh file that cannot be read or is wrong; a mesh in space, or
     /// far larger than any tongue.
     pub fn body(&self) -> miette::Result<Body<2>> {
+        let h = match (&self.h, self.body) {
+            (Some(h), _) => spacing(h)?,
+            (None, BodyName::Springs) => DEFAULT_SPACING_M,
+            (None, BodyName::Continuum) => CONTINUUM_SPACING_M,
+        };
+        let settings = ContinuumSettings::default();
+        let continuum = self.body == BodyName::Continuum;
         let body = match (&self.mesh, &self.anatomy) {
             (Some(path), _) => {
                 let body =
@@ -112,13 +124,22 @@ impl Arguments {
                 if let Some(suspicion) = gmsh::unit_suspicion(&body.mesh) {
                     output::note(&format!("{}: {suspicion}", path.display()));
                 }
-                body
+                match continuum {
+                    true => body.into_continuum(&settings).into_diagnostic()?,
+                    false => body,
+                }
             }
             (None, Some(path)) => {
-                let body = Body::from_anatomy(&read_anatomy(path)?, spacing(&self.h)?);
+                let anatomy = read_anatomy(path)?;
+                let body = Body::from_anatomy(&anatomy, h).map_err(BodyError::from);
+                let body = match continuum {
+                    true => body.and_then(|body| body.into_continuum_of(&anatomy, &settings)),
+                    false => body,
+                };
                 body.map_err(|error| miette!("{}: {error}", path.display()))?
             }
-            (None, None) => Body::tongue(spacing(&self.h)?).into_diagnostic()?,
+            (None, None) if continuum => Body::continuum(h, &settings).into_diagnostic()?,
+            (None, None) => Body::tongue(h).into_diagnostic()?,
         };
         output::step(|| {
             let mesh = &body.mesh;

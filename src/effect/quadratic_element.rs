@@ -130,7 +130,7 @@ fn cofactors<const D: usize>(f: &SMatrix<f64, D, D>) -> (SMatrix<f64, D, D>, f64
     let corners = as_simplex(f);
     let slopes = simplex::gradient(&corners);
     let factorial = if D == 2 { 2.0 } else { 6.0 };
-    let mut out = SMatrix::zeros();
+    let mut out = SMatrix::<f64, D, D>::zeros();
     for d in 0..D {
         out.set_column(d, &(slopes[d + 1] * factorial));
     }

@@ -217,23 +217,34 @@ fn all_effects_in_the_plane_and_in_space() {
         );
         solid.extend(check_all(&fixtures::block(2, 5.5e-3), 5.5e-3, tissue).into_iter().map(str::to_owned));
     }
+    let (plane, space) = (fixtures::lattice(3, 3, 5.5e-3), fixtures::block(1, 5.5e-3));
+    let plane = fixtures::held_at_a_corner(plane, 5.5e-3);
+    let space = fixtures::held_at_a_corner(space, 5.5e-3);
+    flat.extend(check_all(&plane, 5.5e-3, TissueModel::Continuum).into_iter().map(str::to_owned));
+    solid.extend(check_all(&space, 5.5e-3, TissueModel::Continuum).into_iter().map(str::to_owned));
     assert_eq!(flat, all_effects(), "an effect is not in the system that is checked: add it to `additions`");
     assert_eq!(solid, flat);
 }
 
 #[test]
 fn moving_the_whole_body_costs_no_energy_and_neither_does_turning_it() {
-    let mesh = fixtures::lattice(4, 4, 5.5e-3);
-    let x = fixtures::shaken(&mesh, 5e-4);
+    let lattice = fixtures::lattice(4, 4, 5.5e-3);
+    let continuum = fixtures::held_at_a_corner(lattice.clone(), 5.5e-3);
+    for tissue in [TissueModel::MassSpring, TissueModel::FiniteElement] {
+        is_free_to_move(&lattice, tissue);
+    }
+    is_free_to_move(&continuum, TissueModel::Continuum);
+}
+
+fn is_free_to_move(mesh: &Mesh<2>, tissue: TissueModel) {
+    let x = fixtures::shaken(mesh, 5e-4);
     let turn = nalgebra::Rotation2::new(0.7);
     let turned: Vec<_> = x.iter().map(|p| turn * p + SVector::from([0.02, -0.01])).collect();
     let tensions = [7.5];
-    for tissue in [TissueModel::MassSpring, TissueModel::FiniteElement] {
-        let system = System::new(&mesh, &Model { tissue, ..Model::default() }, &[0]).unwrap();
-        for effect in system.effects() {
-            let before = effect.energy(Configuration { positions: &x, tensions: &tensions });
-            let after = effect.energy(Configuration { positions: &turned, tensions: &tensions });
-            assert!((before - after).abs() < 1e-14, "{}: {before} {after}", effect.name());
-        }
+    let system = System::new(mesh, &Model { tissue, ..Model::default() }, &[0]).unwrap();
+    for effect in system.effects() {
+        let before = effect.energy(Configuration { positions: &x, tensions: &tensions });
+        let after = effect.energy(Configuration { positions: &turned, tensions: &tensions });
+        assert!((before - after).abs() < 1e-14, "{}: {before} {after}", effect.name());
     }
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
 mod batch_findings;
+mod continuum;
 mod dynamics_meet_exact_solutions;
 mod dynamics_of_the_tongue;
 mod effects_are_derivatives_of_their_energy;

@@ -29,6 +29,7 @@ fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
         connections: (0..links as usize).map(|i| [i, i + 1]).collect(),
         muscles: Vec::new(),
         fixed: vec![0],
+        continuum: None,
     };
     let model = Model { outside: OutsidePath::Chain, ..Model::default() };
     let k = system::coefficients(&chain, &model).unwrap().tissue_stiffness;

@@ -20,6 +20,8 @@ pub(super) struct Line<const D: usize> {
     bones: [Option<usize>; 2],
     /// At each end whether it runs outside the tissue from there.
     outside: [bool; 2],
+    /// At each end whether it fades out there: within the tissue, neither on a bone nor on the surface.
+    fades: [bool; 2],
     /// Whether all of it is outside.
     apart: bool,
 }
@@ -40,6 +42,8 @@ impl<const D: usize> Line<D> {
             found.and_then(|(_, nodes)| nodes.first().copied())
         });
         let outside = chain.ends().map(|end| !in_tissue[end]);
+        let surface = base.surface_nodes();
+        let fades = [0, 1].map(|i| bones[i].is_none() && surface.binary_search(&chain.ends()[i]).is_err());
         if (0..2).any(|i| outside[i] && bones[i].is_none()) {
             return Err(ContinuumError::Dangling { muscle: muscle() });
         }
@@ -50,7 +54,7 @@ impl<const D: usize> Line<D> {
         if last - first + 1 != inside.len() || (apart && outside[0] == outside[1]) {
             return Err(ContinuumError::LeavesTissue { muscle: muscle() });
         }
-        Ok(Self { name: muscle(), points, bones, outside, apart })
+        Ok(Self { name: muscle(), points, bones, outside, fades, apart })
     }
 
     fn dangling(&self) -> ContinuumError {
@@ -140,8 +144,7 @@ impl<const D: usize> Line<D> {
             let t = if width > 0.0 { (distance / width).clamp(0.0, 1.0) } else { 1.0 };
             t * t * (3.0 - 2.0 * t)
         };
-        let [first, second] = [0, 1].map(|i| self.bones[i].is_some());
-        (if first { 1.0 } else { fade(way) }) * (if second { 1.0 } else { fade(length - way) })
+        (if self.fades[0] { fade(way) } else { 1.0 }) * (if self.fades[1] { fade(length - way) } else { 1.0 })
     }
 
     /// Adds the points of a fibre; returns where it enters the tissue and where it leaves it.

@@ -1,0 +1,334 @@
+//! The continuum of quadratic elements: exact for homogeneous strain, of the third order for smooth ones, with muscles and bones whose
+//! forces do not depend on the mesh.
+
+use crate::fixtures;
+use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
+use tongue_fit::body::{Body, ContinuumError, ContinuumSettings, Mesh, continuum};
+use tongue_fit::effect::{Configuration, Effect};
+use tongue_fit::geometry::{quadratic, simplex};
+use tongue_fit::material::{Constants, NeoHookean};
+use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::system::{Additions, Model, System, TissueModel};
+
+const CONTINUUM: TissueModel = TissueModel::Continuum;
+
+fn model() -> Model {
+    Model { tissue: CONTINUUM, ..Model::default() }
+}
+
+/// The mesh as a continuum, held on its whole surface, its inner corners moved by up to a fifth of a side.
+fn held_all_around<const D: usize>(mut mesh: Mesh<D>, side: f64) -> Mesh<D> {
+    mesh.fixed = mesh.surface_nodes();
+    mesh.nodes = fixtures::shaken(&mesh, 0.2 * side);
+    mesh.muscles.clear();
+    continuum::lay(&mesh, None, &ContinuumSettings::default()).unwrap().mesh
+}
+
+fn patch_test<const D: usize>(mesh: Mesh<D>, side: f64, stretch: SMatrix<f64, D, D>) {
+    let mesh = held_all_around(mesh, side);
+    let system = System::new(&mesh, &model(), &[]).unwrap();
+    let x: Vec<_> = mesh.nodes.iter().map(|p| stretch * p).collect();
+    let mut force = vec![SVector::zeros(); x.len()];
+    system.force(Configuration { positions: &x, tensions: &[] }, &mut force);
+    let largest = |nodes: &mut dyn Iterator<Item = usize>| nodes.map(|n| force[n].norm()).fold(0.0, f64::max);
+    let inner = largest(&mut system.pattern().nodes().iter().copied());
+    let held = largest(&mut mesh.fixed.iter().copied());
+    assert!(inner < 1e-12 * held, "{D}D: {inner} beside {held}");
+    let exact = NeoHookean::from(&Constants::TONGUE).at(stretch, determinant(&stretch)).state();
+    for stress in system.stresses(&x) {
+        assert!((stress.cauchy_pa - exact.cauchy_pa).norm() < 1e-9 * exact.cauchy_pa.norm());
+    }
+}
+
+fn determinant<const D: usize>(f: &SMatrix<f64, D, D>) -> f64 {
+    nalgebra::DMatrix::from_column_slice(D, D, f.as_slice()).determinant()
+}
+
+#[test]
+fn a_homogeneous_stretch_of_irregular_elements_is_in_balance_to_rounding() {
+    patch_test(fixtures::lattice(6, 6, 5e-3), 5e-3, Matrix2::new(1.2, 0.1, -0.05, 0.9));
+    let stretch = Matrix3::new(1.2, 0.1, 0.0, -0.05, 0.9, 0.1, 0.02, 0.0, 0.95);
+    patch_test(fixtures::block(2, 5e-3), 5e-3, stretch);
+}
+
+/// A constant force on nodes.
+#[derive(Debug)]
+struct Load<const D: usize>(Vec<SVector<f64, D>>);
+
+impl<const D: usize> Effect<D> for Load<D> {
+    fn name(&self) -> &'static str {
+        "load"
+    }
+
+    fn energy(&self, at: Configuration<'_, D>) -> f64 {
+        -self.0.iter().zip(at.positions).map(|(f, x)| f.dot(x)).sum::<f64>()
+    }
+
+    fn add_force(&self, _at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
+        force.iter_mut().zip(&self.0).for_each(|(force, load)| *force += load);
+    }
+}
+
+/// A smooth field of displacements, m, over a body of size `SIZE`, its gradient, and the force per volume that holds it.
+const SIZE: f64 = 0.02;
+
+fn field<const D: usize>(p: &SVector<f64, D>) -> SVector<f64, D> {
+    let q = p / SIZE;
+    let mut u = SVector::zeros();
+    u[0] = 0.04 * SIZE * (2.0 * q[0] + 3.0 * q[1]).sin();
+    u[1] = 0.04 * SIZE * (3.0 * q[0] - q[1]).cos();
+    if D == 3 {
+        u[2] = 0.04 * SIZE * (q[0] + q[1] + 2.0 * q[2]).sin();
+    }
+    u
+}
+
+fn stress<const D: usize>(law: NeoHookean, p: &SVector<f64, D>) -> SMatrix<f64, D, D> {
+    let step = 1e-4 * SIZE;
+    let mut f = SMatrix::<f64, D, D>::identity();
+    for d in 0..D {
+        let mut by = SVector::zeros();
+        by[d] = step;
+        // Fourth order.
+        let near = field(&(p + by)) - field(&(p - by));
+        let far = field(&(p + by * 2.0)) - field(&(p - by * 2.0));
+        let slope = (near * 8.0 - far) / (12.0 * step);
+        f.set_column(d, &(f.column(d) + slope));
+    }
+    let (ratio, turned) = (determinant(&f), f.try_inverse().unwrap().transpose());
+    let mut p = SMatrix::<f64, D, D>::zeros();
+    for d in 0..D {
+        let axis = SVector::from_fn(|i, _| f64::from(u8::from(i == d)));
+        p.set_column(d, &law.at(f, ratio).stress(&axis, &(turned * axis)));
+    }
+    p
+}
+
+fn held_by<const D: usize>(law: NeoHookean, p: &SVector<f64, D>) -> SVector<f64, D> {
+    let step = 1e-3 * SIZE;
+    let mut out = SVector::zeros();
+    for d in 0..D {
+        let mut by = SVector::zeros();
+        by[d] = step;
+        let near = stress(law, &(p + by)) - stress(law, &(p - by));
+        let far = stress(law, &(p + by * 2.0)) - stress(law, &(p - by * 2.0));
+        out -= (near.column(d) * 8.0 - far.column(d)) / (12.0 * step);
+    }
+    out
+}
+
+/// Barycentric coordinates and weights of many points of a cell: those of its parts' parts.
+fn fine_points<const D: usize>(depth: usize) -> Vec<([f64; 4], f64)> {
+    let mut cells = vec![std::array::from_fn::<[f64; 4], 4, _>(|i| {
+        std::array::from_fn(|j| f64::from(u8::from(i == j && i <= D)))
+    })];
+    for _ in 0..depth {
+        let divide = |corners: &[[f64; 4]; 4]| {
+            let mut nodes: Vec<[f64; 4]> = corners[..=D].to_vec();
+            for &[i, j] in quadratic::edges::<D>() {
+                nodes.push(std::array::from_fn(|k| 0.5 * (corners[i][k] + corners[j][k])));
+            }
+            let of = |part: &&[usize]| std::array::from_fn(|i| part.get(i).map_or([0.0; 4], |&n| nodes[n]));
+            quadratic::parts::<D>().iter().map(of).collect::<Vec<_>>()
+        };
+        cells = cells.iter().flat_map(divide).collect();
+    }
+    let points = quadratic::points::<D>();
+    let weight = 1.0 / (cells.len() * points.len()) as f64;
+    let within = |corners: [[f64; 4]; 4]| {
+        points.iter().map(move |at| (std::array::from_fn(|k| (0..=D).map(|i| at[i] * corners[i][k]).sum()), weight))
+    };
+    cells.into_iter().flat_map(within).collect()
+}
+
+/// Errors of displacement (root mean square, m) and of strain energy (J) where the manufactured field is imposed on the surface and held
+/// by its body force within.
+fn errors<const D: usize>(mesh: Mesh<D>, side: f64) -> (f64, f64) {
+    let mesh = held_all_around(mesh, side);
+    let law = NeoHookean::from(&Constants::TONGUE);
+    let (coarse, fine) = (fine_points::<D>(1), fine_points::<D>(if D == 2 { 3 } else { 1 }));
+    let (mut load, mut energy) = (vec![SVector::zeros(); mesh.nodes.len()], 0.0);
+    let elements = mesh.continuum.clone().unwrap();
+    for element in elements.elements() {
+        let corners = simplex::corners(&mesh.nodes, &element[..=D]);
+        let measure = simplex::measure(&corners);
+        for (at, weight) in &coarse {
+            let p: SVector<f64, D> = corners.iter().zip(at).map(|(x, l)| x * *l).sum();
+            let force = held_by(law, &p) * (weight * measure);
+            for (&node, value) in element.iter().zip(quadratic::values::<D>(at)) {
+                load[node] += force * value;
+            }
+        }
+        for (at, weight) in &fine {
+            let p: SVector<f64, D> = corners.iter().zip(at).map(|(x, l)| x * *l).sum();
+            let mut f = SMatrix::<f64, D, D>::identity();
+            for d in 0..D {
+                let mut by = SVector::zeros();
+                by[d] = 1e-5 * SIZE;
+                f.set_column(d, &(f.column(d) + (field(&(p + by)) - field(&(p - by))) / (2e-5 * SIZE)));
+            }
+            energy += law.at(f, determinant(&f)).energy() * weight * measure;
+        }
+    }
+    let carried = mesh.fixed.iter().map(|&n| (n, mesh.nodes[n] + field(&mesh.nodes[n]))).collect();
+    let additions = Additions { effects: vec![Box::new(Load(load))], carried, ..Additions::default() };
+    let system = System::with(&mesh, &model(), &[], additions).unwrap();
+    let mut workspace = Workspace::new(&system);
+    let solution = statics::solve(&system, &mut workspace, &[], &Settings::default());
+    assert_eq!(solution.status, Status::Converged);
+    let x = workspace.positions();
+    let (mut squares, mut all) = (0.0, 0.0);
+    for element in elements.elements() {
+        let corners = simplex::corners(&mesh.nodes, &element[..=D]);
+        let measure = simplex::measure(&corners);
+        for (at, weight) in &fine {
+            let p: SVector<f64, D> = corners.iter().zip(at).map(|(x, l)| x * *l).sum();
+            let values = quadratic::values::<D>(at);
+            let here: SVector<f64, D> = element.iter().zip(values).map(|(&n, v)| x[n] * v).sum();
+            squares += (here - p - field(&p)).norm_squared() * weight * measure;
+            all += weight * measure;
+        }
+    }
+    let at = Configuration { positions: x, tensions: &[] };
+    let stored: f64 = system.effects().iter().filter(|e| e.name() != "load").map(|e| e.energy(at)).sum();
+    ((squares / all).sqrt(), (stored - energy).abs())
+}
+
+#[test]
+fn a_smooth_field_is_met_with_the_third_order_in_displacement_and_more_in_energy() {
+    let order = |errors: &[(f64, f64)]| {
+        let last = &errors[errors.len() - 2..];
+        ((last[0].0 / last[1].0).log2(), (last[0].1 / last[1].1).log2())
+    };
+    let flat = [4, 8, 16].map(|n| errors(fixtures::lattice(n + 1, n + 1, SIZE / n as f64), SIZE / n as f64));
+    let (displacement, energy) = order(&flat);
+    println!("plane: {flat:?}, orders {displacement:.2} and {energy:.2}");
+    assert!(displacement > 2.7 && energy > 2.7, "{displacement} {energy}");
+    let solid = [2, 4].map(|n| errors(fixtures::block(n, SIZE / n as f64), SIZE / n as f64));
+    let (displacement, energy) = order(&solid);
+    println!("space: {solid:?}, orders {displacement:.2} and {energy:.2}");
+    assert!(displacement > 2.5 && energy > 2.5, "{displacement} {energy}");
+}
+
+/// The reference tongue at a spacing, m, with `muscles` contracting.
+fn tongue(h: f64, muscles: &[&str]) -> (Body<2>, System<2>) {
+    let body = Body::continuum(h, &ContinuumSettings::default()).unwrap();
+    let contracting: Vec<usize> = muscles.iter().map(|m| body.muscle(m).unwrap()).collect();
+    let system = System::new(&body.mesh, &model(), &contracting).unwrap();
+    (body, system)
+}
+
+#[test]
+fn a_bundle_in_a_homogeneous_stretch_has_the_energy_of_its_line_whatever_the_mesh() {
+    let stretch = Matrix2::new(1.1, 0.2, -0.1, 0.95);
+    let energies: Vec<f64> = [8e-3, 4e-3]
+        .into_iter()
+        .map(|h| {
+            let (body, system) = tongue(h, &["GGm"]);
+            let x: Vec<_> = body.mesh.nodes.iter().map(|p| stretch * p).collect();
+            let mut tensions = vec![0.0; body.mesh.muscles.len()];
+            tensions[body.muscle("GGm").unwrap()] = 3.0;
+            let at = Configuration { positions: &x, tensions: &tensions };
+            system.effects().iter().filter(|e| e.name() == "fibres").map(|e| e.energy(at)).sum()
+        })
+        .collect();
+    // One line of all of it: the fibres' directions differ by a hundredth, and the outline clips them.
+    let way = SVector::from([28.9e-3, 50.056e-3]);
+    let line = 3.0 * ((stretch * way).norm() - way.norm());
+    assert!(energies.iter().all(|e| (e / line - 1.0).abs() < 0.05), "{energies:?} {line}");
+    assert!((energies[0] / energies[1] - 1.0).abs() < 0.02, "{energies:?}");
+}
+
+#[test]
+fn a_patch_on_a_straight_edge_holds_with_sixteen_fifteenths_of_its_radius() {
+    let mut mesh = fixtures::lattice(9, 4, 5e-3);
+    mesh.fixed = vec![4];
+    mesh.muscles.clear();
+    let settings = ContinuumSettings { patch_radius_m: 12e-3, ..ContinuumSettings::default() };
+    let mesh = continuum::lay(&mesh, None, &settings).unwrap().mesh;
+    let ties = &mesh.continuum.as_ref().unwrap().ties;
+    // All of the tissue moved by one: the integral of the profile.
+    let held: f64 = ties
+        .iter()
+        .map(|tie| {
+            let size = tie.nodes.len();
+            (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).map(|(i, j)| tie.form[i * size + j]).sum::<f64>()
+        })
+        .sum();
+    assert!((held / (16.0 / 15.0 * 12e-3) - 1.0).abs() < 1e-6, "{held}");
+}
+
+#[test]
+fn a_carried_bone_takes_a_body_along_that_nothing_else_holds() {
+    let mesh = fixtures::held_at_a_corner(fixtures::lattice(4, 4, 5e-3), 5e-3);
+    let by = SVector::from([1e-3, -2e-3]);
+    let carried = mesh.fixed.iter().map(|&n| (n, mesh.nodes[n] + by)).collect();
+    let system = System::with(&mesh, &model(), &[0], Additions { carried, ..Additions::default() }).unwrap();
+    let mut workspace = Workspace::new(&system);
+    let solution = statics::solve(&system, &mut workspace, &[0.0], &Settings::default());
+    assert_eq!(solution.status, Status::Converged);
+    for (x, rest) in workspace.positions().iter().zip(&mesh.nodes) {
+        assert!((x - rest - by).norm() < 1e-9, "{x} {rest}");
+    }
+}
+
+#[test]
+fn forces_of_muscles_end_on_the_bones() {
+    let (body, system) = tongue(5.5e-3, &["GGa", "SGp", "HGp"]);
+    let mut tensions = vec![0.0; body.mesh.muscles.len()];
+    for (name, tension) in [("GGa", 12.0), ("SGp", 5.0), ("HGp", 4.0)] {
+        tensions[body.muscle(name).unwrap()] = tension;
+    }
+    let mut workspace = Workspace::new(&system);
+    let solution = statics::solve(&system, &mut workspace, &tensions, &Settings::default());
+    assert_eq!(solution.status, Status::Converged);
+    let on = |bone: &str| body.bone(bone).iter().map(|&n| workspace.force()[n]).sum::<SVector<f64, 2>>();
+    let [spine, hyoid, styloid] = ["mental_spine", "hyoid", "styloid"].map(on);
+    assert!((spine + hyoid + styloid).norm() < 1e-9, "reactions cancel: {spine} {hyoid} {styloid}");
+    // All of SGp is outside: it pulls at the styloid process with its whole tension.
+    assert!((styloid.norm() - 5.0).abs() < 1e-12, "{styloid}");
+    assert!(body.bone("hyoid").len() > 2 && body.bone("styloid").len() == 1);
+}
+
+#[test]
+fn lengths_answer_to_tensions_as_their_sensitivities_say() {
+    let (body, system) = tongue(8e-3, &["GGa", "SGm", "HGp"]);
+    let mut tensions = vec![0.0; body.mesh.muscles.len()];
+    for &muscle in system.contracting() {
+        tensions[muscle] = 10.0;
+    }
+    let mut workspace = Workspace::new(&system);
+    let mut lengths = |tensions: &[f64]| {
+        workspace.start_from_rest(&system);
+        let solution = statics::solve(&system, &mut workspace, tensions, &Settings::default());
+        assert_eq!(solution.status, Status::Converged);
+        (system.lengths(workspace.positions()), statics::length_sensitivities(&system, &mut workspace).unwrap())
+    };
+    let (_, exact) = lengths(&tensions);
+    for (column, &muscle) in system.contracting().iter().enumerate() {
+        let mut near = |by: f64| {
+            let mut near = tensions.clone();
+            near[muscle] += by;
+            lengths(&near).0
+        };
+        let (up, down) = (near(1e-3), near(-1e-3));
+        for row in 0..up.len() {
+            let slope = (up[row] - down[row]) / 2e-3;
+            assert!((slope - exact[(row, column)]).abs() < 1e-5 * exact.amax(), "{row} {column}: {slope}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_a_continuum_says_why() {
+    let settings = ContinuumSettings::default();
+    let rope = continuum::lay(&fixtures::rope(3, 1e-2), None, &settings).unwrap_err();
+    assert_eq!(rope, ContinuumError::NoCells);
+    let mut mesh = fixtures::held_at_a_corner(fixtures::lattice(4, 4, 5e-3), 5e-3);
+    assert_eq!(continuum::lay(&mesh, None, &settings).unwrap_err(), ContinuumError::Already);
+    mesh.continuum = None;
+    let wide = ContinuumSettings { bundle_width_m: f64::NAN, ..settings };
+    assert!(matches!(continuum::lay(&mesh, None, &wide), Err(ContinuumError::Setting { .. })));
+    let error = System::new(&fixtures::tongue(), &model(), &[]).unwrap_err().to_string();
+    assert!(error.contains("--body continuum"), "{error}");
+}
