@@ -182,7 +182,11 @@ impl Body<2> {
     ///
     /// # Errors
     /// As [`continuum::lay`].
-    pub fn into_continuum_of(self, anatomy: &Anatomy, settings: &ContinuumSettings) -> Result<Self, BodyError> {
+    pub fn into_continuum_of(
+        self,
+        anatomy: &Anatomy,
+        settings: &ContinuumSettings,
+    ) -> Result<Self, BodyError> {
         let lines: Vec<Vec<Point>> = anatomy.muscles().iter().map(|m| m.ends.to_vec()).collect();
         let laid = continuum::lay(&self.mesh, Some(&lines), settings)?;
         Ok(self.laid(laid))

@@ -85,7 +85,8 @@ impl Fibres {
                 if length == 0.0 {
                     continue;
                 }
-                let across = (SMatrix::<f64, D, D>::identity() - n * n.transpose()) * (tension * weight / length);
+                let across =
+                    (SMatrix::<f64, D, D>::identity() - n * n.transpose()) * (tension * weight / length);
                 let mut pair = 0;
                 for (a, ca) in coefficients.iter().enumerate() {
                     let row = across * *ca;

@@ -43,7 +43,9 @@ pub enum SystemError {
         poisson_ratio: f64,
     },
     /// A continuum is asked for, and the body is none.
-    #[error("the body is a mesh of linear cells; make it a continuum first (--body continuum, Body::into_continuum)")]
+    #[error(
+        "the body is a mesh of linear cells; make it a continuum first (--body continuum, Body::into_continuum)"
+    )]
     NotAContinuum,
     /// The mesh does not hang together.
     #[error("the mesh is faulty: {0}")]

@@ -77,9 +77,19 @@ impl<const D: usize> System<D> {
         // The matching leaves a rounding of the stiffness at exactly 1/4.
         let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
         if let Some(continuum) = &mesh.continuum {
-            let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting).chain(additions.effects).collect();
+            let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting)
+                .chain(additions.effects)
+                .collect();
             let tissue = TissueModel::Continuum;
-            return Self::assemble(mesh, tissue, coefficients, effects, &additions.carried, Vec::new(), contracting);
+            return Self::assemble(
+                mesh,
+                tissue,
+                coefficients,
+                effects,
+                &additions.carried,
+                Vec::new(),
+                contracting,
+            );
         }
         let incompressible = model.tissue == TissueModel::MassSpring && additions.incompressible;
         if incompressible && coefficients.kappa < -rounding {

@@ -77,7 +77,7 @@ impl<const D: usize> Line<D> {
             let (bone, inner) = if self.outside[0] { (0, 1) } else { (1, 0) };
             let at = if inner == 0 { self.points[0] } else { self.points[self.points.len() - 1] };
             let mean = locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| self.dangling())?;
-            return self.from_bone(bone, mean, 1.0, nodes).map(|strand| vec![strand]);
+            return self.bone_to(bone, mean, 1.0, nodes).map(|strand| vec![strand]);
         }
         let mut strands = Vec::new();
         for (offset, share) in profile::<D>(settings) {
@@ -87,14 +87,14 @@ impl<const D: usize> Line<D> {
                 // A fibre that passes the tissue by has no entry.
                 let Some(entry) = ends.map(|ends| ends[bone]) else { continue };
                 let mean = locator.mean(&entry, 0.0).ok_or_else(|| self.dangling())?;
-                strands.push(self.from_bone(bone, mean, share, nodes)?);
+                strands.push(self.bone_to(bone, mean, share, nodes)?);
             }
         }
         Ok(strands)
     }
 
     /// The straight part from the bone at an end to a mean of nodes.
-    fn from_bone(
+    fn bone_to(
         &self,
         end: usize,
         mean: Vec<(usize, f64)>,
@@ -251,7 +251,10 @@ fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)>
 }
 
 /// Unit vectors across a direction: in the plane to its left, in space two, as near as can be to those before.
-fn across<const D: usize>(along: &SVector<f64, D>, before: Option<&[SVector<f64, D>; 2]>) -> [SVector<f64, D>; 2] {
+fn across<const D: usize>(
+    along: &SVector<f64, D>,
+    before: Option<&[SVector<f64, D>; 2]>,
+) -> [SVector<f64, D>; 2] {
     let mut first = SVector::zeros();
     if D == 2 {
         (first[0], first[1]) = (-along[1], along[0]);

@@ -23,8 +23,7 @@ pub(super) struct Locator<'a, const D: usize> {
 
 impl<'a, const D: usize> Locator<'a, D> {
     pub fn new(nodes: &[SVector<f64, D>], elements: &'a [Vec<usize>]) -> Self {
-        let corners: Vec<Corners<D>> =
-            elements.iter().map(|e| simplex::corners(nodes, &e[..=D])).collect();
+        let corners: Vec<Corners<D>> = elements.iter().map(|e| simplex::corners(nodes, &e[..=D])).collect();
         let around = |x: &Corners<D>| {
             let points = &x[..=D];
             let (low, high) = points.iter().fold((x[0], x[0]), |(l, h), p| (l.inf(p), h.sup(p)));
@@ -86,7 +85,8 @@ impl<'a, const D: usize> Locator<'a, D> {
             }
         }
         let sum: f64 = weights.values().sum();
-        (sum > 0.0).then(|| weights.into_iter().map(|(node, w)| (node, w / sum)).filter(|w| w.1 != 0.0).collect())
+        (sum > 0.0)
+            .then(|| weights.into_iter().map(|(node, w)| (node, w / sum)).filter(|w| w.1 != 0.0).collect())
     }
 
     /// The parts of a straight line that lie in the tissue, in order: the element of each and where it begins and ends, as fractions of

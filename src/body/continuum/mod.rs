@@ -77,13 +77,17 @@ pub enum ContinuumError {
     #[error("the mesh is a continuum already")]
     Already,
     /// A muscle that ends in the air.
-    #[error("muscle {muscle} ends outside the tissue and on no bone, so it has nothing to pull at; fix its end")]
+    #[error(
+        "muscle {muscle} ends outside the tissue and on no bone, so it has nothing to pull at; fix its end"
+    )]
     Dangling {
         /// Its name.
         muscle: String,
     },
     /// A muscle that is nowhere in the tissue and not between bones and it.
-    #[error("muscle {muscle} leaves the tissue between its ends; only a part from a bone to the tissue may be outside")]
+    #[error(
+        "muscle {muscle} leaves the tissue between its ends; only a part from a bone to the tissue may be outside"
+    )]
     LeavesTissue {
         /// Its name.
         muscle: String,
