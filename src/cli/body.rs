@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::body::{
-    Anatomy, AnyBody, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, Unit, gmsh,
-};
+use tongue_fit::body::{Anatomy, AnyBody, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, Unit, gmsh};
 use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
