@@ -60,6 +60,7 @@
 #[cfg(feature = "cli")]
 extern crate self as tongue_fit;
 
+pub mod adapt;
 pub mod body;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
@@ -81,6 +82,7 @@ pub mod statics;
 pub mod study;
 pub mod suggest;
 pub mod system;
+pub mod track;
 
 /// Which tongue-fit this is: the version of the package and, where it was built in a git checkout, the commit, with
 /// `-modified` behind it where its sources were not as committed: `0.1.0 (5e2005e12a)`. Every output says it.

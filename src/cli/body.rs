@@ -102,6 +102,28 @@ impl From<UnitName> for Unit {
 }
 
 impl Arguments {
+    /// Whether a body other than the built-in one was given.
+    pub fn is_given(&self) -> bool {
+        self.mesh.is_some() || self.anatomy.is_some()
+    }
+
+    /// The file of its mesh, where there is one.
+    pub fn mesh_file(&self) -> Option<&Path> {
+        self.mesh.as_deref()
+    }
+
+    /// The anatomy that it is meshed of; `None` for a mesh.
+    ///
+    /// # Errors
+    /// As [`Arguments::body`].
+    pub fn anatomy(&self) -> miette::Result<Option<Anatomy>> {
+        match (&self.mesh, &self.anatomy) {
+            (Some(_), _) => Ok(None),
+            (None, Some(path)) => read_anatomy(path).map(Some),
+            (None, None) => Anatomy::reference().map(Some).into_diagnostic(),
+        }
+    }
+
     /// The body.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! The command line: the only place that prints or picks paths.
 
 mod accuracy;
+mod adapt;
 mod batch;
 mod body;
 mod fit;
@@ -15,11 +16,15 @@ mod muscles;
 mod output;
 mod premises;
 mod published;
+mod recordings;
 mod scene;
 mod scene_table;
 mod simulate;
 mod stability;
 mod table;
+mod track;
+mod track_files;
+mod track_table;
 mod trajectory;
 
 use std::path::PathBuf;
@@ -109,6 +114,10 @@ enum Command {
     Merge(merge::Arguments),
     /// Solve one equilibrium at given tensions, or follow the motion there
     Simulate(simulate::Arguments),
+    /// Make a speaker's body from recordings or landmarks
+    Adapt(adapt::Arguments),
+    /// Find tensions over time from recorded contours, sensors and bones
+    Track(track::Arguments),
     /// What each muscle does alone, side by side
     Muscles(muscles::Arguments),
     /// Scenes: simulate only the effects that a scene calls for
@@ -152,6 +161,8 @@ pub fn main() -> ExitCode {
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
         Some(Command::Merge(arguments)) => merge::run(arguments, &cli.global),
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
+        Some(Command::Adapt(arguments)) => adapt::run(arguments, &cli.global),
+        Some(Command::Track(arguments)) => track::run(arguments, &cli.global),
         Some(Command::Muscles(arguments)) => muscles::run(arguments, &cli.global),
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
         Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),

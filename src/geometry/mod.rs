@@ -1,14 +1,20 @@
 //! Shapes without anatomy: simplices and who shares what of them, straight lines and closed curves in the plane.
 
+mod natural_spline;
 pub(crate) mod plane;
 pub mod quadratic;
 pub mod quadrature;
+mod similarity;
 pub mod simplex;
 mod spline;
+mod thin_plate;
 pub mod topology;
 
+pub use natural_spline::NaturalSpline;
 pub use plane::Point;
+pub use similarity::Similarity;
 pub use spline::ClosedSpline;
+pub use thin_plate::ThinPlate;
 
 use nalgebra::SVector;
 

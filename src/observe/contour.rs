@@ -108,8 +108,15 @@ impl Curve {
         let squared = |piece: usize, part: f64| {
             (self.mean(piece, &self.weights_on(piece, part)[0], positions) - point).norm_squared()
         };
+        // A piece bulges from its chord by less than its length, so what lies so much farther than the nearest node is skipped.
+        let far: Vec<f64> = self.nodes.iter().map(|&n| (positions[n] - point).norm()).collect();
+        let nearest = far.iter().copied().fold(f64::INFINITY, f64::min);
         let mut best = (0, 0.0, f64::INFINITY);
         for piece in 0..self.nodes.len() - 1 {
+            let chord = (positions[self.nodes[piece + 1]] - positions[self.nodes[piece]]).norm();
+            if far[piece].min(far[piece + 1]) > nearest + 2.0 * chord {
+                continue;
+            }
             for trial in 0..=TRIALS {
                 let part = trial as f64 / TRIALS as f64;
                 let distance = squared(piece, part);

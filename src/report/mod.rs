@@ -20,6 +20,9 @@ mod record;
 mod staged;
 mod sto;
 mod svg;
+mod track;
+#[cfg(feature = "files")]
+mod track_page;
 mod trajectory;
 mod valley_record;
 mod vtu;
@@ -38,11 +41,14 @@ pub use record::{
 };
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
-pub use sto::Sto;
+pub use sto::{Sto, StoTable};
 pub use svg::{
-    Curve, Frame, Panel, Section, Series, Svg, animation, changes, panels, solid, tongue, valley,
-    work_precision,
+    Curve, Frame, Panel, Section, Series, Svg, Timeline, animation, animation_of_seen, changes, panels,
+    solid, timelines, tongue, valley, work_precision,
 };
+pub use track::{CourseRecord, FrameRecord, PriorRecord, TrackRecord, frame_records, status_name};
+#[cfg(feature = "files")]
+pub use track_page::{TrackPage, TrackPicture};
 pub use trajectory::{History, TrajectoryRecord};
 pub use valley_record::{ValleyPointRecord, ValleyRecord};
 pub use vtu::{Pvd, Vtu};

@@ -15,17 +15,44 @@ pub struct Sto<'a>(pub &'a History);
 
 impl Export for Sto<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let labels = self.0.columns("time", ["length_m", "tension_n_per_m"]);
-        writeln!(out, "tongue-fit: muscle lengths and tensions over time\nversion=1")?;
+        let row = |(time, lengths, tensions): &(f64, Vec<f64>, Vec<f64>)| {
+            std::iter::once(time).chain(lengths).chain(tensions).copied().collect()
+        };
+        let table = StoTable {
+            title: "tongue-fit: muscle lengths and tensions over time".to_owned(),
+            labels: self.0.columns("time", ["length_m", "tension_n_per_m"]),
+            rows: self.0.rows.iter().map(row).collect(),
+        };
+        table.write(out, by)
+    }
+}
+
+/// Any table over time in this format: its first column is `time`, s.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoTable {
+    /// The first line.
+    pub title: String,
+    /// Names of the columns.
+    pub labels: Vec<String>,
+    /// A value for each column.
+    pub rows: Vec<Vec<f64>>,
+}
+
+impl Export for StoTable {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        writeln!(out, "{}\nversion=1", self.title.replace(char::is_control, " "))?;
         for (name, value) in by.entries() {
             writeln!(out, "tongue_fit_{name}={value}")?;
         }
-        let (rows, columns) = (self.0.rows.len(), labels.len());
-        writeln!(out, "nRows={rows}\nnColumns={columns}\ninDegrees=no\nendheader\n{}", labels.join("\t"))?;
-        for (time, lengths, tensions) in &self.0.rows {
-            write!(out, "{time}")?;
-            lengths.iter().chain(tensions).try_for_each(|value| write!(out, "\t{value}"))?;
-            writeln!(out)?;
+        let (rows, columns) = (self.rows.len(), self.labels.len());
+        writeln!(
+            out,
+            "nRows={rows}\nnColumns={columns}\ninDegrees=no\nendheader\n{}",
+            self.labels.join("\t")
+        )?;
+        for row in &self.rows {
+            let row: Vec<String> = row.iter().map(f64::to_string).collect();
+            writeln!(out, "{}", row.join("\t"))?;
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
 mod batch_findings;
+mod bodies_are_adapted;
 mod continuum;
 mod dynamics_meet_exact_solutions;
 mod dynamics_of_the_tongue;
@@ -18,12 +19,20 @@ mod mesh_meets_the_published_numbers;
 mod observables_are_derivatives_of_their_value;
 mod patch_tests;
 mod properties_of_random_bodies;
+mod recordings_are_read;
 mod scenes_simulate_only_what_they_call_for;
 mod simulation_by_name;
 mod sparse_cholesky_agrees_with_faer;
+mod tensions_are_tracked;
 mod tone_and_hyoid;
 mod unknowns_are_recovered;
 mod weight_walls_and_carried_bones;
 
 #[path = "../fixtures/mod.rs"]
 mod fixtures;
+
+#[path = "../fixtures/recordings.rs"]
+mod recordings;
+
+#[path = "../fixtures/synthetic.rs"]
+mod synthetic;

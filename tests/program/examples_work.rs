@@ -71,3 +71,27 @@ fn tensions_of_a_solid_come_back() {
         assert_eq!((number(found, "lengthwise "), number(found, "across ")), (0.23, 0.11), "{found}");
     }
 }
+
+/// The recording in `targets/recordings` is what the example makes, to the rounding of its digits.
+#[test]
+fn the_synthetic_recording_is_that_of_the_example() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["run", "--quiet", "--locked", "--offline", "--example", "synthetic_recording"]);
+    if !cfg!(debug_assertions) {
+        cargo.arg("--release");
+    }
+    let output = cargo.arg("--").arg(folder.path()).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/recordings");
+    for file in ["synthetic.tsv", "synthetic_tensions.csv"] {
+        let [made, kept] = [folder.path(), root.as_path()].map(|f| fs::read_to_string(f.join(file)).unwrap());
+        let cells = |text: &str| text.split(['\t', ',', '\n']).map(str::to_owned).collect::<Vec<_>>();
+        let (made, kept) = (cells(&made), cells(&kept));
+        assert_eq!(made.len(), kept.len());
+        for (a, b) in made.iter().zip(&kept) {
+            let apart = a.parse::<f64>().ok().zip(b.parse::<f64>().ok()).map(|(a, b)| (a - b).abs());
+            assert!(a == b || apart.is_some_and(|d| d < 2e-4), "{file}: {a} {b}");
+        }
+    }
+}

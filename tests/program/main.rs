@@ -23,4 +23,5 @@ mod outputs_read_back;
 mod readme_is_true;
 mod scene_command;
 mod terminal_manners;
+mod track_command;
 mod trajectory_command;

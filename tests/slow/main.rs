@@ -13,3 +13,6 @@ mod inputs;
 
 #[path = "../fixtures/mod.rs"]
 mod fixtures;
+
+#[path = "../fixtures/recordings.rs"]
+mod recordings;

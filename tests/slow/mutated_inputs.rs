@@ -11,6 +11,7 @@ use tongue_fit::body::json::MeshRecord;
 use tongue_fit::study::hard_cases::bodies::lattice;
 
 use crate::inputs::KINDS;
+use crate::recordings::{est, pos};
 
 /// An input that takes longer hangs: the slowest takes a second.
 const HANGS: Duration = Duration::from_secs(300);
@@ -54,8 +55,31 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
             vec![serde_json::to_vec(&record).unwrap()]
         }
         "gmsh_msh" => [files("tests/gmsh", ".msh"), files("tests/gmsh/broken", ".msh")].concat(),
+        "recording_tables" => [
+            files("targets/recordings", "synthetic.tsv").into_iter().map(|t| lines(&t, 6)).collect::<Vec<_>>(),
+            vec![
+                b"recording,time_s,point,x_mm,y_mm,sigma_mm\na,0,tongue_0,1,2,0.5\na,0,tongue_1,5,6,\na,0.1,tongue_0,*,2,\n".to_vec(),
+                b"10\t20\t11\t21\n12 22 13 23\n15\t25\t0\t0\n18\t27\tNaN\t28\n".to_vec(),
+            ],
+        ]
+        .concat(),
+        "recording_pos" => vec![pos(3, 200.0, 5)],
+        "recording_ema" => vec![est(false), est(true)],
+        "recording_map" => vec![
+            b"unit_mm = 10.0\nrate_hz = 60\nback = \"-x\"\nup = \"y\"\nnoise_mm = 0.5\n[points]\nT1 = { surface_mm = 8.0, noise_mm = 1 }\nT2 = \"contour\"\nhyoid = { bone = \"hyoid\" }\n".to_vec(),
+        ],
+        "landmarks" => vec![
+            b"point,x_mm,y_mm\nmental_spine,0,0\nhyoid,37.6,-3.1\ntongue_0,46,10\n".to_vec(),
+            br#"{"markups":[{"type":"Fiducial","coordinateSystem":"LPS","coordinateUnits":"mm","controlPoints":[{"label":"hyoid","position":[0.0,37.6,-3.1],"positionStatus":"defined"}]},{"type":"Curve","coordinateSystem":"RAS","controlPoints":[{"label":"","position":[0,-46,10]}]}]}"#.to_vec(),
+            br#"{"adaptation":{"rest":"joint","marks_m":{"hyoid":[0.03,0.0]},"scale_n":20,"muscles":["GGa"],"mean":[0.1],"covariance":[[0.5]]}}"#.to_vec(),
+        ],
         other => panic!("no input of kind {other}"),
     }
+}
+
+/// The first lines of a text.
+fn lines(text: &[u8], count: usize) -> Vec<u8> {
+    text.split_inclusive(|b| *b == b'\n').take(count).flatten().copied().collect()
 }
 
 /// A few changes: bytes flipped, replaced, put in or taken out, pieces doubled, numbers replaced by odd ones.

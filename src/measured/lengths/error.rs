@@ -98,7 +98,7 @@ pub enum Error {
 
 /// A place in the table and how to complain about it.
 #[derive(Clone, Copy)]
-pub(super) struct Place<'a> {
+pub(in crate::measured) struct Place<'a> {
     pub origin: &'a str,
     pub line: u64,
     pub column: usize,

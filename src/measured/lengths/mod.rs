@@ -10,12 +10,12 @@
 mod change;
 mod columns;
 mod dataset;
-mod error;
+pub(in crate::measured) mod error;
 mod number;
 mod read;
 mod reading;
 pub mod rest_distance;
-mod text;
+pub(in crate::measured) mod text;
 mod vowel;
 
 pub use change::Activation;

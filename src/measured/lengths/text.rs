@@ -29,14 +29,14 @@ pub enum LineEnds {
 }
 
 /// A table as text, its lines ended by line feeds.
-pub(super) struct Text {
+pub(in crate::measured) struct Text {
     pub text: String,
     pub encoding: Encoding,
     pub line_ends: LineEnds,
 }
 
 /// The text of `bytes`: UTF-8, or UTF-16 behind a byte order mark.
-pub(super) fn decode(bytes: &[u8], origin: &str) -> Result<Text, Malformed> {
+pub(in crate::measured) fn decode(bytes: &[u8], origin: &str) -> Result<Text, Malformed> {
     let start = Place { origin, line: 1, column: 1 };
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xD0\xCF\x11\xE0") {
         return Err(start.error(

@@ -33,6 +33,19 @@ pub struct Frame {
 /// # Errors
 /// As [`super::tongue`] for each frame; [`ReportError::NoFrame`] without any.
 pub fn animation(mesh: &Mesh<2>, frames: &[Frame], title: &str) -> Result<Svg, ReportError> {
+    animation_of_seen(mesh, frames, &[], title)
+}
+
+/// As [`animation`], with what was seen in each frame as dots (m; as many sets as frames, or none), and muscles lit by their tensions.
+///
+/// # Errors
+/// As [`animation`].
+pub fn animation_of_seen(
+    mesh: &Mesh<2>,
+    frames: &[Frame],
+    seen: &[Vec<SVector<f64, 2>>],
+    title: &str,
+) -> Result<Svg, ReportError> {
     frames.iter().try_for_each(|f| check(mesh, &f.positions, &f.tensions))?;
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Err(ReportError::NoFrame) };
     let duration = (last.time - first.time).max(0.1);
@@ -59,27 +72,43 @@ pub fn animation(mesh: &Mesh<2>, frames: &[Frame], title: &str) -> Result<Svg, R
         end[0] - LEFT,
         end[1] - top - MARGIN
     );
-    let mut moving = |shape: &dyn Fn(&Frame) -> String, colour: &str, width: f64, dashed: bool| {
+    let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
+    let lit = |muscle: usize| {
+        let light = |f: &Frame| format!("{:.2}", 0.12 + 0.88 * f.tensions[muscle] / strongest);
+        let values: Vec<String> = frames.iter().map(light).collect();
+        format!(
+            "<animate attributeName=\"stroke-opacity\" dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/>",
+            values.join(";")
+        )
+    };
+    let mut moving = |shape: &dyn Fn(&Frame) -> String,
+                      colour: &str,
+                      width: f64,
+                      dashed: bool,
+                      more: &str| {
         let shapes: Vec<String> = frames.iter().map(shape).collect();
         let dashes = if dashed { " stroke-dasharray=\"14 8\"" } else { "" };
         let _ = writeln!(
             svg.elements,
             "<path d=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}>\
-             <animate attributeName=\"d\" dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/></path>",
+             <animate attributeName=\"d\" dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/>{more}</path>",
             shapes.last().map_or("", String::as_str),
             shapes.join(";")
         );
     };
     let edges = tissue_edges(mesh);
-    moving(&|f| view.path(&f.positions, edges.iter().copied()), "#c9c9c9", 1.0, false);
-    moving(&|f| ring(&view, mesh, &f.positions), DEFORMED, 2.6, false);
+    moving(&|f| view.path(&f.positions, edges.iter().copied()), "#c9c9c9", 1.0, false, "");
+    moving(&|f| ring(&view, mesh, &f.positions), DEFORMED, 2.6, false, "");
     let drawn = lines(&view, mesh, &last.positions, &most);
     for line in &drawn {
         let shape = |f: &Frame| view.path(&f.positions, [line.nodes]);
         let [width, edge] = widths(line.contracting);
-        moving(&shape, INK, width + edge, !line.contracting);
-        moving(&shape, &line.colour, width, !line.contracting);
+        let muscle = mesh.muscles.iter().position(|m| std::ptr::eq(m.nodes.as_slice(), line.nodes));
+        let light = muscle.filter(|_| !seen.is_empty() && line.contracting).map(&lit).unwrap_or_default();
+        moving(&shape, INK, width + edge, !line.contracting, &light);
+        moving(&shape, &line.colour, width, !line.contracting, &light);
     }
+    marks(&mut svg, &view, seen, duration);
     svg.elements += "</g>\n";
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
     bones(&view, mesh, &last.positions).into_iter().for_each(|at| bone(&mut svg, at));
@@ -120,6 +149,29 @@ fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration:
         );
     }
 }
+
+/// What was seen in each frame while it is shown, as dots.
+fn marks(svg: &mut Svg, view: &View, seen: &[Vec<SVector<f64, 2>>], duration: f64) {
+    for (nth, points) in seen.iter().enumerate() {
+        let shown: Vec<&str> = (0..seen.len()).map(|i| if i == nth { "visible" } else { "hidden" }).collect();
+        let at = if nth + 1 == seen.len() { "visible" } else { "hidden" };
+        let _ = write!(
+            svg.elements,
+            "<g fill=\"{SEEN}\" stroke=\"#ffffff\" stroke-width=\"1.5\" visibility=\"{at}\">"
+        );
+        for [x, y] in points.iter().map(|p| view.place(p)) {
+            let _ = write!(svg.elements, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\"/>");
+        }
+        let _ = writeln!(
+            svg.elements,
+            "<animate attributeName=\"visibility\" calcMode=\"discrete\" dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/></g>",
+            shown.join(";")
+        );
+    }
+}
+
+/// Colour of what was seen.
+const SEEN: &str = "#111111";
 
 /// The time of each frame while it is shown.
 fn times(svg: &mut Svg, frames: &[Frame], duration: f64, at: Px) {

@@ -12,6 +12,7 @@ mod section;
 mod solid;
 #[cfg(feature = "files")]
 mod tensions;
+mod timelines;
 mod valley;
 mod work_precision;
 
@@ -20,7 +21,7 @@ use std::io::{self, Write};
 
 use super::export::{Export, Provenance};
 
-pub use animation::{Frame, animation};
+pub use animation::{Frame, animation, animation_of_seen};
 pub use changes::{Series, changes};
 pub use muscles::{Panel, panels};
 pub(super) use section::check;
@@ -30,6 +31,7 @@ pub(super) use section::{colours, frame};
 pub use solid::solid;
 #[cfg(feature = "files")]
 pub use tensions::{Found, Tension, tensions};
+pub use timelines::{Timeline, timelines};
 pub use valley::valley;
 pub use work_precision::{Curve, work_precision};
 

@@ -1,0 +1,221 @@
+//! `tongue-fit adapt`: a speaker's body.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use miette::{IntoDiagnostic, miette};
+use serde::Serialize;
+use tongue_fit::adapt::{Adaptation, How, Landmarks, Speaker};
+use tongue_fit::body::Body;
+use tongue_fit::body::json::MeshRecord;
+use tongue_fit::report::{self, Export, Json, OutputDir, Section};
+use tongue_fit::system;
+
+use super::recordings::{self, Given, PriorArguments, RestName};
+use super::{Global, Outcome, body, output, table};
+
+const DEFAULT_OUT: &str = "results/speaker";
+
+/// Options of `tongue-fit adapt`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Examples:\n  \
+    tongue-fit adapt speaker.tsv --out results/speaker\n  \
+    tongue-fit adapt --landmarks speaker.csv --contour rest.mrk.json\n\n\
+    Writes body.json (--mesh takes it) and, where the lines of the muscles stay straight enough, anatomy.toml (--anatomy takes it).")]
+pub struct Arguments {
+    #[command(flatten)]
+    recordings: recordings::Arguments,
+    /// How the rest shape is found from recordings
+    #[arg(long, value_name = "HOW", value_enum, default_value = "joint")]
+    rest: RestName,
+    /// Landmarks of one posture at rest, in place of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm, or 3D Slicer's .mrk.json)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "rest"])]
+    landmarks: Option<PathBuf>,
+    /// The contour of the tongue in that posture, in the same forms
+    #[arg(long, value_name = "FILE", requires = "landmarks")]
+    contour: Option<PathBuf>,
+    #[command(flatten)]
+    prior: PriorArguments,
+    #[command(flatten)]
+    body: body::Arguments,
+}
+
+#[derive(Serialize)]
+struct Length {
+    muscle: String,
+    before_mm: f64,
+    after_mm: f64,
+    stretch: f64,
+}
+
+#[derive(Serialize)]
+struct Record {
+    rest: How,
+    scale: f64,
+    angle_deg: f64,
+    rms_mm: Option<f64>,
+    least_area_ratio: f64,
+    muscles: Vec<Length>,
+    notes: Vec<String>,
+}
+
+/// A body's file: its mesh, and how it came to be.
+#[derive(Serialize)]
+struct BodyFile {
+    #[serde(flatten)]
+    mesh: MeshRecord,
+    adaptation: Adaptation,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let given = Given::read(&arguments.body)?;
+    let prior = arguments.prior.prior(given.body.mesh.muscles.len())?;
+    let basis = given.basis(&arguments.body, prior);
+    let speaker = match &arguments.landmarks {
+        Some(path) => {
+            let map = arguments.recordings.map()?;
+            let read = |path: &Path| -> miette::Result<Landmarks> {
+                let bytes = crate::files::read(path).map_err(|e| {
+                    miette!("cannot read {}: {e}; {}", path.display(), crate::files::advice(&e))
+                })?;
+                Landmarks::from_bytes(&bytes, &path.display().to_string(), &map).into_diagnostic()
+            };
+            let mut landmarks = read(path)?;
+            if let Some(contour) = &arguments.contour {
+                let drawn = read(contour)?;
+                // A point list is a contour too where a contour was asked for.
+                landmarks.contour = match drawn.contour.is_empty() {
+                    true => drawn.named.into_values().collect(),
+                    false => drawn.contour,
+                };
+            }
+            basis.to_landmarks(&landmarks).into_diagnostic()?
+        }
+        None => {
+            if arguments.recordings.files.is_empty() {
+                return Err(miette!("name recordings of the speaker, or --landmarks of one posture at rest"));
+            }
+            let recordings = arguments.recordings.read(None)?;
+            recordings::notes(&recordings, &given.body).iter().for_each(|n| output::note(n));
+            let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
+            let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
+            let progress = |done: usize, of: usize| {
+                bar.set_length(of as u64);
+                bar.set_position(done as u64);
+            };
+            let speaker = basis.to_recordings(&seen, arguments.rest.into(), &[], &progress);
+            bar.finish_and_clear();
+            speaker.into_diagnostic()?
+        }
+    };
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let record = record(&speaker, &given.body);
+    let written = write(&out, &speaker, &given.body, &record, arguments)?;
+    if global.json {
+        output::print(&Json(&record).text(&super::provenance()).into_diagnostic()?)?;
+    } else {
+        output::summary(&(text(&record) + &table::files(&written)), &written)?;
+    }
+    Ok(Outcome::Good)
+}
+
+fn record(speaker: &Speaker, before: &Body<2>) -> Record {
+    let length = |(a, b): (&tongue_fit::body::MuscleChain, &tongue_fit::body::MuscleChain)| {
+        let (before_m, after_m) = (before.mesh.distance(a.ends()), speaker.body.mesh.distance(b.ends()));
+        Length {
+            muscle: a.name.clone(),
+            before_mm: before_m * 1e3,
+            after_mm: after_m * 1e3,
+            stretch: after_m / before_m,
+        }
+    };
+    Record {
+        rest: speaker.how,
+        scale: speaker.similarity.scale(),
+        angle_deg: speaker.similarity.angle().to_degrees(),
+        rms_mm: speaker.rms_m.map(|r| r * 1e3),
+        least_area_ratio: speaker.least_area_ratio,
+        muscles: before.mesh.muscles.iter().zip(&speaker.body.mesh.muscles).map(length).collect(),
+        notes: speaker.notes.clone(),
+    }
+}
+
+/// Writes the body, its anatomy and a picture.
+fn write(
+    out: &OutputDir,
+    speaker: &Speaker,
+    before: &Body<2>,
+    record: &Record,
+    arguments: &Arguments,
+) -> miette::Result<Vec<PathBuf>> {
+    let mesh = &speaker.body.mesh;
+    let coefficients = system::coefficients(mesh, &arguments.body.model()).into_diagnostic()?;
+    let stiffness = system::connection_stiffness(mesh, &coefficients);
+    let file = BodyFile {
+        mesh: MeshRecord::new(&speaker.body, &stiffness, coefficients.kappa, coefficients.node_mass),
+        adaptation: speaker.adaptation(&mesh.muscle_names()),
+    };
+    let at_rest = vec![0.0; mesh.muscles.len()];
+    let palate = speaker.body.palate.as_deref().unwrap_or_default();
+    let mut similar = before.mesh.clone();
+    similar.nodes.iter_mut().for_each(|p| *p = speaker.similarity.place(*p));
+    let (title, grey) =
+        ("The speaker's tongue at rest (grey: turned and scaled only)", "turned and scaled only");
+    let section = Section {
+        mesh: &similar,
+        positions: &mesh.nodes,
+        tensions: &at_rest,
+        palate,
+        contact: false,
+        stretch: false,
+        grey,
+        title,
+    };
+    let picture = report::tongue(&section).into_diagnostic()?;
+    let by = super::provenance();
+    let (json, said) = (Json(&file), Json(record));
+    let mut files: Vec<(&str, &dyn Export)> =
+        vec![("body.json", &json), ("adapt.json", &said), ("rest.svg", &picture)];
+    // TOML says who made it in a comment.
+    let anatomy = speaker.anatomy.as_ref().map(|text| {
+        let line = |text: &str| text.replace(char::is_control, " ");
+        format!("# version: {}\n# command: {}\n{text}", line(by.version), line(&by.command))
+    });
+    if let Some(anatomy) = &anatomy {
+        files.push(("anatomy.toml", anatomy));
+    }
+    out.export(&files, &by).into_diagnostic()
+}
+
+fn text(record: &Record) -> String {
+    let mut t = table::table(&["muscle", "before, mm", "after, mm", "ratio"]);
+    for m in &record.muscles {
+        t.add_row([
+            m.muscle.clone(),
+            format!("{:.1}", m.before_mm),
+            format!("{:.1}", m.after_mm),
+            format!("{:.3}", m.stretch),
+        ]);
+    }
+    let how = match record.rest {
+        How::Similarity => "turned, scaled and shifted to the speaker's bones",
+        How::Frame => "the shape of one frame",
+        How::Joint => "the shape that explains many frames at once",
+        How::Contour => "the shape of the contour at rest",
+    };
+    let mut text =
+        format!("rest shape: {how}; scale {:.3}, turned by {:.1}°", record.scale, record.angle_deg);
+    let _ = match record.rms_mm {
+        Some(mm) => writeln!(text, "; contours met to {mm:.2} mm (RMS)"),
+        None => writeln!(text),
+    };
+    let _ =
+        writeln!(text, "cells keep at least {:.0} % of their area\n\n{t}", 100.0 * record.least_area_ratio);
+    for note in &record.notes {
+        let _ = writeln!(text, "but {note}");
+    }
+    text
+}

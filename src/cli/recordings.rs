@@ -1,0 +1,226 @@
+//! Options that name recordings, and how they are read.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use miette::{IntoDiagnostic, WrapErr, miette};
+use tongue_fit::adapt::{Adaptation, Basis, How};
+use tongue_fit::body::{Anatomy, Body};
+use tongue_fit::measured::recording::{Fault, FaultKind, Format, Map, Recording, Seen, screen};
+use tongue_fit::track::Prior;
+
+use super::{body, output};
+
+/// Recordings and how they are understood.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Recordings")]
+pub struct Arguments {
+    /// Recordings of one speaker: AAA's table of splines (.tsv), tidy CSV, AG50x (.pos), Edinburgh Speech Tools (.ema), EdgeTrak (.con)
+    #[arg(value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Which channel is what, and in which axes and unit (TOML); AAA's tables need none
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// Format of the files [default: as their content says]
+    #[arg(long, value_name = "FORMAT", value_enum)]
+    format: Option<FormatName>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum FormatName {
+    Aaa,
+    Csv,
+    Pos,
+    Ema,
+    Con,
+}
+
+impl From<FormatName> for Format {
+    fn from(name: FormatName) -> Self {
+        match name {
+            FormatName::Aaa => Self::Aaa,
+            FormatName::Csv => Self::Tidy,
+            FormatName::Pos => Self::Ag50x,
+            FormatName::Ema => Self::Est,
+            FormatName::Con => Self::Edgetrak,
+        }
+    }
+}
+
+/// What is assumed of the tensions.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Prior")]
+pub struct PriorArguments {
+    /// Scale of the tensions before anything is seen, N per metre of thickness: they are half-normal, with their median at 0.67 of it
+    #[arg(long, value_name = "N", default_value_t = 20.0, allow_negative_numbers = true)]
+    prior: f64,
+    /// Time over which tensions are remembered, s; 0: every frame by itself
+    #[arg(long, value_name = "S", default_value_t = 0.1, allow_negative_numbers = true)]
+    memory: f64,
+}
+
+impl PriorArguments {
+    /// The prior of so many muscles.
+    pub fn prior(&self, muscles: usize) -> miette::Result<Prior> {
+        if !(self.prior.is_finite() && self.prior > 0.0) {
+            return Err(miette!(
+                "--prior is {}; it must be a positive number of newtons per metre",
+                self.prior
+            ));
+        }
+        if !(self.memory.is_finite() && self.memory >= 0.0) {
+            return Err(miette!("--memory is {}; it must be a time in seconds, or 0", self.memory));
+        }
+        Ok(Prior::half_normal(muscles, self.prior, self.memory))
+    }
+}
+
+/// Names of the ways to a rest shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RestName {
+    /// The shape that explains many frames at once
+    Joint,
+    /// The shape of one frame: that with which all frames cost least
+    Frame,
+    /// The body turned, scaled and shifted to the speaker's bones, and no more
+    Similarity,
+}
+
+impl From<RestName> for How {
+    fn from(name: RestName) -> Self {
+        match name {
+            RestName::Joint => Self::Joint,
+            RestName::Frame => Self::Frame,
+            RestName::Similarity => Self::Similarity,
+        }
+    }
+}
+
+/// A recording with what was taken out of it.
+pub struct Screened {
+    /// What is left.
+    pub seen: Seen,
+    /// Faults of every frame.
+    pub faults: Vec<Vec<Fault>>,
+}
+
+impl Arguments {
+    /// The map, or an empty one.
+    pub fn map(&self) -> miette::Result<Map> {
+        let Some(path) = &self.map else { return Ok(Map::default()) };
+        let text = crate::files::read_text(path).into_diagnostic().wrap_err_with(|| {
+            format!("cannot read the map \"{}\"; name a UTF-8 text file (TOML)", path.display())
+        })?;
+        Map::from_toml(&text, &path.display().to_string()).into_diagnostic()
+    }
+
+    /// All recordings, screened.
+    pub fn read(&self, palate: Option<&[tongue_fit::geometry::Point]>) -> miette::Result<Vec<Screened>> {
+        let map = self.map()?;
+        let mut all: Vec<Screened> = Vec::new();
+        for file in &self.files {
+            for recording in Recording::from_path(file, self.format.map(Format::from)).into_diagnostic()? {
+                let mut seen = Seen::new(&recording, &map)
+                    .into_diagnostic()
+                    .wrap_err_with(|| file.display().to_string())?;
+                let faults = screen(&mut seen, palate);
+                // Names tell recordings apart in every output.
+                let same = all.iter().filter(|s| s.seen.name == seen.name).count();
+                if same > 0 {
+                    seen.name = format!("{} ({})", seen.name, same + 1);
+                }
+                output::step(|| {
+                    let (points, sensors) = (seen.contour.len(), seen.sensors.len());
+                    format!(
+                        "{}: {} frames, {points} contour points, {sensors} sensors, bones: {}; not used: {}",
+                        seen.name,
+                        seen.frames.len(),
+                        list(&seen.bones),
+                        list(&seen.ignored)
+                    )
+                });
+                all.push(Screened { seen, faults });
+            }
+        }
+        if all.is_empty() {
+            return Err(miette!("name at least one recording"));
+        }
+        Ok(all)
+    }
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+/// What was wrong with recordings, in sentences.
+pub fn notes(recordings: &[Screened], body: &Body<2>) -> Vec<String> {
+    let mut out = Vec::new();
+    for Screened { seen, faults } in recordings {
+        let count = |kind: FaultKind| faults.iter().flatten().filter(|f| f.kind == kind).count();
+        let mut tell = |kind: FaultKind, what: &str| {
+            let n = count(kind);
+            if n > 0 {
+                out.push(format!("{}: in {n} of {} frames {what}", seen.name, seen.frames.len()));
+            }
+        };
+        tell(FaultKind::Jumped, "points jump; they are left out");
+        tell(FaultKind::OutOfOrder, "points of the contour are in each other's place; they are left out");
+        tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
+        tell(FaultKind::BoneMissing, "a bone was not seen; it stays where the nearest frames show it");
+        for bone in [tongue_fit::body::MANDIBLE, tongue_fit::body::HYOID] {
+            let seen_once = seen.bone(bone).is_some_and(|b| seen.frames.iter().any(|f| f.bones[b].is_some()));
+            if !seen_once && !body.bone(bone).is_empty() {
+                out.push(format!(
+                    "{}: the {} was never seen; it stays where it is at rest",
+                    seen.name,
+                    bone.replace('_', " ")
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// The body that is given or begun with, and what its file says of an adaptation.
+pub struct Given {
+    /// The body.
+    pub body: Body<2>,
+    /// What it was meshed of.
+    pub anatomy: Option<Anatomy>,
+    /// What `tongue-fit adapt` wrote into its file.
+    pub adaptation: Option<Adaptation>,
+}
+
+impl Given {
+    /// Reads it.
+    pub fn read(arguments: &body::Arguments) -> miette::Result<Self> {
+        let body = arguments.body()?;
+        if body.mesh.continuum.is_some() {
+            return Err(miette!(
+                "a continuum cannot be adapted or tracked yet: its rest shape has more to it than nodes; leave out --body continuum"
+            ));
+        }
+        let adaptation = match arguments.mesh_file() {
+            Some(path) if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) => {
+                let text = crate::files::read_text(path).into_diagnostic()?;
+                Adaptation::from_json(&text).map_err(|e| miette!("{}: {e}", path.display()))?
+            }
+            _ => None,
+        };
+        Ok(Self { body, anatomy: arguments.anatomy()?, adaptation })
+    }
+
+    /// What it is adapted with.
+    pub fn basis(&self, arguments: &body::Arguments, prior: Prior) -> Basis<'_> {
+        Basis {
+            body: &self.body,
+            anatomy: self.anatomy.as_ref(),
+            model: arguments.model(),
+            contracting: (0..self.body.mesh.muscles.len()).collect(),
+            prior,
+        }
+    }
+}

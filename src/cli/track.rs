@@ -1,0 +1,353 @@
+//! `tongue-fit track`: tensions over time.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use miette::{IntoDiagnostic, miette};
+use tongue_fit::adapt::{self, Basis, How};
+use tongue_fit::body::Body;
+use tongue_fit::measured::recording::Seen;
+use tongue_fit::report::{
+    CourseRecord, Export, Json, OutputDir, PriorRecord, TrackRecord, frame_records, status_name,
+};
+use tongue_fit::system::System;
+use tongue_fit::track::{self, Followed, FrameStatus, HeldOut, Prior, Settings, Surface, Tracked};
+
+use super::recordings::{self, Given, PriorArguments, RestName, Screened};
+use super::{Global, Outcome, body, output, track_files, track_table};
+
+const DEFAULT_OUT: &str = "results/track";
+
+/// Options of `tongue-fit track`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Examples:\n  \
+    tongue-fit track speaker.tsv --out results/speaker\n  \
+    tongue-fit track speaker.tsv --mesh results/speaker/body.json\n  \
+    tongue-fit track speaker.tsv --hold-out 2,5,8")]
+pub struct Arguments {
+    #[command(flatten)]
+    recordings: recordings::Arguments,
+    /// How the rest shape is found where no body is given
+    #[arg(long, value_name = "HOW", value_enum, default_value = "joint")]
+    rest: RestName,
+    /// Take the body as it is: the recordings are in its frame
+    #[arg(long, conflicts_with = "rest")]
+    as_is: bool,
+    /// Contour points (numbers or names) that are not fitted but told, beside what a spline, principal components and a Gaussian of the
+    /// speaker tell of them
+    #[arg(long, value_name = "POINTS", value_delimiter = ',')]
+    hold_out: Vec<String>,
+    /// Muscles that can contract [default: all of the body]
+    #[arg(long, value_name = "MUSCLES", value_delimiter = ',')]
+    muscles: Vec<String>,
+    /// Take the half-normal prior also where the body's file has a learned one, or one could be learned
+    #[arg(long)]
+    plain_prior: bool,
+    #[command(flatten)]
+    prior: PriorArguments,
+    #[command(flatten)]
+    files: track_files::Arguments,
+    #[command(flatten)]
+    body: body::Arguments,
+}
+
+/// A body ready for recordings.
+struct Speaker {
+    body: Body<2>,
+    followed: Vec<Followed>,
+    prior: Prior,
+    how: Option<How>,
+    notes: Vec<String>,
+}
+
+/// What was found of one recording.
+pub struct Found {
+    /// The body that it was found with.
+    pub body: Body<2>,
+    /// Numbers of the contracting muscles, in the order of tensions.
+    pub contracting: Vec<usize>,
+    /// Every frame.
+    pub frames: Vec<Tracked>,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let clock = Instant::now();
+    let given = Given::read(&arguments.body)?;
+    let is_given = arguments.body.is_given() || arguments.as_is;
+    let palate = given.body.palate.as_deref().filter(|_| is_given);
+    let recordings = arguments.recordings.read(palate)?;
+    let names = contracting(arguments, &given.body)?;
+    let numbers =
+        names.iter().map(|n| given.body.muscle(n).into_diagnostic()).collect::<miette::Result<Vec<_>>>()?;
+    let hide = hidden(arguments, &recordings)?;
+    let prior = arguments.prior.prior(names.len())?;
+    let mut notes = recordings::notes(&recordings, &given.body);
+    let basis = Basis { contracting: numbers, ..given.basis(&arguments.body, prior) };
+    let run = Run { arguments, given: &given, basis, names: &names, is_given };
+    let seen: Vec<&Seen> = recordings.iter().map(|r| &r.seen).collect();
+
+    if !is_given {
+        run.basis.place(&seen).into_diagnostic()?;
+    }
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let leave_out = !hide.is_empty() && !is_given && seen.len() > 1;
+    let mut found: Vec<Found> = Vec::with_capacity(seen.len());
+    let mut speaker = None;
+    for (nth, one) in seen.iter().enumerate() {
+        if speaker.is_none() || leave_out {
+            let others: Vec<&Seen> =
+                seen.iter().enumerate().filter(|(o, _)| !leave_out || *o != nth).map(|(_, s)| *s).collect();
+            // A single recording must not teach its own hidden points.
+            let unseen: &[String] = if leave_out { &[] } else { &hide };
+            let made = run.speaker(&others, unseen)?;
+            made.notes
+                .iter()
+                .filter(|n| !notes.contains(n))
+                .cloned()
+                .collect::<Vec<_>>()
+                .into_iter()
+                .for_each(|n| notes.push(n));
+            speaker = Some(made);
+        }
+        let Some(speaker) = &speaker else { continue };
+        let frames = run.track(speaker, one, &hide, true)?;
+        found.push(Found { body: speaker.body.clone(), contracting: run.basis.contracting.clone(), frames });
+    }
+    let Some(speaker) = speaker else { return Err(miette!("name at least one recording")) };
+    let pair = match (is_given, arguments.rest, hide.is_empty()) {
+        (false, RestName::Joint, true) => run.odd_and_even(&seen),
+        _ => None,
+    };
+    let courses = courses(&names, &found, pair.as_ref());
+    let mut frames = Vec::new();
+    for (r, f) in recordings.iter().zip(&found) {
+        frames.extend(frame_records(&r.seen, &r.faults, &f.frames, &names));
+    }
+    let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
+    frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
+    let mut rms: Vec<f64> = frames.iter().filter_map(|f| f.rms_mm).collect();
+    rms.sort_by(f64::total_cmp);
+    let held_out = (!hide.is_empty()).then(|| {
+        let tracked: Vec<Vec<Tracked>> = found.iter().map(|f| f.frames.clone()).collect();
+        HeldOut {
+            points: hide.clone(),
+            trained_on: if seen.len() > 1 { "other recordings" } else { "the same recording" },
+            opponents: track::opponents(&seen, &tracked, &hide),
+        }
+    });
+    let record = TrackRecord {
+        recordings: seen.iter().map(|s| s.name.clone()).collect(),
+        body: speaker.body.what.clone(),
+        rest: speaker.how,
+        prior: PriorRecord::new(&speaker.prior, &names),
+        statuses,
+        median_rms_mm: rms.get(rms.len() / 2).copied(),
+        courses,
+        held_out,
+        notes,
+        frames,
+        wall_s: clock.elapsed().as_secs_f64(),
+    };
+    record.notes.iter().for_each(|n| output::note(n));
+    let written = track_files::write(&out, &record, &seen, &found, run.model().tissue, &arguments.files)?;
+    if global.json {
+        output::print(
+            &Json(&record).text(&super::provenance().with_tissue(run.model().tissue)).into_diagnostic()?,
+        )?;
+    } else {
+        output::summary(&track_table::track(&record, &written), &written)?;
+    }
+    let good = record.frames.iter().all(|f| f.status == FrameStatus::Converged);
+    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+struct Run<'a> {
+    arguments: &'a Arguments,
+    given: &'a Given,
+    basis: Basis<'a>,
+    names: &'a [String],
+    is_given: bool,
+}
+
+impl Run<'_> {
+    fn model(&self) -> tongue_fit::system::Model {
+        self.basis.model
+    }
+
+    /// The body that was given, or one adapted to these recordings.
+    fn speaker(&self, seen: &[&Seen], hide: &[String]) -> miette::Result<Speaker> {
+        let plain = self.basis.prior.clone();
+        if self.is_given {
+            let body = self.given.body.clone();
+            let (followed, learned) = match &self.given.adaptation {
+                Some(a) => (a.followed(&body), a.prior(self.names, plain.memory_s)),
+                None => {
+                    let bones: Vec<String> = body.bones.iter().map(|b| b.name.clone()).collect();
+                    (adapt::followed(&body, &bones), None)
+                }
+            };
+            let prior = learned.filter(|_| !self.arguments.plain_prior).unwrap_or(plain);
+            let how = self.given.adaptation.as_ref().map(|a| a.rest);
+            return Ok(Speaker { body, followed, prior, how, notes: Vec::new() });
+        }
+        let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
+        let progress = |done: usize, of: usize| {
+            bar.set_length(of as u64);
+            bar.set_position(done as u64);
+        };
+        let made = self.basis.to_recordings(seen, self.arguments.rest.into(), hide, &progress);
+        bar.finish_and_clear();
+        let made = made.into_diagnostic()?;
+        output::step(|| {
+            let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
+            format!("{}: scale {:.3}{rms}", made.body.what, made.similarity.scale())
+        });
+        let prior = if self.arguments.plain_prior { plain } else { made.prior };
+        Ok(Speaker {
+            body: made.body,
+            followed: made.followed,
+            prior,
+            how: Some(made.how),
+            notes: Vec::new(),
+        })
+    }
+
+    fn track(
+        &self,
+        speaker: &Speaker,
+        seen: &Seen,
+        hide: &[String],
+        shown: bool,
+    ) -> miette::Result<Vec<Tracked>> {
+        let body = &speaker.body;
+        let system = System::new(&body.mesh, &self.model(), &self.basis.contracting).into_diagnostic()?;
+        let surface = Surface::of(body)
+            .ok_or_else(|| miette!("{} has no outline of tissue to compare with", body.what))?;
+        let frames = track::frames(seen, &surface, &speaker.followed, hide);
+        let bar = output::bar(frames.len() as u64, "{bar:40} {percent:>3} % of a recording, {eta} left")?;
+        let progress = |done: usize, of: usize| {
+            if shown {
+                bar.set_length(of as u64);
+                bar.set_position(done as u64);
+            }
+        };
+        let found = track::track(
+            &system,
+            &speaker.followed,
+            frames,
+            &Settings::new(speaker.prior.clone()),
+            &progress,
+        );
+        bar.finish_and_clear();
+        Ok(found)
+    }
+
+    /// Tensions with the rest shape made of the odd frames, and with that of the even ones: muscles, and over all frames.
+    fn odd_and_even(&self, seen: &[&Seen]) -> Option<[Vec<Tracked>; 2]> {
+        let half = |odd: usize| -> Option<Vec<Tracked>> {
+            let part = |s: &&Seen| Seen {
+                frames: s.frames.iter().skip(odd).step_by(2).cloned().collect(),
+                ..(*s).clone()
+            };
+            let parts: Vec<Seen> = seen.iter().map(part).collect();
+            let speaker = self.speaker(&parts.iter().collect::<Vec<_>>(), &[]).ok()?;
+            let mut all = Vec::new();
+            for one in seen {
+                all.extend(self.track(&speaker, one, &[], false).ok()?);
+            }
+            Some(all)
+        };
+        Some([half(0)?, half(1)?])
+    }
+}
+
+/// The muscles that can contract.
+fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<String>> {
+    if arguments.muscles.is_empty() {
+        let mut names = body.mesh.muscle_names();
+        names.dedup();
+        if names.is_empty() {
+            return Err(miette!("{} has no muscles; name curves of its mesh after them", body.what));
+        }
+        return Ok(names);
+    }
+    let mut names = Vec::new();
+    for name in &arguments.muscles {
+        let number = body.muscle(name.trim()).into_diagnostic()?;
+        let name = body.mesh.muscles[number].name.clone();
+        if names.contains(&name) {
+            return Err(miette!("--muscles: {name} is given twice; give each muscle once"));
+        }
+        names.push(name);
+    }
+    Ok(names)
+}
+
+/// Names of the points that are kept back.
+fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<String>> {
+    let mut out = Vec::new();
+    for word in &arguments.hold_out {
+        let word = word.trim();
+        let known = recordings.first().map(|r| r.seen.contour.clone()).unwrap_or_default();
+        let ending = format!("_{word}");
+        let found =
+            known.iter().find(|n| *n == word || (word.parse::<u32>().is_ok() && n.ends_with(&ending)));
+        let found = found.ok_or_else(|| {
+            let known = known.iter().map(String::as_str);
+            miette!(
+                "--hold-out {word}: there is no such contour point; {}",
+                tongue_fit::suggest::hint(word, known)
+            )
+        })?;
+        out.push(found.clone());
+    }
+    if !out.is_empty() && recordings.iter().any(|r| r.seen.contour.len() < out.len() + 3) {
+        return Err(miette!("--hold-out leaves fewer than three points to fit; keep back fewer"));
+    }
+    Ok(out)
+}
+
+/// A course is not known whose scores keep more than this part of the prior's standard deviation,
+const UNKNOWN: f64 = 0.6;
+/// or whose courses with rest shapes of odd and of even frames correlate less than this.
+const SAME_COURSE: f64 = 0.8;
+
+fn courses(names: &[String], found: &[Found], pair: Option<&[Vec<Tracked>; 2]>) -> Vec<CourseRecord> {
+    let frames: Vec<&Tracked> = found.iter().flat_map(|f| &f.frames).collect();
+    let course = |(i, name): (usize, &String)| {
+        let mut sd: Vec<f64> = frames.iter().map(|f| f.covariance[(i, i)].max(0.0).sqrt()).collect();
+        sd.sort_by(f64::total_cmp);
+        let unknown_part = sd.get(sd.len() / 2).copied().unwrap_or(1.0);
+        let tensions = |all: &[Tracked]| all.iter().map(|f| f.tensions_n[i]).collect::<Vec<f64>>();
+        let both = pair.map(|[odd, even]| (tensions(odd), tensions(even)));
+        let correlation = both.as_ref().and_then(|(a, b)| correlation(a, b));
+        let level = both
+            .as_ref()
+            .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).sum::<f64>().abs() / a.len().max(1) as f64);
+        CourseRecord {
+            muscle: name.clone(),
+            known: unknown_part < UNKNOWN && correlation.is_none_or(|r| r >= SAME_COURSE),
+            unknown_part,
+            odd_even_correlation: correlation,
+            odd_even_level_n: level,
+        }
+    };
+    names.iter().enumerate().map(course).collect()
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
+    let n = a.len() as f64;
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / n;
+    let (ma, mb) = (mean(a), mean(b));
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
+    for (x, y) in a.iter().zip(b) {
+        ab += (x - ma) * (y - mb);
+        aa += (x - ma).powi(2);
+        bb += (y - mb).powi(2);
+    }
+    let r = ab / (aa * bb).sqrt();
+    r.is_finite().then_some(r)
+}

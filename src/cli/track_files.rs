@@ -1,0 +1,124 @@
+//! The files that tracking leaves.
+
+use std::path::PathBuf;
+
+use miette::IntoDiagnostic;
+use tongue_fit::measured::recording::Seen;
+use tongue_fit::report::{
+    Export, Frame, Json, OutputDir, Pvd, Timeline, TrackPage, TrackPicture, TrackRecord, Vtu,
+    animation_of_seen, timelines,
+};
+use tongue_fit::system::TissueModel;
+use tongue_fit::track::{FrameStatus, Tracked};
+
+use super::track::Found;
+
+/// What is written beside the tables.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Files")]
+pub struct Arguments {
+    /// Most frames of a recording in the animation and for ParaView, evenly chosen; 0 writes neither
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    frames: usize,
+}
+
+type File<'a> = (String, Box<dyn Export + 'a>);
+
+/// Writes all files; names those that a reader opens.
+pub fn write(
+    out: &OutputDir,
+    record: &TrackRecord,
+    seen: &[&Seen],
+    found: &[Found],
+    tissue: TissueModel,
+    arguments: &Arguments,
+) -> miette::Result<Vec<PathBuf>> {
+    let by = super::provenance().with_tissue(tissue);
+    let shapes: Vec<Vec<Frame>> =
+        found.iter().map(|f| moments(&f.frames, arguments.frames).map(|t| frame(f, t)).collect()).collect();
+    let mut files: Vec<File<'_>> = vec![
+        ("track.json".to_owned(), Box::new(Json(record))),
+        ("track.csv".to_owned(), Box::new(record.table())),
+    ];
+    let mut pictures = Vec::new();
+    let mut others: Vec<File<'_>> = Vec::new();
+    for (nth, (one, of)) in seen.iter().zip(found).enumerate() {
+        let number = nth + 1;
+        let courses = courses(record, &one.name, &of.frames);
+        files.push((format!("track_{number}.sto"), Box::new(record.sto(&one.name))));
+        files.push((format!("track_{number}.svg"), Box::new(courses.clone())));
+        let mut animation = None;
+        if !shapes[nth].is_empty() {
+            let name = format!("shapes_{number}.svg");
+            let marks: Vec<Vec<_>> = moments(&of.frames, arguments.frames)
+                .map(|t| {
+                    let frame = &one.frames[t];
+                    let marks = frame.contour.iter().chain(&frame.sensors).flatten().map(|m| m.at);
+                    marks.chain(frame.bones.iter().flatten().copied()).collect()
+                })
+                .collect();
+            let title = format!("{}: seen (dots) and simulated, muscles lit by tension", one.name);
+            let svg = animation_of_seen(&of.body.mesh, &shapes[nth], &marks, &title).into_diagnostic()?;
+            files.push((name.clone(), Box::new(svg)));
+            animation = Some(name);
+            let mut moments = Vec::new();
+            for (t, shape) in shapes[nth].iter().enumerate() {
+                let name = format!("shapes_{number}_{t:04}.vtu");
+                let vtu = Vtu::new(&of.body.mesh, &shape.positions, &shape.tensions).into_diagnostic()?;
+                moments.push((shape.time, name.clone()));
+                others.push((name, Box::new(vtu)));
+            }
+            others.push((format!("shapes_{number}.pvd"), Box::new(Moments(moments))));
+        }
+        pictures.push(TrackPicture { recording: one.name.clone(), courses, animation });
+    }
+    let page = TrackPage { record, pictures };
+    files.insert(0, ("track.html".to_owned(), Box::new(page)));
+    let shown = files.len();
+    files.extend(others);
+    let all: Vec<(&str, &dyn Export)> = files.iter().map(|(n, e)| (n.as_str(), e.as_ref())).collect();
+    let mut written = out.export(&all, &by).into_diagnostic()?;
+    written.truncate(shown);
+    Ok(written)
+}
+
+/// A collection of frames that holds its own names.
+struct Moments(Vec<(f64, String)>);
+
+impl Export for Moments {
+    fn write(
+        &self,
+        out: &mut dyn std::io::Write,
+        by: &tongue_fit::report::Provenance,
+    ) -> std::io::Result<()> {
+        Pvd(&self.0).write(out, by)
+    }
+}
+
+/// Numbers of at most `most` frames, evenly chosen.
+fn moments(frames: &[Tracked], most: usize) -> impl Iterator<Item = usize> {
+    let every = if most == 0 { usize::MAX } else { frames.len().div_ceil(most).max(1) };
+    (0..if most == 0 { 0 } else { frames.len() }).step_by(every)
+}
+
+fn frame(found: &Found, t: usize) -> Frame {
+    let tracked = &found.frames[t];
+    let mut tensions = vec![0.0; found.body.mesh.muscles.len()];
+    for (muscle, tension) in found.contracting.iter().zip(&tracked.tensions_n) {
+        tensions[*muscle] = *tension;
+    }
+    Frame { time: tracked.time_s, positions: tracked.positions.clone(), tensions }
+}
+
+fn courses(record: &TrackRecord, name: &str, frames: &[Tracked]) -> tongue_fit::report::Svg {
+    let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
+    let doubtful: Vec<bool> = frames.iter().map(|f| f.status != FrameStatus::Converged).collect();
+    let line = |(i, course): (usize, &tongue_fit::report::CourseRecord)| Timeline {
+        name: course.muscle.clone(),
+        known: course.known,
+        values: frames.iter().map(|f| [f.tensions_n[i], f.low_n[i], f.high_n[i]]).collect(),
+    };
+    let lines: Vec<Timeline> = record.courses.iter().enumerate().map(line).collect();
+    timelines(name, &times, &doubtful, &lines)
+}

@@ -1,0 +1,85 @@
+//! An open curve through points.
+
+use super::plane::{self, Point};
+
+/// A natural cubic spline through points with their distances as its parameter (de Boor 1978, chapter IV): its second derivative is
+/// zero at both ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NaturalSpline {
+    /// A fine polygon.
+    samples: Vec<Point>,
+}
+
+/// Straight pieces by which a span is measured.
+const PIECES: usize = 16;
+
+impl NaturalSpline {
+    /// Through at least two points, neighbours apart. `None` where there is no such curve.
+    pub fn through(points: &[Point]) -> Option<Self> {
+        let n = points.len();
+        let lengths: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
+        if n < 2 || !lengths.iter().all(|l| *l > 0.0 && l.is_finite()) {
+            return None;
+        }
+        // Second derivatives: a tridiagonal system, eliminated from front to back.
+        let mut bends = vec![Point::zeros(); n];
+        let mut above = vec![0.0; n];
+        for i in 1..n - 1 {
+            let (before, after) = (lengths[i - 1], lengths[i]);
+            let turn = (points[i + 1] - points[i]) / after - (points[i] - points[i - 1]) / before;
+            let pivot = (before + after) / 3.0 - before / 6.0 * above[i - 1];
+            above[i] = after / 6.0 / pivot;
+            bends[i] = (turn - bends[i - 1] * (before / 6.0)) / pivot;
+        }
+        for i in (1..n - 1).rev() {
+            bends[i] = bends[i] - bends[i + 1] * above[i];
+        }
+        let mut samples = Vec::with_capacity((n - 1) * PIECES + 1);
+        for i in 0..n - 1 {
+            for piece in 0..PIECES {
+                let u = piece as f64 / PIECES as f64;
+                let v = 1.0 - u;
+                let bend = bends[i] * (v * v * v - v) + bends[i + 1] * (u * u * u - u);
+                samples.push(points[i] * v + points[i + 1] * u + bend * (lengths[i] * lengths[i] / 6.0));
+            }
+        }
+        samples.push(points[n - 1]);
+        Some(Self { samples })
+    }
+
+    /// The curve as a fine polygon.
+    pub fn polygon(&self) -> &[Point] {
+        &self.samples
+    }
+
+    /// The distance of a point from the curve.
+    pub fn distance(&self, p: Point) -> f64 {
+        let squared = self.samples.windows(2).map(|w| plane::squared_distance_to_line(p, w[0], w[1]));
+        squared.fold(f64::INFINITY, f64::min).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn approaches_an_arc_and_goes_through_its_points() {
+        let arc = |n: usize| -> Vec<Point> {
+            (0..=n).map(|i| 3.0 * i as f64 / n as f64).map(|t| Point::new(t.cos(), t.sin())).collect()
+        };
+        let worst = |n: usize| {
+            let curve = NaturalSpline::through(&arc(n)).unwrap();
+            // Away from the ends, whose bend is not the arc's.
+            let inner = |p: &&Point| (0.8..2.2).contains(&p.y.atan2(p.x));
+            curve.polygon().iter().filter(inner).map(|p| (p.norm() - 1.0).abs()).fold(0.0, f64::max)
+        };
+        assert!(worst(24) < worst(12) / 8.0, "{} {}", worst(24), worst(12));
+        let points = arc(7);
+        let curve = NaturalSpline::through(&points).unwrap();
+        assert!(points.iter().all(|p| curve.distance(*p) < 1e-12));
+        let line = NaturalSpline::through(&[Point::new(0.0, 0.0), Point::new(2.0, 0.0)]).unwrap();
+        assert!((line.distance(Point::new(1.0, 0.5)) - 0.5).abs() < 1e-15);
+        assert!(NaturalSpline::through(&[Point::zeros(), Point::zeros()]).is_none());
+    }
+}

@@ -1,0 +1,76 @@
+//! Similarities of the plane: turned, scaled and shifted.
+
+use super::plane::Point;
+
+/// `x -> m x + shift`, where `m` turns by the angle of `(turn[0], turn[1])` and scales by its length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Similarity {
+    turn: [f64; 2],
+    shift: Point,
+}
+
+impl Similarity {
+    /// The one that changes nothing.
+    pub const IDENTITY: Self = Self { turn: [1.0, 0.0], shift: Point::new(0.0, 0.0) };
+
+    /// The one that brings `from` nearest to `to` in the mean square (Umeyama 1991; in the plane a quotient of complex numbers).
+    /// Points that already agree to 1 nm give the identity to the bit. `None` for fewer than two points or points that coincide.
+    pub fn between(from: &[Point], to: &[Point]) -> Option<Self> {
+        if from.len() != to.len() || from.len() < 2 {
+            return None;
+        }
+        if from.iter().zip(to).all(|(a, b)| (a - b).norm() <= 1e-9) {
+            return Some(Self::IDENTITY);
+        }
+        let mean = |points: &[Point]| points.iter().sum::<Point>() / points.len() as f64;
+        let (centre, target) = (mean(from), mean(to));
+        let (mut along, mut across, mut size) = (0.0, 0.0, 0.0);
+        for (a, b) in from.iter().zip(to) {
+            let (a, b) = (a - centre, b - target);
+            along += a.dot(&b);
+            across += a.perp(&b);
+            size += a.norm_squared();
+        }
+        let turn = [along / size, across / size];
+        let found = Self { turn, shift: Point::zeros() };
+        let shift = target - found.place(centre);
+        let good = found.scale() > 0.0 && turn.iter().chain(shift.iter()).all(|v| v.is_finite());
+        good.then_some(Self { turn, shift })
+    }
+
+    /// As [`Similarity::between`], without scaling; one point is shifted.
+    pub fn rigid(from: &[Point], to: &[Point]) -> Option<Self> {
+        if let ([a], [b]) = (from, to) {
+            return Some(Self { shift: b - a, ..Self::IDENTITY });
+        }
+        let free = Self::between(from, to)?;
+        let scale = free.scale();
+        let turned = Self { turn: free.turn.map(|t| t / scale), shift: Point::zeros() };
+        let mean = |points: &[Point]| points.iter().sum::<Point>() / points.len() as f64;
+        Some(Self { shift: mean(to) - turned.place(mean(from)), ..turned })
+    }
+
+    /// By what lengths are multiplied.
+    pub fn scale(&self) -> f64 {
+        self.turn[0].hypot(self.turn[1])
+    }
+
+    /// By what it turns, from x towards y, rad.
+    pub fn angle(&self) -> f64 {
+        self.turn[1].atan2(self.turn[0])
+    }
+
+    /// Where a point comes to lie.
+    pub fn place(&self, p: Point) -> Point {
+        if *self == Self::IDENTITY {
+            return p;
+        }
+        let [c, s] = self.turn;
+        Point::new(c * p.x - s * p.y, s * p.x + c * p.y) + self.shift
+    }
+
+    /// What a displacement becomes.
+    pub fn turned(&self, d: Point) -> Point {
+        self.place(d) - self.place(Point::zeros())
+    }
+}

@@ -1,0 +1,81 @@
+//! Thin-plate splines: the smoothest way to carry the plane so that some points come to given places (Bookstein 1989).
+
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+use super::plane::Point;
+
+/// Control points, and what carries the plane with them. Linear in their displacements.
+#[derive(Debug, Clone)]
+pub struct ThinPlate {
+    controls: Vec<Point>,
+    unit: f64,
+    factors: LU<f64, Dyn, Dyn>,
+}
+
+impl ThinPlate {
+    /// With these control points, m. `None` where two coincide or all lie in one line.
+    pub fn new(controls: &[Point]) -> Option<Self> {
+        let n = controls.len();
+        let unit = super::extent(controls).max(f64::MIN_POSITIVE);
+        let mut matrix = DMatrix::zeros(n + 3, n + 3);
+        for (i, a) in controls.iter().enumerate() {
+            for (j, b) in controls.iter().enumerate() {
+                matrix[(i, j)] = kernel((a - b).norm() / unit);
+            }
+            for (k, value) in [1.0, a.x / unit, a.y / unit].into_iter().enumerate() {
+                matrix[(i, n + k)] = value;
+                matrix[(n + k, i)] = value;
+            }
+        }
+        let scale = matrix.amax();
+        let factors = matrix.lu();
+        let least = factors.u().diagonal().iter().fold(f64::INFINITY, |m: f64, d| m.min(d.abs()));
+        (n >= 3 && least > 1e-10 * scale).then(|| Self { controls: controls.to_vec(), unit, factors })
+    }
+
+    /// The weights with which the displacements of the control points carry a point: exactly one and zeros at a control point.
+    pub fn weights(&self, p: Point) -> Vec<f64> {
+        let n = self.controls.len();
+        let mut row = DVector::zeros(n + 3);
+        for (i, c) in self.controls.iter().enumerate() {
+            if (p - c).norm() <= 1e-12 * self.unit {
+                return (0..n).map(|j| f64::from(u8::from(j == i))).collect();
+            }
+            row[i] = kernel((p - c).norm() / self.unit);
+        }
+        (row[n], row[n + 1], row[n + 2]) = (1.0, p.x / self.unit, p.y / self.unit);
+        // The matrix is symmetric, so weights are the row times its inverse.
+        let solved = self.factors.solve(&row).unwrap_or_else(|| DVector::zeros(n + 3));
+        solved.iter().take(n).copied().collect()
+    }
+}
+
+fn kernel(r: f64) -> f64 {
+    if r > 0.0 { r * r * r.ln() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_points_arrive_and_affine_ways_are_kept() {
+        let controls = [[0.0, 0.0], [1.0, 0.1], [0.2, 1.0], [1.1, 0.9], [0.5, 0.4]].map(Point::from);
+        let plate = ThinPlate::new(&controls).unwrap();
+        let carried = |p: Point, d: &[Point]| -> Point {
+            p + plate.weights(p).iter().zip(d).map(|(w, d)| d * *w).sum::<Point>()
+        };
+        let any = [[0.1, 0.0], [-0.2, 0.3], [0.0, 0.1], [0.3, 0.3], [0.0, -0.1]].map(Point::from);
+        for (c, d) in controls.iter().zip(&any) {
+            assert!((carried(*c, &any) - (c + d)).norm() < 1e-12);
+        }
+        let near = Point::new(1.0 + 1e-6, 0.1);
+        assert!((carried(near, &any) - carried(controls[1], &any) - Point::new(1e-6, 0.0)).norm() < 1e-5);
+        let affine = |p: Point| Point::new(0.2 * p.x - 0.1 * p.y + 0.05, 0.3 * p.y);
+        let d = controls.map(affine);
+        let p = Point::new(0.7, -0.4);
+        assert!((carried(p, &d) - p - affine(p)).norm() < 1e-12);
+        assert!(ThinPlate::new(&controls[..2]).is_none());
+        assert!(ThinPlate::new(&[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]].map(Point::from)).is_none());
+    }
+}

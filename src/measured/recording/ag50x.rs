@@ -1,0 +1,70 @@
+//! Carstens AG500 and AG501 positions (`.pos`): a header of text lines, its size in the second, then frames of seven little-endian
+//! 32-bit floats a sensor: x, y, z (mm), phi, theta (degrees), rms, extra. As Praat reads them (Weenink 2023, `EMA.cpp`), and the
+//! maker's manual.
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::{Format, Recording, Sample, check_size, is_coordinate};
+
+/// Numbers of a sensor in a frame.
+const VALUES: usize = 7;
+const LARGEST_HEADER: usize = 1 << 20;
+
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    let start = Place { origin, line: 1, column: 1 };
+    let head = &bytes[..bytes.len().min(LARGEST_HEADER)];
+    let mut lines = head.split(|b| *b == b'\n').map(|l| String::from_utf8_lossy(l).trim().to_owned());
+    let version = lines.next().unwrap_or_default();
+    if !matches!(version.as_str(), "AG50xDATA_V001" | "AG50xDATA_V002" | "AG50xDATA_V003") {
+        let help = "give head-corrected positions of an AG500 or AG501 (.pos), versions V001 to V003";
+        return Err(start.error("the first line is not AG50xDATA_V001, V002 or V003", help));
+    }
+    let text = lines.next().unwrap_or_default();
+    let size = text.parse::<usize>().ok().filter(|s| (24..=head.len()).contains(s));
+    let size = size.ok_or_else(|| {
+        let at = Place { line: 2, ..start };
+        at.error(
+            format!("the size of the header is {text:?}"),
+            "the file is cut off or no .pos; copy it anew",
+        )
+    })?;
+    let header = String::from_utf8_lossy(&bytes[..size]).into_owned();
+    let value = |key: &str| {
+        let found = header.lines().enumerate().find_map(|(n, l)| Some((n, l.trim().strip_prefix(key)?)));
+        let (n, text) = found.ok_or_else(|| start.error(format!("no line {key}"), "copy the file anew"))?;
+        let number = text.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+        let at = Place { line: n as u64 + 1, ..start };
+        number.ok_or_else(|| at.error(format!("{key}{text} is no positive number"), "copy the file anew"))
+    };
+    let sensors = value("NumberOfChannels=")? as usize;
+    let rate = value("SamplingFrequencyHz=")?;
+    let frame = sensors.saturating_mul(VALUES * 4).max(1);
+    let frames = (bytes.len() - size) / frame;
+    check_size(frames, sensors, start)?;
+    if !(bytes.len() - size).is_multiple_of(frame) {
+        let at = Place { line: 1, column: size + frames * frame + 1, ..start };
+        let what = format!("the last frame is cut off (byte {})", at.column);
+        return Err(at.error(what, format!("a frame has {frame} bytes; copy the file anew")));
+    }
+    let samples = bytes[size..].chunks_exact(frame).enumerate().map(|(n, frame)| {
+        let place = |sensor: &[u8]| {
+            let at = |i: usize| {
+                f64::from(f32::from_le_bytes(sensor[4 * i..4 * i + 4].try_into().unwrap_or_default()))
+            };
+            let place = [at(0), at(1), at(2)];
+            // A sensor that was not connected or not found is written as zeros or as no number.
+            let seen = place.iter().all(|v| is_coordinate(*v)) && place != [0.0; 3];
+            seen.then_some(place)
+        };
+        let time_s = n as f64 / rate;
+        Sample { time_s, places: frame.chunks_exact(VALUES * 4).map(place).collect() }
+    });
+    Ok(Recording {
+        name: Recording::stem(origin),
+        channels: (1..=sensors).map(|n| format!("sensor_{n}")).collect(),
+        sigma: vec![None; sensors],
+        samples: samples.collect(),
+        metres: Some(1e-3),
+        format: Format::Ag50x,
+    })
+}

@@ -1,0 +1,56 @@
+//! EdgeTrak's contours (`.con`): numbers without a header, a row a point of the contour, two columns (x, y) a frame, pixels, y down.
+//! The layout is that of GetContours' `ReshapeContours` (Tiede 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are taken too,
+//! and of readers of `.con` files (Faytak, `ssanova-formatter.py`).
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::super::lengths::text::decode;
+use super::{Format, Recording, Sample, check_size, coordinate};
+
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    let text = decode(bytes, origin)?.text;
+    let start = Place { origin, line: 1, column: 1 };
+    let mut rows: Vec<Vec<Option<f64>>> = Vec::new();
+    for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
+        let at = Place { line: n as u64 + 1, ..start };
+        let cells: Vec<&str> = line.split([' ', '\t', ',']).filter(|c| !c.is_empty()).collect();
+        if rows.is_empty() && cells.iter().all(|c| c.starts_with("FRAME") || matches!(*c, "X" | "Y")) {
+            continue;
+        }
+        let mut row = Vec::with_capacity(cells.len());
+        for (column, cell) in cells.iter().enumerate() {
+            let value = match *cell {
+                "NaN" | "nan" | "*" | "NA" => None,
+                cell => Some(coordinate(cell).ok_or_else(|| {
+                    let what = format!("{cell:?} is no coordinate");
+                    at.at_column(column + 1).error(what, "write pixels, and NaN where there is none")
+                })?),
+            };
+            row.push(value);
+        }
+        let width = rows.first().map_or(row.len(), Vec::len);
+        if row.len() != width || !width.is_multiple_of(2) {
+            let what = format!("the line has {} values where the first has {width}", row.len());
+            return Err(at.at_column(row.len()).error(what, "give two columns (x, y) a frame in every line"));
+        }
+        rows.push(row);
+        check_size(width / 2, rows.len(), at)?;
+    }
+    let frames = rows.first().map_or(0, |r| r.len() / 2);
+    // EdgeTrak writes zeros where a frame was not traced.
+    let sample = |frame: usize| {
+        let place = |row: &Vec<Option<f64>>| {
+            let (x, y) = row[2 * frame].zip(row[2 * frame + 1])?;
+            ((x, y) != (0.0, 0.0)).then_some([x, y, 0.0])
+        };
+        Sample { time_s: frame as f64, places: rows.iter().map(place).collect() }
+    };
+    Ok(Recording {
+        name: Recording::stem(origin),
+        channels: (0..rows.len()).map(|n| format!("tongue_{n}")).collect(),
+        sigma: vec![None; rows.len()],
+        samples: (0..frames).map(sample).collect(),
+        metres: None,
+        format: Format::Edgetrak,
+    })
+}

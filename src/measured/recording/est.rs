@@ -1,0 +1,160 @@
+//! Edinburgh Speech Tools' tracks (`.ema`): a header of text lines from `EST_File Track` to `EST_Header_End`, then for each frame its
+//! time (s), where breaks are present a flag (0: nothing seen), and the channels, as 32-bit floats or as text. As the tools write
+//! them (`EST_TrackFile.cc`, `save_est_binary_ts` and `save_est_ts`).
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::{Format, MOST_CHANNELS, Recording, Sample, check_size, is_coordinate};
+
+const LARGEST_HEADER: usize = 1 << 20;
+const END: &[u8] = b"EST_Header_End";
+
+/// What the header says.
+#[derive(Default)]
+struct Header {
+    ascii: bool,
+    big_endian: bool,
+    frames: usize,
+    channels: usize,
+    breaks: bool,
+    names: Vec<String>,
+    /// Bytes.
+    size: usize,
+}
+
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    let start = Place { origin, line: 1, column: 1 };
+    let header = header(bytes, start)?;
+    let before = 1 + usize::from(header.breaks);
+    let width = before + header.channels;
+    check_size(header.frames, width, start)?;
+    let axes = axes(&header.names);
+    let body = &bytes[header.size..];
+    let rows: Vec<Vec<f64>> = if header.ascii {
+        text_rows(body, width, bytes, start)?
+    } else {
+        let wanted = header.frames * width * 4;
+        if body.len() < wanted {
+            let what = format!("{} bytes follow the header where {wanted} are needed", body.len());
+            return Err(start.error(what, "the file is cut off; copy it anew"));
+        }
+        let number = |b: &[u8]| {
+            let b: [u8; 4] = b.try_into().unwrap_or_default();
+            f64::from(if header.big_endian { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) })
+        };
+        body[..wanted].chunks_exact(width * 4).map(|row| row.chunks_exact(4).map(number).collect()).collect()
+    };
+    let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
+    for (n, row) in rows.iter().enumerate() {
+        let time_s = row[0];
+        let after = samples.last().is_none_or(|last| last.time_s < time_s);
+        if !is_coordinate(time_s) || !after {
+            let what = format!("the time of frame {n} is {time_s} s");
+            return Err(start.error(what, "times must be finite and ascending; copy the file anew"));
+        }
+        let seen = !header.breaks || row[1] != 0.0;
+        let place = |channels: &[Option<usize>; 3]| {
+            let value = |c: &Option<usize>| c.map_or(0.0, |c| row[before + c]);
+            let place = channels.each_ref().map(value);
+            (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
+        };
+        samples.push(Sample { time_s, places: axes.iter().map(|(_, c)| place(c)).collect() });
+    }
+    Ok(Recording {
+        name: Recording::stem(origin),
+        sigma: vec![None; axes.len()],
+        channels: axes.into_iter().map(|(name, _)| name).collect(),
+        samples,
+        metres: None,
+        format: Format::Est,
+    })
+}
+
+fn header(bytes: &[u8], start: Place<'_>) -> Result<Header, Malformed> {
+    let head = &bytes[..bytes.len().min(LARGEST_HEADER)];
+    let end = head.windows(END.len()).position(|w| w == END).ok_or_else(|| {
+        start.error("there is no line EST_Header_End", "give a track of the Edinburgh Speech Tools (.ema)")
+    })?;
+    let line_end = head[end..].iter().position(|b| *b == b'\n').map_or(head.len(), |n| end + n + 1);
+    let text = String::from_utf8_lossy(&head[..end]).into_owned();
+    let mut header = Header { size: line_end, ..Header::default() };
+    let mut given: Vec<(usize, String)> = Vec::new();
+    for (n, line) in text.lines().enumerate() {
+        let (key, value) = line.trim().split_once(char::is_whitespace).unwrap_or((line.trim(), ""));
+        let value = value.trim();
+        let at = Place { line: n as u64 + 1, ..start };
+        let count = |most: usize| {
+            let number = value.parse::<usize>().ok().filter(|v| *v <= most);
+            number
+                .ok_or_else(|| at.error(format!("{key} is {value:?}"), format!("it must be at most {most}")))
+        };
+        match key {
+            "EST_File" if value != "Track" => {
+                return Err(at.error(format!("the file is EST's {value:?}"), "give a track"));
+            }
+            "DataType" => {
+                header.ascii = value == "ascii";
+                if !matches!(value, "ascii" | "binary") {
+                    return Err(at.error(format!("the data type is {value:?}"), "give ascii or binary"));
+                }
+            }
+            "ByteOrder" => header.big_endian = value == "10",
+            "NumFrames" => header.frames = count(super::MOST_FRAMES)?,
+            "NumChannels" => header.channels = count(MOST_CHANNELS)?,
+            "BreaksPresent" => header.breaks = value.eq_ignore_ascii_case("true"),
+            _ => {
+                if let Some(number) = key.strip_prefix("Channel_").and_then(|n| n.parse::<usize>().ok()) {
+                    given.push((number, value.to_owned()));
+                }
+            }
+        }
+    }
+    header.names = (0..header.channels)
+        .map(|n| {
+            given.iter().find(|(g, _)| *g == n).map_or_else(|| format!("channel_{n}"), |(_, v)| v.clone())
+        })
+        .collect();
+    Ok(header)
+}
+
+/// Points from channels called `T1_px`, `T1_py` (mngu0) or `tt_x`, `tt_y` (MOCHA); others are set aside.
+fn axes(names: &[String]) -> Vec<(String, [Option<usize>; 3])> {
+    let mut points: Vec<(String, [Option<usize>; 3])> = Vec::new();
+    for (channel, name) in names.iter().enumerate() {
+        let Some((point, axis)) = name.rsplit_once('_') else { continue };
+        let axis = match axis {
+            "x" | "px" => 0,
+            "y" | "py" => 1,
+            "z" | "pz" => 2,
+            _ => continue,
+        };
+        match points.iter_mut().find(|(p, _)| p == point) {
+            Some((_, axes)) => axes[axis] = Some(channel),
+            None => {
+                let mut axes = [None; 3];
+                axes[axis] = Some(channel);
+                points.push((point.to_owned(), axes));
+            }
+        }
+    }
+    points.retain(|(_, axes)| axes.iter().flatten().count() >= 2);
+    points
+}
+
+fn text_rows(body: &[u8], width: usize, all: &[u8], start: Place<'_>) -> Result<Vec<Vec<f64>>, Malformed> {
+    let text = String::from_utf8_lossy(body);
+    let before = all[..all.len() - body.len()].iter().filter(|b| **b == b'\n').count() as u64;
+    let mut rows = Vec::new();
+    for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
+        let at = Place { line: before + n as u64 + 1, ..start };
+        let row: Option<Vec<f64>> = line.split_whitespace().map(|v| v.parse().ok()).collect();
+        let row =
+            row.ok_or_else(|| at.error("a value is no number", "write numbers, separated by blanks"))?;
+        if row.len() < width {
+            return Err(at.error(format!("the line has {} values of {width}", row.len()), "give them all"));
+        }
+        rows.push(row);
+        check_size(rows.len(), width, at)?;
+    }
+    Ok(rows)
+}

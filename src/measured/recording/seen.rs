@@ -1,0 +1,191 @@
+//! What was seen of a tongue, in the frame of a body: metres, x to the back of the head, y up.
+
+use crate::geometry::{Point, Similarity};
+
+use super::map::Axis;
+use super::{Map, MapError, Recording, Role};
+
+/// A point, and how sure it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mark {
+    /// Where, m.
+    pub at: Point,
+    /// Standard deviation, m.
+    pub sd: f64,
+}
+
+/// What was seen at one time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SeenFrame {
+    /// Time, s.
+    pub time_s: f64,
+    /// Contour points, in the order of [`Seen::contour`].
+    pub contour: Vec<Option<Mark>>,
+    /// Sensors, in the order of [`Seen::sensors`].
+    pub sensors: Vec<Option<Mark>>,
+    /// Bones, in the order of [`Seen::bones`].
+    pub bones: Vec<Option<Point>>,
+}
+
+/// A recording in the frame of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Which recording.
+    pub name: String,
+    /// Names of the contour points.
+    pub contour: Vec<String>,
+    /// Names of the sensors, and how far behind the tip each is along the surface at rest, m.
+    pub sensors: Vec<(String, f64)>,
+    /// Names of the bones that were seen.
+    pub bones: Vec<String>,
+    /// Channels that are not used.
+    pub ignored: Vec<String>,
+    /// Whether the axis to the back was turned round: the face looks to the right in the file.
+    pub mirrored: bool,
+    /// Frames in the order of time.
+    pub frames: Vec<SeenFrame>,
+}
+
+impl Seen {
+    /// A recording as its map understands it.
+    ///
+    /// Where no map says which axis leads to the back of the head, x does, and it is turned round if the mental spine lies at larger
+    /// x than the hyoid (without them: if the contour, which runs from the root to the tip, ends at larger x than it begins).
+    ///
+    /// # Errors
+    /// [`MapError`]: a point of the map that the recording lacks, a unit or rate that nobody gives, nothing to be used.
+    pub fn new(recording: &Recording, map: &Map) -> Result<Self, MapError> {
+        let wrong = |problem: String| MapError::Recording { recording: recording.name.clone(), problem };
+        if let Some(problem) = map.unknown(&recording.channels) {
+            return Err(wrong(problem));
+        }
+        let (metres, seconds) = (map.metres(recording)?, map.seconds(recording)?);
+        let roles: Vec<Role> = recording.channels.iter().map(|c| map.role(c)).collect();
+        let of = |wanted: fn(&Role) -> bool| -> Vec<usize> {
+            (0..roles.len()).filter(|&c| wanted(&roles[c])).collect()
+        };
+        let mut contour = of(|r| *r == Role::Contour);
+        // By number where names end in one, so that rows of a table may come in any order.
+        contour.sort_by_key(|&c| number(&recording.channels[c]));
+        let sensors = of(|r| matches!(r, Role::Surface(_)));
+        let bones = of(|r| matches!(r, Role::Bone(_)));
+        let references = of(|r| *r == Role::Reference);
+        if contour.is_empty() && sensors.is_empty() {
+            let known = recording.channels.join(", ");
+            return Err(wrong(format!(
+                "no channel is a point of the tongue (channels: {known}); say with --map which is one"
+            )));
+        }
+        let (back, up) = map.axes(recording.format);
+        let guessed = back.is_none();
+        let back = back.unwrap_or((0, 1.0));
+        if back.0 == up.0 {
+            return Err(wrong(
+                "the axes to the back and upwards are the same; give both in a map".to_owned(),
+            ));
+        }
+        let mut frames: Vec<Vec<Option<Point>>> = recording
+            .samples
+            .iter()
+            .map(|s| s.places.iter().map(|p| p.map(|p| flat(p, back, up) * metres)).collect())
+            .collect();
+        hold_head(&mut frames, &references);
+        let bone = |wanted: &str| {
+            bones.iter().copied().find(|&c| matches!(&roles[c], Role::Bone(name) if name == wanted))
+        };
+        let ends = bone(crate::body::MANDIBLE)
+            .zip(bone(crate::body::HYOID))
+            .or_else(|| Some((*contour.last()?, *contour.first()?)).filter(|(a, b)| a != b));
+        // The front end must have the smaller x.
+        let apart = ends.and_then(|(front, rear)| median_x(&frames, front).zip(median_x(&frames, rear)));
+        let mirrored = guessed && apart.is_some_and(|(front, rear)| front > rear);
+        if mirrored {
+            frames.iter_mut().flatten().flatten().for_each(|p| p.x = -p.x);
+        }
+        let marks = |places: &[Option<Point>], of: &[usize]| -> Vec<Option<Mark>> {
+            let mark = |&c: &usize| {
+                let sd = map.sd(&recording.channels[c], &roles[c], recording.sigma[c].map(|s| s * metres));
+                places[c].map(|at| Mark { at, sd })
+            };
+            of.iter().map(mark).collect()
+        };
+        let names =
+            |of: &[usize]| -> Vec<String> { of.iter().map(|&c| recording.channels[c].clone()).collect() };
+        let bone_names = bones.iter().filter_map(|&c| match &roles[c] {
+            Role::Bone(name) => Some(name.clone()),
+            _ => None,
+        });
+        let places = sensors.iter().filter_map(|&c| match roles[c] {
+            Role::Surface(at) => Some((recording.channels[c].clone(), at)),
+            _ => None,
+        });
+        let frames = recording.samples.iter().zip(&frames).map(|(sample, places)| SeenFrame {
+            time_s: sample.time_s * seconds,
+            contour: marks(places, &contour),
+            sensors: marks(places, &sensors),
+            bones: bones.iter().map(|&c| places[c]).collect(),
+        });
+        Ok(Self {
+            name: recording.name.clone(),
+            contour: names(&contour),
+            sensors: places.collect(),
+            bones: bone_names.collect(),
+            ignored: names(&of(|r| *r == Role::Ignored)),
+            mirrored,
+            frames: frames.collect(),
+        })
+    }
+
+    /// The number of a bone among those that were seen.
+    pub fn bone(&self, name: &str) -> Option<usize> {
+        self.bones.iter().position(|b| b == name)
+    }
+
+    /// Where a bone was seen, m, as the mean over `window` frames around each (fewer at the ends and where it was not seen); where it
+    /// was not seen in any of them, the nearest in time; `None` where it was never seen.
+    pub fn bone_means(&self, bone: usize, window: usize) -> Vec<Option<Point>> {
+        let at = |f: usize| self.frames[f].bones.get(bone).copied().flatten();
+        let seen: Vec<usize> = (0..self.frames.len()).filter(|&f| at(f).is_some()).collect();
+        let half = window / 2;
+        (0..self.frames.len())
+            .map(|f| {
+                let (low, high) = (f.saturating_sub(half), (f + half + 1).min(self.frames.len()));
+                let near: Vec<Point> = (low..high).filter_map(at).collect();
+                match near.is_empty() {
+                    false => Some(near.iter().sum::<Point>() / near.len() as f64),
+                    true => seen.iter().min_by_key(|&&s| s.abs_diff(f)).and_then(|&s| at(s)),
+                }
+            })
+            .collect()
+    }
+}
+
+/// The number that a name ends in.
+fn number(name: &str) -> u64 {
+    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)
+}
+
+fn flat(p: [f64; 3], back: Axis, up: Axis) -> Point {
+    Point::new(back.1 * p[back.0], up.1 * p[up.0])
+}
+
+fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
+    let mut all: Vec<f64> = frames.iter().filter_map(|f| f[channel]).map(|p| p.x).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied()
+}
+
+/// Brings every frame to where the reference points are in the first one that has all of them: shifted by one point, shifted and
+/// turned by several. Frames that lack one are lost.
+fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
+    if references.is_empty() {
+        return;
+    }
+    let held = |frame: &[Option<Point>]| references.iter().map(|&r| frame[r]).collect::<Option<Vec<_>>>();
+    let Some(base) = frames.iter().find_map(|f| held(f)) else { return };
+    for frame in frames {
+        let motion = held(frame).and_then(|here| Similarity::rigid(&here, &base));
+        frame.iter_mut().for_each(|p| *p = p.zip(motion.as_ref()).map(|(p, m)| m.place(p)));
+    }
+}

@@ -1,0 +1,118 @@
+//! A row a point: `recording,time_s,point,x_mm,y_mm[,sigma_mm]`, to which every other format can be turned.
+
+use std::collections::BTreeMap;
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::super::lengths::text::decode;
+use super::{Format, Recording, Sample, check_size, coordinate};
+
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
+    let text = decode(bytes, origin)?.text;
+    let start = Place { origin, line: 1, column: 1 };
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .has_headers(true)
+        .from_reader(text.as_bytes());
+    let broken = |e: csv::Error| {
+        let line = e.position().map_or(1, csv::Position::line);
+        Place { line, ..start }.error(e.to_string(), "give every row as many fields as the header")
+    };
+    let header = reader.headers().map_err(broken)?.clone();
+    let column = |name: &str| header.iter().position(|h| h.eq_ignore_ascii_case(name));
+    let needed = |name: &str| {
+        column(name).ok_or_else(|| {
+            let help = "begin with recording,time_s,point,x_mm,y_mm (and sigma_mm, where it is known)";
+            start.error(format!("there is no column {name}"), help)
+        })
+    };
+    let (point, x, y) = (needed("point")?, needed("x_mm")?, needed("y_mm")?);
+    let (recording, time, sigma) = (column("recording"), column("time_s"), column("sigma_mm"));
+
+    let mut found: Vec<Recording> = Vec::new();
+    let mut rows: usize = 0;
+    // Where each recording is, and in it each channel and the frame of each time.
+    let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
+    let mut channels: Vec<BTreeMap<String, usize>> = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(broken)?;
+        let at = Place { line: record.position().map_or(1, csv::Position::line), ..start };
+        let field = |f: usize| record.get(f).unwrap_or_default();
+        let number = |f: usize, what: &str| {
+            let text = field(f);
+            let value = match text {
+                "" | "*" | "NA" => return Ok(None),
+                text => coordinate(text),
+            };
+            let wrong = || {
+                at.at_column(f + 1).error(format!("{what} is {text:?}"), "give a finite number, or nothing")
+            };
+            value.map(Some).ok_or_else(wrong)
+        };
+        rows += 1;
+        let named = recording.map(field).filter(|n| !n.is_empty());
+        let named = named.map_or_else(|| Recording::stem(origin), str::to_owned);
+        let nth = *numbers.entry(named).or_insert_with_key(|name| {
+            found.push(Recording {
+                name: name.clone(),
+                channels: Vec::new(),
+                sigma: Vec::new(),
+                samples: Vec::new(),
+                metres: Some(1e-3),
+                format: Format::Tidy,
+            });
+            channels.push(BTreeMap::new());
+            found.len() - 1
+        });
+        let this = &mut found[nth];
+        let name = field(point);
+        if name.is_empty() || name.contains(char::is_control) {
+            return Err(at
+                .at_column(point + 1)
+                .error(format!("the point is {name:?}"), "name it, like tongue_0, hyoid or mental_spine"));
+        }
+        let channel = *channels[nth].entry(name.to_owned()).or_insert_with_key(|name| {
+            this.channels.push(name.clone());
+            this.sigma.push(None);
+            this.samples.iter_mut().for_each(|s| s.places.push(None));
+            this.channels.len() - 1
+        });
+        check_size(this.samples.len() + 1, this.channels.len(), at)?;
+        check_size(rows.div_ceil(super::MOST_CHANNELS), super::MOST_CHANNELS, at)?;
+        // A table without times is of one posture.
+        let time_s = match time {
+            Some(f) => number(f, "the time")?
+                .ok_or_else(|| at.at_column(f + 1).error("the time is missing", "give it in seconds"))?,
+            None => 0.0,
+        };
+        match this.samples.last().map(|s| s.time_s) {
+            Some(last) if last == time_s => {}
+            Some(last) if last > time_s => {
+                let what = format!("the time {time_s} s comes after {last} s");
+                let at = at.at_column(time.unwrap_or(0) + 1);
+                return Err(at.error(what, "sort the rows of each recording by time"));
+            }
+            _ => this.samples.push(Sample { time_s, places: vec![None; this.channels.len()] }),
+        }
+        let place = number(x, "x_mm")?.zip(number(y, "y_mm")?).map(|(x, y)| [x, y, 0.0]);
+        let Some(slot) = this.samples.last_mut().and_then(|s| s.places.get_mut(channel)) else { continue };
+        if slot.is_some() {
+            let what = format!("{name} is given twice at {time_s} s");
+            return Err(at.at_column(point + 1).error(what, "keep one of the two rows"));
+        }
+        *slot = place;
+        if let Some(f) = sigma
+            && let Some(sd) = number(f, "sigma_mm")?
+        {
+            if sd <= 0.0 {
+                return Err(at
+                    .at_column(f + 1)
+                    .error(format!("sigma_mm is {sd}"), "give a standard deviation above zero, or nothing"));
+            }
+            let before = &mut this.sigma[channel];
+            *before = Some(before.map_or(sd, |b| b.max(sd)));
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,200 @@
+//! What tracking says of itself: JSON, tidy CSV, OpenSim's table.
+
+use serde::Serialize;
+
+use super::{ByMuscle, StoTable, Table};
+use crate::measured::recording::{Fault, Seen};
+use crate::track::{FrameStatus, HeldOut, Prior, Tracked};
+
+/// One frame of a recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FrameRecord {
+    /// Which recording.
+    pub recording: String,
+    /// Time, s.
+    pub time_s: f64,
+    /// How it ended.
+    pub status: FrameStatus,
+    /// Tensions, N per metre of thickness: medians.
+    pub tensions_n: ByMuscle<f64>,
+    /// Lower ends of the 95 % intervals.
+    pub low: ByMuscle<f64>,
+    /// Upper ends.
+    pub high: ByMuscle<f64>,
+    /// Root mean square distance of the points that were fitted, mm; null where nothing was.
+    pub rms_mm: Option<f64>,
+    /// The same of the points that were kept back; null without any.
+    pub held_out_rms_mm: Option<f64>,
+    /// Directions of the tensions whose standard deviation is below a quarter of the prior's scale.
+    pub resolved: usize,
+    /// What was wrong with what was seen.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
+}
+
+/// What is known of the course of one muscle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CourseRecord {
+    /// The muscle.
+    pub muscle: String,
+    /// Whether its course can be read: more is seen than assumed, and it does not hang on the frames that made the rest shape.
+    pub known: bool,
+    /// Median over the frames of the standard deviation of its score: 1 is all prior, 0 all data.
+    pub unknown_part: f64,
+    /// Correlation of its course with rest shapes made of odd and of even frames; null where none was made.
+    pub odd_even_correlation: Option<f64>,
+    /// Mean difference of its level between the two, N per metre of thickness.
+    pub odd_even_level_n: Option<f64>,
+}
+
+/// The prior that the intervals stand under.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PriorRecord {
+    /// Scale of the half-normal tensions, N per metre of thickness.
+    pub scale_n: f64,
+    /// Whether mean and covariance of the scores were learned from the recordings.
+    pub learned: bool,
+    /// Time over which tensions are remembered, s.
+    pub memory_s: f64,
+    /// Medians of the tensions before anything is seen, N per metre of thickness.
+    pub medians_n: ByMuscle<f64>,
+}
+
+impl PriorRecord {
+    /// Of a prior of these muscles.
+    pub fn new(prior: &Prior, muscles: &[String]) -> Self {
+        let medians = prior.mean.iter().map(|g| prior.scale_n * crate::track::scores::tension(*g).0);
+        let n = prior.mean.len();
+        let plain = Prior::half_normal(n, prior.scale_n, prior.memory_s);
+        Self {
+            scale_n: prior.scale_n,
+            learned: *prior != plain,
+            memory_s: prior.memory_s,
+            medians_n: ByMuscle::new(muscles, medians),
+        }
+    }
+}
+
+/// A run of `tongue-fit track`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrackRecord {
+    /// Names of the recordings.
+    pub recordings: Vec<String>,
+    /// The body.
+    pub body: String,
+    /// How its rest shape was found; null for a body that was given.
+    pub rest: Option<crate::adapt::How>,
+    /// What the intervals stand under.
+    pub prior: PriorRecord,
+    /// How many frames ended how.
+    pub statuses: std::collections::BTreeMap<String, usize>,
+    /// Median over the frames of the root mean square distance, mm.
+    pub median_rms_mm: Option<f64>,
+    /// What is known of each muscle's course.
+    pub courses: Vec<CourseRecord>,
+    /// The points that were kept back: this model and its opponents.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<HeldOut>,
+    /// What has to be known.
+    pub notes: Vec<String>,
+    /// All frames.
+    pub frames: Vec<FrameRecord>,
+    /// Time of the run, s.
+    pub wall_s: f64,
+}
+
+/// The frames of a recording as records; `faults` are what was found before the fit.
+pub fn frame_records(
+    seen: &Seen,
+    faults: &[Vec<Fault>],
+    tracked: &[Tracked],
+    muscles: &[String],
+) -> Vec<FrameRecord> {
+    let record = |(t, frame): (usize, &Tracked)| {
+        let by = |values: &[f64]| ByMuscle::new(muscles, values.iter().copied());
+        let squares: f64 = frame.hidden.iter().map(|(_, d)| d * d).sum();
+        let mut all = faults.get(t).cloned().unwrap_or_default();
+        all.extend(frame.faults.iter().cloned());
+        FrameRecord {
+            recording: seen.name.clone(),
+            time_s: frame.time_s,
+            status: frame.status,
+            tensions_n: by(&frame.tensions_n),
+            low: by(&frame.low_n),
+            high: by(&frame.high_n),
+            rms_mm: frame.rms_m.map(|r| r * 1e3),
+            held_out_rms_mm: (!frame.hidden.is_empty())
+                .then(|| (squares / frame.hidden.len() as f64).sqrt() * 1e3),
+            resolved: frame.resolved,
+            faults: all,
+        }
+    };
+    tracked.iter().enumerate().map(record).collect()
+}
+
+/// The name of a status as outputs write it.
+pub fn status_name(status: FrameStatus) -> String {
+    serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+impl TrackRecord {
+    /// A row for each recording, frame and muscle.
+    pub fn table(&self) -> Table {
+        let columns = [
+            "recording",
+            "time_s",
+            "muscle",
+            "tension_n_per_m",
+            "low_n_per_m",
+            "high_n_per_m",
+            "course_known",
+            "status",
+            "resolved",
+            "rms_mm",
+        ];
+        let mut rows = Vec::new();
+        for f in &self.frames {
+            for (i, (muscle, tension)) in f.tensions_n.0.iter().enumerate() {
+                let known = self.courses.iter().any(|c| c.muscle == *muscle && c.known);
+                rows.push(vec![
+                    f.recording.clone(),
+                    f.time_s.to_string(),
+                    muscle.clone(),
+                    tension.to_string(),
+                    f.low.0[i].1.to_string(),
+                    f.high.0[i].1.to_string(),
+                    known.to_string(),
+                    status_name(f.status),
+                    f.resolved.to_string(),
+                    f.rms_mm.map_or_else(String::new, |r| r.to_string()),
+                ]);
+            }
+        }
+        Table { columns: columns.map(str::to_owned).to_vec(), rows }
+    }
+
+    /// One recording for OpenSim: tensions, the ends of their intervals, and the number of resolved directions over time.
+    pub fn sto(&self, recording: &str) -> StoTable {
+        let muscles: Vec<&String> =
+            self.frames.first().map(|f| f.tensions_n.0.iter().map(|(m, _)| m).collect()).unwrap_or_default();
+        let of = |what: &str| muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
+        let labels = [
+            vec!["time".to_owned()],
+            of("tension_n_per_m"),
+            of("low_n_per_m"),
+            of("high_n_per_m"),
+            vec!["resolved".to_owned()],
+        ];
+        let row = |f: &FrameRecord| {
+            let values =
+                [&f.tensions_n, &f.low, &f.high].into_iter().flat_map(|b| b.0.iter().map(|(_, v)| *v));
+            std::iter::once(f.time_s).chain(values).chain([f.resolved as f64]).collect()
+        };
+        let rows = self.frames.iter().filter(|f| f.recording == recording).map(row).collect();
+        StoTable {
+            title: format!("tongue-fit: muscle tensions over time, {recording}"),
+            labels: labels.concat(),
+            rows,
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Tensions by their scores: `F = s Z((1 + Phi(g)) / 2)` with `Z` the quantile of the normal distribution. A score that is normal
+//! makes a tension that is half-normal of scale `s`: never below zero, its median at `g = 0` (0.67 s), and in scores neither bounds
+//! nor corners are left.
+
+use std::f64::consts::{PI, SQRT_2};
+
+/// Scores beyond these are tensions below 1e-5 s and above 5.7 s.
+pub const LOWEST: f64 = -4.6;
+/// See [`LOWEST`].
+pub const HIGHEST: f64 = 5.3;
+
+fn density(x: f64) -> f64 {
+    (-0.5 * x * x).exp() / (SQRT_2 * PI.sqrt())
+}
+
+/// `Phi(x) - 1/2`, by Marsaglia's series (2004), for small `x`.
+fn from_middle(x: f64) -> f64 {
+    let (mut sum, mut term, mut n) = (x, x, 1.0);
+    while term.abs() > 1e-17 * sum.abs() && n < 400.0 {
+        n += 2.0;
+        term *= x * x / n;
+        sum += term;
+    }
+    density(x) * sum
+}
+
+/// `1 - Phi(x)`; beyond 2.5 by Laplace's continued fraction, so that small ones are right to the last digits.
+fn upper_tail(x: f64) -> f64 {
+    if x < 2.5 {
+        return 0.5 - from_middle(x);
+    }
+    let mut fraction = x;
+    for n in (1..=80).rev() {
+        fraction = x + f64::from(n) / fraction;
+    }
+    density(x) / fraction
+}
+
+/// The `x >= 0` with `upper_tail(x) = p`, `p <= 1/2`, by Newton's method on the logarithm, which is concave.
+fn of_upper_tail(p: f64) -> f64 {
+    let mut x = (-2.0 * p.ln() - 1.3863).max(0.0).sqrt();
+    for _ in 0..40 {
+        let tail = upper_tail(x);
+        let step = (tail / p).ln() * tail / density(x);
+        x = (x + step).max(0.0);
+        if step.abs() < 1e-14 * (1.0 + x) {
+            break;
+        }
+    }
+    x
+}
+
+/// Tension over its scale, and its derivative by the score.
+pub fn tension(score: f64) -> (f64, f64) {
+    let g = score.clamp(LOWEST, HIGHEST);
+    let z = if g > 0.0 { of_upper_tail(0.5 * upper_tail(g)) } else { of_middle(0.5 * upper_tail(-g)) };
+    (z, density(g) / (2.0 * density(z)))
+}
+
+/// The `x` with `Phi(x) - 1/2 = p`, `p` at most 1/4.
+fn of_middle(p: f64) -> f64 {
+    let mut x = p / density(0.0);
+    for _ in 0..40 {
+        let step = (p - from_middle(x)) / density(x);
+        x += step;
+        if step.abs() <= 1e-15 * x {
+            break;
+        }
+    }
+    x
+}
+
+/// The score of a tension over its scale.
+pub fn score(tension: f64) -> f64 {
+    // Where the score is 0.
+    const MEDIAN: f64 = 0.674_489_750_196_081_7;
+    let g = if tension > MEDIAN {
+        of_upper_tail(2.0 * upper_tail(tension))
+    } else {
+        -of_upper_tail((2.0 * from_middle(tension.max(0.0))).max(f64::MIN_POSITIVE))
+    };
+    g.clamp(LOWEST, HIGHEST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tails_are_those_of_the_tables() {
+        // Abramowitz and Stegun 1964, table 26.1.
+        for (x, p) in
+            [(0.5, 0.308_537_538_725_987), (1.0, 0.158_655_253_931_457), (3.0, 1.349_898_031_630_095e-3)]
+        {
+            assert!((upper_tail(x) / p - 1.0).abs() < 1e-12, "{x}");
+        }
+        assert!((upper_tail(5.0) / 2.866_515_718_791_94e-7 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn scores_and_tensions_are_each_others_inverse_and_the_slope_is_the_derivative() {
+        for n in -44..=52 {
+            let g = f64::from(n) * 0.1;
+            let (z, slope) = tension(g);
+            assert!((score(z) - g).abs() < 1e-9, "{g}: {z} {}", score(z));
+            let h = 1e-5;
+            let difference = (tension(g + h).0 - tension(g - h).0) / (2.0 * h);
+            assert!((slope / difference - 1.0).abs() < 1e-6, "{g}: {slope} {difference}");
+        }
+        assert!((tension(0.0).0 - 0.674_489_750_196_081_7).abs() < 1e-14);
+        assert!(tension(1.96).0 > 2.2 && tension(1.96).0 < 2.25);
+    }
+}

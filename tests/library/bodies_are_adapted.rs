@@ -1,0 +1,158 @@
+//! A speaker's body: an identity changes no bit, landmarks turn and scale, contours change the shape at rest, and what would fold is
+//! refused.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DVector;
+use tongue_fit::adapt::{Basis, How, Landmarks, Rest, mark_of};
+use tongue_fit::body::{Anatomy, Body};
+use tongue_fit::geometry::{Point, Similarity};
+use tongue_fit::measured::recording::Map;
+use tongue_fit::system::Model;
+use tongue_fit::track::Prior;
+
+use crate::synthetic::{Kind, Speaker, drawn};
+
+fn basis<'a>(body: &'a Body<2>, anatomy: &'a Anatomy) -> Basis<'a> {
+    Basis {
+        body,
+        anatomy: Some(anatomy),
+        model: Model::default(),
+        contracting: (0..8).collect(),
+        prior: Prior::half_normal(8, 20.0, 0.1),
+    }
+}
+
+fn landmarks(body: &Body<2>, place: impl Fn(Point) -> Point) -> Landmarks {
+    let named = ["mental_spine", "hyoid"].map(|b| (b.to_owned(), place(mark_of(body, b).unwrap())));
+    Landmarks { named: BTreeMap::from(named), contour: Vec::new() }
+}
+
+#[test]
+fn an_identity_changes_no_bit() {
+    let anatomy = Anatomy::reference().unwrap();
+    let body = Body::tongue(5.5e-3).unwrap();
+    let mut own = landmarks(&body, |p| p);
+    own.contour = anatomy.outline().points()[3..14].to_vec();
+    let adapted = basis(&body, &anatomy).to_landmarks(&own).unwrap();
+    assert_eq!(adapted.body, body);
+    let again = Anatomy::from_toml(&adapted.anatomy.unwrap(), "again").unwrap();
+    let bits = |b: &Body<2>| b.mesh.nodes.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&Body::from_anatomy(&again, 5.5e-3).unwrap()), bits(&body));
+}
+
+#[test]
+fn landmarks_turn_scale_and_shift() {
+    let anatomy = Anatomy::reference().unwrap();
+    let body = Body::tongue(5.5e-3).unwrap();
+    let from = [Point::new(0.0, 0.0), Point::new(1.0, 0.0)];
+    let (angle, scale) = (0.2_f64, 1.1);
+    let to = [Point::new(0.01, -0.02), Point::new(0.01 + scale * angle.cos(), -0.02 + scale * angle.sin())];
+    let truth = Similarity::between(&from, &to).unwrap();
+    let adapted = basis(&body, &anatomy).to_landmarks(&landmarks(&body, |p| truth.place(p))).unwrap();
+    assert!(
+        (adapted.similarity.scale() - scale).abs() < 1e-12
+            && (adapted.similarity.angle() - angle).abs() < 1e-12
+    );
+    for (a, b) in adapted.body.mesh.nodes.iter().zip(&body.mesh.nodes) {
+        assert!((a - truth.place(*b)).norm() < 1e-12);
+    }
+    let anatomy = Anatomy::from_toml(&adapted.anatomy.unwrap(), "adapted").unwrap();
+    assert!((anatomy.outline().area() / (scale * scale * 2.46e-3) - 1.0).abs() < 1e-3);
+    let lonely = Landmarks { named: BTreeMap::from([("hyoid".into(), Point::zeros())]), contour: Vec::new() };
+    assert!(
+        basis(&body, &Anatomy::reference().unwrap())
+            .to_landmarks(&lonely)
+            .unwrap_err()
+            .to_string()
+            .contains("mental_spine")
+    );
+}
+
+#[test]
+fn a_resting_contour_changes_the_shape_and_one_that_folds_it_is_refused() {
+    let anatomy = Anatomy::reference().unwrap();
+    let body = Body::tongue(5.5e-3).unwrap();
+    let rest = Rest::new(&body, Similarity::IDENTITY).unwrap();
+    // A higher dorsum: control points 5 to 7 go up by 4 mm.
+    let mut up = DVector::zeros(rest.unknowns());
+    [11, 13, 15].into_iter().for_each(|i| up[i] = 4e-3);
+    let other = Speaker::of(rest.body(&up));
+    let drawn: Vec<Point> = (0..15)
+        .map(|i| 6e-3 + (other.surface.tip - 8e-3) * f64::from(i) / 14.0)
+        .map(|at| other.surface.curve.weights(at).iter().map(|(n, w)| other.body.mesh.nodes[*n] * *w).sum())
+        .collect();
+    let with = |contour: Vec<Point>| Landmarks { contour, ..landmarks(&body, |p| p) };
+    let adapted = basis(&body, &anatomy).to_landmarks(&with(drawn.clone())).unwrap();
+    assert_eq!(adapted.how, How::Contour);
+    assert!(adapted.rms_m.unwrap() < 0.3e-3, "{:?}", adapted.rms_m);
+    assert!(adapted.least_area_ratio > 0.5 && adapted.notes.is_empty());
+    let lengths = |b: &Body<2>| b.mesh.distance(b.mesh.muscles[1].ends());
+    assert!(lengths(&adapted.body) > lengths(&body) + 3e-3, "GGm reaches the dorsum");
+    // A contour in the floor of the mouth would need the tissue turned inside out.
+    let below: Vec<Point> = drawn.iter().map(|p| Point::new(p.x, -0.02 - 0.2 * p.y)).collect();
+    let refused = basis(&body, &anatomy).to_landmarks(&with(below)).unwrap();
+    assert!(
+        refused.least_area_ratio >= 0.15,
+        "no cell folds, whatever is asked: {}",
+        refused.least_area_ratio
+    );
+}
+
+#[test]
+fn many_frames_tell_the_rest_shape_of_another_speaker() {
+    let anatomy = Anatomy::reference().unwrap();
+    let body = Body::tongue(5.5e-3).unwrap();
+    let rest = Rest::new(&body, Similarity::IDENTITY).unwrap();
+    let mut change = DVector::zeros(rest.unknowns());
+    [(4, -2e-3), (7, 3e-3), (11, -3e-3), (13, -3e-3), (16, 2e-3)]
+        .into_iter()
+        .for_each(|(i, d)| change[i] = d);
+    let speaker = Speaker::of(rest.body(&change));
+    let prior = Prior::half_normal(8, 20.0, 0.1);
+    let mut rng = fastrand::Rng::with_seed(5);
+    let times: Vec<f64> = (0..24).map(|i| 0.1 * f64::from(i)).collect();
+    let mut shapes = Vec::new();
+    let mut kept = Vec::new();
+    for (tensions, time) in drawn(&prior, &times, &mut rng).iter().zip(&times) {
+        if let Some(shape) = speaker.shape(tensions) {
+            shapes.push(shape);
+            kept.push(*time);
+        }
+    }
+    let seen = speaker.seen(&shapes, &kept, Kind::Contour(11, 0.5e-3), &mut rng);
+    let basis = basis(&body, &anatomy);
+    let fit = |how| basis.to_recordings(&[&seen], how, &[], &|_, _| {}).unwrap();
+    let (similar, joint) = (fit(How::Similarity), fit(How::Joint));
+    // How far the rest surface is from the speaker's own.
+    let away = |b: &Body<2>| {
+        let curve = &speaker.surface.curve;
+        let place = |at: f64| -> Point {
+            curve.weights(at).iter().map(|(n, w)| speaker.body.mesh.nodes[*n] * *w).sum()
+        };
+        let surface = tongue_fit::track::Surface::of(b).unwrap();
+        let squares = (2..20)
+            .map(|i| surface.distance(place(curve.length() * f64::from(i) / 28.0), &b.mesh.nodes).powi(2));
+        (squares.sum::<f64>() / 18.0).sqrt()
+    };
+    assert!(away(&joint.body) < 0.75 * away(&similar.body), "{} {}", away(&joint.body), away(&similar.body));
+    assert!(joint.rms_m.unwrap() < 0.6e-3, "{:?}", joint.rms_m);
+    assert!(joint.prior != prior && joint.least_area_ratio > 0.3);
+}
+
+#[test]
+fn slicer_s_markups_and_tables_say_the_same() {
+    let table = "point,x_mm,y_mm\nmental_spine,1,2\nhyoid,38,-3\n";
+    let markups = r#"{"markups": [{"type": "Fiducial", "coordinateSystem": "LPS", "coordinateUnits": "mm", "controlPoints": [
+        {"label": "mental_spine", "position": [3.0, 1.0, 2.0], "positionStatus": "defined"},
+        {"label": "hyoid", "position": [3.0, 38.0, -3.0], "positionStatus": "defined"},
+        {"label": "later", "position": [0.0, 0.0, 0.0], "positionStatus": "preview"}]},
+        {"type": "Curve", "coordinateSystem": "RAS", "controlPoints": [{"label": "", "position": [0.0, -10.0, 40.0]}]}]}"#;
+    let map = Map::default();
+    let a = Landmarks::from_bytes(table.as_bytes(), "a.csv", &map).unwrap();
+    let b = Landmarks::from_bytes(markups.as_bytes(), "b.mrk.json", &map).unwrap();
+    assert_eq!(a.named, b.named);
+    assert_eq!(b.contour, [Point::new(0.010, 0.040)]);
+    let wrong = Landmarks::from_bytes(b"{\"markups\": 3}", "c.mrk.json", &map).unwrap_err().to_string();
+    assert!(wrong.contains("c.mrk.json") && wrong.contains("Slicer"), "{wrong}");
+}

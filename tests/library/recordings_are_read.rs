@@ -1,0 +1,211 @@
+//! Recordings of every format are read as their makers write them, and what is wrong with one is said with its place.
+
+use tongue_fit::geometry::Point;
+use tongue_fit::measured::recording::{FaultKind, Format, Map, Recording, Seen, screen};
+
+use crate::recordings::{est, pos};
+
+fn read(bytes: &[u8], origin: &str) -> Vec<Recording> {
+    Recording::from_bytes(bytes, origin, None).unwrap()
+}
+
+fn refused(bytes: &[u8], origin: &str) -> String {
+    Recording::from_bytes(bytes, origin, None).unwrap_err().to_string()
+}
+
+fn near(a: Option<Point>, b: [f64; 2]) -> bool {
+    a.is_some_and(|a| (a - Point::from(b)).norm() < 1e-9)
+}
+
+const AAA: &str = "Client family name\tDate Time of recording\tTime of sample in recording\tPrompt\tX0 DLC_Tongue\tY0 DLC_Tongue\t\
+    X1 DLC_Tongue\tY1 DLC_Tongue\tX0 DLC_HyoidMandible\tY0 DLC_HyoidMandible\tX1 DLC_HyoidMandible\tY1 DLC_HyoidMandible\t\
+    X0 DLC_ShorttendonMandible\tY0 DLC_ShorttendonMandible\tX1 DLC_ShorttendonMandible\tY1 DLC_ShorttendonMandible\n";
+
+#[test]
+fn aaa_tables_part_into_recordings_and_need_no_map() {
+    let rows = "s\td1\t0.01\tpa\t10\t20\t30\t40\t5\t1\t60\t2\t55\t3\t60\t2\n\
+                s\td1\t0.02\tpa\t*\t*\t31\t41\t\t\t60\t2\t55\t3\t60\t2\n\
+                s\td2\t0.01\tta\t12\t22\t32\t42\t5\t1\t60\t2\t55\t3\t60\t2\n";
+    let found = read(format!("{AAA}{rows}").as_bytes(), "a.tsv");
+    assert_eq!(found.iter().map(|r| r.samples.len()).collect::<Vec<_>>(), [2, 1]);
+    assert_eq!(found[0].name, "s, d1, pa");
+    assert_eq!(found[0].channels, ["tongue_0", "tongue_1", "hyoid", "mandible", "mental_spine"]);
+    let seen = Seen::new(&found[0], &Map::default()).unwrap();
+    // The spine lies at larger x than the hyoid: the face looks to the right and is turned round.
+    assert!(seen.mirrored);
+    let first = &seen.frames[0];
+    assert!(near(first.contour[0].map(|m| m.at), [-0.010, 0.020]));
+    assert!((first.contour[0].unwrap().sd - 0.93e-3).abs() < 1e-12);
+    assert!(near(first.bones[seen.bone("mental_spine").unwrap()], [-0.055, 0.003]));
+    assert_eq!(seen.frames[1].contour[0], None);
+    assert_eq!(seen.frames[1].bones[seen.bone("hyoid").unwrap()], None);
+    assert_eq!(seen.ignored, ["mandible"]);
+}
+
+#[test]
+fn aaa_tables_say_where_they_are_wrong() {
+    let row = "s\td\t0.01\tpa\t10\ttwenty\t30\t40\t5\t1\t60\t2\t55\t3\t60\t2\n";
+    let message = refused(format!("{AAA}{row}").as_bytes(), "a.tsv");
+    assert!(message.starts_with("a.tsv:2:6: ") && message.contains("twenty"), "{message}");
+    let back = "s\td\t0.02\tpa\t1\t2\t3\t4\t5\t1\t6\t2\t5\t3\t6\t2\ns\td\t0.01\tpa\t1\t2\t3\t4\t5\t1\t6\t2\t5\t3\t6\t2\n";
+    assert!(refused(format!("{AAA}{back}").as_bytes(), "a.tsv").starts_with("a.tsv:3:3: "));
+    assert!(refused(AAA.as_bytes(), "a.tsv").contains("no frame"));
+    assert!(
+        refused(b"Time of sample in recording\tX0 DLC_Tongue\n0\t1\n", "a.tsv").contains("Y0 DLC_Tongue")
+    );
+}
+
+#[test]
+fn tidy_tables_hold_any_points_in_any_order() {
+    let text = "point,time_s,recording,y_mm,x_mm,sigma_mm\n\
+                tongue_1,0,a,2,1,0.5\ntongue_0,0,a,4,3,\nhyoid,0,a,0,30,\ntongue_0,0.5,a,5,3.5,\ntongue_0,0,b,1,1,\n";
+    let found = read(text.as_bytes(), "t.csv");
+    assert_eq!((found.len(), found[0].samples.len()), (2, 2));
+    let seen = Seen::new(&found[0], &Map::default()).unwrap();
+    assert_eq!(seen.contour, ["tongue_0", "tongue_1"]);
+    assert!(near(
+        seen.frames[1].contour[0]
+            .map(|m| m.at * if seen.mirrored { -1.0 } else { 1.0 })
+            .map(|p| Point::new(p.x, p.y.abs())),
+        [0.0035, 0.005]
+    ));
+    assert_eq!(seen.frames[1].contour[1], None);
+    assert!((seen.frames[0].contour[1].unwrap().sd - 0.5e-3).abs() < 1e-12);
+    let twice = "time_s,point,x_mm,y_mm\n0,a,1,2\n0,a,1,3\n";
+    assert!(refused(twice.as_bytes(), "t.csv").starts_with("t.csv:3:2: a is given twice"));
+    assert!(refused(b"time_s,point,x_mm\n", "t.csv").contains("y_mm"));
+    assert!(refused(b"time_s,point,x_mm,y_mm\n0,a,inf,2\n", "t.csv").starts_with("t.csv:2:3: "));
+}
+
+#[test]
+fn carstens_positions_are_seven_numbers_a_sensor() {
+    let bytes = pos(3, 250.0, 4);
+    let found = &read(&bytes, "0001.pos")[0];
+    assert_eq!((found.name.as_str(), found.format), ("0001", Format::Ag50x));
+    assert_eq!(found.channels, ["sensor_1", "sensor_2", "sensor_3"]);
+    assert_eq!(found.samples[2].places[1], Some([12.0, -1.0, 102.0]));
+    assert_eq!((found.samples[0].places[2], found.samples[3].time_s), (None, 0.012));
+    let map = Map::from_toml("back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }\n", "m.toml").unwrap();
+    let seen = Seen::new(found, &map).unwrap();
+    // z is up; sensors are half a millimetre sure.
+    assert!(near(seen.frames[2].sensors[0].map(|m| m.at), [0.012, 0.102]));
+    assert!((seen.frames[2].sensors[0].unwrap().sd - 0.5e-3).abs() < 1e-12);
+    assert!(refused(&bytes[..bytes.len() - 3], "0001.pos").contains("cut off"));
+    assert!(refused(b"AG50xDATA_V009\n00000070\n", "0001.pos").contains("V001"));
+    let many = pos(3, 250.0, 1).iter().map(|b| if *b == b'3' { b'9' } else { *b }).collect::<Vec<_>>();
+    assert!(Recording::from_bytes(&many, "x.pos", None).is_err());
+}
+
+#[test]
+fn tracks_of_the_edinburgh_tools_are_the_same_in_binary_and_as_text() {
+    let [binary, text] = [false, true].map(|ascii| read(&est(ascii), "a.ema").remove(0));
+    assert_eq!(binary.channels, ["T1"]);
+    assert_eq!(binary.samples.len(), 3);
+    for (a, b) in binary.samples.iter().zip(&text.samples) {
+        assert!((a.time_s - b.time_s).abs() < 1e-6);
+        assert_eq!(a.places, b.places);
+    }
+    assert_eq!(binary.samples[1].places, [None], "a break");
+    assert_eq!(binary.samples[2].places[0], Some([0.0, -3.5, 2.25]));
+    // The unit is nowhere in the file.
+    let message = Seen::new(&binary, &Map::from_toml("[points]\nT1 = \"contour\"", "m").unwrap())
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("unit_mm"), "{message}");
+    let map = "unit_mm = 10.0\nback = \"-y\"\nup = \"z\"\n[points]\nT1 = { surface_mm = 5 }";
+    let seen = Seen::new(&binary, &Map::from_toml(map, "m").unwrap()).unwrap();
+    assert!(near(seen.frames[2].sensors[0].map(|m| m.at), [0.035, 0.0225]));
+    assert!(refused(&est(false)[..150], "a.ema").contains("EST_Header_End"));
+    let short = &est(false)[..est(false).len() - 4];
+    assert!(refused(short, "a.ema").contains("cut off"));
+}
+
+#[test]
+fn edgetrak_contours_want_a_pixel_and_a_rate() {
+    let text = "10\t20\t11\t21\n12\t22\t0\t0\n14\t24\t15\t25\n";
+    let found = &read(text.as_bytes(), "x.con")[0];
+    assert_eq!((found.samples.len(), found.channels.len()), (2, 3));
+    assert_eq!((found.samples[1].places[0], found.samples[1].places[1]), (Some([11.0, 21.0, 0.0]), None));
+    assert!(Seen::new(found, &Map::default()).unwrap_err().to_string().contains("unit_mm"));
+    let map = Map::from_toml("unit_mm = 0.5\nrate_hz = 40\nback = \"x\"", "m").unwrap();
+    let seen = Seen::new(found, &map).unwrap();
+    assert_eq!(seen.frames[1].time_s, 0.025);
+    assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.005, -0.010]), "pixels count downwards");
+    // GetContours puts two lines of titles in front.
+    let titled = format!("FRAME1\t\tFRAME2\nX\tY\tX\tY\n{text}");
+    assert_eq!(read(titled.as_bytes(), "x.con")[0].samples, found.samples);
+    assert!(refused(b"1 2\n3\n", "x.con").starts_with("x.con:2:"));
+}
+
+#[test]
+fn maps_are_checked_with_their_lines() {
+    let wrong = |text: &str| Map::from_toml(text, "m.toml").unwrap_err().to_string();
+    assert!(wrong("unit_mm = 1\nback = \"w\"").starts_with("the map m.toml:2: back"));
+    assert!(wrong("[points]\nT1 = \"tip\"").contains("no role"));
+    assert!(wrong("[points]\nT1 = { surface_mm = 1.0, bone = \"hyoid\" }").contains("one of"));
+    assert!(wrong("noise = 1").contains("noise_mm"));
+    let table = read(b"time_s,point,x_mm,y_mm\n0,T1,1,2\n", "t.csv");
+    let map = Map::from_toml("[points]\nT2 = \"contour\"", "m.toml").unwrap();
+    assert!(Seen::new(&table[0], &map).unwrap_err().to_string().contains("did you mean \"T1\""));
+}
+
+#[test]
+fn a_head_that_moves_is_brought_back_to_its_references() {
+    // Two reference points; from the first to the second frame everything is turned by a right angle and shifted.
+    let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
+    for (t, turn) in [(0, false), (1, true)] {
+        for (name, x, y) in [("r1", 0.0, 50.0), ("r2", 40.0, 60.0), ("T", 20.0, 10.0)] {
+            let (x, y) = if turn { (5.0 - y, 7.0 + x) } else { (x, y) };
+            text += &format!("{t},{name},{x},{y}\n");
+        }
+    }
+    let map = "back = \"x\"\n[points]\nr1 = \"reference\"\nr2 = \"reference\"\nT = \"contour\"";
+    let seen = Seen::new(&read(text.as_bytes(), "t.csv")[0], &Map::from_toml(map, "m").unwrap()).unwrap();
+    assert!(near(seen.frames[1].contour[0].map(|m| m.at), [0.020, 0.010]));
+}
+
+/// Seven points along a line, eight frames; frame 4 is changed by `change`.
+fn changed(change: impl Fn(&mut [[f64; 2]; 7])) -> Seen {
+    let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
+    for frame in 0..8 {
+        let mut places: [[f64; 2]; 7] =
+            std::array::from_fn(|i| [50.0 - 8.0 * i as f64, 30.0 + 0.2 * f64::from(frame)]);
+        if frame == 4 {
+            change(&mut places);
+        }
+        for (i, [x, y]) in places.iter().enumerate() {
+            text += &format!("{},tongue_{i},{x},{y}\n", 0.02 * f64::from(frame));
+        }
+    }
+    Seen::new(&read(text.as_bytes(), "t.csv")[0], &Map::default()).unwrap()
+}
+
+#[test]
+fn what_no_tongue_does_is_taken_out_and_told() {
+    let told = |seen: &mut Seen, palate: Option<&[Point]>| {
+        let faults = screen(seen, palate);
+        assert!(faults.iter().enumerate().all(|(t, f)| t == 4 || f.is_empty()), "{faults:?}");
+        faults[4].clone()
+    };
+    let mut good = changed(|_| {});
+    assert!(told(&mut good, None).is_empty());
+    let mut jumped = changed(|p| p[3][1] += 30.0);
+    let faults = told(&mut jumped, None);
+    assert_eq!(
+        (faults[0].kind, faults[0].points.as_slice()),
+        (FaultKind::Jumped, &["tongue_3".to_owned()][..])
+    );
+    assert_eq!(jumped.frames[4].contour[3], None);
+    assert!(jumped.frames[4].contour[2].is_some() && jumped.frames[3].contour[3].is_some());
+    let mut swapped = changed(|p| p.swap(2, 3));
+    let faults = told(&mut swapped, None);
+    assert_eq!(faults[0].kind, FaultKind::OutOfOrder);
+    assert_eq!(faults[0].points, ["tongue_2", "tongue_3"]);
+    let mut high = changed(|p| p[2][1] += 9.0);
+    let palate = [Point::new(0.0, 0.036), Point::new(0.06, 0.036)];
+    let faults = told(&mut high, Some(&palate));
+    assert_eq!(
+        (faults[0].kind, faults[0].points.as_slice()),
+        (FaultKind::BeyondPalate, &["tongue_2".to_owned()][..])
+    );
+}

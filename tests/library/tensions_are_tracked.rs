@@ -1,0 +1,147 @@
+//! Tensions over time are found again in recordings of a tongue that was simulated with known ones; what is no recording is told.
+
+use tongue_fit::adapt::followed;
+use tongue_fit::body::Body;
+use tongue_fit::geometry::Point;
+use tongue_fit::measured::recording::{FaultKind, Seen, screen};
+use tongue_fit::parallel;
+use tongue_fit::track::{FrameStatus, Prior, Settings, Tracked, frames, track};
+
+use crate::synthetic::{Kind, Speaker};
+
+fn speaker() -> Speaker {
+    Speaker::of(Body::tongue(5.5e-3).unwrap())
+}
+
+/// Smooth tensions of eight muscles, N per metre of thickness.
+fn course(time_s: f64) -> Vec<f64> {
+    (0..8).map(|m| 8.0 + 6.0 * (7.0 * time_s + f64::from(m)).sin() + f64::from(m)).collect()
+}
+
+fn times(count: usize) -> Vec<f64> {
+    (0..count).map(|i| 0.0125 * i as f64).collect()
+}
+
+fn recorded(speaker: &Speaker, count: usize, noise: f64) -> Seen {
+    let times = times(count);
+    let shapes: Vec<Vec<Point>> = times.iter().map(|t| speaker.shape(&course(*t)).unwrap()).collect();
+    speaker.seen(&shapes, &times, Kind::Contour(11, noise), &mut fastrand::Rng::with_seed(7))
+}
+
+fn tracked(speaker: &Speaker, seen: &Seen) -> Vec<Tracked> {
+    let bones = followed(&speaker.body, &seen.bones);
+    let settings = Settings::new(Prior::half_normal(8, 20.0, 0.1));
+    track(&speaker.system, &bones, frames(seen, &speaker.surface, &bones, &[]), &settings, &|_, _| {})
+}
+
+#[test]
+fn courses_are_found_again_as_far_as_a_contour_tells() {
+    let speaker = speaker();
+    let mut seen = recorded(&speaker, 24, 0.05e-3);
+    let found = tracked(&speaker, &seen);
+    let (mut inside, mut all) = (0, 0);
+    for (t, frame) in found.iter().enumerate() {
+        assert_eq!(frame.status, FrameStatus::Converged, "{t}");
+        assert!(frame.rms_m.unwrap() < 0.1e-3, "{t}: {:?}", frame.rms_m);
+        let truth = course(frame.time_s);
+        // Genioglossus shapes the visible surface.
+        assert!((frame.tensions_n[0] - truth[0]).abs() < 1.5, "{t}: {:?}", frame.tensions_n);
+        all += truth.len();
+        inside +=
+            (0..truth.len()).filter(|&m| (frame.low_n[m]..=frame.high_n[m]).contains(&truth[m])).count();
+    }
+    assert!(inside * 10 >= all * 9, "{inside} of {all}");
+    // Less noise resolves more directions.
+    seen.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.sd = 2e-3);
+    let vague = tracked(&speaker, &seen);
+    let resolved = |all: &[Tracked]| all.iter().map(|f| f.resolved).sum::<usize>();
+    assert!(resolved(&vague) < resolved(&found));
+}
+
+#[test]
+fn bones_are_carried_to_where_they_are_seen() {
+    let speaker = speaker();
+    let mut seen = recorded(&speaker, 4, 1e-6);
+    // All that is seen is shifted with the head: with bones that follow it is the same tongue but for the styloid, which is far away.
+    let by = Point::new(0.4e-3, -0.3e-3);
+    for frame in &mut seen.frames {
+        frame.contour.iter_mut().flatten().for_each(|m| m.at += by);
+        frame.bones.iter_mut().flatten().for_each(|p| *p += by);
+        frame.contour.iter_mut().flatten().for_each(|m| m.sd = 0.3e-3);
+    }
+    let with = tracked(&speaker, &seen);
+    seen.frames.iter_mut().for_each(|f| f.bones = vec![None, None]);
+    let without = tracked(&speaker, &seen);
+    let rms = |all: &[Tracked]| all.iter().map(|f| f.rms_m.unwrap()).fold(0.0, f64::max);
+    assert!(rms(&with) < 0.5 * rms(&without), "{} {}", rms(&with), rms(&without));
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let speaker = speaker();
+    let seen = recorded(&speaker, 70, 0.9e-3);
+    let bits = |threads: usize| {
+        let found = parallel::with_threads(threads, || tracked(&speaker, &seen)).unwrap();
+        let numbers = |f: &Tracked| [f.tensions_n.clone(), f.low_n.clone(), f.high_n.clone()].concat();
+        found.iter().flat_map(numbers).map(f64::to_bits).collect::<Vec<_>>()
+    };
+    let one = bits(1);
+    assert!(one == bits(2) && one == bits(5));
+}
+
+#[test]
+fn a_frame_without_data_is_a_gap_with_wide_intervals() {
+    let speaker = speaker();
+    let mut seen = recorded(&speaker, 9, 0.5e-3);
+    seen.frames[4].contour.iter_mut().for_each(|m| *m = None);
+    let found = tracked(&speaker, &seen);
+    assert_eq!(found[4].status, FrameStatus::Gap);
+    assert_eq!(found[4].rms_m, None);
+    let width = |t: usize| (0..8).map(|m| found[t].covariance[(m, m)]).sum::<f64>();
+    assert!(width(4) > width(3) && width(4) > width(5));
+    assert!(found.iter().enumerate().all(|(t, f)| t == 4 || f.status == FrameStatus::Converged));
+    // Without any data there is only the prior, and it says so.
+    seen.frames.iter_mut().flat_map(|f| &mut f.contour).for_each(|m| *m = None);
+    let nothing = tracked(&speaker, &seen);
+    assert!(nothing.iter().all(|f| f.status == FrameStatus::Gap && f.resolved == 0));
+    assert!((nothing[0].tensions_n[0] - 13.49).abs() < 0.01, "the median of a half-normal of scale 20");
+}
+
+#[test]
+fn what_cannot_be_reached_is_told_and_not_fitted() {
+    let speaker = speaker();
+    let mut seen = recorded(&speaker, 9, 0.5e-3);
+    // The whole contour jumps away in one frame; in another a point lies 8 mm off, too little for a jump.
+    seen.frames[3].contour.iter_mut().flatten().for_each(|m| m.at += Point::new(0.0, 0.03));
+    let point = seen.frames[6].contour[5].as_mut().unwrap();
+    point.at += Point::new(0.0, 8e-3);
+    let faults = screen(&mut seen, None);
+    assert_eq!(faults[3][0].kind, FaultKind::Jumped);
+    assert_eq!(faults[3][0].points.len(), 11);
+    let found = tracked(&speaker, &seen);
+    assert_eq!(found[3].status, FrameStatus::Gap);
+    assert_eq!(found[6].faults[0].kind, FaultKind::FarFromFit);
+    assert_eq!(found[6].faults[0].points, ["tongue_5"]);
+    let truth = course(found[6].time_s);
+    assert!((found[6].tensions_n[0] - truth[0]).abs() < 6.0);
+    // Another head altogether: every frame is out of reach.
+    let mut other = recorded(&speaker, 3, 0.5e-3);
+    other.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.at *= 1.6);
+    assert!(tracked(&speaker, &other).iter().all(|f| f.status != FrameStatus::Converged));
+}
+
+#[test]
+fn sensors_are_material_points() {
+    let speaker = speaker();
+    let times = times(6);
+    let shapes: Vec<Vec<Point>> = times.iter().map(|t| speaker.shape(&course(*t)).unwrap()).collect();
+    let seen = speaker.seen(&shapes, &times, Kind::Sensors(3, 0.05e-3), &mut fastrand::Rng::with_seed(9));
+    let found = tracked(&speaker, &seen);
+    assert!(found.iter().all(|f| f.status == FrameStatus::Converged && f.rms_m.unwrap() < 0.15e-3));
+    // Three coils leave most of eight tensions to the prior.
+    assert!(
+        found.iter().all(|f| f.resolved < 8),
+        "{:?}",
+        found.iter().map(|f| f.resolved).collect::<Vec<_>>()
+    );
+}

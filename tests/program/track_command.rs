@@ -1,0 +1,190 @@
+//! `tongue-fit track` and `tongue-fit adapt`: from a recording to tensions, and what is told of recordings that are none.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use assert_cmd::cargo::cargo_bin;
+use serde_json::Value;
+
+const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv");
+const TRUTH: &str = include_str!("../../targets/recordings/synthetic_tensions.csv");
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn json(output: &Output) -> Value {
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(matches!(output.status.code(), Some(0 | 3)), "{told}");
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {told}"))
+}
+
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(output.stdout.is_empty() && !told.contains("panicked"), "{told}");
+    told
+}
+
+/// True tensions of a muscle, in the order of the frames.
+fn truth(muscle: &str) -> Vec<f64> {
+    let mut lines = TRUTH.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let column = lines.next().unwrap().iter().position(|c| *c == muscle).unwrap();
+    lines.map(|l| l[column].parse().unwrap()).collect()
+}
+
+#[test]
+fn a_recording_without_a_body_is_adapted_to_and_tracked() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), &["track", RECORDING, "--json", "--frames", "10"]);
+    let found = json(&output);
+    let frames = found["frames"].as_array().unwrap();
+    assert_eq!((frames.len(), found["recordings"].as_array().unwrap().len()), (90, 2));
+    assert_eq!(found["rest"], "joint");
+    assert!(found["median_rms_mm"].as_f64().unwrap() < 1.0, "{}", found["median_rms_mm"]);
+    for field in ["time_s", "status", "tensions_n", "low", "high", "rms_mm", "held_out_rms_mm", "resolved"] {
+        assert!(frames[0].get(field).is_some(), "{field}");
+    }
+    for frame in frames {
+        for (muscle, tension) in frame["tensions_n"].as_object().unwrap() {
+            let value = |of: &str| frame[of][muscle].as_f64().unwrap();
+            assert!(value("low") <= tension.as_f64().unwrap() && tension.as_f64().unwrap() <= value("high"));
+        }
+    }
+    // The course of GGp, which bulges the dorsum, is that which was simulated, up to level and size.
+    let course: Vec<f64> = frames.iter().map(|f| f["tensions_n"]["GGp"].as_f64().unwrap()).collect();
+    let truth = truth("GGp");
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (a, b) = (mean(&course), mean(&truth));
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
+    for (x, y) in course.iter().zip(&truth) {
+        ab += (x - a) * (y - b);
+        aa += (x - a).powi(2);
+        bb += (y - b).powi(2);
+    }
+    assert!(ab / (aa * bb).sqrt() > 0.8, "{}", ab / (aa * bb).sqrt());
+    // Every file is there, and is what it says.
+    let out = folder.path().join("results/track");
+    let read = |name: &str| fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    assert_eq!(read("track.csv").lines().count(), 1 + 90 * 8);
+    assert!(read("track.html").contains("half-normal prior of scale 20"));
+    for name in ["track_1.svg", "track_2.svg", "shapes_1.svg", "shapes_2.svg", "shapes_1_0000.vtu"] {
+        roxmltree::Document::parse(&read(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    }
+    let sto = read("track_2.sto");
+    assert!(sto.contains("nRows=45\nnColumns=26\n"), "{}", &sto[..300]);
+    assert!(read("shapes_1.pvd").contains("shapes_1_0008.vtu"));
+}
+
+#[test]
+fn an_adapted_body_goes_into_every_command_and_tracks_the_same_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let output = run(at, &["adapt", RECORDING, "--out", "speaker"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("rest shape: the shape that explains many frames at once"), "{said}");
+    assert!(said.contains("| GGa    |       42.7 |"), "{said}");
+    let body = at.join("speaker/body.json").display().to_string();
+    let tracked = |threads: &str, out: &str| {
+        let output = run(
+            at,
+            &["track", RECORDING, "--mesh", &body, "--threads", threads, "--out", out, "--frames", "0"],
+        );
+        assert!(matches!(output.status.code(), Some(0 | 3)), "{}", String::from_utf8_lossy(&output.stderr));
+        // The last columns say the command, which names the threads.
+        let table = fs::read_to_string(at.join(out).join("track.csv")).unwrap();
+        table.lines().map(|l| l.split(",0.1.0").next().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(tracked("1", "one"), tracked("3", "three"));
+    let simulated = run(at, &["simulate", "--mesh", &body, "--tension", "GGa=10", "--json"]);
+    assert_eq!(simulated.status.code(), Some(0), "{}", String::from_utf8_lossy(&simulated.stderr));
+}
+
+#[test]
+fn hidden_points_are_told_beside_the_opponents() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments =
+        ["track", RECORDING, "--rest", "similarity", "--hold-out", "2,5,8", "--json", "--frames", "0"];
+    let found = json(&run(folder.path(), &arguments));
+    let held = &found["held_out"];
+    assert_eq!(held["points"], serde_json::json!(["tongue_2", "tongue_5", "tongue_8"]));
+    let names: Vec<&str> =
+        held["opponents"].as_array().unwrap().iter().map(|o| o["name"].as_str().unwrap()).collect();
+    assert_eq!(names.len(), 4, "{names:?}");
+    assert_eq!(names[0], "the model");
+    for opponent in held["opponents"].as_array().unwrap() {
+        let median = opponent["median_mm"].as_f64().unwrap();
+        assert!((0.2..3.0).contains(&median), "{opponent}");
+    }
+    assert!(found["frames"][0]["held_out_rms_mm"].as_f64().unwrap() > 0.0);
+    let told = refused(folder.path(), &["track", RECORDING, "--hold-out", "12"]);
+    assert!(told.contains("--hold-out 12: there is no such contour point"), "{told}");
+}
+
+#[test]
+fn an_identity_adapts_to_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("own.csv"), "point,x_mm,y_mm\nmental_spine,0,0\nhyoid,37.625,-3.066\n").unwrap();
+    let output = run(at, &["adapt", "--landmarks", "own.csv", "--out", "own"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let mesh = |arguments: &[&str]| {
+        let mut all = vec!["mesh", "--json"];
+        all.extend(arguments);
+        json(&run(at, &all))["nodes_m"].clone()
+    };
+    assert_eq!(mesh(&[]), mesh(&["--anatomy", "own/anatomy.toml"]));
+    let body: Value = serde_json::from_slice(&fs::read(at.join("own/body.json")).unwrap()).unwrap();
+    assert_eq!(body["nodes_m"], mesh(&[]));
+}
+
+#[test]
+fn what_is_no_recording_is_refused_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    assert!(refused(at, &["track"]).contains("name at least one recording"));
+    assert!(refused(at, &["track", "none.tsv"]).contains("cannot read none.tsv"));
+    fs::write(at.join("ema.csv"), "time_s,point,x_mm,y_mm\n0,T1,1,2\n0,T2,20,12\n").unwrap();
+    assert!(refused(at, &["track", "ema.csv"]).contains("--map"));
+    fs::write(at.join("map.toml"), "[points]\nT1 = { surface_mm = 5 }\nT2 = { surface_mm = 25 }\n").unwrap();
+    let told = refused(at, &["track", "ema.csv", "--map", "map.toml"]);
+    assert!(told.contains("mental spine") && told.contains("a body that fits the speaker"), "{told}");
+    fs::write(at.join("map.toml"), "[points]\nT1 = 5\n").unwrap();
+    assert!(refused(at, &["track", "ema.csv", "--map", "map.toml"]).contains("map.toml:2"));
+    assert!(refused(at, &["track", RECORDING, "--prior=-1"]).contains("--prior is -1"));
+    assert!(refused(at, &["adapt"]).contains("--landmarks"));
+    let left: Vec<_> = fs::read_dir(at).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 2, "{left:?}");
+}
+
+#[test]
+fn a_recording_with_faults_is_told_frame_by_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let text = fs::read_to_string(RECORDING).unwrap();
+    let mut lines: Vec<Vec<String>> =
+        text.lines().map(|l| l.split('\t').map(str::to_owned).collect()).collect();
+    // Frame 10 has no data, in frame 15 a point is 30 mm away, in frame 20 two points are swapped, in frame 25 the hyoid is missing.
+    lines[11].iter_mut().skip(4).for_each(|c| *c = String::new());
+    lines[16][4 + 2 * 6 + 1] = "110.0".into();
+    for axis in 0..2 {
+        lines[21].swap(4 + 2 * 3 + axis, 4 + 2 * 4 + axis);
+    }
+    (26..28).for_each(|c| lines[26][c] = "*".into());
+    let text: String = lines.iter().map(|l| l.join("\t") + "\n").collect();
+    fs::write(at.join("faulty.tsv"), text).unwrap();
+    let output = run(at, &["track", "faulty.tsv", "--rest", "similarity", "--json", "--frames", "0"]);
+    assert_eq!(output.status.code(), Some(3));
+    let found = json(&output);
+    let frame = |t: usize| &found["frames"][t];
+    assert_eq!(frame(10)["status"], "gap");
+    assert!(frame(10)["rms_mm"].is_null());
+    let kind = |t: usize| frame(t)["faults"][0]["kind"].as_str().unwrap_or_default().to_owned();
+    assert_eq!([kind(15), kind(20), kind(25)], ["jumped", "out_of_order", "bone_missing"]);
+    assert_eq!(frame(20)["faults"][0]["points"], serde_json::json!(["tongue_3", "tongue_4"]));
+    let notes: Vec<&str> = found["notes"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    assert!(notes.iter().any(|n| n.contains("points jump")), "{notes:?}");
+}
