@@ -275,7 +275,7 @@ fn pictures(
     let picture = report::tongue(&section).into_diagnostic()?;
     let measured = target.muscles.len();
     let labels: Vec<String> = (0..measured)
-        .map(|m| format!("{}{}", target.muscles[m], if fit.tensions[m] > 0.0 { "*" } else { "" }))
+        .map(|m| format!("{}{}", target.muscles[m], if fit.contracts(m) { "*" } else { "" }))
         .collect();
     let stretches =
         |lengths: &[f64], over: &[f64]| TargetKind::Stretch.values(lengths, over, target.reference);

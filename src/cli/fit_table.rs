@@ -131,7 +131,7 @@ impl Shown<'_> {
         }
         let mut t = table(&header);
         for (i, muscle) in target.muscles.iter().enumerate() {
-            let mark = if fit.tensions[i] > 0.0 { "*" } else { "" };
+            let mark = if fit.contracts(i) { "*" } else { "" };
             let doubt = if target.activation[i].uncertain { "?" } else { "" };
             let shortening = |now: f64, then: f64| percent(1.0 - now / then);
             let mut row = vec![
@@ -163,9 +163,14 @@ impl Shown<'_> {
         if target.activation.iter().any(|a| a.uncertain) {
             text += "? changed by no more than the rounding of two lengths: may be the other way\n";
         }
-        if !target.not_measured.is_empty() {
-            let names = target.not_measured.join(", ");
-            let _ = writeln!(text, "not measured, so neither fitted nor compared: {names}");
+        let names = fit.not_measured().join(", ");
+        if !names.is_empty() {
+            let with =
+                if fit.tone.is_none() { "without tension" } else { "with the tension of the baseline" };
+            let _ = writeln!(
+                text,
+                "not measured, so neither fitted nor compared, and {with}, though nobody knows: {names}"
+            );
         }
         text
     }
@@ -176,6 +181,9 @@ impl Shown<'_> {
             Status::Converged => "converged: the fitted muscles meet the target",
             Status::TargetNotMet => {
                 "NOT MET: the search found no tensions that meet the target; these come nearest"
+            }
+            Status::AtUpperBound if fit.misfit <= fit.misfit_tolerance => {
+                "AT THE UPPER BOUND: the fitted muscles meet the target, but a tension ended on its bound; do not trust it"
             }
             Status::AtUpperBound => "AT THE UPPER BOUND: a tension ended on it; do not trust the answer",
             Status::IterationLimit => "NOT CONVERGED: the search stopped at its iteration limit",
@@ -203,9 +211,10 @@ impl Shown<'_> {
                 target.fitted.iter().map(|&m| (p.of(target.kind).0[m] - target.values[m]).powi(2)).sum();
             let _ = writeln!(
                 text,
-                "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over seven ratios",
+                "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over {} ratios",
                 (misfit / target.fitted.len() as f64).sqrt(),
-                p.rms
+                p.rms,
+                target.muscles.len() - 1
             );
         }
         text
@@ -246,16 +255,25 @@ impl Shown<'_> {
         let found = match (fit.status, chosen) {
             (Status::Converged, true) => "what comes nearest to the other measured muscles",
             (Status::Converged, false) => "the smallest total tension",
+            (Status::AtUpperBound, true) => {
+                "what comes nearest to the other measured muscles within the bounds: beyond them others may come nearer"
+            }
             _ => "one answer",
         };
-        let points: usize = i.null_directions.iter().map(|n| n.valley.points.len()).sum();
+        let valleys: Vec<_> = i.null_directions.iter().filter_map(|n| n.valley.as_ref()).collect();
+        let points = valleys.iter().map(|v| v.points.len()).sum();
+        if points == 0 {
+            text += "No answer meets the target, so there is no curve of answers.\n";
+            return text;
+        }
         let _ = writeln!(
             text,
-            "Found is {found}.\nAs good is a curve of tensions ({points} points in fit.json):"
+            "Found is {found}.\nAs good is a curve of tensions ({} in fit.json):",
+            counted(points, "point")
         );
-        for n in &i.null_directions {
-            if let (Some(first), Some(last)) = (n.valley.points.first(), n.valley.points.last()) {
-                let [before, after] = n.valley.ends.map(|end| end.text(&names));
+        for valley in valleys {
+            if let (Some(first), Some(last)) = (valley.points.first(), valley.points.last()) {
+                let [before, after] = valley.ends.map(|end| end.text(&names));
                 let _ = writeln!(text, "  from  {} N: {before}", named(&first.x));
                 let _ = writeln!(text, "  to    {} N: {after}", named(&last.x));
             }

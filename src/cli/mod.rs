@@ -175,9 +175,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Untrustworthy) => {
-            if cli.global.quiet {
-                output::complain("something did not converge or cannot be trusted; the results say what");
-            }
+            output::complain("something did not converge or cannot be trusted; the results say what");
             ExitCode::from(UNTRUSTWORTHY)
         }
         Ok(Outcome::Unusable | Outcome::SomeRowsRefused) => ExitCode::FAILURE,

@@ -4,6 +4,7 @@ use miette::{IntoDiagnostic, miette};
 use nalgebra::SVector;
 use serde::Serialize;
 use tongue_fit::body::{Body, Mesh};
+use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{Model, System};
@@ -41,6 +42,7 @@ struct Row {
     top_up_mm: f64,
     root_forward_mm: f64,
     root_up_mm: f64,
+    alarms: String,
 }
 
 #[derive(Serialize)]
@@ -77,7 +79,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let by = super::provenance().with_tissue(model.tissue);
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
     let written = out.export(&files, &by).into_diagnostic()?;
-    let good = rows.iter().all(|r| r.status == Status::Converged);
+    let good = rows.iter().all(|r| r.status == Status::Converged && r.alarms.is_empty());
     if global.json {
         output::print(&Json(&Record { muscles: rows }).text(&by).into_diagnostic()?)?;
     } else {
@@ -98,6 +100,8 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
         statics::trace(&system, &mut workspace, &tensions, &Settings::default(), statics::TRACE_STEPS);
     let positions = workspace.positions();
     let status = found.solution.status;
+    let alarms: Vec<String> =
+        alarms::of_equilibrium(&found.solution, found.critical).iter().map(Alarm::text).collect();
     output::step(|| format!("{name}: {status:?}"));
     let moved = |node: usize| {
         let way = positions[node] - mesh.nodes[node];
@@ -121,12 +125,14 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
             top_up_mm: top[1],
             root_forward_mm: root[0],
             root_up_mm: root[1],
+            alarms: alarms.join("; "),
         }
     };
     let rows: Vec<Row> = (0..mesh.muscles.len()).map(row).collect();
     let own = rows.iter().find(|r| r.muscle == name).map_or(1.0, |r| r.stretch);
     let title = format!("{name} shortens {:.0} %", 100.0 * (1.0 - own));
     let lines = match status {
+        Status::Converged if !alarms.is_empty() => alarms,
         Status::Converged => vec![format!("tip {}", way(tip)), format!("top {}", way(top))],
         other => vec![format!("not at equilibrium: {other:?}")],
     };
@@ -180,7 +186,12 @@ fn text(rows: &[Row], title: &str) -> String {
             mm(r.root_up_mm),
         ]);
     }
+    let doubts: String = rows
+        .iter()
+        .filter(|r| r.pulling == r.muscle && !r.alarms.is_empty())
+        .map(|r| format!("but of {}: {}\n", r.pulling, r.alarms))
+        .collect();
     format!(
-        "{title}\n\n{t}\n\ntip, top and root: the foremost, highest and rearmost point of the surface at rest\n\n"
+        "{title}\n\n{t}\n{doubts}\ntip, top and root: the foremost, highest and rearmost point of the surface at rest\n\n"
     )
 }

@@ -14,6 +14,7 @@ use tongue_fit::scene::file::Body;
 use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
 use tongue_fit::scene::run::{self, Outcome as Answer};
 use tongue_fit::scene::{self, Plan, Scene};
+use tongue_fit::statics::{Connection, Solution};
 
 use super::{Global, Outcome, output, scene_table};
 
@@ -55,14 +56,14 @@ enum Action {
 struct Which {
     /// A built-in scene, or the path of a scene file (TOML)
     #[arg(value_name = "NAME")]
-    name: String,
+    name: PathBuf,
 }
 
 #[derive(Debug, Clone, clap::Args)]
 struct Several {
     /// Built-in scenes, or paths of scene files [default: all that are built in]
     #[arg(value_name = "NAME")]
-    names: Vec<String>,
+    names: Vec<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -109,15 +110,15 @@ fn list(global: &Global) -> miette::Result<Outcome> {
 }
 
 /// A built-in scene, or one in a file where the name is that of a file.
-fn load(name: &str) -> miette::Result<Scene> {
-    let path = Path::new(name);
+fn load(path: &Path) -> miette::Result<Scene> {
+    let name = path.to_string_lossy();
     if scene::names().any(|n| n == name) || !(path.exists() || name.ends_with(".toml")) {
-        return scene::shipped(name).into_diagnostic();
+        return scene::shipped(&name).into_diagnostic();
     }
     let text = crate::files::read_text(path)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot read the scene file \"{name}\""))?;
-    Scene::from_toml(&text, name).into_diagnostic()
+    Scene::from_toml(&text, &name).into_diagnostic()
 }
 
 /// A prepared scene in the plane or in space.
@@ -142,7 +143,7 @@ fn explain(plan: &Plan, global: &Global) -> miette::Result<Outcome> {
     Ok(Outcome::Good)
 }
 
-fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
+fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let scene = load(name)?;
     let to = out.as_ref().map(|out| (out, name));
@@ -180,7 +181,7 @@ fn run_one(name: &str, global: &Global) -> miette::Result<Outcome> {
 fn answered<const D: usize>(
     scene: &Scene,
     mut prepared: Prepared<D>,
-    to: Option<(&OutputDir, &str)>,
+    to: Option<(&OutputDir, &Path)>,
     draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>], &[f64]) -> Result<Svg, ReportError>,
 ) -> miette::Result<(Answer, Provenance, Vec<PathBuf>)> {
     tell(&prepared.plan);
@@ -188,7 +189,7 @@ fn answered<const D: usize>(
     let result = run::run(scene, &mut prepared).into_diagnostic()?;
     let Some((out, name)) = to else { return Ok((result, by, Vec::new())) };
     let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-    let stem = Path::new(name).file_stem().map_or_else(|| name.into(), |s| s.to_string_lossy());
+    let stem = name.file_stem().map_or_else(|| name.to_string_lossy(), |s| s.to_string_lossy());
     let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
     refuse_to_overwrite(scene, out, &names)?;
     let mesh = &prepared.body.mesh;
@@ -226,23 +227,28 @@ fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miet
 }
 
 fn outcome(result: &Answer) -> Outcome {
-    if result.converged { Outcome::Good } else { Outcome::Untrustworthy }
+    let doubtful = |s: &Solution| s.guarded > 0 || s.connection == Connection::Downhill;
+    if result.converged && !result.solution.as_ref().is_some_and(doubtful) {
+        Outcome::Good
+    } else {
+        Outcome::Untrustworthy
+    }
 }
 
-fn compare_all(names: &[String], global: &Global) -> miette::Result<Outcome> {
+fn compare_all(names: &[PathBuf], global: &Global) -> miette::Result<Outcome> {
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
-    let names: Vec<String> = match names {
-        [] => scene::names().map(str::to_owned).collect(),
+    let names: Vec<PathBuf> = match names {
+        [] => scene::names().map(PathBuf::from).collect(),
         given => given.to_vec(),
     };
     let mut all: Vec<Compared> = Vec::new();
     for name in &names {
-        output::progress(&format!("comparing {name}"));
+        output::progress(&format!("comparing {}", name.display()));
         let scene = load(name)?;
         scene.check().into_diagnostic()?;
         all.push(match body::build(&scene.body).into_diagnostic()? {
-            AnyBody::Flat(b) => compare(name, &scene, &b).into_diagnostic()?,
-            AnyBody::Solid(b) => compare(name, &scene, &b).into_diagnostic()?,
+            AnyBody::Flat(b) => compare(&name.to_string_lossy(), &scene, &b).into_diagnostic()?,
+            AnyBody::Solid(b) => compare(&name.to_string_lossy(), &scene, &b).into_diagnostic()?,
         });
     }
     let written = match &out {

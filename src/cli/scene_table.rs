@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use tongue_fit::inverse::alarms;
 use tongue_fit::report;
 use tongue_fit::scene::Plan;
 use tongue_fit::scene::compare::Compared;
@@ -60,7 +61,8 @@ pub fn plan(plan: &Plan) -> String {
 pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", o.plan.title, o.plan.body, o.plan.method);
     if !o.muscles.is_empty() {
-        let mut t = table(&["muscle", "tension N", "rest mm", "length mm", "stretch"]);
+        let tension = if o.plan.dimension == 2 { "tension N/m" } else { "tension N" };
+        let mut t = table(&["muscle", tension, "rest mm", "length mm", "stretch"]);
         for m in &o.muscles {
             t.add_row([
                 m.muscle.clone(),
@@ -87,12 +89,9 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         100.0 * o.max_cell_ratio,
         100.0 * o.measure_ratio
     );
-    if let Some(s) = o.solution.filter(|s| s.guarded > 0) {
-        let _ = writeln!(
-            text,
-            "the barrier against inversion acts in {} places: there the shape shows that bound, not the tissue",
-            s.guarded
-        );
+    if let Some(s) = &o.solution {
+        text += &table::alarms(alarms::barrier(s.guarded));
+        text += table::way_from_rest(s.connection);
     }
     if o.min_cell_ratio <= 0.0 {
         text += "A CELL IS TURNED OVER: springs alone do not keep cells upright; ask for effects.incompressibility = true\n";

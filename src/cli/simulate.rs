@@ -4,7 +4,10 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 
-use tongue_fit::report::{self, BranchRecord, Export, Json, Msh, OutputDir, Section, SimulationRecord, Vtu};
+use tongue_fit::inverse::alarms;
+use tongue_fit::report::{
+    self, AlarmRecord, BranchRecord, Export, Json, Msh, OutputDir, Section, SimulationRecord, Vtu,
+};
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::System;
 
@@ -52,11 +55,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
     let settings = Settings::default();
-    let (solution, branch) = if arguments.direct {
-        (statics::solve(&system, &mut workspace, &all, &settings), None)
+    let (solution, branch, alarms) = if arguments.direct {
+        let solution = statics::solve(&system, &mut workspace, &all, &settings);
+        (solution, None, alarms::barrier(solution.guarded).into_iter().collect())
     } else {
         let found = statics::solve_and_trace(&system, &mut workspace, &all, &settings, statics::TRACE_STEPS);
-        (found.solution, Some(BranchRecord::new(&found)))
+        let alarms = alarms::of_equilibrium(&found.solution, found.critical);
+        (found.solution, Some(BranchRecord::new(&found)), alarms)
     };
     let wall_s = clock.elapsed().as_secs_f64();
     output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
@@ -64,6 +69,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let positions = workspace.positions();
     let mut record = SimulationRecord::new(&system, &mesh.muscle_names(), &solution, &all, positions, wall_s);
     record.branch = branch;
+    record.alarms = alarms.iter().map(AlarmRecord::from).collect();
     let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
     let mut written = Vec::new();
     if let Some(out) = &out {
@@ -86,7 +92,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if global.json {
         output::print(&json.text(&by).into_diagnostic()?)?;
     } else {
-        output::summary(&table::simulation(&record, &written), &written)?;
+        output::summary(&table::simulation(&record, &alarms, &written), &written)?;
     }
-    Ok(if solution.status == Status::Converged { Outcome::Good } else { Outcome::Untrustworthy })
+    let good = solution.status == Status::Converged && alarms.is_empty();
+    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }

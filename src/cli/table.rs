@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use comfy_table::{CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
+use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::report::batch::Journal;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
@@ -32,7 +33,7 @@ pub(super) fn files(written: &[PathBuf]) -> String {
 }
 
 /// One equilibrium.
-pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
+pub fn simulation(record: &SimulationRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
     let ratio = match record.ratios.0.iter().find(|(_, ratio)| *ratio == 1.0) {
         Some((reference, _)) => format!("ratio to {reference}"),
         None => "ratio".to_owned(),
@@ -79,15 +80,31 @@ pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
             ),
         };
         text += if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" };
-    } else if record.connection != Connection::Direct {
-        text += match record.connection {
-            Connection::Downhill => {
-                "an unstable equilibrium was left on the way: this may be another branch than that from rest\n"
-            }
-            _ => "reached from rest in load steps\n",
-        };
+    } else {
+        text += way_from_rest(record.connection);
     }
-    text + &files(written)
+    text + &self::alarms(alarms.iter().cloned()) + &files(written)
+}
+
+/// What is known of the way from rest to an equilibrium whose branch was not followed.
+pub(super) fn way_from_rest(connection: Connection) -> &'static str {
+    match connection {
+        Connection::Traced => "",
+        Connection::Direct => {
+            "solved directly: whether it lies on the branch of equilibria from rest was not followed\n"
+        }
+        Connection::LoadSteps => {
+            "reached from rest in load steps; the branch of equilibria from rest was not followed\n"
+        }
+        Connection::Downhill => {
+            "an unstable equilibrium was left on the way: this may be another branch than that from rest\n"
+        }
+    }
+}
+
+/// What to doubt, a line each.
+pub(super) fn alarms(alarms: impl IntoIterator<Item = Alarm>) -> String {
+    alarms.into_iter().map(|alarm| format!("but {}\n", alarm.text())).collect()
 }
 
 /// One trajectory.
@@ -115,6 +132,7 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
         text += "the steps grow there: take a shorter one (--dt), or --method tr-bdf2, which has no limit\n";
     }
     text += &way_gone(record.time_s, record.part_of_way_to_equilibrium);
+    text += &alarms(tongue_fit::inverse::alarms::barrier(record.guarded));
     let _ = writeln!(
         text,
         "areas at {:.1} % to {:.1} % of rest",
@@ -169,7 +187,7 @@ pub fn batch(
             g.fits.to_string(),
             format!("{:.3}", g.rms_stretch),
             format!("{:.3}", g.no_change_rms_stretch),
-            if g.worse_than_no_change { "worse than no change".into() } else { String::new() },
+            g.verdict(),
         ]);
     }
     let _ = writeln!(text, "{t}\n");
@@ -186,8 +204,8 @@ pub fn batch(
     if let Some(n) = &s.nearest_row_to_rest {
         let _ = writeln!(
             text,
-            "the model at rest is nearest to {} /{}/ ({:.3} RMS of the seven ratios)",
-            n.subject, n.vowel, n.distance.rms_ratio
+            "the model at rest is nearest to {} /{}/ by {:.3} ({})",
+            n.subject, n.vowel, n.distance.rms_ratio, s.rest_shape_measure
         );
     }
     if s.fits > MOST_FITS_ON_PAGE {

@@ -59,7 +59,8 @@ pub fn write(
                 })
                 .collect();
             let title = format!("{}: seen (dots) and simulated, muscles lit by tension", one.name);
-            let svg = animation_of_seen(&of.body.mesh, &shapes[nth], &marks, &title).into_diagnostic()?;
+            let svg =
+                animation_of_seen(&of.body.mesh, &[], &shapes[nth], &marks, &title).into_diagnostic()?;
             files.push((name.clone(), Box::new(svg)));
             animation = Some(name);
             let mut moments = Vec::new();

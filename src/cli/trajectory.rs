@@ -6,11 +6,12 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, miette};
 use nalgebra::SVector;
-use tongue_fit::body::Mesh;
+use tongue_fit::body::{Mesh, Point};
 use tongue_fit::dynamics::{
     self, Control, Curves, Integrator, Method, Motion, Observer, SHORTEST_S, State, Status, Tensions,
     sample_times,
 };
+use tongue_fit::effect::Configuration;
 use tongue_fit::report::{
     self, ByMuscle, Export, Frame, History, Json, OutputDir, Provenance, Pvd, ReportError, Sto,
     TrajectoryRecord, Vtu,
@@ -183,7 +184,7 @@ pub fn run(
     let method = arguments.check()?;
     let tongue = body.body()?;
     let given = tensions(given, &tongue)?;
-    let mesh = tongue.mesh;
+    let (mesh, palate) = (tongue.mesh, tongue.palate.unwrap_or_default());
     let names = mesh.muscle_names();
     let curves = arguments.tension_curves.as_ref().map(|file| Curves::from_path(file, &names));
     let curves = curves.transpose().into_diagnostic()?;
@@ -215,22 +216,26 @@ pub fn run(
         dynamics::run(&motion, integrator.as_mut(), &mut state, arguments.t_end, &times, &mut watch);
     watch.clear();
     output::step(|| format!("{:?} after {} steps", outcome.status, outcome.counts.steps));
+    let mut tensions = vec![0.0; system.muscle_count()];
+    motion.tensions().at(state.time, &mut tensions);
+    let at_the_end = Configuration { positions: &state.positions, tensions: &tensions };
     let record = TrajectoryRecord::new(
         (method, control),
         arguments.t_end,
         (outcome, motion.part_of_way(system.rest(), &state)),
         ByMuscle::new(&names, system.lengths(&state.positions).into_iter().map(|l| l * 1e3)),
-        system.cell_ratios(&state.positions),
+        (system.cell_ratios(&state.positions), system.guarded(at_the_end)),
         clock.elapsed().as_secs_f64(),
     );
     let by = super::provenance().with_tissue(system.tissue());
-    let written = write(&out, &record, &by, &mesh, &motion, watch)?;
+    let written = write(&out, &record, &by, (&mesh, &palate), &motion, watch)?;
     if global.json {
         output::print(&Json(&record).text(&by).into_diagnostic()?)?;
     } else {
         output::summary(&table::trajectory(&record, &written), &written)?;
     }
-    Ok(if outcome.status == Status::Completed { Outcome::Good } else { Outcome::Untrustworthy })
+    let good = outcome.status == Status::Completed && record.guarded == 0;
+    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
 /// Writes all files; names those that a reader opens.
@@ -238,7 +243,7 @@ fn write(
     out: &OutputDir,
     record: &TrajectoryRecord,
     by: &Provenance,
-    mesh: &Mesh<2>,
+    (mesh, palate): (&Mesh<2>, &[Point]),
     motion: &Motion<'_, 2>,
     watch: Watch<'_>,
 ) -> miette::Result<Vec<PathBuf>> {
@@ -259,7 +264,7 @@ fn write(
         true => "At rest; nothing pulls".to_owned(),
         false => format!("Pulling: {} (grey: at rest)", names.join(", ")),
     };
-    let svg = report::animation(mesh, &frames, &title).into_diagnostic()?;
+    let svg = report::animation(mesh, palate, &frames, &title).into_diagnostic()?;
     let stresses = |f: &Frame| motion.system().stresses(&f.positions);
     let shapes =
         frames.iter().map(|f| Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(stresses(f))));

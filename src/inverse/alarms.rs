@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::body::Mesh;
 use crate::measured::muscles::Muscles;
-use crate::statics::Connection;
+use crate::statics::{self, Connection, Critical, Solution};
 
 use super::uncertainty::Intervals;
 use super::{AT_BOUND, Fit, Settings, Status};
@@ -161,12 +161,7 @@ pub fn alarms<const D: usize>(
             out.push(Alarm::ShorteningMissed { muscle: name(m), simulated_percent, measured_percent });
         }
     }
-    if fit.replay.solution.guarded > 0 {
-        out.push(Alarm::BarrierActs { elements: fit.replay.solution.guarded });
-    }
-    if fit.replay.solution.connection != Connection::Traced && fit.status != Status::NoEquilibrium {
-        out.push(Alarm::NotOnBranch { ends_at: fit.replay.critical.map(|c| c.load) });
-    }
+    out.extend(of_equilibrium(&fit.replay.solution, fit.replay.critical));
     for capacity in known.capacities(&fit.muscles) {
         let force_n = thickness_m * capacity.portions.iter().map(|&m| fit.tensions[m]).sum::<f64>();
         if force_n > capacity.capacity_n {
@@ -198,6 +193,21 @@ pub fn alarms<const D: usize>(
         doubts.iter().filter(|(holds, _)| *holds).map(|(_, reason)| Alarm::EquilibriumNotCertain { reason }),
     );
     out
+}
+
+/// What speaks against an equilibrium that was followed from rest as its tensions grew: that it is not that of the published law, or
+/// not known to lie on the branch that begins at rest. `critical` is where that branch ends.
+pub fn of_equilibrium(solution: &Solution, critical: Option<Critical>) -> Vec<Alarm> {
+    let mut out: Vec<Alarm> = barrier(solution.guarded).into_iter().collect();
+    if solution.connection != Connection::Traced && solution.status == statics::Status::Converged {
+        out.push(Alarm::NotOnBranch { ends_at: critical.map(|c| c.load) });
+    }
+    out
+}
+
+/// The alarm for a shape in which the barrier acts in so many elements, if it is in any.
+pub fn barrier(elements: usize) -> Option<Alarm> {
+    (elements > 0).then_some(Alarm::BarrierActs { elements })
 }
 
 /// By how much more than at rest a muscle's chain turns at the node where it does so most, radians.

@@ -15,7 +15,7 @@ use super::solve::{Replay, solve};
 use super::start::Start;
 use super::unknown::{Quantity, Unknown};
 use super::valley::Valley;
-use super::{Answer, FitError, Identifiability, Settings, Status, Tone};
+use super::{AT_BOUND, Answer, FitError, Identifiability, Settings, Status, Tone};
 
 /// A target and the muscles of a body that it speaks of.
 #[derive(Debug, Clone, PartialEq)]
@@ -208,6 +208,22 @@ impl<const D: usize> Fit<D> {
         (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
     }
 
+    /// Whether muscle `m` of [`Fit::muscles`] contracts: whether it has a tension to speak of.
+    pub fn contracts(&self, m: usize) -> bool {
+        self.tensions[m] >= AT_BOUND
+    }
+
+    /// Muscles of the table or of the body of which nothing was measured in one of the two rows.
+    pub fn not_measured(&self) -> Vec<String> {
+        let mut names = self.target.not_measured.clone();
+        for name in &self.muscles[self.target.muscles.len()..] {
+            if !names.iter().any(|n| n.eq_ignore_ascii_case(name)) {
+                names.push(name.clone());
+            }
+        }
+        names
+    }
+
     /// Whether the answer meets its target and is the shape to which its tensions lead from rest, under the published law.
     pub fn is_trustworthy(&self) -> bool {
         let solution = &self.replay.solution;
@@ -217,7 +233,7 @@ impl<const D: usize> Fit<D> {
     /// The curve of all tensions that fit as well, where just one direction is undetermined.
     pub fn valley(&self) -> Option<&Valley> {
         match self.identifiability.as_ref()?.null_directions.as_slice() {
-            [one] => Some(&one.valley),
+            [one] => one.valley.as_ref(),
             _ => None,
         }
     }

@@ -383,6 +383,10 @@ impl<const D: usize> Problem for Forward<'_, D> {
         out
     }
 
+    fn trace(&mut self, trace: bool) -> bool {
+        std::mem::replace(&mut self.traced, trace)
+    }
+
     fn forget_neighbours(&mut self) {
         self.from_neighbours = false;
         self.known.clear();

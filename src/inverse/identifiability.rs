@@ -22,22 +22,23 @@ pub struct Identifiability {
 pub struct NullDirection {
     /// Unit vector over the active muscles, in their order; its largest entry is positive.
     pub direction: Vec<f64>,
-    /// All that was followed of it through the answer.
-    pub valley: Valley,
+    /// All that was followed of it through the answer; nothing where the answer itself does not meet the target.
+    pub valley: Option<Valley>,
 }
 
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as far as
 /// the target is met ([`valley`]). `None` where the equilibrium was not found or is
 /// singular.
 pub fn analyse(problem: &mut dyn Problem, settings: &Settings, x: &[f64]) -> Option<Identifiability> {
-    let jacobian = problem.linearise(x)?.jacobian;
+    let super::problem::Linear { jacobian, residuals, .. } = problem.linearise(x)?;
+    let on_target = problem.misfit(Some(&residuals)) <= settings.misfit_tolerance;
     let (singular_values, directions) = decompose(&jacobian)?;
     let open = singular_values.iter().map(|s| *s < UNDETERMINED * singular_values[0]);
     let mut null_directions = Vec::new();
     for (direction, _) in directions.iter().zip(open).filter(|(_, open)| *open) {
         null_directions.push(NullDirection {
             direction: direction.iter().copied().collect(),
-            valley: valley::follow(problem, settings, x, direction),
+            valley: on_target.then(|| valley::follow(problem, settings, x, direction)),
         });
     }
     Some(Identifiability { singular_values, null_directions })

@@ -137,6 +137,10 @@ impl Settings {
                 return Err(FitError::Setting { name, value, must: "positive and finite" });
             }
         }
+        if self.upper_bound > LARGEST_BOUND {
+            let name = "the upper bound of the tensions";
+            return Err(FitError::Setting { name, value: self.upper_bound, must: "at most 1e9 N" });
+        }
         for (name, value) in [("the effort", self.effort), ("the cost tolerance", self.cost_tolerance)] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(FitError::Setting { name, value, must: "finite and not negative" });
@@ -196,6 +200,9 @@ pub enum Status {
     /// No equilibrium was found at the answer.
     NoEquilibrium,
 }
+
+/// No muscle pulls harder, N: with larger numbers forces and lengths lose all digits.
+const LARGEST_BOUND: f64 = 1e9;
 
 /// Answers nearer to the lower bound than this are on it, in units of the unknowns (N).
 pub(crate) const AT_BOUND: f64 = 1e-3;

@@ -59,6 +59,12 @@ pub trait Problem {
     /// From now on every candidate is solved from the beginning.
     fn forget_neighbours(&mut self) {}
 
+    /// Whether from now on every candidate is where its tensions lead from rest as they grow together, which takes many times as
+    /// long; returns whether it was so. Problems that know no such way are always as if it were.
+    fn trace(&mut self, _trace: bool) -> bool {
+        true
+    }
+
     /// Forgets all candidates but the best, so that [`Problem::spread`] speaks of new ones.
     fn keep_best(&mut self) {}
 

@@ -9,7 +9,7 @@ use crate::statics::{self, Critical, Solution};
 
 use super::forward::{Forward, Inverse};
 use super::identifiability::{self, Identifiability};
-use super::on_target::{ON_TARGET, nearest_to_others, onto_target};
+use super::on_target::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
 use super::problem::Problem;
 use super::start::Start;
 use super::unknown::Unknown;
@@ -85,6 +85,12 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
     let mut x = snap_to_lower_bound(&mut forward, best);
     if inverse.is_undetermined() && best.solved {
         x = settle(&mut forward, settings, &x);
+    }
+    for (x, unknown) in x.iter_mut().zip(&inverse.unknowns) {
+        // What rounding leaves of a muscle that is slack.
+        if unknown.is_tension() && *x < unknown.lower + ON_BOUND {
+            *x = unknown.lower;
+        }
     }
     let mut spent = starts.iter().map(|s| s.evaluations).sum::<usize>();
     let mut shape = forward.follow_from_rest(&x);
@@ -174,7 +180,7 @@ pub(super) fn settle<const D: usize>(
     }
     // The best point of the curve is where the least squares begin, so that no hill lies between.
     let begin = identifiability::analyse(forward, settings, &x).and_then(|i| {
-        let points = i.null_directions.into_iter().flat_map(|n| n.valley.points);
+        let points = i.null_directions.into_iter().filter_map(|n| n.valley).flat_map(|v| v.points);
         let rms = |p: &valley::Point| p.other_rms.unwrap_or(f64::INFINITY);
         points.min_by(|a, b| rms(a).total_cmp(&rms(b)))
     });

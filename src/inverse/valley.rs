@@ -41,7 +41,7 @@ pub enum End {
     Fold,
     /// From rest the tensions beyond lead to a shape elsewhere.
     Jump,
-    /// The target cannot be met beyond.
+    /// Next to the last point none was found that meets the target: no more is known.
     TargetLost,
     /// The curve was not followed further.
     StepLimit,
@@ -58,7 +58,7 @@ impl End {
             }
             Self::Fold => "the equilibrium stops being stable beyond".to_owned(),
             Self::Jump => "from rest, the tensions beyond lead to a shape elsewhere".to_owned(),
-            Self::TargetLost => "the target cannot be met beyond".to_owned(),
+            Self::TargetLost => "next to it none was found that meets the target".to_owned(),
             Self::StepLimit => "not followed further".to_owned(),
         }
     }
@@ -123,73 +123,100 @@ fn one_way(
     start: &[f64],
     direction: &DVector<f64>,
 ) -> (Vec<Point>, End) {
-    let unknowns = problem.unknowns().to_vec();
-    let Some(mut last) = point(problem, start) else { return (Vec::new(), End::Fold) };
-    let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(last.misfit * 1.01);
-    let mut here = DVector::from_column_slice(start);
-    let mut along = direction.clone();
-    let (mut stride, mut points, mut why) = (STRIDE, Vec::new(), End::TargetLost);
-    for _ in 0..MOST_STRIDES {
-        let left = room(&here, &along, &unknowns);
-        if left <= ON_BOUND {
-            return (points, at_bound(&here, &along, &unknowns));
-        }
-        if stride < SHORTEST_STRIDE {
-            return (points, why);
-        }
-        let length = left.min(stride);
-        let next = match step(problem, &here, &along, length, &unknowns, tolerance, &last) {
-            Ok(next) => next,
-            Err(end) => {
-                why = end;
-                stride *= 0.5;
-                continue;
-            }
-        };
-        here = DVector::from_column_slice(&next.0.x);
-        along = next.1;
-        last = next.0.clone();
-        points.push(next.0);
-        stride = (1.5 * stride).min(STRIDE);
+    let Some(first) = point(problem, start) else { return (Vec::new(), End::Fold) };
+    let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(first.misfit * 1.01);
+    let here = DVector::from_column_slice(start);
+    let mut way = Way { here, along: direction.clone(), last: first, points: Vec::new(), tolerance };
+    let mut end = way.go_on(problem);
+    if !matches!(end, End::Zero { .. } | End::UpperBound { .. } | End::StepLimit) {
+        // Solved from a neighbour or directly, tensions can lead to another shape than as they grow together from rest, and the way end
+        // where the curve does not.
+        let was_traced = problem.trace(true);
+        end = if was_traced { end } else { way.go_on(problem) };
+        problem.trace(was_traced);
     }
-    (points, End::StepLimit)
+    (way.points, end)
 }
 
-/// A step along the curve: its point and the direction that leads on, or why there is none.
-fn step(
-    problem: &mut dyn Problem,
-    here: &DVector<f64>,
-    along: &DVector<f64>,
-    length: f64,
-    unknowns: &[Unknown],
+/// How far one side of a curve has been followed.
+struct Way {
+    here: DVector<f64>,
+    /// Unit vector along the curve.
+    along: DVector<f64>,
+    last: Point,
+    points: Vec<Point>,
     tolerance: f64,
-    last: &Point,
-) -> Result<(Point, DVector<f64>), End> {
-    let mut next = here + along * length;
-    let mut jacobian = None;
-    for _ in 0..MOST_CORRECTIONS {
-        jacobian = Some(correct(problem, &mut next, unknowns).ok_or(End::Fold)?);
-        let residuals = problem.residuals(next.as_slice());
-        if problem.misfit(residuals.as_ref()) <= tolerance {
-            break;
+}
+
+impl Way {
+    /// Follows the curve to where it ends or cannot be followed.
+    fn go_on(&mut self, problem: &mut dyn Problem) -> End {
+        let unknowns = problem.unknowns().to_vec();
+        let (mut stride, mut why) = (STRIDE, End::TargetLost);
+        while self.points.len() < MOST_STRIDES {
+            let left = room(&self.here, &self.along, &unknowns);
+            if left <= ON_BOUND {
+                return at_bound(&self.here, &self.along, &unknowns);
+            }
+            if stride < SHORTEST_STRIDE {
+                return why;
+            }
+            match self.step(problem, left.min(stride), &unknowns) {
+                Ok(()) => stride = (1.5 * stride).min(STRIDE),
+                Err(end) => {
+                    why = end;
+                    stride *= 0.5;
+                }
+            }
         }
+        End::StepLimit
     }
-    let found = point(problem, next.as_slice()).ok_or(End::Fold)?;
-    let gained = (&next - here).dot(along);
-    if found.misfit > tolerance || gained < 0.5 * length || (&next - here).norm() > 2.0 * length {
-        return Err(End::TargetLost);
+
+    /// Takes a step along the curve, or says why there is none.
+    fn step(&mut self, problem: &mut dyn Problem, length: f64, unknowns: &[Unknown]) -> Result<(), End> {
+        let mut next = &self.here + &self.along * length;
+        let mut jacobian = None;
+        for _ in 0..MOST_CORRECTIONS {
+            jacobian = Some(correct(problem, &mut next, unknowns).ok_or(End::Fold)?);
+            // A correction from beyond a jump would lead anywhere.
+            if self.has_jumped(&problem.lengths(), length) {
+                return Err(End::Jump);
+            }
+            let residuals = problem.residuals(next.as_slice());
+            if problem.misfit(residuals.as_ref()) <= self.tolerance {
+                break;
+            }
+        }
+        let found = point(problem, next.as_slice()).ok_or(End::Fold)?;
+        if self.has_jumped(&found.lengths, length) {
+            return Err(End::Jump);
+        }
+        let (gained, moved) = ((&next - &self.here).dot(&self.along), (&next - &self.here).norm());
+        if found.misfit > self.tolerance || gained < 0.5 * length || moved > 2.0 * length {
+            return Err(End::TargetLost);
+        }
+        let from_rest = problem.residuals_from_rest(next.as_slice());
+        if problem.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
+            return Err(End::Jump);
+        }
+        let (_, directions) = decompose(&jacobian.ok_or(End::Fold)?).ok_or(End::Fold)?;
+        let alike = |d: &DVector<f64>| d.dot(&self.along);
+        let on = directions.iter().max_by(|a, b| alike(a).abs().total_cmp(&alike(b).abs()));
+        let on = on.ok_or(End::Fold)?;
+        self.along = on * alike(on).signum();
+        self.here = next;
+        self.points.push(found.clone());
+        self.last = found;
+        Ok(())
     }
-    let moved = |(new, old): (&f64, &f64)| (new - old).abs() > JUMP_PER_UNIT * length * old;
-    let jumped = found.lengths.iter().zip(&last.lengths).any(moved);
-    let from_rest = problem.residuals_from_rest(next.as_slice());
-    let misfit_from_rest = problem.misfit(from_rest.as_ref());
-    if jumped || misfit_from_rest > 2.0 * tolerance + 1e-9 {
-        return Err(End::Jump);
+
+    /// Whether these lengths, of a point about `length` away, are of another shape than the last ones.
+    fn has_jumped(&self, lengths: &[f64], length: f64) -> bool {
+        lengths
+            .iter()
+            .zip(&self.last.lengths)
+            .any(|(new, old)| (new - old).abs() > JUMP_PER_UNIT * length * old)
     }
-    let (_, directions) = decompose(&jacobian.ok_or(End::Fold)?).ok_or(End::Fold)?;
-    let on = directions.iter().max_by(|a, b| a.dot(along).abs().total_cmp(&b.dot(along).abs()));
-    let on = on.ok_or(End::Fold)?;
-    Ok((found, on * on.dot(along).signum()))
 }
 
 /// Which bound stops the way on.

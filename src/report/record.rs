@@ -59,6 +59,8 @@ pub struct SimulationRecord {
     pub guarded: usize,
     /// The branch of equilibria from rest, where it was followed.
     pub branch: Option<BranchRecord>,
+    /// What speaks against the answer.
+    pub alarms: Vec<AlarmRecord>,
     /// Newton iterations.
     pub iterations: usize,
     /// Factorisations of the stiffness matrix.
@@ -99,6 +101,7 @@ impl SimulationRecord {
             connection: solution.connection,
             guarded: solution.guarded,
             branch: None,
+            alarms: Vec::new(),
             iterations: solution.iterations,
             factorisations: solution.factorisations,
             min_area_ratio: area_ratios.0,
@@ -170,7 +173,7 @@ pub struct FitRecord {
     pub active: Vec<String>,
     /// Muscles whose change is within the rounding of the data.
     pub uncertain: Vec<String>,
-    /// Muscles of the table that were not measured in both rows, and so are no observations.
+    /// Muscles of the table or the body that were not measured in both rows, and so are no observations.
     pub not_measured: Vec<String>,
     /// How the fit ended.
     pub status: inverse::Status,
@@ -236,6 +239,12 @@ pub struct FitRecord {
     pub wall_s: Option<f64>,
 }
 
+impl From<&Alarm> for AlarmRecord {
+    fn from(alarm: &Alarm) -> Self {
+        Self { text: alarm.text(), alarm: alarm.clone() }
+    }
+}
+
 impl FitRecord {
     /// The record of a fit that took `wall_s` seconds, of who made it, and of `alarms` that say what to doubt.
     pub fn new<const D: usize>(fit: &Fit<D>, alarms: &[Alarm], made_by: Provenance, wall_s: f64) -> Self {
@@ -251,7 +260,8 @@ impl FitRecord {
                 .null_directions
                 .iter()
                 .filter_map(|n| {
-                    let (from, to) = (n.valley.points.first()?, n.valley.points.last()?);
+                    let points = &n.valley.as_ref()?.points;
+                    let (from, to) = (points.first()?, points.last()?);
                     Some(Segment { from_n: by(&active, &from.x), to_n: by(&active, &to.x) })
                 })
                 .collect(),
@@ -291,13 +301,13 @@ impl FitRecord {
             stretches: by(all, &simulated(TargetKind::Stretch)),
             target_stretches: by(measured, &of_target(TargetKind::Stretch)),
             residuals: by(measured, &fit.residuals),
-            not_measured: target.not_measured.clone(),
+            not_measured: fit.not_measured(),
             active,
             misfit: fit.misfit,
             passive_rms: fit.passive_rms(),
             evaluations: fit.evaluations,
             starts: fit.starts.clone(),
-            alarms: alarms.iter().map(|a| AlarmRecord { text: a.text(), alarm: a.clone() }).collect(),
+            alarms: alarms.iter().map(AlarmRecord::from).collect(),
             valley,
             guarded: fit.replay.solution.guarded,
             connection: fit.replay.solution.connection,

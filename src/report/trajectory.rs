@@ -23,6 +23,8 @@ pub struct TrajectoryRecord {
     /// Part of the way to its equilibrium, under the tensions at the end reached, that the body has gone; null where there is
     /// no such way.
     pub part_of_way_to_equilibrium: Option<f64>,
+    /// Elements in which the barrier against inversion acts at the end: there the published law does not hold.
+    pub guarded: usize,
     /// What it cost.
     pub counts: Counts,
     /// Lengths at the end reached, mm.
@@ -43,7 +45,7 @@ impl TrajectoryRecord {
         t_end: f64,
         (outcome, part_of_way): (Outcome, Option<f64>),
         lengths: ByMuscle<f64>,
-        area_ratios: (f64, f64),
+        (area_ratios, guarded): ((f64, f64), usize),
         wall_s: f64,
     ) -> Self {
         let (dt_s, tolerance_mm) = match control {
@@ -58,6 +60,7 @@ impl TrajectoryRecord {
             t_end_s: t_end,
             time_s: outcome.time_s,
             part_of_way_to_equilibrium: part_of_way,
+            guarded,
             counts: outcome.counts,
             lengths_mm: lengths,
             min_area_ratio: area_ratios.0,

@@ -119,7 +119,7 @@ impl<const D: usize> Estimate<D> {
         };
         let unknowns: Vec<String> = self.unknowns.iter().map(name).collect();
         let names = self.shape.assembly().body().mesh.muscle_names();
-        Some(ValleyRecord::new(&open.valley, &unknowns, &names, <[f64]>::to_vec))
+        Some(ValleyRecord::new(open.valley.as_ref()?, &unknowns, &names, <[f64]>::to_vec))
     }
 
     /// All of it, to be written as JSON ([`crate::report::Json`]).

@@ -114,6 +114,56 @@ fn every_point_of_every_valley_meets_the_target() {
     assert!(curves >= 6, "{curves}");
 }
 
+/// findings.md, A6: the curve of S4 /i/ was said to end at GGa 21.65, where warm starts fell onto another equilibrium, though it goes
+/// smoothly on; that of S3 /e/ ends where the shape jumps, and was said to end since the target could not be met.
+#[test]
+fn a_curve_is_followed_to_where_the_shape_jumps() {
+    let mesh = tongue();
+    let beyond = [("GGa", 28.1134), ("GGm", 70.2394), ("HGa", 28.0279), ("HGp", 63.4194)];
+    for (subject, label, baseline, beyond) in [("S4", "i", "e", None), ("S3", "e", "ɯ", Some(beyond))] {
+        let data = Dataset::reference().unwrap();
+        let baseline = Some(vowel(baseline));
+        let options = TargetOptions { baseline, ..TargetOptions::default() };
+        let target = Target::new(&data, subject, &vowel(label), TargetKind::Ratio, &options).unwrap();
+        let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+        let fit = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
+        let valley = fit.valley().unwrap();
+        let furthest = valley.points.iter().map(|p| p.x[0]).fold(0.0, f64::max);
+        assert!(furthest > 24.0, "{subject} /{label}/: GGa to {furthest}");
+        assert!(valley.ends.contains(&End::Jump), "{:?}", valley.ends);
+        // Beyond the jump others fit as well: nothing that is said of the end denies it.
+        if let Some(beyond) = beyond {
+            let (rest, lengths) = simulated(&mesh, &beyond);
+            let values = target.simulated(&lengths, &rest);
+            assert!(target.fitted.iter().all(|&m| (values[m] - target.values[m]).abs() < 1e-4));
+        }
+    }
+}
+
+/// An answer that misses its target is no point of a curve of answers, and none is followed from it.
+#[test]
+fn where_the_target_is_missed_there_is_no_curve() {
+    let fit = fitted(&tongue(), &target("S3", "a", TargetKind::Ratio));
+    assert!(fit.misfit > 0.01 && fit.status == Status::AtUpperBound);
+    assert!(fit.valley().is_none() && !fit.identifiability.unwrap().null_directions.is_empty());
+}
+
+/// What rounding leaves of a slack muscle is no tension, with either method.
+#[test]
+fn a_muscle_contracts_where_it_has_a_tension_to_speak_of() {
+    for (subject, label) in [("S3", "e"), ("S1", "e")] {
+        for method in [Method::NelderMead, Method::GaussNewton] {
+            let settings = Settings { method, ..Settings::default() };
+            let target = target(subject, label, TargetKind::Ratio);
+            let fit = inverse::fit(&tongue(), &Model::default(), &target, &settings).unwrap();
+            for (m, &tension) in fit.tensions.iter().enumerate() {
+                assert!(tension == 0.0 || tension > 1e-9, "{subject} /{label}/ {method:?}: {tension:e} N");
+                assert_eq!(fit.contracts(m), tension >= 1e-3);
+            }
+        }
+    }
+}
+
 #[test]
 fn s2_a_has_three_contracting_muscles_nearest_to_what_else_was_measured() {
     let fit = fitted(&tongue(), &s2_a(TargetKind::Ratio));

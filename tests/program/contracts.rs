@@ -41,6 +41,39 @@ fn refused(arguments: &[&str], status: i32) -> String {
     message
 }
 
+/// findings.md, A8: where the barrier acts or the branch from rest was left, table, JSON and exit status of every command say so.
+#[test]
+fn what_is_no_equilibrium_of_the_law_from_rest_is_said_everywhere() {
+    let barrier = "the barrier against inversion acts in";
+    let branch = "the branch of equilibria from rest ends at";
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "title = \"x\"\nwant = \"shape\"\n[body.tongue]\n[tensions_n]\nHGp = 441.12\n";
+    std::fs::write(folder.path().join("s.toml"), scene).unwrap();
+    let cases: [(&str, &[&str]); 5] = [
+        ("simulate --tension HGp=441.12", &[barrier]),
+        ("simulate --tension HGp=441.12 --direct", &[barrier]),
+        ("simulate --tension GGa=1e6", &[barrier, branch]),
+        ("muscles --tension 1e6", &[barrier]),
+        ("scene run s.toml", &[barrier]),
+    ];
+    for (command, parts) in cases {
+        let words: Vec<&str> = command.split(' ').collect();
+        let output = run_in(folder.path(), &words);
+        assert_eq!(output.status.code(), Some(3), "{command}");
+        let text = stdout(&output);
+        assert!(parts.iter().all(|part| text.contains(part)), "{command}: {text}");
+        assert!(!output.stderr.is_empty(), "{command}");
+        if words[0] == "simulate" {
+            let output = run_in(folder.path(), &[&words[..], &["--json"]].concat());
+            assert_eq!(output.status.code(), Some(3), "{command}");
+            let record: Value = serde_json::from_slice(&output.stdout).unwrap();
+            let alarms = record["alarms"].as_array().unwrap();
+            assert_eq!(alarms.len(), parts.len(), "{alarms:?}");
+            assert_eq!(alarms[0]["kind"], "barrier_acts");
+        }
+    }
+}
+
 #[test]
 fn fitting_a_vowel_prints_a_table_of_100_columns_and_writes_four_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -204,8 +237,11 @@ fn a_simulation_says_whether_it_is_on_the_branch_from_rest_and_where_that_ends()
     for pull in ["GGa=100", "GGm=100", "GGp=100", "SGp=100", "SGm=100"] {
         far.extend(["--tension", pull]);
     }
-    let far = json(&far);
+    let output = run(&far);
+    assert_eq!(output.status.code(), Some(3), "the branch from rest was left");
+    let far: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_ne!(far["connection"], "traced");
+    assert_eq!(far["alarms"][0]["kind"], "not_on_branch");
     let end = far["branch"]["critical"]["load"].as_f64().unwrap();
     assert!((0.5..1.0).contains(&end) && far["status"] == "converged", "{}", far["branch"]);
 }

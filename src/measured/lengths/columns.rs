@@ -9,7 +9,7 @@ use super::vowel::{clip, nfc};
 use crate::suggest;
 
 /// Names of the column of subjects, the best first; case does not count, and a space is as good as `_`.
-const SUBJECT: [&str; 9] = [
+const SUBJECT: [&str; 12] = [
     "subject",
     "speaker",
     "participant",
@@ -19,9 +19,14 @@ const SUBJECT: [&str; 9] = [
     "subj",
     "proband",
     "sprecher",
+    "locuteur",
+    "sujet",
+    "sujeto",
 ];
 /// Names of the column of vowels, the best first.
-const VOWEL: [&str; 8] = ["vowel", "phoneme", "phone", "segment", "sound", "label", "vokal", "laut"];
+const VOWEL: [&str; 11] = [
+    "vowel", "phoneme", "phone", "segment", "sound", "label", "vokal", "laut", "voyelle", "phonème", "vocal",
+];
 /// What a column of half widths is called, behind a muscle's name or alone.
 const HALF_WIDTH: [&str; 4] = ["half_width", "halfwidth", "error", "uncertainty"];
 

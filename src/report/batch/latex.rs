@@ -28,9 +28,10 @@ pub fn head(muscles: &[String], draws: usize, p: &Provenance) -> String {
         comments.iter().map(|c| format!("% {}\n", c.replace(char::is_control, " "))).collect();
     format!(
         "{comments}\\begin{{longtable}}{{lll*{{{}}}{{r}}rr}}\n\
-         \\caption{{Tensions of the tongue's muscles in newtons per metre of thickness{intervals}. {NONE}: taken as passive. Passive, \
-         no change: root mean square error of the stretches of the muscles that the fit does not see, and of predicting that they \
-         stay as in the baseline. *: did not converge. \\dag: no baseline of its own.}}\\\\\n\
+         \\caption{{Tensions of the tongue's muscles in newtons per metre of thickness{intervals}. {NONE}: taken as passive; empty: not \
+         measured. Passive, no change: root mean square error of the stretches of the passive muscles, and of predicting that they \
+         stay as in the baseline; \\ddag: the fit took, of the tensions that its target leaves open, those nearest to them, so the \
+         error is none of prediction. *: did not converge. \\dag: no baseline of its own.}}\\\\\n\
          \\toprule\nSubject & Vowel & Fitted{names} & Passive & No change\\\\\n\\midrule\n\\endhead\n\\bottomrule\n\\endfoot\n",
         muscles.len()
     )
@@ -45,17 +46,20 @@ pub fn row(muscles: &[String], r: &AssessedRecord) -> String {
         let interval = interval.map_or(String::new(), |i| format!(" [{:.1}, {:.1}]", i.low, i.high));
         Some(format!("{value:.1}{interval}"))
     };
+    let none = |m: &String| if f.not_measured.contains(m) { "" } else { NONE };
     let tensions: String =
-        muscles.iter().map(|m| format!(" & {}", tension(m).as_deref().unwrap_or(NONE))).collect();
+        muscles.iter().map(|m| format!(" & {}", tension(m).as_deref().unwrap_or(none(m)))).collect();
+    let seen = f.identifiability.as_ref().is_some_and(|i| i.undetermined > 0);
     let optional = |value: Option<f64>| value.map_or(NONE.to_owned(), |v| format!("{v:.3}"));
     format!(
-        "{}{} & /{}/ & {}{}{tensions} & {} & {}\\\\\n",
+        "{}{} & /{}/ & {}{}{tensions} & {}{} & {}\\\\\n",
         escaped(&f.subject),
         if r.substitute_baseline { "\\dag" } else { "" },
         escaped(f.vowel.label()),
         f.target_kind,
         if name(&f.status) == "converged" { "" } else { "*" },
         optional(r.passive.rms_stretch),
+        if seen { "\\ddag" } else { "" },
         optional(r.passive.no_change_rms_stretch),
     )
 }

@@ -92,7 +92,7 @@ pub struct IntervalsRecord {
     /// Draws that no tensions meet.
     pub not_met: usize,
     /// Tensions of the contracting muscles, N; null where an interval would say nothing: the answer is at the upper bound, the muscle
-    /// is slack in all draws, or most draws cannot be met.
+    /// is slack in all draws, all draws are the same, or most of them cannot be met.
     pub tensions_n: ByMuscle<Option<Interval>>,
     /// Simulated lengths over that of GGa.
     pub ratios: ByMuscle<Interval>,
@@ -176,7 +176,8 @@ fn intervals<const D: usize>(a: &Assessment<D>, i: &Intervals) -> IntervalsRecor
         let at_upper_bound = a.alarms.contains(&Alarm::AtUpperBound { muscle: fit.muscles[m].clone() });
         // A muscle that is slack in every draw has no width either; what it could be, these draws do not tell.
         let slack = interval.high < AT_BOUND;
-        tensions[m] = (mostly_met && !at_upper_bound && !slack).then_some(*interval);
+        let width = interval.high - interval.low;
+        tensions[m] = (mostly_met && !at_upper_bound && !slack && width > 0.0).then_some(*interval);
     }
     IntervalsRecord {
         level: LEVEL,

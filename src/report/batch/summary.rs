@@ -26,6 +26,8 @@ pub struct Digest {
     pub no_change: Option<f64>,
     /// Number of passive muscles.
     pub passive_muscles: usize,
+    /// Whether the fit saw a combination of them: where its target leaves tensions open, they decide.
+    pub seen_in_part: bool,
 }
 
 impl Digest {
@@ -39,6 +41,7 @@ impl Digest {
             passive: r.passive.rms_stretch.map(|x| x * x),
             no_change: r.passive.no_change_rms_stretch.map(|x| x * x),
             passive_muscles: r.fit.residuals.0.len() - r.fit.active.len(),
+            seen_in_part: r.fit.identifiability.as_ref().is_some_and(|i| i.undetermined > 0),
         }
     }
 }
@@ -64,6 +67,19 @@ pub struct PassiveGroup {
     pub no_change_rms_stretch_over_muscles: f64,
     /// Whether the model is worse than "no change", over the fits.
     pub worse_than_no_change: bool,
+    /// Fits that saw a combination of these muscles, so that the figures of the group are none of prediction.
+    pub seen_in_part: usize,
+}
+
+impl PassiveGroup {
+    /// What the figures say, in words.
+    pub fn verdict(&self) -> String {
+        match (self.seen_in_part, self.worse_than_no_change) {
+            (0, false) => "better".to_owned(),
+            (0, true) => "worse than no change".to_owned(),
+            (seen, _) => format!("no test: {seen} of {} saw them in part", self.fits),
+        }
+    }
 }
 
 /// The batch as a whole.
@@ -131,11 +147,12 @@ fn group<'a>(
     substitute_baseline: bool,
     members: impl Iterator<Item = &'a Digest>,
 ) -> Option<PassiveGroup> {
-    let (mut fits, mut muscles) = (0, 0);
+    let (mut fits, mut muscles, mut seen_in_part) = (0, 0, 0);
     let (mut model, mut none, mut model_by_muscle, mut none_by_muscle) = (0.0, 0.0, 0.0, 0.0);
     for d in members {
         let (Some(a), Some(b)) = (d.passive, d.no_change) else { continue };
         fits += 1;
+        seen_in_part += usize::from(d.seen_in_part);
         muscles += d.passive_muscles;
         model += a;
         none += b;
@@ -153,5 +170,6 @@ fn group<'a>(
         rms_stretch_over_muscles: rms(model_by_muscle, muscles),
         no_change_rms_stretch_over_muscles: rms(none_by_muscle, muscles),
         worse_than_no_change: model > none,
+        seen_in_part,
     })
 }

@@ -202,7 +202,8 @@ pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &Provenance) -> csv::
     ];
     let tensions = muscles.iter().flat_map(|m| {
         let interval = i.and_then(|all| *all.tensions_n.of(m)?);
-        [f.tensions_n.of(m).copied(), interval.map(|x| x.low), interval.map(|x| x.high)].map(optional)
+        [f.tensions_n.of(m).copied(), interval.map(|x| x.low), interval.map(|x| x.high)]
+            .map(|value| optional(value.map(shortest)))
     });
     let smallest = r.within_rounding.as_ref().and_then(|s| s.last()).map(|s| s.singular_value);
     let best = r
@@ -217,16 +218,16 @@ pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &Provenance) -> csv::
     };
     let hyoid = |axis: usize| optional(f.hyoid_mm.as_ref().and_then(|mm| mm.get(axis)));
     let after: [String; AFTER.len()] = [
-        r.cost.to_string(),
-        f.misfit.to_string(),
-        optional(r.passive.rms_stretch),
-        optional(r.passive.no_change_rms_stretch),
-        optional(r.passive.thesis_rms_stretch),
-        optional(r.passive.rms_ratio),
-        optional(r.passive.no_change_rms_ratio),
-        optional(r.passive.thesis_rms_ratio),
+        shortest(r.cost),
+        shortest(f.misfit),
+        optional(r.passive.rms_stretch.map(shortest)),
+        optional(r.passive.no_change_rms_stretch.map(shortest)),
+        optional(r.passive.thesis_rms_stretch.map(shortest)),
+        optional(r.passive.rms_ratio.map(shortest)),
+        optional(r.passive.no_change_rms_ratio.map(shortest)),
+        optional(r.passive.thesis_rms_ratio.map(shortest)),
         optional(r.rest_shape.map(|d| d.rms_ratio)),
-        optional(smallest),
+        optional(smallest.map(shortest)),
         optional(i.map(|i| i.draws)),
         optional(i.map(|i| i.failed)),
         optional(i.map(|i| i.not_met)),
@@ -283,6 +284,11 @@ fn bare(muscles: &[String], first: [&str; 7], number: u64, p: &Provenance) -> cs
 
 fn optional(value: Option<impl ToString>) -> String {
     value.map(|v| v.to_string()).unwrap_or_default()
+}
+
+/// A number in its shortest form: with an exponent where it is very small or large.
+fn shortest(value: f64) -> String {
+    format!("{value:?}")
 }
 
 fn line(fields: impl IntoIterator<Item = String>) -> csv::Result<String> {

@@ -7,8 +7,8 @@ use nalgebra::SVector;
 use super::axes::{BELOW, LEFT, View};
 use super::labels::point_at;
 use super::section::{
-    DEFORMED, REST, REST_TISSUE, Seen, bone, bones, check, frame, key, label_places, lines, ring,
-    tissue_edges, widths,
+    DEFORMED, REST, REST_TISSUE, Seen, arrow, bone, bones, check, draw_palate, frame, key, label_places,
+    lines, ring, tissue_edges, widths,
 };
 use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, escaped, text_attributes};
 use crate::body::Mesh;
@@ -32,8 +32,13 @@ pub struct Frame {
 ///
 /// # Errors
 /// As [`super::tongue`] for each frame; [`ReportError::NoFrame`] without any.
-pub fn animation(mesh: &Mesh<2>, frames: &[Frame], title: &str) -> Result<Svg, ReportError> {
-    animation_of_seen(mesh, frames, &[], title)
+pub fn animation(
+    mesh: &Mesh<2>,
+    palate: &[SVector<f64, 2>],
+    frames: &[Frame],
+    title: &str,
+) -> Result<Svg, ReportError> {
+    animation_of_seen(mesh, palate, frames, &[], title)
 }
 
 /// As [`animation`], with what was seen in each frame as dots (m; as many sets as frames, or none), and muscles lit by their tensions.
@@ -42,6 +47,7 @@ pub fn animation(mesh: &Mesh<2>, frames: &[Frame], title: &str) -> Result<Svg, R
 /// As [`animation`].
 pub fn animation_of_seen(
     mesh: &Mesh<2>,
+    palate: &[SVector<f64, 2>],
     frames: &[Frame],
     seen: &[Vec<SVector<f64, 2>>],
     title: &str,
@@ -110,13 +116,16 @@ pub fn animation_of_seen(
     }
     marks(&mut svg, &view, seen, duration);
     svg.elements += "</g>\n";
+    draw_palate(&mut svg, &view, mesh, palate);
+    let leaving = drawn.iter().filter_map(|l| l.leaves.map(|ends| (ends, &l.colour)));
+    let arrows = leaving.map(|([from, to], colour)| arrow(&mut svg, from, to, colour)).count() > 0;
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
     bones(&view, mesh, &last.positions).into_iter().for_each(|at| bone(&mut svg, at));
     names(&mut svg, &view, mesh, frames, duration, &most);
     times(&mut svg, frames, duration, [end[0] - MARGIN, top + MARGIN + TEXT]);
     let bottom = end[1] + BELOW + MARGIN;
-    let seen =
-        Seen { grey: "rest", tensions: &most, arrows: false, palate: None, bones: !mesh.fixed.is_empty() };
+    let palate = (!palate.is_empty()).then_some(false);
+    let seen = Seen { grey: "rest", tensions: &most, arrows, palate, bones: !mesh.fixed.is_empty() };
     let height = key(&mut svg, &seen, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }
@@ -211,7 +220,7 @@ mod tests {
                 Frame { time: f64::from(i), positions, tensions: vec![f64::from(i)] }
             })
             .collect();
-        let svg = animation(&mesh, &frames, "a < b").unwrap().to_string();
+        let svg = animation(&mesh, &[], &frames, "a < b").unwrap().to_string();
         let document = roxmltree::Document::parse(&svg).unwrap();
         let animated: Vec<_> =
             document.descendants().filter(|n| n.attribute("attributeName") == Some("d")).collect();
@@ -228,6 +237,6 @@ mod tests {
             .map(|n| n.text().unwrap())
             .collect();
         assert_eq!(visible, ["2.00 s"]);
-        assert!(matches!(animation(&mesh, &[], ""), Err(ReportError::NoFrame)));
+        assert!(matches!(animation(&mesh, &[], &[], ""), Err(ReportError::NoFrame)));
     }
 }

@@ -105,8 +105,8 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
 fn passive(groups: &[PassiveGroup]) -> Markup {
     html! {
         section {
-            h2 { "Muscles that the fit does not see" }
-            p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change." }
+            h2 { "Muscles that do not contract" }
+            p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change. Where a target leaves tensions open, the fit takes those that come nearest to these muscles, and the figures are no test of prediction." }
             table.sortable #passive {
                 thead { tr { @for h in ["target", "vowel", "fits", "model", "no change", "verdict"] { th { button type="button" { (h) } } } } }
                 tbody {
@@ -117,7 +117,7 @@ fn passive(groups: &[PassiveGroup]) -> Markup {
                             (number(g.fits as f64, 0))
                             (number(g.rms_stretch, 3))
                             (number(g.no_change_rms_stretch, 3))
-                            td { @if g.worse_than_no_change { "worse than no change" } @else { "better" } }
+                            td { (g.verdict()) }
                         }
                     }
                 }
