@@ -24,6 +24,7 @@
 //! system + tensions(t)     -> dynamics     masses, dampers, three-element muscles over time; integrators behind one trait
 //! what was measured        -> observe      lengths, ratios, stretches, points, contours: value, gradient, how sure it is
 //! system + observations    -> inverse      tensions, displaced bones, constants: Nelder-Mead, Gauss-Newton, what the data leave open
+//! body + recording         -> adapt        a speaker's body; track: tensions over time from contours, sensors and bones
 //! any result               -> report       JSON, CSV, SVG, VTU, MSH, .sto
 //! a file                   -> scene        says what happens and what is wanted; nothing else is computed
 //! ```

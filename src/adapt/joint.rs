@@ -8,7 +8,7 @@ use crate::effect::Configuration;
 use crate::measured::recording::Seen;
 use crate::parallel;
 use crate::system::{Model, System, SystemError};
-use crate::track::{Followed, Frame, Prior, Solver, Surface, frames, residuals, slopes};
+use crate::track::{ARRIVED, Followed, Frame, Prior, Solver, Surface, frames, residuals, slopes};
 
 use super::rest::{LEAST_AREA_RATIO, Rest, RestError, STEP_M, price_slope};
 
@@ -23,6 +23,8 @@ pub struct JointSettings {
     pub model: Model,
     /// Numbers of the muscles that contract.
     pub contracting: Vec<usize>,
+    /// Displacements to begin with, m.
+    pub start: Option<DVector<f64>>,
 }
 
 /// A joint rest shape.
@@ -110,7 +112,7 @@ pub fn joint(
     let problem = Problem { rest, seen, followed, hide, settings };
     let precision = settings.prior.precision();
     let m = settings.prior.mean.len();
-    let mut d = DVector::zeros(rest.unknowns());
+    let mut d = settings.start.clone().unwrap_or_else(|| DVector::zeros(rest.unknowns()));
     let (_, stand) = problem.stand(&d)?;
     let list = problem.frames(&stand);
     let starts: Vec<From> = list.iter().map(|_| (settings.prior.mean.clone(), None)).collect();
@@ -224,13 +226,20 @@ fn settle(
     let numbers: Vec<usize> = (0..list.len()).collect();
     parallel::map(&numbers, |&t| {
         let mut solver = Solver::new(&stand.system, &stand.followed, settings.prior.scale_n);
-        solver.settle(&list[t], &starts[t].0, starts[t].1.as_deref(), &settings.prior, precision, steps).map(
-            |(x, linear, cost)| {
+        solver
+            .settle(
+                &list[t],
+                &starts[t].0,
+                starts[t].1.as_deref(),
+                &settings.prior,
+                precision,
+                (steps, ARRIVED),
+            )
+            .map(|(x, linear, cost)| {
                 let normal = linear.jacobian.tr_mul(&linear.jacobian) + precision;
                 let covariance = normal.try_inverse().unwrap_or_else(|| settings.prior.covariance.clone());
                 Settled { x, positions: linear.positions, covariance, cost }
-            },
-        )
+            })
     })
 }
 

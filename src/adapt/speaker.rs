@@ -116,12 +116,23 @@ impl Basis<'_> {
             rounds: ROUNDS,
             model: self.model,
             contracting: self.contracting.clone(),
+            start: None,
         };
         let fit = match how {
             How::Similarity | How::Contour => None,
             How::Joint => {
+                // Once with the prior that is given, and once more with what these frames say of their tensions.
                 let taken = chosen(seen, hide, JOINT_FRAMES);
-                Some(joint(&rest, &taken, &followed, hide, &settings, &|round| progress(round, ROUNDS))?)
+                let first =
+                    joint(&rest, &taken, &followed, hide, &settings, &|round| progress(round, 2 * ROUNDS))?;
+                let settings = JointSettings {
+                    prior: learned(&self.prior, &first.scores, &first.covariances),
+                    start: Some(first.displacements),
+                    ..settings
+                };
+                Some(joint(&rest, &taken, &followed, hide, &settings, &|round| {
+                    progress(ROUNDS + round, 2 * ROUNDS);
+                })?)
             }
             How::Frame => Some(self.best_frame(&rest, seen, &followed, hide, &settings, progress)?),
         };
@@ -272,7 +283,14 @@ impl Basis<'_> {
             for &t in taken {
                 // A frame without an equilibrium costs what no other does.
                 const UNREACHED: f64 = 1e4;
-                let found = solver.settle(frames.get(t)?, &self.prior.mean, None, &self.prior, &precision, 8);
+                let found = solver.settle(
+                    frames.get(t)?,
+                    &self.prior.mean,
+                    None,
+                    &self.prior,
+                    &precision,
+                    (8, track::ARRIVED),
+                );
                 sum += found.map_or(UNREACHED, |(_, _, cost)| cost);
             }
         }

@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long, value_name = "HOW", value_enum, default_value = "joint")]
     rest: RestName,
     /// Landmarks of one posture at rest, in place of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm, or 3D Slicer's .mrk.json)
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "rest"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "example", "rest"])]
     landmarks: Option<PathBuf>,
     /// The contour of the tongue in that posture, in the same forms
     #[arg(long, value_name = "FILE", requires = "landmarks")]
@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             basis.to_landmarks(&landmarks).into_diagnostic()?
         }
         None => {
-            if arguments.recordings.files.is_empty() {
+            if arguments.recordings.files.is_empty() && !arguments.recordings.example {
                 return Err(miette!("name recordings of the speaker, or --landmarks of one posture at rest"));
             }
             let recordings = arguments.recordings.read(None)?;

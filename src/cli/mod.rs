@@ -24,9 +24,11 @@ mod stability;
 mod table;
 mod track;
 mod track_files;
+mod track_kept;
 mod track_table;
 mod trajectory;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -70,6 +72,9 @@ struct Cli {
     command: Option<Command>,
     #[command(flatten)]
     fit: fit::Arguments,
+    /// Find the tensions of one posture from points on the tongue (CSV point,x_mm,y_mm): short for `tongue-fit track FILE`, with its options
+    #[arg(long, value_name = "FILE", conflicts_with = "vowel")]
+    points: Option<PathBuf>,
     #[command(flatten)]
     global: Global,
 }
@@ -139,7 +144,7 @@ enum Command {
 /// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
 /// usage, 3 done but something did not converge or cannot be trusted.
 pub fn main() -> ExitCode {
-    let matches = Cli::command().get_matches();
+    let matches = Cli::command().get_matches_from(with_points_tracked(std::env::args_os().collect()));
     let cli = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
         Err(error) => error.exit(),
@@ -148,6 +153,11 @@ pub fn main() -> ExitCode {
         let message = format!(
             "--{option} belongs to the fit of a vowel or stands behind its subcommand, not before it"
         );
+        Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
+    }
+    if cli.points.is_some() {
+        let message =
+            "--points stands in front of all other options, as in tongue-fit --points my.csv --as-is";
         Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
     }
     if cli.command.is_none() && !cli.fit.is_given() {
@@ -184,6 +194,14 @@ pub fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// `--points FILE` in front of everything is `track FILE`.
+fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
+    if words.get(1).is_some_and(|w| w == "--points") && words.len() > 2 {
+        words[1] = "track".into();
+    }
+    words
 }
 
 /// An option of the fit that was given although a subcommand follows; options of every command may stand anywhere.

@@ -6,10 +6,14 @@ use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::adapt::{Adaptation, Basis, How};
 use tongue_fit::body::{Anatomy, Body};
+use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{Fault, FaultKind, Format, Map, Recording, Seen, screen};
-use tongue_fit::track::Prior;
+use tongue_fit::track::{Followed, Prior};
 
 use super::{body, output};
+
+/// The built-in recording.
+const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 
 /// Recordings and how they are understood.
 #[derive(Debug, Clone, clap::Args)]
@@ -19,9 +23,16 @@ pub struct Arguments {
     /// Recordings of one speaker: AAA's table of splines (.tsv), tidy CSV, AG50x (.pos), Edinburgh Speech Tools (.ema), EdgeTrak (.con)
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
+    /// Take the built-in recording: two utterances of a simulated tongue, as AAA exports them
+    #[arg(long, conflicts_with = "files")]
+    pub example: bool,
     /// Which channel is what, and in which axes and unit (TOML); AAA's tables need none
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
+    /// The palate in the frame of the recordings (CSV point,x_mm,y_mm from front to back): points beyond it are told, and the tongue
+    /// meets it
+    #[arg(long, value_name = "FILE")]
+    palate: Option<PathBuf>,
     /// Format of the files [default: as their content says]
     #[arg(long, value_name = "FORMAT", value_enum)]
     format: Option<FormatName>,
@@ -104,6 +115,8 @@ pub struct Screened {
     pub seen: Seen,
     /// Faults of every frame.
     pub faults: Vec<Vec<Fault>>,
+    /// The palate that was given, in the frame of the body, m.
+    pub palate: Option<Vec<Point>>,
 }
 
 impl Arguments {
@@ -116,16 +129,40 @@ impl Arguments {
         Map::from_toml(&text, &path.display().to_string()).into_diagnostic()
     }
 
+    /// The palate as it is given: metres in the axes of the recordings.
+    fn palate(&self) -> miette::Result<Option<Vec<Point>>> {
+        let Some(path) = &self.palate else { return Ok(None) };
+        let found = Recording::from_path(path, Some(Format::Tidy)).into_diagnostic()?;
+        let places = found.iter().flat_map(|r| &r.samples).flat_map(|s| &s.places).flatten();
+        let points: Vec<Point> = places.map(|[x, y, _]| Point::new(*x, *y) * 1e-3).collect();
+        match points.len() {
+            0 | 1 => Err(miette!("{}: a palate needs at least two points", path.display())),
+            _ => Ok(Some(points)),
+        }
+    }
+
     /// All recordings, screened.
-    pub fn read(&self, palate: Option<&[tongue_fit::geometry::Point]>) -> miette::Result<Vec<Screened>> {
-        let map = self.map()?;
+    pub fn read(&self, palate: Option<&[Point]>) -> miette::Result<Vec<Screened>> {
+        let (map, own) = (self.map()?, self.palate()?);
         let mut all: Vec<Screened> = Vec::new();
+        let format = self.format.map(Format::from);
+        let mut sources: Vec<(PathBuf, Vec<Recording>)> = Vec::new();
+        if self.example {
+            let name = PathBuf::from("synthetic.tsv");
+            sources.push((name, Recording::from_bytes(EXAMPLE, "synthetic.tsv", format).into_diagnostic()?));
+        }
         for file in &self.files {
-            for recording in Recording::from_path(file, self.format.map(Format::from)).into_diagnostic()? {
+            sources.push((file.clone(), Recording::from_path(file, format).into_diagnostic()?));
+        }
+        for (file, recordings) in sources {
+            for recording in recordings {
                 let mut seen = Seen::new(&recording, &map)
                     .into_diagnostic()
                     .wrap_err_with(|| file.display().to_string())?;
-                let faults = screen(&mut seen, palate);
+                let side = if seen.mirrored { -1.0 } else { 1.0 };
+                let own =
+                    own.as_ref().map(|p| p.iter().map(|p| Point::new(side * p.x, p.y)).collect::<Vec<_>>());
+                let faults = screen(&mut seen, own.as_deref().or(palate));
                 // Names tell recordings apart in every output.
                 let same = all.iter().filter(|s| s.seen.name == seen.name).count();
                 if same > 0 {
@@ -141,7 +178,7 @@ impl Arguments {
                         list(&seen.ignored)
                     )
                 });
-                all.push(Screened { seen, faults });
+                all.push(Screened { seen, faults, palate: own });
             }
         }
         if all.is_empty() {
@@ -155,10 +192,35 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
+/// Refuses recordings whose bones are so far from those of a body that they cannot be in its frame.
+pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Result<()> {
+    for Screened { seen, .. } in recordings {
+        for bone in followed {
+            let Some(number) = seen.bone(&bone.name) else { continue };
+            let mut away: Vec<f64> =
+                seen.frames.iter().filter_map(|f| f.bones[number]).map(|p| (p - bone.mark).norm()).collect();
+            away.sort_by(f64::total_cmp);
+            if let Some(median) = away.get(away.len() / 2).filter(|d| **d > FARTHEST_BONE_M) {
+                return Err(miette!(
+                    "{}: the {} is seen {:.0} mm from where the body has it, so the recording is not in the body's frame; adapt a \
+                     body to the speaker (tongue-fit adapt), or give a map with the axes",
+                    seen.name,
+                    bone.name.replace('_', " "),
+                    median * 1e3
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Bones move by some millimetres in speech, m.
+const FARTHEST_BONE_M: f64 = 20e-3;
+
 /// What was wrong with recordings, in sentences.
 pub fn notes(recordings: &[Screened], body: &Body<2>) -> Vec<String> {
     let mut out = Vec::new();
-    for Screened { seen, faults } in recordings {
+    for Screened { seen, faults, .. } in recordings {
         let count = |kind: FaultKind| faults.iter().flatten().filter(|f| f.kind == kind).count();
         let mut tell = |kind: FaultKind, what: &str| {
             let n = count(kind);

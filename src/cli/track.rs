@@ -4,17 +4,22 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::adapt::{self, Basis, How};
+use tongue_fit::adapt::{self, Adaptation, Basis, How};
 use tongue_fit::body::Body;
+use tongue_fit::effect::{Contact, Effect};
+use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::Seen;
+use tongue_fit::report::batch;
+use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::{
     CourseRecord, Export, Json, OutputDir, PriorRecord, TrackRecord, frame_records, status_name,
 };
-use tongue_fit::system::System;
+use tongue_fit::system::{self, Additions, Model, System};
 use tongue_fit::track::{self, Followed, FrameStatus, HeldOut, Prior, Settings, Surface, Tracked};
 
 use super::recordings::{self, Given, PriorArguments, RestName, Screened};
-use super::{Global, Outcome, body, output, track_files, track_table};
+use super::track_kept::{self, KeptRecording};
+use super::{Global, Outcome, body, interrupt, output, track_files, track_table};
 
 const DEFAULT_OUT: &str = "results/track";
 
@@ -52,13 +57,17 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
+/// Distance from the palate at which it begins to act, m.
+const PALATE_REACH_M: f64 = 1e-3;
+
 /// A body ready for recordings.
 struct Speaker {
     body: Body<2>,
     followed: Vec<Followed>,
     prior: Prior,
     how: Option<How>,
-    notes: Vec<String>,
+    /// How the body came to be; none where it was given without saying so.
+    adaptation: Option<Adaptation>,
 }
 
 /// What was found of one recording.
@@ -83,38 +92,48 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         names.iter().map(|n| given.body.muscle(n).into_diagnostic()).collect::<miette::Result<Vec<_>>>()?;
     let hide = hidden(arguments, &recordings)?;
     let prior = arguments.prior.prior(names.len())?;
-    let mut notes = recordings::notes(&recordings, &given.body);
+    let notes = recordings::notes(&recordings, &given.body);
     let basis = Basis { contracting: numbers, ..given.basis(&arguments.body, prior) };
-    let run = Run { arguments, given: &given, basis, names: &names, is_given };
+    let wall = recordings.iter().find_map(|r| r.palate.as_deref());
+    let run = Run { arguments, given: &given, basis, names: &names, is_given, palate: wall };
     let seen: Vec<&Seen> = recordings.iter().map(|r| &r.seen).collect();
 
-    if !is_given {
-        run.basis.place(&seen).into_diagnostic()?;
+    match is_given {
+        true => recordings::check_frame(&recordings, &run.speaker(&seen, &[])?.followed)?,
+        false => {
+            run.basis.place(&seen).into_diagnostic()?;
+        }
     }
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let leave_out = !hide.is_empty() && !is_given && seen.len() > 1;
+    let mut journal = run.journal(&out, &seen)?;
     let mut found: Vec<Found> = Vec::with_capacity(seen.len());
     let mut speaker = None;
     for (nth, one) in seen.iter().enumerate() {
+        let kept = journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok());
+        if let Some(kept) = kept {
+            let body = kept.body(&given.body);
+            speaker = Some(run.known(body.clone(), kept.adaptation.as_ref()));
+            found.push(run.found(body, kept.frames()));
+            continue;
+        }
         if speaker.is_none() || leave_out {
             let others: Vec<&Seen> =
                 seen.iter().enumerate().filter(|(o, _)| !leave_out || *o != nth).map(|(_, s)| *s).collect();
             // A single recording must not teach its own hidden points.
             let unseen: &[String] = if leave_out { &[] } else { &hide };
-            let made = run.speaker(&others, unseen)?;
-            made.notes
-                .iter()
-                .filter(|n| !notes.contains(n))
-                .cloned()
-                .collect::<Vec<_>>()
-                .into_iter()
-                .for_each(|n| notes.push(n));
-            speaker = Some(made);
+            speaker = Some(run.speaker(&others, unseen)?);
         }
         let Some(speaker) = &speaker else { continue };
+        let clock = Instant::now();
         let frames = run.track(speaker, one, &hide, true)?;
-        found.push(Found { body: speaker.body.clone(), contracting: run.basis.contracting.clone(), frames });
+        if frames.len() <= track_kept::MOST_FRAMES {
+            let result = Ok(KeptRecording::new(&speaker.body, speaker.adaptation.clone(), &frames));
+            let entry = Entry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result };
+            journal.append(&entry).into_diagnostic()?;
+        }
+        found.push(run.found(speaker.body.clone(), frames));
     }
     let Some(speaker) = speaker else { return Err(miette!("name at least one recording")) };
     let pair = match (is_given, arguments.rest, hide.is_empty()) {
@@ -153,6 +172,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     record.notes.iter().for_each(|n| output::note(n));
     let written = track_files::write(&out, &record, &seen, &found, run.model().tissue, &arguments.files)?;
+    journal.remove().into_diagnostic()?;
     if global.json {
         output::print(
             &Json(&record).text(&super::provenance().with_tissue(run.model().tissue)).into_diagnostic()?,
@@ -170,28 +190,18 @@ struct Run<'a> {
     basis: Basis<'a>,
     names: &'a [String],
     is_given: bool,
+    palate: Option<&'a [Point]>,
 }
 
 impl Run<'_> {
-    fn model(&self) -> tongue_fit::system::Model {
+    fn model(&self) -> Model {
         self.basis.model
     }
 
     /// The body that was given, or one adapted to these recordings.
     fn speaker(&self, seen: &[&Seen], hide: &[String]) -> miette::Result<Speaker> {
-        let plain = self.basis.prior.clone();
         if self.is_given {
-            let body = self.given.body.clone();
-            let (followed, learned) = match &self.given.adaptation {
-                Some(a) => (a.followed(&body), a.prior(self.names, plain.memory_s)),
-                None => {
-                    let bones: Vec<String> = body.bones.iter().map(|b| b.name.clone()).collect();
-                    (adapt::followed(&body, &bones), None)
-                }
-            };
-            let prior = learned.filter(|_| !self.arguments.plain_prior).unwrap_or(plain);
-            let how = self.given.adaptation.as_ref().map(|a| a.rest);
-            return Ok(Speaker { body, followed, prior, how, notes: Vec::new() });
+            return Ok(self.known(self.given.body.clone(), self.given.adaptation.as_ref()));
         }
         let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
         let progress = |done: usize, of: usize| {
@@ -205,14 +215,50 @@ impl Run<'_> {
             let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
             format!("{}: scale {:.3}{rms}", made.body.what, made.similarity.scale())
         });
-        let prior = if self.arguments.plain_prior { plain } else { made.prior };
-        Ok(Speaker {
-            body: made.body,
-            followed: made.followed,
-            prior,
-            how: Some(made.how),
-            notes: Vec::new(),
-        })
+        let adaptation = made.adaptation(self.names);
+        Ok(self.known(made.body, Some(&adaptation)))
+    }
+
+    /// A body with what is known of how it came to be.
+    fn known(&self, body: Body<2>, adaptation: Option<&Adaptation>) -> Speaker {
+        let plain = self.basis.prior.clone();
+        let (followed, learned) = match adaptation {
+            Some(a) => (a.followed(&body), a.prior(self.names, plain.memory_s)),
+            None => {
+                let bones: Vec<String> = body.bones.iter().map(|b| b.name.clone()).collect();
+                (adapt::followed(&body, &bones), None)
+            }
+        };
+        let prior = learned.filter(|_| !self.arguments.plain_prior).unwrap_or(plain);
+        Speaker { body, followed, prior, how: adaptation.map(|a| a.rest), adaptation: adaptation.cloned() }
+    }
+
+    fn found(&self, body: Body<2>, frames: Vec<Tracked>) -> Found {
+        Found { body, contracting: self.basis.contracting.clone(), frames }
+    }
+
+    /// The journal of this run: recordings that an earlier run of the same inputs has done are taken from it.
+    fn journal(&self, out: &OutputDir, seen: &[&Seen]) -> miette::Result<Journal<KeptRecording>> {
+        let words = super::words_of_the_result();
+        let (mesh, model) = (&self.given.body.mesh, self.model());
+        let key = batch::sha256(&[
+            tongue_fit::VERSION,
+            &words.join(" "),
+            &format!("{seen:?}"),
+            &format!("{mesh:?} {model:?} {:?}", self.given.adaptation),
+        ]);
+        let path = out.path().join("track.journal");
+        let last_words = format!(
+            "stopped; the finished recordings are kept in \"{}\": the same command goes on after them",
+            path.display()
+        );
+        let journal = Journal::open(path, &key, &words, seen.len()).into_diagnostic()?;
+        journal.notes().iter().for_each(|note| output::note(note));
+        if !journal.is_empty() {
+            output::note(&format!("going on after {} of {} recordings", journal.len(), seen.len()));
+        }
+        interrupt::set_last_words(Some(last_words));
+        Ok(journal)
     }
 
     fn track(
@@ -223,7 +269,9 @@ impl Run<'_> {
         shown: bool,
     ) -> miette::Result<Vec<Tracked>> {
         let body = &speaker.body;
-        let system = System::new(&body.mesh, &self.model(), &self.basis.contracting).into_diagnostic()?;
+        let additions = Additions { effects: self.wall(body)?, ..Additions::default() };
+        let system =
+            System::with(&body.mesh, &self.model(), &self.basis.contracting, additions).into_diagnostic()?;
         let surface = Surface::of(body)
             .ok_or_else(|| miette!("{} has no outline of tissue to compare with", body.what))?;
         let frames = track::frames(seen, &surface, &speaker.followed, hide);
@@ -243,6 +291,20 @@ impl Run<'_> {
         );
         bar.finish_and_clear();
         Ok(found)
+    }
+
+    /// The palate that was given, as a wall; none where the body at rest would lie in it.
+    fn wall(&self, body: &Body<2>) -> miette::Result<Vec<Box<dyn Effect<2>>>> {
+        let Some(palate) = self.palate else { return Ok(Vec::new()) };
+        let stiffness = system::coefficients(&body.mesh, &self.model()).into_diagnostic()?.tissue_stiffness;
+        let wall = Contact::new(palate.to_vec(), &body.mesh.surface_nodes(), stiffness, PALATE_REACH_M);
+        if wall.penetrated(&body.mesh.nodes, &body.mesh.connections).is_some() {
+            output::note(
+                "the body at rest passes through the palate: the tongue is tracked as if it met none",
+            );
+            return Ok(Vec::new());
+        }
+        Ok(vec![Box::new(wall)])
     }
 
     /// Tensions with the rest shape made of the odd frames, and with that of the even ones: muscles, and over all frames.

@@ -58,7 +58,10 @@ pub fn write(
                     marks.chain(frame.bones.iter().flatten().copied()).collect()
                 })
                 .collect();
-            let title = format!("{}: seen (dots) and simulated, muscles lit by tension", one.name);
+            let title = format!(
+                "{}: seen (dots) and simulated; muscles lit by tension, with their largest",
+                one.name
+            );
             let svg =
                 animation_of_seen(&of.body.mesh, &[], &shapes[nth], &marks, &title).into_diagnostic()?;
             files.push((name.clone(), Box::new(svg)));

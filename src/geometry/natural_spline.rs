@@ -47,6 +47,18 @@ impl NaturalSpline {
         Some(Self { samples })
     }
 
+    /// The curve with straight ends of this length, along its tangents: it has no bend there.
+    #[must_use]
+    pub fn extended(mut self, length: f64) -> Self {
+        let n = self.samples.len();
+        let beyond = |end: Point, before: Point| end + (end - before).normalize() * length;
+        let (first, last) =
+            (beyond(self.samples[0], self.samples[1]), beyond(self.samples[n - 1], self.samples[n - 2]));
+        self.samples.insert(0, first);
+        self.samples.push(last);
+        self
+    }
+
     /// The curve as a fine polygon.
     pub fn polygon(&self) -> &[Point] {
         &self.samples
@@ -80,6 +92,8 @@ mod tests {
         assert!(points.iter().all(|p| curve.distance(*p) < 1e-12));
         let line = NaturalSpline::through(&[Point::new(0.0, 0.0), Point::new(2.0, 0.0)]).unwrap();
         assert!((line.distance(Point::new(1.0, 0.5)) - 0.5).abs() < 1e-15);
+        assert!((line.distance(Point::new(3.0, 0.5)) - 1.25_f64.sqrt()).abs() < 1e-15);
+        assert!((line.extended(2.0).distance(Point::new(3.0, 0.5)) - 0.5).abs() < 1e-15);
         assert!(NaturalSpline::through(&[Point::zeros(), Point::zeros()]).is_none());
     }
 }

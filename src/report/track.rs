@@ -15,7 +15,7 @@ pub struct FrameRecord {
     pub time_s: f64,
     /// How it ended.
     pub status: FrameStatus,
-    /// Tensions, N per metre of thickness: medians.
+    /// Tensions, N per metre of thickness, with which the frame's shape was found.
     pub tensions_n: ByMuscle<f64>,
     /// Lower ends of the 95 % intervals.
     pub low: ByMuscle<f64>,

@@ -6,7 +6,7 @@ use crate::body::{Body, HYOID, MANDIBLE};
 use crate::geometry::Point;
 use crate::measured::recording::{Seen, SeenFrame};
 use crate::observe::{Contour, Curve, Observable, Observation, Point as Place};
-use crate::statics::{self, Response, Settings, Status, Workspace};
+use crate::statics::{self, Connection, Response, Settings, Status, Workspace};
 use crate::system::System;
 
 use super::scores;
@@ -192,9 +192,7 @@ impl<'a> Solver<'a> {
         from: Option<&[SVector<f64, 2>]>,
     ) -> Option<&[SVector<f64, 2>]> {
         self.tensions = self.tensions_of(x);
-        for (bone, shift) in self.followed.iter().zip(&frame.shifts) {
-            self.workspace.carry_bone(self.system, &bone.nodes, *shift);
-        }
+        self.carry(frame);
         let warm = from.is_some_and(|positions| {
             self.workspace.start_from(positions);
             self.is_solved()
@@ -213,18 +211,54 @@ impl<'a> Solver<'a> {
         done.status == Status::Converged
     }
 
-    /// Whether the equilibrium lies on the branch that begins at rest with the bones of this frame.
-    pub fn is_on_branch(&mut self, frame: &Frame, x: &DVector<f64>, positions: &[SVector<f64, 2>]) -> bool {
+    /// Whether the equilibrium lies on the branch that begins at rest with the bones of this frame. `relaxed` is where the body rests
+    /// with the bones of the frame before, and then with those of this one.
+    pub fn is_on_branch(
+        &mut self,
+        frame: &Frame,
+        x: &DVector<f64>,
+        positions: &[SVector<f64, 2>],
+        relaxed: &mut Option<Vec<SVector<f64, 2>>>,
+    ) -> bool {
         const SAME_SHAPE_M: f64 = 1e-8;
         const STEPS: usize = 10;
+        /// Parts of the tensions at which the body is solved on its way.
+        const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
         let apart = |a: &[SVector<f64, 2>]| crate::body::largest_distance(a, positions);
-        if self.solve(frame, x, None).is_some_and(|p| apart(p) <= SAME_SHAPE_M) {
-            return true;
+        self.carry(frame);
+        self.tensions.fill(0.0);
+        let from = relaxed.take();
+        let rests = from.is_some_and(|from| {
+            self.workspace.start_from(&from);
+            self.is_solved()
+        });
+        let rests = rests || {
+            self.workspace.start_from_rest(self.system);
+            self.is_solved()
+        };
+        if rests {
+            *relaxed = Some(self.workspace.positions().to_vec());
+            let whole = self.tensions_of(x);
+            // Without a way downhill at any of the loads the branch has not been left.
+            let followed = LOADS.iter().all(|load| {
+                self.tensions = whole.iter().map(|f| f * load).collect();
+                let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
+                done.status == Status::Converged && done.connection == Connection::Direct
+            });
+            if followed && apart(self.workspace.positions()) <= SAME_SHAPE_M {
+                return true;
+            }
         }
         let tensions = self.tensions_of(x);
         self.workspace.start_from_rest(self.system);
         let trace = statics::trace(self.system, &mut self.workspace, &tensions, &self.settings, STEPS);
         trace.critical.is_none() && apart(self.workspace.positions()) <= SAME_SHAPE_M
+    }
+
+    fn carry(&mut self, frame: &Frame) {
+        for (bone, shift) in self.followed.iter().zip(&frame.shifts) {
+            self.workspace.carry_bone(self.system, &bone.nodes, *shift);
+        }
     }
 
     /// Weighted residuals and positions at these scores.

@@ -14,6 +14,8 @@ use super::Tracked;
 
 /// Principal components that are kept.
 const COMPONENTS: usize = 4;
+/// Beyond its last point a contour goes on straight, so far, m: hidden tips lie there.
+const BEYOND_M: f64 = 30e-3;
 /// Part of the largest variance that is added to each, so that a Gaussian of few frames can be solved for.
 const RIDGE: f64 = 1e-3;
 
@@ -75,7 +77,7 @@ pub fn opponents(seen: &[&Seen], tracked: &[Vec<Tracked>], hide: &[String]) -> V
             let Some(visible) = shown.iter().map(at).collect::<Option<Vec<Point>>>() else { continue };
             let told: Vec<Point> = hidden.iter().filter_map(at).collect();
             let judge = |contour: &[Point], into: &mut Vec<f64>| {
-                if let Some(curve) = NaturalSpline::through(contour) {
+                if let Some(curve) = NaturalSpline::through(contour).map(|c| c.extended(BEYOND_M)) {
                     into.extend(told.iter().map(|p| curve.distance(*p)));
                 }
             };

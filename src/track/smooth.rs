@@ -1,7 +1,7 @@
 //! All frames of a recording: each from the one before, then the smoother over all, then what cannot be believed.
 
 use nalgebra::{DMatrix, DVector, SVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::measured::recording::{Fault, FaultKind};
 use crate::parallel;
@@ -9,7 +9,7 @@ use crate::system::System;
 
 use super::chain::{Chain, Prior};
 use super::frame::{self, Followed, Frame, Linear, Solver};
-use super::scores;
+use super::{marginal, scores};
 
 /// Frames that are followed one from the other; where a new chunk begins the body starts at rest. Results do not depend on threads,
 /// because chunks do not.
@@ -19,9 +19,11 @@ const MOST_STEPS: usize = 15;
 /// Longest step of a score: the tensions answer in straight lines only so far.
 const LONGEST_STEP: f64 = 1.2;
 /// A step of the scores that is shorter has arrived; a hundredth of a standard deviation of the prior.
-const ARRIVED: f64 = 1e-2;
-/// Half width of the 95 % interval in standard deviations.
-const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
+pub(crate) const ARRIVED: f64 = 1e-2;
+/// The same for frames by themselves, which the smoother moves once more.
+const NEARLY: f64 = 0.1;
+/// A round of the smoother that gains less than this part of the cost is the last.
+const WON: f64 = 1e-5;
 /// A direction of tensions is resolved whose standard deviation is below this part of the prior's scale.
 const RESOLVED: f64 = 0.25;
 /// A residual of more standard deviations than this is no noise.
@@ -53,7 +55,7 @@ impl Settings {
 }
 
 /// How a frame ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrameStatus {
     /// Found, and nothing speaks against it.
@@ -81,7 +83,7 @@ pub struct Tracked {
     pub scores: DVector<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
-    /// Tensions of the contracting muscles, N per metre of thickness: medians.
+    /// Tensions of the contracting muscles, N per metre of thickness: those of the most probable scores.
     pub tensions_n: Vec<f64>,
     /// Lower ends of the 95 % intervals.
     pub low_n: Vec<f64>,
@@ -166,13 +168,13 @@ pub fn track(
     let numbers: Vec<usize> = (0..frames.len()).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
     let finish = |chunk: &&[usize]| -> Vec<Tracked> {
-        let mut solver = solver();
+        let (mut solver, mut relaxed) = (solver(), None);
         chunk
             .iter()
             .map(|&t| {
                 let found =
                     Found { frame: &frames[t], here: &here[t], covariance: &covariances[t], lost: lost[t] };
-                tracked(&mut solver, &found, settings, faults[t].clone())
+                tracked(&mut solver, &mut relaxed, &found, settings, faults[t].clone())
             })
             .collect()
     };
@@ -209,7 +211,8 @@ fn follow(solver: &mut Solver<'_>, frames: &[Frame], prior: &Prior) -> Vec<Here>
 
 /// The way down from where a frame is.
 fn descend(solver: &mut Solver<'_>, frame: &Frame, here: &mut Here, prior: &Prior, precision: &DMatrix<f64>) {
-    let found = solver.settle(frame, &here.x, here.positions.as_deref(), prior, precision, MOST_STEPS);
+    let found =
+        solver.settle(frame, &here.x, here.positions.as_deref(), prior, precision, (MOST_STEPS, NEARLY));
     if let Some((x, linear, _)) = found {
         *here = Here { x, positions: Some(linear.positions.clone()), linear: Some(linear) };
     }
@@ -225,7 +228,7 @@ impl Solver<'_> {
         from: Option<&[SVector<f64, 2>]>,
         prior: &Prior,
         precision: &DMatrix<f64>,
-        steps: usize,
+        (steps, arrived): (usize, f64),
     ) -> Option<(DVector<f64>, Linear, f64)> {
         let away = |x: &DVector<f64>| x - &prior.mean;
         let priced = |linear: &Linear, x: &DVector<f64>| {
@@ -254,7 +257,7 @@ impl Solver<'_> {
                 }
                 _ => damping = (damping * 6.0).max(1.0),
             }
-            if step < ARRIVED || damping > 1e6 {
+            if step < arrived || damping > 1e6 {
                 break;
             }
         }
@@ -318,7 +321,7 @@ fn smooth<'s>(
             let gain = cost - priced;
             (*here, cost) = (there, priced);
             damping *= 0.2;
-            if longest < ARRIVED || gain < 1e-5 * cost {
+            if longest < ARRIVED || gain < WON * cost {
                 break;
             }
         } else if longest < ARRIVED || damping > 1e4 {
@@ -375,14 +378,19 @@ struct Found<'a> {
     lost: bool,
 }
 
-fn tracked(solver: &mut Solver<'_>, found: &Found<'_>, settings: &Settings, faults: Vec<Fault>) -> Tracked {
+fn tracked(
+    solver: &mut Solver<'_>,
+    relaxed: &mut Option<Vec<SVector<f64, 2>>>,
+    found: &Found<'_>,
+    settings: &Settings,
+    faults: Vec<Fault>,
+) -> Tracked {
     let Found { frame, here, covariance, lost } = found;
     let scale = settings.prior.scale_n;
     let x = &here.x;
     let at = |g: f64| scale * scores::tension(g).0;
-    let sd: Vec<f64> = covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
-    let end =
-        |side: f64| x.iter().zip(&sd).map(|(g, sd)| at(g + side * TWO_SIDED_95 * sd)).collect::<Vec<f64>>();
+    let (low, high) = marginal::intervals(x, covariance, here.linear.as_ref());
+    let all = |scores: &[f64]| scores.iter().map(|g| at(*g)).collect::<Vec<f64>>();
     let tensions_n: Vec<f64> = x.iter().map(|g| at(*g)).collect();
     // In tensions, because there a slack muscle is known to be slack.
     let slopes = DVector::from_iterator(x.len(), x.iter().map(|g| scores::tension(*g).1));
@@ -403,7 +411,7 @@ fn tracked(solver: &mut Solver<'_>, found: &Found<'_>, settings: &Settings, faul
         FrameStatus::OutOfReach
     } else if here.linear.is_none() {
         FrameStatus::Gap
-    } else if settings.branch && !solver.is_on_branch(frame, x, &positions) {
+    } else if settings.branch && !solver.is_on_branch(frame, x, &positions, relaxed) {
         FrameStatus::OffBranch
     } else if tensions_n.iter().any(|f| *f >= settings.upper_n) {
         FrameStatus::AtBound
@@ -417,8 +425,8 @@ fn tracked(solver: &mut Solver<'_>, found: &Found<'_>, settings: &Settings, faul
         status,
         scores: x.clone(),
         covariance: (*covariance).clone(),
-        low_n: end(-1.0),
-        high_n: end(1.0),
+        low_n: all(&low),
+        high_n: all(&high),
         tensions_n,
         rms_m,
         hidden: frame::hidden(frame, &positions),

@@ -188,3 +188,64 @@ fn a_recording_with_faults_is_told_frame_by_frame() {
     let notes: Vec<&str> = found["notes"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
     assert!(notes.iter().any(|n| n.contains("points jump")), "{notes:?}");
 }
+
+#[test]
+fn a_run_that_was_killed_goes_on_after_the_recordings_that_were_done() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // Many recordings, so that there is time to be killed in.
+    let text = fs::read_to_string(RECORDING).unwrap();
+    let mut many = text.lines().next().unwrap().to_owned() + "\n";
+    for copy in 0..12 {
+        for line in text.lines().skip(1) {
+            many += &line
+                .replace("synthetic one", &format!("one {copy}"))
+                .replace("synthetic two", &format!("two {copy}"));
+            many += "\n";
+        }
+    }
+    fs::write(at.join("many.tsv"), many).unwrap();
+    let arguments = ["track", "many.tsv", "--rest", "similarity", "--frames", "0"];
+    let mut command = Command::new(cargo_bin("tongue-fit"));
+    let mut child =
+        command.args(arguments).current_dir(at).stdout(std::process::Stdio::null()).spawn().unwrap();
+    let journal = at.join("results/track/track.journal");
+    let lines = || fs::read(&journal).map_or(0, |b| b.iter().filter(|b| **b == b'\n').count());
+    while lines() < 4 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    let done = child.try_wait().unwrap().is_some();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!done && lines() >= 4, "{done} {}", lines());
+    let output = run(at, &arguments);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(told.contains("going on after") && told.contains("of 24 recordings"), "{told}");
+    assert!(!journal.exists(), "all of it stands in the outputs");
+    let resumed = fs::read(at.join("results/track/track.csv")).unwrap();
+    run(at, &["track", "many.tsv", "--rest", "similarity", "--frames", "0"]);
+    assert!(resumed == fs::read(at.join("results/track/track.csv")).unwrap(), "the same as at one go");
+}
+
+#[test]
+fn one_posture_is_fitted_from_points_and_a_palate_is_met() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let points = "point,x_mm,y_mm\ntongue_0,46.5,20\ntongue_1,45.5,33\ntongue_2,37.5,45\ntongue_3,28.5,51\ntongue_4,19.5,49\n\
+                  tongue_5,10.5,45.5\ntongue_6,1.5,42\ntongue_7,-7,35\n";
+    fs::write(at.join("my.csv"), points).unwrap();
+    let found = json(&run(at, &["--points", "my.csv", "--as-is", "--json", "--frames", "0"]));
+    let frames = found["frames"].as_array().unwrap();
+    assert_eq!((frames.len(), frames[0]["status"].as_str()), (1, Some("converged")));
+    assert!(frames[0]["rms_mm"].as_f64().unwrap() < 1.0, "{}", frames[0]["rms_mm"]);
+    // A palate through which two of the points would have to go.
+    fs::write(at.join("palate.csv"), "point,x_mm,y_mm\na,-20,46.5\nb,0,46.5\nc,23,46.5\nd,25,55\ne,60,55\n")
+        .unwrap();
+    let arguments = ["--points", "my.csv", "--as-is", "--palate", "palate.csv", "--json", "--frames", "0"];
+    let told = json(&run(at, &arguments));
+    let fault = &told["frames"][0]["faults"][0];
+    assert_eq!(
+        (fault["kind"].as_str(), &fault["points"]),
+        (Some("beyond_palate"), &serde_json::json!(["tongue_4"]))
+    );
+}

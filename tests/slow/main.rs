@@ -7,6 +7,7 @@ mod batch_survives;
 mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;
 mod mutated_inputs;
+mod tracked_intervals_cover_the_truth;
 
 #[path = "../fixtures/inputs.rs"]
 mod inputs;
@@ -16,3 +17,6 @@ mod fixtures;
 
 #[path = "../fixtures/recordings.rs"]
 mod recordings;
+
+#[path = "../fixtures/synthetic.rs"]
+mod synthetic;

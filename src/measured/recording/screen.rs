@@ -1,14 +1,14 @@
 //! What no tongue does: points that jump, points in the wrong order, points beyond the palate. They are taken out before anything is
 //! fitted, and told.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point;
 
 use super::Seen;
 
 /// What is wrong with a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
     /// A point is far from where it is in the frames around.
@@ -37,7 +37,7 @@ impl FaultKind {
 }
 
 /// A fault of a frame, and the points that have it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
     /// What.
     pub kind: FaultKind,

@@ -114,7 +114,9 @@ impl View {
         for value in ticks(mm(0)) {
             let [at, _] = self.place(&SVector::from([1e-3 * value, 0.0]));
             svg.line([at, bottom], [at, bottom + TICK], INK, 1.5);
-            svg.text([at, bottom + 22.0], Anchor::Middle, Face::Plain, &tick(value));
+            // A number with a sign must not leave the sheet.
+            let inside = right + MARGIN - 0.5 * Face::Plain.width(&tick(value));
+            svg.text([at.min(inside), bottom + 22.0], Anchor::Middle, Face::Plain, &tick(value));
         }
         for value in ticks(mm(1)) {
             let [_, at] = self.place(&SVector::from([0.0, 1e-3 * value]));

@@ -1,0 +1,87 @@
+//! Recordings are simulated at tensions drawn from the prior that the intervals stand under; 95 % of the intervals hold the truth,
+//! whatever is recorded.
+
+use tongue_fit::adapt::followed;
+use tongue_fit::body::Body;
+use tongue_fit::parallel;
+use tongue_fit::track::{Prior, Settings, frames, track};
+
+use crate::synthetic::{Kind, Speaker, drawn};
+
+/// Recordings of each kind, and their frames, 12.5 ms apart.
+const RECORDINGS: u64 = 200;
+const FRAMES: usize = 5;
+
+/// What became of intervals.
+#[derive(Default)]
+struct Counts {
+    all: usize,
+    /// Truths below and above their intervals.
+    missed: [usize; 2],
+    resolved: usize,
+}
+
+impl Counts {
+    fn covered(&self) -> f64 {
+        1.0 - (self.missed[0] + self.missed[1]) as f64 / self.all as f64
+    }
+}
+
+fn counted(speaker: &Speaker, kind: Kind) -> Counts {
+    let prior = Prior::half_normal(8, 20.0, 0.1);
+    let bones = followed(&speaker.body, &["hyoid".to_owned(), "mental_spine".to_owned()]);
+    let times: Vec<f64> = (0..FRAMES).map(|i| 0.0125 * i as f64).collect();
+    let seeds: Vec<u64> = (0..RECORDINGS).collect();
+    let one = |seed: &u64| {
+        let mut rng = fastrand::Rng::with_seed(1000 + seed);
+        // Tensions without an equilibrium nobody can record.
+        let (truth, shapes) = loop {
+            let truth = drawn(&prior, &times, &mut rng);
+            let shapes: Option<Vec<_>> = truth.iter().map(|t| speaker.shape(t)).collect();
+            if let Some(shapes) = shapes {
+                break (truth, shapes);
+            }
+        };
+        let seen = speaker.seen(&shapes, &times, kind, &mut rng);
+        let settings = Settings::new(prior.clone());
+        let ready = frames(&seen, &speaker.surface, &bones, &[]);
+        let found = track(&speaker.system, &bones, ready, &settings, &|_, _| {});
+        let mut counts = Counts::default();
+        for (frame, truth) in found.iter().zip(&truth) {
+            counts.all += truth.len();
+            counts.missed[0] += truth.iter().zip(&frame.low_n).filter(|(t, low)| t < low).count();
+            counts.missed[1] += truth.iter().zip(&frame.high_n).filter(|(t, high)| t > high).count();
+            counts.resolved += frame.resolved;
+        }
+        counts
+    };
+    parallel::map(&seeds, one).into_iter().fold(Counts::default(), |sum, c| Counts {
+        all: sum.all + c.all,
+        missed: [sum.missed[0] + c.missed[0], sum.missed[1] + c.missed[1]],
+        resolved: sum.resolved + c.resolved,
+    })
+}
+
+#[test]
+fn intervals_of_contours_and_sensors_hold_the_truth_in_95_of_100_cases() {
+    let speaker = Speaker::of(Body::tongue(5.5e-3).unwrap());
+    let kinds = [
+        ("3 coils at 0.5 mm", Kind::Sensors(3, 0.5e-3)),
+        ("11 keypoints at 0.93 mm", Kind::Contour(11, 0.93e-3)),
+        ("31 points at 0.5 mm", Kind::Contour(31, 0.5e-3)),
+    ];
+    let mut told = Vec::new();
+    let mut good = true;
+    for (name, kind) in kinds {
+        let counts = counted(&speaker, kind);
+        let (part, frames) = (counts.covered(), RECORDINGS as f64 * FRAMES as f64);
+        let resolved = counts.resolved as f64 / frames;
+        told.push(format!(
+            "{name}: {:.1} %, {resolved:.1} directions, {:?} below and above",
+            100.0 * part,
+            counts.missed
+        ));
+        good &= (0.93..=0.97).contains(&part);
+    }
+    assert!(good, "{told:?}");
+}
