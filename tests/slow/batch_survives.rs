@@ -42,7 +42,7 @@ fn rows(csv: &[u8]) -> Vec<std::collections::BTreeMap<String, String>> {
 #[test]
 fn killed_again_and_again_and_its_journal_damaged_it_ends_with_the_files_of_an_undisturbed_run() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = ["--draws", "40", "--subsets", "1", "--threads", "2"];
+    let arguments = ["--preset", "thesis", "--draws", "40", "--subsets", "1", "--threads", "2"];
     let undisturbed = folder.path().join("undisturbed");
     assert_eq!(run(&undisturbed, &arguments).0, 3, "some ratio fits end at a bound");
 
