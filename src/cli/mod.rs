@@ -27,6 +27,7 @@ mod track_files;
 mod track_kept;
 mod track_table;
 mod trajectory;
+mod validate;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -133,6 +134,8 @@ enum Command {
     Mesh(mesh::Arguments),
     /// Run the hard cases: loads, materials, meshes and targets far from the ordinary
     Stability(stability::Arguments),
+    /// How well muscles are predicted that were not fitted, beside other ways to predict them
+    Validate(validate::Arguments),
     /// Measure what accuracy costs in time, for every way to get an answer
     Accuracy(accuracy::Arguments),
     /// Print a script that completes tongue-fit's options in a shell
@@ -178,6 +181,7 @@ pub fn main() -> ExitCode {
         Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
         Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
+        Some(Command::Validate(arguments)) => validate::run(arguments, &cli.global),
         Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
         Some(Command::Completions(arguments)) => install::completions(arguments),
         Some(Command::Man(_)) => install::man(&cli.global),

@@ -11,6 +11,7 @@ use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
+use tongue_fit::study::validate::{LeftOut, Study};
 
 pub(super) fn table(header: &[&str]) -> Table {
     let mut t = Table::new();
@@ -158,6 +159,54 @@ pub(super) fn newtons(tension: f64) -> String {
 
 pub(super) fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// A validation.
+pub fn validation(study: &Study, written: &[PathBuf], wall_s: f64) -> String {
+    let mut text = format!(
+        "passive stretches of {} of {}, from /{}/; each subject predicted from the other ones\n\n",
+        counted(study.fits, "fit"),
+        counted(study.subjects.len(), "subject"),
+        study.baseline
+    );
+    let mut t = table(&[
+        "opponent",
+        "tuned",
+        "RMS",
+        "95 %",
+        "worse than\nno change",
+        "better than\nthe constant",
+        "r",
+    ]);
+    for o in &study.opponents {
+        t.add_row([
+            o.name.replace('_', " "),
+            o.tuned_parameters.to_string(),
+            format!("{:.3}", o.rms),
+            format!("{:.3}–{:.3}", o.low, o.high),
+            o.worse_than_no_change.to_string(),
+            format!("{:.1} %", 100.0 * o.better_than_constant),
+            o.correlation.map_or("–".to_owned(), |r| format!("{r:.2}")),
+        ]);
+    }
+    let permuted = &study.permuted_labels;
+    let _ = writeln!(text, "{t}\n");
+    if !permuted.permuted_rms.is_empty() {
+        let _ = writeln!(
+            text,
+            "permuted names of muscles: {:.3} at best of {}, with the true ones {:.3}",
+            permuted.lowest,
+            permuted.permuted_rms.len(),
+            permuted.true_rms
+        );
+    }
+    let one = |o: &LeftOut| format!("{} {:.3}", o.name.replace('_', " "), o.rms);
+    let left: Vec<String> = study.leave_one_muscle_out.iter().map(one).collect();
+    for line in left.chunks(4) {
+        let _ = writeln!(text, "one muscle left out: {}", line.join(", "));
+    }
+    let _ = writeln!(text, "{wall_s:.0} s\n");
+    text + &files(written)
 }
 
 /// Fits that are listed one by one.

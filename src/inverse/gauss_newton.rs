@@ -86,9 +86,9 @@ fn from_rest(problem: &mut dyn Problem, here: &Point) -> (bool, f64) {
     (residuals.is_some(), problem.cost(here.x.as_slice(), residuals.as_ref()))
 }
 
-/// Searches from values that are nearly right, within the bounds; afterwards the problem stands at the answer, whose residuals are given
-/// too. `None` where there is no equilibrium to begin with or to end with.
-pub(super) fn refit(
+/// Searches from values that are nearly right, within the bounds; afterwards the problem stands at the answer, whose residuals are
+/// given too. `None` where there is no equilibrium to begin with or to end with.
+pub fn refit(
     problem: &mut dyn Problem,
     settings: &Settings,
     from: &[f64],

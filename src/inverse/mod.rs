@@ -43,6 +43,7 @@ pub use constants::Tissue;
 pub use fit::{Fit, Matched, fit, fit_in};
 pub use forward::{Forward, Inverse};
 pub use freed::FreedBone;
+pub use gauss_newton::refit;
 pub use identifiability::Identifiability;
 pub use premises::{BONE_SD_M, LooseBone, MovedBone, Premises, STRETCH_SD, Setup, TONE, Tone};
 pub use problem::{Counts, Linear, Problem};

@@ -102,6 +102,7 @@ pub const STRETCH_SD: f64 = 0.01;
 pub const BONE_SD_M: f64 = 5e-3;
 /// Standard deviation of a tension from its tone, N per metre of thickness.
 const TENSION_SD: f64 = STRETCH_SD / 6e-4;
+const NO_BASELINE: &str = "there is no equilibrium of the baseline at this tone; take a smaller one";
 /// Steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
 /// No bone goes further than so many standard deviations.
@@ -128,7 +129,7 @@ impl Premises {
 }
 
 /// A body in which targets are fitted: ready to be solved, and in its baseline posture.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Setup<const D: usize = 2> {
     /// What is assumed.
     pub premises: Premises,
@@ -137,7 +138,7 @@ pub struct Setup<const D: usize = 2> {
     /// Names of all chains of the body.
     pub muscles: Vec<String>,
     /// The freed bones, as in the premises.
-    pub bones: Vec<FreedBone<D>>,
+    pub bones: Arc<Vec<FreedBone<D>>>,
     /// Tensions of all chains of the body in the baseline, N (2D: per metre of thickness).
     pub tensions: Vec<f64>,
     /// Positions of all nodes in the baseline, m.
@@ -153,7 +154,7 @@ impl<const D: usize> Setup<D> {
         Self {
             premises: Premises::default(),
             muscles: Vec::new(),
-            bones: Vec::new(),
+            bones: Arc::default(),
             tensions: vec![0.0; system.muscle_count()],
             positions: system.rest().to_vec(),
             lengths: system.lengths(system.rest()),
@@ -168,7 +169,7 @@ impl<const D: usize> Setup<D> {
     /// else would hold it.
     pub fn new(body: &Body<D>, model: &Model, premises: Premises) -> Result<Self, FitError> {
         let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
-        let mut bones = Vec::new();
+        let mut freed = Vec::new();
         for LooseBone { name, axes } in &premises.bones {
             let nodes = body.bone(name);
             if nodes.is_empty() || axes.iter().any(|a| *a >= D) {
@@ -177,10 +178,13 @@ impl<const D: usize> Setup<D> {
                 let what = format!("the bone \"{name}\" cannot be freed: the bones of this body are {known}");
                 return Err(FitError::Unknown { what });
             }
-            bones.push(FreedBone::new(&body.mesh, model, &all, nodes)?);
+            freed.push(FreedBone::new(&body.mesh, model, &all, nodes)?);
         }
         let names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
-        Ok(Self { bones, ..Self::in_system(System::new(&body.mesh, model, &all)?, &names, premises)? })
+        Ok(Self {
+            bones: Arc::new(freed),
+            ..Self::in_system(System::new(&body.mesh, model, &all)?, &names, premises)?
+        })
     }
 
     /// The same in a system at hand, in which every muscle that has a tone can contract; its bones are not freed.
@@ -221,19 +225,43 @@ impl<const D: usize> Setup<D> {
         let settings = statics::Settings::default();
         let found = statics::solve_and_trace(&system, &mut w, &tensions, &settings, TRACE_STEPS).solution;
         if found.status != statics::Status::Converged || found.guarded > 0 {
-            let what = "there is no equilibrium of the baseline at this tone; take a smaller one".to_owned();
-            return Err(FitError::Unknown { what });
+            return Err(FitError::Unknown { what: NO_BASELINE.to_owned() });
         }
         let positions = w.positions().to_vec();
         Ok(Self {
             premises,
             muscles,
-            bones: Vec::new(),
+            bones: Arc::default(),
             tensions,
             lengths: system.lengths(&positions),
             positions,
             system,
         })
+    }
+
+    /// The same body under other premises about the same bones (or none): only its baseline is solved anew, from the present one.
+    ///
+    /// # Errors
+    /// As [`Setup::in_system`]; [`FitError::Unknown`] for other bones.
+    pub fn under(&self, premises: Premises) -> Result<Self, FitError> {
+        let bones = if premises.bones.is_empty() { Arc::default() } else { Arc::clone(&self.bones) };
+        if premises.bones.len() != bones.len() {
+            let what = "premises about the same bones are needed here".to_owned();
+            return Err(FitError::Unknown { what });
+        }
+        let tensions = self.muscles.iter().map(|m| premises.tone.of(m)).collect::<Vec<_>>();
+        if tensions == self.tensions {
+            return Ok(Self { premises, bones, ..self.clone() });
+        }
+        let mut w = Workspace::new(&self.system);
+        w.start_from(&self.positions);
+        let solution = statics::solve(&self.system, &mut w, &tensions, &statics::Settings::default());
+        if solution.status != statics::Status::Converged {
+            return Err(FitError::Unknown { what: NO_BASELINE.to_owned() });
+        }
+        let positions = w.positions().to_vec();
+        let lengths = self.system.lengths(&positions);
+        Ok(Self { premises, bones, tensions, positions, lengths, ..self.clone() })
     }
 
     /// The settings of fits here: where priors hold an answer beside its target, the target counts as met within the standard

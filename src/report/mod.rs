@@ -43,8 +43,8 @@ pub use record::{
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::{Sto, StoTable};
 pub use svg::{
-    Curve, Frame, Panel, Section, Series, Svg, Timeline, animation, animation_of_seen, changes, panels,
-    solid, timelines, tongue, valley, work_precision,
+    Curve, Frame, Panel, Scatter, Section, Series, Svg, Timeline, animation, animation_of_seen, changes,
+    panels, scatter, solid, timelines, tongue, valley, work_precision,
 };
 pub use track::{CourseRecord, FrameRecord, PriorRecord, TrackRecord, frame_records, status_name};
 #[cfg(feature = "files")]

@@ -4,6 +4,7 @@ pub mod accuracy;
 pub mod hard_cases;
 mod pulled;
 mod table;
+pub mod validate;
 
 use crate::body::BodyError;
 use crate::dynamics::{MethodError, MotionError};

@@ -8,6 +8,7 @@ mod changes;
 mod contours;
 mod labels;
 mod muscles;
+mod scatter;
 mod section;
 mod solid;
 #[cfg(feature = "files")]
@@ -24,6 +25,7 @@ use super::export::{Export, Provenance};
 pub use animation::{Frame, animation, animation_of_seen};
 pub use changes::{Series, changes};
 pub use muscles::{Panel, panels};
+pub use scatter::{Scatter, scatter};
 pub(super) use section::check;
 pub use section::{Section, tongue};
 #[cfg(feature = "files")]

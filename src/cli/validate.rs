@@ -1,0 +1,77 @@
+//! `tongue-fit validate`: how well muscles are predicted that were not fitted.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use miette::IntoDiagnostic;
+use tongue_fit::measured::{Dataset, Vowel};
+use tongue_fit::report::{Export, Json, Markdown, OutputDir};
+use tongue_fit::study::validate::{self, Plan};
+
+use super::{Global, Outcome, body, output, table};
+
+const DEFAULT_OUT: &str = "results/validate";
+
+/// Options of `tongue-fit validate`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(
+    after_help = "Examples:\n  tongue-fit validate\n  tongue-fit validate --lengths mine.csv --baseline e --out results/mine"
+)]
+pub struct Arguments {
+    /// Measured lengths (CSV) in place of the built-in ones
+    #[arg(long, value_name = "FILE")]
+    lengths: Option<PathBuf>,
+    /// Vowel that the others are compared with [default: ɯ]
+    #[arg(long, value_name = "V")]
+    baseline: Option<String>,
+    /// Permutations of the names of muscles
+    #[arg(long, value_name = "N", default_value_t = 25)]
+    permutations: u16,
+    /// Seed of permutations and bootstraps
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    body: body::Arguments,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let clock = Instant::now();
+    let data = match &arguments.lengths {
+        Some(path) => Dataset::from_path(path),
+        None => Dataset::reference(),
+    };
+    let data = data.into_diagnostic()?;
+    let baseline = match &arguments.baseline {
+        Some(label) => label.parse().into_diagnostic()?,
+        None => Vowel::unrounded_u(),
+    };
+    let plan = Plan { baseline, permutations: u64::from(arguments.permutations), seed: arguments.seed };
+    let (body, model) = (arguments.body.body()?, arguments.body.model());
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let bar = output::bar(1, "{wide_bar} {percent} %, {msg}, {eta} left")?;
+    let tell = |done: usize, total: usize, what: &str| {
+        bar.set_length(total as u64);
+        bar.set_message(what.to_owned());
+        bar.set_position(done as u64);
+        output::step(|| format!("{done} of {total}: {what}"));
+    };
+    let study = validate::run(&data, &body, &model, &plan, &tell).into_diagnostic()?;
+    bar.finish_and_clear();
+    let by = super::provenance().with_tissue(model.tissue);
+    let json = Json(&study);
+    let page = Markdown(validate::page(&study, &super::line_of(super::words_of_the_result())));
+    let made = validate::files(&study).into_diagnostic()?;
+    let mut files: Vec<(&str, &dyn Export)> = vec![("README.md", &page), ("validate.json", &json)];
+    files.extend(made.iter().map(|(name, file)| (*name, file.as_ref())));
+    let written = out.export(&files, &by).into_diagnostic()?;
+    if global.json {
+        output::print(&json.text(&by).into_diagnostic()?)?;
+    } else {
+        let text = table::validation(&study, &written, clock.elapsed().as_secs_f64());
+        output::summary(&text, &written)?;
+    }
+    Ok(Outcome::Good)
+}

@@ -1,0 +1,145 @@
+//! Opponents that know no mechanics, and what is said of any opponent.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::cases::{Case, subjects};
+
+/// How a normal distribution is learned from few rows: about which mean, and how much of its covariance is what.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shrunk {
+    /// About no change, or about the mean of the rows.
+    about_no_change: bool,
+    /// Shrunk towards its diagonal, or by a ridge of its mean variance.
+    ridge: bool,
+    /// How much.
+    by: f64,
+}
+
+impl Shrunk {
+    /// All that are tried.
+    fn all() -> Vec<Self> {
+        let mut all = Vec::new();
+        for about_no_change in [false, true] {
+            for by in [0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9, 1.0] {
+                all.push(Self { about_no_change, ridge: false, by });
+            }
+            for by in [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0] {
+                all.push(Self { about_no_change, ridge: true, by });
+            }
+        }
+        all
+    }
+}
+
+/// Where there is nothing to choose by.
+const MIDDLE: Shrunk = Shrunk { about_no_change: true, ridge: false, by: 0.5 };
+/// Smallest variance of a stretch.
+const LEAST_VARIANCE: f64 = 1e-6;
+
+/// Mean of the unseen stretches of cases; 1 without any.
+pub fn constant<'a>(training: impl IntoIterator<Item = &'a Case>) -> f64 {
+    let all: Vec<f64> =
+        training.into_iter().flat_map(|c| c.unseen.iter().map(|&m| c.target().values[m])).collect();
+    if all.is_empty() { 1.0 } else { all.iter().sum::<f64>() / all.len() as f64 }
+}
+
+/// Mean stretch of each muscle in the same vowel of others; their constant where there is none.
+pub fn vowel_means(training: &[&Case], case: &Case) -> Vec<f64> {
+    let fallback = constant(training.iter().copied());
+    let mean = |muscle: &String| {
+        let same = training.iter().filter(|c| c.vowel == case.vowel);
+        let all: Vec<f64> = same.filter_map(|c| c.stretch_of(muscle)).collect();
+        if all.is_empty() { fallback } else { all.iter().sum::<f64>() / all.len() as f64 }
+    };
+    case.target().muscles.iter().map(mean).collect()
+}
+
+/// What a normal distribution fitted to others expects of the unseen muscles, given the seen ones. `None` with fewer than two rows
+/// to learn from.
+pub fn gaussian(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<f64>> {
+    let muscles = &case.target().muscles;
+    let row = |c: &&Case| muscles.iter().map(|m| c.stretch_of(m)).collect::<Option<Vec<f64>>>();
+    let rows: Vec<DVector<f64>> = training.iter().filter_map(row).map(DVector::from_vec).collect();
+    if rows.len() < 2 {
+        return None;
+    }
+    let mean = match how.about_no_change {
+        true => DVector::from_element(muscles.len(), 1.0),
+        false => rows.iter().sum::<DVector<f64>>() / rows.len() as f64,
+    };
+    let mut covariance = DMatrix::zeros(muscles.len(), muscles.len());
+    for row in &rows {
+        let off = row - &mean;
+        covariance += &off * off.transpose() / (rows.len() - 1) as f64;
+    }
+    let ridge = covariance.trace() / muscles.len() as f64;
+    let shrunk = DMatrix::from_fn(muscles.len(), muscles.len(), |i, j| {
+        let value = covariance[(i, j)];
+        match (i == j, how.ridge) {
+            (true, true) => f64::max(value + how.by * ridge, LEAST_VARIANCE),
+            (false, true) => value,
+            (true, false) => f64::max(value, LEAST_VARIANCE),
+            (false, false) => (1.0 - how.by) * value,
+        }
+    });
+    let seen: Vec<usize> = (0..muscles.len()).filter(|m| !case.unseen.contains(m)).collect();
+    let off = DVector::from_iterator(seen.len(), seen.iter().map(|&m| case.target().values[m] - mean[m]));
+    let weights = shrunk.select_rows(&seen).select_columns(&seen).cholesky()?.solve(&off);
+    let mut expected = case.target().values.clone();
+    for &m in &case.unseen {
+        let across: f64 = seen.iter().zip(weights.iter()).map(|(&s, w)| shrunk[(m, s)] * w).sum();
+        expected[m] = mean[m] + across;
+    }
+    Some(expected)
+}
+
+/// The way of learning that predicts each training subject best from the other ones. `judged` are the cases that a case stands for,
+/// `expect` what is made of an expectation.
+pub fn best_shrunk(
+    training: &[&Case],
+    judged: impl Fn(&Case) -> Vec<Case>,
+    expect: impl Fn(Vec<f64>) -> Vec<f64>,
+) -> Shrunk {
+    let owned: Vec<Case> = training.iter().map(|c| (*c).clone()).collect();
+    let names = subjects(&owned);
+    if names.len() < 2 {
+        return MIDDLE;
+    }
+    let error = |how: Shrunk| -> f64 {
+        let of = |name: &&str| -> f64 {
+            let (inner, left): (Vec<&Case>, Vec<&Case>) = training.iter().partition(|c| c.subject != *name);
+            let of_case = |c: Case| gaussian(&inner, &c, how).map_or(c.no_change(), |p| c.error(&expect(p)));
+            left.into_iter().flat_map(&judged).map(of_case).sum()
+        };
+        names.iter().map(of).sum()
+    };
+    let errors = Shrunk::all().into_iter().map(|how| (error(how), how));
+    errors.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(MIDDLE, |(_, how)| how)
+}
+
+/// Root of the mean.
+pub fn root_mean(squares: &[f64]) -> f64 {
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+/// Draws of as many of `count` as there are, with repetition.
+pub fn bootstraps(count: usize, draws: usize, seed: u64) -> Vec<Vec<usize>> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    (0..draws).map(|_| (0..count).map(|_| random.usize(0..count)).collect()).collect()
+}
+
+/// The middle 95 % of values.
+pub fn middle(mut values: Vec<f64>) -> [f64; 2] {
+    values.sort_by(f64::total_cmp);
+    let at = |part: f64| values[((values.len() - 1) as f64 * part).round() as usize];
+    [at(0.025), at(0.975)]
+}
+
+/// Pearson's correlation; `None` where one of the two does not vary.
+pub fn correlation(pairs: &[(f64, f64)]) -> Option<f64> {
+    let n = pairs.len() as f64;
+    let (a, b) = pairs.iter().fold((0.0, 0.0), |(a, b), p| (a + p.0 / n, b + p.1 / n));
+    let sum = |of: fn(f64, f64) -> f64| pairs.iter().map(|p| of(p.0 - a, p.1 - b)).sum::<f64>();
+    let spread = (sum(|x, _| x * x) * sum(|_, y| y * y)).sqrt();
+    (spread > 1e-12).then(|| sum(|x, y| x * y) / spread)
+}
