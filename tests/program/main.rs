@@ -25,3 +25,4 @@ mod scene_command;
 mod terminal_manners;
 mod track_command;
 mod trajectory_command;
+mod validate_command;

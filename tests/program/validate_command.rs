@@ -1,0 +1,140 @@
+//! Muscles that were not fitted are predicted for anyone's table, the same on any number of threads; what is committed and what the
+//! README says of it are the same numbers.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use assert_cmd::cargo::cargo_bin;
+use serde_json::Value;
+
+fn run_in(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+/// Two subjects, one of whom lacks a muscle, with a vowel of the table's own.
+const TABLE: &str = "speaker,phoneme,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm\n\
+    A,ɯ,46,56,46,56,25,40,36,31\nA,ɔ,38,57,50,54,21,47,33,33\nA,i,50,52,42,57,25,38,37,30\n\
+    B,ɯ,44,55,44,58,28,41,40,\nB,ɔ,40,60,50,57,22,44,35,\n";
+
+#[test]
+fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("own.csv"), TABLE).unwrap();
+    let run = |threads: &str| -> Value {
+        let own = ["validate", "--lengths", "own.csv", "--permutations", "1", "--json", "--out", threads];
+        let output = run_in(folder.path(), &[&own[..], &["--threads", threads]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let mut found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        found.as_object_mut().unwrap().remove("command");
+        found
+    };
+    let found = run("1");
+    assert_eq!(found, run("2"));
+    let names: Vec<&str> =
+        found["opponents"].as_array().unwrap().iter().map(|o| o["name"].as_str().unwrap()).collect();
+    assert_eq!(
+        names,
+        [
+            "no_change",
+            "constant",
+            "vowel_means",
+            "gaussian",
+            "thesis",
+            "tone",
+            "tone_hyoid",
+            "tone_hyoid_nu",
+            "tone_hyoid_nu_0.499",
+            "tone_by_muscle_hyoid"
+        ]
+    );
+    for opponent in found["opponents"].as_array().unwrap() {
+        let of = |key: &str| opponent[key].as_f64().unwrap();
+        assert!(of("low") <= of("rms") && of("rms") <= of("high") && of("rms") < 0.5, "{opponent}");
+        assert!(opponent["tuned_parameters"].is_u64() && opponent["worse_than_no_change"].is_u64());
+    }
+    // The errors are those of the predictions that are listed, each fit of the same weight.
+    let predictions = found["predictions"].as_array().unwrap();
+    let fits = [("A", "ɔ"), ("A", "i"), ("B", "ɔ")];
+    for (number, name) in names.iter().enumerate() {
+        let of_fit = |(subject, vowel): &(&str, &str)| {
+            let rows = predictions.iter().filter(|p| p["subject"] == *subject && p["vowel"] == *vowel);
+            let squares: Vec<f64> = rows
+                .map(|p| (p[*name].as_f64().unwrap() - p["measured"].as_f64().unwrap()).powi(2))
+                .collect();
+            squares.iter().sum::<f64>() / squares.len() as f64
+        };
+        let rms = (fits.iter().map(of_fit).sum::<f64>() / 3.0).sqrt();
+        assert!((rms - found["opponents"][number]["rms"].as_f64().unwrap()).abs() < 1e-12, "{name}");
+    }
+    // The constant is the mean of what the other subject's passive muscles did.
+    let of = |subject: &'static str| predictions.iter().filter(move |p| p["subject"] == subject);
+    let mean: f64 = of("A").map(|p| p["measured"].as_f64().unwrap()).sum::<f64>() / of("A").count() as f64;
+    assert!(of("B").all(|p| (p["constant"].as_f64().unwrap() - mean).abs() < 1e-12));
+    for file in
+        ["README.md", "validate.json", "opponents.csv", "predictions.csv", "tone.csv", "predicted.svg"]
+    {
+        assert!(folder.path().join("1").join(file).metadata().unwrap().len() > 100, "{file}");
+    }
+    let fit = ["--vowel", "ɔ", "--subject", "A", "--lengths", "own.csv", "--target", "stretch"];
+    let output = run_in(folder.path(), &[&fit[..], &["--tone", "1/tone.csv", "-q"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_table_with_one_subject_is_refused_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let one: String = TABLE.lines().filter(|l| !l.starts_with('B')).map(|l| l.to_owned() + "\n").collect();
+    std::fs::write(folder.path().join("one.csv"), one).unwrap();
+    let output = run_in(folder.path(), &["validate", "--lengths", "one.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.starts_with("error: 1 subject of one.csv has a row for /ɯ/"), "{message}");
+}
+
+fn committed(path: &str) -> Value {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    serde_json::from_str(&std::fs::read_to_string(root.join(path)).unwrap()).unwrap()
+}
+
+fn rms(study: &Value, name: &str) -> f64 {
+    let opponents = study["opponents"].as_array().unwrap();
+    opponents.iter().find(|o| o["name"] == name).unwrap()["rms"].as_f64().unwrap()
+}
+
+/// What README, guide and model page say is in the committed results; the tone table is theirs too.
+#[test]
+fn what_the_pages_say_of_predictions_is_in_the_results() {
+    let study = committed("results/validate/validate.json");
+    let left = |name: &str| {
+        let all = study["leave_one_muscle_out"].as_array().unwrap();
+        all.iter().find(|o| o["name"] == name).unwrap()["rms"].as_f64().unwrap()
+    };
+    let permuted = |key: &str| study["permuted_labels"][key].as_f64().unwrap();
+    assert!(permuted("true_rms") < permuted("lowest"));
+    let said = [
+        format!("no change {:.3}", rms(&study, "no_change")),
+        format!("one constant {:.3}", rms(&study, "constant")),
+        format!("the thesis's model {:.3}", rms(&study, "thesis")),
+        format!("with tone and hyoid {:.3}", rms(&study, "tone_hyoid")),
+        format!("{:.3} in a body of ν 0.499", rms(&study, "tone_hyoid_nu_0.499")),
+    ];
+    for (page, text) in
+        [("README", include_str!("../../README.md")), ("model", include_str!("../../docs/model.md"))]
+    {
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for said in &said {
+            assert!(text.contains(said), "{page} does not say \"{said}\"");
+        }
+    }
+    let model = include_str!("../../docs/model.md").split_whitespace().collect::<Vec<_>>().join(" ");
+    let muscles = format!(
+        "{:.3} against {:.3} of the normal distribution",
+        left("all_may_pull").min(left("tone_hyoid")),
+        left("gaussian")
+    );
+    assert!(model.contains(&muscles), "{muscles}");
+    let fitted = study["tone_by_muscle_n_per_m"].as_object().unwrap();
+    for (muscle, tone) in tongue_fit::measured::tone::reference().unwrap() {
+        assert!((fitted[&muscle].as_f64().unwrap() - tone).abs() < 0.051, "{muscle}");
+    }
+}
