@@ -8,6 +8,7 @@ mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;
 mod mutated_inputs;
 mod tracked_intervals_cover_the_truth;
+mod validation_of_takano;
 
 #[path = "../fixtures/inputs.rs"]
 mod inputs;

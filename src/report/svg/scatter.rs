@@ -6,7 +6,7 @@ use super::{Anchor, Entry, Face, INK, MARGIN, Px, RULE, Svg, TEXT, data, legend}
 
 /// Side of a panel, px, and room for its axis and its title.
 const SIDE: f64 = 330.0;
-const AXIS: f64 = 74.0;
+const AXIS: f64 = 96.0;
 const HEAD: f64 = 3.0 * TEXT;
 const FOOT: f64 = 3.0 * TEXT;
 const COLUMNS: usize = 3;

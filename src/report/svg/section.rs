@@ -16,6 +16,10 @@ pub(super) const DEFORMED: &str = "#555555";
 const EDGES: &str = "#c9c9c9";
 pub(super) const PALATE: &str = "#a8a8a8";
 
+/// What grey is called where it is the body at rest.
+const REST_NAME: &str = "rest";
+/// A bone that has moved by less is where it was, m.
+const MOVED: f64 = 1e-5;
 /// Thickness of the palate as it is drawn, m.
 const PALATE_THICKNESS: f64 = 0.0025;
 /// Free room around the tissue at rest to its longest side.
@@ -66,6 +70,9 @@ pub fn tongue(section: &Section<'_>) -> Result<Svg, ReportError> {
     svg.stroke(&view.path(positions, tissue_edges(mesh)), EDGES, 1.0);
     svg.stroke(&ring(&view, mesh, positions), DEFORMED, 2.6);
     draw_palate(&mut svg, &view, mesh, palate);
+    if grey != REST_NAME {
+        places_of_moved_bones(&mut svg, &view, mesh, positions);
+    }
     let arrows = muscles(&mut svg, &view, mesh, positions, tensions);
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
     let palate = (!palate.is_empty()).then_some(contact);
@@ -266,6 +273,23 @@ fn muscles(
     bones.iter().for_each(|at| bone(svg, *at));
     names(svg, view, &lines, &bones);
     lines.iter().any(|l| l.leaves.is_some())
+}
+
+/// Where bones were that a fit has displaced: hollow, with a line to where they are.
+fn places_of_moved_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) {
+    for &node in &mesh.fixed {
+        let (Some(was), Some(is)) = (mesh.nodes.get(node), positions.get(node)) else { continue };
+        if (is - was).norm() > MOVED && view.bounds.contains(was) {
+            let [from, to] = [was, is].map(|p| view.place(p));
+            svg.line(from, to, INK, 1.5);
+            svg.rectangle(
+                [from[0] - 7.0, from[1] - 7.0],
+                [from[0] + 7.0, from[1] + 7.0],
+                "#ffffff",
+                Some(INK),
+            );
+        }
+    }
 }
 
 /// The bones in view.
