@@ -5,9 +5,11 @@
 //! in space, or a few thousand in the plane, faer's supernodes are the faster ones, and do the work.
 
 pub mod cholesky;
+pub(crate) mod flat;
 pub mod ordering;
 pub mod pattern;
 mod supernodal;
+pub(crate) mod wide;
 
 use nalgebra::SMatrix;
 

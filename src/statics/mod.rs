@@ -19,6 +19,7 @@ mod carry;
 mod curvature;
 pub mod lanes;
 mod newton;
+mod plain;
 mod response;
 mod safeguards;
 mod solution;

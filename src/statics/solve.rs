@@ -4,6 +4,7 @@
 use crate::system::System;
 
 use super::carry::{Carried, carry};
+use super::plain::solve_single;
 use super::safeguards::{settle, step_load};
 use super::state::State;
 use super::{Settings, Solution, Stability, Status, Workspace};
@@ -49,7 +50,10 @@ pub fn solve<const D: usize>(
     tensions: &[f64],
     settings: &Settings,
 ) -> Solution {
-    let mut spent = Solution::NONE;
+    let mut spent = match solve_single(system, workspace, tensions, settings) {
+        Ok(solution) => return solution,
+        Err(in_vain) => in_vain,
+    };
     for _ in 0..MOST_PARTS {
         match carry(system, workspace) {
             Carried::There => return solve_held(system, workspace, tensions, settings).after(&spent),

@@ -109,7 +109,7 @@ pub fn trace<const D: usize>(
         None => stopped.is_none() && path.stays_elsewhere(&end, 2.0),
     };
     path.w.positions.copy_from_slice(&end);
-    path.w.factor_ready = false;
+    path.w.forget_factor();
     path.w.tensions.copy_from_slice(tensions);
     let connected = critical.is_none() && stopped.is_none() && solution.status == Status::Converged;
     let solution = Solution {
@@ -177,8 +177,7 @@ impl<const D: usize> Path<'_, D> {
     fn solve(&mut self, from: &[SVector<f64, D>], load: f64, settings: &Settings) -> Solution {
         let part: Vec<f64> = self.tensions.iter().map(|t| t * load).collect();
         self.w.positions.copy_from_slice(from);
-        self.w.factor_ready = false;
-        self.w.factor_is_exact = false;
+        self.w.forget_factor();
         let solution = solve(self.system, self.w, &part, settings);
         self.solves += 1;
         self.spent.add_cost(&solution);

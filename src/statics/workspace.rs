@@ -7,6 +7,8 @@ use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
 use crate::system::System;
 
+use super::plain::Single;
+
 /// All that a solve writes to. One for each thread and system; reused from solve to solve without allocating.
 #[derive(Debug)]
 pub struct Workspace<const D: usize> {
@@ -29,6 +31,8 @@ pub struct Workspace<const D: usize> {
     pub(super) curvature: Vec<SVector<f64, D>>,
     /// Bone nodes that are to be elsewhere than at rest, and where, m.
     pub(super) carried: Vec<(usize, SVector<f64, D>)>,
+    /// Of plain bodies: what a solve begins with.
+    pub(super) single: Option<Single>,
 }
 
 impl<const D: usize> Workspace<D> {
@@ -48,6 +52,7 @@ impl<const D: usize> Workspace<D> {
             factor_ready: false,
             factor_is_exact: false,
             carried: system.carried().to_vec(),
+            single: Single::new(system),
         }
     }
 
@@ -95,8 +100,14 @@ impl<const D: usize> Workspace<D> {
     /// Starts the next solve from the rest shape.
     pub fn start_from_rest(&mut self, system: &System<D>) {
         self.positions.copy_from_slice(system.rest());
+        self.forget_factor();
+    }
+
+    /// Has the next solve begin with a factor of its own.
+    pub(super) fn forget_factor(&mut self) {
         self.factor_ready = false;
         self.factor_is_exact = false;
+        self.single.iter_mut().for_each(Single::forget_factor);
     }
 
     /// Starts the next solve from given positions, m, one for each node: those of a solved neighbour, whose stiffness is taken

@@ -6,12 +6,14 @@
 mod additions;
 mod bones;
 mod connections;
+pub(crate) mod elements;
 mod error;
 mod model;
 pub mod path;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::SVector;
 
@@ -29,6 +31,11 @@ pub use error::SystemError;
 pub use model::{Model, TissueModel, coefficients, connection_stiffness};
 pub use path::{OutsidePath, StraightPath};
 
+use elements::Elements;
+
+/// How many systems were made.
+static MADE: AtomicU64 = AtomicU64::new(0);
+
 /// A body ready to be solved.
 #[derive(Debug)]
 pub struct System<const D: usize> {
@@ -45,6 +52,9 @@ pub struct System<const D: usize> {
     contracting: Vec<usize>,
     /// Cells with their measure at rest, m² or m³.
     cells: Vec<(Vec<usize>, f64)>,
+    /// No other system of the program has the same.
+    number: u64,
+    elements: OnceLock<Option<Arc<Elements>>>,
 }
 
 impl<const D: usize> System<D> {
@@ -192,6 +202,8 @@ impl<const D: usize> System<D> {
             muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
             contracting: contracting.to_vec(),
             cells,
+            number: MADE.fetch_add(1, Ordering::Relaxed),
+            elements: OnceLock::new(),
         })
     }
 
@@ -225,6 +237,21 @@ impl<const D: usize> System<D> {
     /// The effects that are simulated.
     pub fn effects(&self) -> &[Box<dyn Effect<D>>] {
         &self.effects
+    }
+
+    /// What tells this system from all others.
+    pub(crate) fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// The effects as flat lists, where they are those of a plain body of the plane; made when first asked for.
+    pub(crate) fn elements(&self) -> Option<&Arc<Elements>> {
+        let make = || {
+            let is_small = !self.pattern.is_for_supernodes::<D>();
+            let elements = is_small.then(|| Elements::new(self.rest.len(), &self.pattern, &self.effects));
+            elements.flatten().map(Arc::new)
+        };
+        self.elements.get_or_init(make).as_ref()
     }
 
     /// Unknowns and sparsity.

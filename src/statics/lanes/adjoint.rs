@@ -4,11 +4,11 @@
 use nalgebra::SVector;
 
 use crate::effect::Configuration;
+use crate::sparse::wide::Wide;
 use crate::statics::{Response, Workspace};
 use crate::system::System;
 
-use super::wide::{LANES, NO_PAIR};
-use super::{Equilibrium, Group};
+use super::{Equilibrium, Group, LANES};
 
 /// How a function of the shape answers, its unit here u.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,24 +51,24 @@ impl<const D: usize> Group<'_, D> {
     /// If there are fewer gradients than equilibria, or one has not as many entries as there are nodes.
     pub fn adjoint(&mut self, gradients: &[Vec<SVector<f64, D>>]) -> Vec<Option<Adjoint<D>>> {
         let stable = self.factorise();
-        let wide = self.work.as_ref().filter(|_| stable.contains(&true)).map(|(plan, work)| {
-            let mut wide = vec![NO_PAIR; plan.node.len()];
+        let wide = self.work.as_ref().filter(|_| stable.contains(&true)).map(|(elements, work)| {
+            let mut wide = vec![[Wide::<LANES>::ZERO; 2]; elements.node.len()];
             for (lane, gradient) in gradients.iter().enumerate().take(LANES) {
-                for (g, &node) in wide.iter_mut().zip(&plan.node) {
+                for (g, &node) in wide.iter_mut().zip(&elements.node) {
                     (0..2).for_each(|axis| g[axis].0[lane] = gradient[node][axis]);
                 }
             }
-            let pulls = work.adjoint(plan, &mut wide);
-            (plan, wide, pulls)
+            let pulls = work.adjoint(elements, &mut wide);
+            (elements, wide, pulls)
         });
         let of_lane = |lane: usize| {
-            let (plan, wide, pulls) = wide.as_ref().filter(|_| stable[lane])?;
+            let (elements, wide, pulls) = wide.as_ref().filter(|_| stable[lane])?;
             let mut by_node = vec![SVector::zeros(); self.system.rest().len()];
-            for (g, &node) in wide.iter().zip(&plan.node) {
+            for (g, &node) in wide.iter().zip(&elements.node) {
                 (0..2).for_each(|axis| by_node[node][axis] = g[axis].0[lane]);
             }
             let mut by_tension = vec![0.0; self.system.muscle_count()];
-            plan.pulls.iter().zip(pulls).for_each(|((_, m), p)| by_tension[*m as usize] += p.0[lane]);
+            elements.pulls.iter().zip(pulls).for_each(|((_, m), p)| by_tension[*m as usize] += p.0[lane]);
             Some(Adjoint { by_node, by_tension })
         };
         let answers = self.answers.iter().zip(&self.tensions).enumerate();
@@ -105,11 +105,11 @@ impl<const D: usize> Group<'_, D> {
             return done;
         }
         let mut stable = [false; LANES];
-        if let Some((plan, work)) = &mut self.work {
+        if let Some((elements, work)) = &mut self.work {
             for (lane, shape) in self.answers.iter().enumerate().filter(|(_, shape)| shape.alone) {
-                work.set_positions(plan, lane, &shape.positions);
+                work.set_positions(elements, lane, &shape.positions);
             }
-            stable = work.factorise_exactly(plan);
+            stable = work.factorise_exactly(elements);
             for (lane, shape) in self.answers.iter().enumerate() {
                 // Lanes know nothing of the barrier, and those of other bodies hold nothing of them.
                 stable[lane] &= shape.solution.guarded == 0 && work.is_set(lane);

@@ -47,23 +47,21 @@
 //! ```
 
 mod adjoint;
-mod factor;
-mod group;
-mod local;
-mod plan;
-mod wide;
+
+use std::sync::Arc;
 
 use nalgebra::SVector;
 
 use crate::parallel;
+use crate::statics::plain::Work;
 use crate::statics::{Settings, Solution, Status, Workspace, solve};
 use crate::system::System;
-
-use group::Work;
-use plan::Plan;
+use crate::system::elements::Elements;
 
 pub use adjoint::{Adjoint, length_gradient};
-pub use wide::LANES;
+
+/// Number of lanes: an AVX2 register of double precision, two of SSE2.
+pub const LANES: usize = 4;
 
 /// Loads that one thread solves one group after another, each group with starts beginning with the factor of the one before.
 const CHUNK: usize = 16 * LANES;
@@ -127,23 +125,23 @@ pub struct Equilibrium<const D: usize> {
 #[derive(Debug)]
 pub struct Lanes<'s, const D: usize> {
     system: &'s System<D>,
-    plan: Option<Plan>,
+    elements: Option<&'s Elements>,
 }
 
 impl<'s, const D: usize> Lanes<'s, D> {
-    /// Makes what lanes need of a system, once.
+    /// Makes what lanes need of a system, where it has not been made yet.
     pub fn new(system: &'s System<D>) -> Self {
-        Self { system, plan: Plan::new(system) }
+        Self { system, elements: system.elements().map(Arc::as_ref) }
     }
 
     /// Whether the system is one for lanes; of others every load is solved alone.
     pub fn are_used(&self) -> bool {
-        self.plan.is_some()
+        self.elements.is_some()
     }
 
     /// What solves up to [`LANES`] loads at once, again and again: one a thread, of chains for example that go on side by side.
     pub fn group(&self) -> Group<'_, D> {
-        let work = self.plan.as_ref().map(|plan| (plan, Work::new(plan)));
+        let work = self.elements.map(|elements| (elements, Work::new(elements)));
         let (answers, tensions) = (Vec::new(), Vec::new());
         Group { system: self.system, work, answers, tensions, is_own: [false; LANES], factorised: None }
     }
@@ -195,7 +193,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
 #[derive(Debug)]
 pub struct Group<'a, const D: usize> {
     system: &'a System<D>,
-    work: Option<(&'a Plan, Work)>,
+    work: Option<(&'a Elements, Work<LANES>)>,
     answers: Vec<Equilibrium<D>>,
     /// Tensions of every answer, N; `None` of one in another body.
     tensions: Vec<Option<Vec<f64>>>,
@@ -215,10 +213,11 @@ impl<const D: usize> Group<'_, D> {
         let (system, work) = (self.system, &self.work);
         let answer = |(lane, load): (usize, &Load<'_, D>)| {
             let body = load.system.unwrap_or(system);
-            let solved = work.as_ref().and_then(|(plan, work)| Some((plan, work, work.solution(lane)?)));
-            let Some((plan, work, solution)) = solved else { return solve_alone(body, load, settings) };
+            let solved =
+                work.as_ref().and_then(|(elements, work)| Some((elements, work, work.solution(lane)?)));
+            let Some((elements, work, solution)) = solved else { return solve_alone(body, load, settings) };
             let mut positions = body.rest().to_vec();
-            work.positions(plan, lane, &mut positions);
+            work.positions(elements, lane, &mut positions);
             body.place_path_nodes(&mut positions);
             if !body.keeps_cells_upright() && body.cell_ratios(&positions).0 <= 0.0 {
                 return solve_alone(body, load, settings);
@@ -238,7 +237,7 @@ impl<const D: usize> Group<'_, D> {
 
     fn solve_in_lanes(&mut self, loads: &[Load<'_, D>], settings: &Settings) {
         let (system, is_own) = (self.system, &mut self.is_own);
-        let Some((plan, work)) = &mut self.work else { return };
+        let Some((elements, work)) = &mut self.work else { return };
         if loads.iter().any(|l| l.start.is_none()) {
             work.forget_factor();
         }
@@ -247,14 +246,14 @@ impl<const D: usize> Group<'_, D> {
         for (lane, load) in loads.iter().enumerate() {
             let body = load.system.unwrap_or(system);
             let start = load.start.unwrap_or(body.rest());
-            let same = load.system.is_none() && is_own[lane] || work.set_body(plan, lane, body);
+            let same = load.system.is_none() && is_own[lane] || work.set_body(elements, lane, body);
             is_own[lane] = same && load.system.is_none();
             set[lane] = same
                 && start.len() == body.rest().len()
                 && load.tensions.len() == body.muscle_count()
                 && load.tensions.iter().all(|t| t.is_finite());
             if set[lane] {
-                work.set_load(plan, lane, &load.tensions, start, |node| load.place(body, node));
+                work.set_load(elements, lane, &load.tensions, start, |node| load.place(body, node));
             }
         }
         let Some(first) = set.iter().position(|s| *s) else { return };
@@ -262,7 +261,7 @@ impl<const D: usize> Group<'_, D> {
             work.copy_lane(first, lane);
             is_own[lane] = is_own[first];
         }
-        work.solve(plan, settings);
+        work.solve(elements, settings);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Energy, force and stiffness in four lanes, by one loop over triangles and one over edges.
+//! Energy, force and stiffness in one or more lanes, by one loop over triangles and one over edges.
 //!
 //! With `perp(v) = (-v_y, v_x)` the gradient of a triangle's area at a corner is half of `perp` of the opposite side, and minus half
 //! of the sum of `perp` of the two sides that meet there. So an edge `a -> b` with triangles left and right of it pushes each of its
@@ -14,41 +14,42 @@ use pulp::NullaryFnOnce;
 
 use crate::effect::barrier::THRESHOLD;
 
-use super::factor::{Block, Lower, largest_diagonal};
-use super::plan::{Numbers, Plan};
-use super::wide::{LANES, NO_PAIR, Pair, Wide, way};
+use crate::sparse::flat::{Block, Lower, largest_diagonal};
+use crate::sparse::wide::{Pair, Wide, way};
+
+use super::{Elements, Numbers};
 
 /// What an evaluation tells beside the forces.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Local {
+pub(crate) struct Local<const L: usize> {
     /// Energy, J.
-    pub energy: Wide,
+    pub energy: Wide<L>,
     /// Square of the largest force on an unknown, N².
-    pub residual_squared: Wide,
+    pub residual_squared: Wide<L>,
     /// Whether every triangle and every spring keeps more than the part of its rest measure below which the barrier acts.
-    pub upright: [bool; LANES],
+    pub upright: [bool; L],
 }
 
 /// Energy and forces at `x`, with the tension of every edge; leaves `h` of every triangle.
-pub(super) struct Evaluate<'a> {
-    pub plan: &'a Plan,
-    pub numbers: &'a Numbers,
-    pub tension: &'a [Wide],
-    pub x: &'a [Pair],
-    pub h: &'a mut [Wide],
-    pub force: &'a mut [Pair],
+pub(crate) struct Evaluate<'a, const L: usize> {
+    pub elements: &'a Elements,
+    pub numbers: &'a Numbers<L>,
+    pub tension: &'a [Wide<L>],
+    pub x: &'a [Pair<L>],
+    pub h: &'a mut [Wide<L>],
+    pub force: &'a mut [Pair<L>],
 }
 
-impl NullaryFnOnce for Evaluate<'_> {
-    type Output = Local;
+impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
+    type Output = Local<L>;
 
     #[inline(always)]
-    fn call(self) -> Local {
-        let Self { plan, numbers, tension, x, h, force } = self;
+    fn call(self) -> Local<L> {
+        let Self { elements, numbers, tension, x, h, force } = self;
         let half = Wide::all(0.5);
         let mut cell_energy = Wide::ZERO;
         let mut least = Wide::ONE;
-        for (i, corners) in plan.cells.iter().enumerate() {
+        for (i, corners) in elements.cells.iter().enumerate() {
             let [a, b, c] = corners.map(|n| x[n as usize]);
             let (p, q) = (way(a, b), way(a, c));
             let (kappa, inverse) = (numbers.kappa[i], numbers.inverse_area[i]);
@@ -58,9 +59,9 @@ impl NullaryFnOnce for Evaluate<'_> {
             h[i] = half * kappa * inverse * strain;
             least = ratio.min(least);
         }
-        force.fill(NO_PAIR);
+        force.fill([Wide::ZERO; 2]);
         let (mut energy, mut slack) = (Wide::ZERO, Wide::ONE);
-        for (i, edge) in plan.edges.iter().enumerate() {
+        for (i, edge) in elements.edges.iter().enumerate() {
             let [a, b] = edge.nodes.map(|n| n as usize);
             let d = way(x[a], x[b]);
             let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
@@ -79,7 +80,7 @@ impl NullaryFnOnce for Evaluate<'_> {
             force[b][1] -= f[1] - g[1];
         }
         let mut residual_squared = Wide::ZERO;
-        for f in &force[..plan.unknowns] {
+        for f in &force[..elements.unknowns] {
             residual_squared = (f[0] * f[0] + f[1] * f[1]).max(residual_squared);
         }
         let (cells, lines) = (least.above(Wide::all(THRESHOLD)), slack.above(Wide::ZERO));
@@ -90,29 +91,29 @@ impl NullaryFnOnce for Evaluate<'_> {
 
 /// The stiffness where [`Evaluate`] was last called: the exact one, and in lanes that ask for it the convex one. Tells the largest
 /// entry on its diagonal.
-pub(super) struct Assemble<'a> {
-    pub plan: &'a Plan,
-    pub numbers: &'a Numbers,
-    pub tension: &'a [Wide],
-    pub x: &'a [Pair],
-    pub h: &'a [Wide],
-    pub convex: [bool; LANES],
-    pub blocks: &'a mut [Block],
-    pub diagonal: &'a mut [Lower],
+pub(crate) struct Assemble<'a, const L: usize> {
+    pub elements: &'a Elements,
+    pub numbers: &'a Numbers<L>,
+    pub tension: &'a [Wide<L>],
+    pub x: &'a [Pair<L>],
+    pub h: &'a [Wide<L>],
+    pub convex: [bool; L],
+    pub blocks: &'a mut [Block<L>],
+    pub diagonal: &'a mut [Lower<L>],
 }
 
-impl NullaryFnOnce for Assemble<'_> {
-    type Output = Wide;
+impl<const L: usize> NullaryFnOnce for Assemble<'_, L> {
+    type Output = Wide<L>;
 
     #[inline(always)]
-    fn call(self) -> Wide {
-        let Self { plan, numbers, tension, x, h, convex, blocks, diagonal } = self;
+    fn call(self) -> Wide<L> {
+        let Self { elements, numbers, tension, x, h, convex, blocks, diagonal } = self;
         // The convex one has neither the part of compressed springs across them nor that of the triangles' pressure.
         let keep = Wide(convex.map(|c| if c { 0.0 } else { 1.0 }));
         let least_across = Wide(convex.map(|c| if c { 0.0 } else { f64::NEG_INFINITY }));
         let quarter = Wide::all(0.25);
         diagonal.fill([Wide::ZERO; 3]);
-        for (i, edge) in plan.edges.iter().enumerate() {
+        for (i, edge) in elements.edges.iter().enumerate() {
             let [a, b] = edge.nodes.map(|n| n as usize);
             let [left, right] = edge.cells.map(|c| c as usize);
             let (xa, xb) = (x[a], x[b]);
@@ -149,6 +150,6 @@ impl NullaryFnOnce for Assemble<'_> {
             diagonal[b][1] -= block[1];
             diagonal[b][2] -= block[3];
         }
-        largest_diagonal(&diagonal[..plan.unknowns])
+        largest_diagonal(&diagonal[..elements.unknowns])
     }
 }

@@ -1,23 +1,25 @@
-//! What lanes work on, made once a system: its edges and triangles in the order of elimination.
+//! A plain body of the plane as flat lists, made once: its edges and triangles in the order of elimination. What a solve goes through
+//! again and again, for one load or for several in lanes.
+
+pub(crate) mod local;
 
 use std::collections::BTreeMap;
 
-use crate::effect::Part;
 use crate::effect::spring::Spring;
+use crate::effect::{Effect, Part};
 use crate::geometry::topology::pair;
-use crate::system::System;
-
-use super::factor::Symbolic;
-use super::wide::{LANES, Wide};
+use crate::sparse::Pattern;
+use crate::sparse::flat::Symbolic;
+use crate::sparse::wide::Wide;
 
 /// A spring, a side of triangles, or both.
 ///
 /// Nodes are numbered anew: unknowns in the order of elimination, then the nodes of bones.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Edge {
+pub(crate) struct Edge {
     /// The one that is eliminated later, and the other.
     pub nodes: [u32; 2],
-    /// The triangle on its left, seen from the first node to the second, and on its right; [`Plan::cells`] of none.
+    /// The triangle on its left, seen from the first node to the second, and on its right; [`Elements::cells`] of none.
     pub cells: [u32; 2],
     /// Their third corners; any node where there is no triangle.
     pub opposite: [u32; 2],
@@ -25,7 +27,7 @@ pub(super) struct Edge {
 
 /// Elements and unknowns of a system of the plane that is made of [`Part`]s alone.
 #[derive(Debug)]
-pub(super) struct Plan {
+pub(crate) struct Elements {
     pub edges: Vec<Edge>,
     /// Corners of every triangle, counter-clockwise.
     pub cells: Vec<[u32; 3]>,
@@ -45,25 +47,28 @@ pub(super) struct Plan {
 
 /// What differs between bodies of the same edges and triangles.
 #[derive(Debug)]
-pub(super) struct Numbers {
+pub(crate) struct Numbers<const L: usize> {
     /// Spring constant of every edge, N/m; zero where it is no spring.
-    pub stiffness: Vec<Wide>,
+    pub stiffness: Vec<Wide<L>>,
     /// Its length at rest, m; zero where it is no spring.
-    pub rest: Vec<Wide>,
+    pub rest: Vec<Wide<L>>,
     /// kappa of every triangle, J, and of no triangle: zero.
-    pub kappa: Vec<Wide>,
+    pub kappa: Vec<Wide<L>>,
     /// One over its area at rest, 1/m².
-    pub inverse_area: Vec<Wide>,
+    pub inverse_area: Vec<Wide<L>>,
 }
 
-impl Plan {
+impl Elements {
     /// `None` where the system is not of the plane, has other effects, or elements that share nodes in other ways than those of a mesh.
-    pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
+    pub fn new<const D: usize>(
+        nodes: usize,
+        pattern: &Pattern,
+        effects: &[Box<dyn Effect<D>>],
+    ) -> Option<Self> {
         if D != 2 {
             return None;
         }
-        let pattern = system.pattern();
-        let mut number = vec![None; system.rest().len()];
+        let mut number = vec![None; nodes];
         let mut node = pattern.nodes().to_vec();
         let unknowns = node.len();
         let (mut edges, mut at) = (Vec::new(), BTreeMap::new());
@@ -76,7 +81,7 @@ impl Plan {
             })
         };
         let (mut sides, mut is_mesh) = (Vec::new(), true);
-        each_part(system, |part| match part {
+        each_part(effects, |part| match part {
             Part::Line { spring, muscle } => {
                 let edge = *at.entry(pair(spring.nodes[0], spring.nodes[1])).or_insert_with(|| {
                     let [a, b] = spring.nodes.map(&mut number_of);
@@ -108,12 +113,12 @@ impl Plan {
         for edge in &mut edges {
             edge.cells.iter_mut().for_each(|c| *c = (*c).min(cells.len() as u32));
         }
-        let factor = Symbolic::new(pattern, &edges)?;
+        let factor = Symbolic::new(pattern, edges.iter().map(|e| e.nodes))?;
         is_mesh.then_some(Self { edges, cells, pulls, springs, corners, node, number, unknowns, factor })
     }
 
     /// Numbers of no body yet.
-    pub fn numbers(&self) -> Numbers {
+    pub fn numbers<const L: usize>(&self) -> Numbers<L> {
         let zeros = |n| vec![Wide::ZERO; n];
         let (edges, cells) = (self.edges.len(), self.cells.len() + 1);
         Numbers {
@@ -124,19 +129,23 @@ impl Plan {
         }
     }
 
-    /// Puts the numbers of a system into a lane; false where it is not made of the same edges, triangles and unknowns.
-    pub fn fill<const D: usize>(&self, system: &System<D>, lane: usize, numbers: &mut Numbers) -> bool {
-        debug_assert!(lane < LANES);
-        let same = system.rest().len() == self.number.len()
-            && system.pattern().nodes() == &self.node[..self.unknowns];
-        if !same {
+    /// Puts the numbers of a body into a lane; false where it is not made of the same edges, triangles and unknowns.
+    pub fn fill<const D: usize, const L: usize>(
+        &self,
+        nodes: usize,
+        pattern: &Pattern,
+        effects: &[Box<dyn Effect<D>>],
+        lane: usize,
+        numbers: &mut Numbers<L>,
+    ) -> bool {
+        if nodes != self.number.len() || pattern.nodes() != &self.node[..self.unknowns] {
             return false;
         }
         numbers.stiffness.iter_mut().for_each(|k| k.0[lane] = 0.0);
         numbers.rest.iter_mut().for_each(|l| l.0[lane] = 0.0);
         let (mut springs, mut cells) = (self.springs.iter(), self.corners.iter().enumerate());
         let mut same = true;
-        let visited = each_part(system, |part| match part {
+        let visited = each_part(effects, |part| match part {
             Part::Line { spring: Spring { nodes, stiffness, rest_length, .. }, muscle } => {
                 let Some((edge, ..)) = springs.next().filter(|(_, n, m)| (n, *m) == (nodes, muscle)) else {
                     return same = false;
@@ -158,7 +167,7 @@ impl Plan {
     }
 }
 
-/// Visits every part of the system; `None` where an effect has none.
-fn each_part<const D: usize>(system: &System<D>, mut visit: impl FnMut(Part<'_>)) -> Option<()> {
-    system.effects().iter().all(|e| e.parts(&mut visit)).then_some(())
+/// Visits every part of a body; `None` where an effect has none.
+fn each_part<const D: usize>(effects: &[Box<dyn Effect<D>>], mut visit: impl FnMut(Part<'_>)) -> Option<()> {
+    effects.iter().all(|e| e.parts(&mut visit)).then_some(())
 }

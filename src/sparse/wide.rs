@@ -1,28 +1,26 @@
-//! Four numbers that are worked on at once: one of each lane.
+//! Numbers that are worked on at once: one of each of `L` lanes.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// Number of lanes: an AVX2 register of double precision, two of SSE2.
-pub const LANES: usize = 4;
-
 /// One number of each lane. Products are rounded before they are added (no fused multiply-add), so every processor gives the same bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(32))]
-pub(super) struct Wide(pub [f64; LANES]);
+pub(crate) struct Wide<const L: usize>(pub [f64; L]);
 
-impl Wide {
-    pub const ZERO: Self = Self([0.0; LANES]);
-    pub const ONE: Self = Self([1.0; LANES]);
+impl<const L: usize> Wide<L> {
+    pub const ZERO: Self = Self([0.0; L]);
+    pub const ONE: Self = Self([1.0; L]);
 
     #[inline(always)]
     pub fn all(value: f64) -> Self {
-        Self([value; LANES])
+        Self([value; L])
     }
 
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        let (a, b) = (self.0, other.0);
-        Self([f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])])
+    fn zip(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        for lane in 0..L {
+            self.0[lane] = f(self.0[lane], other.0[lane]);
+        }
+        self
     }
 
     #[inline(always)]
@@ -42,7 +40,7 @@ impl Wide {
 
     /// Where this is above `floor` and finite.
     #[inline(always)]
-    pub fn above(self, floor: Self) -> [bool; LANES] {
+    pub fn above(self, floor: Self) -> [bool; L] {
         std::array::from_fn(|lane| self.0[lane] > floor.0[lane] && self.0[lane] < f64::INFINITY)
     }
 
@@ -59,7 +57,7 @@ impl Wide {
     }
 }
 
-impl Add for Wide {
+impl<const L: usize> Add for Wide<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -68,7 +66,7 @@ impl Add for Wide {
     }
 }
 
-impl Sub for Wide {
+impl<const L: usize> Sub for Wide<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -77,7 +75,7 @@ impl Sub for Wide {
     }
 }
 
-impl Mul for Wide {
+impl<const L: usize> Mul for Wide<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -86,7 +84,7 @@ impl Mul for Wide {
     }
 }
 
-impl Neg for Wide {
+impl<const L: usize> Neg for Wide<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -95,14 +93,14 @@ impl Neg for Wide {
     }
 }
 
-impl AddAssign for Wide {
+impl<const L: usize> AddAssign for Wide<L> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl SubAssign for Wide {
+impl<const L: usize> SubAssign for Wide<L> {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
@@ -110,12 +108,10 @@ impl SubAssign for Wide {
 }
 
 /// A vector of the plane in each lane.
-pub(super) type Pair = [Wide; 2];
-
-pub(super) const NO_PAIR: Pair = [Wide::ZERO; 2];
+pub(crate) type Pair<const L: usize> = [Wide<L>; 2];
 
 /// `q - p`.
 #[inline(always)]
-pub(super) fn way(p: Pair, q: Pair) -> Pair {
+pub(crate) fn way<const L: usize>(p: Pair<L>, q: Pair<L>) -> Pair<L> {
     [q[0] - p[0], q[1] - p[1]]
 }

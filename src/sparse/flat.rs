@@ -1,31 +1,29 @@
-//! Block Cholesky factorisation `K = L Lᵀ` of four matrices of one pattern at once.
+//! Block Cholesky factorisation `K = L Lᵀ` of one matrix of 2 x 2 blocks, or of those of several lanes at once.
 //!
 //! In dot form: each block of `L` is written once, from a flat list of the products that go into it, so the sums stay in registers.
 
 use pulp::NullaryFnOnce;
 
-use crate::sparse::Pattern;
+use super::Pattern;
+use super::wide::{Pair, Wide};
 
-use super::plan::Edge;
-use super::wide::{LANES, NO_PAIR, Pair, Wide};
-
-/// A pivot must exceed this part of the largest entry on the diagonal, as in [`crate::sparse::cholesky`].
+/// A pivot must exceed this part of the largest entry on the diagonal, as in [`super::cholesky`].
 const SMALLEST_PIVOT: f64 = 1e-13;
 const FILL: u32 = u32::MAX;
 
 /// A block, row by row.
-pub(super) type Block = [Wide; 4];
+pub(crate) type Block<const L: usize> = [Wide<L>; 4];
 /// The lower triangle of a block: entries (0,0), (1,0), (1,1).
-pub(super) type Lower = [Wide; 3];
+pub(crate) type Lower<const L: usize> = [Wide<L>; 3];
 
 /// Which products make which block. Blocks below the diagonal are counted column by column.
 #[derive(Debug)]
-pub(super) struct Symbolic {
+pub(crate) struct Symbolic {
     columns: usize,
     /// First block of every column.
     start: Vec<u32>,
     row: Vec<u32>,
-    /// Edge whose block of the matrix it starts from; [`FILL`] where the matrix has none.
+    /// Pair whose block of the matrix it starts from; [`FILL`] where the matrix has none.
     source: Vec<u32>,
     /// End of the products of every block.
     products_end: Vec<u32>,
@@ -37,15 +35,16 @@ pub(super) struct Symbolic {
 
 /// The factors.
 #[derive(Debug)]
-pub(super) struct Factor {
-    lower: Vec<Block>,
+pub(crate) struct Factor<const L: usize> {
+    lower: Vec<Block<L>>,
     /// Inverses of the factor's diagonal blocks.
-    inverse: Vec<Lower>,
+    inverse: Vec<Lower<L>>,
 }
 
 impl Symbolic {
-    /// `None` where an edge joins unknowns that the pattern does not couple.
-    pub fn new(pattern: &Pattern, edges: &[Edge]) -> Option<Self> {
+    /// For matrices whose blocks are those of pairs of unknowns, the later one of the pattern's order first, and no others; pairs that
+    /// begin with something else are passed over. `None` where the pattern does not couple a pair.
+    pub fn new(pattern: &Pattern, pairs: impl Iterator<Item = [u32; 2]>) -> Option<Self> {
         let n = pattern.unknowns();
         let (mut start, mut row) = (vec![0], Vec::new());
         let mut left: Vec<Vec<[u32; 2]>> = vec![Vec::new(); n];
@@ -69,8 +68,7 @@ impl Symbolic {
             }
         }
         let mut source = vec![FILL; row.len()];
-        for (e, edge) in edges.iter().enumerate().filter(|(_, edge)| (edge.nodes[0] as usize) < n) {
-            let [i, j] = edge.nodes;
+        for (e, [i, j]) in pairs.enumerate().filter(|(_, pair)| (pair[0] as usize) < n) {
             let column = start[j as usize] as usize..start[j as usize + 1] as usize;
             let place = column.start + row[column].binary_search(&i).ok()?;
             source[place] = e as u32;
@@ -84,7 +82,7 @@ impl Symbolic {
         Some(Self { columns: n, start, row, source, products_end, products, left_start, left })
     }
 
-    pub fn factor(&self) -> Factor {
+    pub fn factor<const L: usize>(&self) -> Factor<L> {
         Factor { lower: vec![[Wide::ZERO; 4]; self.row.len()], inverse: vec![[Wide::ZERO; 3]; self.columns] }
     }
 
@@ -99,23 +97,23 @@ impl Symbolic {
     }
 }
 
-/// Factorises the matrices with these blocks: one for every edge, and one for every node on the diagonal. Tells in which lanes all
+/// Factorises the matrices with these blocks: one for every pair, and one for every unknown on the diagonal. Tells in which lanes all
 /// pivots are safely above zero; in the others the factor is not to be used.
-pub(super) struct Factorise<'a> {
+pub(crate) struct Factorise<'a, const L: usize> {
     pub symbolic: &'a Symbolic,
-    pub edges: &'a [Block],
-    pub diagonal: &'a [Lower],
-    pub factor: &'a mut Factor,
+    pub pairs: &'a [Block<L>],
+    pub diagonal: &'a [Lower<L>],
+    pub factor: &'a mut Factor<L>,
 }
 
-impl NullaryFnOnce for Factorise<'_> {
-    type Output = [bool; LANES];
+impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
+    type Output = [bool; L];
 
     #[inline(always)]
-    fn call(self) -> [bool; LANES] {
-        let Self { symbolic: s, edges, diagonal, factor: Factor { lower, inverse: inverses } } = self;
+    fn call(self) -> [bool; L] {
+        let Self { symbolic: s, pairs, diagonal, factor: Factor { lower, inverse: inverses } } = self;
         let floor = largest_diagonal(&diagonal[..s.columns]) * Wide::all(SMALLEST_PIVOT);
-        let mut safe = [true; LANES];
+        let mut safe = [true; L];
         let mut product = 0;
         for (j, whole) in diagonal[..s.columns].iter().enumerate() {
             let mut d = *whole;
@@ -128,7 +126,7 @@ impl NullaryFnOnce for Factorise<'_> {
             let (p, safe_p) = pivot(d[0], floor);
             let across = d[1] * p;
             let (q, safe_q) = pivot(d[2] - across * across, floor);
-            for lane in 0..LANES {
+            for lane in 0..L {
                 safe[lane] &= safe_p[lane] & safe_q[lane];
             }
             let inverse = [p, -(across * p * q), q];
@@ -137,7 +135,7 @@ impl NullaryFnOnce for Factorise<'_> {
             for block in column {
                 let mut b = match s.source[block] {
                     FILL => [Wide::ZERO; 4],
-                    edge => edges[edge as usize],
+                    pair => pairs[pair as usize],
                 };
                 let end = s.products_end[block] as usize;
                 for &[i, j] in &s.products[product..end] {
@@ -157,13 +155,13 @@ impl NullaryFnOnce for Factorise<'_> {
 }
 
 /// Solves `K x = b` in place; one vector for each unknown.
-pub(super) struct Solve<'a> {
+pub(crate) struct Solve<'a, const L: usize> {
     pub symbolic: &'a Symbolic,
-    pub factor: &'a Factor,
-    pub b: &'a mut [Pair],
+    pub factor: &'a Factor<L>,
+    pub b: &'a mut [Pair<L>],
 }
 
-impl NullaryFnOnce for Solve<'_> {
+impl<const L: usize> NullaryFnOnce for Solve<'_, L> {
     type Output = ();
 
     #[inline(always)]
@@ -195,7 +193,7 @@ impl NullaryFnOnce for Solve<'_> {
 
 /// One over the root of a pivot, and where it is above the floor; 1 where it is not, which keeps what follows finite.
 #[inline(always)]
-fn pivot(value: Wide, floor: Wide) -> (Wide, [bool; LANES]) {
+fn pivot<const L: usize>(value: Wide<L>, floor: Wide<L>) -> (Wide<L>, [bool; L]) {
     let safe = value.above(floor);
     let root = value.sqrt().inverse();
     (Wide(std::array::from_fn(|lane| if safe[lane] { root.0[lane] } else { 1.0 })), safe)
@@ -203,11 +201,6 @@ fn pivot(value: Wide, floor: Wide) -> (Wide, [bool; LANES]) {
 
 /// Largest entry on the diagonal, but for its sign.
 #[inline(always)]
-pub(super) fn largest_diagonal(diagonal: &[Lower]) -> Wide {
+pub(crate) fn largest_diagonal<const L: usize>(diagonal: &[Lower<L>]) -> Wide<L> {
     diagonal.iter().fold(Wide::ZERO, |m, d| m.max(d[0].abs()).max(d[2].abs()))
-}
-
-/// As many vectors as unknowns, all zero.
-pub(super) fn vectors(s: &Symbolic) -> Vec<Pair> {
-    vec![NO_PAIR; s.columns]
 }

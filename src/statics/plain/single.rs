@@ -1,0 +1,70 @@
+//! One equilibrium of a plain body, as [`crate::statics::solve`] begins.
+
+use std::sync::Arc;
+
+use crate::statics::{Settings, Solution, Workspace};
+use crate::system::System;
+use crate::system::elements::Elements;
+
+use super::Work;
+
+/// What one solve writes to, beside the workspace that it belongs to.
+#[derive(Debug)]
+pub(in crate::statics) struct Single {
+    elements: Arc<Elements>,
+    work: Work<1>,
+    /// Number of the system whose numbers it holds.
+    system: Option<u64>,
+}
+
+impl Single {
+    /// `None` where the system is not a plain one.
+    pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
+        let elements = system.elements()?;
+        Some(Self { elements: elements.clone(), work: Work::new(elements), system: None })
+    }
+
+    /// Has the next solve begin with a factor of its own.
+    pub fn forget_factor(&mut self) {
+        self.work.forget_factor();
+    }
+}
+
+/// Solves as [`crate::statics::solve`] does, and leaves the result in the workspace.
+///
+/// # Errors
+/// What was spent in vain where the body is no plain one or where it takes a safeguard; the workspace is as before.
+pub(in crate::statics) fn solve_single<const D: usize>(
+    system: &System<D>,
+    w: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &Settings,
+) -> Result<Solution, Solution> {
+    let Some(single) = &mut w.single else { return Err(Solution::NONE) };
+    let (elements, work) = (&*single.elements, &mut single.work);
+    if single.system != Some(system.number()) {
+        single.system = work.set_body(elements, 0, system).then(|| system.number());
+    }
+    let is_sound = tensions.len() == w.tensions.len() && tensions.iter().all(|t| t.is_finite());
+    if !is_sound || single.system.is_none() {
+        return Err(Solution::NONE);
+    }
+    let place =
+        |node: usize| w.carried.iter().find(|(n, _)| *n == node).map_or(w.positions[node], |(_, to)| *to);
+    work.set_load(elements, 0, tensions, &w.positions, place);
+    work.solve(elements, settings);
+    let solution = work.solution(0).ok_or_else(|| work.spent(0))?;
+    let before = (!system.keeps_cells_upright()).then(|| w.positions.clone());
+    work.positions(elements, 0, &mut w.positions);
+    if let Some(before) = before.filter(|_| system.cell_ratios(&w.positions).0 <= 0.0) {
+        w.positions = before;
+        return Err(solution);
+    }
+    work.forces(elements, 0, &mut w.force);
+    system.place_path_nodes(&mut w.positions);
+    w.tensions.copy_from_slice(tensions);
+    // That of the solver for any body belongs to another shape.
+    w.factor_ready = false;
+    w.factor_is_exact = false;
+    Ok(solution)
+}
