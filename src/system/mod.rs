@@ -31,7 +31,7 @@ pub use error::SystemError;
 pub use model::{Model, TissueModel, coefficients, connection_stiffness};
 pub use path::{OutsidePath, StraightPath};
 
-use elements::Elements;
+use elements::{AtRest, Elements};
 
 /// How many systems were made.
 static MADE: AtomicU64 = AtomicU64::new(0);
@@ -55,6 +55,7 @@ pub struct System<const D: usize> {
     /// No other system of the program has the same.
     number: u64,
     elements: OnceLock<Option<Arc<Elements>>>,
+    at_rest: OnceLock<Option<AtRest>>,
 }
 
 impl<const D: usize> System<D> {
@@ -204,6 +205,7 @@ impl<const D: usize> System<D> {
             cells,
             number: MADE.fetch_add(1, Ordering::Relaxed),
             elements: OnceLock::new(),
+            at_rest: OnceLock::new(),
         })
     }
 
@@ -248,10 +250,14 @@ impl<const D: usize> System<D> {
     pub(crate) fn elements(&self) -> Option<&Arc<Elements>> {
         let make = || {
             let is_small = !self.pattern.is_for_supernodes::<D>();
-            let elements = is_small.then(|| Elements::new(self.rest.len(), &self.pattern, &self.effects));
-            elements.flatten().map(Arc::new)
+            is_small.then(|| Elements::new(self)).flatten().map(Arc::new)
         };
         self.elements.get_or_init(make).as_ref()
+    }
+
+    /// How the body answers to its muscles at rest; made when first asked for.
+    pub(crate) fn at_rest(&self, make: impl FnOnce() -> Option<AtRest>) -> Option<&AtRest> {
+        self.at_rest.get_or_init(make).as_ref()
     }
 
     /// Unknowns and sparsity.

@@ -53,7 +53,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use crate::parallel;
-use crate::statics::plain::Work;
+use crate::statics::plain::{Work, at_rest};
 use crate::statics::{Settings, Solution, Status, Workspace, solve};
 use crate::system::System;
 use crate::system::elements::Elements;
@@ -254,6 +254,10 @@ impl<const D: usize> Group<'_, D> {
                 && load.tensions.iter().all(|t| t.is_finite());
             if set[lane] {
                 work.set_load(elements, lane, &load.tensions, start, |node| load.place(body, node));
+                let plain = load.start.is_none() && load.bones.is_empty() && load.system.is_none();
+                if let Some(at_rest) = plain.then(|| at_rest(system, elements)).flatten() {
+                    work.begin_linearly(lane, at_rest, &load.tensions);
+                }
             }
         }
         let Some(first) = set.iter().position(|s| *s) else { return };

@@ -1,6 +1,7 @@
 //! Equilibria of plain bodies of the plane, one or several in lanes: Newton's method on flat lists of elements, with a line search and a
 //! status in each lane. What it cannot do it gives up, and leaves to the solver for any body.
 
+mod linear;
 mod newton;
 mod single;
 
@@ -14,6 +15,7 @@ use crate::statics::{Settings, Solution, Status};
 use crate::system::System;
 use crate::system::elements::{Elements, Numbers};
 
+pub(super) use linear::at_rest;
 pub(super) use single::{Single, solve_single};
 
 /// A part of a bone's way that is not worth going.
@@ -45,6 +47,8 @@ struct Lane {
     safeguarded_in_a_row: usize,
     /// Whether its last factor was that of the exact stiffness.
     exact: bool,
+    /// Of one that begins with the linear answer: the energy at rest, J.
+    energy_at_rest: Option<f64>,
 }
 
 /// All that the solves write to.
@@ -82,6 +86,7 @@ impl<const L: usize> Work<L> {
             extent: 0.0,
             safeguarded_in_a_row: 0,
             exact: false,
+            energy_at_rest: None,
         };
         Self {
             arch: pulp::Arch::new(),
@@ -103,8 +108,7 @@ impl<const L: usize> Work<L> {
 
     /// Puts a body into a lane; false where it is not one of this elements.
     pub fn set_body<const D: usize>(&mut self, elements: &Elements, lane: usize, system: &System<D>) -> bool {
-        let (nodes, pattern) = (system.rest().len(), system.pattern());
-        elements.fill(nodes, pattern, system.effects(), lane, &mut self.numbers)
+        elements.fill(system, lane, &mut self.numbers)
     }
 
     /// Puts tensions, the start and the places of the bones into a lane, and has it solved next.
@@ -136,6 +140,7 @@ impl<const L: usize> Work<L> {
             pull,
             extent,
             safeguarded_in_a_row: 0,
+            energy_at_rest: None,
             ..before
         };
     }

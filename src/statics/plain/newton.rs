@@ -24,7 +24,10 @@ impl<const L: usize> Work<L> {
         for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Converged) {
             lane.phase = Phase::Running;
         }
-        let here = self.evaluate(elements);
+        let mut here = self.evaluate(elements);
+        if self.take_back(here.energy, here.upright) {
+            here = self.evaluate(elements);
+        }
         for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Running) {
             lane.residual = here.residual_squared.0[i].sqrt();
             lane.done.energy = here.energy.0[i];

@@ -6,7 +6,7 @@ use crate::statics::{Settings, Solution, Workspace};
 use crate::system::System;
 use crate::system::elements::Elements;
 
-use super::Work;
+use super::{Work, at_rest};
 
 /// What one solve writes to, beside the workspace that it belongs to.
 #[derive(Debug)]
@@ -52,6 +52,12 @@ pub(in crate::statics) fn solve_single<const D: usize>(
     let place =
         |node: usize| w.carried.iter().find(|(n, _)| *n == node).map_or(w.positions[node], |(_, to)| *to);
     work.set_load(elements, 0, tensions, &w.positions, place);
+    if w.carried.is_empty()
+        && w.positions == system.rest()
+        && let Some(at_rest) = at_rest(system, elements)
+    {
+        work.begin_linearly(0, at_rest, tensions);
+    }
     work.solve(elements, settings);
     let solution = work.solution(0).ok_or_else(|| work.spent(0))?;
     let before = (!system.keeps_cells_upright()).then(|| w.positions.clone());

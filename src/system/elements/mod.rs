@@ -3,14 +3,15 @@
 
 pub(crate) mod local;
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 use crate::effect::spring::Spring;
 use crate::effect::{Effect, Part};
 use crate::geometry::topology::pair;
-use crate::sparse::Pattern;
 use crate::sparse::flat::Symbolic;
 use crate::sparse::wide::Wide;
+
+use super::System;
 
 /// A spring, a side of triangles, or both.
 ///
@@ -58,20 +59,26 @@ pub(crate) struct Numbers<const L: usize> {
     pub inverse_area: Vec<Wide<L>>,
 }
 
+/// How a body at rest answers to its muscles.
+#[derive(Debug)]
+pub(crate) struct AtRest {
+    /// Its energy, J.
+    pub energy: f64,
+    /// Of every muscle that can contract the motion of the unknowns, m for a unit of its tension.
+    pub responses: Vec<(usize, Vec<[f64; 2]>)>,
+}
+
 impl Elements {
     /// `None` where the system is not of the plane, has other effects, or elements that share nodes in other ways than those of a mesh.
-    pub fn new<const D: usize>(
-        nodes: usize,
-        pattern: &Pattern,
-        effects: &[Box<dyn Effect<D>>],
-    ) -> Option<Self> {
+    pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
         if D != 2 {
             return None;
         }
-        let mut number = vec![None; nodes];
+        let (pattern, effects) = (system.pattern(), system.effects());
+        let mut number = vec![None; system.rest().len()];
         let mut node = pattern.nodes().to_vec();
         let unknowns = node.len();
-        let (mut edges, mut at) = (Vec::new(), BTreeMap::new());
+        let (mut edges, mut at) = (Vec::new(), HashMap::new());
         let (mut springs, mut pulls, mut cells, mut corners) = (vec![], vec![], vec![], vec![]);
         node.iter().enumerate().for_each(|(k, &n)| number[n] = Some(k as u32));
         let mut number_of = |n: usize| {
@@ -113,6 +120,8 @@ impl Elements {
         for edge in &mut edges {
             edge.cells.iter_mut().for_each(|c| *c = (*c).min(cells.len() as u32));
         }
+        // Those that no element has are carried along with their bone.
+        system.held().into_iter().for_each(|n| _ = number_of(n));
         let factor = Symbolic::new(pattern, edges.iter().map(|e| e.nodes))?;
         is_mesh.then_some(Self { edges, cells, pulls, springs, corners, node, number, unknowns, factor })
     }
@@ -132,20 +141,19 @@ impl Elements {
     /// Puts the numbers of a body into a lane; false where it is not made of the same edges, triangles and unknowns.
     pub fn fill<const D: usize, const L: usize>(
         &self,
-        nodes: usize,
-        pattern: &Pattern,
-        effects: &[Box<dyn Effect<D>>],
+        system: &System<D>,
         lane: usize,
         numbers: &mut Numbers<L>,
     ) -> bool {
-        if nodes != self.number.len() || pattern.nodes() != &self.node[..self.unknowns] {
+        let unknowns = system.pattern().nodes();
+        if system.rest().len() != self.number.len() || unknowns != &self.node[..self.unknowns] {
             return false;
         }
         numbers.stiffness.iter_mut().for_each(|k| k.0[lane] = 0.0);
         numbers.rest.iter_mut().for_each(|l| l.0[lane] = 0.0);
         let (mut springs, mut cells) = (self.springs.iter(), self.corners.iter().enumerate());
         let mut same = true;
-        let visited = each_part(effects, |part| match part {
+        let visited = each_part(system.effects(), |part| match part {
             Part::Line { spring: Spring { nodes, stiffness, rest_length, .. }, muscle } => {
                 let Some((edge, ..)) = springs.next().filter(|(_, n, m)| (n, *m) == (nodes, muscle)) else {
                     return same = false;

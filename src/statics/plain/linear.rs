@@ -1,0 +1,88 @@
+//! Where to begin from rest: half of the way to where the muscles would bring the body if it answered linearly.
+//!
+//! From there Newton's method needs a fifth less work than from rest itself, and meets fewer shapes in which the stiffness is
+//! indefinite. Where that start lies higher than rest or has a cell turned over, the way begins at rest.
+
+use crate::sparse::flat::Solve;
+use crate::sparse::wide::{Pair, Wide, way};
+use crate::system::System;
+use crate::system::elements::{AtRest, Elements};
+
+use super::Work;
+
+/// Part of the linear answer that is gone.
+const PART: f64 = 0.5;
+
+/// What the muscles do at rest; `None` where rest is no stable equilibrium. Made when first asked for.
+pub(in crate::statics) fn at_rest<'a, const D: usize>(
+    system: &'a System<D>,
+    elements: &Elements,
+) -> Option<&'a AtRest> {
+    system.at_rest(|| {
+        let mut work = Work::<1>::new(elements);
+        if !work.set_body(elements, 0, system) || !system.carried().is_empty() {
+            return None;
+        }
+        work.set_load(elements, 0, &vec![0.0; system.muscle_count()], system.rest(), |n| system.rest()[n]);
+        let is_stable = work.factorise_exactly(elements)[0];
+        let energy = work.evaluate(elements).energy.0[0];
+        let response = |&muscle: &usize| {
+            let motion = work.response(elements, muscle);
+            (muscle, motion.iter().map(|u| [u[0].0[0], u[1].0[0]]).collect())
+        };
+        is_stable.then(|| AtRest { energy, responses: system.contracting().iter().map(response).collect() })
+    })
+}
+
+impl<const L: usize> Work<L> {
+    /// How the unknowns answer to a unit of tension in a muscle, m/N, with the present factor.
+    fn response(&self, elements: &Elements, muscle: usize) -> Vec<Pair<L>> {
+        let mut u = vec![[Wide::ZERO; 2]; elements.unknowns];
+        for &(edge, _) in elements.pulls.iter().filter(|(_, m)| *m as usize == muscle) {
+            let [a, b] = elements.edges[edge as usize].nodes.map(|n| n as usize);
+            let d = way(self.positions[a], self.positions[b]);
+            let inverse = (d[0] * d[0] + d[1] * d[1]).sqrt().inverse();
+            for axis in 0..2 {
+                let pull = d[axis] * inverse;
+                if let Some(u) = u.get_mut(a) {
+                    u[axis] += pull;
+                }
+                if let Some(u) = u.get_mut(b) {
+                    u[axis] -= pull;
+                }
+            }
+        }
+        self.arch.dispatch(Solve { symbolic: &elements.factor, factor: &self.factor, b: &mut u });
+        u
+    }
+
+    /// Moves a lane that was set at rest.
+    pub fn begin_linearly(&mut self, lane: usize, at_rest: &AtRest, tensions: &[f64]) {
+        self.lanes[lane].energy_at_rest = Some(at_rest.energy);
+        for (x, rest) in self.positions.iter().zip(&mut self.trial) {
+            (0..2).for_each(|axis| rest[axis].0[lane] = x[axis].0[lane]);
+        }
+        for (muscle, motion) in at_rest.responses.iter().filter(|(m, _)| tensions[*m] != 0.0) {
+            let part = PART * tensions[*muscle];
+            for (x, u) in self.positions.iter_mut().zip(motion) {
+                (0..2).for_each(|axis| x[axis].0[lane] += part * u[axis]);
+            }
+        }
+    }
+
+    /// Takes lanes back to rest whose start was not lower than that; whether there was any.
+    pub(super) fn take_back(&mut self, energy: Wide<L>, upright: [bool; L]) -> bool {
+        let mut any = false;
+        for i in 0..L {
+            let Some(at_rest) = self.lanes[i].energy_at_rest.take() else { continue };
+            // Not so either where it is no number.
+            if !(upright[i] && energy.0[i] <= at_rest) {
+                any = true;
+                for (x, rest) in self.positions.iter_mut().zip(&self.trial) {
+                    (0..2).for_each(|axis| x[axis].0[i] = rest[axis].0[i]);
+                }
+            }
+        }
+        any
+    }
+}
