@@ -3,7 +3,7 @@
 //! What [`solve`] does for one load, [`Lanes`] does for any number: draws of a posterior, candidates of a search, frames of a recording.
 //! Each load has its own tensions, displaced bones, start and, if it wants one, its own body of the same edges and triangles; each
 //! solution has its own status, iterations and line search. With AVX2 (found out when the program runs) an equilibrium from a neighbour
-//! costs less than a third of what it costs alone; `cargo bench` says how much.
+//! costs about a quarter of what it costs alone; `cargo bench many` says how much.
 //!
 //! # What is the same, and what is not
 //! - The equilibria are those of [`solve`] to 1e-9 mm, since the method is the same; not its bits, since sums are taken in another order
@@ -17,8 +17,9 @@
 //!
 //! # Example
 //! ```
+//! use nalgebra::SVector;
 //! use tongue_fit::body::Body;
-//! use tongue_fit::statics::lanes::{Lanes, Load};
+//! use tongue_fit::statics::lanes::{Equilibrium, Lanes, Load, length_gradient};
 //! use tongue_fit::statics::{Settings, Status};
 //! use tongue_fit::system::{Model, System};
 //!
@@ -43,6 +44,20 @@
 //! let rates = group.length_rates();
 //! let gga = &rates[0].as_ref().ok_or("no stable equilibrium")?[0];
 //! assert!(gga.by_tension[0] < 0.0, "m/N");
+//!
+//! // Chains that go on side by side, each from where it stands: the derivatives of a misfit by all tensions, one back-substitution each.
+//! let measured = 0.9 * system.length(system.rest(), 0);
+//! let shapes = group.solve(&[draw(10), draw(40), draw(60), draw(90)], &Settings::default()).to_vec();
+//! let gradient = |shape: &Equilibrium<2>| {
+//!     let residual = system.length(&shape.positions, 0) - measured;
+//!     let mut by_node = vec![SVector::zeros(); shape.positions.len()];
+//!     length_gradient(&system, &shape.positions, 0, residual, &mut by_node); // of residual²/2
+//!     by_node
+//! };
+//! let slopes = group.adjoint(&shapes.iter().map(gradient).collect::<Vec<_>>());
+//! assert!(slopes.iter().flatten().all(|s| s.by_tension[0].is_finite()));
+//! let next = draw(10).starting_at(&shapes[0].positions); // and so on
+//! # let _ = next;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
