@@ -5,6 +5,7 @@ use nalgebra::SVector;
 
 use crate::effect::Configuration;
 use crate::sparse::wide::Wide;
+use crate::statics::plain::{adjoint_of_group, factorise_group};
 use crate::statics::{Response, Workspace};
 use crate::system::System;
 
@@ -58,7 +59,7 @@ impl<const D: usize> Group<'_, D> {
                     (0..2).for_each(|axis| g[axis].0[lane] = gradient[node][axis]);
                 }
             }
-            let pulls = work.adjoint(elements, &mut wide);
+            let pulls = adjoint_of_group(work, elements, &mut wide);
             (elements, wide, pulls)
         });
         let of_lane = |lane: usize| {
@@ -109,7 +110,7 @@ impl<const D: usize> Group<'_, D> {
             for (lane, shape) in self.answers.iter().enumerate().filter(|(_, shape)| shape.alone) {
                 work.set_positions(elements, lane, &shape.positions);
             }
-            stable = work.factorise_exactly(elements);
+            stable = factorise_group(work, elements);
             for (lane, shape) in self.answers.iter().enumerate() {
                 // Lanes know nothing of the barrier, and those of other bodies hold nothing of them.
                 stable[lane] &= shape.solution.guarded == 0 && work.is_set(lane);

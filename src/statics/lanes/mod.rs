@@ -68,7 +68,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use crate::parallel;
-use crate::statics::plain::{Work, at_rest};
+use crate::statics::plain::{Work, at_rest, solve_group};
 use crate::statics::{Settings, Solution, Status, Workspace, solve};
 use crate::system::System;
 use crate::system::elements::Elements;
@@ -79,7 +79,7 @@ pub use adjoint::{Adjoint, length_gradient};
 pub const LANES: usize = 4;
 
 /// Loads that one thread solves one group after another, each group with starts beginning with the factor of the one before.
-const CHUNK: usize = 16 * LANES;
+const CHUNK: usize = 32 * LANES;
 
 /// What an equilibrium is wanted for. Bones are brought to their places from wherever the start has them.
 #[derive(Debug, Clone)]
@@ -280,7 +280,7 @@ impl<const D: usize> Group<'_, D> {
             work.copy_lane(first, lane);
             is_own[lane] = is_own[first];
         }
-        work.solve(elements, settings);
+        solve_group(work, elements, settings);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Equilibria of plain bodies of the plane, one or several in lanes: Newton's method on flat lists of elements, with a line search and a
 //! status in each lane. What it cannot do it gives up, and leaves to the solver for any body.
 
+mod compiled;
 mod linear;
 mod newton;
 mod single;
@@ -15,6 +16,7 @@ use crate::statics::{Settings, Solution, Status};
 use crate::system::System;
 use crate::system::elements::{Elements, Numbers};
 
+pub(super) use compiled::{adjoint_of_group, factorise_group, solve_group};
 pub(super) use linear::at_rest;
 pub(super) use single::{Single, solve_single};
 

@@ -6,6 +6,7 @@ use crate::statics::{Settings, Solution, Workspace};
 use crate::system::System;
 use crate::system::elements::Elements;
 
+use super::compiled::solve_one;
 use super::{Work, at_rest};
 
 /// What one solve writes to, beside the workspace that it belongs to.
@@ -58,7 +59,7 @@ pub(in crate::statics) fn solve_single<const D: usize>(
     {
         work.begin_linearly(0, at_rest, tensions);
     }
-    work.solve(elements, settings);
+    solve_one(work, elements, settings);
     let solution = work.solution(0).ok_or_else(|| work.spent(0))?;
     let before = (!system.keeps_cells_upright()).then(|| w.positions.clone());
     work.positions(elements, 0, &mut w.positions);

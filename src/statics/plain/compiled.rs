@@ -1,0 +1,32 @@
+//! What the loops are entered by: not generic, so compiled here, optimised as this package is, and not where a generic caller is.
+
+use crate::sparse::wide::{Pair, Wide};
+use crate::statics::Settings;
+use crate::statics::lanes::LANES;
+use crate::system::elements::Elements;
+
+use super::Work;
+
+/// [`Work::solve`] of one load.
+pub(in crate::statics) fn solve_one(work: &mut Work<1>, elements: &Elements, settings: &Settings) {
+    work.solve(elements, settings);
+}
+
+/// [`Work::solve`] of a group.
+pub(in crate::statics) fn solve_group(work: &mut Work<LANES>, elements: &Elements, settings: &Settings) {
+    work.solve(elements, settings);
+}
+
+/// [`Work::factorise_exactly`] of a group.
+pub(in crate::statics) fn factorise_group(work: &mut Work<LANES>, elements: &Elements) -> [bool; LANES] {
+    work.factorise_exactly(elements)
+}
+
+/// [`Work::adjoint`] of a group.
+pub(in crate::statics) fn adjoint_of_group(
+    work: &Work<LANES>,
+    elements: &Elements,
+    gradient: &mut [Pair<LANES>],
+) -> Vec<Wide<LANES>> {
+    work.adjoint(elements, gradient)
+}
