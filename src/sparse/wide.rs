@@ -2,6 +2,9 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
+/// Number of lanes: an AVX2 register of double precision, two of SSE2.
+pub const LANES: usize = 4;
+
 /// One number of each lane. Products are rounded before they are added (no fused multiply-add), so every processor gives the same bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Wide<const L: usize>(pub [f64; L]);

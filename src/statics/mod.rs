@@ -12,6 +12,9 @@
 //! | all eigenvalues of the stiffness are positive | at the last factorisation, a step or two before the solution; at the solution where that one was not exact | at the solution | at every step |
 //! | the equilibrium is connected to rest by a branch of stable ones | not; [`Solution::connection`] says what is known | not | by following the branch there and back |
 //!
+//! Plain bodies of the plane (springs, muscles, incompressible triangles) are solved on flat lists of their elements, one load or, in
+//! [`lanes`], several at once; whatever needs a safeguard, and every other body, effect by effect.
+//!
 //! A direct solve costs what one equilibrium costs and a trace about three for each of its steps. How often both agree is
 //! measured over all subsets of the muscles by `tongue-fit stability` (`results/stability`).
 

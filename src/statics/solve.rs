@@ -15,7 +15,8 @@ pub(super) const FOLLOWED: f64 = 1e-4;
 pub(super) const MOST_PARTS: usize = 1000;
 
 /// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
-/// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there.
+/// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there. A plain body
+/// at rest starts half of the way to where its muscles would bring it if it answered linearly, where the energy is lower there.
 ///
 /// Converged means a residual force below the tolerance, or below what rounding allows where that is more (very stiff bodies,
 /// bodies far from the origin).

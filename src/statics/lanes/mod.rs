@@ -73,10 +73,8 @@ use crate::statics::{Settings, Solution, Status, Workspace, solve};
 use crate::system::System;
 use crate::system::elements::Elements;
 
+pub use crate::sparse::wide::LANES;
 pub use adjoint::{Adjoint, length_gradient};
-
-/// Number of lanes: an AVX2 register of double precision, two of SSE2.
-pub const LANES: usize = 4;
 
 /// Loads that one thread solves one group after another, each group with starts beginning with the factor of the one before.
 const CHUNK: usize = 32 * LANES;

@@ -1,8 +1,7 @@
 //! What the loops are entered by: not generic, so compiled here, optimised as this package is, and not where a generic caller is.
 
-use crate::sparse::wide::{Pair, Wide};
+use crate::sparse::wide::{LANES, Pair, Wide};
 use crate::statics::Settings;
-use crate::statics::lanes::LANES;
 use crate::system::elements::Elements;
 
 use super::Work;

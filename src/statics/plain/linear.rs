@@ -73,8 +73,8 @@ impl<const L: usize> Work<L> {
     /// Takes lanes back to rest whose start was not lower than that; whether there was any.
     pub(super) fn take_back(&mut self, energy: Wide<L>, upright: [bool; L]) -> bool {
         let mut any = false;
-        for i in 0..L {
-            let Some(at_rest) = self.lanes[i].energy_at_rest.take() else { continue };
+        for (i, lane) in self.lanes.iter_mut().enumerate() {
+            let Some(at_rest) = lane.energy_at_rest.take() else { continue };
             // Not so either where it is no number.
             if !(upright[i] && energy.0[i] <= at_rest) {
                 any = true;

@@ -83,9 +83,9 @@ pub(super) fn simplices() -> Result<Vec<Row>, StudyError> {
         ("start on a bound: a box of 1 N", &target, Settings { upper_bound: 1.0, ..usual }, Some(false)),
         ("plateau: nothing ever converges", &target, Settings { equilibrium: few(0), ..usual }, Some(false)),
         (
-            "every solve fails: 6 iterations a solve",
+            "every solve fails: 4 iterations a solve",
             &target,
-            Settings { equilibrium: few(6), ..usual },
+            Settings { equilibrium: few(4), ..usual },
             Some(false),
         ),
         (
