@@ -10,6 +10,7 @@ pub mod gmsh;
 pub mod json;
 mod mesh;
 mod quality;
+mod refine;
 pub mod solid;
 pub mod tongue;
 

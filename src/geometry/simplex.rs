@@ -130,16 +130,17 @@ pub fn way_above<const D: usize>(x: &Corners<D>, p: &Corners<D>, floor: f64) -> 
     safe
 }
 
-/// The part of the straight line from `a` to `b` that lies in the cell, as fractions of the way; `None` where it passes by. A line
-/// that only touches the cell has a part without length.
+/// The part of the straight line from `a` to `b` that lies in the cell, or outside it by no more than `slack` in barycentric coordinates,
+/// as fractions of the way; `None` where it passes by. Without slack rounding takes a line along a face for one outside.
 pub fn part_inside<const D: usize>(
     x: &Corners<D>,
     a: &SVector<f64, D>,
     b: &SVector<f64, D>,
+    slack: f64,
 ) -> Option<[f64; 2]> {
     let (first, last) = (barycentric(x, a), barycentric(x, b));
     let (mut from, mut to) = (0.0f64, 1.0f64);
-    for (at, change) in first.iter().zip(&last).map(|(p, q)| (*p, q - p)).take(D + 1) {
+    for (at, change) in first.iter().zip(&last).map(|(p, q)| (p + slack, q - p)).take(D + 1) {
         // The line is inside where at + t change >= 0.
         if change > 0.0 {
             from = from.max(-at / change);

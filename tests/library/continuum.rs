@@ -3,11 +3,12 @@
 
 use crate::fixtures;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
-use tongue_fit::body::{Body, ContinuumError, ContinuumSettings, Mesh, continuum};
+use tongue_fit::body::{Anatomy, Body, ContinuumError, ContinuumSettings, Mesh, continuum};
 use tongue_fit::effect::{Configuration, Effect};
 use tongue_fit::geometry::{quadratic, simplex};
 use tongue_fit::material::{Constants, NeoHookean};
 use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::study::{PUBLISHED_A, Pulled};
 use tongue_fit::system::{Additions, Model, System, TissueModel};
 
 const CONTINUUM: TissueModel = TissueModel::Continuum;
@@ -342,4 +343,46 @@ fn what_cannot_be_a_continuum_says_why() {
     assert!(matches!(continuum::lay(&mesh, None, &wide), Err(ContinuumError::Setting { .. })));
     let error = System::new(&fixtures::tongue(), &model(), &[]).unwrap_err().to_string();
     assert!(error.contains("--body continuum"), "{error}");
+}
+
+/// The reference tongue on nested meshes of 11, 5.5, 2.75 and so on mm, whose outline is that of the anatomy.
+fn nested(levels: usize) -> Vec<Body<2>> {
+    let anatomy = Anatomy::reference().unwrap();
+    let mut body = Body::tongue(11e-3).unwrap();
+    body.mesh = body.mesh.on_outline(anatomy.outline());
+    let mut bodies = vec![body.clone()];
+    for _ in 1..levels {
+        body.mesh = body.mesh.refined().on_outline(anatomy.outline());
+        bodies.push(body.clone());
+    }
+    bodies
+}
+
+#[test]
+fn ratios_settle_on_nested_meshes_but_not_of_a_thin_bundle_on_one_node() {
+    let anatomy = Anatomy::reference().unwrap();
+    let changes = |settings: ContinuumSettings, load: f64| {
+        let ratios = |body: Body<2>| {
+            let body = body.into_continuum_of(&anatomy, &settings).unwrap();
+            let scene = Pulled::new(&body.mesh, &model(), &PUBLISHED_A).unwrap();
+            let tensions: Vec<f64> = scene.tensions.iter().map(|t| t * load).collect();
+            let mut workspace = Workspace::new(&scene.system);
+            let solution = statics::solve(&scene.system, &mut workspace, &tensions, &Settings::default());
+            assert_eq!(solution.status, Status::Converged);
+            let lengths = scene.system.lengths(workspace.positions());
+            lengths.iter().map(|l| l / lengths[0]).collect::<Vec<f64>>()
+        };
+        let all: Vec<Vec<f64>> = nested(4).into_iter().map(ratios).collect();
+        let change =
+            |pair: &[Vec<f64>]| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        all.windows(2).map(change).collect::<Vec<f64>>()
+    };
+    let thin = ContinuumSettings { bundle_width_m: 0.5e-3, patch_radius_m: 0.0, ..Default::default() };
+    for load in [1.0, 2.0] {
+        let [good, bad] = [ContinuumSettings::default(), thin].map(|s| changes(s, load));
+        println!("times {load}: {good:?}, thin on one node {bad:?}");
+        let order = |c: &[f64]| (c[1] / c[2]).log2();
+        assert!(order(&good) > 1.5, "{good:?}");
+        assert!(order(&bad) < 0.5 && bad[2] > 10.0 * good[2], "the control settles: {bad:?}");
+    }
 }

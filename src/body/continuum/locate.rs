@@ -6,7 +6,7 @@ use crate::geometry::quadratic;
 use crate::geometry::quadrature::gauss_legendre;
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 
-/// A point as far outside as this, in barycentric coordinates, still counts as inside.
+/// Lines as far outside as this, in barycentric coordinates, still count as inside, and so do points four times as far.
 const SLACK: f64 = 1e-9;
 /// Parts of a line shorter than this part of it are none.
 const SHORTEST: f64 = 1e-9;
@@ -27,7 +27,7 @@ impl<'a, const D: usize> Locator<'a, D> {
         let around = |x: &Corners<D>| {
             let points = &x[..=D];
             let (low, high) = points.iter().fold((x[0], x[0]), |(l, h), p| (l.inf(p), h.sup(p)));
-            let slack = SVector::repeat((high - low).amax() * SLACK);
+            let slack = SVector::repeat((high - low).amax() * 8.0 * SLACK);
             [low - slack, high + slack]
         };
         let boxes = corners.iter().map(around).collect();
@@ -58,7 +58,7 @@ impl<'a, const D: usize> Locator<'a, D> {
             }
             let at = simplex::barycentric(&self.corners[e], p);
             let depth = at[..=D].iter().copied().fold(f64::INFINITY, f64::min);
-            if depth >= -SLACK && best.as_ref().is_none_or(|(_, _, d)| depth > *d) {
+            if depth >= -4.0 * SLACK && best.as_ref().is_none_or(|(_, _, d)| depth > *d) {
                 best = Some((e, at, depth));
             }
         }
@@ -96,7 +96,7 @@ impl<'a, const D: usize> Locator<'a, D> {
         let meets = |[l, h]: &[SVector<f64, D>; 2]| (0..D).all(|d| high[d] >= l[d] && low[d] <= h[d]);
         let mut parts: Vec<(usize, [f64; 2])> = (0..self.corners.len())
             .filter(|&e| meets(&self.boxes[e]))
-            .filter_map(|e| Some((e, simplex::part_inside(&self.corners[e], a, b)?)))
+            .filter_map(|e| Some((e, simplex::part_inside(&self.corners[e], a, b, SLACK)?)))
             .collect();
         parts.sort_by(|(e, p), (f, q)| p[0].total_cmp(&q[0]).then(q[1].total_cmp(&p[1])).then(e.cmp(f)));
         let mut reached = 0.0;
@@ -150,9 +150,17 @@ mod tests {
         let along = locator.cut(&SVector::from([-1.0, -1.0]), &SVector::from([2.0, 2.0]));
         assert_eq!(along.len(), 1);
         let length = along[0].1[1] - along[0].1[0];
-        assert!((length - 1.0 / 3.0).abs() < 1e-12, "{along:?}");
+        assert!((length - 1.0 / 3.0).abs() < 1e-8, "{along:?}");
         let across = locator.cut(&SVector::from([0.0, 0.75]), &SVector::from([2.0, 0.25]));
         assert_eq!(across.iter().map(|p| p.0).collect::<Vec<_>>(), [1, 0]);
-        assert!((across[0].1[1] - across[1].1[0]).abs() < 1e-12 && (across[1].1[1] - 0.5).abs() < 1e-12);
+        assert!((across[0].1[1] - across[1].1[0]).abs() < 1e-8 && (across[1].1[1] - 0.5).abs() < 1e-8);
+        // In a direction that rounding cannot represent.
+        let turned: Vec<_> = nodes.iter().map(|p| nalgebra::Rotation2::new(0.3) * p / 3.0).collect();
+        let locator = Locator::new(&turned, &elements);
+        for part in [0.1, 0.37, 0.6] {
+            let line = locator.cut(&(turned[2] * -part), &(turned[2] * (1.0 + part)));
+            let length: f64 = line.iter().map(|p| p.1[1] - p.1[0]).sum();
+            assert!((length - 1.0 / (1.0 + 2.0 * part)).abs() < 1e-8, "{line:?}");
+        }
     }
 }

@@ -18,13 +18,16 @@ use crate::geometry::quadratic;
 use bundle::Line;
 use locate::Locator;
 
+/// Most fibres of a muscle.
+const MOST_FIBRES: usize = 256;
+
 /// What has no data: how wide muscles are and how bones hold. Chosen, not measured, and never tuned on what is to be predicted; what
 /// they do to the answers is in `results/continuum`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContinuumSettings {
     /// Width of a muscle, m; half of it at a bone. 0: one line, for bodies whose muscles are given fibre by fibre.
     pub bundle_width_m: f64,
-    /// Fibres across the width.
+    /// Fibres across the width, on meshes of a third of the width and coarser; finer ones get more, as many as keep to that.
     pub fibres: usize,
     /// Radius of the patch around a point of bone, m. 0: the bone holds its node alone, which does not converge.
     pub patch_radius_m: f64,
@@ -49,7 +52,7 @@ impl ContinuumSettings {
             false => Err(ContinuumError::Setting { name, value, low, high }),
         };
         within("width of a muscle (m)", self.bundle_width_m, 0.0, 1.0)?;
-        within("number of fibres of a muscle", self.fibres as f64, 1.0, 64.0)?;
+        within("number of fibres of a muscle", self.fibres as f64, 1.0, MOST_FIBRES as f64)?;
         within("radius of a bone's patch (m)", self.patch_radius_m, 0.0, 1.0)?;
         within("stiffness of a bone's patch", self.patch_stiffness, 1e-6, 1e6)
     }
@@ -200,6 +203,9 @@ pub fn lay<const D: usize>(
     let held = attach::bones(base, &mut mesh, &elements, &number, settings);
     let locator = Locator::new(&mesh.nodes, &elements);
     let spacing = elements::mean_edge(base);
+    // Where elements are smaller than the gaps between fibres, each fibre would be a load without width.
+    let many = (3.0 * settings.bundle_width_m / spacing).ceil() as usize;
+    let fibres = settings.fibres.max(many.min(MOST_FIBRES));
     let (mut followers, mut bundles, mut muscles) = (Vec::new(), Vec::new(), Vec::new());
     for (nth, chain) in base.muscles.iter().enumerate() {
         let course = match lines.and_then(|l| l.get(nth)) {
@@ -207,7 +213,7 @@ pub fn lay<const D: usize>(
             None => chain.nodes.iter().map(|&n| base.nodes[n]).collect(),
         };
         let line = Line::new(base, chain, course, &held.stand_ins)?;
-        bundles.push(line.strands(&locator, &mesh.nodes, settings)?);
+        bundles.push(line.strands(&locator, &mesh.nodes, &ContinuumSettings { fibres, ..*settings })?);
         let nodes = line.chain(&locator, &mut mesh.nodes, &mut followers, settings, spacing)?;
         muscles.push(MuscleChain { name: chain.name.clone(), nodes });
     }
