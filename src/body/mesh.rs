@@ -113,6 +113,9 @@ impl<const D: usize> Mesh<D> {
     /// For every cell the direction of the muscle that runs along one of its edges, at the given positions (m, one a node); of several
     /// that of the first muscle, and of its steps there the mean. `None` where no muscle runs.
     pub fn fibres(&self, positions: &[SVector<f64, D>]) -> Vec<Option<SVector<f64, D>>> {
+        if let Some(continuum) = &self.continuum {
+            return continuum.fibres(positions);
+        }
         let mut along: BTreeMap<[usize; 2], (usize, SVector<f64, D>)> = BTreeMap::new();
         for (number, muscle) in self.muscles.iter().enumerate() {
             for step in muscle.nodes.windows(2) {

@@ -244,17 +244,28 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         }
     }
 
-    /// Of each element at its middle.
+    /// Of each element in the middle of each of its linear parts, which are the cells of the mesh.
     fn stresses(&self, at: Configuration<'_, D>) -> Vec<Stress<D>> {
-        let middle = |e: &Element<D>| {
-            // Gradients are linear, so their mean is that at the middle.
+        let points = quadratic::points::<D>();
+        // Gradients are linear in the element: these weights of those at its points give them in the middle of a part.
+        let weights = quadratic::parts::<D>().iter().map(|part| {
+            let middle = quadratic::middle::<D>(part);
+            let (near, far) = (points[0][0], points[0][1]);
+            middle.map(|l| (l - far) / (near - far))
+        });
+        let weights: Vec<[f64; MAX_CORNERS]> = weights.collect();
+        let of_element = |e: &Element<D>| {
             let shapes = e.shapes();
-            let sum = shapes.iter().map(|shape| e.gradient(shape, at.positions));
-            let gradient = sum.fold(SMatrix::zeros(), |a, b| a + b) / shapes.len() as f64;
-            let (_, ratio) = cofactors(&gradient);
-            self.law.at(gradient, ratio).state()
+            let gradients: Vec<_> = shapes.iter().map(|shape| e.gradient(shape, at.positions)).collect();
+            let state = |weights: &[f64; MAX_CORNERS]| {
+                let parts = gradients.iter().zip(weights).map(|(g, w)| g * *w);
+                let gradient = parts.fold(SMatrix::zeros(), |a, b| a + b);
+                let (_, ratio) = cofactors(&gradient);
+                self.law.at(gradient, ratio).state()
+            };
+            weights.iter().map(state).collect::<Vec<_>>()
         };
-        self.elements.iter().map(middle).collect()
+        self.elements.iter().flat_map(of_element).collect()
     }
 
     fn keeps_cells_upright(&self) -> bool {

@@ -57,6 +57,19 @@ pub fn parts<const D: usize>() -> &'static [&'static [usize]] {
     PARTS[D - 2]
 }
 
+/// Barycentric coordinates of the middle of one of the [`parts`].
+pub fn middle<const D: usize>(part: &[usize]) -> [f64; MAX_CORNERS] {
+    let mut at = [0.0; MAX_CORNERS];
+    let share = 1.0 / part.len() as f64;
+    for &node in part {
+        match node.checked_sub(D + 1) {
+            None => at[node] += share,
+            Some(edge) => edges::<D>()[edge].iter().for_each(|&i| at[i] += 0.5 * share),
+        }
+    }
+    at
+}
+
 /// Barycentric coordinates of the integration points: 3 in the plane, 4 in space, equal in weight.
 pub fn points<const D: usize>() -> &'static [[f64; MAX_CORNERS]] {
     POINTS[D - 2]

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use crate::body::ContinuumSettings;
 use crate::system::TissueModel;
 
 /// Who made a file. Every exporter writes it in its format's way: fields of JSON, columns of CSV, metadata of SVG, an instruction of
@@ -17,6 +18,12 @@ pub struct Provenance {
     /// What the tissue was made of, where there is any: `springs` or `finite_elements`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tissue: Option<&'static str>,
+    /// The kind of body, where there is any: `springs` or `continuum`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<&'static str>,
+    /// Of a continuum what was chosen, since nobody measured it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<String>,
     /// Hash of all inputs (SHA-256, hexadecimal), of what was made of many.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inputs_sha256: Option<String>,
@@ -25,7 +32,14 @@ pub struct Provenance {
 impl Provenance {
     /// This version, on the given command.
     pub fn new(command: impl Into<String>) -> Self {
-        Self { version: crate::VERSION, command: command.into(), tissue: None, inputs_sha256: None }
+        Self {
+            version: crate::VERSION,
+            command: command.into(),
+            tissue: None,
+            body: None,
+            chosen: None,
+            inputs_sha256: None,
+        }
     }
 
     /// The same for results of this tissue.
@@ -36,6 +50,9 @@ impl Provenance {
             TissueModel::FiniteElement => "finite_elements",
             TissueModel::Continuum => "continuum",
         });
+        let continuum = tissue == TissueModel::Continuum;
+        self.body = Some(if continuum { "continuum" } else { "springs" });
+        self.chosen = continuum.then(|| ContinuumSettings::default().to_string());
         self
     }
 
@@ -54,6 +71,8 @@ impl Provenance {
         [("version", line(self.version)), ("command", line(&self.command))]
             .into_iter()
             .chain(tissue)
+            .chain(self.body.map(|b| ("body", b.to_owned())))
+            .chain(self.chosen.as_ref().map(|c| ("chosen", line(c))))
             .chain(inputs)
     }
 }

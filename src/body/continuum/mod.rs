@@ -10,6 +10,8 @@ mod bundle;
 mod elements;
 mod locate;
 
+use std::collections::BTreeMap;
+
 use nalgebra::SVector;
 use serde::Serialize;
 
@@ -38,6 +40,19 @@ pub struct ContinuumSettings {
 impl Default for ContinuumSettings {
     fn default() -> Self {
         Self { bundle_width_m: 6e-3, fibres: 9, patch_radius_m: 10e-3, patch_stiffness: 50.0 }
+    }
+}
+
+impl std::fmt::Display for ContinuumSettings {
+    /// For a reader, with where it comes from.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "muscles {} mm wide; bones hold {} mm around their points with {} mu/r; chosen, not measured",
+            1e3 * self.bundle_width_m,
+            1e3 * self.patch_radius_m,
+            self.patch_stiffness
+        )
     }
 }
 
@@ -116,6 +131,24 @@ impl<const D: usize> Continuum<D> {
     /// The nodes of each element: the corners, then the middles of [`quadratic::edges`].
     pub fn elements(&self) -> std::slice::ChunksExact<'_, usize> {
         self.elements.chunks_exact(quadratic::nodes::<D>())
+    }
+
+    /// For every cell the direction, at these positions, of the fibres in its element: of several muscles those of the first.
+    pub fn fibres(&self, positions: &[SVector<f64, D>]) -> Vec<Option<SVector<f64, D>>> {
+        let mut along: BTreeMap<&[usize], (usize, SVector<f64, D>)> = BTreeMap::new();
+        for (muscle, strands) in self.bundles.iter().enumerate() {
+            for strand in strands {
+                let y: SVector<f64, D> =
+                    strand.nodes.iter().zip(&strand.coefficients).map(|(&n, c)| positions[n] * *c).sum();
+                let (first, sum) = along.entry(&strand.nodes).or_insert((muscle, SVector::zeros()));
+                if *first == muscle {
+                    *sum += y * strand.weight;
+                }
+            }
+        }
+        let parts = quadratic::parts::<D>().len();
+        let fibre = |element: &[usize]| along.get(element).and_then(|(_, sum)| sum.try_normalize(0.0));
+        self.elements().flat_map(|element| std::iter::repeat_n(fibre(element), parts)).collect()
     }
 
     /// Puts the nodes that follow the tissue where it takes them.
