@@ -1,8 +1,9 @@
 //! `tongue-fit accuracy`: what accuracy costs in time.
 
 use miette::IntoDiagnostic;
-use tongue_fit::report::{Export, Markdown, OutputDir};
+use tongue_fit::report::{Export, Markdown, OutputDir, Rows};
 use tongue_fit::study::accuracy::{self, Circumstances, Effort};
+use tongue_fit::study::continuum;
 
 use super::{Global, Outcome, output, table};
 
@@ -16,10 +17,42 @@ pub struct Arguments {
     /// Within half a minute: fewer repeats, no mesh below 1.4 mm, long explicit runs refused (the full study: ten minutes)
     #[arg(long)]
     quick: bool,
+    /// Only the continuum, its mesh, and its settings that have no data (a minute or two)
+    #[arg(long, conflicts_with = "quick")]
+    continuum: bool,
+}
+
+/// Levels of nested meshes of the continuum: 11 mm to 1.4 mm.
+const LEVELS: usize = 4;
+
+fn continuum(global: &Global) -> miette::Result<Outcome> {
+    let folder = global.out.clone().unwrap_or_else(|| "results/continuum".into());
+    let out = OutputDir::prepare(folder).into_diagnostic()?;
+    let study = continuum::run(LEVELS, &mut |what| output::progress(what)).into_diagnostic()?;
+    let made = format!("Made by `{}` on {}.", super::command_line(), machine());
+    let page = Markdown(continuum::page(&study, &made).into_diagnostic()?);
+    let (spacings, locking, sensitivity) =
+        (Rows(&study.spacings), Rows(&study.locking), Rows(&study.sensitivity));
+    let files: [(&str, &dyn Export); 4] = [
+        ("README.md", &page),
+        ("spacings.csv", &spacings),
+        ("locking.csv", &locking),
+        ("sensitivity.csv", &sensitivity),
+    ];
+    let written = out.export(&files, &super::provenance()).into_diagnostic()?;
+    if global.json {
+        output::print(&output::json(&serde_json::json!({ "written": written }))?)?;
+    } else {
+        output::summary(&table::files(&written), &written)?;
+    }
+    Ok(Outcome::Good)
 }
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    if arguments.continuum {
+        return continuum(global);
+    }
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let effort = if arguments.quick { Effort::QUICK } else { Effort::FULL };

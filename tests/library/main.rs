@@ -21,6 +21,7 @@ mod patch_tests;
 mod properties_of_random_bodies;
 mod recordings_are_read;
 mod scenes_simulate_only_what_they_call_for;
+mod scikit_fem;
 mod simulation_by_name;
 mod sparse_cholesky_agrees_with_faer;
 mod tensions_are_tracked;
