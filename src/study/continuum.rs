@@ -190,7 +190,8 @@ fn nested(
     let target = target("S2", "a")?;
     let mut mesh = Body::tongue(COARSEST_M)?.mesh.on_outline(anatomy.outline());
     let mut rows: Vec<Spacing> = Vec::new();
-    let (mut all, mut tensions): (Vec<[Vec<f64>; 2]>, Vec<Option<Vec<f64>>>) = (Vec::new(), Vec::new());
+    let mut all: Vec<[Vec<f64>; 2]> = Vec::new();
+    let mut tensions: Vec<Option<Vec<f64>>> = Vec::new();
     for level in 0..levels {
         let plain = Body::new(name, mesh.clone());
         let body = match settings {
