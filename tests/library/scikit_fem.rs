@@ -31,7 +31,8 @@ fn a_pulled_tongue_has_the_displacements_that_scikit_fem_finds() {
     let body = Body::new("pulled", base.clone()).into_continuum(&ContinuumSettings::default()).unwrap();
     let mesh = &body.mesh;
     let shift = |n: usize| if mesh.nodes[n][1] > 20e-3 { [3e-3, -4e-3] } else { [0.0, 0.0] };
-    let carried = mesh.fixed.iter().map(|&n| (n, mesh.nodes[n] + nalgebra::Vector2::from(shift(n)))).collect();
+    let carried =
+        mesh.fixed.iter().map(|&n| (n, mesh.nodes[n] + nalgebra::Vector2::from(shift(n)))).collect();
     let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
     let system = System::with(mesh, &model, &[], Additions { carried, ..Additions::default() }).unwrap();
     let mut workspace = Workspace::new(&system);
