@@ -308,17 +308,29 @@ fn sensitive(
     })
 }
 
-/// The coarsest continuum whose fitted tensions are within 1 % of those of the finest, in a sentence.
+/// What a continuum's tensions cost, in a sentence: the coarsest mesh within 1 % of the finest, or the nearest. The finest itself, which
+/// errors are counted from, says nothing.
 pub fn verdict(spacings: &[Spacing]) -> String {
-    let good = |r: &&Spacing| r.body == "continuum" && r.error_of_tension.is_some_and(|e| e <= ONE_PER_CENT);
-    match spacings.iter().find(good) {
-        Some(r) => format!(
-            "**For 1 % of a tension take --body continuum at h = {} mm or finer: an equilibrium costs {}, a fit {}.**",
-            number(r.h_mm),
-            duration(r.solve_s),
-            duration(r.fit_s)
-        ),
-        None => "No mesh of this study is within 1 % of a tension.".to_owned(),
+    let known = || {
+        let of_continuum = spacings.iter().filter(|r| r.body == "continuum");
+        of_continuum.filter_map(|r| Some((r, r.error_of_tension.filter(|e| *e > 0.0)?)))
+    };
+    let costs = |r: &Spacing| {
+        let (h, solve, fit) = (number(r.h_mm), duration(r.solve_s), duration(r.fit_s));
+        (h, format!("an equilibrium costs {solve}, a fit {fit}"))
+    };
+    if let Some((r, _)) = known().find(|(_, e)| *e <= ONE_PER_CENT) {
+        let (h, costs) = costs(r);
+        return format!("**For 1 % of a tension take --body continuum at h = {h} mm: {costs}.**");
+    }
+    match known().min_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((r, error)) => {
+            let ((h, costs), per_cent) = (costs(r), 100.0 * error);
+            format!(
+                "**For {per_cent:.1} % of a tension take --body continuum at h = {h} mm: {costs}.** No mesh but the finest, which errors are counted from, is nearer."
+            )
+        }
+        None => "No mesh of this study has tensions to compare.".to_owned(),
     }
 }
 
