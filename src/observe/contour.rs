@@ -1,5 +1,7 @@
 //! A measured contour point beside the surface curve of a body in the plane.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use super::Observable;
@@ -14,9 +16,10 @@ const MOST_STEPS: usize = 30;
 /// so that every place is a fixed weighted mean of nodes: a material point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    nodes: Vec<usize>,
+    // Shared, because every point of every frame of a recording has its own handle to it.
+    nodes: Arc<[usize]>,
     /// Parameter of every node, m.
-    knots: Vec<f64>,
+    knots: Arc<[f64]>,
 }
 
 impl Curve {
@@ -31,7 +34,7 @@ impl Curve {
             }
             knots.push(knots.last()? + length);
         }
-        (nodes.len() >= 3).then_some(Self { nodes, knots })
+        (nodes.len() >= 3).then(|| Self { nodes: nodes.into(), knots: knots.into() })
     }
 
     /// Length along the chain at rest, m.

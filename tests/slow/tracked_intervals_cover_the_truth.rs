@@ -63,6 +63,7 @@ fn counted(speaker: &Speaker, kind: Kind) -> Counts {
 }
 
 #[test]
+#[allow(clippy::print_stdout, reason = "for --nocapture")]
 fn intervals_of_contours_and_sensors_hold_the_truth_in_95_of_100_cases() {
     let speaker = Speaker::of(Body::tongue(5.5e-3).unwrap());
     let kinds = [
@@ -83,5 +84,6 @@ fn intervals_of_contours_and_sensors_hold_the_truth_in_95_of_100_cases() {
         ));
         good &= (0.93..=0.97).contains(&part);
     }
+    println!("{told:#?}");
     assert!(good, "{told:?}");
 }

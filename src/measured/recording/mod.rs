@@ -32,8 +32,8 @@ pub use map::{Map, MapError, Role};
 pub use screen::{Fault, FaultKind, Screened, screen};
 pub use seen::{Mark, Seen, SeenFrame};
 
-/// More frames than this in one file are refused: three hours at 100 a second.
-pub const MOST_FRAMES: usize = 1_000_000;
+/// More frames than this in one file are refused: twenty minutes at 80 a second. What is made of each takes some 20 kB.
+pub const MOST_FRAMES: usize = 100_000;
 /// More channels than this are no sensors and contour points.
 pub const MOST_CHANNELS: usize = 2048;
 /// More values than this (frames times channels) do not fit into memory with what is made of them.
