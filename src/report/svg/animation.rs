@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use super::axes::{BELOW, LEFT, View};
 use super::labels::point_at;
 use super::section::{
-    DEFORMED, REST, REST_TISSUE, Seen, arrow, bone, bones, check, draw_palate, frame, key, label_places,
+    DEFORMED, REST, REST_TISSUE, Seen, arrow, bone, check, draw_palate, frame, key, label_places,
     lines, ring, tissue_edges, widths,
 };
 use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, escaped, text_attributes};
@@ -120,7 +120,7 @@ pub fn animation_of_seen(
     let leaving = drawn.iter().filter_map(|l| l.leaves.map(|ends| (ends, &l.colour)));
     let arrows = leaving.map(|([from, to], colour)| arrow(&mut svg, from, to, colour)).count() > 0;
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
-    bones(&view, mesh, &last.positions).into_iter().for_each(|at| bone(&mut svg, at));
+    moving_bones(&mut svg, &view, mesh, frames, duration);
     names(&mut svg, &view, mesh, frames, duration, &most);
     times(&mut svg, frames, duration, [end[0] - MARGIN, top + MARGIN + TEXT]);
     let bottom = end[1] + BELOW + MARGIN;
@@ -154,6 +154,32 @@ fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration:
              repeatCount=\"indefinite\" values=\"{}\"/></text>",
             text_attributes(at, Anchor::Middle, line.face(), TEXT),
             escaped(&super::printable(&line.name)),
+            ways.join(";")
+        );
+    }
+}
+
+/// The bones, those that are carried along with their ways.
+fn moving_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration: f64) {
+    let Some(last) = frames.last() else { return };
+    for &node in &mesh.fixed {
+        let Some(end) = last.positions.get(node).filter(|p| view.bounds.contains(p)) else { continue };
+        let at = view.place(end);
+        let way = |f: &Frame| {
+            let here = f.positions.get(node).map_or(at, |p| view.place(p));
+            format!("{:.1} {:.1}", here[0] - at[0], here[1] - at[1])
+        };
+        let ways: Vec<String> = frames.iter().map(way).collect();
+        if ways.iter().all(|w| *w == ways[0]) {
+            bone(svg, at);
+            continue;
+        }
+        svg.elements += "<g>";
+        bone(svg, at);
+        let _ = writeln!(
+            svg.elements,
+            "<animateTransform attributeName=\"transform\" type=\"translate\" dur=\"{duration}s\" \
+             repeatCount=\"indefinite\" values=\"{}\"/></g>",
             ways.join(";")
         );
     }

@@ -115,7 +115,7 @@ impl View {
             let [at, _] = self.place(&SVector::from([1e-3 * value, 0.0]));
             svg.line([at, bottom], [at, bottom + TICK], INK, 1.5);
             // A number with a sign must not leave the sheet.
-            let inside = right + MARGIN - 0.5 * Face::Plain.width(&tick(value));
+            let inside = right + MARGIN - 0.7 * Face::Plain.width(&tick(value));
             svg.text([at.min(inside), bottom + 22.0], Anchor::Middle, Face::Plain, &tick(value));
         }
         for value in ticks(mm(1)) {
