@@ -3,7 +3,7 @@
 //! What [`solve`] does for one load, [`Lanes`] does for any number: draws of a posterior, candidates of a search, frames of a recording.
 //! Each load has its own tensions, displaced bones, start and, if it wants one, its own body of the same edges and triangles; each
 //! solution has its own status, iterations and line search. With AVX2 (found out when the program runs) an equilibrium from a neighbour
-//! costs about a quarter of what it costs alone; `cargo bench many` says how much.
+//! costs less than half of what it costs alone; `cargo bench many` says how much.
 //!
 //! # What is the same, and what is not
 //! - The equilibria are those of [`solve`] to 1e-9 mm, since the method is the same; not its bits, since sums are taken in another order
