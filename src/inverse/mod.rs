@@ -158,7 +158,7 @@ pub enum FitError {
     #[error(transparent)]
     System(#[from] SystemError),
     /// The mesh has no chain for a muscle.
-    #[error("the mesh has no muscle {muscle}; it is needed to compare lengths")]
+    #[error("the mesh has no muscle {muscle}, which the table has; name a curve of the mesh after it, or leave its column out of the table")]
     MissingMuscle {
         /// Its name.
         muscle: String,
