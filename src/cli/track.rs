@@ -18,6 +18,7 @@ use tongue_fit::system::{self, Additions, Model, System};
 use tongue_fit::track::{self, Followed, FrameStatus, HeldOut, Prior, Settings, Surface, Tracked};
 
 use super::recordings::{self, Given, PriorArguments, RestName, Screened};
+use super::track_files::Found;
 use super::track_kept::{self, KeptRecording};
 use super::{Global, Outcome, body, interrupt, output, track_files, track_table};
 
@@ -68,16 +69,6 @@ struct Speaker {
     how: Option<How>,
     /// How the body came to be; none where it was given without saying so.
     adaptation: Option<Adaptation>,
-}
-
-/// What was found of one recording.
-pub struct Found {
-    /// The body that it was found with.
-    pub body: Body<2>,
-    /// Numbers of the contracting muscles, in the order of tensions.
-    pub contracting: Vec<usize>,
-    /// Every frame.
-    pub frames: Vec<Tracked>,
 }
 
 /// Runs it.

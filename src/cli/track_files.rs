@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
+use tongue_fit::body::Body;
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::{
     Export, Frame, Json, OutputDir, Pvd, Timeline, TrackPage, TrackPicture, TrackRecord, Vtu,
@@ -11,7 +12,15 @@ use tongue_fit::report::{
 use tongue_fit::system::TissueModel;
 use tongue_fit::track::{FrameStatus, Tracked};
 
-use super::track::Found;
+/// What was found of one recording.
+pub struct Found {
+    /// The body that it was found with.
+    pub body: Body<2>,
+    /// Numbers of the contracting muscles, in the order of tensions.
+    pub contracting: Vec<usize>,
+    /// Every frame.
+    pub frames: Vec<Tracked>,
+}
 
 /// What is written beside the tables.
 #[derive(Debug, Clone, clap::Args)]

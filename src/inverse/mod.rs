@@ -158,7 +158,9 @@ pub enum FitError {
     #[error(transparent)]
     System(#[from] SystemError),
     /// The mesh has no chain for a muscle.
-    #[error("the mesh has no muscle {muscle}, which the table has; name a curve of the mesh after it, or leave its column out of the table")]
+    #[error(
+        "the mesh has no muscle {muscle}, which the table has; name a curve of the mesh after it, or leave its column out of the table"
+    )]
     MissingMuscle {
         /// Its name.
         muscle: String,

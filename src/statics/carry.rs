@@ -10,6 +10,11 @@ use crate::system::System;
 
 use super::Workspace;
 
+/// Residual force at which the body has followed well enough for the next part, N.
+pub(super) const FOLLOWED: f64 = 1e-4;
+/// Most parts. The reference tongue's jaw opens by 10 degrees in 12.
+pub(super) const MOST_PARTS: usize = 1000;
+
 /// A part of the way left that is not worth going.
 const LEAST_PART: f64 = 1e-6;
 

@@ -3,16 +3,11 @@
 
 use crate::system::System;
 
-use super::carry::{Carried, carry};
+use super::carry::{Carried, FOLLOWED, MOST_PARTS, carry};
 use super::plain::solve_single;
 use super::safeguards::{settle, step_load};
 use super::state::State;
 use super::{Settings, Solution, Stability, Status, Workspace};
-
-/// Residual force at which the body has followed well enough for the next part, N.
-pub(super) const FOLLOWED: f64 = 1e-4;
-/// Most parts. The reference tongue's jaw opens by 10 degrees in 12.
-pub(super) const MOST_PARTS: usize = 1000;
 
 /// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
 /// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there. A plain body

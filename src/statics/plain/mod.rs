@@ -11,7 +11,7 @@ use nalgebra::SVector;
 use crate::geometry::simplex;
 use crate::sparse::flat::{Block, Factor, Lower, Solve};
 use crate::sparse::wide::{Pair, Wide, way};
-use crate::statics::solve::{FOLLOWED, MOST_PARTS};
+use crate::statics::carry::{FOLLOWED, MOST_PARTS};
 use crate::statics::{Settings, Solution, Status};
 use crate::system::System;
 use crate::system::elements::{Elements, Numbers};
