@@ -70,7 +70,7 @@ mod tests {
         };
         assert_eq!(rows, table.text(&by).unwrap());
         assert!(
-            rows.starts_with("muscle,stretch,version,command,tissue\nGGa,0.30000000000000004,"),
+            rows.starts_with("muscle,stretch,version,command,tissue,body\nGGa,0.30000000000000004,"),
             "{rows}"
         );
     }
