@@ -15,6 +15,8 @@ mod file;
 mod json;
 mod markdown;
 mod msh;
+#[cfg(feature = "files")]
+mod page;
 mod record;
 #[cfg(feature = "files")]
 mod staged;

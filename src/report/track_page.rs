@@ -2,13 +2,12 @@
 
 use std::io::{self, Write};
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::export::{Export, Provenance};
+use super::page;
 use super::svg::Svg;
 use super::track::{TrackRecord, status_name};
-
-const STYLE: &str = include_str!("batch/page/page.css");
 
 /// Pictures of one recording.
 #[derive(Debug, Clone)]
@@ -32,32 +31,20 @@ pub struct TrackPage<'a> {
 
 impl Export for TrackPage<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    title { "tongue-fit track" }
-                    link rel="icon" href="data:,";
-                    style { (PreEscaped(STYLE)) }
-                }
-                body {
-                    (top(self.record, by))
-                    (courses(self.record))
-                    @for p in &self.pictures {
-                        section {
-                            h2 { (p.recording) }
-                            div.figure.wide { (PreEscaped(p.courses.to_string())) }
-                            @if let Some(file) = &p.animation { p { "Seen (dots) and simulated: " a href=(file) { (file) } } }
-                        }
-                    }
-                    (held_out(self.record))
-                    (doubts(self.record))
-                }
-            }
+        let body = html! {
+                            (top(self.record, by))
+                            (courses(self.record))
+                            @for p in &self.pictures {
+                                section {
+                                    h2 { (p.recording) }
+                                    div.figure.wide { (PreEscaped(p.courses.to_string())) }
+                                    @if let Some(file) = &p.animation { p { "Seen (dots) and simulated: " a href=(file) { (file) } } }
+                                }
+                            }
+                            (held_out(self.record))
+                            (doubts(self.record))
         };
-        out.write_all(page.into_string().as_bytes())
+        out.write_all(page::document("tongue-fit track", &body).as_bytes())
     }
 }
 

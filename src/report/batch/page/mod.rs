@@ -6,20 +6,19 @@ mod fit;
 
 use std::io::{self, Write};
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::summary::PassiveGroup;
 use super::{Batch, Journal, all_refusals, each_fit};
 use crate::body::Mesh;
-use crate::report::Export;
 use crate::report::svg::{self, Found, Svg, colours, frame};
+use crate::report::{Export, page};
 
 pub use self::fit::PageFit;
 
 /// Fits that the page shows; a table of thousands would be too large for a browser.
 pub const MOST_FITS: usize = 200;
 
-const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// Writes the page.
@@ -28,34 +27,22 @@ const SCRIPT: &str = include_str!("page.js");
 /// As the operating system.
 pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
     let fits = shown(batch, journal)?;
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "tongue-fit batch" }
-                link rel="icon" href="data:,";
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                (top(batch, fits.len()))
-                (fit_table(&fits, batch.muscles))
-                (viewer(&fits))
-                (heat_map(&fits, batch.muscles))
-                (passive(&batch.summary.passive))
-                section {
-                    h2 { "Every fit" }
-                    p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and what speaks for and against the answer." }
-                    @for f in &fits { (PreEscaped(&f.detail)) }
-                }
-                (others(batch, journal)?)
-                script type="application/json" id="data" { (PreEscaped(data(batch.mesh, &fits))) }
-                script { (PreEscaped(SCRIPT)) }
-            }
-        }
+    let body = html! {
+                    (top(batch, fits.len()))
+                    (fit_table(&fits, batch.muscles))
+                    (viewer(&fits))
+                    (heat_map(&fits, batch.muscles))
+                    (passive(&batch.summary.passive))
+                    section {
+                        h2 { "Every fit" }
+                        p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and what speaks for and against the answer." }
+                        @for f in &fits { (PreEscaped(&f.detail)) }
+                    }
+                    (others(batch, journal)?)
+                    script type="application/json" id="data" { (PreEscaped(data(batch.mesh, &fits))) }
+                    script { (PreEscaped(SCRIPT)) }
     };
-    w.write_all(page.into_string().as_bytes())
+    w.write_all(page::document("tongue-fit batch", &body).as_bytes())
 }
 
 /// Writes the picture of the tensions as a file of its own.
