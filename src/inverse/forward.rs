@@ -130,6 +130,8 @@ pub struct Forward<'a, const D: usize> {
     from_neighbours: bool,
     /// Whether candidates are followed from rest.
     traced: bool,
+    /// The shape (positions of all nodes, m) from which candidates are solved, where it is but one.
+    held: Option<Vec<SVector<f64, D>>>,
     counts: Counts,
 }
 
@@ -146,6 +148,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             known: BestKnown::new(inverse.unknowns.len()),
             from_neighbours: settings.warm_start,
             traced: false,
+            held: None,
             counts: Counts::default(),
         }
     }
@@ -244,6 +247,12 @@ impl<'a, const D: usize> Forward<'a, D> {
         all.iter().all(|r| r.is_finite()).then(|| DVector::from_vec(all))
     }
 
+    fn solve_from_held(&mut self) -> bool {
+        let Some(positions) = &self.held else { return false };
+        self.workspace.start_from(positions);
+        self.solve()
+    }
+
     fn solve_from_nearest(&mut self, x: &[f64]) -> bool {
         if self.traced {
             return false;
@@ -336,6 +345,10 @@ impl<const D: usize> Problem for Forward<'_, D> {
 
     fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let possible = self.set(x).is_ok();
+        if self.held.is_some() {
+            let solved = possible && self.solve_from_held();
+            return self.outcome(x, solved);
+        }
         let warm = possible && self.settings.warm_start && self.from_neighbours;
         let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_from_rest());
         let residuals = self.outcome(x, solved)?;
@@ -385,6 +398,10 @@ impl<const D: usize> Problem for Forward<'_, D> {
 
     fn trace(&mut self, trace: bool) -> bool {
         std::mem::replace(&mut self.traced, trace)
+    }
+
+    fn hold(&mut self, hold: bool) {
+        self.held = hold.then(|| self.workspace.positions().to_vec());
     }
 
     fn forget_neighbours(&mut self) {

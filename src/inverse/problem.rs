@@ -65,6 +65,9 @@ pub trait Problem {
         true
     }
 
+    /// Whether from now on candidates are solved from the shape of the last one, and from no other.
+    fn hold(&mut self, _hold: bool) {}
+
     /// Forgets all candidates but the best, so that [`Problem::spread`] speaks of new ones.
     fn keep_best(&mut self) {}
 

@@ -126,13 +126,19 @@ fn one_way(
     let Some(first) = point(problem, start) else { return (Vec::new(), End::Fold) };
     let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(first.misfit * 1.01);
     let here = DVector::from_column_slice(start);
-    let mut way = Way { here, along: direction.clone(), last: first, points: Vec::new(), tolerance };
-    let mut end = way.go_on(problem);
+    let mut way =
+        Way { here, along: direction.clone(), last: first, points: Vec::new(), tolerance, held: false };
+    let mut end = way.go_on(problem, STRIDE);
     if !matches!(end, End::Zero { .. } | End::UpperBound { .. } | End::StepLimit) {
-        // Solved from a neighbour or directly, tensions can lead to another shape than as they grow together from rest, and the way end
-        // where the curve does not.
+        // Solved from the best neighbours or directly, tensions can lead to another shape than as they grow together from rest, and the
+        // way end where the curve does not.
         let was_traced = problem.trace(true);
-        end = if was_traced { end } else { way.go_on(problem) };
+        if !was_traced && problem.residuals_from_rest(way.here.as_slice()).is_some() {
+            way.held = true;
+            problem.hold(true);
+            end = way.go_on(problem, SHORTEST_STRIDE);
+            problem.hold(false);
+        }
         problem.trace(was_traced);
     }
     (way.points, end)
@@ -146,13 +152,15 @@ struct Way {
     last: Point,
     points: Vec<Point>,
     tolerance: f64,
+    /// Whether each step begins at the shape to which the last point leads from rest.
+    held: bool,
 }
 
 impl Way {
-    /// Follows the curve to where it ends or cannot be followed.
-    fn go_on(&mut self, problem: &mut dyn Problem) -> End {
+    /// Follows the curve to where it ends or cannot be followed, in steps of which the first is `stride` long.
+    fn go_on(&mut self, problem: &mut dyn Problem, mut stride: f64) -> End {
         let unknowns = problem.unknowns().to_vec();
-        let (mut stride, mut why) = (STRIDE, End::TargetLost);
+        let mut why = End::TargetLost;
         while self.points.len() < MOST_STRIDES {
             let left = room(&self.here, &self.along, &unknowns);
             if left <= ON_BOUND {
@@ -198,6 +206,9 @@ impl Way {
         let from_rest = problem.residuals_from_rest(next.as_slice());
         if problem.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
             return Err(End::Jump);
+        }
+        if self.held {
+            problem.hold(true);
         }
         let (_, directions) = decompose(&jacobian.ok_or(End::Fold)?).ok_or(End::Fold)?;
         let alike = |d: &DVector<f64>| d.dot(&self.along);
