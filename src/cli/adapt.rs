@@ -98,7 +98,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 return Err(miette!("name recordings of the speaker, or --landmarks of one posture at rest"));
             }
             let recordings = arguments.recordings.read(None)?;
-            recordings::notes(&recordings, &given.body).iter().for_each(|n| output::note(n));
+            recordings::notes(&recordings, &given.body, &[]).iter().for_each(|n| output::note(n));
             let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
             let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
             let progress = |done: usize, of: usize| {

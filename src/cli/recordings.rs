@@ -218,7 +218,7 @@ pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Re
 const FARTHEST_BONE_M: f64 = 20e-3;
 
 /// What was wrong with recordings, in sentences.
-pub fn notes(recordings: &[Screened], body: &Body<2>) -> Vec<String> {
+pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<String> {
     let mut out = Vec::new();
     for Screened { seen, faults, .. } in recordings {
         let count = |kind: FaultKind| faults.iter().flatten().filter(|f| f.kind == kind).count();
@@ -233,14 +233,16 @@ pub fn notes(recordings: &[Screened], body: &Body<2>) -> Vec<String> {
         tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
         tell(FaultKind::BoneMissing, "a bone was not seen; it stays where the nearest frames show it");
         for bone in [tongue_fit::body::MANDIBLE, tongue_fit::body::HYOID] {
-            let seen_once = seen.bone(bone).is_some_and(|b| seen.frames.iter().any(|f| f.bones[b].is_some()));
-            if !seen_once && !body.bone(bone).is_empty() {
-                out.push(format!(
-                    "{}: the {} was never seen; it stays where it is at rest",
-                    seen.name,
-                    bone.replace('_', " ")
-                ));
+            if seen.shows_bone(bone) || body.bone(bone).is_empty() {
+                continue;
             }
+            let what = match freed.iter().any(|f| f.trim() == bone) {
+                true => "its displacement is an unknown".to_owned(),
+                false => format!(
+                    "it stays where it is at rest; track --free-bone {bone} makes its displacement an unknown"
+                ),
+            };
+            out.push(format!("{}: the {} was never seen; {what}", seen.name, bone.replace('_', " ")));
         }
     }
     out

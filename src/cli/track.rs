@@ -8,11 +8,12 @@ use tongue_fit::adapt::{self, Adaptation, Basis, How};
 use tongue_fit::body::Body;
 use tongue_fit::effect::{Contact, Effect};
 use tongue_fit::geometry::Point;
+use tongue_fit::inverse::FreedBone;
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::batch;
 use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::{
-    CourseRecord, Export, Json, OutputDir, PriorRecord, TrackRecord, frame_records, status_name,
+    Export, Json, OutputDir, PriorRecord, TrackRecord, courses, frame_records, status_name,
 };
 use tongue_fit::system::{self, Additions, Model, System};
 use tongue_fit::track::{self, Followed, FrameStatus, HeldOut, Prior, Settings, Surface, Tracked};
@@ -47,6 +48,10 @@ pub struct Arguments {
     /// Muscles that can contract [default: all of the body]
     #[arg(long, value_name = "MUSCLES", value_delimiter = ',')]
     muscles: Vec<String>,
+    /// A bone that may be displaced in recordings in which it was not seen, such as hyoid: near its place (5 mm), its displacement is
+    /// found with the tensions; may be given several times
+    #[arg(long, value_name = "NAME")]
+    free_bone: Vec<String>,
     /// Take the half-normal prior also where the body's file has a learned one, or one could be learned
     #[arg(long)]
     plain_prior: bool,
@@ -83,11 +88,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         names.iter().map(|n| given.body.muscle(n).into_diagnostic()).collect::<miette::Result<Vec<_>>>()?;
     let hide = hidden(arguments, &recordings)?;
     let prior = arguments.prior.prior(names.len())?;
-    let notes = recordings::notes(&recordings, &given.body);
+    let notes = recordings::notes(&recordings, &given.body, &arguments.free_bone);
     let basis = Basis { contracting: numbers, ..given.basis(&arguments.body, prior) };
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
     let run = Run { arguments, given: &given, basis, names: &names, is_given, palate: wall };
     let seen: Vec<&Seen> = recordings.iter().map(|r| &r.seen).collect();
+    run.check_freed(&seen)?;
 
     match is_given {
         true => recordings::check_frame(&recordings, &run.speaker(&seen, &[])?.followed)?,
@@ -106,7 +112,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         if let Some(kept) = kept {
             let body = kept.body(&given.body);
             speaker = Some(run.known(body.clone(), kept.adaptation.as_ref()));
-            found.push(run.found(body, kept.frames()));
+            found.push(run.found(body, kept.frames));
             continue;
         }
         if speaker.is_none() || leave_out {
@@ -131,10 +137,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         (false, RestName::Joint, true) => run.odd_and_even(&seen),
         _ => None,
     };
-    let courses = courses(&names, &found, pair.as_ref());
+    let all: Vec<&Tracked> = found.iter().flat_map(|f| &f.frames).collect();
+    let courses = courses(&names, &all, pair.as_ref());
     let mut frames = Vec::new();
     for (r, f) in recordings.iter().zip(&found) {
-        frames.extend(frame_records(&r.seen, &r.faults, &f.frames, &names));
+        frames.extend(frame_records(&r.seen, &r.faults, &f.frames, &names, run.freed(&r.seen)));
     }
     let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
     frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
@@ -263,6 +270,9 @@ impl Run<'_> {
         let additions = Additions { effects: self.wall(body)?, ..Additions::default() };
         let system =
             System::with(&body.mesh, &self.model(), &self.basis.contracting, additions).into_diagnostic()?;
+        let freed =
+            self.freed(seen).map(|name| FreedBone::of(body, &self.model(), &self.basis.contracting, name));
+        let freed = freed.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
         let surface = Surface::of(body)
             .ok_or_else(|| miette!("{} has no outline of tissue to compare with", body.what))?;
         let frames = track::frames(seen, &surface, &speaker.followed, hide);
@@ -276,12 +286,37 @@ impl Run<'_> {
         let found = track::track(
             &system,
             &speaker.followed,
+            &freed,
             frames,
             &Settings::new(speaker.prior.clone()),
             &progress,
         );
         bar.finish_and_clear();
         Ok(found)
+    }
+
+    /// The bones whose displacement is unknown in a recording.
+    fn freed<'b>(&'b self, seen: &'b Seen) -> impl Iterator<Item = &'b str> {
+        self.arguments.free_bone.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
+    }
+
+    /// Refuses bones that are freed to no effect.
+    fn check_freed(&self, seen: &[&Seen]) -> miette::Result<()> {
+        let mut names: Vec<&str> = Vec::new();
+        for name in self.arguments.free_bone.iter().map(|b| b.trim()) {
+            if names.contains(&name) {
+                return Err(miette!("--free-bone {name}: this bone is free already; give each bone once"));
+            }
+            FreedBone::of(&self.given.body, &self.model(), &self.basis.contracting, name)
+                .into_diagnostic()?;
+            if seen.iter().all(|s| s.shows_bone(name)) {
+                return Err(miette!(
+                    "--free-bone {name}: it is seen in every recording, and carried to where it is seen; leave the option out"
+                ));
+            }
+            names.push(name);
+        }
+        Ok(())
     }
 
     /// The palate that was given, as a wall; none where the body at rest would lie in it.
@@ -361,46 +396,4 @@ fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<
         return Err(miette!("--hold-out leaves fewer than three points to fit; keep back fewer"));
     }
     Ok(out)
-}
-
-/// A course is not known whose scores keep more than this part of the prior's standard deviation,
-const UNKNOWN: f64 = 0.6;
-/// or whose courses with rest shapes of odd and of even frames correlate less than this.
-const SAME_COURSE: f64 = 0.8;
-
-fn courses(names: &[String], found: &[Found], pair: Option<&[Vec<Tracked>; 2]>) -> Vec<CourseRecord> {
-    let frames: Vec<&Tracked> = found.iter().flat_map(|f| &f.frames).collect();
-    let course = |(i, name): (usize, &String)| {
-        let mut sd: Vec<f64> = frames.iter().map(|f| f.covariance[(i, i)].max(0.0).sqrt()).collect();
-        sd.sort_by(f64::total_cmp);
-        let unknown_part = sd.get(sd.len() / 2).copied().unwrap_or(1.0);
-        let tensions = |all: &[Tracked]| all.iter().map(|f| f.tensions_n[i]).collect::<Vec<f64>>();
-        let both = pair.map(|[odd, even]| (tensions(odd), tensions(even)));
-        let correlation = both.as_ref().and_then(|(a, b)| correlation(a, b));
-        let level = both
-            .as_ref()
-            .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).sum::<f64>().abs() / a.len().max(1) as f64);
-        CourseRecord {
-            muscle: name.clone(),
-            known: unknown_part < UNKNOWN && correlation.is_none_or(|r| r >= SAME_COURSE),
-            unknown_part,
-            odd_even_correlation: correlation,
-            odd_even_level_n: level,
-        }
-    };
-    names.iter().enumerate().map(course).collect()
-}
-
-fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
-    let n = a.len() as f64;
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / n;
-    let (ma, mb) = (mean(a), mean(b));
-    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
-    for (x, y) in a.iter().zip(b) {
-        ab += (x - ma) * (y - mb);
-        aa += (x - ma).powi(2);
-        bb += (y - mb).powi(2);
-    }
-    let r = ab / (aa * bb).sqrt();
-    r.is_finite().then_some(r)
 }

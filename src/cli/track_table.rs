@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use tongue_fit::report::TrackRecord;
+use tongue_fit::report::{FrameRecord, TrackRecord};
 
 use super::table;
 
@@ -27,16 +27,11 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
     ]);
     let number = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
     for (i, course) in record.courses.iter().enumerate() {
-        let median = |of: &dyn Fn(usize) -> f64| {
-            let mut all: Vec<f64> = (0..record.frames.len()).map(of).collect();
-            all.sort_by(f64::total_cmp);
-            all.get(all.len() / 2).copied().unwrap_or(f64::NAN)
-        };
-        let frame = |t: usize| &record.frames[t];
+        let of = |value: &dyn Fn(&FrameRecord) -> f64| median(record.frames.iter().map(value));
         t.add_row([
             course.muscle.clone(),
-            format!("{:.1}", median(&|t| frame(t).tensions_n.0[i].1)),
-            format!("{:.1} to {:.1}", median(&|t| frame(t).low.0[i].1), median(&|t| frame(t).high.0[i].1)),
+            format!("{:.1}", of(&|f| f.tensions_n.0[i].1)),
+            format!("{:.1} to {:.1}", of(&|f| f.low.0[i].1), of(&|f| f.high.0[i].1)),
             format!("{:.0} %", 100.0 * course.unknown_part.min(1.0)),
             number(course.odd_even_correlation),
             course.odd_even_level_n.map_or_else(|| "-".to_owned(), |v| format!("±{v:.0}")),
@@ -57,6 +52,12 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
         "{resolved} of {} directions of tension are resolved in the median frame; the rest is the prior",
         record.courses.len()
     );
+    for (bone, end) in freed(record) {
+        let _ = writeln!(
+            text,
+            "{bone}, not seen: displaced by {end} mm (medians over the frames, 95 % intervals)"
+        );
+    }
     if let Some(held) = &record.held_out {
         let mut t = table::table(&["hidden points told by", "points", "median mm", "pooled mm"]);
         for o in &held.opponents {
@@ -86,4 +87,31 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
         }
     }
     text + "\n" + &table::files(written)
+}
+
+/// Bones that were freed, and how far each is displaced.
+fn freed(record: &TrackRecord) -> Vec<(String, String)> {
+    let mut names: Vec<&String> =
+        record.frames.iter().flat_map(|f| f.bones.0.iter().map(|(name, _)| name)).collect();
+    names.sort();
+    names.dedup();
+    let one = |name: &String| {
+        let all: Vec<_> = record.frames.iter().filter_map(|f| f.bones.of(name)).collect();
+        let axis = |a: usize| {
+            let [x, low, high] = [
+                median(all.iter().map(|b| b.shift_mm[a])),
+                median(all.iter().map(|b| b.interval_mm[a][0])),
+                median(all.iter().map(|b| b.interval_mm[a][1])),
+            ];
+            format!("{x:.1} ({low:.1} to {high:.1})")
+        };
+        (name.replace('_', " "), format!("{}, {}", axis(0), axis(1)))
+    };
+    names.into_iter().map(one).collect()
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut all: Vec<f64> = values.collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or(f64::NAN)
 }

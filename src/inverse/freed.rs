@@ -2,11 +2,13 @@
 
 use nalgebra::SVector;
 
-use crate::body::Mesh;
+use crate::body::{Body, Mesh};
 use crate::effect::{Configuration, Tangent};
 use crate::material::Constants;
 use crate::sparse::BlockMatrix;
 use crate::system::{Model, System, SystemError};
+
+use super::FitError;
 
 /// A bone that may be displaced: its nodes, and the system in which they are free, which knows how the tissue pulls at them.
 #[derive(Debug)]
@@ -38,6 +40,21 @@ impl<const D: usize> FreedBone<D> {
         Ok(Self { nodes: nodes.to_vec(), mesh, model: *model, contracting: contracting.to_vec(), loose })
     }
 
+    /// Frees a bone of a body by its name.
+    ///
+    /// # Errors
+    /// [`FitError::Unknown`] for a bone that the body does not name; otherwise as [`FreedBone::new`].
+    pub fn of(body: &Body<D>, model: &Model, contracting: &[usize], name: &str) -> Result<Self, FitError> {
+        let nodes = body.bone(name);
+        if nodes.is_empty() {
+            let known: Vec<&str> = body.bones.iter().map(|b| b.name.as_str()).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            let what = format!("the bone \"{name}\" cannot be freed: the bones of this body are {known}");
+            return Err(FitError::Unknown { what });
+        }
+        Ok(Self::new(&body.mesh, model, contracting, nodes)?)
+    }
+
     /// Its nodes.
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
@@ -45,7 +62,7 @@ impl<const D: usize> FreedBone<D> {
 
     /// Adds the force that the tissue puts on every node when the bone moves along an axis and all other nodes stay, N/m; `other` are
     /// constants of the tissue in place of the model's.
-    pub(super) fn add_force(
+    pub(crate) fn add_force(
         &self,
         at: Configuration<'_, D>,
         axis: usize,

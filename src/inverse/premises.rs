@@ -171,14 +171,11 @@ impl<const D: usize> Setup<D> {
         let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
         let mut freed = Vec::new();
         for LooseBone { name, axes } in &premises.bones {
-            let nodes = body.bone(name);
-            if nodes.is_empty() || axes.iter().any(|a| *a >= D) {
-                let known: Vec<&str> = body.bones.iter().map(|b| b.name.as_str()).collect();
-                let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-                let what = format!("the bone \"{name}\" cannot be freed: the bones of this body are {known}");
+            if axes.iter().any(|a| *a >= D) {
+                let what = format!("the bone \"{name}\" cannot be freed along an axis that the body has not");
                 return Err(FitError::Unknown { what });
             }
-            freed.push(FreedBone::new(&body.mesh, model, &all, nodes)?);
+            freed.push(FreedBone::of(body, model, &all, name)?);
         }
         let names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
         Ok(Self {

@@ -12,6 +12,11 @@ impl<T> ByMuscle<T> {
         Self(names.iter().cloned().zip(values).collect())
     }
 
+    /// Whether it has no values.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// The value of a muscle.
     pub fn of(&self, muscle: &str) -> Option<&T> {
         self.0.iter().find(|(name, _)| name == muscle).map(|(_, value)| value)

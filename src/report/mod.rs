@@ -48,7 +48,7 @@ pub use svg::{
     Curve, Frame, Panel, Scatter, Section, Series, Svg, Timeline, animation, animation_of_seen, changes,
     panels, scatter, solid, timelines, tongue, valley, work_precision,
 };
-pub use track::{CourseRecord, FrameRecord, PriorRecord, TrackRecord, frame_records, status_name};
+pub use track::{CourseRecord, FrameRecord, PriorRecord, TrackRecord, courses, frame_records, status_name};
 #[cfg(feature = "files")]
 pub use track_page::{TrackPage, TrackPicture};
 pub use trajectory::{History, TrajectoryRecord};

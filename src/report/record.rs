@@ -134,12 +134,13 @@ pub struct Segment {
     pub to_n: ByMuscle<f64>,
 }
 
-/// A bone that was freed in a fit.
+/// A bone whose displacement was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoneRecord {
     /// How far it is displaced, mm by axis.
     pub shift_mm: Vec<f64>,
-    /// The 95 % interval of each: from a standard deviation of 0.01 of every stretch and the priors, linearised at the answer.
+    /// The 95 % interval of each. In a fit: from a standard deviation of 0.01 of every stretch and the priors, linearised at the answer;
+    /// in a recording as those of the tensions.
     pub interval_mm: Vec<[f64; 2]>,
 }
 

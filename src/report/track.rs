@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::{ByMuscle, StoTable, Table};
+use super::{BoneRecord, ByMuscle, StoTable, Table};
 use crate::measured::recording::{Fault, Seen};
-use crate::track::{FrameStatus, HeldOut, Prior, Tracked};
+use crate::track::{Displacement, FrameStatus, HeldOut, Prior, Tracked};
 
 /// One frame of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,6 +21,9 @@ pub struct FrameRecord {
     pub low: ByMuscle<f64>,
     /// Upper ends.
     pub high: ByMuscle<f64>,
+    /// Displacements of the bones that were freed because they were not seen.
+    #[serde(skip_serializing_if = "ByMuscle::is_empty")]
+    pub bones: ByMuscle<BoneRecord>,
     /// Root mean square distance of the points that were fitted, mm; null where nothing was.
     pub rms_mm: Option<f64>,
     /// The same of the points that were kept back; null without any.
@@ -45,6 +48,48 @@ pub struct CourseRecord {
     pub odd_even_correlation: Option<f64>,
     /// Mean difference of its level between the two, N per metre of thickness.
     pub odd_even_level_n: Option<f64>,
+}
+
+/// A course is not known whose scores keep more than this part of the prior's standard deviation,
+const UNKNOWN: f64 = 0.6;
+/// or whose courses with rest shapes of odd and of even frames correlate less than this.
+const SAME_COURSE: f64 = 0.8;
+
+/// What is known of every muscle's course over all frames; `pair` are the same frames with rest shapes of odd and of even frames.
+pub fn courses(names: &[String], frames: &[&Tracked], pair: Option<&[Vec<Tracked>; 2]>) -> Vec<CourseRecord> {
+    let course = |(i, name): (usize, &String)| {
+        let mut sd: Vec<f64> = frames.iter().map(|f| f.covariance[(i, i)].max(0.0).sqrt()).collect();
+        sd.sort_by(f64::total_cmp);
+        let unknown_part = sd.get(sd.len() / 2).copied().unwrap_or(1.0);
+        let tensions = |all: &[Tracked]| all.iter().map(|f| f.tensions_n[i]).collect::<Vec<f64>>();
+        let both = pair.map(|[odd, even]| (tensions(odd), tensions(even)));
+        let correlation = both.as_ref().and_then(|(a, b)| correlation(a, b));
+        let level = both
+            .as_ref()
+            .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).sum::<f64>().abs() / a.len().max(1) as f64);
+        CourseRecord {
+            muscle: name.clone(),
+            known: unknown_part < UNKNOWN && correlation.is_none_or(|r| r >= SAME_COURSE),
+            unknown_part,
+            odd_even_correlation: correlation,
+            odd_even_level_n: level,
+        }
+    };
+    names.iter().enumerate().map(course).collect()
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
+    let n = a.len() as f64;
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / n;
+    let (ma, mb) = (mean(a), mean(b));
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
+    for (x, y) in a.iter().zip(b) {
+        ab += (x - ma) * (y - mb);
+        aa += (x - ma).powi(2);
+        bb += (y - mb).powi(2);
+    }
+    let r = ab / (aa * bb).sqrt();
+    r.is_finite().then_some(r)
 }
 
 /// The prior that the intervals stand under.
@@ -103,13 +148,19 @@ pub struct TrackRecord {
     pub wall_s: f64,
 }
 
-/// The frames of a recording as records; `faults` are what was found before the fit.
-pub fn frame_records(
+/// The frames of a recording as records; `faults` are what was found before the fit, `freed` the names of the freed bones.
+pub fn frame_records<'a>(
     seen: &Seen,
     faults: &[Vec<Fault>],
     tracked: &[Tracked],
     muscles: &[String],
+    freed: impl Iterator<Item = &'a str>,
 ) -> Vec<FrameRecord> {
+    let freed: Vec<&str> = freed.collect();
+    let bone = |d: &Displacement| BoneRecord {
+        shift_mm: d.shift_m.iter().map(|x| x * 1e3).collect(),
+        interval_mm: d.low_m.iter().zip(&d.high_m).map(|(l, h)| [l * 1e3, h * 1e3]).collect(),
+    };
     let record = |(t, frame): (usize, &Tracked)| {
         let by = |values: &[f64]| ByMuscle::new(muscles, values.iter().copied());
         let squares: f64 = frame.hidden.iter().map(|(_, d)| d * d).sum();
@@ -122,6 +173,7 @@ pub fn frame_records(
             tensions_n: by(&frame.tensions_n),
             low: by(&frame.low_n),
             high: by(&frame.high_n),
+            bones: ByMuscle(freed.iter().map(|&n| n.to_owned()).zip(frame.bones.iter().map(bone)).collect()),
             rms_mm: frame.rms_m.map(|r| r * 1e3),
             held_out_rms_mm: (!frame.hidden.is_empty())
                 .then(|| (squares / frame.hidden.len() as f64).sqrt() * 1e3),
@@ -173,22 +225,27 @@ impl TrackRecord {
         Table { columns: columns.map(str::to_owned).to_vec(), rows }
     }
 
-    /// One recording for OpenSim: tensions, the ends of their intervals, and the number of resolved directions over time.
+    /// One recording for OpenSim: tensions, the ends of their intervals, displacements of freed bones, and the number of resolved
+    /// directions over time.
     pub fn sto(&self, recording: &str) -> StoTable {
         let muscles: Vec<&String> =
             self.frames.first().map(|f| f.tensions_n.0.iter().map(|(m, _)| m).collect()).unwrap_or_default();
         let of = |what: &str| muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
+        let freed = self.frames.iter().find(|f| f.recording == recording).map(|f| f.bones.0.iter());
+        let axes = |bone: &String| ["x", "y"].map(|axis| format!("{bone}_shift_{axis}_mm"));
         let labels = [
             vec!["time".to_owned()],
             of("tension_n_per_m"),
             of("low_n_per_m"),
             of("high_n_per_m"),
+            freed.into_iter().flatten().flat_map(|(bone, _)| axes(bone)).collect(),
             vec!["resolved".to_owned()],
         ];
         let row = |f: &FrameRecord| {
             let values =
                 [&f.tensions_n, &f.low, &f.high].into_iter().flat_map(|b| b.0.iter().map(|(_, v)| *v));
-            std::iter::once(f.time_s).chain(values).chain([f.resolved as f64]).collect()
+            let shifts = f.bones.0.iter().flat_map(|(_, b)| b.shift_mm.iter().copied());
+            std::iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()
         };
         let rows = self.frames.iter().filter(|f| f.recording == recording).map(row).collect();
         StoTable {

@@ -33,6 +33,14 @@ impl Prior {
         }
     }
 
+    /// With so many displacements of bones (over their standard deviation) behind the scores of tensions, independent of all.
+    pub(super) fn with_displacements(&self, count: usize) -> Self {
+        let n = self.mean.len();
+        let mut covariance = self.covariance.clone().resize(n + count, n + count, 0.0);
+        (n..n + count).for_each(|i| covariance[(i, i)] = 1.0);
+        Self { mean: self.mean.clone().resize_vertically(n + count, 0.0), covariance, ..self.clone() }
+    }
+
     /// The inverse of the covariance.
     pub(crate) fn precision(&self) -> DMatrix<f64> {
         let n = self.mean.len();

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::body::{Body, HYOID, MANDIBLE};
 use crate::geometry::Point;
+use crate::inverse::{BONE_SD_M, FreedBone};
 use crate::measured::recording::{Seen, SeenFrame};
 use crate::observe::{Contour, Curve, Observable, Observation, Point as Place};
 use crate::statics::{self, Connection, Response, Settings, Status, Workspace};
@@ -162,6 +163,7 @@ pub struct Linear {
 pub struct Solver<'a> {
     pub system: &'a System<2>,
     pub followed: &'a [Followed],
+    freed: &'a [FreedBone<2>],
     pub scale_n: f64,
     pub settings: Settings,
     workspace: Workspace<2>,
@@ -172,7 +174,14 @@ impl<'a> Solver<'a> {
     pub fn new(system: &'a System<2>, followed: &'a [Followed], scale_n: f64) -> Self {
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
-        Self { system, followed, scale_n, settings: Settings::default(), workspace, tensions }
+        let settings = Settings::default();
+        Self { system, followed, freed: &[], scale_n, settings, workspace, tensions }
+    }
+
+    /// With bones whose displacement is unknown: two more scores each, behind those of the tensions.
+    pub fn with_freed(mut self, freed: &'a [FreedBone<2>]) -> Self {
+        self.freed = freed;
+        self
     }
 
     /// Tensions of all muscles of the body, N, at the scores of the contracting ones.
@@ -192,7 +201,7 @@ impl<'a> Solver<'a> {
         from: Option<&[SVector<f64, 2>]>,
     ) -> Option<&[SVector<f64, 2>]> {
         self.tensions = self.tensions_of(x);
-        self.carry(frame);
+        self.carry(frame, x);
         let warm = from.is_some_and(|positions| {
             self.workspace.start_from(positions);
             self.is_solved()
@@ -225,7 +234,7 @@ impl<'a> Solver<'a> {
         /// Parts of the tensions at which the body is solved on its way.
         const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
         let apart = |a: &[SVector<f64, 2>]| crate::body::largest_distance(a, positions);
-        self.carry(frame);
+        self.carry(frame, x);
         self.tensions.fill(0.0);
         let from = relaxed.take();
         let rests = from.is_some_and(|from| {
@@ -255,10 +264,21 @@ impl<'a> Solver<'a> {
         trace.critical.is_none() && apart(self.workspace.positions()) <= SAME_SHAPE_M
     }
 
-    fn carry(&mut self, frame: &Frame) {
+    fn carry(&mut self, frame: &Frame, x: &DVector<f64>) {
         for (bone, shift) in self.followed.iter().zip(&frame.shifts) {
             self.workspace.carry_bone(self.system, &bone.nodes, *shift);
         }
+        for (bone, shift) in self.freed.iter().zip(self.displacements(x)) {
+            self.workspace.carry_bone(self.system, bone.nodes(), shift);
+        }
+    }
+
+    /// Displacements of the freed bones at these scores, m.
+    fn displacements(&self, x: &DVector<f64>) -> impl Iterator<Item = SVector<f64, 2>> + use<> {
+        let of_bones = x.as_slice().get(self.system.contracting().len()..).unwrap_or_default();
+        let pairs: Vec<_> =
+            of_bones.chunks_exact(2).map(|c| SVector::from([c[0], c[1]]) * BONE_SD_M).collect();
+        pairs.into_iter()
     }
 
     /// Weighted residuals and positions at these scores.
@@ -285,9 +305,18 @@ impl<'a> Solver<'a> {
         let slopes = slopes(frame, &positions);
         let mut jacobian = DMatrix::zeros(residuals.len(), x.len());
         let mut response = Response::new(self.system, &mut self.workspace).ok()?;
-        for (column, &muscle) in self.system.contracting().iter().enumerate() {
-            response.to_tension(muscle);
-            let by_score = self.scale_n * scores::tension(x[column]).1;
+        let muscles = self.system.contracting();
+        for column in 0..x.len() {
+            let by_score = if let Some(&muscle) = muscles.get(column) {
+                response.to_tension(muscle);
+                self.scale_n * scores::tension(x[column]).1
+            } else {
+                let (number, axis) = ((column - muscles.len()) / 2, (column - muscles.len()) % 2);
+                let bone = &self.freed[number];
+                response.to_load(|at, load| bone.add_force(at, axis, None, load));
+                response.carry(bone.nodes(), axis);
+                BONE_SD_M
+            };
             for (row, slope) in slopes.iter().enumerate() {
                 let rate: f64 = slope.iter().map(|(node, s)| s.dot(&response.motion()[*node])).sum();
                 jacobian[(row, column)] = rate * by_score;

@@ -29,23 +29,30 @@ const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 const STEP: f64 = 0.01;
 
 /// Lower and upper ends of the 95 % intervals of scores, whose most probable values are `x`, with the covariance of the smoother.
-/// `linear` is the frame there; without one nothing was seen in it, and the normal distribution is exact.
+/// The first `muscles` of them are of tensions, the others displacements. `linear` is the frame there; without one nothing was seen in
+/// it, and the normal distribution is exact.
 pub(super) fn intervals(
     x: &DVector<f64>,
     covariance: &DMatrix<f64>,
     linear: Option<&Linear>,
+    muscles: usize,
 ) -> (Vec<f64>, Vec<f64>) {
     let sd = covariance.diagonal().map(|v| v.max(0.0).sqrt());
     let normal = x.iter().zip(sd.iter()).map(|(g, sd)| (g - TWO_SIDED_95 * sd, g + TWO_SIDED_95 * sd));
-    match linear.and_then(|linear| sampled(x, covariance, linear)) {
+    match linear.and_then(|linear| sampled(x, covariance, linear, muscles)) {
         Some(other) => normal.zip(other).map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).unzip(),
         None => normal.unzip(),
     }
 }
 
 /// The ends that draws of the frame's posterior give.
-fn sampled(x: &DVector<f64>, covariance: &DMatrix<f64>, linear: &Linear) -> Option<Vec<(f64, f64)>> {
-    let draws = Posterior::new(x, covariance, linear)?.sample();
+fn sampled(
+    x: &DVector<f64>,
+    covariance: &DMatrix<f64>,
+    linear: &Linear,
+    muscles: usize,
+) -> Option<Vec<(f64, f64)>> {
+    let draws = Posterior::new(x, covariance, linear, muscles)?.sample();
     let quantile = |values: &[f64], part: f64| {
         let at = part * values.len() as f64 - 0.5;
         let below = (at as usize).min(values.len() - 2);
@@ -60,9 +67,11 @@ fn sampled(x: &DVector<f64>, covariance: &DMatrix<f64>, linear: &Linear) -> Opti
 }
 
 /// The posterior of a frame's scores, `- ln p = 1/2 dF H dF + b dF + 1/2 (dx - m) P (dx - m)` with `dx` the step of the scores from
-/// the most probable ones and `dF` that of the tensions over their scale.
+/// the most probable ones and `dF` that of the tensions and displacements over their scales.
 struct Posterior {
     n: usize,
+    /// How many of the scores are of tensions: the first ones.
+    muscles: usize,
     x: Vec<f64>,
     here: Vec<f64>,
     /// Matrices row by row.
@@ -80,7 +89,7 @@ struct Posterior {
 }
 
 impl Posterior {
-    fn new(x: &DVector<f64>, covariance: &DMatrix<f64>, linear: &Linear) -> Option<Self> {
+    fn new(x: &DVector<f64>, covariance: &DMatrix<f64>, linear: &Linear, muscles: usize) -> Option<Self> {
         let n = x.len();
         let factor = covariance.clone().cholesky()?;
         // What all but this frame says: the precision that is left, and the mean at which both balance at `x`.
@@ -89,12 +98,14 @@ impl Posterior {
         let others = factor.inverse() - &curvature;
         let others = (&others + others.transpose()) * 0.5;
         let balance = others.clone().cholesky()?.solve(&gradient);
-        let (here, slopes): (Vec<f64>, Vec<f64>) = x.iter().map(|g| scores::tension(*g)).unzip();
+        let (here, slopes): (Vec<f64>, Vec<f64>) =
+            x.iter().enumerate().map(|(i, g)| scores::value(*g, i < muscles)).unzip();
         let rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
         let by_tension = DMatrix::from_fn(n, n, |a, b| curvature[(a, b)] / (slopes[a] * slopes[b]));
         let finite = by_tension.iter().all(|v| v.is_finite());
         (finite && n <= MOST).then(|| Self {
             n,
+            muscles,
             x: x.iter().copied().collect(),
             here,
             by_tension: rows(&by_tension),
@@ -114,8 +125,9 @@ impl Posterior {
         let n = self.n;
         for i in 0..n {
             self.step[i] = self.factor[i * n..=i * n + i].iter().zip(z).map(|(l, z)| l * z).sum();
-            let (tension, slope) = tabled(self.x[i] + self.step[i]);
-            (self.more[i], self.slope[i]) = (tension - self.here[i], slope);
+            let score = self.x[i] + self.step[i];
+            let (value, slope) = if i < self.muscles { tabled(score) } else { (score, 1.0) };
+            (self.more[i], self.slope[i]) = (value - self.here[i], slope);
         }
         let mut energy = 0.0;
         let mut by_score = [0.0; MOST];
@@ -180,7 +192,7 @@ impl Posterior {
     }
 }
 
-/// Most muscles of a posterior that is sampled.
+/// Most scores of a posterior that is sampled.
 const MOST: usize = 32;
 
 /// [`scores::tension`] by a table, to 1e-5.
@@ -228,7 +240,7 @@ mod tests {
             positions: Vec::new(),
         };
         let covariance = DMatrix::from_element(1, 1, 1.0 / (1.0 + (slope / sd).powi(2)));
-        let ends = sampled(&DVector::from_element(1, best), &covariance, &linear).unwrap();
+        let ends = sampled(&DVector::from_element(1, best), &covariance, &linear, 1).unwrap();
         let (low, high) = (vec![ends[0].0], vec![ends[0].1]);
         assert!((low[0] - quantile(0.025)).abs() < 0.3, "{} {}", low[0], quantile(0.025));
         assert!((high[0] - quantile(0.975)).abs() < 0.15, "{} {}", high[0], quantile(0.975));

@@ -11,15 +11,19 @@
 //! and dampers have no part in it: the thesis's time constants (1 s) are those of no speech.
 
 mod chain;
+mod found;
 mod frame;
 mod hold_out;
 mod marginal;
 pub mod scores;
+mod settings;
 mod smooth;
 
 pub use chain::Prior;
+pub use found::{Displacement, FrameStatus, Tracked};
 pub use frame::{BONE_WINDOW, Followed, Frame, Surface, frames};
 pub(crate) use frame::{Solver, residuals, slopes};
 pub use hold_out::{HeldOut, Opponent, opponents};
+pub use settings::Settings;
 pub(crate) use smooth::ARRIVED;
-pub use smooth::{FrameStatus, Settings, Tracked, track};
+pub use smooth::track;

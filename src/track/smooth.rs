@@ -1,15 +1,17 @@
 //! All frames of a recording: each from the one before, then the smoother over all, then what cannot be believed.
 
 use nalgebra::{DMatrix, DVector, SVector};
-use serde::{Deserialize, Serialize};
 
+use crate::inverse::FreedBone;
 use crate::measured::recording::{Fault, FaultKind};
 use crate::parallel;
 use crate::system::System;
 
 use super::chain::{Chain, Prior};
-use super::frame::{self, Followed, Frame, Linear, Solver};
-use super::{marginal, scores};
+use super::found::{Found, Tracked, tracked};
+use super::frame::{Followed, Frame, Linear, Solver};
+use super::scores;
+use super::settings::Settings;
 
 /// Frames that are followed one from the other; where a new chunk begins the body starts at rest. Results do not depend on threads,
 /// because chunks do not.
@@ -24,82 +26,14 @@ pub(crate) const ARRIVED: f64 = 1e-2;
 const NEARLY: f64 = 0.1;
 /// A round of the smoother that gains less than this part of the cost is the last.
 const WON: f64 = 1e-5;
-/// A direction of tensions is resolved whose standard deviation is below this part of the prior's scale.
-const RESOLVED: f64 = 0.25;
 /// A residual of more standard deviations than this is no noise.
 const MOST_SD: f64 = 4.0;
-/// A frame whose points are farther from the surface than this many standard deviations (root mean square) was not reached.
-const REACH_SD: f64 = 3.0;
+/// A frame whose residuals are larger than so many standard deviations (root mean square) is tried from other places of unseen bones,
+const POOR: f64 = 1.15;
+/// so many standard deviations from where they are at rest.
+const ELSEWHERE: f64 = 1.5;
 /// A frame with fewer observations than this says nothing by itself.
 const FEWEST: usize = 3;
-
-/// How the scores of a recording are found.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// What is assumed of the tensions.
-    pub prior: Prior,
-    /// Upper bound of every tension, N per metre of thickness: more than this is told as a bound.
-    pub upper_n: f64,
-    /// Whether every frame is checked to lie on the branch of equilibria that begins at rest.
-    pub branch: bool,
-    /// Most rounds of the smoother.
-    pub rounds: usize,
-}
-
-impl Settings {
-    /// With this prior, and everything else as is usual.
-    pub fn new(prior: Prior) -> Self {
-        let upper_n = prior.scale_n * scores::tension(scores::HIGHEST).0 * 0.9;
-        Self { prior, upper_n, branch: true, rounds: 12 }
-    }
-}
-
-/// How a frame ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FrameStatus {
-    /// Found, and nothing speaks against it.
-    Converged,
-    /// A tension is at its upper bound.
-    AtBound,
-    /// The frame and its neighbours resolve no direction of the tensions: all is prior.
-    Unresolved,
-    /// Nothing was seen: the tensions are those of the frames around it and of the prior.
-    Gap,
-    /// What was seen cannot be reached by this body, or cannot be right.
-    OutOfReach,
-    /// The equilibrium does not lie on the branch that begins at rest.
-    OffBranch,
-}
-
-/// What was found of a frame.
-#[derive(Debug, Clone)]
-pub struct Tracked {
-    /// Time, s.
-    pub time_s: f64,
-    /// How it ended.
-    pub status: FrameStatus,
-    /// Scores of the contracting muscles.
-    pub scores: DVector<f64>,
-    /// Their covariance.
-    pub covariance: DMatrix<f64>,
-    /// Tensions of the contracting muscles, N per metre of thickness: those of the most probable scores.
-    pub tensions_n: Vec<f64>,
-    /// Lower ends of the 95 % intervals.
-    pub low_n: Vec<f64>,
-    /// Upper ends.
-    pub high_n: Vec<f64>,
-    /// Root mean square residual of what was fitted, m; `None` where nothing was.
-    pub rms_m: Option<f64>,
-    /// Signed distances of the points that were kept back, m.
-    pub hidden: Vec<(String, f64)>,
-    /// Directions of the tensions whose standard deviation is below a quarter of the prior's scale.
-    pub resolved: usize,
-    /// Positions of all nodes, m.
-    pub positions: Vec<SVector<f64, 2>>,
-    /// What the fit found wrong with the frame.
-    pub faults: Vec<Fault>,
-}
 
 /// Where a frame is.
 #[derive(Debug, Clone)]
@@ -116,17 +50,21 @@ impl Here {
     }
 }
 
-/// Finds the tensions of all frames of a recording. `progress` is told how many frames of how many passes are done.
+/// Finds the tensions of all frames of a recording. `followed` are the bones that are carried to where they were seen, `freed` those whose
+/// displacement is unknown ([`BONE_SD_M`](crate::inverse::BONE_SD_M), remembered like tensions). `progress` is told how many frames of how many passes are done.
 pub fn track(
     system: &System<2>,
     followed: &[Followed],
+    freed: &[FreedBone<2>],
     mut frames: Vec<Frame>,
     settings: &Settings,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Vec<Tracked> {
     let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
+    let prior = settings.prior.with_displacements(2 * freed.len());
+    let settings = &Settings { prior, ..settings.clone() };
     let chain = Chain::new(&settings.prior, &times);
-    let solver = || Solver::new(system, followed, settings.prior.scale_n);
+    let solver = || Solver::new(system, followed, settings.prior.scale_n).with_freed(freed);
     let passes = settings.rounds + 2;
     let total = passes * frames.len();
     let chunks: Vec<&[Frame]> = frames.chunks(CHUNK).collect();
@@ -172,8 +110,14 @@ pub fn track(
         chunk
             .iter()
             .map(|&t| {
-                let found =
-                    Found { frame: &frames[t], here: &here[t], covariance: &covariances[t], lost: lost[t] };
+                let found = Found {
+                    frame: &frames[t],
+                    x: &here[t].x,
+                    linear: here[t].linear.as_ref(),
+                    positions: here[t].positions.as_deref(),
+                    covariance: &covariances[t],
+                    lost: lost[t],
+                };
                 tracked(&mut solver, &mut relaxed, &found, settings, faults[t].clone())
             })
             .collect()
@@ -195,10 +139,23 @@ fn follow(solver: &mut Solver<'_>, frames: &[Frame], prior: &Prior) -> Vec<Here>
             out.push(here);
             continue;
         }
-        descend(solver, frame, &mut here, prior, &precision);
+        let mut cost = descend(solver, frame, &mut here, prior, &precision);
         if here.linear.is_none() && positions.is_some() {
             here = Here { x: prior.mean.clone(), linear: None, positions: None };
-            descend(solver, frame, &mut here, prior, &precision);
+            cost = descend(solver, frame, &mut here, prior, &precision);
+        }
+        // Which way a bone went that was not seen is no question of going downhill.
+        if here.cost() > (POOR * POOR) * frame.observations.len() as f64 || here.linear.is_none() {
+            for score in solver.system.contracting().len()..x.len() {
+                for side in [ELSEWHERE, -ELSEWHERE] {
+                    let mut other = Here { x: prior.mean.clone(), linear: None, positions: None };
+                    other.x[score] = side;
+                    let found = descend(solver, frame, &mut other, prior, &precision);
+                    if found < cost {
+                        (here, cost) = (other, found);
+                    }
+                }
+            }
         }
         if let Some(linear) = &here.linear {
             x.clone_from(&here.x);
@@ -209,13 +166,19 @@ fn follow(solver: &mut Solver<'_>, frames: &[Frame], prior: &Prior) -> Vec<Here>
     out
 }
 
-/// The way down from where a frame is.
-fn descend(solver: &mut Solver<'_>, frame: &Frame, here: &mut Here, prior: &Prior, precision: &DMatrix<f64>) {
+/// The way down from where a frame is, and what it costs there; without end where it has no equilibrium.
+fn descend(
+    solver: &mut Solver<'_>,
+    frame: &Frame,
+    here: &mut Here,
+    prior: &Prior,
+    precision: &DMatrix<f64>,
+) -> f64 {
     let found =
         solver.settle(frame, &here.x, here.positions.as_deref(), prior, precision, (MOST_STEPS, NEARLY));
-    if let Some((x, linear, _)) = found {
-        *here = Here { x, positions: Some(linear.positions.clone()), linear: Some(linear) };
-    }
+    let Some((x, linear, cost)) = found else { return f64::INFINITY };
+    *here = Here { x, positions: Some(linear.positions.clone()), linear: Some(linear) };
+    cost
 }
 
 impl Solver<'_> {
@@ -369,69 +332,4 @@ fn typical(here: &[Here]) -> f64 {
         .collect();
     all.sort_by(f64::total_cmp);
     1.4826 * all.get(all.len() / 2).copied().unwrap_or(0.0)
-}
-
-struct Found<'a> {
-    frame: &'a Frame,
-    here: &'a Here,
-    covariance: &'a DMatrix<f64>,
-    lost: bool,
-}
-
-fn tracked(
-    solver: &mut Solver<'_>,
-    relaxed: &mut Option<Vec<SVector<f64, 2>>>,
-    found: &Found<'_>,
-    settings: &Settings,
-    faults: Vec<Fault>,
-) -> Tracked {
-    let Found { frame, here, covariance, lost } = found;
-    let scale = settings.prior.scale_n;
-    let x = &here.x;
-    let at = |g: f64| scale * scores::tension(g).0;
-    let (low, high) = marginal::intervals(x, covariance, here.linear.as_ref());
-    let all = |scores: &[f64]| scores.iter().map(|g| at(*g)).collect::<Vec<f64>>();
-    let tensions_n: Vec<f64> = x.iter().map(|g| at(*g)).collect();
-    // In tensions, because there a slack muscle is known to be slack.
-    let slopes = DVector::from_iterator(x.len(), x.iter().map(|g| scores::tension(*g).1));
-    let in_tensions = DMatrix::from_fn(x.len(), x.len(), |i, j| slopes[i] * covariance[(i, j)] * slopes[j]);
-    let variances = in_tensions.symmetric_eigenvalues();
-    let resolved = variances.iter().filter(|v| **v < RESOLVED * RESOLVED).count();
-    let solved = here.linear.is_some() || solver.solve(frame, x, here.positions.as_deref()).is_some();
-    let positions = match &here.linear {
-        Some(linear) => linear.positions.clone(),
-        None => solver.solve(frame, x, here.positions.as_deref()).unwrap_or(&[]).to_vec(),
-    };
-    let positions = if positions.is_empty() { solver.system.rest().to_vec() } else { positions };
-    let residuals = frame::residuals(frame, &positions);
-    let squares: f64 = residuals.iter().zip(&frame.observations).map(|(r, o)| (r / o.weight).powi(2)).sum();
-    let rms_m = (!frame.observations.is_empty()).then(|| (squares / residuals.len() as f64).sqrt());
-    let rms_sd = (residuals.norm_squared() / residuals.len().max(1) as f64).sqrt();
-    let status = if *lost || !solved || rms_sd > REACH_SD {
-        FrameStatus::OutOfReach
-    } else if here.linear.is_none() {
-        FrameStatus::Gap
-    } else if settings.branch && !solver.is_on_branch(frame, x, &positions, relaxed) {
-        FrameStatus::OffBranch
-    } else if tensions_n.iter().any(|f| *f >= settings.upper_n) {
-        FrameStatus::AtBound
-    } else if resolved == 0 {
-        FrameStatus::Unresolved
-    } else {
-        FrameStatus::Converged
-    };
-    Tracked {
-        time_s: frame.time_s,
-        status,
-        scores: x.clone(),
-        covariance: (*covariance).clone(),
-        low_n: all(&low),
-        high_n: all(&high),
-        tensions_n,
-        rms_m,
-        hidden: frame::hidden(frame, &positions),
-        resolved,
-        positions,
-        faults,
-    }
 }

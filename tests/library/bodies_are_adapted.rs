@@ -115,7 +115,7 @@ fn many_frames_tell_the_rest_shape_of_another_speaker() {
     let mut shapes = Vec::new();
     let mut kept = Vec::new();
     for (tensions, time) in drawn(&prior, &times, &mut rng).iter().zip(&times) {
-        if let Some(shape) = speaker.shape(tensions) {
+        if let Some(shape) = speaker.shape(tensions, Point::zeros()) {
             shapes.push(shape);
             kept.push(*time);
         }

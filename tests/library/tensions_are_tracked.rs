@@ -3,8 +3,10 @@
 use tongue_fit::adapt::followed;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
+use tongue_fit::inverse::FreedBone;
 use tongue_fit::measured::recording::{FaultKind, Seen, screen};
 use tongue_fit::parallel;
+use tongue_fit::system::Model;
 use tongue_fit::track::{FrameStatus, Prior, Settings, Tracked, frames, track};
 
 use crate::synthetic::{Kind, Speaker};
@@ -24,14 +26,15 @@ fn times(count: usize) -> Vec<f64> {
 
 fn recorded(speaker: &Speaker, count: usize, noise: f64) -> Seen {
     let times = times(count);
-    let shapes: Vec<Vec<Point>> = times.iter().map(|t| speaker.shape(&course(*t)).unwrap()).collect();
+    let shapes: Vec<Vec<Point>> =
+        times.iter().map(|t| speaker.shape(&course(*t), Point::zeros()).unwrap()).collect();
     speaker.seen(&shapes, &times, Kind::Contour(11, noise), &mut fastrand::Rng::with_seed(7))
 }
 
 fn tracked(speaker: &Speaker, seen: &Seen) -> Vec<Tracked> {
     let bones = followed(&speaker.body, &seen.bones);
     let settings = Settings::new(Prior::half_normal(8, 20.0, 0.1));
-    track(&speaker.system, &bones, frames(seen, &speaker.surface, &bones, &[]), &settings, &|_, _| {})
+    track(&speaker.system, &bones, &[], frames(seen, &speaker.surface, &bones, &[]), &settings, &|_, _| {})
 }
 
 #[test]
@@ -74,6 +77,34 @@ fn bones_are_carried_to_where_they_are_seen() {
     let without = tracked(&speaker, &seen);
     let rms = |all: &[Tracked]| all.iter().map(|f| f.rms_m.unwrap()).fold(0.0, f64::max);
     assert!(rms(&with) < 0.5 * rms(&without), "{} {}", rms(&with), rms(&without));
+}
+
+#[test]
+fn a_bone_that_was_not_seen_is_found_where_it_is() {
+    let speaker = speaker();
+    let (times, hyoid) = (times(6), Point::new(3e-3, -4e-3));
+    let shapes: Vec<_> = times.iter().map(|t| speaker.shape(&course(*t), hyoid).unwrap()).collect();
+    let kind = Kind::Contour(31, 0.05e-3);
+    let mut seen = speaker.seen(&shapes, &times, kind, &mut fastrand::Rng::with_seed(7));
+    seen.frames.iter_mut().for_each(|f| f.bones[0] = None);
+    let all: Vec<usize> = (0..8).collect();
+    let freed = [FreedBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap()];
+    let bones = followed(&speaker.body, &seen.bones);
+    let settings = Settings::new(Prior::half_normal(8, 20.0, 0.1));
+    let ready = || frames(&seen, &speaker.surface, &bones, &[]);
+    let found = track(&speaker.system, &bones, &freed, ready(), &settings, &|_, _| {});
+    let held = track(&speaker.system, &bones, &[], ready(), &settings, &|_, _| {});
+    for (frame, held) in found.iter().zip(&held) {
+        assert_eq!(frame.status, FrameStatus::Converged);
+        let bone = frame.bones[0];
+        for axis in 0..2 {
+            assert!((bone.shift_m[axis] - hyoid[axis]).abs() < 0.5e-3, "{bone:?}");
+            let width = bone.high_m[axis] - bone.low_m[axis];
+            assert!((0.1e-3..1e-3).contains(&width), "of 20 mm before anything is seen: {bone:?}");
+        }
+        assert!(held.bones.is_empty());
+        assert!(frame.rms_m.unwrap() < 0.2 * held.rms_m.unwrap(), "{:?} {:?}", frame.rms_m, held.rms_m);
+    }
 }
 
 #[test]
@@ -134,7 +165,8 @@ fn what_cannot_be_reached_is_told_and_not_fitted() {
 fn sensors_are_material_points() {
     let speaker = speaker();
     let times = times(6);
-    let shapes: Vec<Vec<Point>> = times.iter().map(|t| speaker.shape(&course(*t)).unwrap()).collect();
+    let shapes: Vec<Vec<Point>> =
+        times.iter().map(|t| speaker.shape(&course(*t), Point::zeros()).unwrap()).collect();
     let seen = speaker.seen(&shapes, &times, Kind::Sensors(3, 0.05e-3), &mut fastrand::Rng::with_seed(9));
     let found = tracked(&speaker, &seen);
     assert!(found.iter().all(|f| f.status == FrameStatus::Converged && f.rms_m.unwrap() < 0.15e-3));

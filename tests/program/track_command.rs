@@ -190,6 +190,45 @@ fn a_recording_with_faults_is_told_frame_by_frame() {
 }
 
 #[test]
+fn a_bone_that_was_never_seen_can_be_an_unknown() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let text = fs::read_to_string(RECORDING).unwrap();
+    let mut lines: Vec<Vec<&str>> = text.lines().map(|l| l.split('\t').collect()).collect();
+    lines.iter_mut().skip(1).for_each(|l| (26..28).for_each(|c| l[c] = "*"));
+    let unseen: String = lines.iter().map(|l| l.join("\t") + "\n").collect();
+    fs::write(at.join("unseen.tsv"), unseen).unwrap();
+    run(at, &["adapt", RECORDING, "--rest", "frame", "--out", "speaker"]);
+    let body = ["--mesh", "speaker/body.json"];
+    let track = |more: &[&str]| {
+        let given = ["track", "unseen.tsv", body[0], body[1], "--frames", "0", "--json", "--out", "o"];
+        json(&run(at, &[&given, more].concat()))
+    };
+    let notes = |found: &Value| found["notes"].to_string();
+    let held = track(&[]);
+    assert!(notes(&held).contains("track --free-bone hyoid"), "{}", notes(&held));
+    assert!(held["frames"][0].get("bones").is_none());
+    let freed = track(&["--free-bone", "hyoid"]);
+    assert!(notes(&freed).contains("its displacement is an unknown"), "{}", notes(&freed));
+    let rms = |found: &Value| found["median_rms_mm"].as_f64().unwrap();
+    assert!(rms(&freed) < rms(&held), "{} {}", rms(&freed), rms(&held));
+    for frame in freed["frames"].as_array().unwrap() {
+        let hyoid = &frame["bones"]["hyoid"];
+        for axis in 0..2 {
+            let value = |v: &Value| v.as_f64().unwrap();
+            let (shift, ends) = (value(&hyoid["shift_mm"][axis]), &hyoid["interval_mm"][axis]);
+            assert!(value(&ends[0]) < shift && shift < value(&ends[1]), "{hyoid}");
+        }
+    }
+    let sto = fs::read_to_string(at.join("o/track_1.sto")).unwrap();
+    assert!(sto.contains("hyoid_shift_x_mm\thyoid_shift_y_mm\tresolved"));
+    let told = refused(at, &["track", RECORDING, body[0], body[1], "--free-bone", "hyoid"]);
+    assert!(told.contains("it is seen in every recording"), "{told}");
+    let told = refused(at, &["track", RECORDING, body[0], body[1], "--free-bone", "hioid"]);
+    assert!(told.contains("hyoid"), "{told}");
+}
+
+#[test]
 fn a_run_that_was_killed_goes_on_after_the_recordings_that_were_done() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -1,12 +1,16 @@
 //! Recordings are simulated at tensions drawn from the prior that the intervals stand under; 95 % of the intervals hold the truth,
 //! whatever is recorded.
 
+use nalgebra::DVector;
 use tongue_fit::adapt::followed;
 use tongue_fit::body::Body;
+use tongue_fit::geometry::Point;
+use tongue_fit::inverse::{BONE_SD_M, FreedBone};
 use tongue_fit::parallel;
+use tongue_fit::system::Model;
 use tongue_fit::track::{Prior, Settings, frames, track};
 
-use crate::synthetic::{Kind, Speaker, drawn};
+use crate::synthetic::{Kind, Speaker, drawn, drawn_scores};
 
 /// Recordings of each kind, and their frames, 12.5 ms apart.
 const RECORDINGS: u64 = 200;
@@ -27,7 +31,11 @@ impl Counts {
     }
 }
 
-fn counted(speaker: &Speaker, kind: Kind) -> Counts {
+/// `unseen`: the hyoid moves about its place and is not seen.
+fn counted(speaker: &Speaker, kind: Kind, unseen: bool) -> Counts {
+    let all: Vec<usize> = (0..8).collect();
+    let freed = FreedBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap();
+    let freed = if unseen { std::slice::from_ref(&freed) } else { &[] };
     let prior = Prior::half_normal(8, 20.0, 0.1);
     let bones = followed(&speaker.body, &["hyoid".to_owned(), "mental_spine".to_owned()]);
     let times: Vec<f64> = (0..FRAMES).map(|i| 0.0125 * i as f64).collect();
@@ -37,15 +45,24 @@ fn counted(speaker: &Speaker, kind: Kind) -> Counts {
         // Tensions without an equilibrium nobody can record.
         let (truth, shapes) = loop {
             let truth = drawn(&prior, &times, &mut rng);
-            let shapes: Option<Vec<_>> = truth.iter().map(|t| speaker.shape(t)).collect();
+            let hyoid = match unseen {
+                true => drawn_scores(2, prior.memory_s, &times, &mut rng),
+                false => vec![DVector::zeros(2); FRAMES],
+            };
+            let shape =
+                |(t, h): (&Vec<f64>, &DVector<f64>)| speaker.shape(t, Point::new(h[0], h[1]) * BONE_SD_M);
+            let shapes: Option<Vec<_>> = truth.iter().zip(&hyoid).map(shape).collect();
             if let Some(shapes) = shapes {
                 break (truth, shapes);
             }
         };
-        let seen = speaker.seen(&shapes, &times, kind, &mut rng);
+        let mut seen = speaker.seen(&shapes, &times, kind, &mut rng);
+        if unseen {
+            seen.frames.iter_mut().for_each(|f| f.bones[0] = None);
+        }
         let settings = Settings::new(prior.clone());
         let ready = frames(&seen, &speaker.surface, &bones, &[]);
-        let found = track(&speaker.system, &bones, ready, &settings, &|_, _| {});
+        let found = track(&speaker.system, &bones, freed, ready, &settings, &|_, _| {});
         let mut counts = Counts::default();
         for (frame, truth) in found.iter().zip(&truth) {
             counts.all += truth.len();
@@ -67,14 +84,16 @@ fn counted(speaker: &Speaker, kind: Kind) -> Counts {
 fn intervals_of_contours_and_sensors_hold_the_truth_in_95_of_100_cases() {
     let speaker = Speaker::of(Body::tongue(5.5e-3).unwrap());
     let kinds = [
-        ("3 coils at 0.5 mm", Kind::Sensors(3, 0.5e-3)),
-        ("11 keypoints at 0.93 mm", Kind::Contour(11, 0.93e-3)),
-        ("31 points at 0.5 mm", Kind::Contour(31, 0.5e-3)),
+        ("3 coils at 0.5 mm", Kind::Sensors(3, 0.5e-3), false),
+        ("11 keypoints at 0.93 mm", Kind::Contour(11, 0.93e-3), false),
+        ("31 points at 0.5 mm", Kind::Contour(31, 0.5e-3), false),
+        ("3 coils at 0.5 mm, hyoid not seen", Kind::Sensors(3, 0.5e-3), true),
+        ("31 points at 0.5 mm, hyoid not seen", Kind::Contour(31, 0.5e-3), true),
     ];
     let mut told = Vec::new();
     let mut good = true;
-    for (name, kind) in kinds {
-        let counts = counted(&speaker, kind);
+    for (name, kind, unseen) in kinds {
+        let counts = counted(&speaker, kind, unseen);
         let (part, frames) = (counts.covered(), RECORDINGS as f64 * FRAMES as f64);
         let resolved = counts.resolved as f64 / frames;
         told.push(format!(

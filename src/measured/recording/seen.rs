@@ -93,11 +93,11 @@ impl Seen {
         let bone = |wanted: &str| {
             bones.iter().copied().find(|&c| matches!(&roles[c], Role::Bone(name) if name == wanted))
         };
-        let ends = bone(crate::body::MANDIBLE)
-            .zip(bone(crate::body::HYOID))
-            .or_else(|| Some((*contour.last()?, *contour.first()?)).filter(|(a, b)| a != b));
-        // The front end must have the smaller x.
-        let apart = ends.and_then(|(front, rear)| median_x(&frames, front).zip(median_x(&frames, rear)));
+        // The front end must have the smaller x: of the bones, or of the contour where these are not seen.
+        let medians = |(front, rear): (usize, usize)| median_x(&frames, front).zip(median_x(&frames, rear));
+        let of_bones = bone(crate::body::MANDIBLE).zip(bone(crate::body::HYOID)).and_then(medians);
+        let of_contour = || contour.last().copied().zip(contour.first().copied()).and_then(medians);
+        let apart = of_bones.or_else(of_contour);
         let mirrored = guessed && apart.is_some_and(|(front, rear)| front > rear);
         if mirrored {
             frames.iter_mut().flatten().flatten().for_each(|p| p.x = -p.x);
@@ -139,6 +139,11 @@ impl Seen {
     /// The number of a bone among those that were seen.
     pub fn bone(&self, name: &str) -> Option<usize> {
         self.bones.iter().position(|b| b == name)
+    }
+
+    /// Whether a bone was seen in any frame.
+    pub fn shows_bone(&self, name: &str) -> bool {
+        self.bone(name).is_some_and(|b| self.frames.iter().any(|f| f.bones[b].is_some()))
     }
 
     /// Where a bone was seen, m, as the mean over `window` frames around each (fewer at the ends and where it was not seen); where it
