@@ -75,6 +75,7 @@ pub mod material;
 pub mod measured;
 pub mod observe;
 pub mod parallel;
+pub mod posterior;
 pub mod report;
 pub mod scene;
 pub mod simulation;

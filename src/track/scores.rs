@@ -50,6 +50,11 @@ fn of_upper_tail(p: f64) -> f64 {
     x
 }
 
+/// The `x` below which a normal number lies with probability `p`, `0 < p < 1`.
+pub fn normal_quantile(p: f64) -> f64 {
+    if p > 0.5 { of_upper_tail(1.0 - p) } else { -of_upper_tail(p) }
+}
+
 /// Tension over its scale, and its derivative by the score.
 pub fn tension(score: f64) -> (f64, f64) {
     let g = score.clamp(LOWEST, HIGHEST);

@@ -18,6 +18,7 @@ mod lanes_agree_with_one_at_a_time;
 mod mesh_meets_the_published_numbers;
 mod observables_are_derivatives_of_their_value;
 mod patch_tests;
+mod posterior;
 mod properties_of_random_bodies;
 mod recordings_are_read;
 mod scenes_simulate_only_what_they_call_for;

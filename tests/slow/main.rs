@@ -7,6 +7,7 @@ mod batch_survives;
 mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;
 mod mutated_inputs;
+mod posterior_is_calibrated;
 mod tracked_intervals_cover_the_truth;
 mod validation_of_takano;
 

@@ -1,0 +1,169 @@
+//! The density of a posterior is differentiated exactly, and its sampler draws from what it is given.
+
+use nalgebra::{DMatrix, DVector};
+use tongue_fit::MM;
+use tongue_fit::body::Body;
+use tongue_fit::inverse::Matched;
+use tongue_fit::measured::{Dataset, Target};
+use tongue_fit::parallel;
+use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened, normals};
+use tongue_fit::posterior::{Density, Ground, Mode, Place, Priors, Seen, Settings, sample};
+use tongue_fit::system::{Model, System};
+
+fn ground(priors: &Priors) -> Ground {
+    Ground::new(&Body::tongue(5.5 * MM).unwrap(), &Model::default(), priors).unwrap()
+}
+
+fn seen(subject: &str, vowel: &str) -> Seen {
+    let target: Target = Dataset::reference().unwrap().stretches(subject, vowel).unwrap();
+    Seen::of(&Matched::new(&Body::tongue(5.5 * MM).unwrap().mesh, &target).unwrap())
+}
+
+#[test]
+fn the_gradient_is_the_derivative_of_the_density() {
+    let ground = ground(&Priors::default());
+    let mut density = Density::new(&ground, seen("S2", "a")).unwrap();
+    let mode = Mode::find(&mut density).unwrap();
+    let mut random = fastrand::Rng::with_seed(1);
+    let n = density.parameters.len();
+    assert_eq!(n, 18);
+    let mut evaluator = density.evaluator();
+    for _ in 0..3 {
+        let at = &mode.scores + normals(n, &mut random) * 0.3;
+        let one = |e: &mut tongue_fit::posterior::Evaluator<'_>, x: &DVector<f64>, p: &Place| {
+            e.evaluate(&[(x, p)]).pop().flatten().unwrap()
+        };
+        let here = one(&mut evaluator, &at, &mode.place);
+        for i in 0..n {
+            let h = 1e-4;
+            let mut side = |by: f64| {
+                let mut x = at.clone();
+                x[i] += by;
+                one(&mut evaluator, &x, &here.place).log
+            };
+            let difference = (8.0 * (side(h) - side(-h)) - side(2.0 * h) + side(-2.0 * h)) / (12.0 * h);
+            assert!((here.gradient[i] - difference).abs() < 1e-6, "{i}: {} {difference}", here.gradient[i]);
+        }
+    }
+}
+
+#[test]
+fn stretches_answer_to_the_shape_at_rest_as_bodies_that_are_moved_do() {
+    let ground = ground(&Priors::default());
+    let mut density = Density::new(&ground, seen("S2", "a")).unwrap();
+    let mode = Mode::find(&mut density).unwrap();
+    let (meaning, _) = density.meaning(&mode.scores);
+    let all: Vec<usize> = (0..ground.muscles.len()).collect();
+    let stretches = |system: &System<2>| -> DVector<f64> {
+        let lanes = density.lanes();
+        let loads = [
+            density.posture(&meaning, Some(&mode.place.posture)).in_body(system),
+            density.baseline(&meaning, Some(&mode.place.baseline)).in_body(system),
+        ];
+        let [vowel, base] =
+            [0, 1].map(|i| lanes.solve(&loads[i..=i], density.settings()).remove(0).positions);
+        DVector::from_fn(all.len(), |m, _| system.length(&vowel, m) / system.length(&base, m))
+    };
+    let zeros = |fields: &[tongue_fit::posterior::Field]| vec![0.0; fields.len()];
+    let h = 1e-3;
+    let mut largest = 0.0_f64;
+    for (which, derivative) in [(0, &mode.linear.ends), (1, &mode.linear.outline)] {
+        for f in (0..derivative.ncols()).step_by(3) {
+            let side = |by: f64| {
+                let (mut ends, mut outline) = (zeros(&ground.ends), zeros(&ground.outline));
+                [&mut ends, &mut outline][which][f] = by;
+                let body = ground.displaced(&ends, &outline).unwrap();
+                stretches(&System::new(&body.mesh, &ground.model, &all).unwrap())
+            };
+            let difference = (side(h) - side(-h)) / (2.0 * h);
+            let error = (derivative.column(f) - &difference).amax();
+            largest = largest.max(difference.amax());
+            assert!(error < 1e-6, "{which} {f}: {error} of {}", difference.amax());
+        }
+    }
+    assert!(largest > 5e-3, "they do matter: {largest}");
+    // Kappa by Poisson's ratio, with a modulus that leaves the springs as they are.
+    let with = |nu: f64| {
+        let own = ground.model.constants;
+        let young_modulus = own.young_modulus * (1.0 + nu) / (1.0 + own.poisson_ratio);
+        let constants = tongue_fit::material::Constants { poisson_ratio: nu, young_modulus, ..own };
+        let system = System::new(&ground.body.mesh, &Model { constants, ..ground.model }, &all).unwrap();
+        (stretches(&system), system.coefficients().kappa.ln(), system.coefficients().tissue_stiffness)
+    };
+    let (high, low) = (with(0.49905), with(0.49895));
+    let difference = (high.0 - low.0) / (high.1 - low.1) * ground.priors.compressibility.sd_ln_kappa;
+    assert!((high.2 / low.2 - 1.0).abs() < 1e-12);
+    let error = (mode.linear.kappa.column(0) - &difference).amax();
+    assert!(error < 1e-2 * difference.amax() && difference.amax() > 1e-3, "{error}: {difference}");
+}
+
+/// A target whose answer is known.
+struct Known<'a>(&'a DMatrix<f64>, &'a (dyn Fn(f64) -> f64 + Sync));
+
+impl Sampled for Known<'_> {
+    type Place = ();
+
+    fn evaluate(&mut self, points: &[(&DVector<f64>, &())]) -> Vec<Option<Point<()>>> {
+        let one = |x: &DVector<f64>| {
+            let gradient = -(self.0 * x);
+            Some(Point { log: 0.5 * gradient.dot(x), gradient, place: () })
+        };
+        points.iter().map(|(x, ())| one(x)).collect()
+    }
+
+    fn keep(&self, at: &DVector<f64>, _: &Point<()>) -> Vec<f64> {
+        at.iter().map(|x| self.1(*x)).collect()
+    }
+}
+
+#[test]
+fn the_sampler_draws_from_normal_and_half_normal_distributions() {
+    let mut random = fastrand::Rng::with_seed(5);
+    let n = 6;
+    let root = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 + i as f64 } else { 0.4 * random.f64() });
+    let precision = &root * root.transpose();
+    let covariance = precision.clone().try_inverse().unwrap();
+    // Whitened by something else, as a Gauss-Newton matrix is not quite the posterior's.
+    let rough = &precision + DMatrix::identity(n, n) * 0.5;
+    let whitened = Whitened::new(DVector::zeros(n), rough).unwrap();
+    let settings = hmc::Settings { chains: 8, warm_up: 200, draws: 4000, thin: 1, seed: 2 };
+    let chains = hmc::sample(|| Known(&precision, &|x| x), &whitened, &(), &settings);
+    let draws: Vec<&Vec<f64>> = chains.iter().flat_map(|c| &c.draws).collect();
+    assert_eq!(draws.len(), 32_000);
+    assert!(chains.iter().all(|c| c.acceptance > 0.6 && c.divergences == 0));
+    for i in 0..n {
+        for j in 0..=i {
+            let found = draws.iter().map(|d| d[i] * d[j]).sum::<f64>() / draws.len() as f64;
+            let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+            assert!(
+                (found - covariance[(i, j)]).abs() < 0.03 * scale,
+                "{i} {j}: {found} {}",
+                covariance[(i, j)]
+            );
+        }
+    }
+    // Scores that are normal make tensions that are half-normal.
+    let one = DMatrix::identity(1, 1);
+    let whitened = Whitened::new(DVector::zeros(1), one.clone()).unwrap();
+    let half = |x: f64| tongue_fit::track::scores::tension(x).0;
+    let chains = hmc::sample(|| Known(&one, &half), &whitened, &(), &settings);
+    let mut all: Vec<f64> = chains.iter().flat_map(|c| c.draws.iter().map(|d| d[0])).collect();
+    all.sort_by(f64::total_cmp);
+    for (p, exact) in [(0.25, 0.318_64), (0.5, 0.674_49), (0.95, 1.959_96)] {
+        let found = all[(p * all.len() as f64) as usize];
+        assert!((found - exact).abs() < 0.03, "{p}: {found} {exact}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
+    let ground = ground(&Priors::default());
+    let run = |threads: usize| {
+        let settings = Settings { draws: 104, seed: 3 };
+        parallel::with_threads(threads, || sample(&ground, seen("S1", "i"), &settings).unwrap().draws)
+            .unwrap()
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(3));
+    assert!(one.len() > 90 && one.len() <= 104);
+}
