@@ -8,40 +8,44 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 use super::{Configuration, Effect, Tangent};
 
 /// `1/2 integral κ |u - v|² ds` over parts of the surface, `u` the displacement of the tissue and `v` that of the bone: for each
-/// [`Tie`] a quadratic form in the positions of the nodes of both, constant and the same in all directions.
+/// [`Tie`] a quadratic form in the displacements of the nodes of both, constant and the same in all directions.
 ///
 /// The force that it leaves on the nodes of the bone is the reaction, as with bones that hold nodes.
 #[derive(Debug, Clone)]
-pub struct Attachment {
+pub struct Attachment<const D: usize> {
     ties: Vec<(Tie, Vec<Slot>)>,
     stiffness: f64,
+    /// Positions of all nodes at rest, m.
+    rest: Vec<SVector<f64, D>>,
 }
 
-impl Attachment {
-    /// Ties whose form is multiplied by `stiffness`, N/m³ (2D: per metre of thickness).
-    pub fn new(ties: &[Tie], stiffness: f64) -> Self {
-        Self { ties: ties.iter().map(|tie| (tie.clone(), Vec::new())).collect(), stiffness }
+impl<const D: usize> Attachment<D> {
+    /// Ties whose form is multiplied by `stiffness`, N/m³ (2D: per metre of thickness), between nodes at the given rest positions, m.
+    pub fn new(ties: &[Tie], stiffness: f64, rest_positions: &[SVector<f64, D>]) -> Self {
+        let ties = ties.iter().map(|tie| (tie.clone(), Vec::new())).collect();
+        Self { ties, stiffness, rest: rest_positions.to_vec() }
     }
 
-    /// For each tie: its nodes, and for each of them the weighted sum of the positions of all, N.
-    fn sums<'a, const D: usize>(
+    /// For each tie: its nodes, and for each of them its displacement and the weighted sum of those of all, in N.
+    fn sums<'a>(
         &'a self,
         positions: &'a [SVector<f64, D>],
-    ) -> impl Iterator<Item = (usize, SVector<f64, D>)> + 'a {
+    ) -> impl Iterator<Item = (usize, SVector<f64, D>, SVector<f64, D>)> + 'a {
         self.ties.iter().flat_map(move |(tie, _)| {
             let rows = tie.form.chunks_exact(tie.nodes.len());
-            // Relative to one of them, since the form does not see where the whole is.
-            let origin = positions[tie.nodes[0]];
+            // Displacements, relative to one of them: the form sees neither the shape at rest nor where the whole is.
+            let moved = move |node: usize| positions[node] - self.rest[node];
+            let origin = moved(tie.nodes[0]);
             tie.nodes.iter().zip(rows).map(move |(&node, row)| {
                 let sum: SVector<f64, D> =
-                    tie.nodes.iter().zip(row).map(|(&other, c)| (positions[other] - origin) * *c).sum();
-                (node, sum * self.stiffness)
+                    tie.nodes.iter().zip(row).map(|(&other, c)| (moved(other) - origin) * *c).sum();
+                (node, moved(node) - origin, sum * self.stiffness)
             })
         })
     }
 }
 
-impl<const D: usize> Effect<D> for Attachment {
+impl<const D: usize> Effect<D> for Attachment<D> {
     fn name(&self) -> &'static str {
         "attachment"
     }
@@ -58,21 +62,11 @@ impl<const D: usize> Effect<D> for Attachment {
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
-        let mut energy = 0.0;
-        for (tie, _) in &self.ties {
-            let (rows, origin) = (tie.form.chunks_exact(tie.nodes.len()), at.positions[tie.nodes[0]]);
-            for (&node, row) in tie.nodes.iter().zip(rows) {
-                let here = at.positions[node] - origin;
-                for (&other, c) in tie.nodes.iter().zip(row) {
-                    energy += 0.5 * c * here.dot(&(at.positions[other] - origin));
-                }
-            }
-        }
-        energy * self.stiffness
+        self.sums(at.positions).map(|(_, moved, sum)| 0.5 * moved.dot(&sum)).sum()
     }
 
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
-        self.sums(at.positions).for_each(|(node, sum)| force[node] -= sum);
+        self.sums(at.positions).for_each(|(node, _, sum)| force[node] -= sum);
     }
 
     fn add_stiffness(&self, _at: Configuration<'_, D>, _tangent: Tangent, stiffness: &mut BlockMatrix<D>) {

@@ -6,87 +6,151 @@ use crate::body::Strand;
 use crate::geometry::quadratic::MAX_NODES;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
+use super::barrier::{THRESHOLD, barrier};
 use super::{Configuration, Effect, Internal, Tangent};
 
 /// Pairs of nodes of an element, each node with itself among them.
 const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 
-/// A contracting muscle: the tension times `sum w (|y| - L)` over its [`Strand`]s, each with a vector `y = sum c_a x_a` of the
-/// positions, its length `L` at rest and its weight `w`.
+/// A contracting muscle: the tension times `sum w (|y| - |Y|)` over its [`Strand`]s, each with a vector `y = sum c_a x_a` of the
+/// positions, which is `Y` at rest, and its weight `w`.
 ///
 /// Of a point of a fibre in the tissue `y` is `F f0`, the fibre's direction at rest carried along, and the energy is that of a tension
 /// which does not depend on the stretch: convex. Of a part outside the tissue `y` is the way from the bone to where it pulls.
 /// What is passive in the muscle is tissue like all other.
 ///
+/// A tension that the stretch does not change would pull a part outside the tissue into a point. So below a tenth of its length at
+/// rest a strand gets a [`barrier()`] of `w B |Y| b(|y|/|Y|)` as well, with a tension `B` that belongs to the tissue.
+///
 /// In time the tension follows the one asked for with the time constant of the thesis's contractile element at constant length,
 /// `b_cc/k2`; the series spring itself, which belongs to connections, has no counterpart here.
 #[derive(Debug, Clone)]
-pub struct Fibres {
+pub struct Fibres<const D: usize> {
     muscle: usize,
-    groups: Vec<Group>,
+    groups: Vec<Group<D>>,
     /// b_cc/k2, s.
     contraction_time: f64,
+    /// The tension that the barrier is counted in, N.
+    bar: f64,
 }
 
 /// Strands on the same nodes: those of one element.
 #[derive(Debug, Clone)]
-struct Group {
+struct Group<const D: usize> {
     nodes: Vec<usize>,
-    /// Weight and length at rest of each strand.
-    strands: Vec<(f64, f64)>,
+    /// Their positions at rest, m.
+    rest: Vec<SVector<f64, D>>,
+    strands: Vec<AtRest<D>>,
     /// The coefficients of all strands, one after another.
     coefficients: Vec<f64>,
     /// Of each pair of nodes, each with itself among them.
     slots: Vec<Slot>,
 }
 
-impl Fibres {
-    /// Muscle number `muscle` of the mesh, made of these strands; its tension follows with the time constant `contraction_time`, s.
-    pub fn new(muscle: usize, strands: &[Strand], contraction_time: f64) -> Self {
-        let mut groups: Vec<Group> = Vec::new();
+/// A strand as it is at rest.
+#[derive(Debug, Clone)]
+struct AtRest<const D: usize> {
+    weight: f64,
+    vector: SVector<f64, D>,
+    length: f64,
+}
+
+/// How a strand pulls along itself.
+struct Pull {
+    /// Tension, N.
+    whole: f64,
+    /// How it grows with the length, N/m.
+    slope: f64,
+}
+
+impl<const D: usize> AtRest<D> {
+    /// At a length, under a tension and with a barrier of `bar`, both N.
+    #[inline(always)]
+    fn pull(&self, length: f64, tension: f64, bar: f64) -> Pull {
+        if bar > 0.0 && length < THRESHOLD * self.length {
+            let b = barrier(length / self.length);
+            return Pull { whole: tension + bar * b.slope, slope: bar * b.curvature / self.length };
+        }
+        Pull { whole: tension, slope: 0.0 }
+    }
+}
+
+impl<const D: usize> Fibres<D> {
+    /// Muscle number `muscle` of the mesh, made of these strands between nodes at the given rest positions, m; its tension follows with
+    /// the time constant `contraction_time`, s, and the barrier is counted in `bar`, N.
+    pub fn new(
+        muscle: usize,
+        strands: &[Strand],
+        rest_positions: &[SVector<f64, D>],
+        contraction_time: f64,
+        bar: f64,
+    ) -> Self {
+        let mut groups: Vec<Group<D>> = Vec::new();
         for strand in strands {
             let number = groups.iter().position(|g| g.nodes == strand.nodes).unwrap_or_else(|| {
                 groups.push(Group {
                     nodes: strand.nodes.clone(),
+                    rest: strand.nodes.iter().map(|&node| rest_positions[node]).collect(),
                     strands: Vec::new(),
                     coefficients: Vec::new(),
                     slots: Vec::new(),
                 });
                 groups.len() - 1
             });
-            groups[number].strands.push((strand.weight, strand.rest));
-            groups[number].coefficients.extend(&strand.coefficients);
+            let group = &mut groups[number];
+            let vectors = group.rest.iter().zip(&strand.coefficients).map(|(x, c)| x * *c);
+            let vector: SVector<f64, D> = vectors.sum();
+            group.strands.push(AtRest { weight: strand.weight, vector, length: vector.norm() });
+            group.coefficients.extend(&strand.coefficients);
         }
-        Self { muscle, groups, contraction_time }
+        Self { muscle, groups, contraction_time, bar }
     }
 
     /// What a unit of tension adds to the energy, m.
-    fn lengthening<const D: usize>(&self, positions: &[SVector<f64, D>]) -> f64 {
+    fn lengthening(&self, positions: &[SVector<f64, D>]) -> f64 {
         let strands = self.groups.iter().flat_map(|g| g.strands(positions));
-        strands.map(|(weight, rest, _, y)| weight * (y.norm() - rest)).sum()
+        // |Y + d| - |Y| without the cancellation that the difference has where a strand has hardly moved.
+        let longer = |(rest, _, by): (&AtRest<D>, _, SVector<f64, D>)| {
+            let both = (rest.vector + by).norm() + rest.length;
+            if both > 0.0 { rest.weight * by.dot(&(rest.vector * 2.0 + by)) / both } else { 0.0 }
+        };
+        strands.map(longer).sum()
     }
 
-    /// `F w c_a c_b (I - n nᵀ) / |y|`: never negative.
-    fn add_stiffness_of<const D: usize>(
+    /// The strands in which the barrier acts, and their length.
+    fn crushed<'a>(&'a self, positions: &'a [SVector<f64, D>]) -> impl Iterator<Item = (&'a AtRest<D>, f64)> {
+        let strands = self.groups.iter().flat_map(|g| g.strands(positions));
+        let lengths = strands.map(|(rest, _, by)| (rest, (rest.vector + by).norm()));
+        lengths.filter(|(rest, length)| *length < THRESHOLD * rest.length)
+    }
+
+    /// `w c_a c_b ((T / |y|) (I - n nᵀ) + dT/d|y| n nᵀ)`, never negative where there is no barrier; with one,
+    /// [`Tangent::Convex`] leaves out the first part where that is.
+    fn add_stiffness_of(
         &self,
         positions: &[SVector<f64, D>],
         tension: f64,
+        bar: f64,
+        tangent: Tangent,
         stiffness: &mut BlockMatrix<D>,
     ) {
-        if tension == 0.0 {
+        if tension == 0.0 && bar == 0.0 {
             return;
         }
         for g in &self.groups {
             // What pulls at many nodes at once has one strand, whose blocks need no adding up.
             let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
             let few = g.slots.len() <= MAX_PAIRS;
-            for (weight, _, coefficients, y) in g.strands(positions) {
-                let (length, n) = length_and_direction(&y);
+            for (rest, coefficients, by) in g.strands(positions) {
+                let (length, n) = length_and_direction(&(rest.vector + by));
                 if length == 0.0 {
                     continue;
                 }
+                let Pull { whole, slope } = rest.pull(length, tension, bar);
+                let taut = if tangent == Tangent::Convex { whole.max(0.0) } else { whole } / length;
+                let along = n * n.transpose();
                 let across =
-                    (SMatrix::<f64, D, D>::identity() - n * n.transpose()) * (tension * weight / length);
+                    ((SMatrix::<f64, D, D>::identity() - along) * taut + along * slope) * rest.weight;
                 let mut pair = 0;
                 for (a, ca) in coefficients.iter().enumerate() {
                     let row = across * *ca;
@@ -117,34 +181,36 @@ fn length_and_direction<const D: usize>(y: &SVector<f64, D>) -> (f64, SVector<f6
     if length > 0.0 { (length, y / length) } else { (0.0, SVector::zeros()) }
 }
 
-impl Group {
-    /// The strands with their weight, length at rest, coefficients and vector.
+impl<const D: usize> Group<D> {
+    /// The strands at rest, their coefficients, and the change of their vector since.
     #[inline(always)]
-    fn strands<'a, const D: usize>(
+    fn strands<'a>(
         &'a self,
         positions: &'a [SVector<f64, D>],
-    ) -> impl Iterator<Item = (f64, f64, &'a [f64], SVector<f64, D>)> {
+    ) -> impl Iterator<Item = (&'a AtRest<D>, &'a [f64], SVector<f64, D>)> {
         self.strands.iter().zip(self.coefficients.chunks_exact(self.nodes.len())).map(
-            |(&(weight, rest), coefficients)| {
-                let mut y = SVector::zeros();
-                for (&node, c) in self.nodes.iter().zip(coefficients) {
-                    y += positions[node] * *c;
+            |(strand, coefficients)| {
+                let mut by = SVector::zeros();
+                for ((&node, at_rest), c) in self.nodes.iter().zip(&self.rest).zip(coefficients) {
+                    by += (positions[node] - at_rest) * *c;
                 }
-                (weight, rest, coefficients, y)
+                (strand, coefficients, by)
             },
         )
     }
 
-    /// Adds the force of a tension, N.
+    /// Adds the force of a tension and of the barrier, both N.
     #[inline(always)]
-    fn add_force<const D: usize>(
+    fn add_force(
         &self,
         positions: &[SVector<f64, D>],
         tension: f64,
+        bar: f64,
         force: &mut [SVector<f64, D>],
     ) {
-        for (weight, _, coefficients, y) in self.strands(positions) {
-            let pull = length_and_direction(&y).1 * (tension * weight);
+        for (rest, coefficients, by) in self.strands(positions) {
+            let (length, n) = length_and_direction(&(rest.vector + by));
+            let pull = n * (rest.pull(length, tension, bar).whole * rest.weight);
             for (&node, c) in self.nodes.iter().zip(coefficients) {
                 force[node] -= pull * *c;
             }
@@ -152,7 +218,7 @@ impl Group {
     }
 }
 
-impl<const D: usize> Effect<D> for Fibres {
+impl<const D: usize> Effect<D> for Fibres<D> {
     fn name(&self) -> &'static str {
         "fibres"
     }
@@ -174,16 +240,19 @@ impl<const D: usize> Effect<D> for Fibres {
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
-        at.tensions[self.muscle] * self.lengthening(at.positions)
+        let barriers = self
+            .crushed(at.positions)
+            .map(|(rest, length)| rest.weight * self.bar * rest.length * barrier(length / rest.length).value);
+        at.tensions[self.muscle] * self.lengthening(at.positions) + barriers.sum::<f64>()
     }
 
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         let tension = at.tensions[self.muscle];
-        self.groups.iter().for_each(|g| g.add_force(at.positions, tension, force));
+        self.groups.iter().for_each(|g| g.add_force(at.positions, tension, self.bar, force));
     }
 
-    fn add_stiffness(&self, at: Configuration<'_, D>, _tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
-        self.add_stiffness_of(at.positions, at.tensions[self.muscle], stiffness);
+    fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
+        self.add_stiffness_of(at.positions, at.tensions[self.muscle], self.bar, tangent, stiffness);
     }
 
     fn add_force_per_tension(
@@ -193,8 +262,12 @@ impl<const D: usize> Effect<D> for Fibres {
         derivative: &mut [SVector<f64, D>],
     ) {
         if muscle == self.muscle {
-            self.groups.iter().for_each(|g| g.add_force(at.positions, 1.0, derivative));
+            self.groups.iter().for_each(|g| g.add_force(at.positions, 1.0, 0.0, derivative));
         }
+    }
+
+    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        self.crushed(at.positions).count()
     }
 
     fn internal(&self) -> Option<&dyn Internal<D>> {
@@ -203,7 +276,7 @@ impl<const D: usize> Effect<D> for Fibres {
 }
 
 /// One state: the tension of the muscle, N (0 at first), which follows the one asked for.
-impl<const D: usize> Internal<D> for Fibres {
+impl<const D: usize> Internal<D> for Fibres<D> {
     fn count(&self) -> usize {
         1
     }
@@ -213,7 +286,7 @@ impl<const D: usize> Internal<D> for Fibres {
     }
 
     fn add_force(&self, at: Configuration<'_, D>, states: &[f64], force: &mut [SVector<f64, D>]) {
-        self.groups.iter().for_each(|g| g.add_force(at.positions, states[0], force));
+        self.groups.iter().for_each(|g| g.add_force(at.positions, states[0], 0.0, force));
     }
 
     fn rates(&self, at: Configuration<'_, D>, states: &[f64], rates: &mut [f64]) {
@@ -230,9 +303,9 @@ impl<const D: usize> Internal<D> for Fibres {
         at: Configuration<'_, D>,
         _step: f64,
         states: &[f64],
-        _tangent: Tangent,
+        tangent: Tangent,
         stiffness: &mut BlockMatrix<D>,
     ) {
-        self.add_stiffness_of(at.positions, states[0], stiffness);
+        self.add_stiffness_of(at.positions, states[0], 0.0, tangent, stiffness);
     }
 }

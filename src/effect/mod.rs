@@ -7,6 +7,7 @@
 //! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
 //! | [`FiniteElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | 2.3 names them |
 //! | [`QuadraticElements`] | the same density in quadratic elements | Bonet and Wood 2008, 6.27 |
+//! | [`Upright`] | `λ V b(m/M)` a part of a quadratic element below a tenth of its measure | Li et al. 2020, eq. 6 |
 //! | [`Fibres`] | `F ∫ w (|F f0| - 1) ds` of a muscle of finite width | a tension that the stretch does not change |
 //! | [`Attachment`] | `1/2 ∫ κ |u - v|² ds` between surface and bone | chosen, not measured |
 //! | [`Gravity`] | `-m g·(x - X)` a node | Newton 1687 |
@@ -28,6 +29,7 @@ mod muscle;
 mod quadratic_element;
 pub mod spring;
 mod tissue;
+mod upright;
 
 use std::fmt::Debug;
 
@@ -46,6 +48,7 @@ pub use internal::Internal;
 pub use muscle::Contraction;
 pub use quadratic_element::QuadraticElements;
 pub use tissue::Tissue;
+pub use upright::Upright;
 
 /// Where an effect is evaluated.
 #[derive(Debug, Clone, Copy)]

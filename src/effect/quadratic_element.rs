@@ -25,6 +25,8 @@ pub struct QuadraticElements<const D: usize> {
     law: NeoHookean,
     /// Viscosity η, N s/m².
     viscosity: f64,
+    /// Positions of all nodes at rest, m.
+    rest: Vec<SVector<f64, D>>,
     elements: Vec<Element<D>>,
 }
 
@@ -66,7 +68,7 @@ impl<const D: usize> QuadraticElements<D> {
             let share = measure / points.len() as f64;
             Element { nodes, share, shapes, slots: [unbound; MAX_PAIRS] }
         };
-        Self { law, viscosity, elements: elements.map(element).collect() }
+        Self { law, viscosity, rest: rest_positions.to_vec(), elements: elements.map(element).collect() }
     }
 }
 
@@ -83,14 +85,14 @@ impl<const D: usize> Element<D> {
         &self.shapes[..quadratic::points::<D>().len()]
     }
 
-    /// The gradient at rest of what has these values at the nodes: of positions the deformation gradient.
+    /// What its own nodes have of what all have.
     #[inline(always)]
-    fn gradient(&self, shape: &Shapes<D>, of_nodes: &[SVector<f64, D>]) -> SMatrix<f64, D, D> {
-        let mut gradient = SMatrix::zeros();
-        for (&node, shape) in self.nodes().iter().zip(shape) {
-            gradient += of_nodes[node] * shape.transpose();
+    fn gather(&self, of_node: impl Fn(usize) -> SVector<f64, D>) -> Shapes<D> {
+        let mut own = [SVector::zeros(); MAX_NODES];
+        for (own, &node) in own.iter_mut().zip(self.nodes()) {
+            *own = of_node(node);
         }
-        gradient
+        own
     }
 
     /// The law at every point, and the gradients of the shape functions in the deformed shape, `F⁻ᵀ` times those at rest.
@@ -98,20 +100,30 @@ impl<const D: usize> Element<D> {
     fn at_points(
         &self,
         law: NeoHookean,
-        positions: &[SVector<f64, D>],
+        displaced: &Shapes<D>,
         mut point: impl FnMut(&Shapes<D>, &Shapes<D>, Deformed<D>),
     ) {
         for shape in self.shapes() {
-            let gradient = self.gradient(shape, positions);
-            let (turned, ratio) = cofactors(&gradient);
-            let scale = 1.0 / ratio;
+            let by = gradient(shape, displaced);
+            let here = law.displaced(&by);
+            let turned = cofactors(&(SMatrix::identity() + by)) * (1.0 / here.volume_ratio());
             let mut deformed = [SVector::zeros(); MAX_NODES];
             for (deformed, shape) in deformed[..Self::NODES].iter_mut().zip(shape) {
-                *deformed = turned * shape * scale;
+                *deformed = turned * shape;
             }
-            point(shape, &deformed, law.at(gradient, ratio));
+            point(shape, &deformed, here);
         }
     }
+}
+
+/// The gradient of what has these values at the nodes of an element whose shape functions have those gradients.
+#[inline(always)]
+fn gradient<const D: usize>(shape: &Shapes<D>, of_nodes: &Shapes<D>) -> SMatrix<f64, D, D> {
+    let mut gradient = SMatrix::zeros();
+    for (of_node, shape) in of_nodes[..quadratic::nodes::<D>()].iter().zip(shape) {
+        gradient += of_node * shape.transpose();
+    }
+    gradient
 }
 
 /// The columns of a square as corners of a simplex at the origin: its measure is the determinant over `D!`.
@@ -124,17 +136,24 @@ fn as_simplex<const D: usize>(f: &SMatrix<f64, D, D>) -> Corners<D> {
     corners
 }
 
-/// `det F F⁻ᵀ` and `det F`.
+/// `det F F⁻ᵀ`.
 #[inline(always)]
-fn cofactors<const D: usize>(f: &SMatrix<f64, D, D>) -> (SMatrix<f64, D, D>, f64) {
-    let corners = as_simplex(f);
-    let slopes = simplex::gradient(&corners);
+fn cofactors<const D: usize>(f: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+    let slopes = simplex::gradient(&as_simplex(f));
     let factorial = if D == 2 { 2.0 } else { 6.0 };
     let mut out = SMatrix::<f64, D, D>::zeros();
     for d in 0..D {
         out.set_column(d, &(slopes[d + 1] * factorial));
     }
-    (out, simplex::measure(&corners) * factorial)
+    out
+}
+
+impl<const D: usize> QuadraticElements<D> {
+    /// The displacements of an element's nodes, m.
+    #[inline(always)]
+    fn displaced(&self, e: &Element<D>, positions: &[SVector<f64, D>]) -> Shapes<D> {
+        e.gather(|node| positions[node] - self.rest[node])
+    }
 }
 
 impl<const D: usize> Effect<D> for QuadraticElements<D> {
@@ -158,10 +177,9 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
         let mut energy = 0.0;
         for e in &self.elements {
+            let displaced = self.displaced(e, at.positions);
             for shape in e.shapes() {
-                let gradient = e.gradient(shape, at.positions);
-                let (_, ratio) = cofactors(&gradient);
-                energy += e.share * self.law.at(gradient, ratio).energy();
+                energy += e.share * self.law.displaced_energy(&gradient(shape, &displaced));
             }
         }
         energy
@@ -171,7 +189,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for e in &self.elements {
             let mut pull = [SVector::<f64, D>::zeros(); MAX_NODES];
-            e.at_points(self.law, at.positions, |shape, deformed, law| {
+            e.at_points(self.law, &self.displaced(e, at.positions), |shape, deformed, law| {
                 for a in 0..Self::NODES {
                     pull[a] += law.stress(&shape[a], &deformed[a]);
                 }
@@ -187,7 +205,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for e in &self.elements {
             let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
-            e.at_points(self.law, at.positions, |shape, deformed, law| {
+            e.at_points(self.law, &self.displaced(e, at.positions), |shape, deformed, law| {
                 let convex = (tangent == Tangent::Convex).then(|| law.convex_moduli());
                 let mut pair = 0;
                 for a in 0..Self::NODES {
@@ -215,8 +233,9 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         force: &mut [SVector<f64, D>],
     ) {
         for e in &self.elements {
-            e.at_points(self.law, at.positions, |_, deformed, law| {
-                let gradient = e.gradient(deformed, velocities);
+            let moving = e.gather(|node| velocities[node]);
+            e.at_points(self.law, &self.displaced(e, at.positions), |_, deformed, law| {
+                let gradient = gradient(deformed, &moving);
                 let stress =
                     (gradient + gradient.transpose()) * (self.viscosity * e.share * law.volume_ratio());
                 for (&node, shape) in e.nodes().iter().zip(deformed) {
@@ -229,7 +248,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     /// `V η (ga·gb I + gb gaᵀ)` between two nodes, from each point.
     fn add_damping(&self, at: Configuration<'_, D>, weight: f64, damping: &mut BlockMatrix<D>) {
         for e in &self.elements {
-            e.at_points(self.law, at.positions, |_, deformed, law| {
+            e.at_points(self.law, &self.displaced(e, at.positions), |_, deformed, law| {
                 let scale = weight * self.viscosity * e.share * law.volume_ratio();
                 let mut pair = 0;
                 for a in 0..Self::NODES {
@@ -255,30 +274,25 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         });
         let weights: Vec<[f64; MAX_CORNERS]> = weights.collect();
         let of_element = |e: &Element<D>| {
-            let shapes = e.shapes();
-            let gradients: Vec<_> = shapes.iter().map(|shape| e.gradient(shape, at.positions)).collect();
+            let displaced = self.displaced(e, at.positions);
+            let gradients: Vec<_> = e.shapes().iter().map(|shape| gradient(shape, &displaced)).collect();
             let state = |weights: &[f64; MAX_CORNERS]| {
                 let parts = gradients.iter().zip(weights).map(|(g, w)| g * *w);
-                let gradient = parts.fold(SMatrix::zeros(), |a, b| a + b);
-                let (_, ratio) = cofactors(&gradient);
-                self.law.at(gradient, ratio).state()
+                self.law.displaced(&parts.fold(SMatrix::zeros(), |a, b| a + b)).state()
             };
             weights.iter().map(state).collect::<Vec<_>>()
         };
         self.elements.iter().flat_map(of_element).collect()
     }
 
-    fn keeps_cells_upright(&self) -> bool {
-        true
-    }
-
     /// Up to which the tissue keeps a tenth of its measure at every point.
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
+            let (x, p) = (e.gather(|node| at.positions[node]), e.gather(|node| step[node]));
             for shape in e.shapes() {
-                let x = as_simplex(&e.gradient(shape, at.positions));
-                let p = as_simplex(&(e.gradient(shape, step) * limit));
+                let x = as_simplex(&gradient(shape, &x));
+                let p = as_simplex(&(gradient(shape, &p) * limit));
                 let floor = (1.0 - LARGEST_LOSS) * simplex::measure(&x);
                 limit *= simplex::way_above(&x, &p, floor);
             }

@@ -68,6 +68,59 @@ impl NeoHookean {
     pub fn at<const D: usize>(self, gradient: SMatrix<f64, D, D>, ratio: f64) -> Deformed<D> {
         Deformed { law: self, gradient, ratio, log: ratio.ln() }
     }
+
+    /// The law at the displacement gradient `H = F - I`.
+    #[inline(always)]
+    pub fn displaced<const D: usize>(self, h: &SMatrix<f64, D, D>) -> Deformed<D> {
+        let growth = h.trace() + beyond_trace(h);
+        let (log, _) = log_and_rest(growth);
+        Deformed { law: self, gradient: SMatrix::identity() + h, ratio: 1.0 + growth, log }
+    }
+
+    /// Energy density `W` at the displacement gradient `H = F - I`, J/m³ of the body at rest.
+    ///
+    /// From `F` itself it is the small difference of large numbers: its rounding is that of `μ`, and where a body has hardly
+    /// moved a line search cannot tell a step forward from one back. Here every term is of the second order in `H`:
+    /// `μ/2 |H|² + μ ((J - 1 - ln J) - (J - 1 - tr H)) + λ/2 (ln J)²`.
+    #[inline(always)]
+    pub fn displaced_energy<const D: usize>(self, h: &SMatrix<f64, D, D>) -> f64 {
+        let beyond = beyond_trace(h);
+        let growth = h.trace() + beyond;
+        // Written so that a determinant that is not a number counts as inverted too.
+        if !(growth > -1.0 && growth.is_finite()) {
+            return f64::INFINITY;
+        }
+        let (log, rest) = log_and_rest(growth);
+        self.mu * (0.5 * h.norm_squared() + (rest - beyond)) + 0.5 * self.lambda * log * log
+    }
+}
+
+/// `det(I + H) - 1 - tr H`: the terms of higher order.
+#[inline(always)]
+fn beyond_trace<const D: usize>(h: &SMatrix<f64, D, D>) -> f64 {
+    let minor = |i: usize, j: usize| h[(i, i)] * h[(j, j)] - h[(i, j)] * h[(j, i)];
+    if D == 2 {
+        return minor(0, 1);
+    }
+    let cofactor = |i: usize, j: usize| h[(1, i)] * h[(2, j)] - h[(1, j)] * h[(2, i)];
+    let third = h[(0, 0)] * cofactor(1, 2) - h[(0, 1)] * cofactor(0, 2) + h[(0, 2)] * cofactor(0, 1);
+    minor(0, 1) + minor(0, 2) + minor(1, 2) + third
+}
+
+/// `ln(1 + x)` and `x - ln(1 + x)`, the second without the cancellation that the difference has for small `x`: with `r = x/(2 + x)`
+/// the logarithm is `2 (r + r³/3 + ..)`, and `x - 2 r` is `x r`.
+#[inline(always)]
+fn log_and_rest(x: f64) -> (f64, f64) {
+    if x.abs() > 0.1 {
+        let log = x.ln_1p();
+        return (log, x - log);
+    }
+    let r = x / (2.0 + x);
+    let s = r * r;
+    let series =
+        1.0 / 3.0 + s * (1.0 / 5.0 + s * (1.0 / 7.0 + s * (1.0 / 9.0 + s * (1.0 / 11.0 + s / 13.0))));
+    let rest = x * r - 2.0 * r * s * series;
+    (x - rest, rest)
 }
 
 impl<const D: usize> Deformed<D> {
@@ -205,6 +258,27 @@ mod tests {
     fn stress_is_the_derivative_of_the_energy_and_cauchys_follows_from_it() {
         holds(Matrix2::new(1.1, 0.2, -0.1, 0.95));
         holds(Matrix3::new(1.1, 0.2, 0.1, -0.1, 0.95, 0.3, 0.05, -0.2, 1.02));
+    }
+
+    #[test]
+    fn energies_of_displacements_are_those_of_deformations_and_keep_their_digits_when_small() {
+        fn agree<const D: usize>(h: SMatrix<f64, D, D>) {
+            let f = SMatrix::identity() + h;
+            let (direct, other) = (LAW.at(f, determinant(&f)), LAW.displaced(&h));
+            assert!((LAW.displaced_energy(&h) / direct.energy() - 1.0).abs() < 1e-11);
+            assert!((other.log - direct.log).abs() < 1e-15 && (other.ratio - direct.ratio).abs() < 1e-15);
+            // Of the second order: the energy of a small strain is that of linear elasticity, to the next order.
+            for small in [1e-4, 1e-7, 1e-12] {
+                let (strain, trace) = ((h + h.transpose()) * (0.5 * small), h.trace() * small);
+                let linear = LAW.mu * strain.norm_squared() + 0.5 * LAW.lambda * trace * trace;
+                let ratio = LAW.displaced_energy(&(h * small)) / linear;
+                assert!((ratio - 1.0).abs() < 2.0 * small + 1e-13, "{small} {ratio}");
+            }
+        }
+        agree(Matrix2::new(0.1, 0.2, -0.1, -0.05));
+        agree(Matrix2::new(0.3, 0.2, -0.1, -0.25));
+        agree(Matrix3::new(0.1, 0.2, 0.1, -0.1, -0.05, 0.3, 0.05, -0.2, 0.02));
+        assert_eq!(LAW.displaced_energy(&Matrix2::new(-2.0, 0.0, 0.0, 0.0)), f64::INFINITY);
     }
 
     #[test]

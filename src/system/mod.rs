@@ -19,7 +19,7 @@ use nalgebra::SVector;
 
 use crate::body::{Continuum, Mesh};
 use crate::effect::{
-    Attachment, Configuration, Effect, Fibres, FiniteElements, Incompressibility, QuadraticElements,
+    Attachment, Configuration, Effect, Fibres, FiniteElements, Incompressibility, QuadraticElements, Upright,
 };
 use crate::geometry::simplex;
 use crate::material::{Coefficients, Stress};
@@ -32,6 +32,9 @@ pub use model::{Model, TissueModel, coefficients, connection_stiffness};
 pub use path::{OutsidePath, StraightPath};
 
 use elements::{AtRest, Elements};
+
+/// The width that counts where muscles have none, m.
+const LEAST_WIDTH_M: f64 = 1e-3;
 
 /// How many systems were made.
 static MADE: AtomicU64 = AtomicU64::new(0);
@@ -364,15 +367,19 @@ fn continuum_effects<const D: usize>(
         continuum.elements(),
         &mesh.nodes,
     );
-    let mut effects: Vec<Box<dyn Effect<D>>> = vec![Box::new(tissue)];
-    let (settings, (_, mu)) = (&continuum.settings, model.constants.lame());
+    let (settings, (lambda, mu)) = (&continuum.settings, model.constants.lame());
+    let upright = Upright::new(lambda, continuum.elements(), &mesh.nodes);
+    let mut effects: Vec<Box<dyn Effect<D>>> = vec![Box::new(tissue), Box::new(upright)];
     if !continuum.ties.is_empty() {
         let stiffness = settings.patch_stiffness * mu / settings.patch_radius_m;
-        effects.push(Box::new(Attachment::new(&continuum.ties, stiffness)));
+        effects.push(Box::new(Attachment::new(&continuum.ties, stiffness, &mesh.nodes)));
     }
     let contraction_time = coefficients.contractile_damping / coefficients.muscle_series_stiffness;
+    // The barrier against strands without length is counted in what the tissue bears over the width of a muscle.
+    let bar = mu * settings.bundle_width_m.max(LEAST_WIDTH_M).powi(D as i32 - 1);
     for &muscle in contracting {
-        effects.push(Box::new(Fibres::new(muscle, &continuum.bundles[muscle], contraction_time)));
+        let bundle = &continuum.bundles[muscle];
+        effects.push(Box::new(Fibres::new(muscle, bundle, &mesh.nodes, contraction_time, bar)));
     }
     effects.into_iter()
 }

@@ -69,7 +69,6 @@ impl<const D: usize> Line<D> {
     pub fn strands(
         &self,
         locator: &Locator<'_, D>,
-        nodes: &[SVector<f64, D>],
         settings: &ContinuumSettings,
     ) -> Result<Vec<Strand>, ContinuumError> {
         if self.apart {
@@ -77,7 +76,7 @@ impl<const D: usize> Line<D> {
             let (bone, inner) = if self.outside[0] { (0, 1) } else { (1, 0) };
             let at = if inner == 0 { self.points[0] } else { self.points[self.points.len() - 1] };
             let mean = locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| self.dangling())?;
-            return self.bone_to(bone, mean, 1.0, nodes).map(|strand| vec![strand]);
+            return self.bone_to(bone, mean, 1.0).map(|strand| vec![strand]);
         }
         let mut strands = Vec::new();
         for (offset, share) in profile::<D>(settings) {
@@ -87,26 +86,19 @@ impl<const D: usize> Line<D> {
                 // A fibre that passes the tissue by has no entry.
                 let Some(entry) = ends.map(|ends| ends[bone]) else { continue };
                 let mean = locator.mean(&entry, 0.0).ok_or_else(|| self.dangling())?;
-                strands.push(self.bone_to(bone, mean, share, nodes)?);
+                strands.push(self.bone_to(bone, mean, share)?);
             }
         }
         Ok(strands)
     }
 
     /// The straight part from the bone at an end to a mean of nodes.
-    fn bone_to(
-        &self,
-        end: usize,
-        mean: Vec<(usize, f64)>,
-        weight: f64,
-        nodes: &[SVector<f64, D>],
-    ) -> Result<Strand, ContinuumError> {
+    fn bone_to(&self, end: usize, mean: Vec<(usize, f64)>, weight: f64) -> Result<Strand, ContinuumError> {
         let bone = self.bones[end].ok_or_else(|| self.dangling())?;
         let (mut nodes_of, mut coefficients): (Vec<usize>, Vec<f64>) = mean.into_iter().unzip();
         nodes_of.push(bone);
         coefficients.push(-1.0);
-        let way: SVector<f64, D> = nodes_of.iter().zip(&coefficients).map(|(&n, c)| nodes[n] * *c).sum();
-        Ok(Strand { nodes: nodes_of, coefficients, weight, rest: way.norm() })
+        Ok(Strand { nodes: nodes_of, coefficients, weight })
     }
 
     /// The line moved aside by `offset`, in half widths; half as far at a bone.
@@ -173,7 +165,6 @@ impl<const D: usize> Line<D> {
                         nodes: locator.nodes(element).to_vec(),
                         coefficients: locator.slopes(element, &at, &along),
                         weight: share * ramp * 0.5 * w * (to - from) * way.norm(),
-                        rest: 1.0,
                     });
                 }
             }

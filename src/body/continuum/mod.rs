@@ -192,8 +192,6 @@ pub struct Strand {
     pub coefficients: Vec<f64>,
     /// By what its lengthening counts: m for a point of a fibre, 1 for a part outside.
     pub weight: f64,
-    /// The length of `y` at rest.
-    pub rest: f64,
 }
 
 /// A quadratic form in the positions of nodes of the tissue and of a bone.
@@ -246,7 +244,7 @@ pub fn lay<const D: usize>(
             None => chain.nodes.iter().map(|&n| base.nodes[n]).collect(),
         };
         let line = Line::new(base, chain, course, &held.stand_ins)?;
-        bundles.push(line.strands(&locator, &mesh.nodes, &ContinuumSettings { fibres, ..*settings })?);
+        bundles.push(line.strands(&locator, &ContinuumSettings { fibres, ..*settings })?);
         let nodes = line.chain(&locator, &mut mesh.nodes, &mut followers, settings, spacing)?;
         muscles.push(MuscleChain { name: chain.name.clone(), nodes });
     }

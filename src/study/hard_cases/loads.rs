@@ -1,9 +1,9 @@
-//! Cases 2 and 4: loads far beyond muscle, and chains that fold.
+//! Cases 2, 4 and 11: loads far beyond muscle, and chains that fold.
 
-use crate::body::{Mesh, largest_distance};
+use crate::body::{Body, ContinuumSettings, Mesh, largest_distance};
 use crate::statics::{Settings, Workspace, trace};
 use crate::study::pulled::{Pulled, tongue};
-use crate::system::{Model, OutsidePath, System};
+use crate::system::{Model, OutsidePath, System, TissueModel};
 
 use super::{Extent, Row, StudyError, equilibrium_row, name_of};
 
@@ -13,7 +13,28 @@ const TRACE_STEPS: usize = 10;
 /// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N: all of them, or every 16th; each solved directly, and reached
 /// once more along the branch that begins at rest.
 pub(super) fn subsets(extent: Extent) -> Result<Vec<Row>, StudyError> {
-    let mesh = tongue()?;
+    subsets_of(2, &tongue()?, &Model::default(), f64::INFINITY, extent)
+}
+
+/// Spacing of the continuum of case 11, m.
+const CONTINUUM_M: f64 = 8e-3;
+/// The largest load, N, to which the branch of a continuum is followed: at ten times as much its end takes hours to find.
+const FOLLOWED_N: f64 = 100.0;
+
+/// Case 11: the same of a continuum.
+pub(super) fn subsets_of_continuum(extent: Extent) -> Result<Vec<Row>, StudyError> {
+    let body = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?;
+    let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
+    subsets_of(11, &body.mesh, &model, FOLLOWED_N, extent)
+}
+
+fn subsets_of(
+    case: u8,
+    mesh: &Mesh<2>,
+    model: &Model,
+    followed_n: f64,
+    extent: Extent,
+) -> Result<Vec<Row>, StudyError> {
     let names = mesh.muscle_names();
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
     let stride = if extent == Extent::Full { 1 } else { 16 };
@@ -23,10 +44,13 @@ pub(super) fn subsets(extent: Extent) -> Result<Vec<Row>, StudyError> {
         let active: Vec<&str> = (0..all.len()).filter(|m| set >> m & 1 == 1).map(|m| all[m]).collect();
         for load in [1.0, 10.0, 100.0, 1000.0] {
             let variant = format!("{} at {load} N", active.join(" "));
-            let Pulled { system, tensions, .. } = all_at(&mesh, &Model::default(), &active, load)?;
+            let Pulled { system, tensions, .. } = all_at(mesh, model, &active, load)?;
             let mut workspace = Workspace::new(&system);
-            let (_, row) = equilibrium_row(2, variant, &system, &mut workspace, &tensions);
-            rows.push(beside_branch(row, &system, &mut workspace, &tensions));
+            let (_, row) = equilibrium_row(case, variant, &system, &mut workspace, &tensions);
+            rows.push(match load <= followed_n {
+                true => beside_branch(row, &system, &mut workspace, &tensions),
+                false => row,
+            });
         }
     }
     Ok(rows)
@@ -41,7 +65,7 @@ fn all_at(mesh: &Mesh<2>, model: &Model, muscles: &[&str], load: f64) -> Result<
 fn beside_branch(row: Row, system: &System<2>, workspace: &mut Workspace<2>, tensions: &[f64]) -> Row {
     let direct = workspace.positions().to_vec();
     let found = trace(system, workspace, tensions, &Settings::default(), TRACE_STEPS);
-    let ends_at = found.critical.map_or(1.0, |c| c.load);
+    let ends_at = found.critical.map(|c| c.load).or(found.stopped).unwrap_or(1.0);
     let apart = largest_distance(&direct, workspace.positions());
     let row = Row { branch_ends_at: Some(ends_at), apart_from_branch_m: Some(apart), ..row };
     if row.is_on_branch() {

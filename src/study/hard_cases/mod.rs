@@ -119,7 +119,7 @@ impl Row {
 }
 
 /// The numbers of the cases that can be run.
-pub const CASES: [u8; 10] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
+pub const CASES: [u8; 11] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
 
 /// Runs one case; no rows for a number that is not in [`CASES`].
 ///
@@ -137,6 +137,7 @@ pub fn run(case: u8, extent: Extent) -> Result<Vec<Row>, StudyError> {
         8 => motion::steps(extent),
         9 => branches::two_equilibria(),
         10 => invariance::same_answers(),
+        11 => loads::subsets_of_continuum(extent),
         _ => Ok(Vec::new()),
     }
 }

@@ -19,6 +19,7 @@ fn title(case: u8) -> &'static str {
         8 => "Steps of time",
         9 => "Two equilibria",
         10 => "Threads, numbering, position",
+        11 => "Subsets of the muscles of a continuum (8 mm) at 1, 10, 100 and 1000 N",
         _ => "",
     }
 }
@@ -27,7 +28,10 @@ fn title(case: u8) -> &'static str {
 const IN_CSV_ALONE: [&str; 6] =
     ["case", "converged", "load_reached", "guarded", "branch_ends_at", "apart_from_branch_m"];
 
-/// A summary of all cases, and under it every row; of case 2, which has a thousand, those that are not ordinary.
+/// Cases with a thousand rows.
+const LONG: [u8; 2] = [2, 11];
+
+/// A summary of all cases, and under it every row; of the [`LONG`] ones those that are not ordinary.
 ///
 /// # Errors
 /// As the CSV writer's, through which the cells go; into memory it has none.
@@ -42,7 +46,7 @@ pub fn markdown(rows: &[Row], command: &str) -> Result<String, csv::Error> {
         "that says what happened, without a number that is not one or an inverted cell that is not reported."
     );
     out.push_str(
-        "Answers are found directly; in case 2 the equilibria were also followed from rest, there and back, as the load grows, and \
+        "Answers are found directly; in cases 2 and 11 (there up to 100 N) the equilibria were also followed from rest, there and back, as the load grows, and \
          an\nanswer counts as on that branch when it reaches the whole load and ends within 1e-9 m of the answer.\n\n",
     );
     out.push_str("| case | | rows | converged | promise kept | with the barrier active | on the branch from rest | longest, s |\n|--|--|--|--|--|--|--|--|\n");
@@ -69,7 +73,7 @@ pub fn markdown(rows: &[Row], command: &str) -> Result<String, csv::Error> {
         let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
         out.push_str(&branches(rows));
         let ordinary = |r: &Row| r.kept && r.converged && (r.branch_ends_at.is_none() || r.is_on_branch());
-        let shown: Vec<&&Row> = rows.iter().filter(|r| *case != 2 || !ordinary(r)).collect();
+        let shown: Vec<&&Row> = rows.iter().filter(|r| !LONG.contains(case) || !ordinary(r)).collect();
         if shown.len() < rows.len() {
             let _ = writeln!(
                 out,

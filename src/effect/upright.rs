@@ -1,0 +1,334 @@
+//! What keeps quadratic elements from turning over.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::geometry::quadratic::{self, MAX_NODES};
+use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
+use crate::sparse::{BlockMatrix, Pattern, Slot};
+
+use super::barrier::{self, barrier};
+use super::cell::LARGEST_LOSS;
+use super::{Configuration, Effect, Tangent};
+
+/// A [`barrier()`] in every place of a quadratic element where its law does not look: at its corners, and in the linear parts into
+/// which its nodes divide it.
+///
+/// The law sees the deformation at a few interior points only, and at loads far beyond muscle an element whose points are in order turns
+/// over at a corner. Here each corner and each part has a measure `m`, that of the simplex of its edges: from a corner `i` along
+/// the edge to `j` with the middle `k` the tangent `4 x_k - 3 x_i - x_j`, in a part the way from one of its nodes to another. Where
+/// `m` is below a tenth of that at rest `M`, there is the energy `λ V b(m/M)`, with an equal share `V` of the element's measure for
+/// each; above it there is none, and the answer is that of the law alone.
+#[derive(Debug, Clone)]
+pub struct Upright<const D: usize> {
+    /// Lamé's first constant λ, Pa (2D: per metre of thickness).
+    lambda: f64,
+    elements: Vec<Element>,
+}
+
+#[derive(Debug, Clone)]
+struct Element {
+    nodes: [usize; MAX_NODES],
+    /// Area, m², or volume, m³, at rest.
+    measure: f64,
+    /// Of each pair of nodes, each with itself among them.
+    slots: Vec<Slot>,
+}
+
+/// An edge of a guarded simplex: its nodes in the element, and how each counts.
+type Edge = [(usize, f64); 3];
+
+/// The nodes of an element.
+type Nodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
+
+/// What is guarded in every element, and which part of the element's measure it has at rest.
+struct Guards<const D: usize>(Vec<([Edge; 3], f64)>);
+
+impl<const D: usize> Guards<D> {
+    fn new() -> Self {
+        let middle = |i: usize, j: usize| {
+            let nth = quadratic::edges::<D>().iter().position(|e| *e == [i, j] || *e == [j, i]);
+            D + 1 + nth.unwrap_or(0)
+        };
+        let corner = |i: usize| {
+            let mut others = (1..=D).map(|step| (i + step) % (D + 1)).collect::<Vec<_>>();
+            // In space every second corner would see the others the wrong way round.
+            if D == 3 && i % 2 == 1 {
+                others.swap(0, 1);
+            }
+            let mut edges = [[(0, 0.0); 3]; 3];
+            for (edge, &j) in edges.iter_mut().zip(&others) {
+                *edge = [(middle(i, j), 4.0), (i, -3.0), (j, -1.0)];
+            }
+            (edges, 1.0)
+        };
+        let part = |part: &&[usize]| {
+            let mut edges = [[(0, 0.0); 3]; 3];
+            for (edge, &j) in edges.iter_mut().zip(&part[1..]) {
+                *edge = [(j, 1.0), (part[0], -1.0), (part[0], 0.0)];
+            }
+            (edges, 1.0 / f64::from(1 << D))
+        };
+        Self((0..=D).map(corner).chain(quadratic::parts::<D>().iter().map(part)).collect())
+    }
+
+    /// Every guarded simplex of an element with nodes at `x`, as edges and corners, and its measure at rest.
+    #[inline(always)]
+    fn of<'a>(&'a self, element: &'a Element, x: &'a Nodes<D>) -> impl Iterator<Item = Guarded<'a, D>> {
+        self.0.iter().map(move |(edges, part)| {
+            let mut corners = [SVector::zeros(); MAX_CORNERS];
+            for (corner, edge) in corners[1..=D].iter_mut().zip(edges) {
+                *corner = edge.iter().map(|&(node, c)| x[node] * c).sum();
+            }
+            Guarded { edges, corners, rest: element.measure * part }
+        })
+    }
+}
+
+struct Guarded<'a, const D: usize> {
+    edges: &'a [Edge; 3],
+    corners: Corners<D>,
+    rest: f64,
+}
+
+impl<const D: usize> Guarded<'_, D> {
+    /// Its measure to that at rest, if the barrier acts.
+    #[inline(always)]
+    fn ratio(&self) -> Option<f64> {
+        let ratio = simplex::measure(&self.corners) / self.rest;
+        // What is not a number counts as turned over.
+        (ratio < barrier::THRESHOLD || ratio.is_nan()).then_some(ratio)
+    }
+
+    /// How much a node of the element counts in each of the edges.
+    fn counts(&self) -> [[f64; 3]; MAX_NODES] {
+        let mut counts = [[0.0; 3]; MAX_NODES];
+        for (d, edge) in self.edges.iter().enumerate().take(D) {
+            edge.iter().for_each(|&(node, c)| counts[node][d] += c);
+        }
+        counts
+    }
+
+    /// The derivative of the ratio with respect to the nodes of the element, 1/m.
+    fn slopes(&self, counts: &[[f64; 3]; MAX_NODES]) -> Nodes<D> {
+        let of_corners = simplex::gradient(&self.corners);
+        let of_node = |counts: &[f64; 3]| (0..D).map(|d| of_corners[d + 1] * (counts[d] / self.rest)).sum();
+        counts.each_ref().map(of_node)
+    }
+}
+
+impl<const D: usize> Upright<D> {
+    const NODES: usize = quadratic::nodes::<D>();
+
+    /// The barrier for elements of the given nodes (corners, then the middles of [`quadratic::edges`]) with their shape at the given
+    /// rest positions, m, in a tissue of `lambda`, Pa.
+    pub fn new<'a>(
+        lambda: f64,
+        elements: impl Iterator<Item = &'a [usize]>,
+        rest_positions: &[SVector<f64, D>],
+    ) -> Self {
+        let element = |given: &[usize]| {
+            let mut nodes = [0; MAX_NODES];
+            nodes[..Self::NODES].copy_from_slice(given);
+            let measure = simplex::measure(&simplex::corners(rest_positions, &given[..=D]));
+            Element { nodes, measure, slots: Vec::new() }
+        };
+        Self { lambda, elements: elements.map(element).collect() }
+    }
+
+    /// Calls `act` for everything in which the barrier acts, with its ratio and the energy that it is counted in, J.
+    fn each(&self, positions: &[SVector<f64, D>], mut act: impl FnMut(&Element, &Guarded<'_, D>, f64, f64)) {
+        let guards = Guards::<D>::new();
+        for e in &self.elements {
+            let x = e.gather::<D>(positions);
+            for guarded in guards.of(e, &x) {
+                if let Some(ratio) = guarded.ratio() {
+                    act(e, &guarded, ratio, self.lambda * e.measure / guards.0.len() as f64);
+                }
+            }
+        }
+    }
+}
+
+impl Element {
+    #[inline(always)]
+    fn gather<const D: usize>(&self, of_nodes: &[SVector<f64, D>]) -> Nodes<D> {
+        let mut x = [SVector::zeros(); MAX_NODES];
+        for (x, &node) in x.iter_mut().zip(&self.nodes[..quadratic::nodes::<D>()]) {
+            *x = of_nodes[node];
+        }
+        x
+    }
+}
+
+impl<const D: usize> Effect<D> for Upright<D> {
+    fn name(&self) -> &'static str {
+        "barrier"
+    }
+
+    fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
+        self.elements.iter().for_each(|e| couple(&e.nodes[..Self::NODES]));
+    }
+
+    fn bind(&mut self, pattern: &Pattern) {
+        for e in &mut self.elements {
+            let nodes = &e.nodes[..Self::NODES];
+            let pairs = nodes.iter().enumerate().flat_map(|(i, &a)| nodes[i..].iter().map(move |&b| (a, b)));
+            e.slots = pairs.map(|(a, b)| pattern.slot(a, b)).collect();
+        }
+    }
+
+    fn energy(&self, at: Configuration<'_, D>) -> f64 {
+        let mut energy = 0.0;
+        self.each(at.positions, |_, _, ratio, scale| energy += scale * barrier(ratio).value);
+        energy
+    }
+
+    fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
+        self.each(at.positions, |e, guarded, ratio, scale| {
+            let push = scale * barrier(ratio).slope;
+            let slopes = guarded.slopes(&guarded.counts());
+            for (&node, slope) in e.nodes[..Self::NODES].iter().zip(&slopes) {
+                force[node] -= slope * push;
+            }
+        });
+    }
+
+    /// `λ V (b'' g gᵀ + b' d²(m/M)/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive semidefinite.
+    fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
+        self.each(at.positions, |e, guarded, ratio, scale| {
+            let b = barrier(ratio);
+            let counts = guarded.counts();
+            let slopes = guarded.slopes(&counts);
+            let bend = if tangent == Tangent::Exact { scale * b.slope / guarded.rest } else { 0.0 };
+            let mut slots = e.slots.iter();
+            for i in 0..Self::NODES {
+                for j in i..Self::NODES {
+                    let Some(slot) = slots.next() else { return };
+                    let mut block: SMatrix<f64, D, D> =
+                        slopes[i] * slopes[j].transpose() * (scale * b.curvature);
+                    for (p, q) in (0..D).flat_map(|p| (0..D).map(move |q| (p, q))) {
+                        let count = counts[i][p] * counts[j][q] * bend;
+                        if count != 0.0 && p != q {
+                            block += simplex::hessian(&guarded.corners, p + 1, q + 1) * count;
+                        }
+                    }
+                    stiffness.add(*slot, &block);
+                }
+            }
+        });
+    }
+
+    fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
+        let guards = Guards::<D>::new();
+        let mut limit: f64 = 1.0;
+        for e in &self.elements {
+            let (x, p) = (e.gather::<D>(at.positions), e.gather::<D>(step));
+            for (here, way) in guards.of(e, &x).zip(guards.of(e, &p)) {
+                let floor = (1.0 - LARGEST_LOSS) * simplex::measure(&here.corners);
+                limit *= simplex::way_above(&here.corners, &way.corners.map(|p| p * limit), floor);
+            }
+        }
+        limit
+    }
+
+    fn keeps_cells_upright(&self) -> bool {
+        true
+    }
+
+    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        let guards = Guards::<D>::new();
+        let is_guarded =
+            |e: &&Element| guards.of(e, &e.gather::<D>(at.positions)).any(|g| g.ratio().is_some());
+        self.elements.iter().filter(is_guarded).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A single element of side 1, pressed to where the barrier acts in all of it.
+    fn crushed<const D: usize>() -> (Upright<D>, Vec<SVector<f64, D>>, Pattern) {
+        let mut rest = vec![SVector::zeros(); D + 1];
+        for d in 0..D {
+            rest[d + 1][d] = 1.0;
+        }
+        for [i, j] in quadratic::edges::<D>() {
+            rest.push((rest[*i] + rest[*j]) * 0.5);
+        }
+        let nodes: Vec<usize> = (0..rest.len()).collect();
+        let mut effect = Upright::new(3.0, std::iter::once(nodes.as_slice()), &rest);
+        let pattern = Pattern::new(rest.len(), &vec![true; rest.len()], [nodes.clone()]);
+        effect.bind(&pattern);
+        assert_eq!(effect.guarded(Configuration { positions: &rest, tensions: &[] }), 0);
+        for (n, p) in rest.iter_mut().enumerate() {
+            p[0] *= 0.05;
+            (0..D).for_each(|d| p[d] += 0.002 * ((3 * n + 5 * d) as f64).sin());
+        }
+        (effect, rest, pattern)
+    }
+
+    fn holds<const D: usize>() {
+        let (effect, x, pattern) = crushed::<D>();
+        let at = |x: &[SVector<f64, D>]| effect.energy(Configuration { positions: x, tensions: &[] });
+        assert!(at(&x).is_finite() && effect.guarded(Configuration { positions: &x, tensions: &[] }) == 1);
+        let forces = |x: &[SVector<f64, D>]| {
+            let mut force = vec![SVector::zeros(); x.len()];
+            effect.add_force(Configuration { positions: x, tensions: &[] }, &mut force);
+            force
+        };
+        let here = forces(&x);
+        assert!(here.iter().sum::<SVector<f64, D>>().norm() < 1e-9);
+        let mut stiffness = BlockMatrix::zeros(&pattern);
+        effect.add_stiffness(Configuration { positions: &x, tensions: &[] }, Tangent::Exact, &mut stiffness);
+        let largest = here.iter().map(SVector::norm).fold(0.0, f64::max);
+        assert!(largest > 0.0);
+        let step = 1e-7;
+        for (u, &node) in pattern.nodes().iter().enumerate() {
+            for d in 0..D {
+                let moved = |by: f64| {
+                    let mut y = x.clone();
+                    y[node][d] += by;
+                    y
+                };
+                let (up, down) = (moved(step), moved(-step));
+                let slope = (at(&up) - at(&down)) / (2.0 * step);
+                assert!((slope + here[node][d]).abs() < 1e-5 * largest, "{D}D {node} {slope} {here:?}");
+                let mut unit = vec![SVector::zeros(); pattern.unknowns()];
+                unit[u][d] = 1.0;
+                let mut column = unit.clone();
+                stiffness.multiply(&pattern, &unit, &mut column);
+                let (more, less) = (forces(&up), forces(&down));
+                for (v, &other) in pattern.nodes().iter().enumerate() {
+                    let change = -(more[other] - less[other]) / (2.0 * step);
+                    assert!((change - column[v]).norm() < 1e-4 * largest, "{D}D {node} {other}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn force_and_stiffness_of_a_crushed_element_are_derivatives_of_its_energy() {
+        holds::<2>();
+        holds::<3>();
+    }
+
+    #[test]
+    fn every_guarded_simplex_has_its_share_of_the_measure_at_rest_and_is_upright() {
+        fn shares<const D: usize>() {
+            let mut x = [SVector::<f64, D>::zeros(); MAX_NODES];
+            (0..D).for_each(|d| x[d + 1][d] = 1.0);
+            for (n, [i, j]) in quadratic::edges::<D>().iter().enumerate() {
+                x[D + 1 + n] = (x[*i] + x[*j]) * 0.5;
+            }
+            let measure = simplex::measure(&simplex::corners(&x, &[0, 1, 2, 3][..=D]));
+            let element = Element { nodes: [0; MAX_NODES], measure, slots: Vec::new() };
+            let guards = Guards::<D>::new();
+            for guarded in guards.of(&element, &x) {
+                assert!((simplex::measure(&guarded.corners) / guarded.rest - 1.0).abs() < 1e-12, "{D}D");
+            }
+        }
+        shares::<2>();
+        shares::<3>();
+    }
+}
