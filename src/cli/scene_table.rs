@@ -62,17 +62,32 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", o.plan.title, o.plan.body, o.plan.method);
     if !o.muscles.is_empty() {
         let tension = if o.plan.dimension == 2 { "tension N/m" } else { "tension N" };
-        let mut t = table(&["muscle", tension, "rest mm", "length mm", "stretch"]);
+        let interval = o.points.as_ref().map(|_| "95 % interval");
+        let columns: Vec<&str> = ["muscle", tension]
+            .into_iter()
+            .chain(interval)
+            .chain(["rest mm", "length mm", "stretch"])
+            .collect();
+        let mut t = table(&columns);
         for m in &o.muscles {
-            t.add_row([
-                m.muscle.clone(),
-                format!("{:.2}", m.tension_n),
+            let interval = m.interval_n.map(|[low, high]| format!("{low:.2} to {high:.2}"));
+            t.add_row([m.muscle.clone(), format!("{:.2}", m.tension_n)].into_iter().chain(interval).chain([
                 format!("{:.2}", m.rest_mm),
                 format!("{:.2}", m.length_mm),
                 format!("{:.3}", m.stretch),
-            ]);
+            ]));
         }
         let _ = writeln!(text, "{t}\n");
+    }
+    if let Some(p) = &o.points {
+        let muscles = o.plan.muscles.len();
+        let _ = writeln!(
+            text,
+            "points met to {:.2} mm (RMS), {}; {} of {muscles} directions of tension are resolved, the rest is the prior\n",
+            p.rms_mm.unwrap_or(f64::NAN),
+            report::status_name(p.status).replace('_', " "),
+            p.resolved,
+        );
     }
     let penetrated = o.contact.as_ref().is_some_and(|c| c.edge_through_wall);
     let verdict = match o.converged {

@@ -5,6 +5,7 @@ use super::body::{finite, not_negative, positive};
 use super::file::{Body, Scene, Want};
 use crate::dynamics::SHORTEST_S;
 use crate::material::Preset;
+use crate::track;
 
 /// Below this a wall's barrier is stiffer than the rest of the body by more than numbers can tell, mm.
 const LEAST_REACH_MM: f64 = 1e-3;
@@ -24,6 +25,7 @@ impl Scene {
             let why = "a fit finds the tensions; give one or the other";
             return Err(contradiction("[fit]", format!("tensions_n.{muscle}"), why));
         }
+        self.check_points()?;
         match &self.effects.gravity {
             Some(g) if g.posture.is_some() == g.direction.is_some() => {
                 let why = "say exactly one of them, since each tells where things fall";
@@ -35,6 +37,37 @@ impl Scene {
             }
             _ => Ok(()),
         }
+    }
+
+    fn check_points(&self) -> Result<(), SceneError> {
+        let Some(points) = &self.points else { return Ok(()) };
+        let why = "points tell the tensions; give one or the other";
+        if let Some(muscle) = self.tensions_n.keys().next() {
+            return Err(contradiction("[points]", format!("tensions_n.{muscle}"), why));
+        }
+        if self.fit.is_some() {
+            return Err(contradiction("[points]", "[fit]", why));
+        }
+        let e = &self.effects;
+        if e.incompressibility != Some(true) && e.finite_elements != Some(true) {
+            let why = "springs alone turn over at tensions that have to be tried; ask for effects.incompressibility = true";
+            return Err(contradiction("[points]", "effects.incompressibility = false", why));
+        }
+        positive("points.noise_mm", points.noise_mm)?;
+        positive("points.prior_n_per_m", points.prior_n_per_m)?;
+        for &x in points.contour_mm.iter().flatten() {
+            finite("points.contour_mm", x)?;
+        }
+        for sensor in &points.sensors {
+            sensor.at_mm.iter().try_for_each(|&x| finite("points.sensors.at_mm", x).map(|_| ()))?;
+            not_negative("points.sensors.surface_mm", sensor.surface_mm)?;
+        }
+        let seen = points.contour_mm.len() + 2 * points.sensors.len();
+        if seen < track::FEWEST {
+            let key = "the number of points of points.contour_mm and, twice, points.sensors";
+            return Err(SceneError::Value { key, value: seen as f64, must: "at least 3: fewer say nothing" });
+        }
+        Ok(())
     }
 
     fn check_numbers(&self) -> Result<(), SceneError> {
@@ -170,6 +203,7 @@ impl Scene {
                 "effects.viscosity = false",
                 "without dampers the body would swing for ever at frequencies that no step could follow",
             ),
+            (self.points.is_some(), "[points]", "points show one posture at rest; want = \"shape\""),
             (
                 self.fit.is_some(),
                 "[fit]",

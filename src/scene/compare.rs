@@ -46,7 +46,7 @@ pub struct Compared {
 }
 
 /// Runs a scene pruned, with everything in place but at rest, and with everything over time until it rests. Of a fit, which solves
-/// thousands of equilibria, only the pruned run is made. A trajectory is compared by the equilibrium that it tends to: on the way
+/// tens to thousands of equilibria, only the pruned run is made. A trajectory is compared by the equilibrium that it tends to: on the way
 /// passive muscles of three elements would move otherwise than the tissue that they are.
 ///
 /// # Errors
@@ -66,7 +66,7 @@ pub fn compare<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) -> Res
         full_elements: elements(&full),
         steps: None,
     };
-    if scene.fit.is_some() {
+    if scene.fit.is_some() || scene.points.is_some() {
         let outcome = run::run(scene, &mut pruned)?;
         (out.converged, out.pruned_ms) = (outcome.converged, 1e3 * outcome.wall_s);
         return Ok(out);

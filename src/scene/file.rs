@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::SceneError;
 use crate::body::gmsh::Unit;
 use crate::material::{Preset, Spread};
+use crate::measured::recording::CONTOUR_SD_M;
 use crate::suggest;
 
 /// A scene.
@@ -31,6 +32,8 @@ pub struct Scene {
     pub tensions_n: BTreeMap<String, f64>,
     /// Measured lengths to fit, in place of tensions.
     pub fit: Option<FitTarget>,
+    /// Points seen on the tongue to fit, in place of tensions.
+    pub points: Option<Points>,
     /// What acts.
     #[serde(default)]
     pub effects: Effects,
@@ -140,6 +143,35 @@ pub struct FitTarget {
     /// in the thesis, where nothing is said. Muscles that are longer than in the baseline have none.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub tone_n_per_m: f64,
+}
+
+/// Points of one posture, in the frame of the body, seen on the surface of the tongue in the midsagittal plane: the tensions of all
+/// muscles follow as in `tongue-fit track`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Points {
+    /// Points somewhere on the surface, in order from root to tip, mm.
+    #[serde(default)]
+    pub contour_mm: Vec<[f64; 2]>,
+    /// Points that are fixed to the surface.
+    #[serde(default)]
+    pub sensors: Vec<Sensor>,
+    /// Standard deviation of every coordinate, mm.
+    #[serde(default = "default_noise")]
+    pub noise_mm: f64,
+    /// Scale of the tensions before anything is seen, N per metre of thickness: they are half-normal.
+    #[serde(default = "default_prior")]
+    pub prior_n_per_m: f64,
+}
+
+/// A sensor on the tongue.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sensor {
+    /// How far behind the tip, along the surface at rest, mm.
+    pub surface_mm: f64,
+    /// Where it is seen, mm.
+    pub at_mm: [f64; 2],
 }
 
 /// What acts on the body. Each is off unless asked for, or needed for what is wanted.
@@ -253,6 +285,14 @@ fn is_zero(value: &f64) -> bool {
 
 fn default_kind() -> String {
     "ratio".to_owned()
+}
+
+fn default_noise() -> f64 {
+    CONTOUR_SD_M * 1e3
+}
+
+fn default_prior() -> f64 {
+    20.0
 }
 
 fn default_gravity() -> f64 {

@@ -1,13 +1,15 @@
 //! Scenes: what happens and what is wanted. The plan decides what must be computed for it; nothing else is computed.
 //!
 //! [`mod@file`] is the scene as it is written, [`body`] the body that it names, [`plan`] what is simulated and what is left
-//! out and why, [`prepare`] the system made after it, [`run`] the result, [`compare`] what pruning saves.
+//! out and why, [`prepare`] the system made after it, [`points`] tensions from what was seen, [`run`] the result, [`compare`] what
+//! pruning saves.
 
 pub mod body;
 mod check;
 pub mod compare;
 pub mod file;
 pub mod plan;
+pub mod points;
 pub mod prepare;
 pub mod run;
 mod shipped;

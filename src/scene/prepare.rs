@@ -4,15 +4,16 @@ use std::sync::Arc;
 
 use nalgebra::{SVector, Vector2};
 
-use super::SceneError;
 use super::file::{Gravity as GravityKeys, Posture, Scene, Want};
 use super::plan::{self, Decision, Plan, Role};
+use super::{SceneError, points};
 use crate::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
 use crate::effect::{Contact, Effect, Gravity, lumped_masses};
 use crate::inverse::{Matched, Premises, Setup, Tone};
 use crate::material::{Constants, Spread};
 use crate::measured::{Dataset, Target, TargetError, TargetKind, TargetOptions, Vowel};
 use crate::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
+use crate::track::Frame;
 
 /// A scene ready to run.
 #[derive(Debug)]
@@ -33,6 +34,8 @@ pub struct Prepared<const D: usize> {
     pub wall: Option<Contact>,
     /// What is to be fitted, if anything.
     pub target: Option<Target>,
+    /// The points that are to be fitted, if any.
+    pub seen: Option<Frame>,
 }
 
 /// How much is simulated.
@@ -57,11 +60,12 @@ pub fn prepare<const D: usize>(
     let model = model::<D>(scene);
     let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
     let tensions = tensions(scene, &body)?;
+    let seen = points::frame(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
     let tone = Tone::Uniform(scene.fit.as_ref().map_or(0.0, |fit| fit.tone_n_per_m));
     let contracting: Vec<usize> = match (&target, extent) {
         (_, Extent::Full) => all.collect(),
-        _ if !tone.is_none() => all.collect(),
+        _ if !tone.is_none() || seen.is_some() => all.collect(),
         (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
         (Some(target), _) => Matched::new(&body.mesh, target)?.contracting(),
     };
@@ -105,7 +109,7 @@ pub fn prepare<const D: usize>(
     let roles = roles(scene, &body, &contracting, target.as_ref());
     let method = method(scene);
     let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
-    Ok(Prepared { plan, body, system, setup, start, tensions, wall, target })
+    Ok(Prepared { plan, body, system, setup, start, tensions, wall, target, seen })
 }
 
 /// The same body and bones, with nothing that acts on them but the wall.
@@ -330,6 +334,7 @@ fn roles<const D: usize>(
                     "shorter in this vowel than at rest: contracts, with a tension to be found".to_owned()
                 }
                 Some(_) => "not shorter in this vowel: without tension".to_owned(),
+                None if scene.points.is_some() => "contracts, with a tension to be found".to_owned(),
                 None => "contracts with 0 N, because everything is simulated".to_owned(),
             },
         };
@@ -341,6 +346,9 @@ fn roles<const D: usize>(
 fn method(scene: &Scene) -> String {
     match scene.want {
         Want::Trajectory => "TR-BDF2 with adaptive steps".to_owned(),
+        _ if scene.points.is_some() => {
+            "Gauss-Newton over some ten equilibria by Newton's method on the energy".to_owned()
+        }
         _ if scene.fit.is_some() => {
             "Nelder-Mead over some thousand equilibria by Newton's method on the energy".to_owned()
         }

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::file::{Scene, Want};
 use super::plan::Plan;
+use super::points::PointsFit;
 use super::prepare::{Extent, Prepared, prepare};
 use super::{SceneError, body};
 use crate::body::AnyBody;
@@ -15,6 +16,7 @@ use crate::effect::{Configuration, Tangent};
 use crate::inverse;
 use crate::sparse::BlockMatrix;
 use crate::statics::{self, Settings, Solution, Workspace};
+use crate::track::FrameStatus;
 
 /// Moments at which a trajectory is looked at.
 const SAMPLES: usize = 121;
@@ -28,6 +30,9 @@ pub struct MuscleLength {
     pub muscle: String,
     /// Its tension, N (2D: per metre of thickness).
     pub tension_n: f64,
+    /// Its 95 % interval, where points were fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_n: Option<[f64; 2]>,
     /// Length at rest, mm.
     pub rest_mm: f64,
     /// Length, mm.
@@ -115,6 +120,9 @@ pub struct Outcome {
     pub solution: Option<Solution>,
     /// How the fit ended, where there was one.
     pub fit: Option<inverse::Status>,
+    /// What the points say, where some were given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<PointsFit>,
     /// The trajectory, where one was wanted.
     pub trajectory: Option<Way>,
     /// Time of the answer, s: solve, fit or trajectory.
@@ -152,6 +160,13 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         fitted = Some(fit.status);
         prepared.tensions = fit.body_tensions;
     }
+    let mut points = None;
+    if let (Some(wanted), Some(frame)) = (&scene.points, &prepared.seen)
+        && let Some((tensions, told)) = super::points::fit(wanted, frame, &prepared.system)
+    {
+        points = Some(told);
+        prepared.tensions = tensions;
+    }
     let (mut solution, mut trajectory) = (None, None);
     let positions = if let Some(workspace) = &mut workspace {
         let settings = Settings::default();
@@ -176,13 +191,14 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
     let converged = solution.is_none_or(|s| s.status == statics::Status::Converged)
         && fitted.is_none_or(|f| f == inverse::Status::Converged)
+        && points.as_ref().is_none_or(|p| p.status == FrameStatus::Converged)
         && trajectory.as_ref().is_none_or(|t| t.status == dynamics::Status::Completed)
         && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
         && min_cell_ratio > 0.0;
     Ok(Outcome {
         converged,
         tensions_n: prepared.tensions.clone(),
-        muscles: muscles(prepared, &positions),
+        muscles: muscles(prepared, &positions, points.as_ref()),
         min_cell_ratio,
         max_cell_ratio,
         measure_ratio: system.measure(&positions) / system.measure(system.rest()),
@@ -190,6 +206,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         on_bones_n: trajectory.is_none().then(|| on_bones(prepared, at)),
         solution,
         fit: fitted,
+        points,
         trajectory,
         wall_s,
         time_by_effect: time_by_effect(prepared, at, evaluations),
@@ -205,7 +222,7 @@ struct Lengths<'a, const D: usize> {
 
 impl<const D: usize> Observer<D> for Lengths<'_, D> {
     fn sample(&mut self, time_s: f64, positions: &[SVector<f64, D>]) {
-        let lengths_mm = muscles(self.prepared, positions).into_iter().map(|m| m.length_mm).collect();
+        let lengths_mm = muscles(self.prepared, positions, None).into_iter().map(|m| m.length_mm).collect();
         self.moments.push(Moment { time_s, lengths_mm });
     }
 }
@@ -253,7 +270,11 @@ pub(super) fn follow<const D: usize>(
     Ok((way, state.positions))
 }
 
-fn muscles<const D: usize>(prepared: &Prepared<D>, positions: &[SVector<f64, D>]) -> Vec<MuscleLength> {
+fn muscles<const D: usize>(
+    prepared: &Prepared<D>,
+    positions: &[SVector<f64, D>],
+    points: Option<&PointsFit>,
+) -> Vec<MuscleLength> {
     let system = &prepared.system;
     let chains = &prepared.body.mesh.muscles;
     let mut out: Vec<MuscleLength> = Vec::new();
@@ -266,6 +287,7 @@ fn muscles<const D: usize>(prepared: &Prepared<D>, positions: &[SVector<f64, D>]
         let baseline = prepared.setup.as_ref().map_or(rest, |setup| mean(&setup.positions));
         out.push(MuscleLength {
             muscle: role.muscle.clone(),
+            interval_n: points.zip(same.first()).map(|(p, &m)| [p.low_n[m], p.high_n[m]]),
             tension_n: same.first().map_or(0.0, |&m| prepared.tensions[m]),
             rest_mm: 1e3 * rest,
             length_mm: 1e3 * length,

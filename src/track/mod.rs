@@ -26,4 +26,4 @@ pub(crate) use frame::{Solver, residuals, slopes};
 pub use hold_out::{HeldOut, Opponent, opponents};
 pub use settings::Settings;
 pub(crate) use smooth::ARRIVED;
-pub use smooth::track;
+pub use smooth::{FEWEST, track};

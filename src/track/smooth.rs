@@ -33,7 +33,7 @@ const POOR: f64 = 1.15;
 /// so many standard deviations from where they are at rest.
 const ELSEWHERE: f64 = 1.5;
 /// A frame with fewer observations than this says nothing by itself.
-const FEWEST: usize = 3;
+pub const FEWEST: usize = 3;
 
 /// Where a frame is.
 #[derive(Debug, Clone)]

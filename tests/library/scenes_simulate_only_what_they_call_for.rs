@@ -8,9 +8,10 @@ use tongue_fit::scene::body;
 use tongue_fit::scene::compare::{Compared, compare};
 use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
 use tongue_fit::scene::run::{Outcome, run};
-use tongue_fit::scene::{self, Scene};
+use tongue_fit::scene::{self, Scene, simulate};
 use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
 use tongue_fit::system::{Model, System};
+use tongue_fit::track::Surface;
 
 const TONGUE: &str = "title = \"t\"\nwant = \"shape\"\n[body.tongue]\nh_mm = 5.5\n";
 const CYLINDER: &str =
@@ -326,6 +327,24 @@ fn what_contradicts_itself_is_named() {
             format!("{TONGUE}[tensions_n]\nGGa = 1.0\n[fit]\nsubject = \"S2\"\nvowel = \"a\"\n"),
             vec!["[fit]", "tensions_n.GGa"],
         ),
+        (
+            format!("{TONGUE}[tensions_n]\nGGa = 1.0\n[points]\ncontour_mm = [[1.0, 2.0]]\n"),
+            vec!["[points]", "tensions_n.GGa"],
+        ),
+        (
+            format!("{TONGUE}[points]\ncontour_mm = [[1.0, 2.0]]\n[effects]\nincompressibility = true\n"),
+            vec!["contour_mm", "at least 3"],
+        ),
+        (
+            format!("{TONGUE}[points]\ncontour_mm = [[1, 2], [3, 4], [5, 6]]\n"),
+            vec!["[points]", "incompressibility = true"],
+        ),
+        (
+            format!(
+                "{CYLINDER}[points]\ncontour_mm = [[1, 2], [3, 4], [5, 6]]\n[effects]\nincompressibility = true\n"
+            ),
+            vec!["[points]", "[body.cylinder]", "midsagittal"],
+        ),
         (format!("{TONGUE}[tensions_n]\nGGa = -1.0\n"), vec!["tensions_n", "-1", "not negative"]),
         (format!("{TONGUE}[effects]\njaw = {{ opening_deg = 90.0 }}\n"), vec!["opening_deg", "90", "60"]),
         (TONGUE.replace("5.5", "-5.5"), vec!["-5.5 mm", "not usable"]),
@@ -349,4 +368,40 @@ fn what_contradicts_itself_is_named() {
     }
     let unknown = scene::shipped("vowel-b").unwrap_err().to_string();
     assert!(unknown.contains("did you mean \"vowel-a\"?"), "{unknown}");
+}
+
+#[test]
+fn points_of_a_scene_with_weight_and_a_shifted_hyoid_tell_its_tensions() {
+    let kept = "[effects]\nincompressibility = true\n";
+    let effects =
+        format!("{kept}gravity = {{ posture = \"upright\" }}\nhyoid = {{ shift_mm = [2.0, -1.0] }}\n");
+    let tensions = [("GGa", 12.0), ("GGp", 20.0), ("HGa", 8.0)];
+    let body = "title = \"t\"\nwant = \"shape\"\n[body.tongue]\n";
+    let given: String = tensions.iter().map(|(m, f)| format!("{m} = {f:?}\n")).collect();
+    let truth = simulate(&Scene::from_toml(&format!("{body}[tensions_n]\n{given}{effects}"), "t").unwrap());
+    let truth = truth.unwrap();
+    let tongue = Body::tongue(5.5e-3).unwrap();
+    let surface = Surface::of(&tongue).unwrap();
+    let points: Vec<String> = (1..40)
+        .map(|i| {
+            let at = surface.curve.length() * f64::from(i) / 40.0;
+            let weights = surface.curve.weights(at);
+            let along =
+                |axis: usize| weights.iter().map(|(n, w)| w * truth.positions_m[*n][axis]).sum::<f64>() * 1e3;
+            format!("[{}, {}]", along(0), along(1))
+        })
+        .collect();
+    let points = format!("[points]\ncontour_mm = [{}]\nnoise_mm = 0.02\n", points.join(", "));
+    let found = simulate(&Scene::from_toml(&format!("{body}{points}{effects}"), "t").unwrap()).unwrap();
+    let told = found.points.as_ref().unwrap();
+    assert!(found.converged && told.rms_mm.unwrap() < 0.02, "{told:?}");
+    for muscle in &found.muscles {
+        let truth = tensions.iter().find(|(m, _)| *m == muscle.muscle).map_or(0.0, |(_, f)| *f);
+        let [low, high] = muscle.interval_n.unwrap();
+        assert!(low <= muscle.tension_n && muscle.tension_n <= high, "{muscle:?}");
+        assert!((muscle.tension_n - truth).abs() < 3.0, "{muscle:?}");
+    }
+    // Without the weight and the hyoid the same points say something else.
+    let other = simulate(&Scene::from_toml(&format!("{body}{points}{kept}"), "t").unwrap()).unwrap();
+    assert!(other.points.unwrap().rms_mm.unwrap() > 3.0 * told.rms_mm.unwrap());
 }

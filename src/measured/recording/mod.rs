@@ -28,7 +28,7 @@ use serde::Serialize;
 use super::lengths::Malformed;
 use super::lengths::error::Place;
 
-pub use map::{Map, MapError, Role};
+pub use map::{CONTOUR_SD_M, Map, MapError, Role};
 pub use screen::{Fault, FaultKind, Screened, screen};
 pub use seen::{Mark, Seen, SeenFrame};
 
