@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::body::{Anatomy, AnyBody, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, Unit, gmsh};
 use tongue_fit::material::{Constants, Preset, Spread};
+use tongue_fit::simulation;
 use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
 use super::output;
@@ -227,13 +228,10 @@ pub fn tensions<const D: usize>(words: &[String], body: &Body<D>) -> miette::Res
         let tension: f64 = value.trim().parse().map_err(|_| {
             miette!("--tension {word}: \"{value}\" is not a number; write newtons, like {name}=12")
         })?;
-        if !tension.is_finite() || tension < 0.0 {
-            return Err(miette!(
-                "--tension {word}: a tension must be finite and not negative (muscles pull, they do not push)"
-            ));
-        }
+        simulation::check_tension(name, tension).map_err(|e| miette!("--tension {word}: {e}"))?;
         if out.iter().any(|(m, _)| *m == muscle) {
-            return Err(miette!("--tension {word}: {name} is given twice; give each muscle once"));
+            let e = simulation::Error::Repeated { name: name.clone() };
+            return Err(miette!("--tension {word}: {e}"));
         }
         out.push((muscle, tension));
     }

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::{Body, Mesh, Point};
 use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
-use tongue_fit::inverse::{self, Among, Fit, Matched, Method, Settings};
+use tongue_fit::inverse::{self, Among, Fit, Method, Settings};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::report::{self, Export, FitRecord, OutputDir, Section, Series, Svg};
@@ -19,8 +19,6 @@ use super::{Global, Outcome, body, output, premises};
 
 /// The folder for outputs where none is named.
 const DEFAULT_OUT: &str = "results";
-/// More starting points than this are surely a slip.
-const MOST_STARTS: usize = 10_000;
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
 
@@ -138,12 +136,8 @@ impl Arguments {
         target: &Target,
         settings: &Settings,
     ) -> miette::Result<Fit> {
-        let fit = match self.premises.setup(target.kind, body, model, self.body.is_thesis())? {
-            None => inverse::fit(&body.mesh, model, target, settings),
-            Some(setup) => Matched::new(&body.mesh, target)
-                .and_then(|matched| inverse::fit_in(&setup, &matched, settings)),
-        };
-        fit.into_diagnostic()
+        let premises = self.premises.premises(target.kind, body, self.body.is_thesis())?;
+        inverse::fit_under(body, model, target, premises, settings).into_diagnostic()
     }
 
     fn target(&self, kind: TargetKind) -> miette::Result<Target> {
@@ -165,9 +159,6 @@ impl Arguments {
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
-    if arguments.starts > MOST_STARTS {
-        return Err(miette!("--starts is {}; more than {MOST_STARTS} gain nothing", arguments.starts));
-    }
     let settings = Settings {
         method: arguments.method.into(),
         starts: arguments.starts,

@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::{Body, HYOID};
-use tongue_fit::inverse::{LooseBone, Premises, Setup, TONE, Tone};
+use tongue_fit::inverse::{HyoidMotion, Premises, Said, Setup, Tone};
 use tongue_fit::measured::{TargetKind, tone};
 use tongue_fit::system::Model;
 
@@ -38,42 +38,30 @@ pub enum HyoidName {
     Fixed,
 }
 
+impl From<HyoidName> for HyoidMotion {
+    fn from(name: HyoidName) -> Self {
+        match name {
+            HyoidName::Free => Self::Free,
+            HyoidName::Forward => Self::Forward,
+            HyoidName::Fixed => Self::Fixed,
+        }
+    }
+}
+
 impl Arguments {
     /// What is assumed where a quantity is fitted; `thesis` says that the thesis's assumptions are the default.
     ///
     /// # Errors
     /// A tone that is none.
     pub fn premises(&self, kind: TargetKind, body: &Body<2>, thesis: bool) -> miette::Result<Premises> {
+        let tone = self.tone.as_deref().map(read_tone).transpose()?;
         let active = kind == TargetKind::Stretch && !thesis;
-        let tone = match &self.tone {
-            Some(text) => read_tone(text)?,
-            None => Tone::Uniform(if active { TONE } else { 0.0 }),
-        };
         let named = body.bones.iter().any(|b| b.name == HYOID);
-        let hyoid = match self.hyoid {
-            Some(hyoid) => hyoid,
-            None if active && named => HyoidName::Free,
-            None => {
-                if active && !body.bones.is_empty() {
-                    output::note("this body names no bone \"hyoid\": it stays where it is in every fit");
-                }
-                HyoidName::Fixed
-            }
-        };
-        let axes = match hyoid {
-            HyoidName::Free => 0..2,
-            HyoidName::Forward => 0..1,
-            HyoidName::Fixed => 0..0,
-        };
-        let mut bones = vec![LooseBone { name: HYOID.to_owned(), axes: axes.collect() }];
-        for name in &self.free_bone {
-            if bones.iter().any(|b| b.name == *name && !(b.name == HYOID && b.axes.is_empty())) {
-                return Err(miette!("--free-bone {name}: this bone is free already; give each bone once"));
-            }
-            bones.push(LooseBone { name: name.clone(), axes: vec![0, 1] });
+        if active && self.hyoid.is_none() && !named && !body.bones.is_empty() {
+            output::note("this body names no bone \"hyoid\": it stays where it is in every fit");
         }
-        bones.retain(|b| !b.axes.is_empty());
-        Ok(Premises { tone, bones, ..Premises::default() })
+        let hyoid = self.hyoid.map(HyoidMotion::from);
+        Premises::of(kind, body, &Said { thesis, tone, hyoid, free_bones: &self.free_bone }).into_diagnostic()
     }
 
     /// The body under its premises; `None` where these are the thesis's.
@@ -98,11 +86,6 @@ impl Arguments {
 /// A tone from what stands behind `--tone`.
 fn read_tone(text: &str) -> miette::Result<Tone> {
     if let Ok(value) = text.trim().parse::<f64>() {
-        if !(value.is_finite() && value >= 0.0) {
-            return Err(miette!(
-                "--tone {text}: a tone is finite and not negative (muscles pull, they do not push)"
-            ));
-        }
         return Ok(Tone::Uniform(value));
     }
     let table = match text {

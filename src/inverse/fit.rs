@@ -2,14 +2,14 @@
 
 use nalgebra::SVector;
 
-use crate::body::Mesh;
+use crate::body::{Body, Mesh};
 use crate::measured::{Target, TargetKind};
 use crate::observe::{Length, Observation, Ratio, Sense, Stretch};
 use crate::statics::Connection;
 use crate::system::{Model, System};
 
 use super::forward::{Forward, Inverse};
-use super::premises::{MovedBone, STRETCH_SD, Setup, standard_deviations};
+use super::premises::{MovedBone, Premises, STRETCH_SD, Setup, standard_deviations};
 use super::problem::Problem;
 use super::solve::{Replay, solve};
 use super::start::Start;
@@ -142,6 +142,24 @@ impl Matched {
     pub fn pick(&self, of_body: &[f64]) -> Vec<f64> {
         self.numbers.iter().map(|&n| of_body[n]).collect()
     }
+}
+
+/// Fits a target in a body of the plane under premises.
+///
+/// # Errors
+/// As [`fit`] and [`Setup::new`].
+pub fn fit_under(
+    body: &Body<2>,
+    model: &Model,
+    target: &Target,
+    premises: Premises,
+    settings: &Settings,
+) -> Result<Fit, FitError> {
+    if premises.is_thesis() {
+        return fit(&body.mesh, model, target, settings);
+    }
+    let setup = Setup::new(body, model, premises)?;
+    fit_in(&setup, &Matched::new(&body.mesh, target)?, settings)
 }
 
 /// A fit and all that is known of it.

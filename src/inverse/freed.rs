@@ -1,5 +1,7 @@
 //! Bones whose displacement a fit searches for.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use crate::body::{Body, Mesh};
@@ -11,13 +13,13 @@ use crate::system::{Model, System, SystemError};
 use super::FitError;
 
 /// A bone that may be displaced: its nodes, and the system in which they are free, which knows how the tissue pulls at them.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct FreedBone<const D: usize> {
     nodes: Vec<usize>,
     mesh: Mesh<D>,
     model: Model,
     contracting: Vec<usize>,
-    loose: System<D>,
+    loose: Arc<System<D>>,
 }
 
 impl<const D: usize> FreedBone<D> {
@@ -36,7 +38,7 @@ impl<const D: usize> FreedBone<D> {
         }
         let mut mesh = mesh.clone();
         mesh.fixed.retain(|n| !nodes.contains(n));
-        let loose = System::new(&mesh, model, contracting)?;
+        let loose = Arc::new(System::new(&mesh, model, contracting)?);
         Ok(Self { nodes: nodes.to_vec(), mesh, model: *model, contracting: contracting.to_vec(), loose })
     }
 

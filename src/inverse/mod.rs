@@ -40,12 +40,14 @@ use crate::statics;
 use crate::system::SystemError;
 
 pub use constants::Tissue;
-pub use fit::{Fit, Matched, fit, fit_in};
+pub use fit::{Fit, Matched, fit, fit_in, fit_under};
 pub use forward::{Forward, Inverse};
 pub use freed::FreedBone;
 pub use gauss_newton::refit;
 pub use identifiability::Identifiability;
-pub use premises::{BONE_SD_M, LooseBone, MovedBone, Premises, STRETCH_SD, Setup, TONE, Tone};
+pub use premises::{
+    BONE_SD_M, HyoidMotion, LooseBone, MovedBone, Premises, STRETCH_SD, Said, Setup, TONE, Tone,
+};
 pub use problem::{Counts, Linear, Problem};
 pub use solve::{Answer, Replay, solve};
 pub use start::Start;
@@ -138,6 +140,10 @@ impl Settings {
                 return Err(FitError::Setting { name, value, must: "positive and finite" });
             }
         }
+        if self.starts > MOST_STARTS {
+            let (name, value) = ("the number of starts", self.starts as f64);
+            return Err(FitError::Setting { name, value, must: "at most 10000: more gain nothing" });
+        }
         if self.upper_bound > LARGEST_BOUND {
             let name = "the upper bound of the tensions";
             return Err(FitError::Setting { name, value: self.upper_bound, must: "at most 1e9 N" });
@@ -204,6 +210,8 @@ pub enum Status {
     NoEquilibrium,
 }
 
+/// More starting points than this are surely a slip.
+const MOST_STARTS: usize = 10_000;
 /// No muscle pulls harder, N: with larger numbers forces and lengths lose all digits.
 const LARGEST_BOUND: f64 = 1e9;
 

@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, SVector};
 use serde::Serialize;
 
 use crate::body::{Body, HYOID};
+use crate::measured::TargetKind;
 use crate::statics::{self, Workspace};
 use crate::system::{Model, System};
 
@@ -81,6 +82,30 @@ pub struct LooseBone {
     pub axes: Vec<usize>,
 }
 
+/// How the hyoid may move in a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HyoidMotion {
+    /// Anywhere in the plane, near its place.
+    Free,
+    /// Forward and back only.
+    Forward,
+    /// Not.
+    Fixed,
+}
+
+/// What a user says of a fit's premises; the rest follows from the quantity that is fitted.
+#[derive(Debug, Clone, Default)]
+pub struct Said<'a> {
+    /// The thesis's assumptions are the default.
+    pub thesis: bool,
+    /// Tensions in the baseline. Default: [`TONE`] where stretches are fitted, none where ratios are.
+    pub tone: Option<Tone>,
+    /// How the hyoid may move. Default: free where stretches are fitted and the body names it, fixed where ratios are.
+    pub hyoid: Option<HyoidMotion>,
+    /// Other bones that may move.
+    pub free_bones: &'a [String],
+}
+
 /// What holds beside a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Premises {
@@ -120,6 +145,32 @@ impl Premises {
     pub fn active_baseline(dimension: usize) -> Self {
         let hyoid = LooseBone { name: HYOID.to_owned(), axes: (0..dimension).collect() };
         Self { tone: Tone::Uniform(TONE), bones: vec![hyoid], ..Self::default() }
+    }
+
+    /// What is assumed where a quantity is fitted in a body of the plane.
+    ///
+    /// # Errors
+    /// [`FitError::Unknown`] for a bone that is freed twice.
+    pub fn of(kind: TargetKind, body: &Body<2>, said: &Said<'_>) -> Result<Self, FitError> {
+        let active = kind == TargetKind::Stretch && !said.thesis;
+        let tone = said.tone.clone().unwrap_or(Tone::Uniform(if active { TONE } else { 0.0 }));
+        let named = body.bones.iter().any(|b| b.name == HYOID);
+        let axes = match said.hyoid {
+            Some(HyoidMotion::Free) => 0..2,
+            None if active && named => 0..2,
+            Some(HyoidMotion::Forward) => 0..1,
+            Some(HyoidMotion::Fixed) | None => 0..0,
+        };
+        let mut bones = vec![LooseBone { name: HYOID.to_owned(), axes: axes.collect() }];
+        for name in said.free_bones {
+            if bones.iter().any(|b| b.name == *name && !(b.name == HYOID && b.axes.is_empty())) {
+                let what = format!("the bone {name} is free already; give each bone once");
+                return Err(FitError::Unknown { what });
+            }
+            bones.push(LooseBone { name: name.clone(), axes: vec![0, 1] });
+        }
+        bones.retain(|b| !b.axes.is_empty());
+        Ok(Self { tone, bones, ..Self::default() })
     }
 
     /// Whether they are those of the thesis.

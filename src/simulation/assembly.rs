@@ -10,7 +10,7 @@ use crate::measured::Target;
 use crate::observe::{Contour, Curve, Length, Ratio, Stretch, Surface};
 use crate::system::{Model, System};
 
-use super::error::checked;
+use super::error::check_tension;
 use super::once::Once;
 use super::{Dimension, Error, Observations, Solver, Space};
 
@@ -165,9 +165,7 @@ impl<const D: usize> Assembly<D> {
         let mut all = vec![0.0; self.system().muscle_count()];
         let mut seen = Vec::with_capacity(given.len());
         for &(muscle, tension) in given {
-            let good = tension.is_finite() && tension >= 0.0;
-            let must = "finite and not negative: muscles pull, they do not push";
-            checked(&format!("the tension of {muscle}"), tension, good, must)?;
+            check_tension(muscle, tension)?;
             let fibres = self.pulling(muscle)?;
             if seen.contains(&fibres[0]) {
                 return Err(Error::Repeated { name: muscle.to_owned() });

@@ -98,3 +98,13 @@ fn bones(name: &str, known: &[String]) -> String {
 pub(super) fn checked(name: &str, value: f64, good: bool, must: &'static str) -> Result<f64, Error> {
     if good { Ok(value) } else { Err(Error::Value { name: name.to_owned(), value, must }) }
 }
+
+/// Whether a muscle can have this tension, N (2D: per metre of thickness).
+///
+/// # Errors
+/// [`Error::Value`] for one that is negative or not finite.
+pub fn check_tension(muscle: &str, tension: f64) -> Result<(), Error> {
+    let good = tension.is_finite() && tension >= 0.0;
+    let must = "finite and not negative: muscles pull, they do not push";
+    checked(&format!("the tension of {muscle}"), tension, good, must).map(|_| ())
+}

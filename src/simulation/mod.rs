@@ -46,7 +46,7 @@ mod solver;
 mod trajectory;
 
 pub use assembly::Assembly;
-pub use error::Error;
+pub use error::{Error, check_tension};
 pub use estimate::{Estimate, EstimateRecord};
 pub use once::{Dimension, Space};
 pub use problem::{InverseProblem, Observations};

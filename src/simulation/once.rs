@@ -1,6 +1,8 @@
 //! The work behind the names, compiled once, here, for the plane and for space: a program that uses it links it, and need not
 //! compile solvers and searches anew.
 
+use nalgebra::SVector;
+
 use crate::body::Mesh;
 use crate::dynamics::{Outcome, Tensions};
 use crate::inverse::{self, Answer, FitError, FreedBone, Inverse};
@@ -24,6 +26,12 @@ pub trait Once<const D: usize> {
     fn workspace(system: &System<D>) -> Workspace<D>;
     fn solve(system: &System<D>, w: &mut Workspace<D>, tensions: &[f64], settings: &Settings) -> Solution;
     fn trace(system: &System<D>, w: &mut Workspace<D>, tensions: &[f64], settings: &Settings) -> Trace;
+    fn rates(
+        system: &System<D>,
+        w: &mut Workspace<D>,
+        at: (&[SVector<f64, D>], &[f64]),
+        muscles: &[Vec<usize>],
+    ) -> Option<Vec<Vec<SVector<f64, D>>>>;
     fn free(
         mesh: &Mesh<D>,
         model: &Model,
@@ -72,6 +80,15 @@ macro_rules! once {
                 settings: &Settings,
             ) -> Trace {
                 statics::solve_and_trace(system, w, tensions, settings, statics::TRACE_STEPS)
+            }
+
+            fn rates(
+                system: &System<$d>,
+                w: &mut Workspace<$d>,
+                at: (&[SVector<f64, $d>], &[f64]),
+                muscles: &[Vec<usize>],
+            ) -> Option<Vec<Vec<SVector<f64, $d>>>> {
+                statics::position_rates(system, w, at, muscles)
             }
 
             fn free(

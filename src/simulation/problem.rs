@@ -28,7 +28,7 @@ impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
 ///
 /// Priors are weighed against observations by their standard deviations, so where there are priors the observations need theirs
 /// ([`Observation::with_standard_deviation`]).
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct InverseProblem<const D: usize> {
     /// How it is searched.
     pub settings: Settings,

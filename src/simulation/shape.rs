@@ -2,7 +2,8 @@
 
 use nalgebra::SVector;
 
-use crate::report::{self, BranchRecord, ReportError, Section, SimulationRecord, Svg, Vtu};
+use crate::inverse::alarms;
+use crate::report::{self, AlarmRecord, BranchRecord, ReportError, Section, SimulationRecord, Svg, Vtu};
 use crate::statics::{Connection, Solution, Status, Trace};
 
 use super::{Assembly, Error};
@@ -63,6 +64,11 @@ impl<const D: usize> Shape<D> {
         Ok(self.tensions[self.assembly.fibres(muscle)?[0]])
     }
 
+    /// The tensions of all chains of the body, in its order, N (2D: per metre of thickness).
+    pub(super) fn all_tensions(&self) -> &[f64] {
+        &self.tensions
+    }
+
     /// The length of a muscle, the straight distance between its ends, m; of several fibres the mean.
     ///
     /// # Errors
@@ -112,7 +118,15 @@ impl<const D: usize> Shape<D> {
         let (system, positions) = (self.assembly.system(), &self.positions);
         let record =
             SimulationRecord::new(system, &names, &self.solution, &self.tensions, positions, f64::NAN);
-        SimulationRecord { branch: self.trace.as_ref().map(BranchRecord::new), ..record }
+        let alarms = match &self.trace {
+            Some(trace) => alarms::of_equilibrium(&self.solution, trace.critical),
+            None => alarms::barrier(self.solution.guarded).into_iter().collect(),
+        };
+        SimulationRecord {
+            branch: self.trace.as_ref().map(BranchRecord::new),
+            alarms: alarms.iter().map(AlarmRecord::from).collect(),
+            ..record
+        }
     }
 
     /// Shape and tensions for ParaView.

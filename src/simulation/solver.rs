@@ -50,10 +50,7 @@ where
         tensions: &[(&str, f64)],
     ) -> Result<Shape<D>, Error> {
         let tensions = self.assembly.tensions(tensions)?;
-        let (given, nodes) = (start.positions().len(), self.workspace.positions().len());
-        if given != nodes {
-            return Err(Error::OtherBody { given, nodes });
-        }
+        self.check_body(start)?;
         self.workspace.start_from_rest(self.assembly.system());
         self.workspace.start_from(start.positions());
         Ok(self.solve(tensions))
@@ -73,6 +70,27 @@ where
         let mut shape = Shape::new(&self.assembly, trace.solution, tensions, positions);
         shape.trace = Some(trace);
         Ok(shape)
+    }
+
+    /// How the nodes of an equilibrium move for a unit of each tension, m/N (2D: per newton per metre of thickness): a list for each
+    /// contracting muscle, in their order, with an entry for each node. `None` where the shape is not a stable equilibrium.
+    ///
+    /// # Errors
+    /// [`Error::OtherBody`].
+    pub fn position_rates(&mut self, shape: &Shape<D>) -> Result<Option<Vec<Vec<SVector<f64, D>>>>, Error> {
+        self.check_body(shape)?;
+        if !shape.is_converged() {
+            return Ok(None);
+        }
+        let muscles = self.assembly.contracting().into_iter().map(|m| self.assembly.fibres(m));
+        let muscles = muscles.collect::<Result<Vec<_>, _>>()?;
+        let (system, at) = (self.assembly.system(), (shape.positions(), shape.all_tensions()));
+        Ok(<Space as Once<D>>::rates(system, &mut self.workspace, at, &muscles))
+    }
+
+    fn check_body(&self, shape: &Shape<D>) -> Result<(), Error> {
+        let (given, nodes) = (shape.positions().len(), self.workspace.positions().len());
+        if given == nodes { Ok(()) } else { Err(Error::OtherBody { given, nodes }) }
     }
 
     /// Has every later solve bring a bone to where it is at rest, and `shift` (m) from there.

@@ -32,7 +32,7 @@ mod state;
 mod trace;
 mod workspace;
 
-pub use response::{Response, length_sensitivities};
+pub use response::{Response, length_sensitivities, position_rates};
 pub use solution::{Connection, Settings, Solution, Stability, Status};
 pub use solve::solve;
 pub use stability::smallest_eigenvalue;

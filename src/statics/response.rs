@@ -102,3 +102,26 @@ pub fn length_sensitivities<const D: usize>(
     }
     Ok(out)
 }
+
+/// `d position / d tension`, m/N, of every node, the inner ones of straight paths too, at an equilibrium (positions, m, and tensions of
+/// all muscles, N): one list for each of `muscles`, which are fibres that are pulled together. `None` where the equilibrium is not a
+/// stable one, or not one of this system.
+pub fn position_rates<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    (positions, tensions): (&[SVector<f64, D>], &[f64]),
+    muscles: &[Vec<usize>],
+) -> Option<Vec<Vec<SVector<f64, D>>>> {
+    workspace.set(positions, tensions)?;
+    let mut response = Response::new(system, workspace).ok()?;
+    let of_muscle = |fibres: &Vec<usize>| {
+        let mut motion = vec![SVector::zeros(); positions.len()];
+        for &fibre in fibres {
+            response.to_tension(fibre);
+            motion.iter_mut().zip(response.motion()).for_each(|(sum, m)| *sum += m);
+        }
+        system.move_path_nodes(positions, &mut motion);
+        motion
+    };
+    Some(muscles.iter().map(of_muscle).collect())
+}

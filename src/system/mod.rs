@@ -347,6 +347,11 @@ impl<const D: usize> System<D> {
         self.continuum.iter().for_each(|c| c.place_followers(positions));
     }
 
+    /// Gives the inner nodes of straight paths the motion that goes with that of their ends, at these positions.
+    pub fn move_path_nodes(&self, positions: &[SVector<f64, D>], motion: &mut [SVector<f64, D>]) {
+        self.paths.iter().for_each(|p| p.carry(positions, motion));
+    }
+
     /// Gives the nodes that follow a continuum the motion that goes with that of the unknowns.
     pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
         self.continuum.iter().for_each(|c| c.move_followers(motion));

@@ -75,6 +75,23 @@ impl StraightPath {
             positions[node] = start + way * share;
         }
     }
+
+    /// Gives the inner nodes the motion that goes with that of the ends, at these positions.
+    pub fn carry<const D: usize>(&self, positions: &[SVector<f64, D>], motion: &mut [SVector<f64, D>]) {
+        let [a, b] = self.ends();
+        let (way, moved) = (positions[b] - positions[a], motion[b] - motion[a]);
+        let length = way.norm();
+        let stretch = if length > 0.0 { way.dot(&moved) / length } else { 0.0 };
+        for (i, &node) in self.nodes.iter().enumerate().take(self.nodes.len() - 1).skip(1) {
+            if length > 0.0 {
+                let yields = self.stiffness() * self.compliance_up_to[i];
+                let share = (self.rest_up_to[i] + (length - self.rest_length()) * yields) / length;
+                motion[node] = motion[a] + moved * share + way * (stretch * (yields - share) / length);
+            } else {
+                motion[node] = motion[a];
+            }
+        }
+    }
 }
 
 /// All paths outside the tissue: maximal runs of muscle-chain nodes that are in no cell, not fixed and joined to nothing else.

@@ -1,14 +1,14 @@
 //! The way by name gives the same bits as the rooms that it leads to, and says what is wrong with a name or a number.
 
 use nalgebra::{SVector, Vector3};
-use tongue_fit::body::{Body, MuscleChain, largest_distance, solid};
+use tongue_fit::body::{Body, ContinuumSettings, MuscleChain, largest_distance, solid};
 use tongue_fit::dynamics::{self, Control, Motion, Tensions};
 use tongue_fit::inverse::{self, Method, Settings};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::prelude::*;
 use tongue_fit::simulation::{Assembly, Error};
 use tongue_fit::statics::{self, Workspace};
-use tongue_fit::system::System;
+use tongue_fit::system::{System, TissueModel};
 
 use crate::fixtures::{target, vowel};
 
@@ -253,4 +253,35 @@ fn wrong_names_and_numbers_are_told_in_a_sentence() {
     assert!(solver.equilibrium_from(&other, &[]).unwrap_err().to_string().contains("of the same body"));
     assert!(Dataset::reference().unwrap().ratios("S2", "").is_err());
     assert_eq!(vowel("a").label(), "a");
+}
+
+/// Of every node, those of straight paths and of a continuum's muscles too.
+#[test]
+fn nodes_move_with_tensions_as_differences_say() {
+    let continuum = Body::continuum(8.0 * MM, &ContinuumSettings::default()).unwrap();
+    let tissue = TissueModel::Continuum;
+    let laid = Model { tissue, ..Model::default() }.assemble(&continuum, MUSCLES).unwrap();
+    for model in [model(), laid] {
+        let mut solver = model.solver();
+        let shape = solver.equilibrium(&PUBLISHED).unwrap();
+        let rates = solver.position_rates(&shape).unwrap().unwrap();
+        assert_eq!(rates.len(), MUSCLES.len());
+        for (muscle, rate) in rates.iter().enumerate() {
+            let mut at = |step: f64| {
+                let mut tensions = PUBLISHED;
+                tensions[muscle].1 += step;
+                solver.equilibrium(&tensions).unwrap().positions().to_vec()
+            };
+            let (before, after) = (at(-1e-3), at(1e-3));
+            let largest = rate.iter().map(SVector::amax).fold(0.0, f64::max);
+            assert!(largest > 1e-6, "{largest}");
+            for (node, r) in rate.iter().enumerate() {
+                let difference = (after[node] - before[node]) / 2e-3;
+                assert!((difference - r).amax() < 1e-6 * largest, "{muscle} {node}: {difference} {r}");
+            }
+        }
+    }
+    let shape = model().solver().equilibrium(&PUBLISHED).unwrap();
+    let nowhere = Model::default().assemble(&Body::tongue(8.0 * MM).unwrap(), MUSCLES).unwrap();
+    assert!(matches!(nowhere.solver().position_rates(&shape), Err(Error::OtherBody { .. })));
 }

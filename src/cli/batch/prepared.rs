@@ -82,7 +82,7 @@ impl Prepared {
         let version = tongue_fit::VERSION.to_owned();
         let provenance = Provenance { version, command, seed: how.seed, inputs_sha256 };
         Ok(Self {
-            muscles: columns(&data, &mesh),
+            muscles: outputs::columns(&data, &mesh),
             known: Known::reference().into_diagnostic()?,
             thesis: Thesis::reference().into_diagnostic()?,
             data,
@@ -102,14 +102,10 @@ impl Prepared {
         let clock = std::time::Instant::now();
         let setup = self.setups.iter().find(|(kind, _)| *kind == job.target.kind);
         let setup = setup.and_then(|(_, setup)| setup.as_ref());
-        let result = match batch::assess(&self.mesh, &self.model, setup, &job.target, &self.known, &self.how)
-        {
-            Ok(a) => {
-                let thesis = Some(&self.thesis);
-                Ok(outputs::fitted(number, job, &a, &self.mesh, &self.muscles, thesis, &self.provenance)?)
-            }
-            Err(e) => Err(e.to_string()),
-        };
+        let (mesh, muscles, model) = (&self.mesh, &self.muscles[..], &self.model);
+        let (known, thesis, how) = (&self.known, &self.thesis, &self.how);
+        let within = outputs::Within { mesh, muscles, model, setup, known, thesis, how };
+        let result = outputs::assess(number, job, &within, &self.provenance)?;
         Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }
 
@@ -216,16 +212,4 @@ impl Prepared {
             ));
         }
     }
-}
-
-/// Names of the mesh's muscles: those that the table has, in its order, then the others.
-fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
-    let has = |name: &&String| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name));
-    let mut names: Vec<String> = data.muscles().iter().filter(has).cloned().collect();
-    for chain in &mesh.muscles {
-        if !names.iter().any(|n| n.eq_ignore_ascii_case(&chain.name)) {
-            names.push(chain.name.clone());
-        }
-    }
-    names
 }

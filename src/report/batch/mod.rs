@@ -14,8 +14,11 @@ use std::io::{self, Write};
 use serde::{Deserialize, Serialize};
 
 use crate::body::Mesh;
-use crate::inverse::batch::{Assessment, BaselineRow, Job, Refusal};
+use crate::inverse::Setup;
+use crate::inverse::batch::{self, Assessment, BaselineRow, Job, Known, Refusal, Thoroughness};
+use crate::measured::Dataset;
 use crate::measured::thesis::Thesis;
+use crate::system::Model;
 
 use self::journal::{Entry, Kept};
 use self::record::AssessedRecord;
@@ -96,6 +99,54 @@ pub fn sha256(texts: &[&str]) -> String {
         hash.update(text.as_bytes());
     }
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Makes the fit of a job, in its words; where it cannot begin, why. As [`batch::assess`] and [`fitted`].
+///
+/// # Errors
+/// As [`fitted`].
+pub fn assess(
+    number: usize,
+    job: &Job,
+    within: &Within<'_>,
+    provenance: &Provenance,
+) -> Result<Result<Fitted, String>, ReportError> {
+    let &Within { mesh, muscles, model, setup, known, thesis, how } = within;
+    match batch::assess(mesh, model, setup, &job.target, known, how) {
+        Ok(a) => fitted(number, job, &a, mesh, muscles, Some(thesis), provenance).map(Ok),
+        Err(e) => Ok(Err(e.to_string())),
+    }
+}
+
+/// In what the fits of a batch are made, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct Within<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh<2>,
+    /// Names of its muscles, in the order of columns.
+    pub muscles: &'a [String],
+    /// What makes a system of it.
+    pub model: &'a Model,
+    /// The body under premises other than the thesis's.
+    pub setup: Option<&'a Setup>,
+    /// What is known of muscles and vowels.
+    pub known: &'a Known,
+    /// What to compare with.
+    pub thesis: &'a Thesis,
+    /// How fits are made.
+    pub how: &'a Thoroughness,
+}
+
+/// Names of a mesh's muscles in the order of columns: those that the table has, in its order, then the others.
+pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
+    let has = |name: &&String| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name));
+    let mut names: Vec<String> = data.muscles().iter().filter(has).cloned().collect();
+    for chain in &mesh.muscles {
+        if !names.iter().any(|n| n.eq_ignore_ascii_case(&chain.name)) {
+            names.push(chain.name.clone());
+        }
+    }
+    names
 }
 
 /// Puts a finished fit into the words of every output; `muscles` are those of the mesh in the order of columns.

@@ -1,0 +1,59 @@
+"""tongue-fit: how hard does each tongue muscle pull, if it is this long?
+
+A thin layer over the Rust library. Names and units are those of Rust: SI inside, `_mm` where it is millimetres; tensions are newtons per
+metre of thickness, because the model is a plane. Arrays are numpy's: positions have the shape (nodes, 2), tensions that of
+`Assembly.contracting`. What cannot be used is a `tongue_fit.Error` (a ValueError) with the text that the program prints. Long work lets
+other threads run and stops on Ctrl-C.
+
+    import tongue_fit as tf
+
+    data = tf.Dataset.reference()                      # or tf.dataset(frame), of pandas
+    fits = tf.batch(data, target="stretch").frame()    # every row, with 95 % intervals
+    model = tf.Model().assemble(tf.Body.tongue(), ["GGa", "SGm", "HGa"])
+    shape = model.solver().equilibrium({"GGa": 12.0, "SGm": 11.5, "HGa": 4.5})
+    shape.positions, model.body.triangles              # arrays for matplotlib's tripcolor
+"""
+
+from __future__ import annotations
+
+from ._tongue_fit import (
+    VERSION,
+    Assembly,
+    Body,
+    Dataset,
+    Error,
+    Estimate,
+    InverseProblem,
+    Model,
+    Observable,
+    Observation,
+    Shape,
+    Solver,
+    Target,
+    Trajectory,
+    fit,
+)
+from .rows import Batch, batch, dataset, merge
+
+__version__ = VERSION
+__all__ = [
+    "VERSION",
+    "Assembly",
+    "Batch",
+    "Body",
+    "Dataset",
+    "Error",
+    "Estimate",
+    "InverseProblem",
+    "Model",
+    "Observable",
+    "Observation",
+    "Shape",
+    "Solver",
+    "Target",
+    "Trajectory",
+    "batch",
+    "dataset",
+    "fit",
+    "merge",
+]

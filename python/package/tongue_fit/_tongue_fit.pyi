@@ -1,0 +1,379 @@
+"""The Rust side of tongue_fit: SI units, tensions in newtons per metre of thickness."""
+
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from typing import Any, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+VERSION: str
+
+_Floats: TypeAlias = NDArray[np.float64]
+_Numbers: TypeAlias = NDArray[np.int64]
+_Tensions: TypeAlias = Mapping[str, float] | Sequence[float] | _Floats
+
+class Error(ValueError):
+    """Input that cannot be used: what is wrong, where, and what to do."""
+
+@final
+class Body:
+    """A tongue in the midsagittal plane: nodes, triangles, named muscles and named bones. SI units."""
+
+    @staticmethod
+    def tongue(spacing_m: float = 0.0055) -> Body:
+        """The reference tongue at a mesh spacing, m (default: 5.5 mm, the thesis's)."""
+    @staticmethod
+    def continuum(spacing_m: float = 0.004) -> Body:
+        """The reference tongue as a continuum of quadratic elements at a mesh spacing, m (default: 4 mm)."""
+    @staticmethod
+    def from_anatomy(toml: str, spacing_m: float = 0.0055, origin: str = "anatomy") -> Body:
+        """A tongue of an anatomy (the text of a TOML file) at a mesh spacing, m."""
+    @staticmethod
+    def read(path: str | PathLike[str], unit: str = "m") -> Body:
+        """A body in a file: Gmsh's (`unit` of its coordinates: m or mm), or what `tongue-fit mesh --json` printed (.json)."""
+    @property
+    def what(self) -> str:
+        """What it is, in words."""
+    @property
+    def nodes(self) -> _Floats:
+        """Positions of the nodes at rest, m, shape (nodes, 2): x backwards, y upwards."""
+    @property
+    def triangles(self) -> _Numbers:
+        """Numbers of the nodes of every triangle, shape (triangles, 3)."""
+    @property
+    def connections(self) -> _Numbers:
+        """Numbers of the nodes that every connection joins, shape (connections, 2)."""
+    @property
+    def fixed(self) -> _Numbers:
+        """Numbers of the nodes that bone holds, ascending."""
+    @property
+    def muscles(self) -> dict[str, _Numbers]:
+        """The chain of nodes of every muscle, from end to end; of several fibres the first."""
+    @property
+    def bones(self) -> dict[str, _Numbers]:
+        """The nodes of every named bone."""
+    @property
+    def palate(self) -> _Floats | None:
+        """The palate as a line of points, m, shape (points, 2); None where the body has none."""
+
+@final
+class Model:
+    """What makes a body ready to be solved: constants of the tissue, and what carries the load in it."""
+
+    def __new__(
+        cls,
+        *,
+        young_modulus: float = 6900.0,
+        poisson_ratio: float = 0.49,
+        preset: str = "consistent",
+        spread: str = "per-connection",
+        outside: str = "straight",
+        tissue: str = "springs",
+    ) -> Model:
+        """Young's modulus (Pa) and Poisson's ratio of the tissue; where the coefficients of springs come from (`preset`: consistent or
+        as-printed), how they are laid on the connections (`spread`: per-connection or assembled), muscle parts outside the tissue
+        (`outside`: straight or chain), what the tissue is (`tissue`: springs or fe; a continuum needs none)."""
+    def assemble(self, body: Body, muscles: Sequence[str]) -> Assembly:
+        """Makes `body` ready to be solved, with the muscles of these names contracting. Every other muscle is plain tissue."""
+
+@final
+class Assembly:
+    """A body of which some muscles can contract, ready to be solved. Shared by threads."""
+
+    @property
+    def body(self) -> Body:
+        """The body."""
+    @property
+    def contracting(self) -> list[str]:
+        """Names of the muscles that can contract, in the order in which they were given: the order of all arrays of tensions."""
+    def solver(self) -> Solver:
+        """What solves it: one a thread."""
+    def trajectory(self, tensions: _Tensions, t_end_s: float, ramp_s: float = 0.0, samples: int = 101) -> Trajectory:
+        """The motion from rest while the tensions grow to their values in `ramp_s` (s) and then stay, until `t_end_s`."""
+    def length(self, muscle: str) -> Observable:
+        """The length of a muscle, m, as something to observe."""
+    def stretch(self, muscle: str) -> Observable:
+        """The length of a muscle over its length at rest, as something to observe."""
+    def ratio(self, muscle: str, over: str) -> Observable:
+        """The length of a muscle over another's, as something to observe."""
+    def contour(self, point: Sequence[float]) -> Observable:
+        """The signed distance of a measured point (x, y), m, from the outline of the tissue: positive outside."""
+    def observations(self, target: Target) -> list[Observation]:
+        """What a measured target says of this body: an observation for every fitted muscle."""
+
+@final
+class Solver:
+    """Solves equilibria, one after another. One a thread: what it writes to is its own."""
+
+    def equilibrium(self, tensions: _Tensions) -> Shape:
+        """The equilibrium at these tensions (a dict by muscle, or an array in the order of Assembly.contracting), from rest. The same
+        bits whatever was solved before."""
+    def equilibrium_from(self, start: Shape, tensions: _Tensions) -> Shape:
+        """As equilibrium, from a shape that was solved before: for tensions that change little."""
+    def follow_from_rest(self, tensions: _Tensions) -> Shape:
+        """As equilibrium, and follows the equilibria from rest as the tensions grow, which tells whether the shape lies on the branch
+        that begins at rest (Shape.is_traced). Costs about forty solves."""
+    def shift_bone(self, bone: str, shift: Sequence[float]) -> None:
+        """Has every later solve bring a bone to where it is at rest, and `shift` (x, y; m) from there."""
+    def jacobian(self, shape: Shape) -> _Floats:
+        """How the nodes of an equilibrium move for a unit of each tension: shape (contracting muscles, nodes, 2)."""
+    def vjp(self, shape: Shape, cotangent: _Floats) -> _Floats:
+        """The derivatives by the tensions (shape (contracting muscles,)) of a function whose derivatives by the positions of an
+        equilibrium are `cotangent` (shape (nodes, 2)): the vector-Jacobian product."""
+
+@final
+class Shape:
+    """A shape of a body under tensions."""
+
+    @property
+    def positions(self) -> _Floats:
+        """Positions of all nodes, m, shape (nodes, 2)."""
+    @property
+    def assembly(self) -> Assembly:
+        """The body under these tensions."""
+    @property
+    def status(self) -> str:
+        """How the solve ended: `converged`, or why not."""
+    @property
+    def is_converged(self) -> bool:
+        """Whether it is an equilibrium."""
+    @property
+    def is_traced(self) -> bool:
+        """Whether it is known to lie on the branch of equilibria that begins at rest."""
+    @property
+    def guarded(self) -> int:
+        """Number of elements in which the barrier against inversion acts."""
+    @property
+    def iterations(self) -> int:
+        """Newton iterations."""
+    @property
+    def energy_j(self) -> float:
+        """Potential energy, J per metre of thickness."""
+    def tension(self, muscle: str) -> float:
+        """The tension of a muscle, N per metre of thickness."""
+    def length(self, muscle: str) -> float:
+        """The length of a muscle, the straight distance between its ends, m."""
+    def rest_length(self, muscle: str) -> float:
+        """The length of a muscle at rest, m."""
+    def stretch(self, muscle: str) -> float:
+        """The length of a muscle over its length at rest: below 1 where it shortened."""
+    def ratio(self, muscle: str, over: str) -> float:
+        """The length of a muscle over another's."""
+    def record(self) -> dict[str, Any]:
+        """What `tongue-fit simulate --json` prints, as a dict: `lengths_mm`, `ratios`, `stretches`, `positions_m`, `alarms` and so on."""
+    def picture(self, title: str = "Tongue at rest (grey) and deformed") -> str:
+        """A picture (SVG): the tissue at rest and deformed, and the muscles with their names."""
+    def vtu(self) -> str:
+        """Shape and tensions for ParaView (VTU)."""
+
+@final
+class Trajectory:
+    """A body in motion, from rest, at even times."""
+
+    @property
+    def times(self) -> _Floats:
+        """Times, s, shape (times,)."""
+    @property
+    def positions(self) -> _Floats:
+        """Positions of all nodes at each of them, m, shape (times, nodes, 2)."""
+    @property
+    def part_of_way(self) -> float | None:
+        """Part of its way to equilibrium that the body has gone at the end; None where there is no such way."""
+    def lengths(self, muscle: str) -> _Floats:
+        """The length of a muscle at each of the times, m, shape (times,)."""
+
+@final
+class Observable:
+    """A number that can be read off the positions of the nodes of one body."""
+
+    def value(self, positions: _Floats) -> float:
+        """The number at these positions of all nodes, m, shape (nodes, 2)."""
+    def gradient(self, positions: _Floats) -> _Floats:
+        """Its derivatives by the positions of all nodes, unit of the value per m, shape (nodes, 2)."""
+
+@final
+class Observation:
+    """An observable, its measured value (its unit), and how sure that is."""
+
+    def __new__(cls, observable: Observable, measured: float, standard_deviation: float | None = None) -> Observation:
+        """That the observable has this value; with a standard deviation (unit of the value) its residual is divided by that."""
+    @property
+    def measured(self) -> float:
+        """The measured value, unit of the observable."""
+
+@final
+class InverseProblem:
+    """What was seen of a body and what is unknown of it: at first the tension of every contracting muscle. Every `with_` and `free_`
+    returns another problem."""
+
+    def __new__(
+        cls,
+        assembly: Assembly,
+        observations: Sequence[Observation],
+        *,
+        method: str = "gauss-newton",
+        starts: int = 4,
+        upper_bound: float = 100.0,
+    ) -> InverseProblem:
+        """The tensions of all contracting muscles from these observations; `method` is nelder-mead or gauss-newton, `upper_bound` that
+        of every tension, N per metre of thickness."""
+    def with_tension(self, muscle: str, tension: float) -> InverseProblem:
+        """The same with a tension that is known, N per metre of thickness."""
+    def with_bounds(self, muscle: str, lower: float, upper: float) -> InverseProblem:
+        """The same with other bounds of a tension, N per metre of thickness."""
+    def with_prior(self, muscle: str, mean: float, sd: float) -> InverseProblem:
+        """The same with a tension that is near `mean`, give or take `sd`, N per metre of thickness."""
+    def free_bone(self, bone: str, most: float) -> InverseProblem:
+        """The same with a bone whose displacement is searched for, at most `most` (m) either way along each axis."""
+    def with_bone_prior(self, bone: str, sd: float) -> InverseProblem:
+        """The same with a freed bone that stays near its place at rest, give or take `sd` (m) along each axis."""
+    def free_young_modulus(self, lower: float, upper: float) -> InverseProblem:
+        """The same with Young's modulus searched for too, between these values, Pa."""
+    def free_poisson_ratio(self, lower: float, upper: float) -> InverseProblem:
+        """The same with Poisson's ratio searched for too, between these values."""
+    def fit(self) -> Estimate:
+        """Searches for what fits the observations best. The same bits for any number of threads."""
+
+@final
+class Estimate:
+    """The values of the unknowns that fit the observations best."""
+
+    @property
+    def status(self) -> str:
+        """How the fit ended."""
+    @property
+    def is_trustworthy(self) -> bool:
+        """Whether the observations are met by the shape to which the tensions lead from rest, under the published law."""
+    @property
+    def tensions(self) -> dict[str, float]:
+        """The tensions of all contracting muscles, N per metre of thickness."""
+    def tension(self, muscle: str) -> float:
+        """The tension of a muscle, N per metre of thickness."""
+    def displacement(self, bone: str) -> _Floats:
+        """How far a freed bone is from where it is at rest, m, shape (2,)."""
+    @property
+    def undetermined(self) -> int | None:
+        """In how many directions the unknowns can be changed without the fit becoming worse; None where that is not known."""
+    @property
+    def simulated(self) -> _Floats:
+        """What each observation is in the shape found, in their order and units."""
+    @property
+    def shape(self) -> Shape:
+        """The shape found."""
+    def record(self) -> dict[str, Any]:
+        """All of it as a dict."""
+
+@final
+class Dataset:
+    """Measured muscle lengths by subject and vowel."""
+
+    @staticmethod
+    def reference() -> Dataset:
+        """The lengths of Takano and Honda (2007): eight muscles of the subjects S1 to S4."""
+    @staticmethod
+    def from_path(path: str | PathLike[str]) -> Dataset:
+        """The table in a file (CSV)."""
+    @staticmethod
+    def from_text(text: str, origin: str = "text") -> Dataset:
+        """The table in a text (CSV), which messages call `origin`."""
+    def with_half_width_mm(self, mm: float) -> Dataset:
+        """The same lengths with `mm` for the half width of the rounding of them all."""
+    @property
+    def origin(self) -> str:
+        """Where the data came from."""
+    @property
+    def muscles(self) -> list[str]:
+        """The muscles, in the order of their columns."""
+    @property
+    def subjects(self) -> list[str]:
+        """The subjects, in the order of their first rows."""
+    @property
+    def rows(self) -> list[tuple[str, str]]:
+        """Subject and vowel of every row, in the order of the table."""
+    @property
+    def lengths_mm(self) -> _Floats:
+        """The lengths, mm, shape (rows, muscles); not a number where nothing was measured."""
+    @property
+    def broken(self) -> list[str]:
+        """What is wrong with the rows that cannot be used."""
+    def vowels(self, subject: str) -> list[str]:
+        """The vowels of a subject, in the order of the table."""
+    def ratios(self, subject: str, vowel: str, *, muscles: Sequence[str] | None = None, baseline: str | None = None) -> Target:
+        """What a fit of ratios to GGa has to hit; `muscles` contract in place of those that are shorter than in the baseline."""
+    def stretches(self, subject: str, vowel: str, *, muscles: Sequence[str] | None = None, baseline: str | None = None) -> Target:
+        """What a fit of lengths over those in the baseline has to hit."""
+    def __len__(self) -> int: ...
+
+@final
+class Target:
+    """What a fit has to hit, made from one measured row and its baseline."""
+
+    @property
+    def subject(self) -> str:
+        """The subject."""
+    @property
+    def vowel(self) -> str:
+        """The vowel."""
+    @property
+    def baseline(self) -> str:
+        """The vowel it is compared with."""
+    @property
+    def kind(self) -> str:
+        """`ratio` or `stretch`."""
+    @property
+    def muscles(self) -> list[str]:
+        """The muscles measured in both rows: the order of `values`."""
+    @property
+    def active(self) -> list[str]:
+        """The muscles that contract."""
+    @property
+    def values(self) -> _Floats:
+        """The measured quantity of all muscles, dimensionless, shape (muscles,)."""
+
+def fit(
+    data: Dataset,
+    subject: str,
+    vowel: str,
+    *,
+    target: str = "ratio",
+    muscles: Sequence[str] | None = None,
+    baseline: str | None = None,
+    body: Body | None = None,
+    model: Model | None = None,
+    method: str = "nelder-mead",
+    starts: int = 4,
+    upper_bound: float = 100.0,
+    among: str = "others",
+    thesis: bool = False,
+    tone: float | Mapping[str, float] | None = None,
+    hyoid: str | None = None,
+    free_bones: Sequence[str] = ...,
+) -> dict[str, Any]:
+    """Fits one row: what `tongue-fit --vowel V --json` prints, as a dict with the same names and bits."""
+
+def fit_rows(
+    data: Dataset,
+    subjects: list[str] | None,
+    vowels: list[str] | None,
+    target: str,
+    baseline: str | None,
+    baselines: dict[str, str],
+    body: Body | None,
+    model: Model | None,
+    draws: int,
+    seed: int,
+    subsets: int,
+    method: str,
+    starts: int,
+    upper_bound: float,
+    thesis: bool,
+    tone: float | dict[str, float] | None,
+    hyoid: str | None,
+    free_bones: list[str],
+    shard: str,
+    threads: int | None,
+    command: str,
+    report: Callable[[int, int], object],
+) -> tuple[int, list[tuple[int, str | None, str]], list[str]]:
+    """Every `of`th fit that a table asks for, from the `number`th on: what `tongue_fit.batch` is made of."""

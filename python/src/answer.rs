@@ -1,0 +1,84 @@
+//! What goes to Python: arrays, words and records.
+
+use std::io;
+
+use nalgebra::SVector;
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::Serialize;
+use tongue_fit::report::{Export, Json, Provenance};
+
+use super::errors::wrong;
+
+/// Points as an array of shape (points, 2).
+pub fn points<'py>(py: Python<'py>, points: &[SVector<f64, 2>]) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let flat: Vec<f64> = points.iter().flat_map(|p| [p.x, p.y]).collect();
+    PyArray1::from_vec(py, flat).reshape([points.len(), 2])
+}
+
+/// The points of an array of shape (`count`, 2).
+///
+/// # Errors
+/// Another shape.
+pub fn to_points(
+    what: &str,
+    array: &PyReadonlyArray2<'_, f64>,
+    count: usize,
+) -> PyResult<Vec<SVector<f64, 2>>> {
+    let [rows, columns] = array.shape() else {
+        return Err(wrong(format!("{what} must be an array of two axes")));
+    };
+    if (*rows, *columns) != (count, 2) {
+        return Err(wrong(format!("{what} has the shape ({rows}, {columns}); it must be ({count}, 2)")));
+    }
+    let array = array.as_array();
+    Ok(array.rows().into_iter().map(|row| SVector::from([row[0], row[1]])).collect())
+}
+
+/// Numbers of nodes as an array of one axis.
+pub fn numbers<'py>(py: Python<'py>, numbers: &[usize]) -> Bound<'py, PyArray1<i64>> {
+    numbers.iter().map(|n| *n as i64).collect::<Vec<_>>().to_pyarray(py)
+}
+
+/// Lists of `width` numbers of nodes as an array of shape (lists, width).
+///
+/// # Errors
+/// None that can happen: every list has the same length.
+pub fn table<'py>(
+    py: Python<'py>,
+    numbers: impl Iterator<Item = usize>,
+    width: usize,
+) -> PyResult<Bound<'py, PyArray2<i64>>> {
+    let flat: Vec<i64> = numbers.map(|n| n as i64).collect();
+    let rows = flat.len() / width.max(1);
+    PyArray1::from_vec(py, flat).reshape([rows, width])
+}
+
+/// The name that a value has in JSON.
+pub fn word(value: &impl Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(word)) => word,
+        other => other.map(|v| v.to_string()).unwrap_or_default(),
+    }
+}
+
+/// A record as the dict that reading the program's JSON gives, with the same bits.
+///
+/// # Errors
+/// None that can happen: every record has a JSON form.
+pub fn record<'py>(
+    py: Python<'py>,
+    record: &impl Serialize,
+    by: &Provenance,
+) -> PyResult<Bound<'py, PyDict>> {
+    loads(py, &Json(record).text(by).map_err(|e: io::Error| wrong(e.to_string()))?)
+}
+
+/// The dict of a JSON text.
+///
+/// # Errors
+/// None that can happen: the text is an object.
+pub fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
+    Ok(py.import("json")?.call_method1("loads", (text,))?.cast_into()?)
+}

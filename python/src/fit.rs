@@ -1,0 +1,258 @@
+//! Fits of measured rows: one, and all rows of a table.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
+use tongue_fit::inverse::batch::{self, Known, Selection, Thoroughness};
+use tongue_fit::inverse::{self, Among, HyoidMotion, Premises, Said, Settings, Setup, Tone};
+use tongue_fit::measured::muscles::Muscles;
+use tongue_fit::measured::thesis::Thesis;
+use tongue_fit::measured::{TargetKind, Vowel};
+use tongue_fit::report::FitRecord;
+use tongue_fit::report::batch as outputs;
+use tongue_fit::system::System;
+use tongue_fit::{body, parallel};
+
+use super::answer::loads;
+use super::body::{Body, Model};
+use super::errors::{named, refused, wrong};
+use super::measured::{Dataset, target};
+use super::problem::METHODS;
+use super::work::{aside, defect, next};
+
+/// A tone as it is given: the same for all muscles, or by muscle.
+#[derive(FromPyObject)]
+pub enum GivenTone {
+    Uniform(f64),
+    ByMuscle(BTreeMap<String, f64>),
+}
+
+/// What is said of the premises, kept while a fit runs.
+struct Premised {
+    thesis: bool,
+    tone: Option<Tone>,
+    hyoid: Option<HyoidMotion>,
+    free_bones: Vec<String>,
+}
+
+impl Premised {
+    fn new(
+        thesis: bool,
+        tone: Option<GivenTone>,
+        hyoid: Option<&str>,
+        free_bones: Vec<String>,
+    ) -> PyResult<Self> {
+        let motions =
+            [("free", HyoidMotion::Free), ("forward", HyoidMotion::Forward), ("fixed", HyoidMotion::Fixed)];
+        let tone = tone.map(|tone| match tone {
+            GivenTone::Uniform(tone) => Tone::Uniform(tone),
+            GivenTone::ByMuscle(tones) => Tone::ByMuscle(tones.into_iter().collect()),
+        });
+        let hyoid = hyoid.map(|name| named("hyoid", name, &motions)).transpose()?;
+        Ok(Self { thesis, tone, hyoid, free_bones })
+    }
+
+    fn of(&self, kind: TargetKind, body: &body::Body<2>) -> Result<Premises, inverse::FitError> {
+        let Self { thesis, tone, hyoid, free_bones } = self;
+        Premises::of(kind, body, &Said { thesis: *thesis, tone: tone.clone(), hyoid: *hyoid, free_bones })
+    }
+}
+
+/// A body and a model, where none is given the reference.
+fn body_and_model(body: Option<Body>, model: Option<Model>) -> PyResult<(Body, tongue_fit::system::Model)> {
+    let body = match body {
+        Some(body) => body,
+        None => Body(body::Body::tongue(body::DEFAULT_SPACING_M).map_err(refused)?),
+    };
+    let model = model.unwrap_or(Model(tongue_fit::system::Model::default())).of(&body);
+    Ok((body, model))
+}
+
+/// Fits one row: what `tongue-fit --vowel V --json` prints, as a dict with the same names and bits.
+#[pyfunction]
+#[pyo3(signature = (data, subject, vowel, *, target = "ratio", muscles = None, baseline = None, body = None, model = None,
+    method = "nelder-mead", starts = 4, upper_bound = 100.0,
+    among = "others", thesis = false, tone = None, hyoid = None, free_bones = Vec::new()))]
+#[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn fit<'py>(
+    py: Python<'py>,
+    data: &Dataset,
+    subject: &str,
+    vowel: &str,
+    target: &str,
+    muscles: Option<Vec<String>>,
+    baseline: Option<&str>,
+    body: Option<Body>,
+    model: Option<Model>,
+    method: &str,
+    starts: usize,
+    upper_bound: f64,
+    among: &str,
+    thesis: bool,
+    tone: Option<GivenTone>,
+    hyoid: Option<&str>,
+    free_bones: Vec<String>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let clock = std::time::Instant::now();
+    let among = named("among", among, &[("others", Among::Others), ("least-total", Among::LeastTotal)])?;
+    let method = named("method", method, &METHODS)?;
+    let settings = Settings { method, starts, upper_bound, among, ..Settings::default() };
+    settings.check().map_err(refused)?;
+    let kind: TargetKind = target.parse().map_err(refused)?;
+    let target = self::target(&data.0, subject, vowel, kind, muscles, baseline)?.0;
+    let (Body(body), model) = body_and_model(body, model)?;
+    let said = Premised::new(thesis, tone, hyoid, free_bones)?;
+    let known = Muscles::reference().map_err(refused)?;
+    let text = aside(py, move || {
+        let premises = said.of(kind, &body)?;
+        let fit = inverse::fit_under(&body, &model, &target, premises, &settings)?;
+        let alarms = alarms::alarms(&body.mesh, &fit, &known, None, &settings, DEFAULT_THICKNESS_M);
+        let by = tongue_fit::report::Provenance::new("python").with_tissue(model.tissue);
+        let record = FitRecord::new(&fit, &alarms, by, clock.elapsed().as_secs_f64());
+        Ok::<_, inverse::FitError>(record.to_json())
+    })?;
+    loads(py, &text.map_err(refused)?.map_err(refused)?)
+}
+
+/// Every `of`th fit that a table asks for, from the `number`th on: what `tongue_fit.batch` is made of. Calls `report(done, all)` as they
+/// come, and returns how many fits there are in all, a list of (number, JSON of the fit or None, lines of muscles.csv or why there is no
+/// fit), and the rows that cannot be fitted.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, clippy::type_complexity, reason = "keyword arguments of Python")]
+pub fn fit_rows<'py>(
+    py: Python<'py>,
+    data: &Dataset,
+    subjects: Option<Vec<String>>,
+    vowels: Option<Vec<String>>,
+    target: &str,
+    baseline: Option<&str>,
+    baselines: BTreeMap<String, String>,
+    body: Option<Body>,
+    model: Option<Model>,
+    draws: usize,
+    seed: u64,
+    subsets: u32,
+    method: &str,
+    starts: usize,
+    upper_bound: f64,
+    thesis: bool,
+    tone: Option<GivenTone>,
+    hyoid: Option<&str>,
+    free_bones: Vec<String>,
+    shard: &str,
+    threads: Option<usize>,
+    command: String,
+    report: Bound<'py, PyAny>,
+) -> PyResult<(usize, Vec<(usize, Option<String>, String)>, Vec<String>)> {
+    let kinds = match target {
+        "both" => TargetKind::ALL.to_vec(),
+        name => vec![name.parse().map_err(|e| wrong(format!("{e}, or both of them: both")))?],
+    };
+    let parse = |word: &String| word.parse::<Vowel>().map_err(refused);
+    let baseline_of = baselines.iter().map(|(subject, v)| Ok((subject.clone(), parse(v)?)));
+    let selection = Selection {
+        subjects,
+        vowels: vowels.map(|all| all.iter().map(parse).collect::<PyResult<_>>()).transpose()?,
+        kinds,
+        baseline: baseline.map(|v| parse(&v.to_owned())).transpose()?,
+        baseline_of: baseline_of.collect::<PyResult<_>>()?,
+    };
+    let method = named("method", method, &METHODS)?;
+    let settings = Settings { method, starts, upper_bound, ..Settings::default() };
+    settings.check().map_err(refused)?;
+    let how = Thoroughness { settings, draws, seed, subset_changes: subsets, ..Thoroughness::default() };
+    let shard: outputs::Shard = shard.parse().map_err(wrong)?;
+    if threads.is_some_and(|n| n == 0 || n > MOST_THREADS) {
+        return Err(wrong(format!("threads must be from 1 to {MOST_THREADS}")));
+    }
+    let (Body(body), model) = body_and_model(body, model)?;
+    let said = Premised::new(thesis, tone, hyoid, free_bones)?;
+    let plan = batch::plan(&data.0, &selection).map_err(refused)?;
+    // What no fit could be made with is refused once.
+    System::new(&body.mesh, &model, &[]).map_err(refused)?;
+    let mut setups: Vec<(TargetKind, Option<Setup>)> = Vec::new();
+    for &kind in &selection.kinds {
+        let premises = said.of(kind, &body).map_err(refused)?;
+        let setup = (!premises.is_thesis()).then(|| Setup::new(&body, &model, premises)).transpose();
+        setups.push((kind, setup.map_err(refused)?));
+    }
+    let muscles = outputs::columns(&data.0, &body.mesh);
+    let known = Known::reference().map_err(refused)?;
+    let thesis = Thesis::reference().map_err(refused)?;
+    let (all, refusals) = (plan.jobs.len(), plan.refusals);
+    let not_fitted = data.0.broken().iter().map(|row| row.fault.to_string());
+    let not_fitted = not_fitted
+        .chain(
+            refusals.iter().map(|r| format!("line {}, {} /{}/: {}", r.line, r.subject, r.vowel, r.message)),
+        )
+        .collect();
+
+    let mine: Vec<(usize, batch::Job)> =
+        plan.jobs.into_iter().enumerate().filter(|(number, _)| shard.has(*number)).collect();
+    let wanted = mine.len();
+    let stopped = Arc::new(AtomicBool::new(false));
+    let seen = Arc::clone(&stopped);
+    let (sender, mut receiver) = channel();
+    std::thread::spawn(move || {
+        let provenance = outputs::Provenance {
+            version: tongue_fit::VERSION.to_owned(),
+            command,
+            seed,
+            inputs_sha256: String::new(),
+        };
+        let work = |(number, job): &(usize, batch::Job)| {
+            if seen.load(Ordering::Relaxed) {
+                return;
+            }
+            let setup = setups.iter().find(|(kind, _)| *kind == job.target.kind);
+            let within = outputs::Within {
+                mesh: &body.mesh,
+                muscles: &muscles,
+                model: &model,
+                setup: setup.and_then(|(_, setup)| setup.as_ref()),
+                known: &known,
+                thesis: &thesis,
+                how: &how,
+            };
+            // A number beyond the page: no pictures are drawn.
+            let made = outputs::assess(outputs::MOST_FITS_ON_PAGE, job, &within, &provenance);
+            // Who does not listen any more has been stopped.
+            let _ = sender.send(Ok((*number, made)));
+        };
+        let done = threads.map_or(Ok(()), |threads| {
+            parallel::with_threads(threads, || parallel::map(&mine, work)).map(|_| ())
+        });
+        if threads.is_none() {
+            parallel::map(&mine, work);
+        }
+        if let Err(why) = done {
+            let _ = sender
+                .send(Err(format!("cannot start {} threads: {why}; ask for fewer", threads.unwrap_or(0))));
+        }
+    });
+    let mut found = Vec::with_capacity(wanted);
+    let mut listen = || -> PyResult<()> {
+        while found.len() < wanted {
+            let (number, made) = next(py, &mut receiver)?.ok_or_else(defect)?.map_err(wrong)?;
+            found.push(match made.map_err(refused)? {
+                Ok(fit) => (number, Some(fit.json), fit.muscles),
+                Err(why) => (number, None, why),
+            });
+            report.call1((found.len(), wanted))?;
+        }
+        Ok(())
+    };
+    let heard = listen();
+    stopped.store(true, Ordering::Relaxed);
+    heard?;
+    found.sort_by_key(|(number, ..)| *number);
+    Ok((all, found, not_fitted))
+}
+
+/// More threads than this are surely a slip.
+const MOST_THREADS: usize = 1024;

@@ -1,0 +1,156 @@
+//! Inverse problems of one's own observations.
+
+use numpy::{PyArray1, ToPyArray};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tongue_fit::inverse::{Method, Settings};
+use tongue_fit::report::Provenance;
+use tongue_fit::simulation;
+
+use super::answer::{record, word};
+use super::body::Assembly;
+use super::errors::{named, refused, wrong};
+use super::observe::Observation;
+use super::solver::Shape;
+use super::work::aside;
+
+/// Names of what searches.
+pub const METHODS: [(&str, Method); 2] =
+    [("nelder-mead", Method::NelderMead), ("gauss-newton", Method::GaussNewton)];
+
+/// What was seen of a body and what is unknown of it: at first the tension of every contracting muscle. Every `with_` and `free_`
+/// returns another problem.
+#[pyclass(frozen, module = "tongue_fit")]
+pub struct InverseProblem(simulation::InverseProblem<2>);
+
+#[pymethods]
+impl InverseProblem {
+    /// The tensions of all contracting muscles from these observations; `method` is nelder-mead or gauss-newton, `upper_bound` that
+    /// of every tension, N per metre of thickness.
+    #[new]
+    #[pyo3(signature = (assembly, observations, *, method = "gauss-newton", starts = 4,
+        upper_bound = 100.0))]
+    fn new(
+        assembly: &Assembly,
+        observations: Vec<Observation>,
+        method: &str,
+        starts: usize,
+        upper_bound: f64,
+    ) -> PyResult<Self> {
+        let (given, nodes) = (observations.iter().map(|o| o.nodes), assembly.0.body().mesh.nodes.len());
+        if let Some(given) = given.into_iter().find(|n| *n != nodes) {
+            return Err(wrong(format!("an observation is of a body of {given} nodes, the body has {nodes}")));
+        }
+        let seen: Vec<_> = observations.into_iter().map(|o| o.seen).collect();
+        let method = named("method", method, &METHODS)?;
+        let settings = Settings { method, starts, upper_bound, ..Settings::default() };
+        settings.check().map_err(refused)?;
+        Ok(Self(simulation::InverseProblem::new(&assembly.0, seen).with_settings(settings)))
+    }
+
+    /// The same with a tension that is known, N per metre of thickness.
+    fn with_tension(&self, muscle: &str, tension: f64) -> PyResult<Self> {
+        self.0.clone().with_tension(muscle, tension).map(Self).map_err(refused)
+    }
+
+    /// The same with other bounds of a tension, N per metre of thickness.
+    fn with_bounds(&self, muscle: &str, lower: f64, upper: f64) -> PyResult<Self> {
+        self.0.clone().with_bounds(muscle, lower, upper).map(Self).map_err(refused)
+    }
+
+    /// The same with a tension that is near `mean`, give or take `sd`, N per metre of thickness.
+    fn with_prior(&self, muscle: &str, mean: f64, sd: f64) -> PyResult<Self> {
+        self.0.clone().with_prior(muscle, mean, sd).map(Self).map_err(refused)
+    }
+
+    /// The same with a bone whose displacement is searched for, at most `most` (m) either way along each axis.
+    fn free_bone(&self, bone: &str, most: f64) -> PyResult<Self> {
+        self.0.clone().free_bone(bone, most).map(Self).map_err(refused)
+    }
+
+    /// The same with a freed bone that stays near its place at rest, give or take `sd` (m) along each axis.
+    fn with_bone_prior(&self, bone: &str, sd: f64) -> PyResult<Self> {
+        self.0.clone().with_bone_prior(bone, sd).map(Self).map_err(refused)
+    }
+
+    /// The same with Young's modulus searched for too, between these values, Pa.
+    fn free_young_modulus(&self, lower: f64, upper: f64) -> Self {
+        Self(self.0.clone().free_young_modulus(lower, upper))
+    }
+
+    /// The same with Poisson's ratio searched for too, between these values.
+    fn free_poisson_ratio(&self, lower: f64, upper: f64) -> Self {
+        Self(self.0.clone().free_poisson_ratio(lower, upper))
+    }
+
+    /// Searches for what fits the observations best. The same bits for any number of threads.
+    fn fit(&self, py: Python<'_>) -> PyResult<Estimate> {
+        let problem = self.0.clone();
+        aside(py, move || problem.fit())?.map(Estimate).map_err(refused)
+    }
+}
+
+/// The values of the unknowns that fit the observations best.
+#[pyclass(frozen, module = "tongue_fit")]
+pub struct Estimate(simulation::Estimate<2>);
+
+#[pymethods]
+impl Estimate {
+    /// How the fit ended.
+    #[getter]
+    fn status(&self) -> String {
+        word(&self.0.status)
+    }
+
+    /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law.
+    #[getter]
+    fn is_trustworthy(&self) -> bool {
+        self.0.is_trustworthy()
+    }
+
+    /// The tensions of all contracting muscles, N per metre of thickness.
+    #[getter]
+    fn tensions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let tensions = PyDict::new(py);
+        self.0.tensions().into_iter().try_for_each(|(name, n)| tensions.set_item(name, n))?;
+        Ok(tensions)
+    }
+
+    /// The tension of a muscle, N per metre of thickness.
+    fn tension(&self, muscle: &str) -> PyResult<f64> {
+        self.0.tension(muscle).map_err(refused)
+    }
+
+    /// How far a freed bone is from where it is at rest, m, shape (2,).
+    fn displacement<'py>(&self, py: Python<'py>, bone: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.0.displacement(bone).map_err(refused)?.as_slice().to_pyarray(py))
+    }
+
+    /// In how many directions the unknowns can be changed without the fit becoming worse; None where that is not known.
+    #[getter]
+    fn undetermined(&self) -> Option<usize> {
+        self.0.undetermined()
+    }
+
+    /// What each observation is in the shape found, in their order and units.
+    #[getter]
+    fn simulated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.simulated.to_pyarray(py)
+    }
+
+    /// The shape found.
+    #[getter]
+    fn shape(&self) -> Shape {
+        Shape(self.0.shape.clone())
+    }
+
+    /// All of it as a dict.
+    fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        record(py, &self.0.record(), &Provenance::new("python"))
+    }
+
+    fn __repr__(&self) -> String {
+        let tensions = self.0.tensions().into_iter().map(|(name, n)| format!("{name} {n:.2}"));
+        format!("<Estimate: {}, {}>", self.status(), tensions.collect::<Vec<_>>().join(", "))
+    }
+}
