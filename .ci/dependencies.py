@@ -9,6 +9,7 @@ import json, pathlib, re, subprocess, sys, tomllib
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DENY = tomllib.loads((ROOT / "deny.toml").read_text())
 CARGO = tomllib.loads((ROOT / "Cargo.toml").read_text())
+MEMBERS = ["", *CARGO.get("workspace", {}).get("members", [])]
 CRATES_IO = "registry+https://github.com/rust-lang/crates.io-index"
 
 
@@ -32,15 +33,22 @@ def problems():
             yield f"{name} comes from {package['source']}, not from crates.io"
         if package["name"] in banned:
             yield f"{name} is banned by deny.toml"
-    source = "\n".join(p.read_text() for folder in ("src", "tests", "benches", "examples") for p in (ROOT / folder).rglob("*.rs"))
-    tables = [CARGO, *CARGO.get("target", {}).values()]
+    for member in MEMBERS:
+        yield from unused(ROOT / member)
+
+
+def unused(package):
+    """Dependencies of a package that none of its sources names, or that it takes in any version."""
+    cargo = tomllib.loads((package / "Cargo.toml").read_text())
+    source = "\n".join(p.read_text() for folder in ("src", "tests", "benches", "examples") for p in (package / folder).rglob("*.rs"))
+    tables = [cargo, *cargo.get("target", {}).values()]
     dependencies = {k: v for t in tables for kind in ("dependencies", "dev-dependencies") for k, v in t.get(kind, {}).items()}
-    ignored = CARGO["package"]["metadata"]["cargo-machete"]["ignored"]
+    ignored = cargo["package"].get("metadata", {}).get("cargo-machete", {}).get("ignored", [])
     for name, wanted in dependencies.items():
-        if (wanted if isinstance(wanted, str) else wanted["version"]) == "*":
+        if (wanted if isinstance(wanted, str) else wanted.get("version")) == "*":
             yield f"{name} is wanted in any version"
         if name not in ignored and not re.search(rf"\b{name.replace('-', '_')}\b", source):
-            yield f"no source file uses {name}"
+            yield f"no source file of {package.name} uses {name}"
 
 
 found = list(problems())
