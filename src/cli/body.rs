@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
+use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Anatomy, AnyBody, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, Unit, gmsh};
 use tongue_fit::material::{Constants, Preset, Spread};
+use tongue_fit::report::PageBody;
 use tongue_fit::simulation;
-use tongue_fit::system::{Model, OutsidePath, TissueModel};
+use tongue_fit::system::{self, Model, OutsidePath, TissueModel};
 
 use super::output;
 
@@ -170,6 +172,36 @@ impl Arguments {
         Ok(body)
     }
 
+    /// The same for a page, which makes the body anew.
+    ///
+    /// # Errors
+    /// As [`Arguments::body`].
+    pub fn page_body(&self) -> miette::Result<PageBody> {
+        let flat = Self { body: BodyName::Springs, ..self.clone() };
+        let mut page = PageBody {
+            h_mm: self.h.as_deref().map(spacing).transpose()?.map(|h| h * 1e3),
+            continuum: self.body == BodyName::Continuum,
+            thesis: self.is_thesis(),
+            model: self.model(),
+            file: String::new(),
+            anatomy: None,
+            mesh: None,
+        };
+        if let Some(path) = self.mesh.as_ref().or(self.anatomy.as_ref()) {
+            page.file = path.display().to_string();
+        }
+        if self.mesh.is_some() {
+            let body = flat.body()?;
+            let coefficients = system::coefficients(&body.mesh, &flat.model()).into_diagnostic()?;
+            let stiffness = system::connection_stiffness(&body.mesh, &coefficients);
+            let record = MeshRecord::new(&body, &stiffness, coefficients.kappa, coefficients.node_mass);
+            page.mesh = Some(output::json(&record)?);
+        } else if let Some(path) = &self.anatomy {
+            page.anatomy = Some(anatomy_text(path)?);
+        }
+        Ok(page)
+    }
+
     /// Whether the thesis's assumptions are asked for.
     pub fn is_thesis(&self) -> bool {
         matches!(self.preset, PresetName::Thesis)
@@ -201,10 +233,13 @@ impl Arguments {
 }
 
 fn read_anatomy(path: &Path) -> miette::Result<Anatomy> {
-    let text = crate::files::read_text(path).into_diagnostic().wrap_err_with(|| {
+    Anatomy::from_toml(&anatomy_text(path)?, &path.display().to_string()).into_diagnostic()
+}
+
+fn anatomy_text(path: &Path) -> miette::Result<String> {
+    crate::files::read_text(path).into_diagnostic().wrap_err_with(|| {
         format!("cannot read the anatomy file \"{}\"; name a UTF-8 text file (TOML)", path.display())
-    })?;
-    Anatomy::from_toml(&text, &path.display().to_string()).into_diagnostic()
+    })
 }
 
 /// Metres from `5.5mm` or `5.5`.
@@ -218,22 +253,5 @@ fn spacing(text: &str) -> miette::Result<f64> {
 
 /// Reads `MUSCLE=N` words: numbers of the body's muscles and their tensions, N (2D: per metre of thickness).
 pub fn tensions<const D: usize>(words: &[String], body: &Body<D>) -> miette::Result<Vec<(usize, f64)>> {
-    let mut out: Vec<(usize, f64)> = Vec::new();
-    for word in words {
-        let (name, value) = word
-            .split_once('=')
-            .ok_or_else(|| miette!("--tension {word}: write MUSCLE=NEWTONS, like GGa=12"))?;
-        let muscle = body.muscle(name.trim()).map_err(|e| miette!("--tension {word}: {e}"))?;
-        let name = &body.mesh.muscles[muscle].name;
-        let tension: f64 = value.trim().parse().map_err(|_| {
-            miette!("--tension {word}: \"{value}\" is not a number; write newtons, like {name}=12")
-        })?;
-        simulation::check_tension(name, tension).map_err(|e| miette!("--tension {word}: {e}"))?;
-        if out.iter().any(|(m, _)| *m == muscle) {
-            let e = simulation::Error::Repeated { name: name.clone() };
-            return Err(miette!("--tension {word}: {e}"));
-        }
-        out.push((muscle, tension));
-    }
-    Ok(out)
+    simulation::read_tensions(words, body).map_err(|error| miette!("--tension {error}"))
 }

@@ -14,6 +14,7 @@ mod mesh;
 mod mesh_check;
 mod muscles;
 mod output;
+mod page;
 mod premises;
 mod published;
 mod recordings;
@@ -126,6 +127,8 @@ enum Command {
     Track(track::Arguments),
     /// What each muscle does alone, side by side
     Muscles(muscles::Arguments),
+    /// Write a page in which the tongue moves as its muscles are pulled, for any browser
+    Page(page::Arguments),
     /// Scenes: simulate only the effects that a scene calls for
     Scene(scene::Arguments),
     /// Tables of measured lengths: what is understood of them
@@ -177,6 +180,7 @@ pub fn main() -> ExitCode {
         Some(Command::Adapt(arguments)) => adapt::run(arguments, &cli.global),
         Some(Command::Track(arguments)) => track::run(arguments, &cli.global),
         Some(Command::Muscles(arguments)) => muscles::run(arguments, &cli.global),
+        Some(Command::Page(arguments)) => page::run(arguments, &cli.global),
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
         Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),

@@ -22,6 +22,8 @@ mod record;
 mod staged;
 mod sto;
 mod svg;
+#[cfg(feature = "files")]
+mod tongue_page;
 mod track;
 #[cfg(feature = "files")]
 mod track_page;
@@ -48,6 +50,8 @@ pub use svg::{
     Curve, Frame, Panel, Scatter, Section, Series, Svg, Timeline, animation, animation_of_seen, changes,
     panels, scatter, solid, timelines, tongue, valley, work_precision,
 };
+#[cfg(feature = "files")]
+pub use tongue_page::{PageBody, PageTable, TonguePage};
 pub use track::{CourseRecord, FrameRecord, PriorRecord, TrackRecord, courses, frame_records, status_name};
 #[cfg(feature = "files")]
 pub use track_page::{TrackPage, TrackPicture};

@@ -7,12 +7,13 @@ use super::by_muscle::{ByMuscle, by, mm};
 use super::csv::Rows;
 use super::export::{Export, Provenance};
 use super::valley_record::ValleyRecord;
-use crate::body::HYOID;
-use crate::inverse::alarms::Alarm;
-use crate::inverse::{self, Fit, Tone};
-use crate::measured::{TargetKind, Vowel, reference_muscle};
+use crate::body::{Body, HYOID};
+use crate::inverse::alarms::{self, Alarm};
+use crate::inverse::{self, Fit, FitError, Matched, Method, Premises, Said, Settings, Setup, Tone};
+use crate::measured::muscles::Muscles;
+use crate::measured::{Target, TargetKind, Vowel, reference_muscle};
 use crate::statics::{self, Solution};
-use crate::system::System;
+use crate::system::{Model, System};
 
 /// The branch of equilibria that begins at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -320,6 +321,32 @@ impl FitRecord {
             max_area_ratio: fit.replay.max_area_ratio,
             wall_s: Some(wall_s),
         }
+    }
+
+    /// Fits a target by its derivatives under the usual premises ([`Premises::of`]), and says what to doubt: what `tongue-fit --vowel`
+    /// with `--method gauss-newton` and nothing else finds, without the time that it took.
+    ///
+    /// # Errors
+    /// As [`inverse::fit`] and [`Setup::new`].
+    pub fn of_target(
+        body: &Body<2>,
+        model: &Model,
+        target: &Target,
+        thesis: bool,
+        made_by: Provenance,
+    ) -> Result<Self, FitError> {
+        let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+        let premises = Premises::of(target.kind, body, &Said { thesis, ..Said::default() })?;
+        let fit = match premises.is_thesis() {
+            true => inverse::fit(&body.mesh, model, target, &settings)?,
+            false => {
+                let setup = Setup::new(body, model, premises)?;
+                inverse::fit_in(&setup, &Matched::new(&body.mesh, target)?, &settings)?
+            }
+        };
+        let known = Muscles::built_in();
+        let alarms = alarms::alarms(&body.mesh, &fit, &known, None, &settings, alarms::DEFAULT_THICKNESS_M);
+        Ok(Self { wall_s: None, ..Self::new(&fit, &alarms, made_by, 0.0) })
     }
 
     /// The same as pretty JSON with a newline at the end.

@@ -57,7 +57,7 @@ pub fn prepare<const D: usize>(
     extent: Extent,
 ) -> Result<Prepared<D>, SceneError> {
     scene.check()?;
-    let model = model::<D>(scene);
+    let model = scene.model::<D>();
     let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
     let tensions = tensions(scene, &body)?;
     let seen = points::frame(scene, &body)?;
@@ -121,23 +121,26 @@ fn unloaded<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) ->
     }
 }
 
-fn model<const D: usize>(scene: &Scene) -> Model {
-    let (m, e, table) = (&scene.material, &scene.effects, Constants::TONGUE);
-    let spread = if D == 3 { Spread::Assembled } else { Spread::PerConnection };
-    Model {
-        constants: Constants {
-            density: m.density_kg_per_m3.unwrap_or(table.density),
-            young_modulus: m.young_modulus_pa.unwrap_or(table.young_modulus),
-            poisson_ratio: m.poisson_ratio.unwrap_or(table.poisson_ratio),
-            viscosity: m.viscosity_pa_s.unwrap_or(table.viscosity),
-        },
-        preset: m.preset.unwrap_or_default(),
-        spread: m.spread.unwrap_or(spread),
-        outside: if e.straight_paths == Some(false) { OutsidePath::Chain } else { OutsidePath::Straight },
-        tissue: match e.finite_elements {
-            Some(true) => TissueModel::FiniteElement,
-            _ => TissueModel::MassSpring,
-        },
+impl Scene {
+    /// Of what the body is made, in the plane or in space.
+    pub fn model<const D: usize>(&self) -> Model {
+        let (m, e, table) = (&self.material, &self.effects, Constants::TONGUE);
+        let spread = if D == 3 { Spread::Assembled } else { Spread::PerConnection };
+        Model {
+            constants: Constants {
+                density: m.density_kg_per_m3.unwrap_or(table.density),
+                young_modulus: m.young_modulus_pa.unwrap_or(table.young_modulus),
+                poisson_ratio: m.poisson_ratio.unwrap_or(table.poisson_ratio),
+                viscosity: m.viscosity_pa_s.unwrap_or(table.viscosity),
+            },
+            preset: m.preset.unwrap_or_default(),
+            spread: m.spread.unwrap_or(spread),
+            outside: if e.straight_paths == Some(false) { OutsidePath::Chain } else { OutsidePath::Straight },
+            tissue: match e.finite_elements {
+                Some(true) => TissueModel::FiniteElement,
+                _ => TissueModel::MassSpring,
+            },
+        }
     }
 }
 

@@ -44,6 +44,7 @@ mod samples;
 mod shape;
 mod solver;
 mod trajectory;
+mod words;
 
 pub use assembly::Assembly;
 pub use error::{Error, check_tension};
@@ -53,3 +54,4 @@ pub use problem::{InverseProblem, Observations};
 pub use shape::Shape;
 pub use solver::Solver;
 pub use trajectory::Trajectory;
+pub use words::{BadTension, read_tensions};

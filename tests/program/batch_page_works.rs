@@ -1,31 +1,12 @@
 //! The page of a batch in a real browser: no errors on the console, and its controls do what they are there for.
 
-use std::path::PathBuf;
 use std::process::Command;
 
 use assert_cmd::cargo::CommandCargoExt;
 
-/// Set where the test must not be skipped, as in CI.
-const REQUIRED: &str = "TONGUE_FIT_REQUIRE_BROWSER";
-
-fn browser() -> Option<PathBuf> {
-    let paths = std::env::var_os("PATH")?;
-    let names = ["chromium", "chromium-browser", "google-chrome"];
-    std::env::split_paths(&paths)
-        .flat_map(|folder| names.map(|name| folder.join(name)))
-        .find(|program| program.is_file())
-}
-
 #[test]
 fn the_page_sorts_slides_and_turns_dark_without_errors() {
-    let Some(browser) = browser() else {
-        assert!(
-            std::env::var_os(REQUIRED).is_none(),
-            "{REQUIRED} is set, but there is no chromium in the PATH"
-        );
-        println!("skipped: no chromium in the PATH");
-        return;
-    };
+    let Some(browser) = super::browser::found() else { return };
     let folder = tempfile::tempdir().unwrap();
     Command::cargo_bin("tongue-fit")
         .unwrap()

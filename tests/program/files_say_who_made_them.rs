@@ -29,7 +29,7 @@ fn written(arguments: &[&str]) -> Vec<(String, String)> {
 
 #[test]
 fn every_file_of_every_command_has_version_and_command() {
-    let commands: [(&[&str], &[&str]); 10] = [
+    let commands: [(&[&str], &[&str]); 11] = [
         (&["--vowel", "a", "--method", "gauss-newton"], &["json", "csv", "svg"]),
         (&["simulate", "--tension", "GGa=12"], &["json", "svg", "vtu", "msh"]),
         (
@@ -42,6 +42,7 @@ fn every_file_of_every_command_has_version_and_command() {
         (&["scene", "compare", "vowel-a"], &["csv"]),
         (&["muscles", "--h", "8mm"], &["svg", "csv"]),
         (&["mesh", "--h", "8mm"], &["json", "vtu", "msh"]),
+        (&["page", "--no-fits"], &["html"]),
         (&["batch", "--draws", "0", "--subjects", "S2", "--vowels", "a"], &["json", "csv", "html"]),
     ];
     for (arguments, formats) in commands {

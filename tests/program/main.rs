@@ -10,6 +10,7 @@
 
 mod baseline_and_bones;
 mod batch_page_works;
+mod browser;
 mod contracts;
 mod docs_are_true;
 mod examples_work;
@@ -20,6 +21,7 @@ mod mesh_from_gmsh;
 mod muscles_command;
 mod muscles_of_any_name;
 mod outputs_read_back;
+mod page_moves;
 mod readme_is_true;
 mod scene_command;
 mod terminal_manners;

@@ -1,0 +1,98 @@
+//! `tongue-fit page`: a page in which the tongue moves as its muscles are pulled.
+
+use std::path::PathBuf;
+
+use miette::{IntoDiagnostic, WrapErr};
+use serde::Serialize;
+use tongue_fit::inverse::batch::{self, Selection};
+use tongue_fit::measured::{Dataset, TargetKind};
+use tongue_fit::parallel;
+use tongue_fit::report::{FitRecord, Json, OutputDir, PageTable, TonguePage};
+
+use super::{Global, Outcome, body, output, table};
+
+const DEFAULT_OUT: &str = "results/tongue.html";
+/// Fits that a page holds; it makes further ones itself.
+const MOST_FITS: usize = 200;
+
+/// Options of `tongue-fit page`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Examples:\n  \
+    tongue-fit page --out tongue.html\n  \
+    tongue-fit page --lengths my.csv --body continuum --out mine.html")]
+pub struct Arguments {
+    /// Measured lengths (CSV) in place of the built-in ones
+    #[arg(long, value_name = "FILE")]
+    lengths: Option<PathBuf>,
+    /// Leave the fits to the page, which makes each when it is asked for
+    #[arg(long)]
+    no_fits: bool,
+    #[command(flatten)]
+    body: body::Arguments,
+}
+
+#[derive(Serialize)]
+struct Record {
+    file: PathBuf,
+    fits: usize,
+    not_fitted: Vec<String>,
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let path = global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into());
+    let is_page =
+        path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"));
+    let path = if is_page { path } else { path.join("tongue.html") };
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let text = |path: &PathBuf| {
+        let read = crate::files::read_text(path).into_diagnostic();
+        read.wrap_err_with(|| format!("cannot read the table \"{}\"; name a text file", path.display()))
+    };
+    let own = match &arguments.lengths {
+        Some(path) => Some(PageTable { file: path.display().to_string(), text: text(path)? }),
+        None => None,
+    };
+    let data = match &own {
+        Some(table) => Dataset::from_reader(table.text.as_bytes(), &table.file),
+        None => Dataset::reference(),
+    };
+    let data = data.into_diagnostic()?;
+    let (tongue, model) = (arguments.body.body()?, arguments.body.model());
+    let out = OutputDir::prepare(path.parent().unwrap_or(&path)).into_diagnostic()?;
+    let kinds = vec![TargetKind::Ratio, TargetKind::Stretch];
+    let plan = batch::plan(&data, &Selection { kinds, ..Selection::default() }).into_diagnostic()?;
+    let by = super::provenance().with_tissue(model.tissue);
+    let mut not_fitted: Vec<String> = plan.refusals.iter().map(|r| r.message.clone()).collect();
+    let jobs = if arguments.no_fits { &[][..] } else { &plan.jobs[..plan.jobs.len().min(MOST_FITS)] };
+    if !arguments.no_fits && jobs.len() < plan.jobs.len() {
+        output::note(&format!(
+            "the page holds the first {MOST_FITS} of {} fits and makes the others itself",
+            plan.jobs.len()
+        ));
+    }
+    let thesis = arguments.body.is_thesis();
+    let mut fits = Vec::new();
+    for found in
+        parallel::map(jobs, |job| FitRecord::of_target(&tongue, &model, &job.target, thesis, by.clone()))
+    {
+        match found {
+            Ok(fit) => fits.push(fit),
+            Err(error) => not_fitted.push(error.to_string()),
+        }
+    }
+    let page = TonguePage { body: arguments.body.page_body()?, table: own, fits };
+    let written = out.export(&[(&name, &page)], &by).into_diagnostic()?;
+    let record = Record { file: path, fits: page.fits.len(), not_fitted };
+    if global.json {
+        output::print(&tongue_fit::report::Export::text(&Json(&record), &by).into_diagnostic()?)?;
+    } else {
+        let mut text = format!("{}: {} fits in it\n", tongue.what, record.fits);
+        for why in &record.not_fitted {
+            text += &format!("not fitted: {why}\n");
+        }
+        output::summary(&(text + &table::files(&written)), &written)?;
+    }
+    Ok(Outcome::Good)
+}

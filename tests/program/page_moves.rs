@@ -1,0 +1,375 @@
+//! The page with the moving tongue, in a real browser: its numbers are the program's, its controls do what they say, and nothing that
+//! one puts into it breaks it.
+#![cfg(unix)]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use assert_cmd::cargo::cargo_bin;
+use serde_json::{Value, json};
+
+use super::browser::{Browser, Page};
+
+/// Names a page to be tested in place of the one that is kept: one just built (`.ci/page`).
+const BUILT: &str = "TONGUE_FIT_PAGE";
+const MUSCLES: [&str; 8] = ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn kept() -> PathBuf {
+    std::env::var_os(BUILT).map_or_else(|| root().join("web/tongue.html"), PathBuf::from)
+}
+
+/// What the program prints, and what it says is wrong.
+fn program(arguments: &[&str]) -> (Value, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let done = Command::new(cargo_bin("tongue-fit"))
+        .args(arguments)
+        .arg("--json")
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let told = String::from_utf8(done.stderr).unwrap();
+    (serde_json::from_slice(&done.stdout).unwrap_or_default(), told)
+}
+
+/// Asks the library in the page.
+fn ask(browser: &mut Browser, page: &Page, request: &Value) -> Value {
+    browser.run(page, &format!("live.ask({request})"))
+}
+
+fn scene(effects: Value) -> Value {
+    let mut all = json!({"incompressibility": true});
+    all.as_object_mut().unwrap().extend(effects.as_object().unwrap().clone());
+    json!({"title": "t", "want": "shape", "body": {"tongue": {}}, "effects": all})
+}
+
+fn open(browser: &mut Browser, page: &Page, h_mm: f64, continuum: bool) {
+    let body = json!({"h_mm": h_mm, "continuum": continuum});
+    let made = ask(browser, page, &json!({"ask": "open", "body": body, "scene": scene(json!({}))}));
+    assert!(made["error"].is_null(), "{made}");
+}
+
+/// What numbers may differ by, of the larger of them and of 1.
+const CLOSE: f64 = 1e-9;
+/// The same for a fit of a continuum: its search ends at steps below 1e-4 N, and there the last digits of its equilibria count.
+const CLOSE_IN_A_SEARCH: f64 = 1e-6;
+
+/// Compares numbers of both records: all in `paths` must be there and agree.
+fn agree(page: &Value, program: &Value, paths: &[&str], close: f64, what: &str) {
+    for path in paths {
+        let [a, b] =
+            [page, program].map(|v| v.pointer(path).unwrap_or_else(|| panic!("{what}: {path} in {v}")));
+        same(a, b, close, &format!("{what} {path}"));
+    }
+}
+
+fn same(a: &Value, b: &Value, close: f64, what: &str) {
+    match (a, b) {
+        (Value::Number(x), Value::Number(y)) => {
+            let [x, y] = [x, y].map(|n| n.as_f64().unwrap());
+            assert!((x - y).abs() <= close * x.abs().max(y.abs()).max(1.0), "{what}: {x} {y}");
+        }
+        (Value::Array(x), Value::Array(y)) => {
+            assert_eq!(x.len(), y.len(), "{what}");
+            x.iter().zip(y).for_each(|(x, y)| same(x, y, close, what));
+        }
+        (Value::Object(x), Value::Object(y)) => {
+            assert_eq!(x.keys().collect::<Vec<_>>(), y.keys().collect::<Vec<_>>(), "{what}");
+            x.iter().for_each(|(key, x)| same(x, &y[key], close, &format!("{what} {key}")));
+        }
+        _ => assert_eq!(a, b, "{what}"),
+    }
+}
+
+#[test]
+fn the_numbers_of_the_page_are_those_of_the_program() {
+    let Some(mut browser) = Browser::start() else { return };
+    let page = browser.open(&kept(), "");
+    let simulated =
+        ["/status", "/lengths_mm", "/ratios", "/stretches", "/positions_m", "/tensions_n", "/energy_j"];
+    let fitted = [
+        "/status",
+        "/active",
+        "/tensions_n",
+        "/lengths_mm",
+        "/ratios",
+        "/stretches",
+        "/residuals",
+        "/hyoid_mm",
+    ];
+    for (h_mm, continuum) in [(5.5, false), (2.75, false), (8.0, true)] {
+        open(&mut browser, &page, h_mm, continuum);
+        let h = format!("{h_mm}mm");
+        let mut body = vec!["--h", &h];
+        body.extend(continuum.then_some(["--body", "continuum"]).into_iter().flatten());
+        for tensions in [vec!["GGa=12", "SGm=11.5", "HGa=4.5"], vec!["GGp=45", "SGa=4", "HGp=80"], vec![]] {
+            let given = tensions.iter().flat_map(|t| ["--tension", t]);
+            let arguments: Vec<&str> = ["simulate"].into_iter().chain(given).chain(body.clone()).collect();
+            let request = json!({"ask": "simulate", "tensions": tensions, "scene": scene(json!({}))});
+            let found = ask(&mut browser, &page, &request);
+            agree(&found, &program(&arguments).0, &simulated, CLOSE, &format!("{arguments:?}"));
+        }
+        if h_mm == 2.75 {
+            continue;
+        }
+        for (subject, vowel, target) in [("S2", "a", "stretch"), ("S1", "o", "stretch"), ("S2", "a", "ratio")]
+        {
+            let row =
+                ["--subject", subject, "--vowel", vowel, "--target", target, "--method", "gauss-newton"];
+            let arguments: Vec<&str> = row.into_iter().chain(body.clone()).collect();
+            let request = json!({"ask": "fit", "subject": subject, "vowel": vowel, "target": target});
+            let found = ask(&mut browser, &page, &request);
+            let close = if continuum { CLOSE_IN_A_SEARCH } else { CLOSE };
+            agree(&found, &program(&arguments).0, &fitted, close, &format!("{arguments:?}"));
+            if continuum {
+                break;
+            }
+        }
+    }
+    // Weight, palate, jaw and hyoid: as scenes that the program ships.
+    open(&mut browser, &page, 5.5, false);
+    for (name, tensions, effects) in [
+        ("supine", vec![], json!({"gravity": {"posture": "supine"}})),
+        ("vowel-i-palate", vec!["GGp=45", "SGa=4"], json!({"contact": {}})),
+        ("vowel-a-jaw", vec!["GGa=12", "SGm=11.5", "HGa=4.5"], json!({"jaw": {"opening_deg": 4.0}})),
+    ] {
+        let request = json!({"ask": "simulate", "tensions": tensions, "scene": scene(effects)});
+        let found = ask(&mut browser, &page, &request);
+        agree(&found, &program(&["scene", "run", name]).0, &["/positions_m"], CLOSE, name);
+    }
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+#[test]
+fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
+    let Some(mut browser) = Browser::start() else { return };
+    let page = browser.open(&kept(), "");
+    let drawn = "document.querySelector('#mouth .tissue').getAttribute('d')";
+    assert_eq!(browser.run(&page, "state.vowel"), "a");
+
+    // A slider by keyboard: the tension grows by a step, and the tongue moves.
+    browser.wait(&page, "!asked && !checking && byId('found').textContent.startsWith('Equilibrium')");
+    let (before, tension) =
+        (browser.run(&page, drawn), browser.run(&page, "state.tensions[0]").as_f64().unwrap());
+    browser.run(&page, "byId('pull-0').focus()");
+    for _ in 0..5 {
+        browser.press(&page, "ArrowRight", 39);
+    }
+    browser.wait(&page, &format!("state.tensions[0] > {tension} + 0.4 && !asked && {drawn} !== {before}"));
+    browser.press(&page, "Home", 36);
+    browser.wait(&page, "state.tensions[0] === 0 && !asked");
+
+    // Along the valley the fitted ratios stay where they were measured.
+    browser.run(&page, "choose('a')");
+    browser.wait(&page, "fit?.valley && !byId('valley').hidden && !asked");
+    browser.run(&page, "byId('along').focus()");
+    browser.press(&page, "End", 35);
+    browser.wait(&page, "state.along === fit.valley.points.length - 1 && !asked");
+    let pulled = browser.run(&page, "state.tensions[0]").as_f64().unwrap();
+    assert!(pulled > 80.0, "{pulled}");
+    for muscle in ["SGm", "HGa"] {
+        let at = MUSCLES.iter().position(|m| *m == muscle).unwrap();
+        let off = browser.run(&page, &format!("simulated()[{at}] - measured('{muscle}')")).as_f64().unwrap();
+        assert!(off.abs() < 2e-3, "{muscle} {off}");
+    }
+
+    browser.run(&page, "byId('slack').click()");
+    browser.wait(&page, "!asked && state.vowel === '' && state.tensions.every((t) => t === 0)");
+    browser.run(&page, "pull(0, 20)");
+    browser.wait(&page, "!asked");
+
+    // Jaw, weight, palate and the other body: each moves the tongue, and is taken back.
+    for (set, back) in [
+        (
+            "byId('jaw').value = 6; byId('jaw').dispatchEvent(new Event('input'))",
+            "byId('jaw').value = 0; byId('jaw').dispatchEvent(new Event('input'))",
+        ),
+        (
+            "byId('gravity').value = 'supine'; byId('gravity').dispatchEvent(new Event('change'))",
+            "byId('gravity').value = ''; byId('gravity').dispatchEvent(new Event('change'))",
+        ),
+        (
+            "byId('body').value = 'continuum'; byId('body').dispatchEvent(new Event('change'))",
+            "byId('body').value = 'springs'; byId('body').dispatchEvent(new Event('change'))",
+        ),
+    ] {
+        let before = browser.run(&page, drawn);
+        browser.run(&page, set);
+        browser.wait(&page, &format!("!asked && shape && {drawn} !== {before}"));
+        browser.run(&page, back);
+        browser.wait(
+            &page,
+            &format!(
+                "!asked && shape && {drawn} !== null && state.continuum === false && body.continuum === false"
+            ),
+        );
+    }
+    // The link opens the same posture elsewhere.
+    browser.run(
+        &page,
+        "byId('palate').click(); state.bones = [3, 2, -1.5]; state.tensions[2] = 30; showControls(); move()",
+    );
+    browser.wait(&page, "!asked && !checking && location.hash.includes('palate')");
+    let link = browser.run(&page, "link()");
+    let positions = browser.run(&page, "Array.from(shape.at)");
+    let other = browser.open(&kept(), link.as_str().unwrap());
+    browser.wait(
+        &other,
+        "!asked && !checking && shape !== null && byId('found').textContent.startsWith('Equilibrium')",
+    );
+    let again = browser.run(&other, "Array.from(shape.at)");
+    same(&again, &positions, CLOSE, "the link");
+    assert_eq!(browser.run(&other, "link()"), link);
+
+    // Pictures to keep, dark and light, names for who cannot see.
+    let svg = browser.run(&other, "pictureText(byId('mouth'), made())");
+    let text = svg.as_str().unwrap();
+    let document = roxmltree::Document::parse(text).unwrap();
+    assert!(document.descendants().filter(|n| n.has_tag_name("text")).count() >= 8);
+    assert!(
+        text.contains(tongue_fit::VERSION.split(' ').next().unwrap()) && !text.contains("light-dark"),
+        "{text}"
+    );
+    let png = browser.run(&other, "png().then((b) => b.arrayBuffer()).then((b) => Array.from(new Uint8Array(b).slice(0, 4)).concat(b.byteLength))");
+    assert_eq!(png.as_array().unwrap()[..4], [137, 80, 78, 71].map(Value::from));
+    assert!(png[4].as_u64().unwrap() > 20_000);
+    let background = "getComputedStyle(document.body).backgroundColor";
+    let light = browser.run(&other, background);
+    browser.run(&other, "byId('theme').click()");
+    assert_ne!(browser.run(&other, background), light);
+    let (nameless, controls) = browser.nameless_controls(&other);
+    assert!(nameless.is_empty() && controls > 35, "{nameless:?} of {controls}");
+
+    let took = "(() => { const t = []; for (let i = 0; i < 300; i++) { const f = state.tensions.map((x) => x + i / 100); const c = performance.now(); live.frame(state.bones, f, body.nodes_m.length); t.push(performance.now() - c); } return t.sort((a, b) => a - b)[150]; })()";
+    println!("a frame is solved in {} ms", browser.run(&other, took));
+    assert_eq!(browser.run(&page, "errors.length"), 0);
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+#[test]
+fn a_page_holds_a_table_of_ones_own_whatever_its_labels() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (table, out) = (folder.path().join("my.csv"), folder.path().join("mine.html"));
+    let label = "</script><script>document.title='broken'</script><!--<b>&amp;\"'";
+    let columns = "GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm";
+    let quoted = label.replace('"', "\"\"");
+    let rows = format!(
+        "subject,vowel,{columns}\n\"{quoted}\",ɯ,46,56,46,56,25,40,36,31\n\"{quoted}\",a,38,57,50,54,21,47,33,33\nY,a,38,57,50,54,21,47,33,33\n"
+    );
+    std::fs::write(&table, rows).unwrap();
+    let [table, out_text] = [&table, &out].map(|p| p.to_str().unwrap());
+    let (made, told) = program(&["page", "--lengths", table, "--out", out_text]);
+    assert_eq!(made["fits"], 2, "{told}");
+    let text = std::fs::read_to_string(&out).unwrap();
+    assert!(text.contains(tongue_fit::VERSION) && text.contains("page --lengths"));
+    assert!(text.len() < 3_000_000 && !text.contains(label));
+
+    let page = browser.open(&out, "");
+    assert_eq!(browser.run(&page, "state.subject"), label);
+    assert_eq!(browser.run(&page, "byId('subject').selectedOptions[0].textContent"), label);
+    assert_ne!(browser.run(&page, "document.title"), "broken");
+    browser.run(&page, "state.target = 'stretch'; choose('a')");
+    browser.wait(&page, "fit?.target_kind === 'stretch'");
+    let said = browser.run(&page, "byId('verdict').textContent");
+    assert!(said.as_str().unwrap().contains("as the file has it"), "{said}");
+    // What the page finds itself is what was put into it.
+    let request = json!({"ask": "fit", "subject": label, "vowel": "a", "target": "stretch"});
+    let found = ask(&mut browser, &page, &request);
+    let embedded = browser.run(&page, "fit");
+    agree(&found, &embedded, &["/tensions_n", "/lengths_mm", "/hyoid_mm"], CLOSE, "own table");
+    assert_eq!(browser.complaints(), [""; 0]);
+
+    // A body of one's own comes along.
+    let mesh = root().join("targets/anatomy.toml");
+    let (_, told) =
+        program(&["page", "--anatomy", mesh.to_str().unwrap(), "--h", "6.5mm", "--out", out_text]);
+    let page = browser.open(&out, "");
+    assert_eq!(browser.run(&page, "body.what"), "a tongue at 6.5 mm", "{told}");
+    assert_eq!(browser.run(&page, "own.fits.length"), 30);
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+#[test]
+fn what_the_program_refuses_the_page_refuses_in_its_words() {
+    let Some(mut browser) = Browser::start() else { return };
+    let page = browser.open(&kept(), "");
+    for word in ["GGa=-3", "GGa=x", "GGb=3", "GGa", "GGa=1e400"] {
+        let said = ask(&mut browser, &page, &json!({"ask": "tensions", "tensions": [word]}));
+        let (_, told) = program(&["simulate", "--tension", word]);
+        assert_eq!(format!("error: --tension {}\n", said["error"].as_str().unwrap()), told);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for table in
+        ["", "a,b\n1,2\n", "subject,vowel,GGa_mm\nX,a,4000\n", "subject,vowel,GGa_mm,SGm_mm\nX,a,40,20\n"]
+    {
+        let path = folder.path().join("my.csv");
+        std::fs::write(&path, table).unwrap();
+        let path = path.to_str().unwrap();
+        let said = ask(&mut browser, &page, &json!({"ask": "table", "text": table, "file": path}));
+        let said = if said["error"].is_null() {
+            ask(&mut browser, &page, &json!({"ask": "fit", "subject": "X", "vowel": "a", "target": "ratio"}))
+        } else {
+            said
+        };
+        let (_, told) = program(&["--lengths", path, "--subject", "X", "--vowel", "a"]);
+        assert_eq!(format!("error: {}\n", said["error"].as_str().unwrap()), told);
+    }
+    // Nothing stops the library: neither numbers out of all range, nor requests that are none.
+    ask(&mut browser, &page, &json!({"ask": "table", "text": null, "file": ""}));
+    for request in [
+        "{}",
+        "null",
+        "[]",
+        "{ask: 'fit'}",
+        "{ask: 'nothing'}",
+        "{ask: 'fit', subject: '', vowel: '', target: 'ratio'}",
+        "{ask: 'fit', subject: 'S2', vowel: 'a', target: 'width'}",
+        "{ask: 'place', positions_m: []}",
+        "{ask: 'place', positions_m: [[1e308, 1e308]]}",
+        "{ask: 'simulate', tensions: ['GGa=1e300'], scene: scene()}",
+        "{ask: 'simulate', tensions: ['GGa=5e5', 'HGp=3e5'], scene: scene([59, 40, -40])}",
+        "{ask: 'simulate', tensions: [], scene: scene([1e9, 0, 0])}",
+        "{ask: 'open', body: {h_mm: 1e-9}, scene: scene()}",
+        "{ask: 'open', body: {h_mm: -1}, scene: scene()}",
+        "{ask: 'open', body: {h_mm: 5, mesh: '{}'}, scene: scene()}",
+        "{ask: 'open', body: {h_mm: 5, anatomy: 'outline = 3'}, scene: scene()}",
+    ] {
+        let said = browser.run(&page, &format!("JSON.stringify(live.ask({request}))"));
+        let said = said.as_str().unwrap();
+        assert!(!said.contains("itself failed"), "{request}: {said}");
+        assert!(said.contains("error") || said.contains("status"), "{request}: {said}");
+    }
+    for bones in ["[NaN, Infinity, -Infinity]", "[1e300, 1e300, 1e300]", "[60, 0, 0]"] {
+        let frame = format!(
+            "JSON.stringify(live.frame({bones}, [NaN, -1, Infinity, 1e300, 1e9, 0, 1e5, 1e-300], body.nodes_m.length))"
+        );
+        let said = browser.run(&page, &frame);
+        assert!(!said.as_str().unwrap().contains("itself failed"), "{bones}: {said}");
+    }
+    // And a link with nonsense in it is answered.
+    let page = browser.open(&kept(), "#t=GGa=-3&s=S9&v=q&k=width&bones=a,b&along=-7&gravity=up&body=jelly");
+    let said = browser.run(&page, "byId('trouble').textContent");
+    assert!(said.as_str().unwrap().starts_with("GGa=-3: the tension of GGa is -3;"), "{said}");
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+#[test]
+fn the_page_that_is_kept_is_made_of_its_sources_and_needs_nothing_else() {
+    let read = |name: &str| std::fs::read_to_string(root().join(name)).unwrap();
+    let page = std::fs::read_to_string(kept()).unwrap();
+    assert!(page.len() < 3_000_000, "{}", page.len());
+    let wasm = page.split_once("id=\"wasm\">").unwrap().1.split_once("</script>").unwrap().0;
+    let script =
+        ["engine.js", "mouth.js", "page.js"].map(|name| read(&format!("web/page/{name}"))).join("\n");
+    let made = read("web/page/page.html")
+        .replace("{{style}}", &(read("src/report/page.css") + &read("web/page/page.css")))
+        .replace("{{script}}", &script)
+        .replace("{{wasm}}", wasm);
+    assert!(made == page, "web/tongue.html is not of its sources; run web/build.py");
+    let addresses = page.replace("http://www.w3.org/", "");
+    assert!(!addresses.contains("http://") && !addresses.contains("https://"), "the page needs no network");
+}

@@ -1,0 +1,145 @@
+// The picture: the model's tissue and muscles in a mouth that is drawn for orientation. Millimetres, x to the back, y up.
+const SVG = "http://www.w3.org/2000/svg";
+const make = (name, attributes = {}, ...children) => {
+  const node = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  node.append(...children);
+  return node;
+};
+const put = (p) => `${p[0].toFixed(2)} ${(-p[1]).toFixed(2)}`;
+const line = (points) => "M" + points.map(put).join("L");
+// A smooth curve through all points (Catmull and Rom), closed or open.
+function smooth(points, closed = true) {
+  const n = points.length, at = (i) => points[closed ? (i + n) % n : Math.min(Math.max(i, 0), n - 1)];
+  let d = "M" + put(points[0]);
+  for (let i = 0; i < (closed ? n : n - 1); i++) {
+    const [a, b, c, e] = [at(i - 1), at(i), at(i + 1), at(i + 2)];
+    d += `C${put([b[0] + (c[0] - a[0]) / 6, b[1] + (c[1] - a[1]) / 6])} ${put([c[0] - (e[0] - b[0]) / 6, c[1] - (e[1] - b[1]) / 6])} ${put(c)}`;
+  }
+  return d + (closed ? "Z" : "");
+}
+
+// What is drawn for orientation; `jaw` turns with the mandible, `hyoid` shifts with the hyoid.
+const DRAWN = {
+  face: [[-25, 96], [-27, 86], [-33, 74], [-40, 65], [-43.5, 60.5], [-42, 57], [-37, 55], [-30.5, 53.5], [-29.5, 49], [-31, 43], [-33, 38], [-32.5, 34], [-29, 31], [-24.5, 29.6]],
+  upperLipInside: [[-22.3, 31.5], [-21.6, 36], [-21.2, 43], [-19.5, 49]],
+  lowerLipInside: [[-19.3, 13], [-20, 18], [-21, 22.5], [-23.5, 26]],
+  chin: [[-24.5, 28.6], [-29, 28], [-31.6, 24], [-31.2, 19], [-28.5, 13.5], [-27.6, 8], [-30, 1], [-31.2, -6], [-29.5, -14], [-24, -20.5], [-15, -24]],
+  throat: [[8, -24.5], [26, -25.5], [36, -29], [38, -40]],
+  nose: [[-33, 57.6], [-26, 61], [-14, 62.5], [4, 63.5], [20, 64.5], [38, 64], [50, 63.5], [58, 60], [64, 52], [66, 60], [66, 72], [58, 80], [40, 84], [10, 84], [-14, 80], [-27, 70]],
+  maxilla: [[40, 53.6], [36, 55], [30, 55.6], [23, 55], [16, 53.6], [9, 51.4], [3, 49.2], [-3, 46.5], [-8.5, 43.2], [-12, 40.2], [-15, 40.8], [-19, 41.5], [-19.6, 46], [-19, 51], [-21, 54.6], [-18, 57], [-10, 58], [2, 59.6], [16, 60.6], [30, 60.2], [38, 58.6], [41, 56]],
+  velum: [[39.5, 58.6], [46, 59.6], [53, 57.6], [58.5, 53], [61.2, 47], [61, 41.5], [58.8, 40], [57.6, 44], [54.5, 48.6], [48, 52.2], [39.5, 53.2]],
+  upperTooth: [[-12.3, 40], [-14.5, 36], [-16.2, 31], [-16.9, 26.6], [-17.6, 25.9], [-18.3, 26.6], [-19.9, 31], [-20.7, 36], [-20.1, 40.6], [-18.4, 46], [-15.8, 51.4], [-14.6, 51.4], [-13.4, 46]],
+  lowerTooth: [[-12.9, 15], [-15.2, 20.5], [-15.9, 24.6], [-16.6, 25.4], [-17.3, 24.6], [-18.4, 20], [-18.6, 15], [-17.6, 9], [-15.6, 3.4], [-14.6, 3.4], [-13.2, 9]],
+  symphysis: [[-12.2, 15.6], [-9.6, 10], [-6.8, 4.6], [-2.6, 1.4], [0, 0.4], [0.4, -2.6], [-2, -8.6], [-6.4, -13.8], [-13, -16.8], [-19.6, -15], [-22.6, -9], [-22.2, -2], [-20.2, 4], [-19.4, 10], [-18.6, 14.6]],
+  ramus: [[-4, -12], [14, -9], [34, -3], [50, 8], [57, 26], [62, 48], [66, 68], [67, 80], [70, 85], [74, 82], [74, 66], [71, 40], [68, 16], [58, -4], [42, -13], [20, -18], [-4, -16.6]],
+  hyoidBone: [[35.6, -2.2], [39, -1.2], [44, -4.6], [49.4, -8.8], [49, -11.6], [45, -11.4], [39, -7.6], [35.4, -4.6]],
+  epiglottis: [[45.6, -3], [50, 2], [52.6, 8], [53.8, 15], [53, 18.5], [51.4, 15.4], [49.6, 9], [47, 3.6], [44, -1]],
+  back: [[66, 72], [65.4, 60], [64.2, 46], [63, 30], [62.4, 12], [62, -8], [60.6, -40]],
+  styloid: [[95, 99], [90, 94], [84, 84], [79.6, 76.6], [82.4, 81], [90, 90], [99, 96]],
+};
+
+const PLACES = [["nose", [18, 73]], ["palate", [14, 57.2]], ["soft palate", [52, 55.6]], ["pharynx", [57, 2]], ["lips", [-27.5, 33.6], "lip"], ["jaw", [-12.5, -5.5], "jaw"], ["hyoid", [42.5, -13.6], "hyoid"], ["styloid process", [77, 85.5]]];
+// Where along its line a muscle of this name has its name, and how far beside it, mm.
+const NAMES = { GGa: [0.62, -5], GGm: [0.72, -5], GGp: [0.6, 3.2], SGp: [0.5, 6.5], SGm: [0.5, -3.4], SGa: [0.45, 3.6], HGa: [0.55, -5], HGp: [0.8, -4.6] };
+
+function makeMouth(svg, body) {
+  const mm = (p) => [1e3 * p[0], 1e3 * p[1]];
+  const rest = body.nodes_m.map(mm);
+  const joint = body.joint_mm;
+  const path = (kind, d = "") => make("path", { class: kind, d });
+  const fixed = (kind, name, closed = true) => path(kind, smooth(DRAWN[name], closed));
+  const own = body.palate_m === null;
+  const soft = path("soft"), cavity = path("air"), wall = path("wall"), ghost = path("ghost"), symphysis = path("bone"), hyoid = path("bone");
+  const epiglottis = path("soft"), lowerTooth = path("tooth"), tissue = path("tissue"), web = path("web"), was = path("was"), arrow = path("arrow");
+  const edgesOf = (points) => body.edges.map(([a, b]) => `M${put(points[a])}L${put(points[b])}`).join("");
+  const outline = (points) => body.outlines.map((loop) => smooth(loop.map((n) => points[n]))).join("");
+  const muscles = body.muscles.map((m) => ({ ...m, edge: path("edge"), line: path("line"), text: make("text", {}, m.name) }));
+  muscles.forEach((m) => { m.line.style.stroke = m.colour; m.text.append(make("title", {}, m.full_name)); });
+  const palate = path("palate", own ? "" : line(body.palate_m.map(mm)));
+  const pins = body.fixed.map(() => make("circle", { class: "pin", r: 1.25 }));
+  const places = own ? [] : PLACES.map(([name, at, moves]) => ({ at, moves, text: make("text", { class: "place" }, name) }));
+  const setting = own ? [] : [soft, fixed("air", "nose"), cavity, wall, ghost, fixed("soft", "velum"), fixed("bone", "maxilla"), fixed("bone", "styloid"),
+    symphysis, hyoid, epiglottis, fixed("tooth", "upperTooth"), lowerTooth];
+  was.setAttribute("d", outline(rest));
+  const down = make("g", { hidden: "" }, arrow, make("text", { class: "place" }, "weight"));
+  svg.replaceChildren(...svg.querySelectorAll("title, desc"), ...setting, tissue, web, was, palate, ...muscles.flatMap((m) => [m.edge, m.line]), ...pins,
+    ...places.map((p) => p.text), ...muscles.map((m) => m.text), down);
+  if (own) {
+    const [xs, ys] = [0, 1].map((i) => rest.filter((_, n) => body.outlines.some((l) => l.includes(n))).map((p) => p[i]));
+    const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+    const room = 0.2 * Math.max(right - left, high - low);
+    svg.setAttribute("viewBox", [left - room, -high - room, right - left + 2 * room, high - low + 2 * room].join(" "));
+  } else svg.setAttribute("viewBox", "-47 -91 141 121");
+
+  return function draw(at, tensions, bones, shown) {
+    const points = rest.map((_, n) => [1e3 * at[2 * n], 1e3 * at[2 * n + 1]]);
+    const turn = bones[0] * Math.PI / 180, [sin, cos] = [Math.sin(turn), Math.cos(turn)];
+    const jaw = ([x, y]) => [joint[0] + cos * (x - joint[0]) - sin * (y - joint[1]), joint[1] + sin * (x - joint[0]) + cos * (y - joint[1])];
+    const lift = ([x, y]) => [x + bones[1], y + bones[2]];
+    if (!own) {
+      const chin = DRAWN.chin.map(jaw), inside = DRAWN.lowerLipInside.map(jaw), floor = [jaw([-12, 15]), jaw([-2, 1]), lift([38, -4])];
+      soft.setAttribute("d", smooth([...DRAWN.face, ...DRAWN.upperLipInside, ...inside.slice().reverse(), ...chin], false)
+        + "L" + [...DRAWN.throat.map((p, i) => i === 0 ? jaw(p) : i < 3 ? lift(p) : p)].map(put).join("L") + "L110 50L110 -110L-25 -110Z");
+      // The mouth's air: lips, palate, soft palate, pharynx, and the floor of the mouth.
+      cavity.setAttribute("d", line([[-24.5, 29.6], ...DRAWN.upperLipInside, [-12, 42], [-3, 47], [16, 54], [30, 56], [40, 54], [50, 53], [58, 47], [60, 40], [63, 46], [62.6, 30], [62, 12], [61.6, -8], [60, -40], [52, -40], [51, -24], lift([49, -12]), lift([47, -8]), floor[2], floor[1], floor[0], ...inside, jaw([-24.5, 28.6])]) + "Z");
+      wall.setAttribute("d", smooth(DRAWN.back, false));
+      ghost.setAttribute("d", smooth(DRAWN.ramus.map(jaw)));
+      symphysis.setAttribute("d", smooth(DRAWN.symphysis.map(jaw)));
+      lowerTooth.setAttribute("d", smooth(DRAWN.lowerTooth.map(jaw)));
+      hyoid.setAttribute("d", smooth(DRAWN.hyoidBone.map(lift)));
+      epiglottis.setAttribute("d", smooth(DRAWN.epiglottis.map(lift)));
+      for (const p of places) {
+        const [x, y] = p.moves === "jaw" ? jaw(p.at) : p.moves === "hyoid" ? lift(p.at) : p.at;
+        p.text.setAttribute("x", x); p.text.setAttribute("y", -y);
+      }
+    }
+    tissue.setAttribute("d", outline(points));
+    web.setAttribute("d", shown.mesh ? edgesOf(points) : "");
+    palate.setAttribute("class", shown.palate ? "palate on" : "palate");
+    muscles.forEach((m, i) => {
+      const d = line(m.nodes.map((n) => points[n])), pulls = tensions[i] > 0.05;
+      const width = pulls ? 1.1 + 1.5 * Math.sqrt(Math.min(tensions[i], 100) / 100) : 0.8;
+      for (const [node, wide] of [[m.edge, width + (pulls ? 0.7 : 0.45)], [m.line, width]]) {
+        node.setAttribute("d", d);
+        node.style.strokeWidth = wide;
+        node.classList.toggle("slack", !pulls);
+      }
+      const [a, b] = [points[m.nodes[0]], points[m.nodes.at(-1)]];
+      const [t, beside] = NAMES[m.name] ?? [0.5 + 0.08 * (i % 4), 3.5];
+      const way = [b[0] - a[0], b[1] - a[1]], long = Math.hypot(...way) || 1;
+      m.text.setAttribute("x", (a[0] + t * way[0] - beside * way[1] / long).toFixed(2));
+      m.text.setAttribute("y", (-(a[1] + t * way[1] + beside * way[0] / long)).toFixed(2));
+      m.text.setAttribute("class", pulls ? "strong" : "");
+    });
+    body.fixed.forEach((n, i) => { pins[i].setAttribute("cx", points[n][0].toFixed(2)); pins[i].setAttribute("cy", (-points[n][1]).toFixed(2)); });
+    const way = { upright: [0, -1], supine: [1, 0], prone: [-1, 0] }[shown.gravity];
+    down.toggleAttribute("hidden", !way);
+    down.style.display = way ? "" : "none";
+    if (way) {
+      const c = [82, 8], [u, v] = way, tip = [c[0] + 8 * u, c[1] + 8 * v];
+      arrow.setAttribute("d", `${line([[c[0] - 6 * u, c[1] - 6 * v], tip])}${line([tip, [tip[0] - 3 * u - 1.6 * v, tip[1] - 3 * v + 1.6 * u], [tip[0] - 3 * u + 1.6 * v, tip[1] - 3 * v - 1.6 * u]])}Z`);
+      down.lastChild.setAttribute("x", c[0]);
+      down.lastChild.setAttribute("y", -(c[1] - (u ? 5 : 12)));
+    }
+  };
+}
+
+// The picture as a file of its own: every style that the page gives it written into it.
+function pictureText(svg, made) {
+  const copy = svg.cloneNode(true), [from, to] = [svg, copy].map((s) => s.querySelectorAll("path, circle, text"));
+  const kept = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "paint-order", "font-size", "font-style", "font-weight", "font-family", "text-anchor", "dominant-baseline", "display"];
+  from.forEach((node, i) => {
+    const style = getComputedStyle(node);
+    to[i].removeAttribute("class");
+    to[i].setAttribute("style", kept.filter((k) => style.getPropertyValue(k) !== "").map((k) => `${k}:${style.getPropertyValue(k)}`).join(";"));
+  });
+  const [x, y, width, height] = svg.getAttribute("viewBox").split(" ").map(Number);
+  copy.insertBefore(make("rect", { x, y, width, height, fill: getComputedStyle(svg).backgroundColor }), copy.children[2]);
+  copy.insertBefore(make("metadata", {}, made), copy.firstChild);
+  copy.setAttribute("xmlns", SVG);
+  copy.removeAttribute("id");
+  copy.setAttribute("width", 8 * width);
+  copy.setAttribute("height", 8 * height);
+  return new XMLSerializer().serializeToString(copy);
+}

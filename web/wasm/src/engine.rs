@@ -1,0 +1,260 @@
+//! A body that is solved again and again.
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tongue_fit::body::{Anatomy, Body, ContinuumSettings, HYOID, MANDIBLE, json as mesh_json};
+use tongue_fit::geometry::topology;
+use tongue_fit::inverse::alarms;
+use tongue_fit::measured::Dataset;
+use tongue_fit::measured::muscles::Muscles;
+use tongue_fit::report::{AlarmRecord, BranchRecord, SimulationRecord};
+use tongue_fit::scene::file::{Hyoid, Jaw};
+use tongue_fit::scene::prepare::{Extent, prepare};
+use tongue_fit::scene::{JOINT_MM, Scene};
+use tongue_fit::simulation::read_tensions;
+use tongue_fit::statics::{self, Settings, Status, TRACE_STEPS, Workspace};
+use tongue_fit::system::{Carried, Model, System, TissueModel};
+
+/// What a body is made from.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyText {
+    /// Of a body of one's own what messages call it, and its text: an anatomy (TOML), or what `tongue-fit mesh --json` prints.
+    #[serde(default)]
+    pub file: String,
+    #[serde(default)]
+    pub anatomy: Option<String>,
+    #[serde(default)]
+    pub mesh: Option<String>,
+    /// Mesh spacing, mm.
+    pub h_mm: f64,
+    #[serde(default)]
+    pub continuum: bool,
+}
+
+impl BodyText {
+    fn body(&self) -> Result<Body<2>, String> {
+        let (h, settings) = (self.h_mm * 1e-3, ContinuumSettings::default());
+        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", self.file);
+        match (&self.mesh, &self.anatomy) {
+            (Some(text), _) => {
+                let body = mesh_json::read(text, &self.file).map_err(|e| e.to_string())?;
+                match self.continuum {
+                    true => body.into_continuum(&settings).map_err(|e| e.to_string()),
+                    false => Ok(body),
+                }
+            }
+            (None, Some(text)) => {
+                let anatomy = Anatomy::from_toml(text, &self.file).map_err(|e| e.to_string())?;
+                let body = Body::from_anatomy(&anatomy, h).map_err(|e| named(&e))?;
+                match self.continuum {
+                    true => body.into_continuum_of(&anatomy, &settings).map_err(|e| named(&e)),
+                    false => Ok(body),
+                }
+            }
+            (None, None) if self.continuum => Body::continuum(h, &settings).map_err(|e| e.to_string()),
+            (None, None) => Body::tongue(h).map_err(|e| e.to_string()),
+        }
+    }
+}
+
+/// Numbers of a frame that are not tensions, lengths or positions: what goes in (jaw and hyoid), and what comes out.
+const BONES: usize = 3;
+const FINDINGS: usize = 5;
+
+/// A body, what acts on it, and where it is.
+pub struct Engine {
+    pub body: Body<2>,
+    pub model: Model,
+    /// Whether the thesis's assumptions are made in fits.
+    pub thesis: bool,
+    pub data: Dataset,
+    /// The scene as it was opened: of what the body is made.
+    scene: Scene,
+    system: Arc<System<2>>,
+    workspace: Workspace<2>,
+    /// Whether the posture is one that the next can be solved from.
+    settled: bool,
+}
+
+impl Engine {
+    /// A body at rest, with the lengths that it is compared with.
+    ///
+    /// # Errors
+    /// As the program's.
+    pub fn new(text: &BodyText, thesis: bool, scene: Scene, data: Option<Dataset>) -> Result<Self, String> {
+        let body = text.body()?;
+        let mut model = scene.model::<2>();
+        if body.mesh.continuum.is_some() {
+            model.tissue = TissueModel::Continuum;
+        }
+        let system = system(&scene, &body, &[])?;
+        let workspace = Workspace::new(&system);
+        let data = match data {
+            Some(data) => data,
+            None => Dataset::reference().map_err(|e| e.to_string())?,
+        };
+        Ok(Self { body, model, thesis, data, scene, system, workspace, settled: true })
+    }
+
+    /// What a picture of it needs: m, and numbers of nodes.
+    pub fn describe(&self) -> Value {
+        let mesh = &self.body.mesh;
+        let names = mesh.muscle_names();
+        let muscles: Vec<Value> = mesh
+            .muscles
+            .iter()
+            .zip(Muscles::built_in().of(&names))
+            .zip(self.system.lengths(self.system.rest()))
+            .map(|((m, info), length)| {
+                json!({"name": m.name, "nodes": m.nodes, "full_name": info.full_name, "colour": info.colour, "rest_length_m": length})
+            })
+            .collect();
+        let inside = mesh.in_tissue();
+        let edges: Vec<_> = mesh.connections.iter().filter(|c| c.iter().all(|&n| inside[n])).collect();
+        let points = |points: &[SVector<f64, 2>]| points.iter().map(|p| [p.x, p.y]).collect::<Vec<_>>();
+        json!({
+            "version": tongue_fit::VERSION,
+            "what": self.body.what,
+            "nodes_m": points(&mesh.nodes),
+            "outlines": topology::outlines(mesh.cells.iter()),
+            "edges": edges,
+            "muscles": muscles,
+            "bones": self.body.bones.iter().map(|b| json!({"name": b.name, "nodes": b.nodes})).collect::<Vec<_>>(),
+            "fixed": mesh.fixed,
+            "palate_m": self.body.palate.as_deref().map(points),
+            "joint_mm": JOINT_MM,
+            "continuum": mesh.continuum.is_some(),
+        })
+    }
+
+    /// Takes up what acts beside muscles and bones.
+    ///
+    /// # Errors
+    /// As the program's.
+    pub fn act(&mut self, mut scene: Scene) -> Result<(), String> {
+        // Bones are carried frame by frame.
+        (scene.effects.jaw, scene.effects.hyoid) = (None, None);
+        let system = system(&scene, &self.body, &[])?;
+        let mut workspace = Workspace::new(&system);
+        workspace.start_from(self.workspace.positions());
+        (self.system, self.workspace, self.scene) = (system, workspace, scene);
+        Ok(())
+    }
+
+    /// How many numbers a frame takes and gives.
+    pub fn numbers(&self) -> usize {
+        BONES.max(FINDINGS) + self.system.muscle_count() * 2 + 2 * self.body.mesh.nodes.len()
+    }
+
+    /// One posture, from the last one. In `numbers` stand the opening of the jaw (degrees), the displacement of the hyoid (mm), and from
+    /// number 5 on the tension of every muscle (N per metre of thickness). Then there stand, in their place: smallest and largest ratio
+    /// of a triangle's area to that at rest, elements in which the barrier acts, iterations, largest residual force (N); behind the
+    /// tensions the length of every muscle (m) and the positions (m). What is no number counts as none.
+    pub fn frame(&mut self, numbers: &mut [f64]) -> bool {
+        let muscles = self.system.muscle_count();
+        if numbers.len() != self.numbers() {
+            return false;
+        }
+        let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+        let (jaw, hyoid) = (finite(numbers[0]), [finite(numbers[1]), finite(numbers[2])]);
+        let tensions: Vec<f64> =
+            numbers[FINDINGS..FINDINGS + muscles].iter().map(|t| finite(*t).max(0.0)).collect();
+        self.carry(jaw.clamp(-60.0, 60.0), hyoid);
+        if !self.settled {
+            self.workspace.start_from_rest(&self.system);
+        }
+        let solution = statics::solve(&self.system, &mut self.workspace, &tensions, &Settings::default());
+        self.settled = solution.status == Status::Converged;
+        let positions = self.workspace.positions();
+        let (low, high) = self.system.cell_ratios(positions);
+        let found =
+            [low, high, solution.guarded as f64, solution.iterations as f64, solution.max_residual_force];
+        numbers[..FINDINGS].copy_from_slice(&found);
+        let rest = &mut numbers[FINDINGS + muscles..];
+        let lengths = self.system.lengths(positions);
+        let values = lengths.into_iter().chain(positions.iter().flat_map(|p| [p.x, p.y]));
+        rest.iter_mut().zip(values).for_each(|(to, value)| *to = value);
+        self.settled
+    }
+
+    /// The tension of every muscle, N per metre of thickness, of words such as `GGa=12`; 0 where none is given.
+    ///
+    /// # Errors
+    /// As the program's.
+    pub fn tensions(&self, words: &[String]) -> Result<Vec<f64>, String> {
+        let mut all = vec![0.0; self.body.mesh.muscles.len()];
+        let given = read_tensions(words, &self.body).map_err(|e| e.to_string())?;
+        given.into_iter().for_each(|(m, tension)| all[m] = tension);
+        Ok(all)
+    }
+
+    /// Puts the body where it was solved elsewhere: the next posture is solved from there.
+    ///
+    /// # Errors
+    /// Where these are not its nodes.
+    pub fn place(&mut self, positions_m: &[[f64; 2]]) -> Result<(), String> {
+        let finite = positions_m.iter().flatten().all(|x| x.is_finite());
+        if !finite || positions_m.len() != self.body.mesh.nodes.len() {
+            return Err("these are positions of another body".to_owned());
+        }
+        self.workspace.start_from(&positions_m.iter().map(|p| SVector::from(*p)).collect::<Vec<_>>());
+        Ok(())
+    }
+
+    /// Brings jaw and hyoid to their places.
+    fn carry(&mut self, opening_deg: f64, hyoid_mm: [f64; 2]) {
+        let turned =
+            Carried::Turned { joint: SVector::from(JOINT_MM) * 1e-3, angle: opening_deg.to_radians() };
+        let shifted = Carried::Shifted(SVector::from(hyoid_mm) * 1e-3);
+        for (bone, carried) in [(MANDIBLE, turned), (HYOID, shifted)] {
+            for &node in self.body.bone(bone) {
+                let rest = self.system.rest()[node];
+                self.workspace.carry_bone(&self.system, &[node], carried.place(rest) - rest);
+            }
+        }
+    }
+
+    /// What `tongue-fit simulate` prints, in a scene: words such as `GGa=12` say how hard each muscle pulls.
+    ///
+    /// # Errors
+    /// As the program's.
+    pub fn simulate(&mut self, words: &[String], scene: Scene) -> Result<SimulationRecord, String> {
+        let given = read_tensions(words, &self.body).map_err(|e| e.to_string())?;
+        let scene = checked(scene)?;
+        let system = system(&scene, &self.body, &given.iter().map(|(m, _)| *m).collect::<Vec<_>>())?;
+        let mut tensions = vec![0.0; system.muscle_count()];
+        given.iter().for_each(|(m, tension)| tensions[*m] = *tension);
+        let mut workspace = Workspace::new(&system);
+        let found =
+            statics::solve_and_trace(&system, &mut workspace, &tensions, &Settings::default(), TRACE_STEPS);
+        let alarms = alarms::of_equilibrium(&found.solution, found.critical);
+        let (names, positions) = (self.body.mesh.muscle_names(), workspace.positions());
+        let record = SimulationRecord::new(&system, &names, &found.solution, &tensions, positions, 0.0);
+        Ok(SimulationRecord {
+            branch: Some(BranchRecord::new(&found)),
+            alarms: alarms.iter().map(AlarmRecord::from).collect(),
+            ..record
+        })
+    }
+}
+
+/// The system of a scene in which these muscles can pull; all of them where none is named.
+fn system(scene: &Scene, body: &Body<2>, pulling: &[usize]) -> Result<Arc<System<2>>, String> {
+    let names = body.mesh.muscles.iter().enumerate();
+    let pulls = names.filter(|(m, _)| pulling.is_empty() || pulling.contains(m));
+    let tensions_n = pulls.map(|(_, m)| (m.name.clone(), 0.0)).collect();
+    let scene = Scene { tensions_n, ..scene.clone() };
+    prepare(&scene, body.clone(), Extent::Pruned).map(|p| p.system).map_err(|e| e.to_string())
+}
+
+/// A jaw that is not opened and a hyoid that is not displaced are asked for by nobody.
+fn checked(mut scene: Scene) -> Result<Scene, String> {
+    scene.check().map_err(|e| e.to_string())?;
+    scene.effects.jaw = scene.effects.jaw.filter(|Jaw { opening_deg, .. }| *opening_deg != 0.0);
+    scene.effects.hyoid = scene.effects.hyoid.filter(|Hyoid { shift_mm }| *shift_mm != [0.0; 2]);
+    Ok(scene)
+}

@@ -1,0 +1,57 @@
+//! Tables of lengths, and fits of their rows.
+
+use serde_json::{Value, json};
+use tongue_fit::inverse::batch::{self, Selection};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_fit::report::{FitRecord, Provenance};
+
+use crate::engine::Engine;
+
+/// Reads a table and says which fits it asks for.
+///
+/// # Errors
+/// As the program's, with line and column.
+pub fn table(engine: &mut Engine, text: Option<&str>, file: &str) -> Result<Value, String> {
+    let data = match text {
+        Some(text) => Dataset::from_reader(text.as_bytes(), file),
+        None => Dataset::reference(),
+    };
+    let data = data.map_err(|e| e.to_string())?;
+    let kinds = vec![TargetKind::Ratio, TargetKind::Stretch];
+    let plan = batch::plan(&data, &Selection { kinds, ..Selection::default() }).map_err(|e| e.to_string())?;
+    let fits: Vec<Value> = plan
+        .jobs
+        .iter()
+        .map(|job| {
+            let t = &job.target;
+            json!({"subject": t.subject, "vowel": t.vowel, "baseline": t.baseline, "target": t.kind, "substitute": job.substitute})
+        })
+        .collect();
+    let baselines: Vec<Value> =
+        plan.baselines.iter().map(|b| json!({"subject": b.subject, "vowel": b.vowel})).collect();
+    let refused = plan.refusals.iter().map(|r| &r.message);
+    let broken: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
+    let told: Vec<&String> = refused.chain(&broken).collect();
+    let origin = data.origin().to_owned();
+    engine.data = data;
+    Ok(json!({"origin": origin, "fits": fits, "baselines": baselines, "told": told}))
+}
+
+/// What `tongue-fit --vowel .. --method gauss-newton` writes.
+///
+/// # Errors
+/// As the program's.
+pub fn fit(
+    engine: &Engine,
+    subject: &str,
+    vowel: &str,
+    baseline: Option<&str>,
+    kind: TargetKind,
+) -> Result<FitRecord, String> {
+    let vowel: Vowel = vowel.parse().map_err(|e| format!("{e}"))?;
+    let baseline = baseline.map(str::parse::<Vowel>).transpose().map_err(|e| e.to_string())?;
+    let options = TargetOptions { muscles: None, baseline };
+    let target = Target::new(&engine.data, subject, &vowel, kind, &options).map_err(|e| e.to_string())?;
+    let by = Provenance::new("tongue.html").with_tissue(engine.model.tissue);
+    FitRecord::of_target(&engine.body, &engine.model, &target, engine.thesis, by).map_err(|e| e.to_string())
+}

@@ -1,0 +1,78 @@
+//! tongue-fit behind a C interface, for a page that needs no server.
+//!
+//! A page writes a request (JSON) to where [`input`] says, calls [`call`], and reads the answer (JSON) from [`output`]; an answer that
+//! begins with `{"error":` holds what the program would say. What moves while a slider is dragged goes another way, without text:
+//! numbers in [`numbers`], solved by [`frame`].
+
+#![deny(unsafe_code)]
+
+mod engine;
+mod fits;
+mod request;
+
+use std::cell::RefCell;
+
+use engine::Engine;
+
+/// What crosses the boundary.
+struct State {
+    input: Vec<u8>,
+    output: Vec<u8>,
+    numbers: Vec<f64>,
+    engine: Option<Engine>,
+}
+
+thread_local! {
+    static STATE: RefCell<State> =
+        const { RefCell::new(State { input: Vec::new(), output: Vec::new(), numbers: Vec::new(), engine: None }) };
+}
+
+/// Makes room for a request of so many bytes, and says where.
+#[allow(unsafe_code, reason = "the name under which a page finds it")]
+#[unsafe(no_mangle)]
+pub extern "C" fn input(bytes: usize) -> *mut u8 {
+    STATE.with_borrow_mut(|state| {
+        state.input.clear();
+        state.input.resize(bytes, 0);
+        state.input.as_mut_ptr()
+    })
+}
+
+/// Answers the request, and says how many bytes the answer has.
+#[allow(unsafe_code, reason = "the name under which a page finds it")]
+#[unsafe(no_mangle)]
+pub extern "C" fn call() -> usize {
+    STATE.with_borrow_mut(|state| {
+        let text = std::mem::take(&mut state.input);
+        let answer = request::answer(&text, &mut state.engine);
+        state.output =
+            answer.unwrap_or_else(|error| serde_json::json!({"error": error}).to_string()).into_bytes();
+        let numbers = state.engine.as_ref().map_or(0, Engine::numbers);
+        state.numbers.resize(numbers, 0.0);
+        state.output.len()
+    })
+}
+
+/// Where the answer is.
+#[allow(unsafe_code, reason = "the name under which a page finds it")]
+#[unsafe(no_mangle)]
+pub extern "C" fn output() -> *const u8 {
+    STATE.with_borrow(|state| state.output.as_ptr())
+}
+
+/// Where the numbers of [`frame`] are; how they are laid says [`Engine::frame`].
+#[allow(unsafe_code, reason = "the name under which a page finds it")]
+#[unsafe(no_mangle)]
+pub extern "C" fn numbers() -> *mut f64 {
+    STATE.with_borrow_mut(|state| state.numbers.as_mut_ptr())
+}
+
+/// The next posture, from the last one: 1 where it is an equilibrium, else 0.
+#[allow(unsafe_code, reason = "the name under which a page finds it")]
+#[unsafe(no_mangle)]
+pub extern "C" fn frame() -> u32 {
+    STATE.with_borrow_mut(|state| match &mut state.engine {
+        Some(engine) => u32::from(engine.frame(&mut state.numbers)),
+        None => 0,
+    })
+}

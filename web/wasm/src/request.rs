@@ -1,0 +1,66 @@
+//! What a page can ask for.
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tongue_fit::measured::TargetKind;
+use tongue_fit::scene::Scene;
+
+use crate::engine::{BodyText, Engine};
+use crate::fits;
+
+#[derive(Deserialize)]
+#[serde(tag = "ask", rename_all = "snake_case", deny_unknown_fields)]
+enum Request {
+    /// Makes the body; the scene says of what it is made.
+    Open {
+        body: BodyText,
+        #[serde(default)]
+        thesis: bool,
+        scene: Scene,
+    },
+    /// Takes up weight and palate.
+    Act { scene: Scene },
+    /// One equilibrium, from rest, and whether it is on the branch that begins there.
+    Simulate { tensions: Vec<String>, scene: Scene },
+    /// Reads words such as `GGa=12`.
+    Tensions { tensions: Vec<String> },
+    /// Puts the body where it was solved elsewhere.
+    Place { positions_m: Vec<[f64; 2]> },
+    /// Reads a table of lengths; the built-in one where there is none.
+    Table { text: Option<String>, file: String },
+    /// One fit.
+    Fit { subject: String, vowel: String, baseline: Option<String>, target: String },
+}
+
+/// The answer to a request, as JSON.
+///
+/// # Errors
+/// What the program would say.
+pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, String> {
+    let request =
+        serde_json::from_slice(request).map_err(|e| format!("the page asks for what is not known: {e}"))?;
+    let value = match (request, engine) {
+        (Request::Open { body, thesis, scene }, engine) => {
+            let data = engine.take().map(|e| e.data);
+            let made = engine.insert(Engine::new(&body, thesis, scene, data)?);
+            Ok(made.describe())
+        }
+        (_, None) => return Err("there is no body yet".to_owned()),
+        (Request::Act { scene }, Some(engine)) => engine.act(scene).map(|()| json!({})),
+        (Request::Simulate { tensions, scene }, Some(engine)) => to_value(engine.simulate(&tensions, scene)?),
+        (Request::Tensions { tensions }, Some(engine)) => {
+            engine.tensions(&tensions).map(|all| json!({"tensions_n": all}))
+        }
+        (Request::Place { positions_m }, Some(engine)) => engine.place(&positions_m).map(|()| json!({})),
+        (Request::Table { text, file }, Some(engine)) => fits::table(engine, text.as_deref(), &file),
+        (Request::Fit { subject, vowel, baseline, target }, Some(engine)) => {
+            let kind: TargetKind = target.parse().map_err(|e| format!("{e}"))?;
+            to_value(fits::fit(engine, &subject, &vowel, baseline.as_deref(), kind)?)
+        }
+    };
+    value.map(|v| v.to_string())
+}
+
+fn to_value(record: impl serde::Serialize) -> Result<Value, String> {
+    serde_json::to_value(record).map_err(|e| e.to_string())
+}
