@@ -41,7 +41,7 @@ const DRAWN = {
 
 const PLACES = [["nose", [18, 73]], ["palate", [14, 57.2]], ["soft palate", [52, 55.6]], ["pharynx", [57, 2]], ["lips", [-27.5, 33.6], "lip"], ["jaw", [-12.5, -5.5], "jaw"], ["hyoid", [42.5, -13.6], "hyoid"], ["styloid process", [77, 85.5]]];
 // Where along its line a muscle of this name has its name, and how far beside it, mm.
-const NAMES = { GGa: [0.62, -5], GGm: [0.72, -5], GGp: [0.6, 3.2], SGp: [0.5, 6.5], SGm: [0.5, -3.4], SGa: [0.45, 3.6], HGa: [0.55, -5], HGp: [0.8, -4.6] };
+const NAMES = { GGa: [0.4, -5], GGm: [0.72, -5], GGp: [0.6, 3.2], SGp: [0.5, 6.5], SGm: [0.5, -3.4], SGa: [0.45, 3.6], HGa: [0.55, -5], HGp: [0.8, -4.6] };
 
 function makeMouth(svg, body) {
   const mm = (p) => [1e3 * p[0], 1e3 * p[1]];
