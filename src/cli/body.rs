@@ -178,9 +178,12 @@ impl Arguments {
     /// As [`Arguments::body`].
     pub fn page_body(&self) -> miette::Result<PageBody> {
         let flat = Self { body: BodyName::Springs, ..self.clone() };
+        let h = self.h.as_deref().map(spacing).transpose()?;
+        let continuum = self.body == BodyName::Continuum;
         let mut page = PageBody {
-            h_mm: self.h.as_deref().map(spacing).transpose()?.map(|h| h * 1e3),
-            continuum: self.body == BodyName::Continuum,
+            springs_h_mm: h.map(|h| h * 1e3),
+            continuum_h_mm: h.or(continuum.then_some(CONTINUUM_SPACING_M)).map(|h| h * 1e3),
+            continuum,
             thesis: self.is_thesis(),
             model: self.model(),
             file: String::new(),

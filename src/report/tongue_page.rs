@@ -18,8 +18,10 @@ const OWN: &str = r#"<script type="application/json" id="own">{}</script>"#;
 /// A body as a page takes it.
 #[derive(Debug, Clone)]
 pub struct PageBody {
-    /// Mesh spacing, mm; that of the page where none is given.
-    pub h_mm: Option<f64>,
+    /// Mesh spacing of springs, mm; that of the page where none is given.
+    pub springs_h_mm: Option<f64>,
+    /// The same of a continuum.
+    pub continuum_h_mm: Option<f64>,
     /// Whether the page opens with a continuum.
     pub continuum: bool,
     /// Whether fits make the thesis's assumptions.
@@ -56,13 +58,15 @@ pub struct TonguePage {
 
 impl TonguePage {
     fn own(&self, by: &Provenance) -> Result<Value, serde_json::Error> {
-        let PageBody { h_mm, continuum, thesis, model, file, anatomy, mesh } = &self.body;
+        let PageBody { springs_h_mm, continuum_h_mm, continuum, thesis, model, file, anatomy, mesh } =
+            &self.body;
         let fits = self.fits.iter().map(shortened).collect::<Result<Vec<Value>, _>>()?;
         Ok(json!({
             "version": by.version,
             "command": by.command,
             "body": {"file": file, "anatomy": anatomy, "mesh": mesh},
-            "h_mm": h_mm,
+            "springs_h_mm": springs_h_mm,
+            "continuum_h_mm": continuum_h_mm,
             "continuum": continuum,
             "thesis": thesis,
             "material": material(model),

@@ -290,6 +290,12 @@ fn a_page_holds_a_table_of_ones_own_whatever_its_labels() {
     let page = browser.open(&out, "");
     assert_eq!(browser.run(&page, "body.what"), "a tongue at 6.5 mm", "{told}");
     assert_eq!(browser.run(&page, "own.fits.length"), 30);
+    // So does its spacing, which is the program's and not the page's where a continuum is asked for.
+    program(&["page", "--no-fits", "--body", "continuum", "--out", out_text]);
+    let own = std::fs::read_to_string(&out).unwrap();
+    assert!(
+        own.contains(r#""continuum":true,"continuum_h_mm":4.0"#) && own.contains(r#""springs_h_mm":null"#)
+    );
     assert_eq!(browser.complaints(), [""; 0]);
 }
 

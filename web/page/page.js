@@ -50,7 +50,7 @@ function makeWorker(module) {
   };
 }
 
-const spacing = () => own.h_mm ?? 5.5;
+const spacing = () => own[state.continuum ? "continuum_h_mm" : "springs_h_mm"] ?? 5.5;
 function scene(bones = [0, 0, 0]) {
   const effects = own.finite_elements ? { finite_elements: true } : { incompressibility: true };
   if (own.straight_paths === false) effects.straight_paths = false;
