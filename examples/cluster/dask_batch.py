@@ -13,7 +13,7 @@ from distributed import Client, LocalCluster
 def shard(table: str, cut: str) -> tf.Batch:
     """One shard, as a task: the table travels as text, and what comes back are its fits."""
     data = tf.Dataset.from_text(table, "lengths")
-    return tf.batch(data, target="stretch", draws=20, subsets=0, shard=cut, threads=1, progress=False)
+    return tf.batch(data, target="stretch", draws=200, subsets=0, shard=cut, threads=1, progress=False)
 
 
 def main(path: str, out: str, shards: int, address: str | None = None) -> None:
