@@ -2,8 +2,8 @@
 
 A thin layer over the Rust library. Names and units are those of Rust: SI inside, `_mm` where it is millimetres; tensions are newtons per
 metre of thickness, because the model is a plane. Arrays are numpy's: positions have the shape (nodes, 2), tensions that of
-`Assembly.contracting`. What cannot be used is a `tongue_fit.Error` (a ValueError) with the text that the program prints. Long work lets
-other threads run and stops on Ctrl-C.
+`Assembly.contracting`. What cannot be used is a `tongue_fit.Error` (a ValueError) with the text that the program prints. Whatever is
+solved lets other threads run; fits, batches and motions stop on Ctrl-C.
 
     import tongue_fit as tf
 
