@@ -11,11 +11,11 @@ use tongue_fit::inverse::{self, Among, Fit, Method, Settings};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::report::{self, Export, FitRecord, OutputDir, Section, Series, Svg};
-use tongue_fit::system::Model;
+use tongue_fit::system::{Model, TissueModel};
 
 use super::fit_table::Shown;
 use super::published::{self, Published};
-use super::{Global, Outcome, body, output, premises};
+use super::{Global, Outcome, body, output, posterior, premises};
 
 /// The folder for outputs where none is named.
 const DEFAULT_OUT: &str = "results";
@@ -67,6 +67,8 @@ pub struct Arguments {
     error_mm: Option<f64>,
     #[command(flatten)]
     premises: premises::Arguments,
+    #[command(flatten)]
+    posterior: posterior::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }
@@ -176,6 +178,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let model = arguments.body.model();
+    let ground = arguments.posterior.ground(&tongue, &model)?;
     output::step(|| {
         format!(
             "{} from {} starts for {} /{}/, {}; contracting: {}",
@@ -204,7 +207,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let alarms = alarms::alarms(mesh, &fit, &known, None, &settings, thickness);
 
     let by = super::provenance().with_tissue(model.tissue);
-    let record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
+    let sampled = match &ground {
+        Some(ground) => Some(arguments.posterior.sample(ground, &target)?),
+        None => None,
+    };
+    let mut record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
+    record.posterior = sampled.as_ref().map(|s| s.report.clone());
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
     let (picture, chart) = pictures(mesh, palate, &fit, published.as_ref())?;
@@ -215,7 +223,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         files.push(("valley.csv", table));
         files.push(("valley.svg", drawing));
     }
-    let written = out.export(&files, &by).into_diagnostic()?;
+    let drawn = sampled.as_ref().map(|s| s.files(&tongue.mesh));
+    let drawn: Vec<(&str, &dyn Export)> =
+        drawn.iter().flatten().map(|(name, file)| (*name, file.as_ref())).collect();
+    let written = out.export(&[files, drawn].concat(), &by).into_diagnostic()?;
     if global.json {
         output::print(&json)?;
     } else {
@@ -226,12 +237,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             from_stretches: from_stretches.as_ref(),
             published: published.as_ref(),
             thickness_m,
+            posterior: sampled.as_ref(),
+            could_have_posterior: model.tissue == TissueModel::MassSpring,
             written: &written,
             wall_s: clock.elapsed().as_secs_f64(),
         };
         output::summary(&shown.text(), &written)?;
     }
-    Ok(if fit.is_trustworthy() { Outcome::Good } else { Outcome::Untrustworthy })
+    let good = fit.is_trustworthy() && sampled.as_ref().is_none_or(|s| s.report.summary.is_some());
+    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
 /// The same row fitted by stretches, which leave nothing open; `None` where that cannot be.

@@ -8,6 +8,7 @@ use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::inverse::{Among, Fit, Status, Tone};
 use tongue_fit::measured::TargetKind;
 
+use super::posterior::Sampled;
 use super::published::Published;
 use super::table::{LARGE, counted, files, newtons, table};
 
@@ -25,12 +26,19 @@ pub struct Shown<'a> {
     pub published: Option<&'a Published>,
     /// Thickness over which tensions act, m, where newtons are asked for.
     pub thickness_m: Option<f64>,
+    /// What data and model leave open, where it was asked for.
+    pub posterior: Option<&'a Sampled<'a>>,
+    /// Whether this body can have one.
+    pub could_have_posterior: bool,
     /// The files that were written.
     pub written: &'a [PathBuf],
     /// Time of the whole, s.
     pub wall_s: f64,
 }
 
+/// What is said where no posterior was asked for, and could be.
+const POINT: &str =
+    "A POINT: rounding is under one per cent of what is not known of it; --posterior 1000 has the rest\n";
 /// A misfit below this is rounding, whose digits differ between machines.
 const NO_MISFIT: f64 = 1e-9;
 
@@ -52,6 +60,11 @@ impl Shown<'_> {
         text += &self.tensions();
         text += &self.muscles();
         text += &self.verdict();
+        text += &match self.posterior {
+            Some(posterior) => posterior.text(),
+            None if self.could_have_posterior => POINT.to_owned(),
+            None => String::new(),
+        };
         let _ = writeln!(text, "{} equilibria in {:.0} ms\n", self.fit.evaluations, 1e3 * self.wall_s);
         text + &files(self.written)
     }

@@ -15,6 +15,7 @@ mod mesh_check;
 mod muscles;
 mod output;
 mod page;
+mod posterior;
 mod premises;
 mod published;
 mod recordings;
@@ -137,6 +138,8 @@ enum Command {
     Mesh(mesh::Arguments),
     /// Run the hard cases: loads, materials, meshes and targets far from the ordinary
     Stability(stability::Arguments),
+    /// The priors of a posterior, as TOML
+    Priors(posterior::PriorsArguments),
     /// How well muscles are predicted that were not fitted, beside other ways to predict them
     Validate(validate::Arguments),
     /// Measure what accuracy costs in time, for every way to get an answer
@@ -185,6 +188,7 @@ pub fn main() -> ExitCode {
         Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
         Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
+        Some(Command::Priors(arguments)) => posterior::priors(arguments).map(|()| Outcome::Good),
         Some(Command::Validate(arguments)) => validate::run(arguments, &cli.global),
         Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
         Some(Command::Completions(arguments)) => install::completions(arguments),

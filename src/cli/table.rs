@@ -205,6 +205,27 @@ pub fn validation(study: &Study, written: &[PathBuf], wall_s: f64) -> String {
     for line in left.chunks(4) {
         let _ = writeln!(text, "one muscle left out: {}", line.join(", "));
     }
+    if let Some(posterior) = &study.posterior {
+        let mut t = table(&[
+            "one muscle left out, as a distribution",
+            "RMS",
+            "CRPS",
+            "log score",
+            "in 50 %",
+            "in 95 %",
+        ]);
+        for s in &posterior.scores {
+            t.add_row([
+                s.name.replace('_', " "),
+                format!("{:.3}", s.rms),
+                format!("{:.3}", s.crps),
+                format!("{:.2}", s.log_score),
+                format!("{:.0} %", 100.0 * s.coverage_50),
+                format!("{:.0} %", 100.0 * s.coverage_95),
+            ]);
+        }
+        let _ = writeln!(text, "\n{t}");
+    }
     let _ = writeln!(text, "{wall_s:.0} s\n");
     text + &files(written)
 }

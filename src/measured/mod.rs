@@ -8,6 +8,7 @@
 //! table of any muscles takes their place ([`lengths`]). What is known of muscles by name is data too: [`muscles`],
 //! [`published_patterns`], [`thesis`], [`tone`].
 
+pub(crate) mod by_muscle;
 mod error;
 mod kind;
 pub mod lengths;
@@ -18,6 +19,7 @@ mod target;
 pub mod thesis;
 pub mod tone;
 
+pub use by_muscle::ByMuscle;
 pub use error::TargetError;
 pub use kind::{TargetKind, UnknownTargetKind, reference_muscle};
 pub use lengths::{Dataset, Lengths, Vowel};

@@ -1,58 +1,41 @@
-//! Whether draws lie on the branch of equilibria that begins at rest: each is followed from there anew, in steps, in lanes.
+//! Whether shapes lie on the branch of equilibria that begins at rest: each is followed from there anew, in lanes.
+//!
+//! Nearly always one step leads there. Where it does not, tensions and bones grow in more and more steps, each from the shape before.
 
 use nalgebra::SVector;
 
-use crate::parallel;
-use crate::statics::lanes::{Group, LANES, Load};
-use crate::statics::{self, Status, Workspace};
+use crate::statics::lanes::{Group, Load};
 
 use super::density::{Density, Meaning, is_found};
 
-/// Steps in which tensions and the displacement of the hyoid grow from nothing.
-const STEPS: usize = 5;
-/// Least steps of the exact way.
-const TRACED: usize = 10;
+/// Steps in which the loads grow from nothing: the first number of them that leads to a shape says that it is on the branch.
+const STEPS: [usize; 3] = [1, 5, 25];
 /// Lengths that differ by less are those of one shape, m.
-const SAME_M: f64 = 1e-7;
-/// Draws of one piece of work; results do not depend on threads, because pieces do not.
-const CHUNK: usize = 32 * LANES;
+pub const SAME_M: f64 = 1e-7;
 
-/// Of every draw whether both of its shapes, of the vowel and of the baseline, are those that tensions lead to from rest; `draw` gives
-/// what it means, and its lengths in both, m.
-pub fn on_branch<'d>(
-    density: &Density<'_>,
-    count: usize,
-    draw: impl Fn(usize) -> (Meaning, &'d [f64], &'d [f64]) + Sync,
+/// The load of what was drawn, begun from given positions.
+pub type LoadOf<'d, 'l> = dyn Fn(&Meaning, Option<&'l [SVector<f64, 2>]>) -> Load<'l, 2> + 'd;
+
+/// Of every shape, given with its lengths (m), whether it is where `load` leads from rest.
+pub fn on_branch<'l>(
+    density: &'l Density<'_>,
+    group: &mut Group<'_, 2>,
+    shapes: &[(&Meaning, &[f64])],
+    load: &LoadOf<'_, 'l>,
 ) -> Vec<bool> {
-    let chunks: Vec<usize> = (0..count).step_by(CHUNK).collect();
-    let found = parallel::map(&chunks, |&chunk| {
-        let (mut posture, mut baseline) = (density.lanes().group(), density.lanes().group());
-        let mut out = Vec::with_capacity(CHUNK);
-        for first in (chunk..count.min(chunk + CHUNK)).step_by(LANES) {
-            let draws: Vec<_> = (first..count.min(first + LANES)).map(&draw).collect();
-            let meanings: Vec<&Meaning> = draws.iter().map(|(m, ..)| m).collect();
-            let of_posture = follow(density, &mut posture, &meanings, |m, start| density.posture(m, start));
-            let of_baseline =
-                follow(density, &mut baseline, &meanings, |m, start| density.baseline(m, start));
-            for (i, (_, lengths, base)) in draws.iter().enumerate() {
-                let same = |found: Option<&Vec<f64>>, kept: &[f64]| {
-                    let close = |(a, b): (&f64, &f64)| (a - b).abs() < SAME_M;
-                    found.is_some_and(|f| f.iter().zip(kept).all(close))
-                };
-                // Where a few large steps lead elsewhere, the exact way decides.
-                let judged = |found: &Option<Vec<f64>>, load: Load<'_, 2>, kept: &[f64]| {
-                    same(found.as_ref(), kept) || same(traced(density, &load).as_ref(), kept)
-                };
-                let meaning = meanings[i];
-                out.push(
-                    judged(&of_posture[i], density.posture(meaning, None), lengths)
-                        && judged(&of_baseline[i], density.baseline(meaning, None), base),
-                );
-            }
+    let mut found = vec![false; shapes.len()];
+    for steps in STEPS {
+        let left: Vec<usize> = (0..shapes.len()).filter(|i| !found[*i]).collect();
+        if left.is_empty() {
+            break;
         }
-        out
-    });
-    found.into_iter().flatten().collect()
+        let meanings: Vec<&Meaning> = left.iter().map(|&i| shapes[i].0).collect();
+        for (&i, lengths) in left.iter().zip(follow(density, group, &meanings, load, steps)) {
+            let close = |(a, b): (&f64, &f64)| (a - b).abs() < SAME_M;
+            found[i] = lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(close));
+        }
+    }
+    found
 }
 
 /// Lengths at the end of the way from rest; `None` where the way ends before.
@@ -60,13 +43,14 @@ fn follow<'l>(
     density: &'l Density<'_>,
     group: &mut Group<'_, 2>,
     meanings: &[&Meaning],
-    load: impl Fn(&Meaning, Option<&'l [SVector<f64, 2>]>) -> Load<'l, 2>,
+    load: &LoadOf<'_, 'l>,
+    steps: usize,
 ) -> Vec<Option<Vec<f64>>> {
     let system = &density.ground.system;
     let mut shapes: Vec<Vec<SVector<f64, 2>>> = vec![system.rest().to_vec(); meanings.len()];
     let mut good = vec![true; meanings.len()];
-    for step in 1..=STEPS {
-        let part = step as f64 / STEPS as f64;
+    for step in 1..=steps {
+        let part = step as f64 / steps as f64;
         let loads: Vec<Load<'_, 2>> = meanings
             .iter()
             .zip(&shapes)
@@ -74,7 +58,7 @@ fn follow<'l>(
                 let scaled = |all: &[f64]| all.iter().map(|t| t * part).collect();
                 let meaning =
                     Meaning { tensions: scaled(&m.tensions), tones: scaled(&m.tones), hyoid: m.hyoid * part };
-                Load { start: Some(shape), ..load(&meaning, None) }
+                Load { start: (step > 1).then_some(shape.as_slice()), ..load(&meaning, None) }
             })
             .collect();
         let answers = group.solve(&loads, density.settings()).to_vec();
@@ -84,15 +68,4 @@ fn follow<'l>(
         }
     }
     shapes.iter().zip(good).map(|(shape, good)| good.then(|| system.lengths(shape))).collect()
-}
-
-/// Lengths where the branch of a load from rest leads, followed there and back.
-fn traced(density: &Density<'_>, load: &Load<'_, 2>) -> Option<Vec<f64>> {
-    let system = &density.ground.system;
-    let mut w = Workspace::new(system);
-    load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(system, nodes, *shift));
-    w.start_from_rest(system);
-    let found = statics::trace(system, &mut w, &load.tensions, &statics::Settings::default(), TRACED);
-    let reached = found.critical.is_none() && found.stopped.is_none();
-    (reached && found.solution.status == Status::Converged).then(|| system.lengths(w.positions()))
 }

@@ -17,6 +17,7 @@ use crate::statics::{Settings, Status};
 use crate::track::scores;
 
 use super::PosteriorError;
+use super::branch::on_branch;
 use super::ground::{Field, Ground};
 use super::hmc::{Point, Target};
 use super::shape::{ShapeSlope, slope};
@@ -287,7 +288,8 @@ impl<'a> Density<'a> {
 
     /// What evaluates it, one a thread.
     pub fn evaluator(&self) -> Evaluator<'_> {
-        Evaluator { density: self, posture: self.lanes.group(), baseline: self.lanes.group() }
+        let group = || self.lanes.group();
+        Evaluator { density: self, posture: group(), baseline: group(), from_rest: group() }
     }
 
     /// The lanes in which it is solved.
@@ -316,6 +318,8 @@ pub struct Evaluator<'a> {
     density: &'a Density<'a>,
     posture: Group<'a, 2>,
     baseline: Group<'a, 2>,
+    /// Follows shapes from rest.
+    from_rest: Group<'a, 2>,
 }
 
 /// What scores mean with their slopes, and where they were solved.
@@ -454,6 +458,19 @@ impl Target for Evaluator<'_> {
             }));
         }
         out
+    }
+
+    /// Where both shapes, of the vowel and of the baseline, lie on the branch of equilibria from rest.
+    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Place>)]) -> Vec<bool> {
+        let density = self.density;
+        let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
+        let with = |lengths: fn(&Place) -> &[f64]| -> Vec<(&Meaning, &[f64])> {
+            meanings.iter().zip(points).map(|(m, (_, p))| (m, lengths(&p.place))).collect()
+        };
+        let group = &mut self.from_rest;
+        let postures = on_branch(density, group, &with(|p| &p.lengths), &|m, s| density.posture(m, s));
+        let bases = on_branch(density, group, &with(|p| &p.baseline_lengths), &|m, s| density.baseline(m, s));
+        postures.into_iter().zip(bases).map(|(a, b)| a && b).collect()
     }
 
     /// Tensions, tones, hyoid, lengths, lengths in the baseline, logarithm of the density.

@@ -21,6 +21,11 @@ pub trait Target {
     /// zero.
     fn evaluate(&mut self, points: &[(&DVector<f64>, &Self::Place)]) -> Vec<Option<Point<Self::Place>>>;
 
+    /// Of points with a density whether they are allowed at the end of a trajectory: where they are not, it is refused.
+    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Self::Place>)]) -> Vec<bool> {
+        vec![true; points.len()]
+    }
+
     /// What is kept of a draw.
     fn keep(&self, at: &DVector<f64>, point: &Point<Self::Place>) -> Vec<f64>;
 }
@@ -60,6 +65,8 @@ pub struct Chain {
     pub divergences: usize,
     /// Trajectories, after the warm-up, that ended where the density is zero.
     pub zero: usize,
+    /// Trajectories, after the warm-up, that ended where it is not allowed.
+    pub refused: usize,
     /// Mean probability of acceptance after the warm-up.
     pub acceptance: f64,
     /// Evaluations.
@@ -68,7 +75,8 @@ pub struct Chain {
 
 impl Chain {
     /// Nothing.
-    const EMPTY: Self = Self { draws: Vec::new(), divergences: 0, zero: 0, acceptance: 0.0, evaluations: 0 };
+    const EMPTY: Self =
+        Self { draws: Vec::new(), divergences: 0, zero: 0, refused: 0, acceptance: 0.0, evaluations: 0 };
 }
 
 /// An energy that is off by more than this is that of a trajectory that diverged (as in Stan).
@@ -214,7 +222,9 @@ impl<'a, T: Target> Group<'a, T> {
             for ((state, point), (z, x)) in
                 states.iter_mut().zip(target.evaluate(&points)).zip(z.into_iter().zip(&x))
             {
-                if let (None, Some(point)) = (state.as_ref(), point) {
+                if let (None, Some(point)) = (state.as_ref(), point)
+                    && target.allowed(&[(x, &point)])[0]
+                {
                     *state = Some(State::new(whitened, z, x.clone(), point));
                 }
             }
@@ -260,6 +270,7 @@ impl<'a, T: Target> Group<'a, T> {
             for ((chain, end), state) in chains.iter_mut().zip(&ends).zip(&self.states) {
                 chain.divergences += usize::from(end.diverged);
                 chain.zero += usize::from(end.zero);
+                chain.refused += usize::from(end.refused);
                 chain.acceptance += end.probability / (settings.draws * settings.thin) as f64;
                 if draw % settings.thin == settings.thin - 1 {
                     chain.draws.push(self.target.keep(&state.x, &state.point));
@@ -307,15 +318,21 @@ impl<'a, T: Target> Group<'a, T> {
             }
         }
         let mut ends = Vec::with_capacity(count);
-        for (i, after) in moved.into_iter().enumerate() {
-            let gain = before[i] - energy(&after, &momenta[i]);
+        for (i, after) in moved.iter().enumerate() {
+            let gain = before[i] - energy(after, &momenta[i]);
             let diverged = alive[i] && (gain.is_nan() || gain < -DIVERGED);
             let probability = if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
             // The number is drawn in any case, so that a chain does not depend on what became of others.
-            if self.random[i].f64() < probability {
-                self.states[i] = after;
+            let taken = self.random[i].f64() < probability;
+            ends.push(End { probability, diverged, zero: !alive[i], taken, refused: false });
+        }
+        let taken: Vec<usize> = (0..count).filter(|i| ends[*i].taken).collect();
+        let points: Vec<_> = taken.iter().map(|&i| (&moved[i].x, &moved[i].point)).collect();
+        for (&i, allowed) in taken.iter().zip(self.target.allowed(&points)) {
+            ends[i].refused = !allowed;
+            if allowed {
+                self.states[i] = moved[i].clone();
             }
-            ends.push(End { probability, diverged, zero: !alive[i] });
         }
         ends
     }
@@ -326,6 +343,9 @@ struct End {
     probability: f64,
     diverged: bool,
     zero: bool,
+    /// Whether it would be taken if it is allowed.
+    taken: bool,
+    refused: bool,
 }
 
 impl<P> State<P> {

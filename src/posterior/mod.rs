@@ -18,16 +18,26 @@ mod density;
 pub mod diagnostics;
 mod ground;
 pub mod hmc;
+mod library;
 mod map;
+mod predict;
 mod priors;
 mod run;
 mod shape;
+mod share;
+mod spread;
+mod summary;
 
 pub use density::{Density, Evaluator, Linear, Meaning, Parameter, Place, Seen};
 pub use ground::{Field, Ground};
+pub use library::{Library, Size};
 pub use map::Mode;
+pub use predict::{How, LeftOut, Part, by_own_draws, left_out};
 pub use priors::*;
 pub use run::{Draw, Posterior, Settings, Status, sample};
+pub use share::Shares;
+pub use spread::Spread;
+pub use summary::{Change, Direction, Effective, Report, Stretch, Summary, Tension, VarianceShare};
 
 use crate::system::SystemError;
 

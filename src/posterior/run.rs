@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use super::PosteriorError;
-use super::branch::on_branch;
+use super::branch::SAME_M;
 use super::density::{Density, Meaning, Seen};
 use super::diagnostics::{Mixing, mixing};
 use super::ground::Ground;
@@ -16,7 +16,7 @@ const CHAINS: usize = 8;
 /// Draws of each chain in each half of the warm-up.
 const WARM_UP: usize = 60;
 /// Of so many trajectories one is kept, so that nearly every draw counts.
-const THIN: usize = 3;
+const THIN: usize = 4;
 /// Fewest and most draws.
 const FEWEST: usize = 100;
 const MOST: usize = 1_000_000;
@@ -93,12 +93,28 @@ pub struct Posterior<'a> {
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium.
     pub folds: usize,
-    /// Draws that were not on the branch from rest, and were left out.
+    /// Trajectories that ended on another branch than that from rest, and were refused.
     pub off_branch: usize,
     /// Mean probability of acceptance.
     pub acceptance: f64,
     /// Equilibria that were solved, two an evaluation.
     pub equilibria: usize,
+}
+
+impl Posterior<'_> {
+    /// Positions of all nodes, m, of so many draws, evenly taken from all.
+    pub fn shapes(&self, count: usize) -> Vec<Vec<SVector<f64, 2>>> {
+        let step = self.draws.len().div_ceil(count.max(1)).max(1);
+        let taken: Vec<&Draw> = self.draws.iter().step_by(step).collect();
+        let start = Some(self.mode.place.posture.as_slice());
+        let load = |i: usize| self.density.posture(&taken[i].meaning, start);
+        let shapes = self.density.lanes().map(taken.len(), self.density.settings(), load, |i, shape| {
+            let lengths = self.density.ground.system.lengths(&shape.positions);
+            let same = lengths.iter().zip(&taken[i].lengths).all(|(a, b)| (a - b).abs() < SAME_M);
+            same.then(|| shape.positions.clone())
+        });
+        shapes.into_iter().flatten().collect()
+    }
 }
 
 /// Samples the posterior of what was seen in a body.
@@ -143,10 +159,6 @@ pub fn sample_at<'a>(
         .flat_map(|(chain, c)| c.draws.iter().enumerate().map(move |(number, row)| (chain, number, row)))
         .collect();
     let lengths = 2 * n + 2;
-    let kept = on_branch(&density, rows.len(), |i| {
-        let row = rows[i].2;
-        (meaning(row), &row[lengths..lengths + n], &row[lengths + n..lengths + 2 * n])
-    });
     let draw = |&(chain, number, row): &(usize, usize, &Vec<f64>)| Draw {
         chain,
         number,
@@ -155,7 +167,6 @@ pub fn sample_at<'a>(
         baseline_lengths: row[lengths + n..lengths + 2 * n].to_vec(),
         log: row[lengths + 2 * n],
     };
-    let off_branch = kept.iter().filter(|k| !**k).count();
     let by_quantity = if rows.is_empty() { Vec::new() } else { judged(&density, &chains) };
     let worst = by_quantity.iter().fold(
         Mixing { r_hat: 1.0, bulk: f64::INFINITY, tail: f64::INFINITY },
@@ -175,11 +186,10 @@ pub fn sample_at<'a>(
         () if fewest.is_nan() || fewest < FEWEST_EFFECTIVE => {
             format!("there are {fewest:.0} effective draws, fewer than {FEWEST_EFFECTIVE}; ask for more")
         }
-        () if off_branch > rows.len() / 2 => "most draws are not on the branch from rest".to_owned(),
         () if divergences > rows.len() / 100 => format!("{divergences} trajectories diverged"),
         () => String::new(),
     };
-    let draws = rows.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(row, _)| draw(row)).collect();
+    let draws = rows.iter().map(draw).collect();
     let all = settings.draws.div_ceil(CHAINS) as f64 * CHAINS as f64;
     Ok(Posterior {
         status: if why.is_empty() { Status::Mixed } else { Status::NotMixed },
@@ -189,7 +199,7 @@ pub fn sample_at<'a>(
         by_quantity,
         divergences,
         folds: chains.iter().map(|c| c.zero).sum(),
-        off_branch,
+        off_branch: chains.iter().map(|c| c.refused).sum(),
         acceptance: chains.iter().map(|c| c.acceptance * c.draws.len() as f64).sum::<f64>() / all,
         equilibria: 2 * chains.iter().map(|c| c.evaluations).sum::<usize>(),
         density,

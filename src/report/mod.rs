@@ -5,8 +5,8 @@
 
 #[cfg(feature = "files")]
 pub mod batch;
-mod by_muscle;
 mod csv;
+mod draws;
 mod error;
 mod export;
 mod fields;
@@ -31,8 +31,10 @@ mod trajectory;
 mod valley_record;
 mod vtu;
 
-pub use by_muscle::ByMuscle;
+pub use crate::measured::ByMuscle;
+pub(crate) use crate::measured::by_muscle;
 pub use csv::{Rows, Table};
+pub use draws::Draws;
 pub use error::ReportError;
 pub use export::{Export, Provenance};
 #[cfg(feature = "files")]
@@ -48,7 +50,7 @@ pub use staged::{Standstill, discard_unfinished};
 pub use sto::{Sto, StoTable};
 pub use svg::{
     Curve, Frame, Panel, Scatter, Section, Series, Svg, Timeline, animation, animation_of_seen, changes,
-    panels, scatter, solid, timelines, tongue, valley, work_precision,
+    outlines, pairs, panels, ridges, scatter, solid, timelines, tongue, valley, work_precision,
 };
 #[cfg(feature = "files")]
 pub use tongue_page::{PageBody, PageTable, TonguePage};

@@ -236,6 +236,9 @@ pub struct FitRecord {
     pub min_area_ratio: f64,
     /// Largest such ratio.
     pub max_area_ratio: f64,
+    /// What data and model leave open; left out where it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<crate::posterior::Report>,
     /// Time of the whole fit, s; left out of files that are to be the same after every run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_s: Option<f64>,
@@ -319,6 +322,7 @@ impl FitRecord {
             replay_difference_m: fit.replay.largest_difference,
             min_area_ratio: fit.replay.min_area_ratio,
             max_area_ratio: fit.replay.max_area_ratio,
+            posterior: None,
             wall_s: Some(wall_s),
         }
     }

@@ -22,6 +22,7 @@ mod muscles_command;
 mod muscles_of_any_name;
 mod outputs_read_back;
 mod page_moves;
+mod posterior_command;
 mod readme_is_true;
 mod scene_command;
 mod terminal_manners;

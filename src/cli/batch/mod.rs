@@ -18,7 +18,7 @@ use tongue_fit::report::batch::{Fitted, Journal, Shard};
 use tongue_fit::report::{OutputDir, ReportError};
 
 use super::fit::MethodName;
-use super::{Global, Outcome, body, interrupt, output, premises};
+use super::{Global, Outcome, body, interrupt, output, posterior, premises};
 
 pub use self::prepared::Prepared;
 
@@ -79,6 +79,8 @@ pub struct Arguments {
     shard: Option<Shard>,
     #[command(flatten)]
     premises: premises::Arguments,
+    #[command(flatten)]
+    posterior: posterior::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }

@@ -9,13 +9,14 @@ use tongue_fit::inverse::batch::{self, Job, Known, Plan, Thoroughness};
 use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{Dataset, TargetKind, reference_muscle};
+use tongue_fit::posterior::{Ground, Report};
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{self as outputs, Batch, Fitted, Journal, Provenance, Summary};
 use tongue_fit::report::{OutputDir, ReportError};
 use tongue_fit::system::{Model, System};
 
 use super::Arguments;
-use crate::cli::{Global, Outcome, line_of, output, table};
+use crate::cli::{Global, Outcome, line_of, output, posterior, table};
 
 /// Broken rows that are told one by one.
 const MOST_NOTES: usize = 10;
@@ -32,6 +33,8 @@ pub struct Prepared {
     /// The body under the premises of each kind of target; none where these are the thesis's.
     setups: Vec<(TargetKind, Option<Setup>)>,
     pub how: Thoroughness,
+    /// Where posteriors are asked for: how, and the body under its priors.
+    posterior: (posterior::Arguments, Option<Ground>),
     known: Known,
     thesis: Thesis,
     pub provenance: Provenance,
@@ -60,24 +63,25 @@ impl Prepared {
         let setup = |&kind: &TargetKind| Ok((kind, arguments.premises.setup(kind, &tongue, &model, thesis)?));
         let setups: Vec<(TargetKind, Option<Setup>)> =
             selection.kinds.iter().map(setup).collect::<miette::Result<_>>()?;
+        let ground = arguments.posterior.ground(&tongue, &model)?;
         let mesh = tongue.mesh;
 
         let command = line_of(words.to_vec());
         let rows =
             data.rows().iter().map(|r| format!("{} {:?}", r.line, r.lengths)).collect::<Vec<_>>().join("\n");
-        let inputs_sha256 = outputs::sha256(&[
-            tongue_fit::VERSION,
-            &rows,
-            &format!("{unreadable:?}"),
-            &format!("{selection:?}"),
-            &format!("{mesh:?}"),
-            &format!("{model:?}"),
-            &format!("{how:?}"),
-            &format!(
-                "{:?}",
-                setups.iter().map(|(kind, s)| (kind, s.as_ref().map(|s| &s.premises))).collect::<Vec<_>>()
-            ),
-        ]);
+        let premises = setups.iter().map(|(kind, s)| (kind, s.as_ref().map(|s| &s.premises)));
+        let mut inputs = vec![
+            tongue_fit::VERSION.to_owned(),
+            rows,
+            format!("{unreadable:?}"),
+            format!("{selection:?}"),
+            format!("{mesh:?}"),
+            format!("{model:?}"),
+            format!("{how:?}"),
+            format!("{:?}", premises.collect::<Vec<_>>()),
+        ];
+        inputs.extend(ground.as_ref().map(|g| format!("{:?} {:?}", arguments.posterior, g.priors)));
+        let inputs_sha256 = outputs::sha256(&inputs.iter().map(String::as_str).collect::<Vec<_>>());
         let key = outputs::sha256(&[&inputs_sha256, &command]);
         let version = tongue_fit::VERSION.to_owned();
         let provenance = Provenance { version, command, seed: how.seed, inputs_sha256 };
@@ -92,6 +96,7 @@ impl Prepared {
             model,
             setups,
             how,
+            posterior: (arguments.posterior.clone(), ground),
             provenance,
             key,
         })
@@ -104,9 +109,26 @@ impl Prepared {
         let setup = setup.and_then(|(_, setup)| setup.as_ref());
         let (mesh, muscles, model) = (&self.mesh, &self.muscles[..], &self.model);
         let (known, thesis, how) = (&self.known, &self.thesis, &self.how);
-        let within = outputs::Within { mesh, muscles, model, setup, known, thesis, how };
-        let result = outputs::assess(number, job, &within, &self.provenance)?;
+        let result = match self.posterior(job) {
+            Ok(posterior) => {
+                let posterior = posterior.as_ref();
+                let within =
+                    outputs::Within { mesh, muscles, model, setup, known, thesis, posterior, how };
+                outputs::assess(number, job, &within, &self.provenance)?
+            }
+            Err(e) => Err(e.to_string()),
+        };
         Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
+    }
+
+    /// The posterior of a job's row, where it is asked for: once for every row, since it does not depend on the quantity that is fitted.
+    fn posterior(&self, job: &Job) -> miette::Result<Option<Report>> {
+        let (how, ground) = &self.posterior;
+        let last = self.setups.last().is_some_and(|(kind, _)| *kind == job.target.kind);
+        match ground.as_ref().filter(|_| last) {
+            Some(ground) => Ok(Some(how.sample(ground, &job.target)?.report)),
+            None => Ok(None),
+        }
     }
 
     /// Writes what came of all jobs, tells it and removes the journal, whose content it is.

@@ -75,6 +75,9 @@ pub struct Fitted {
     pub fits: String,
     /// Its row of `tensions.tex`.
     pub latex: String,
+    /// Its lines of `posterior.csv`; empty where no posterior was asked for.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub posterior: String,
     /// Its part of the page, for as many fits as the page shows.
     pub page: Option<page::PageFit>,
 }
@@ -111,9 +114,12 @@ pub fn assess(
     within: &Within<'_>,
     provenance: &Provenance,
 ) -> Result<Result<Fitted, String>, ReportError> {
-    let &Within { mesh, muscles, model, setup, known, thesis, how } = within;
+    let &Within { mesh, muscles, model, setup, known, thesis, posterior, how } = within;
     match batch::assess(mesh, model, setup, &job.target, known, how) {
-        Ok(a) => fitted(number, job, &a, mesh, muscles, Some(thesis), provenance).map(Ok),
+        Ok(a) => {
+            let beside = (Some(thesis), posterior.cloned());
+            fitted(number, job, &a, mesh, muscles, beside, provenance).map(Ok)
+        }
         Err(e) => Ok(Err(e.to_string())),
     }
 }
@@ -133,6 +139,8 @@ pub struct Within<'a> {
     pub known: &'a Known,
     /// What to compare with.
     pub thesis: &'a Thesis,
+    /// The posterior of the row, where one was asked for.
+    pub posterior: Option<&'a crate::posterior::Report>,
     /// How fits are made.
     pub how: &'a Thoroughness,
 }
@@ -149,7 +157,8 @@ pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
     names
 }
 
-/// Puts a finished fit into the words of every output; `muscles` are those of the mesh in the order of columns.
+/// Puts a finished fit into the words of every output; `muscles` are those of the mesh in the order of columns, and beside it
+/// stand what the thesis simulated and the posterior of its row, where there are any.
 ///
 /// # Errors
 /// [`ReportError`] for a figure that cannot be drawn or a record that cannot be written.
@@ -159,10 +168,11 @@ pub fn fitted(
     assessment: &Assessment,
     mesh: &Mesh<2>,
     muscles: &[String],
-    thesis: Option<&Thesis>,
+    (thesis, posterior): (Option<&Thesis>, Option<crate::posterior::Report>),
     provenance: &Provenance,
 ) -> Result<Fitted, ReportError> {
-    let record = AssessedRecord::new(job, assessment, thesis, &provenance.command);
+    let mut record = AssessedRecord::new(job, assessment, thesis, &provenance.command);
+    record.fit.posterior = posterior;
     let text = |e: csv::Error| ReportError::Record { reason: e.to_string() };
     let on_page = number < page::MOST_FITS;
     Ok(Fitted {
@@ -171,6 +181,7 @@ pub fn fitted(
         muscles: tables::muscle_lines(&record, provenance, true).map_err(text)?,
         fits: tables::fit_line(muscles, &record, provenance).map_err(text)?,
         latex: latex::row(muscles, &record),
+        posterior: tables::posterior_lines(&record, provenance).map_err(text)?,
         page: on_page.then(|| page::PageFit::new(number, &record, assessment, mesh, muscles)).transpose()?,
     })
 }
@@ -184,15 +195,22 @@ pub fn write_files(
     batch: &Batch<'_>,
     journal: &Journal,
 ) -> Result<Vec<std::path::PathBuf>, ReportError> {
-    let files: [(&str, &Writes<'_>); 6] = [
+    let mut has_posterior = false;
+    each_fit(batch, journal, |_, fit| {
+        has_posterior |= !fit.posterior.is_empty();
+        Ok(())
+    })
+    .map_err(|e| ReportError::Record { reason: e.to_string() })?;
+    let files: [(&str, &Writes<'_>); 7] = [
         ("batch.json", &|w| write_json(w, batch, journal, false)),
         ("fits.csv", &|w| write_fits(w, batch, journal)),
-        ("muscles.csv", &|w| write_muscles(w, batch, journal)),
+        ("muscles.csv", &|w| write_rows(w, batch, journal, |fit| &fit.muscles)),
         ("batch.html", &|w| page::write(w, batch, journal)),
         ("tensions.tex", &|w| write_latex(w, batch, journal)),
         ("tensions.svg", &|w| page::write_tensions(w, batch, journal)),
+        ("posterior.csv", &|w| write_rows(w, batch, journal, |fit| &fit.posterior)),
     ];
-    out.write_streams(&files)
+    out.write_streams(if has_posterior { &files } else { &files[..6] })
 }
 
 /// The JSON document; `with_times` adds what differs from run to run.
@@ -246,11 +264,16 @@ pub fn write_json(
 }
 
 /// Every fit has kept its rows under a header; one header stands in the file.
-fn write_muscles(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+fn write_rows(
+    w: &mut dyn Write,
+    batch: &Batch<'_>,
+    journal: &Journal,
+    of: fn(&Fitted) -> &str,
+) -> io::Result<()> {
     let mut first = true;
     each_fit(batch, journal, |_, fit| {
-        let (header, rows) = fit.muscles.split_once('\n').unwrap_or_default();
-        if std::mem::take(&mut first) {
+        let (header, rows) = of(&fit).split_once('\n').unwrap_or_default();
+        if !header.is_empty() && std::mem::take(&mut first) {
             writeln!(w, "{header}")?;
         }
         w.write_all(rows.as_bytes())

@@ -119,6 +119,74 @@ pub fn muscle_lines(r: &AssessedRecord, p: &Provenance, with_header: bool) -> cs
     finish(writer)
 }
 
+/// A muscle of a posterior.
+#[derive(Serialize)]
+struct PosteriorRow<'a> {
+    subject: &'a str,
+    vowel: &'a Vowel,
+    baseline: &'a Vowel,
+    muscle: &'a str,
+    status: crate::posterior::Status,
+    change_median_n_per_m: Option<f64>,
+    change_low_50_n_per_m: Option<f64>,
+    change_high_50_n_per_m: Option<f64>,
+    change_low_95_n_per_m: Option<f64>,
+    change_high_95_n_per_m: Option<f64>,
+    probability_rises: Option<f64>,
+    tension_low_95_n_per_m: Option<f64>,
+    tension_high_95_n_per_m: Option<f64>,
+    depends_on_prior: Option<bool>,
+    shrinkage: f64,
+    measured_stretch: Option<f64>,
+    left_out_mean: Option<f64>,
+    left_out_low_95: Option<f64>,
+    left_out_high_95: Option<f64>,
+    r_hat: f64,
+    version: &'a str,
+    command: &'a str,
+}
+
+/// The rows of `posterior.csv` for one fit under their header; nothing where it has no posterior.
+///
+/// # Errors
+/// As [`csv::Writer`]; none when writing to memory.
+pub fn posterior_lines(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
+    let Some(posterior) = &r.fit.posterior else { return Ok(String::new()) };
+    let summary = posterior.summary.as_ref();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for (muscle, shrinkage) in &posterior.shrinkage.0 {
+        let change = summary.and_then(|s| s.changes_n.of(muscle));
+        let tension = summary.and_then(|s| s.tensions_n.of(muscle));
+        let stretch = summary.and_then(|s| s.stretches.of(muscle));
+        let left_out = stretch.and_then(|s| s.left_out.as_ref());
+        writer.serialize(PosteriorRow {
+            subject: &r.fit.subject,
+            vowel: &r.fit.vowel,
+            baseline: &r.fit.baseline,
+            muscle,
+            status: posterior.status,
+            change_median_n_per_m: change.map(|c| c.spread.median),
+            change_low_50_n_per_m: change.map(|c| c.spread.interval_50[0]),
+            change_high_50_n_per_m: change.map(|c| c.spread.interval_50[1]),
+            change_low_95_n_per_m: change.map(|c| c.spread.interval_95[0]),
+            change_high_95_n_per_m: change.map(|c| c.spread.interval_95[1]),
+            probability_rises: change.map(|c| c.probability_rises),
+            tension_low_95_n_per_m: tension.map(|t| t.spread.interval_95[0]),
+            tension_high_95_n_per_m: tension.map(|t| t.spread.interval_95[1]),
+            depends_on_prior: tension.map(|t| t.depends_on_prior),
+            shrinkage: *shrinkage,
+            measured_stretch: stretch.map(|s| s.measured),
+            left_out_mean: left_out.map(|l| l.spread.mean),
+            left_out_low_95: left_out.map(|l| l.spread.interval_95[0]),
+            left_out_high_95: left_out.map(|l| l.spread.interval_95[1]),
+            r_hat: posterior.r_hat,
+            version: &p.version,
+            command: &p.command,
+        })?;
+    }
+    finish(writer)
+}
+
 /// The columns of `fits.csv` before those of the tensions.
 const BEFORE: [&str; 10] = [
     "subject",

@@ -9,6 +9,7 @@ mod by_muscle;
 mod cases;
 mod levers;
 mod page;
+mod posterior;
 
 mod robustness;
 mod statistics;
@@ -22,6 +23,7 @@ use crate::inverse::{FitError, Tone};
 use crate::material::Constants;
 use crate::measured::{Dataset, Vowel};
 use crate::parallel;
+use crate::posterior::PosteriorError;
 use crate::report::ReportError;
 use crate::system::Model;
 
@@ -30,6 +32,7 @@ use levers::{Bench, Levers, best_column, errors};
 use statistics::{best_shrunk, bootstraps, constant, correlation, gaussian, middle, root_mean, vowel_means};
 
 pub use page::{files, page};
+pub use posterior::{Evidence, PosteriorStudy, Scored, ScoredBaseline};
 
 /// Poisson's ratio from which on predictions no longer depend on it.
 const NEARLY_INCOMPRESSIBLE: f64 = 0.499;
@@ -68,6 +71,9 @@ pub enum Error {
         /// The baseline.
         baseline: Vowel,
     },
+    /// The posterior.
+    #[error(transparent)]
+    Posterior(#[from] PosteriorError),
     /// A picture.
     #[error("a picture cannot be drawn: {0}")]
     Picture(String),
@@ -193,6 +199,8 @@ pub struct Study {
     pub other_baselines: Vec<OtherBaseline>,
     /// Muscles left out.
     pub leave_one_muscle_out: Vec<LeftOut>,
+    /// The posterior, every muscle predicted as a distribution from all others; null of bodies that have none.
+    pub posterior: Option<PosteriorStudy>,
     /// A tone for each muscle, N per metre of thickness, fitted to all subjects: what `--tone` takes as a file.
     pub tone_by_muscle_n_per_m: crate::report::ByMuscle<f64>,
 }
@@ -249,7 +257,7 @@ pub fn run(
     }
     // In units of about the same work: a case through the grid, a spread tuned in a fold, a permutation, a case judged.
     let rows = data.rows().len();
-    let total = all.len() * 4 + (names.len() + 1) * 12 + plan.permutations as usize + rows * 4;
+    let total = all.len() * 4 + (names.len() + 1) * 12 + 2 * plan.permutations as usize + rows * 8;
     let progress = Progress { done: AtomicUsize::new(0), total, tell };
 
     let mut entries = statistical(&all);
@@ -339,6 +347,13 @@ pub fn run(
     let other_baselines = robustness::other_baselines(&bench, data, mesh, &progress)?;
     let permuted_labels =
         robustness::permuted(&bench, data, mesh, baseline, [plan.permutations, plan.seed], &progress)?;
+    let posterior =
+        match posterior::study(body, model, data, baseline, [plan.permutations, plan.seed], &progress) {
+            Ok(study) => Some(study),
+            // Of a continuum there is none.
+            Err(Error::Posterior(PosteriorError::Body(_))) => None,
+            Err(error) => return Err(error),
+        };
     let tones = fitted_to_all(&bench, &all, &progress)?;
     progress.add(total, "done");
     Ok(Study {
@@ -353,6 +368,7 @@ pub fn run(
         permuted_labels,
         other_baselines,
         leave_one_muscle_out,
+        posterior,
         tone_by_muscle_n_per_m: crate::report::ByMuscle(tones),
     })
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::report::{Export, Rows, Scatter, Table, scatter};
 
-use super::{Error, LeftOut, Opponent, OtherBaseline, Study};
+use super::{Error, LeftOut, Opponent, OtherBaseline, PosteriorStudy, Scored, Study};
 
 /// Names and contents.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
@@ -127,6 +127,9 @@ pub fn page(study: &Study, command: &str) -> String {
     doubts(&mut p, study);
     baselines(&mut p, &study.other_baselines);
     muscles(&mut p, &study.leave_one_muscle_out);
+    if let Some(posterior) = &study.posterior {
+        distributions(&mut p, posterior);
+    }
     tones(&mut p, study);
     p
 }
@@ -211,6 +214,76 @@ fn muscles(p: &mut String, all: &[LeftOut]) {
     }
     *p += "\nIn `tone_hyoid` shorter muscles pull, in `all_may_pull` every one; how much their priors count (a discrepancy of 0.01 to 0.08 of a \
            stretch) is chosen outside each subject.\n\n";
+}
+
+fn distributions(p: &mut String, study: &PosteriorStudy) {
+    let _ = writeln!(
+        p,
+        "## Distributions of a muscle left out\n\nThe posterior (`--posterior`; ν = {}, priors as they were fixed beforehand) tells every muscle of every \
+         fit from the seven others, with all that is not known: tensions in the vowel and in the baseline, the hyoid, ends of muscles, outline, \
+         compressibility, a discrepancy of {} and rounding. `gaussian` is a normal distribution of the other subjects' stretches, shrunk as is best \
+         inside the fold; `no_change` has the spread of theirs. CRPS: the smaller the better; log score: the larger.\n",
+        study.poisson_ratio, study.priors.discrepancy.sd
+    );
+    let head = "RMS | CRPS | log score | in 50 % | in 95 % | muscles |";
+    let _ = writeln!(p, "| opponent | {head}\n|---|--:|--:|--:|--:|--:|--:|");
+    for s in &study.scores {
+        let _ = writeln!(p, "| `{}` | {}", s.name, numbers(s));
+    }
+    let [gain, error] = study.log_score_gain;
+    let _ = writeln!(
+        p,
+        "\nThe posterior's log score is {gain:+.2} ± {error:.2} (standard error over fits) of the normal distribution's."
+    );
+    if !study.permuted_rms.is_empty() {
+        let least = study.permuted_rms.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = study.permuted_rms.iter().copied().fold(0.0, f64::max);
+        let best = study.permuted_log_score.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let _ = writeln!(
+            p,
+            "With {} permutations of the muscles' names its RMS is {least:.3} to {most:.3}, its log score at most {best:.2}.",
+            study.permuted_rms.len()
+        );
+    }
+    let best = study.discrepancy.iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+    if let Some(best) = best {
+        let all: Vec<String> = study
+            .discrepancy
+            .iter()
+            .map(|e| format!("{} {:.1}", e.sd, e.log_evidence - best.log_evidence))
+            .collect();
+        let _ = writeln!(
+            p,
+            "By marginal likelihood the discrepancy is best at {} (logarithm, to the best: {}); it is not set by that.",
+            best.sd,
+            all.join(", ")
+        );
+    }
+    let _ = writeln!(
+        p,
+        "\n| baseline | subjects | opponent | {head} |\n|---|---|---|--:|--:|--:|--:|--:|--:|---|"
+    );
+    for row in &study.other_baselines {
+        for s in row.scores.iter().filter(|s| s.name != "no_change") {
+            let warning = if s.name == "posterior" { row.warning.as_str() } else { "" };
+            let subjects = row.subjects.join(", ");
+            let _ =
+                writeln!(p, "| /{}/ | {subjects} | `{}` | {} {warning} |", row.baseline, s.name, numbers(s));
+        }
+    }
+    *p += "\n";
+}
+
+fn numbers(s: &Scored) -> String {
+    format!(
+        "{:.3} | {:.3} | {:.2} | {:.0} % | {:.0} % | {} |",
+        s.rms,
+        s.crps,
+        s.log_score,
+        100.0 * s.coverage_50,
+        100.0 * s.coverage_95,
+        s.predictions
+    )
 }
 
 fn tones(p: &mut String, study: &Study) {

@@ -19,6 +19,29 @@ fn tuned_outside(cases: &[Case], errors: &[Vec<f64>]) -> Vec<f64> {
     (0..cases.len()).map(judged).collect()
 }
 
+/// Permutations of so many names other than the true order.
+pub fn orders(muscles: usize, count: u64, seed: u64) -> Vec<Vec<usize>> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut orders = Vec::new();
+    while muscles > 2 && (orders.len() as u64) < count {
+        let mut order: Vec<usize> = (0..muscles).collect();
+        random.shuffle(&mut order);
+        if order.iter().enumerate().any(|(i, o)| i != *o) {
+            orders.push(order);
+        }
+    }
+    orders
+}
+
+/// Lengths under the names of others.
+pub fn renamed(lengths: &Lengths, order: &[usize]) -> Lengths {
+    Lengths {
+        length_mm: order.iter().map(|&o| lengths.length_mm[o]).collect(),
+        half_width_mm: order.iter().map(|&o| lengths.half_width_mm[o]).collect(),
+        ..lengths.clone()
+    }
+}
+
 /// The same numbers under permuted names of muscles; the tone is tuned anew for every permutation, outside each subject.
 pub fn permuted(
     bench: &Bench,
@@ -31,25 +54,10 @@ pub fn permuted(
     let setups: Vec<Setup> =
         Levers::tones(true).iter().map(|l| bench.setup(l)).collect::<Result<_, FitError>>()?;
     let rms = |cases: &[Case]| root_mean(&tuned_outside(cases, &errors(bench, cases, &setups, || {})));
-    let mut random = fastrand::Rng::with_seed(seed);
-    let muscles = data.muscles().len();
-    let mut orders = Vec::new();
-    while muscles > 2 && (orders.len() as u64) < count {
-        let mut order: Vec<usize> = (0..muscles).collect();
-        random.shuffle(&mut order);
-        if order.iter().enumerate().any(|(i, o)| i != *o) {
-            orders.push(order);
-        }
-    }
+    let orders = orders(data.muscles().len(), count, seed);
     let truth = rms(&cases(data, mesh, baseline));
     let all = parallel::map(&orders, |order| {
-        let pick = |values: &[f64]| order.iter().map(|&o| values[o]).collect::<Vec<f64>>();
-        let make = |lengths: &Lengths| Lengths {
-            length_mm: order.iter().map(|&o| lengths.length_mm[o]).collect(),
-            half_width_mm: pick(&lengths.half_width_mm),
-            ..lengths.clone()
-        };
-        let cases = of_rows(data, mesh, baseline, make);
+        let cases = of_rows(data, mesh, baseline, |lengths| renamed(lengths, order));
         let found = if cases.is_empty() { f64::NAN } else { rms(&cases) };
         progress.add(1, "permuted names");
         found

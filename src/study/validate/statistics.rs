@@ -57,6 +57,11 @@ pub fn vowel_means(training: &[&Case], case: &Case) -> Vec<f64> {
 /// What a normal distribution fitted to others expects of the unseen muscles, given the seen ones. `None` with fewer than two rows
 /// to learn from.
 pub fn gaussian(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<f64>> {
+    Some(expected(training, case, how)?.into_iter().map(|(mean, _)| mean).collect())
+}
+
+/// Mean and variance of the same; what was seen has no variance.
+pub fn expected(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64, f64)>> {
     let muscles = &case.target().muscles;
     let row = |c: &&Case| muscles.iter().map(|m| c.stretch_of(m)).collect::<Option<Vec<f64>>>();
     let rows: Vec<DVector<f64>> = training.iter().filter_map(row).map(DVector::from_vec).collect();
@@ -84,11 +89,13 @@ pub fn gaussian(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<f64>
     });
     let seen: Vec<usize> = (0..muscles.len()).filter(|m| !case.unseen.contains(m)).collect();
     let off = DVector::from_iterator(seen.len(), seen.iter().map(|&m| case.target().values[m] - mean[m]));
-    let weights = shrunk.select_rows(&seen).select_columns(&seen).cholesky()?.solve(&off);
-    let mut expected = case.target().values.clone();
+    let factor = shrunk.select_rows(&seen).select_columns(&seen).cholesky()?;
+    let weights = factor.solve(&off);
+    let mut expected: Vec<(f64, f64)> = case.target().values.iter().map(|v| (*v, 0.0)).collect();
     for &m in &case.unseen {
-        let across: f64 = seen.iter().zip(weights.iter()).map(|(&s, w)| shrunk[(m, s)] * w).sum();
-        expected[m] = mean[m] + across;
+        let row = DVector::from_iterator(seen.len(), seen.iter().map(|&s| shrunk[(m, s)]));
+        let across: f64 = row.iter().zip(weights.iter()).map(|(r, w)| r * w).sum();
+        expected[m] = (mean[m] + across, shrunk[(m, m)] - row.dot(&factor.solve(&row)));
     }
     Some(expected)
 }

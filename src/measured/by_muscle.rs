@@ -29,10 +29,10 @@ impl<T: Serialize> Serialize for ByMuscle<T> {
     }
 }
 
-pub(super) fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
+pub(crate) fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
     ByMuscle::new(names, lengths_m.iter().map(|l| l * 1e3))
 }
 
-pub(super) fn by(names: &[String], values: &[f64]) -> ByMuscle<f64> {
+pub(crate) fn by(names: &[String], values: &[f64]) -> ByMuscle<f64> {
     ByMuscle::new(names, values.iter().copied())
 }

@@ -1,0 +1,273 @@
+//! `--posterior N`: what data and model leave open of one fit.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use miette::{IntoDiagnostic, WrapErr};
+use tongue_fit::body::{Body, Mesh};
+use tongue_fit::inverse::Matched;
+use tongue_fit::measured::Target;
+use tongue_fit::posterior::{
+    self, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Summary,
+};
+use tongue_fit::report::{self, Draws, Export};
+use tongue_fit::system::Model;
+
+use super::output;
+use super::table::table;
+
+/// Draws whose outlines are drawn.
+const OUTLINES: usize = 60;
+/// Shares below this are not told one by one, parts of one.
+const TOLD: f64 = 5e-4;
+
+/// Options of a posterior.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Posterior")]
+pub struct Arguments {
+    /// Draw so many times from the posterior of the tensions: all measured stretches, every muscle may pull, and baseline posture, hyoid,
+    /// anatomy, constants and the model's own error have their share. 1000 is a good number
+    #[arg(long, value_name = "N")]
+    posterior: Option<usize>,
+    /// Priors of the posterior (TOML) in place of the built-in ones, which `tongue-fit priors` prints
+    #[arg(long, value_name = "FILE", requires = "posterior")]
+    priors: Option<PathBuf>,
+    /// Seed of the posterior's draws
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "posterior")]
+    posterior_seed: u64,
+}
+
+/// Options of `tongue-fit priors`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(
+    after_help = "Examples:\n  tongue-fit priors > priors.toml\n  tongue-fit priors --schema > priors.schema.json"
+)]
+pub struct PriorsArguments {
+    /// Print the JSON schema of a file of priors, from which editors complete it
+    #[arg(long)]
+    schema: bool,
+}
+
+/// Prints the built-in priors.
+///
+/// # Errors
+/// As stdout.
+pub fn priors(arguments: &PriorsArguments) -> miette::Result<()> {
+    if arguments.schema {
+        return output::print(&output::json(&Priors::schema())?);
+    }
+    let text = toml::to_string(&Priors::default()).into_diagnostic()?;
+    output::print(&text)
+}
+
+/// A posterior and what is told of it.
+pub struct Sampled<'a> {
+    posterior: Posterior<'a>,
+    /// What is told.
+    pub report: Report,
+    what: String,
+    baseline: String,
+    wall_s: f64,
+}
+
+impl Arguments {
+    /// The body under its priors; `None` where no posterior was asked for.
+    ///
+    /// # Errors
+    /// Priors or a body that cannot be used.
+    pub fn ground(&self, body: &Body<2>, model: &Model) -> miette::Result<Option<Ground>> {
+        if self.posterior.is_none() {
+            return Ok(None);
+        }
+        let priors = match &self.priors {
+            None => Priors::default(),
+            Some(path) => {
+                let origin = path.display().to_string();
+                let text = crate::files::read_text(path)
+                    .into_diagnostic()
+                    .wrap_err_with(|| format!("--priors {origin} cannot be read"))?;
+                Priors::from_toml(&text, &origin).into_diagnostic()?
+            }
+        };
+        Ground::new(body, model, &priors).map(Some).into_diagnostic()
+    }
+
+    /// Samples the posterior of a target.
+    ///
+    /// # Errors
+    /// As [`posterior::sample`].
+    pub fn sample<'a>(&self, ground: &'a Ground, target: &Target) -> miette::Result<Sampled<'a>> {
+        let clock = Instant::now();
+        let (draws, seed) = (self.posterior.unwrap_or_default(), self.posterior_seed);
+        let seen = Seen::of(&Matched::new(&ground.body.mesh, target).into_diagnostic()?);
+        output::step(|| format!("{draws} draws of the posterior, seed {seed}"));
+        let posterior = posterior::sample(ground, seen, &Settings { draws, seed })
+            .into_diagnostic()
+            .wrap_err("--posterior")?;
+        let report = Report::new(&posterior, true, seed).into_diagnostic()?;
+        Ok(Sampled {
+            posterior,
+            report,
+            what: format!("{} /{}/", target.subject, target.vowel),
+            baseline: target.baseline.to_string(),
+            wall_s: clock.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+impl<'a> Sampled<'a> {
+    /// The files of its own.
+    pub fn files<'s>(&'s self, mesh: &Mesh<2>) -> Vec<(&'static str, Box<dyn Export + 's>)> {
+        let mut files: Vec<(&'static str, Box<dyn Export + 's>)> =
+            vec![("posterior.csv", Box::new(Draws(&self.posterior)))];
+        if self.report.summary.is_some() {
+            let title = |of: &str| format!("{}: {of}", self.what);
+            files.push((
+                "ridges.svg",
+                Box::new(report::ridges(
+                    &self.posterior,
+                    &title("change of every tension from the baseline"),
+                )),
+            ));
+            files.push((
+                "pairs.svg",
+                Box::new(report::pairs(&self.posterior, &title("changes of tensions in pairs"))),
+            ));
+            let shapes = self.posterior.shapes(OUTLINES);
+            files.push((
+                "outlines.svg",
+                Box::new(report::outlines(
+                    mesh,
+                    &shapes,
+                    &title("outlines of draws over the tongue at rest"),
+                )),
+            ));
+        }
+        files
+    }
+
+    /// For a terminal.
+    pub fn text(&self) -> String {
+        let report = &self.report;
+        let mut text = format!(
+            "\nPOSTERIOR of {} against /{}/: all {} measured stretches, every muscle may pull\n",
+            self.what,
+            self.baseline,
+            self.posterior.density.seen.muscles.len()
+        );
+        match &report.summary {
+            Some(summary) => text += &told(summary),
+            None => {
+                let _ = writeln!(text, "NOT MIXED: {}; no interval is printed", report.why);
+            }
+        }
+        if let Some(share) = &report.variance_share {
+            let _ = writeln!(text, "variance of a tension: {}", shares(&share.tension));
+            let _ = writeln!(text, "of a stretch left out: {}", shares(&share.left_out_stretch));
+        }
+        let _ = writeln!(
+            text,
+            "{} draws, all on the branch from rest ({} trajectories left it, {} ended at folds, {} diverged); R-hat {:.3}, ESS {:.0}; {:.0} ms",
+            report.draws,
+            report.off_branch,
+            report.folds,
+            report.divergences,
+            report.r_hat,
+            report.ess.bulk.min(report.ess.tail),
+            1e3 * self.wall_s
+        );
+        text
+    }
+}
+
+/// Sources with their parts, the largest first.
+fn shares(shares: &Shares) -> String {
+    let mut each = shares.each();
+    each.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let told = each.iter().filter(|(_, v)| *v >= TOLD);
+    told.map(|(name, v)| format!("{name} {:.1} %", 100.0 * v)).collect::<Vec<_>>().join(", ")
+}
+
+fn range(ends: [f64; 2], digits: usize) -> String {
+    let end = |v: f64| {
+        let text = format!("{v:.digits$}");
+        if text.trim_start_matches(['-', '0', '.']).is_empty() {
+            text.trim_start_matches('-').to_owned()
+        } else {
+            text
+        }
+    };
+    format!("{} to {}", end(ends[0]), end(ends[1]))
+}
+
+fn told(summary: &Summary) -> String {
+    let mut t = table(&["muscle", "F - F0, N/m", "50 %", "95 %", "P(rises)", "F, 95 %", "F0, 95 %"]);
+    for (i, (muscle, change)) in summary.changes_n.0.iter().enumerate() {
+        let tension = &summary.tensions_n.0[i].1;
+        let mark = if tension.depends_on_prior { "°" } else { "" };
+        let of = |s: &Spread| range(s.interval_95, 0);
+        t.add_row([
+            muscle.clone(),
+            format!("{:.0}", change.spread.median),
+            range(change.spread.interval_50, 0),
+            of(&change.spread),
+            format!("{:.2}", change.probability_rises),
+            format!("{}{mark}", of(&tension.spread)),
+            of(&summary.baseline_tensions_n.0[i].1),
+        ]);
+    }
+    let mut text = format!("\n{t}\n");
+    if summary.tensions_n.0.iter().any(|(_, t)| t.depends_on_prior) {
+        text += "° as wide as the prior of tensions lets it be: its scale is in it\n";
+    }
+    let resolved: Vec<String> = summary
+        .directions
+        .iter()
+        .filter(|d| d.resolved)
+        .map(|d| {
+            let large = d.direction.0.iter().filter(|(_, v)| v.abs() > 0.4);
+            let named = large.map(|(m, v)| format!("{}{m}", if *v < 0.0 { "-" } else { "+" }));
+            format!("{} ({:.2})", named.collect::<Vec<_>>().join(" "), d.sd_left)
+        })
+        .collect();
+    let _ = writeln!(
+        text,
+        "directions of tensions resolved to half of their prior: {} of {}{}",
+        resolved.len(),
+        summary.directions.len(),
+        if resolved.is_empty() { String::new() } else { format!(": {}", resolved.join(", ")) }
+    );
+    let hyoid = &summary.hyoid_mm;
+    let _ = writeln!(
+        text,
+        "hyoid, 95 %: back {} mm, up {} mm; Young's modulus scales all tensions and is not in these intervals",
+        range(hyoid[0].interval_95, 1),
+        range(hyoid[1].interval_95, 1)
+    );
+    let mut t = table(&["muscle", "stretch measured", "fitted, 95 %", "without its own, 95 %"]);
+    for (muscle, s) in &summary.stretches.0 {
+        let left_out = s.left_out.as_ref().map_or_else(
+            || "-".to_owned(),
+            |l| {
+                format!(
+                    "{}{}",
+                    range(l.spread.interval_95, 2),
+                    if l.spread.holds(s.measured) { "" } else { " !" }
+                )
+            },
+        );
+        t.add_row([muscle.clone(), format!("{:.3}", s.measured), range(s.fitted.interval_95, 2), left_out]);
+    }
+    let _ = writeln!(text, "\n{t}");
+    if summary
+        .stretches
+        .0
+        .iter()
+        .any(|(_, s)| s.left_out.as_ref().is_some_and(|l| !l.spread.holds(s.measured)))
+    {
+        text += "! measured outside\n";
+    }
+    text
+}

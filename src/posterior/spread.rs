@@ -1,0 +1,88 @@
+//! Draws in a few numbers.
+
+use serde::Serialize;
+
+/// The middle of draws and how far they reach.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean.
+    pub mean: f64,
+    /// Median.
+    pub median: f64,
+    /// Lower and upper end of the middle half.
+    pub interval_50: [f64; 2],
+    /// Lower and upper end of the middle 95 %.
+    pub interval_95: [f64; 2],
+}
+
+impl Spread {
+    /// Of draws of equal weight; not finite without any.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        Self::weighted(values.into_iter().map(|v| (v, 1.0)).collect())
+    }
+
+    /// Of draws with weights.
+    pub fn weighted(mut draws: Vec<(f64, f64)>) -> Self {
+        draws.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let total: f64 = draws.iter().map(|d| d.1).sum();
+        let mean = draws.iter().map(|d| d.0 * d.1).sum::<f64>() / total;
+        // Every draw stands for its weight, half of it on either side; between draws in a straight line.
+        let mut reached = 0.0;
+        let places: Vec<f64> = draws
+            .iter()
+            .map(|d| {
+                reached += d.1;
+                (reached - 0.5 * d.1) / total
+            })
+            .collect();
+        let at = |p: f64| -> f64 {
+            let above = places.partition_point(|q| *q < p);
+            match (above, draws.get(above)) {
+                (_, None) => draws.last().map_or(f64::NAN, |d| d.0),
+                (0, Some(first)) => first.0,
+                (i, Some(next)) => {
+                    let (before, q) = (draws[i - 1].0, places[i - 1]);
+                    before + (next.0 - before) * (p - q) / (places[i] - q).max(f64::MIN_POSITIVE)
+                }
+            }
+        };
+        Self { mean, median: at(0.5), interval_50: [at(0.25), at(0.75)], interval_95: [at(0.025), at(0.975)] }
+    }
+
+    /// Whether the middle 95 % hold a value.
+    pub fn holds(&self, value: f64) -> bool {
+        (self.interval_95[0]..=self.interval_95[1]).contains(&value)
+    }
+
+    /// Whether the middle half does.
+    pub fn holds_in_half(&self, value: f64) -> bool {
+        (self.interval_50[0]..=self.interval_50[1]).contains(&value)
+    }
+}
+
+/// Effective number of weighted draws (Kish 1965).
+pub fn effective(weights: &[f64]) -> f64 {
+    let (sum, squares) = weights.iter().fold((0.0, 0.0), |(s, q), w| (s + w, q + w * w));
+    if squares > 0.0 { sum * sum / squares } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_count_as_repetitions_do() {
+        let repeated = Spread::of([1.0, 2.0, 2.0, 2.0, 5.0, 7.0, 7.0]);
+        let weighted = Spread::weighted(vec![(5.0, 1.0), (2.0, 3.0), (7.0, 2.0), (1.0, 1.0)]);
+        assert!((repeated.mean - weighted.mean).abs() < 1e-15);
+        let many = Spread::of((0..10_001).map(|i| f64::from(i) / 10_000.0));
+        for (found, exact) in [(many.median, 0.5), (many.interval_95[0], 0.025), (many.interval_50[1], 0.75)]
+        {
+            assert!((found - exact).abs() < 1e-4, "{found} {exact}");
+        }
+        let heavy = Spread::weighted((0..1000).map(|i| (f64::from(i), f64::from(i))).collect());
+        // Density 2x on (0, 1): half lies below the root of a half.
+        assert!((heavy.median / 1000.0 - 0.5f64.sqrt()).abs() < 2e-3, "{heavy:?}");
+        assert!((effective(&[1.0; 8]) - 8.0).abs() < 1e-12 && effective(&[1.0, 0.0, 0.0]) == 1.0);
+    }
+}

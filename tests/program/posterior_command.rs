@@ -1,0 +1,102 @@
+//! `--posterior`: what is told, what is written, what is refused.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use assert_cmd::cargo::cargo_bin;
+use serde_json::Value;
+
+fn run(folder: &Path, arguments: &str) -> Output {
+    Command::new(cargo_bin("tongue-fit")).args(arguments.split(' ')).current_dir(folder).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[test]
+fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), "--vowel a --posterior 1000 --json --out out");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let posterior = &fit["posterior"];
+    assert_eq!(posterior["status"], "mixed", "{}", posterior["why"]);
+    assert!(posterior["r_hat"].as_f64().unwrap() < 1.01);
+    for size in ["bulk", "tail"] {
+        assert!(posterior["ess"][size].as_f64().unwrap() > 400.0);
+    }
+    let summary = &posterior["summary"];
+    for muscle in ["GGa", "SGm", "HGa"] {
+        let rises = summary["changes_n"][muscle]["probability_rises"].as_f64().unwrap();
+        assert!(rises > 0.9, "{muscle}: {rises}");
+        assert!(posterior["shrinkage"][muscle].as_f64().unwrap() > 0.3, "{muscle}");
+    }
+    let shares = posterior["variance_share"]["tension"].as_object().unwrap();
+    assert!((shares.values().map(|v| v.as_f64().unwrap()).sum::<f64>() - 1.0).abs() < 1e-9);
+    // What the front page says of a point answer.
+    assert!(shares["rounding"].as_f64().unwrap() < 0.01, "{shares:?}");
+    let stretches = summary["stretches"].as_object().unwrap();
+    assert_eq!(stretches.len(), 8);
+    assert!(
+        stretches.values().all(|s| s["left_out"]["spread"]["interval_95"][1].is_number()),
+        "{stretches:?}"
+    );
+    assert_eq!(posterior["priors"]["tension"]["scale_n_per_m"], 20.0);
+
+    // A row a draw, chain by chain, as many of each: what xarray and ArviZ make an array of.
+    let mut reader = csv::Reader::from_path(folder.path().join("out/posterior.csv")).unwrap();
+    let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    let column =
+        |name: &str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("{name} of {header:?}"));
+    let [chain, draw, gga] = ["chain", "draw", "change_GGa_n_per_m"].map(column);
+    column("version");
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let length = rows.iter().filter(|r| &r[chain] == "0").count();
+    assert!(length > 100 && rows.len() == 8 * length, "{length} of {}", rows.len());
+    for (i, row) in rows.iter().enumerate() {
+        assert_eq!((&row[chain], &row[draw]), (&*(i / length).to_string(), &*(i % length).to_string()));
+    }
+    let mean = rows.iter().map(|r| r[gga].parse::<f64>().unwrap()).sum::<f64>() / rows.len() as f64;
+    let told = summary["changes_n"]["GGa"]["mean"].as_f64().unwrap();
+    assert!((mean - told).abs() < 1.0, "{mean} {told}");
+    for picture in ["ridges.svg", "pairs.svg", "outlines.svg"] {
+        let svg = std::fs::read_to_string(folder.path().join("out").join(picture)).unwrap();
+        roxmltree::Document::parse(&svg).unwrap();
+    }
+}
+
+#[test]
+fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), "--vowel a --posterior 100");
+    assert_eq!(output.status.code(), Some(3));
+    let printed = text(&output.stdout);
+    let told = printed.split("POSTERIOR").nth(1).unwrap();
+    assert!(told.contains("NOT MIXED") && !told.contains("95 %"), "{told}");
+    for (priors, part) in [
+        ("tension.scale_n_per_m = -1.0", "tension.scale_n_per_m is -1; it must be above 0"),
+        ("[tensoin]", "priors.toml:1: unknown field `tensoin`"),
+        ("baseline.fixed_n_per_m = { Nobody = 3.0 }", "fix Nobody, a muscle that this body does not have"),
+        ("discrepancy.off = true\nrounding.off = true", "one of them is needed"),
+    ] {
+        std::fs::write(folder.path().join("priors.toml"), priors).unwrap();
+        let output = run(folder.path(), "--vowel a --posterior 400 --priors priors.toml");
+        let message = text(&output.stderr);
+        assert!(output.status.code() == Some(1) && message.contains(part), "{message}");
+    }
+    let output = run(folder.path(), "--vowel a --posterior 7");
+    assert!(text(&output.stderr).contains("7 draws were asked for"), "{}", text(&output.stderr));
+    let output = run(folder.path(), "--vowel a --posterior 400 --body continuum");
+    assert!(text(&output.stderr).contains("bodies of springs only"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn the_priors_that_are_printed_are_read_back_and_have_a_schema() {
+    let folder = tempfile::tempdir().unwrap();
+    let priors = text(&run(folder.path(), "priors").stdout);
+    let read = tongue_fit::posterior::Priors::from_toml(&priors, "printed").unwrap();
+    assert_eq!(read, tongue_fit::posterior::Priors::default());
+    let schema: Value = serde_json::from_slice(&run(folder.path(), "priors --schema").stdout).unwrap();
+    assert_eq!(schema["properties"].as_object().unwrap().len(), 9);
+}
