@@ -227,17 +227,20 @@ fn told(summary: &Summary) -> String {
         .iter()
         .filter(|d| d.resolved)
         .map(|d| {
-            let large = d.direction.0.iter().filter(|(_, v)| v.abs() > 0.4);
-            let named = large.map(|(m, v)| format!("{}{m}", if *v < 0.0 { "-" } else { "+" }));
-            format!("{} ({:.2})", named.collect::<Vec<_>>().join(" "), d.sd_left)
+            let large = d.direction.0.iter().filter(|(_, v)| v.abs() > 0.3);
+            let named = large.map(|(m, v)| format!("{} {m}", if *v < 0.0 { "-" } else { "+" }));
+            format!(
+                "  {:.2} of it left: {}",
+                d.sd_left,
+                named.collect::<Vec<_>>().join(" ").trim_start_matches("+ ")
+            )
         })
         .collect();
     let _ = writeln!(
         text,
-        "directions of tensions resolved to half of their prior: {} of {}{}",
+        "{} directions are resolved to half of their prior{}",
         resolved.len(),
-        summary.directions.len(),
-        if resolved.is_empty() { String::new() } else { format!(": {}", resolved.join(", ")) }
+        resolved.iter().map(|d| format!("\n{d}")).collect::<String>()
     );
     let hyoid = &summary.hyoid_mm;
     let _ = writeln!(

@@ -1,6 +1,6 @@
 //! What all posteriors in one body have in common: the body, its hyoid, and the random fields that displace it at rest.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::SVector;
 
@@ -10,6 +10,7 @@ use crate::material::Constants;
 use crate::system::{Model, System, TissueModel};
 
 use super::PosteriorError;
+use super::library::Library;
 use super::priors::Priors;
 
 /// Points nearer to each other than this are one, m.
@@ -43,6 +44,8 @@ pub struct Ground {
     pub ends: Vec<Field>,
     /// The outline.
     pub outline: Vec<Field>,
+    /// Made when first asked for.
+    pub(super) shared: OnceLock<Result<Library, PosteriorError>>,
 }
 
 impl Ground {
@@ -74,7 +77,8 @@ impl Ground {
         let system = Arc::new(System::new(&body.mesh, &model, &all)?);
         let hyoid = body.bone(HYOID).to_vec();
         let (ends, outline) = (ends(body, priors), outline(body, priors));
-        Ok(Self { priors: priors.clone(), body: body.clone(), system, model, muscles, hyoid, ends, outline })
+        let (priors, body, shared) = (priors.clone(), body.clone(), OnceLock::new());
+        Ok(Self { priors, body, system, model, muscles, hyoid, ends, outline, shared })
     }
 
     /// The body at rest displaced by fields, each by so many standard deviations; inner nodes of muscle parts outside the tissue are put

@@ -10,7 +10,7 @@ use super::PosteriorError;
 use super::density::{Density, Parameter, Seen, is_found};
 use super::ground::Ground;
 use super::hmc::{normals, seed_of};
-use super::predict::{Part, about};
+use super::score::{Part, about};
 use super::spread::effective;
 
 /// How many are solved, and how many pairs they make.
@@ -45,6 +45,21 @@ pub struct Library {
 
 /// A pair of less weight than this part of the heaviest counts for nothing.
 const NOTHING: f64 = 1e-10;
+
+/// Seed of the library that rows share.
+const SEED: u64 = 1;
+
+impl Ground {
+    /// The library that all rows share; made when first asked for, which is to be before work on several rows at once begins: it is
+    /// made on all threads.
+    ///
+    /// # Errors
+    /// As [`Library::new`].
+    pub fn library(&self) -> Result<&Library, PosteriorError> {
+        let made = self.shared.get_or_init(|| Library::new(self, Size::default(), SEED));
+        made.as_ref().map_err(Clone::clone)
+    }
+}
 
 impl Library {
     /// Draws and solves; the bits do not depend on threads.

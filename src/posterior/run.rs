@@ -15,7 +15,7 @@ use super::map::Mode;
 const CHAINS: usize = 8;
 /// Draws of each chain in each half of the warm-up.
 const WARM_UP: usize = 60;
-/// Of so many trajectories one is kept, so that nearly every draw counts.
+/// Of so many trajectories one is kept, so that nearly every draw counts; R-hat is told by all of them.
 const THIN: usize = 4;
 /// Fewest and most draws.
 const FEWEST: usize = 100;
@@ -144,8 +144,9 @@ pub fn sample_at<'a>(
         return Err(PosteriorError::Draws(settings.draws, FEWEST, MOST));
     }
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
-    let draws = settings.draws.div_ceil(CHAINS);
-    let how = hmc::Settings { chains: CHAINS, warm_up: WARM_UP, draws, thin: THIN, seed: settings.seed };
+    let draws_each = settings.draws.div_ceil(CHAINS) * THIN;
+    let how =
+        hmc::Settings { chains: CHAINS, warm_up: WARM_UP, draws: draws_each, thin: 1, seed: settings.seed };
     let chains = hmc::sample(|| density.evaluator(), &whitened, &mode.place, &how);
     let n = density.ground.muscles.len();
     let meaning = |row: &[f64]| Meaning {
@@ -156,7 +157,10 @@ pub fn sample_at<'a>(
     let rows: Vec<(usize, usize, &Vec<f64>)> = chains
         .iter()
         .enumerate()
-        .flat_map(|(chain, c)| c.draws.iter().enumerate().map(move |(number, row)| (chain, number, row)))
+        .flat_map(|(chain, c)| {
+            let kept = c.draws.iter().skip(THIN - 1).step_by(THIN).enumerate();
+            kept.map(move |(number, row)| (chain, number, row))
+        })
         .collect();
     let lengths = 2 * n + 2;
     let draw = |&(chain, number, row): &(usize, usize, &Vec<f64>)| Draw {
@@ -186,11 +190,11 @@ pub fn sample_at<'a>(
         () if fewest.is_nan() || fewest < FEWEST_EFFECTIVE => {
             format!("there are {fewest:.0} effective draws, fewer than {FEWEST_EFFECTIVE}; ask for more")
         }
-        () if divergences > rows.len() / 100 => format!("{divergences} trajectories diverged"),
+        () if divergences > THIN * rows.len() / 100 => format!("{divergences} trajectories diverged"),
         () => String::new(),
     };
     let draws = rows.iter().map(draw).collect();
-    let all = settings.draws.div_ceil(CHAINS) as f64 * CHAINS as f64;
+    let all = (draws_each * CHAINS) as f64;
     Ok(Posterior {
         status: if why.is_empty() { Status::Mixed } else { Status::NotMixed },
         why,
@@ -212,9 +216,12 @@ fn judged(density: &Density<'_>, chains: &[hmc::Chain]) -> Vec<(String, Mixing)>
     let muscles = &density.ground.muscles;
     let n = muscles.len();
     let of = |value: &dyn Fn(&[f64]) -> f64| -> Mixing {
-        let values: Vec<Vec<f64>> =
-            chains.iter().map(|c| c.draws.iter().map(|row| value(row)).collect()).collect();
-        mixing(&values)
+        let taken = |step: usize| -> Vec<Vec<f64>> {
+            let each =
+                |c: &hmc::Chain| c.draws.iter().skip(step - 1).step_by(step).map(|row| value(row)).collect();
+            chains.iter().map(each).collect()
+        };
+        Mixing { r_hat: mixing(&taken(1)).r_hat, ..mixing(&taken(THIN)) }
     };
     let mut out = Vec::new();
     for (m, name) in muscles.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! What a posterior says, first to last: changes, tensions, directions, sources of variance, stretches. `posterior` of `fit.json`.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use serde::Serialize;
 
 use crate::measured::ByMuscle;
@@ -9,13 +9,14 @@ use crate::track::scores;
 use super::PosteriorError;
 use super::density::Parameter;
 use super::hmc::{normal, seed_of};
-use super::predict::{LeftOut, fitted, without_each};
+use super::predict::{fitted, without_each};
 use super::priors::Priors;
 use super::run::{Draw, Posterior, Status};
+use super::score::LeftOut;
 use super::share::{Parts, Shares};
 use super::spread::Spread;
 
-/// A direction of tensions is resolved where its standard deviation, in scores, is below this part of the prior's.
+/// A direction is resolved where its standard deviation, in scores, is below this part of the prior's.
 const RESOLVED: f64 = 0.5;
 /// Another scale of the prior, as a factor, and the part by which the upper end of an interval may move with it before that is told.
 const OTHER_SCALE: f64 = 1.5;
@@ -56,7 +57,7 @@ pub struct Stretch {
     pub left_out: Option<LeftOut>,
 }
 
-/// A direction of tensions, in scores.
+/// A direction of tensions, tones and the hyoid's place, in scores.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Direction {
     /// Standard deviation along it, as part of the prior's.
@@ -78,7 +79,7 @@ pub struct Summary {
     pub baseline_tensions_n: ByMuscle<Spread>,
     /// Displacement of the hyoid, x and y, mm.
     pub hyoid_mm: [Spread; 2],
-    /// Directions of tensions, the most resolved first.
+    /// Directions of tensions, tones and the hyoid's place, the most resolved first.
     pub directions: Vec<Direction>,
     /// Stretches.
     pub stretches: ByMuscle<Stretch>,
@@ -244,36 +245,29 @@ fn moved_by_prior(posterior: &Posterior<'_>, muscle: usize, upper: f64) -> f64 {
     Spread::weighted(weighed.collect()).interval_95[1] / upper - 1.0
 }
 
-/// Directions of the scores of the tensions that are sampled, by how much is left of the prior's standard deviation.
+/// Directions of everything that is sampled, by how much of the prior's standard deviation the data left along each, linearised at the most
+/// probable point; as many as there are measured stretches, since along the others they say nothing.
 fn directions(posterior: &Posterior<'_>) -> Vec<Direction> {
-    let ground = posterior.density.ground;
-    let sampled: Vec<usize> = posterior
-        .density
-        .parameters
-        .iter()
-        .filter_map(|p| if let Parameter::Tension(m) = p { Some(*m) } else { None })
-        .collect();
-    let all: Vec<Vec<f64>> = sampled.iter().map(|&m| scores_of(posterior, m)).collect();
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    let means: Vec<f64> = all.iter().map(|v| mean(v)).collect();
-    let covariance = DMatrix::from_fn(all.len(), all.len(), |i, j| {
-        let products = all[i].iter().zip(&all[j]).map(|(a, b)| (a - means[i]) * (b - means[j]));
-        products.sum::<f64>() / all[i].len() as f64
-    });
-    let eigen = covariance.symmetric_eigen();
-    let mut order: Vec<usize> = (0..all.len()).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    let density = &posterior.density;
+    let muscles = &density.ground.muscles;
+    let name = |p: &Parameter| match p {
+        Parameter::Tension(m) => format!("F {}", muscles[*m]),
+        Parameter::Tone(m) => format!("F0 {}", muscles[*m]),
+        Parameter::Hyoid(axis) => format!("hyoid {}", ["x", "y"][*axis]),
+    };
+    let eigen = posterior.mode.precision.clone().symmetric_eigen();
+    let mut order: Vec<usize> = (0..density.parameters.len()).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    order.truncate(density.seen.muscles.len());
     let direction = |i: usize| {
-        let sd_left = eigen.eigenvalues[i].max(0.0).sqrt();
+        let sd_left = eigen.eigenvalues[i].sqrt().recip();
         let vector = eigen.eigenvectors.column(i);
         let largest = vector.iter().fold(0.0, |m: f64, v| if v.abs() > m.abs() { *v } else { m });
-        let named = sampled.iter().zip(vector.iter());
+        let named = density.parameters.iter().zip(vector.iter());
         Direction {
             sd_left,
             resolved: sd_left < RESOLVED,
-            direction: ByMuscle(
-                named.map(|(&m, v)| (ground.muscles[m].clone(), v * largest.signum())).collect(),
-            ),
+            direction: ByMuscle(named.map(|(p, v)| (name(p), v * largest.signum())).collect()),
         }
     };
     order.into_iter().map(direction).collect()

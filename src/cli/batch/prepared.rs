@@ -102,6 +102,14 @@ impl Prepared {
         })
     }
 
+    /// Makes what all fits share and is not made by one of them.
+    ///
+    /// # Errors
+    /// Where nothing can be drawn from the priors.
+    pub fn begin(&self) -> miette::Result<()> {
+        self.posterior.1.iter().try_for_each(|ground| ground.library().map(|_| ())).into_diagnostic()
+    }
+
     /// Makes the fit of a job.
     pub fn fit(&self, number: usize, job: &Job) -> Result<Entry<Fitted>, ReportError> {
         let clock = std::time::Instant::now();

@@ -7,8 +7,7 @@ use crate::body::Body;
 use crate::measured::{Dataset, Vowel};
 use crate::parallel;
 use crate::posterior::{
-    Density, Ground, LeftOut, Library, Mode, Part, PosteriorError, Priors, Seen, Settings, Size,
-    by_own_draws, left_out,
+    Density, Ground, How, LeftOut, Mode, Part, PosteriorError, Priors, Seen, Settings, by_own_draws, left_out,
 };
 use crate::system::Model;
 
@@ -95,7 +94,6 @@ const NAMES: [&str; 3] = ["no_change", "gaussian", "posterior"];
 
 struct Judge {
     ground: Ground,
-    library: Library,
     seed: u64,
 }
 
@@ -110,9 +108,9 @@ impl Judge {
             let rounding = seen.rounding[position];
             let mut others = density.of(seen.without(position))?;
             let at = Mode::find_from(&mut others, &mode.scores, &mode.place)?;
-            let (parts, sd, effective) = self.library.predict(&others, muscle, rounding);
+            let (parts, sd, effective) = self.ground.library()?.predict(&others, muscle, rounding);
             if effective >= FEWEST || !thoroughly {
-                return Ok(left_out(&parts, sd, measured, crate::posterior::How::Weighed, self.seed));
+                return Ok(left_out(&parts, sd, measured, How::Library, self.seed));
             }
             let settings = Settings { draws: OWN_DRAWS, seed: self.seed };
             by_own_draws(others, at, (muscle, measured, rounding), &settings)
@@ -142,7 +140,7 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
     let usual = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
     let normal = |mean: f64, sd: f64, measured: f64| {
         let parts = vec![Part { mean, weight: 1.0 }; 4000];
-        left_out(&parts, sd, measured, crate::posterior::How::Weighed, seed)
+        left_out(&parts, sd, measured, How::Weighed, seed)
     };
     let one = |m: usize| {
         let measured = case.target().values[m];
@@ -171,7 +169,7 @@ fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&C
         coverage_50: mean(&|(y, p)| f64::from(u8::from(p.spread.holds_in_half(*y)))),
         coverage_95: mean(&|(y, p)| f64::from(u8::from(p.spread.holds(*y)))),
         predictions: each.len(),
-        sampled: each.iter().filter(|(_, p)| p.how == crate::posterior::How::Sampled).count(),
+        sampled: each.iter().filter(|(_, p)| p.how == How::Sampled).count(),
     }
 }
 
@@ -188,8 +186,9 @@ pub fn study(
     progress: &Progress<'_>,
 ) -> Result<PosteriorStudy, Error> {
     let ground = Ground::new(body, model, &Priors::default())?;
-    let library = Library::new(&ground, Size::default(), seed)?;
-    let judge = Judge { ground, library, seed };
+    // Before threads ask for it.
+    ground.library()?;
+    let judge = Judge { ground, seed };
     let all = cases(data, &body.mesh, baseline);
     let predicted = judge.all(&all, true)?;
     progress.add(all.len(), "posterior");
@@ -266,7 +265,7 @@ fn discrepancies(judge: &Judge, all: &[Case]) -> Result<Vec<Evidence>, Error> {
         let logs = parallel::map(all, |case| {
             let mut density = Density::new(&ground, Seen::of(&case.matched))?;
             Mode::find(&mut density)?;
-            Ok(judge.library.evidence(&density).0)
+            Ok(judge.ground.library()?.evidence(&density).0)
         });
         let log_evidence = logs.into_iter().sum::<Result<f64, PosteriorError>>()?;
         Ok(Evidence { sd, log_evidence })
