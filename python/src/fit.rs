@@ -217,6 +217,7 @@ pub fn fit_rows<'py>(
                 setup: setup.and_then(|(_, setup)| setup.as_ref()),
                 known: &known,
                 thesis: &thesis,
+                posterior: None,
                 how: &how,
             };
             // A number beyond the page: no pictures are drawn.

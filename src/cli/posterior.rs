@@ -133,7 +133,7 @@ impl<'a> Sampled<'a> {
             ));
             files.push((
                 "pairs.svg",
-                Box::new(report::pairs(&self.posterior, &title("changes of tensions in pairs"))),
+                Box::new(report::pairs(&self.posterior, &title("changes of tensions in pairs, N per metre"))),
             ));
             let shapes = self.posterior.shapes(OUTLINES);
             files.push((

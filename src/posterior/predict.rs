@@ -13,13 +13,13 @@ use super::run::{Draw, Posterior, Settings, sample_at};
 use super::score::{How, LeftOut, Part, about, left_out};
 use super::spread::Spread;
 
-/// Fewest effective draws with which weights will do.
-pub const FEWEST_EFFECTIVE: f64 = 400.0;
+/// Fewest effective draws or pairs with which weights will do: each end of a 95 % interval is then sure to a third of a standard deviation.
+pub const FEWEST_EFFECTIVE: f64 = 100.0;
 /// Draws where the weights will not do.
 const OWN_DRAWS: usize = 800;
 
 /// With fewer effective draws of its own a prediction is not told.
-const LEAST_TRUSTED: f64 = 200.0;
+const LEAST_TRUSTED: f64 = 100.0;
 
 /// Of every draw the conditional mean of the measured stretch at a position, with the logarithm of the density of what was measured
 /// there; and the standard deviation about that mean.

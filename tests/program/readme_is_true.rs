@@ -21,6 +21,23 @@ fn the_table_in_the_readme_is_what_the_main_command_prints() {
     assert_eq!(lines(shown), lines(&printed));
 }
 
+#[test]
+fn the_table_of_the_posterior_is_what_its_command_prints() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new(assert_cmd::cargo::cargo_bin("tongue-fit"))
+        .args(["--vowel", "a", "--posterior", "1000"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    let shown = README.split("```text\n").nth(2).and_then(|rest| rest.split("```").next()).unwrap();
+    let mut lines = printed.lines();
+    for line in shown.lines() {
+        assert!(lines.any(|l| l == line), "{line}\nis not printed, or not in this place:\n{printed}");
+    }
+    assert!(shown.lines().count() > 10);
+}
+
 /// The front page's program is compiled and run with the documentation.
 #[test]
 fn the_program_in_the_readme_is_that_of_the_front_page_and_has_at_most_fifteen_lines() {

@@ -122,6 +122,12 @@ fn density(values: &[f64], low: f64, high: f64) -> Vec<f64> {
     (0..POINTS).map(|i| height(at(i))).collect()
 }
 
+/// Round numbers away from both ends of a range, where they would meet those of the next panel.
+fn inner([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    let room = 0.15 * (high - low);
+    ticks(low..=high).into_iter().filter(move |v| (low + room..=high - room).contains(v)).step_by(3)
+}
+
 /// The changes of the muscles that are surest to rise or fall, in pairs.
 pub fn pairs(posterior: &Posterior<'_>, title: &str) -> Svg {
     let names = &posterior.density.ground.muscles;
@@ -176,7 +182,7 @@ pub fn pairs(posterior: &Posterior<'_>, title: &str) -> Svg {
             let label = |v: f64| format!("{v:.0}").replace('-', "\u{2212}");
             if column == 0 {
                 svg.upright_text([left - 70.0, corner[1] + 0.5 * side], &names[b]);
-                for value in ticks(vertical[0]..=vertical[1]).into_iter().step_by(3) {
+                for value in inner(vertical) {
                     svg.text(
                         [left - 8.0, place(horizontal[0], value)[1]],
                         Anchor::End,
@@ -186,7 +192,7 @@ pub fn pairs(posterior: &Posterior<'_>, title: &str) -> Svg {
                 }
             }
             if row + 1 == shown.len() {
-                for value in ticks(horizontal[0]..=horizontal[1]).into_iter().step_by(3) {
+                for value in inner(horizontal) {
                     let [x, y] = place(value, vertical[0]);
                     svg.text([x, y + 20.0], Anchor::Middle, Face::Plain, &label(value));
                 }

@@ -21,7 +21,7 @@ const DISCREPANCIES: [f64; 8] = [0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.0
 /// Draws where pairs of the library do not do.
 const OWN_DRAWS: usize = 800;
 /// Effective pairs with which they do.
-const FEWEST: f64 = 400.0;
+const FEWEST: f64 = 100.0;
 
 /// How good predicted distributions are.
 #[derive(Debug, Clone, PartialEq, Serialize)]
