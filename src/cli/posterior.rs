@@ -169,7 +169,7 @@ impl<'a> Sampled<'a> {
         }
         let _ = writeln!(
             text,
-            "{} draws, all on the branch from rest ({} trajectories left it, {} ended at folds, {} diverged); R-hat {:.3}, ESS {:.0}; {:.0} ms",
+            "{} draws, all where tensions lead from rest ({} trajectories were not, {} ended at folds, {} diverged); R-hat {:.3}, ESS {:.0}; {:.0} ms",
             report.draws,
             report.off_branch,
             report.folds,

@@ -1,4 +1,5 @@
-//! Whether shapes lie on the branch of equilibria that begins at rest: each is followed from there anew, in lanes.
+//! Whether shapes are where their tensions lead from rest as these grow together: each is followed from there anew, in lanes. A body may
+//! snap on its way there, which only [`crate::statics::trace()`] would tell.
 //!
 //! Nearly always one step leads there. Where it does not, tensions and bones grow in more and more steps, each from the shape before.
 
@@ -8,7 +9,7 @@ use crate::statics::lanes::{Group, Load};
 
 use super::density::{Density, Meaning, is_found};
 
-/// Steps in which the loads grow from nothing: the first number of them that leads to a shape says that it is on the branch.
+/// Steps in which the loads grow from nothing: the first number of them that leads to a shape says that loads lead there.
 const STEPS: [usize; 3] = [1, 5, 25];
 /// Lengths that differ by less are those of one shape, m.
 pub const SAME_M: f64 = 1e-7;

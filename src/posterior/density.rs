@@ -460,7 +460,7 @@ impl Target for Evaluator<'_> {
         out
     }
 
-    /// Where both shapes, of the vowel and of the baseline, lie on the branch of equilibria from rest.
+    /// Where both shapes, of the vowel and of the baseline, are where their tensions lead from rest.
     fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Place>)]) -> Vec<bool> {
         let density = self.density;
         let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();

@@ -38,8 +38,16 @@ impl Mode {
     /// # Errors
     /// [`PosteriorError::NoMode`] where no equilibrium is found.
     pub fn find(density: &mut Density<'_>) -> Result<Self, PosteriorError> {
-        let start = DVector::zeros(density.parameters.len());
-        Self::find_from(density, &start, &density.rest())
+        // From the medians, or below them where there is no equilibrium at such tensions.
+        let n = density.parameters.len();
+        let mut found = Err(PosteriorError::NoMode);
+        for score in [0.0, -1.0, -2.0, -3.0, -4.0] {
+            found = Self::find_from(density, &DVector::from_element(n, score), &density.rest());
+            if found.is_ok() {
+                break;
+            }
+        }
+        found
     }
 
     /// The same, from given scores that were solved at a place.

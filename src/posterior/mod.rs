@@ -10,7 +10,7 @@
 //! of the rounding. Young's modulus scales all tensions and is told apart. All priors are in [`Priors`], each can be fixed or left out.
 //!
 //! Sampled is with Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by Gauss and Newton's matrix at the most probable point, four
-//! chains side by side in the lanes of the processor. Every draw that is kept lies on the branch of equilibria from rest
+//! chains side by side in the lanes of the processor. Every draw is where its tensions lead from rest as they grow
 //! ([`branch`]). What has not mixed says so ([`Status`]).
 
 mod branch;

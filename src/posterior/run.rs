@@ -93,7 +93,7 @@ pub struct Posterior<'a> {
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium.
     pub folds: usize,
-    /// Trajectories that ended on another branch than that from rest, and were refused.
+    /// Trajectories that ended in a shape to which tensions do not lead from rest, and were refused.
     pub off_branch: usize,
     /// Mean probability of acceptance.
     pub acceptance: f64,

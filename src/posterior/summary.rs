@@ -130,7 +130,7 @@ pub struct Report {
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium: there the density is zero.
     pub folds: usize,
-    /// Trajectories that ended on another branch than that from rest: there the density is zero too.
+    /// Trajectories that ended in a shape to which tensions do not lead from rest: there the density is zero too.
     pub off_branch: usize,
     /// Equilibria that were solved.
     pub equilibria: usize,

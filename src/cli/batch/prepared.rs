@@ -120,8 +120,7 @@ impl Prepared {
         let result = match self.posterior(job) {
             Ok(posterior) => {
                 let posterior = posterior.as_ref();
-                let within =
-                    outputs::Within { mesh, muscles, model, setup, known, thesis, posterior, how };
+                let within = outputs::Within { mesh, muscles, model, setup, known, thesis, posterior, how };
                 outputs::assess(number, job, &within, &self.provenance)?
             }
             Err(e) => Err(e.to_string()),
