@@ -3,12 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 use tongue_fit::MM;
 use tongue_fit::body::Body;
-use tongue_fit::inverse::uncertainty::intervals;
-use tongue_fit::inverse::{self, Matched, Setup};
+use tongue_fit::inverse::Matched;
 use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::parallel;
 use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened, normals};
-use tongue_fit::posterior::{Density, Ground, Mode, Place, Priors, Report, Seen, Settings, Spread, sample};
+use tongue_fit::posterior::{Density, Ground, Mode, Place, Priors, Report, Seen, Settings, sample};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 
@@ -188,36 +187,6 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
             "{away}: {:?}",
             found.critical
         );
-    }
-}
-
-#[test]
-fn with_rounding_alone_intervals_are_those_of_the_bootstrap() {
-    let body = Body::tongue(5.5 * MM).unwrap();
-    let target = Dataset::reference().unwrap().stretches("S2", "a").unwrap();
-    let matched = Matched::new(&body.mesh, &target).unwrap();
-    let active = matched.contracting();
-    let settings = inverse::Settings { method: inverse::Method::GaussNewton, ..inverse::Settings::default() };
-    let setup = Setup::at_rest(System::new(&body.mesh, &Model::default(), &active).unwrap());
-    let fit = inverse::fit_in(&setup, &matched, &settings).unwrap();
-    let bootstrap = intervals(&setup, &matched, &fit, &settings, 3000, 1).unwrap().tensions;
-
-    let priors = "tension = { scale_n_per_m = 300.0, fixed_n_per_m = { GGm = 0.0, GGp = 0.0, SGp = 0.0, SGa = 0.0, HGp = 0.0 } }\n\
-                  baseline.off = true\nhyoid.off = true\nmuscle_ends.off = true\noutline.off = true\ncompressibility.off = true\n\
-                  discrepancy.off = true\n";
-    let ground = ground(&Priors::from_toml(priors, "test").unwrap());
-    let mut seen = Seen::of(&matched);
-    for position in (0..seen.muscles.len()).rev().filter(|p| !target.active.contains(p)) {
-        seen = seen.without(position);
-    }
-    let posterior = sample(&ground, seen, &Settings { draws: 4000, seed: 1 }).unwrap();
-    assert_eq!(posterior.density.parameters.len(), 3);
-    assert!(posterior.mixing.r_hat < 1.01, "{:?}", posterior.mixing);
-    for (exact, m) in bootstrap.iter().zip(active) {
-        let spread = Spread::of(posterior.draws.iter().map(|d| d.meaning.tensions[m]));
-        let width = spread.interval_95[1] - spread.interval_95[0];
-        let ratio = width / (exact.high - exact.low);
-        assert!((ratio - 1.0).abs() < 0.05, "{}: {spread:?}, {exact:?}: {ratio}", ground.muscles[m]);
     }
 }
 
