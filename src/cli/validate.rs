@@ -31,6 +31,9 @@ pub struct Arguments {
     /// Seed of permutations and bootstraps
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Have the posterior among the opponents too: every muscle told from all others, as a distribution (takes some minutes)
+    #[arg(long)]
+    posterior: bool,
     #[command(flatten)]
     body: body::Arguments,
 }
@@ -47,7 +50,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(label) => label.parse().into_diagnostic()?,
         None => Vowel::unrounded_u(),
     };
-    let plan = Plan { baseline, permutations: u64::from(arguments.permutations), seed: arguments.seed };
+    let (permutations, seed) = (u64::from(arguments.permutations), arguments.seed);
+    let plan = Plan { baseline, permutations, seed, posterior: arguments.posterior };
     let (body, model) = (arguments.body.body()?, arguments.body.model());
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;

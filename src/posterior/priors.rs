@@ -10,7 +10,7 @@ use super::PosteriorError;
 /// The name that stands for every muscle that is not named itself.
 const EVERY: &str = "*";
 
-/// All priors. The defaults were fixed before the validation (`tongue-fit validate`) was run, and are not tuned on it.
+/// All priors. The defaults were fixed before the validation (`tongue-fit validate --posterior`) was run, and are not tuned on it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Priors {

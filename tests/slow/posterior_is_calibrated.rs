@@ -63,7 +63,7 @@ fn ranks_of_the_truth_among_draws_are_uniform() {
     // Without what is linearised at each posterior the likelihood is the very one that makes the data.
     let ground =
         ground("muscle_ends.off = true\noutline.off = true\n[compressibility]\nsd_ln_kappa = 1e-9\n");
-    let numbers: Vec<usize> = (0..cases(100)).collect();
+    let numbers: Vec<usize> = (0..cases(30)).collect();
     let ranks: Vec<Vec<f64>> = parallel::map(&numbers, |&number| {
         let mut random = fastrand::Rng::with_seed(seed_of(11, number));
         let any = Seen { names: vec![], muscles: vec![], stretches: vec![], rounding: vec![] };
@@ -143,7 +143,7 @@ fn coverage(truth: &Ground, fitted: &Ground, count: usize) -> [f64; 2] {
 #[test]
 fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
     let usual = ground("");
-    let count = cases(40);
+    let count = cases(12);
     let found = coverage(&usual, &usual, count);
     eprintln!(
         "coverage under the stated priors, {count} cases: tensions {:.3}, changes {:.3}",

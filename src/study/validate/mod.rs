@@ -48,6 +48,8 @@ pub struct Plan {
     pub permutations: u64,
     /// Seed of permutations and bootstraps.
     pub seed: u64,
+    /// Whether the posterior is among the opponents, which takes longer than all others together.
+    pub posterior: bool,
 }
 
 /// Why nothing can be validated.
@@ -199,7 +201,8 @@ pub struct Study {
     pub other_baselines: Vec<OtherBaseline>,
     /// Muscles left out.
     pub leave_one_muscle_out: Vec<LeftOut>,
-    /// The posterior, every muscle predicted as a distribution from all others; null of bodies that have none.
+    /// The posterior, every muscle predicted as a distribution from all others; null where it was not asked for and of bodies that
+    /// have none.
     pub posterior: Option<PosteriorStudy>,
     /// A tone for each muscle, N per metre of thickness, fitted to all subjects: what `--tone` takes as a file.
     pub tone_by_muscle_n_per_m: crate::report::ByMuscle<f64>,
@@ -347,13 +350,14 @@ pub fn run(
     let other_baselines = robustness::other_baselines(&bench, data, mesh, &progress)?;
     let permuted_labels =
         robustness::permuted(&bench, data, mesh, baseline, [plan.permutations, plan.seed], &progress)?;
-    let posterior =
-        match posterior::study(body, model, data, baseline, [plan.permutations, plan.seed], &progress) {
-            Ok(study) => Some(study),
-            // Of a continuum there is none.
-            Err(Error::Posterior(PosteriorError::Body(_))) => None,
-            Err(error) => return Err(error),
-        };
+    let seeds = [plan.permutations, plan.seed];
+    let posterior = || posterior::study(body, model, data, baseline, seeds, &progress);
+    let posterior = match plan.posterior.then(posterior) {
+        Some(Ok(study)) => Some(study),
+        // Of a continuum there is none.
+        None | Some(Err(Error::Posterior(PosteriorError::Body(_)))) => None,
+        Some(Err(error)) => return Err(error),
+    };
     let tones = fitted_to_all(&bench, &all, &progress)?;
     progress.add(total, "done");
     Ok(Study {
