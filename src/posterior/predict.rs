@@ -39,7 +39,7 @@ fn conditional(density: &Density<'_>, draws: &[Draw], position: usize) -> (Vec<(
 /// from.
 ///
 /// # Errors
-/// As [`sample_at`].
+/// [`PosteriorError`] where it cannot begin.
 pub fn without_each(posterior: &Posterior<'_>, seed: u64) -> Result<Vec<Option<LeftOut>>, PosteriorError> {
     (0..posterior.density.seen.muscles.len()).map(|i| without(posterior, i, seed_of(seed, i))).collect()
 }
@@ -70,7 +70,7 @@ fn without(posterior: &Posterior<'_>, position: usize, seed: u64) -> Result<Opti
 /// its rounding.
 ///
 /// # Errors
-/// As [`sample_at`].
+/// [`PosteriorError`] where it cannot begin.
 pub fn by_own_draws(
     density: Density<'_>,
     mode: Mode,
