@@ -31,7 +31,7 @@ const IN_CSV_ALONE: [&str; 6] =
 /// Cases with a thousand rows.
 const LONG: [u8; 2] = [2, 11];
 
-/// A summary of all cases, and under it every row; of the [`LONG`] ones those that are not ordinary.
+/// A summary of all cases, and under it every row; of the `LONG` ones those that are not ordinary.
 ///
 /// # Errors
 /// As the CSV writer's, through which the cells go; into memory it has none.
