@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -191,22 +189,22 @@ def test_no_table_panics(text: str, vowel: str) -> None:
 
 
 def test_ctrl_c_stops_long_work() -> None:
-    """In a process of its own, as at a terminal; the fits would take minutes."""
+    """In a process of its own, as at a terminal (runners may ignore the signal); the fits would take minutes."""
     code = """
-import time, tongue_fit as tf
+import signal, tongue_fit as tf
+signal.signal(signal.SIGINT, signal.default_int_handler)
 print("ready", flush=True)
-began = time.monotonic()
 try:
     tf.batch(tf.Dataset.reference(), draws=200_000, progress=False)
 except KeyboardInterrupt:
     print("stopped", flush=True)
 """
-    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    assert child.stdout is not None and child.stdout.readline() == "ready\n"
-    time.sleep(0.5)
-    began = time.monotonic()
-    os.kill(child.pid, signal.SIGINT)
-    assert child.stdout.readline() == "stopped\n"
-    child.wait(timeout=30)
-    assert time.monotonic() - began < 10.0
-    assert threading.active_count() >= 1
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as child:
+        try:
+            assert child.stdout is not None and child.stdout.readline() == "ready\n"
+            time.sleep(0.5)
+            child.send_signal(signal.SIGINT)
+            told, _ = child.communicate(timeout=60)
+        finally:
+            child.kill()
+    assert told == "stopped\n" and child.returncode == 0
