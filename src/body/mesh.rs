@@ -110,6 +110,12 @@ impl<const D: usize> Mesh<D> {
         topology::surface(self.cells.iter())
     }
 
+    /// What the tissue is made of: the quadratic elements of a continuum (corners, then the middles of their edges), else the cells.
+    pub fn elements(&self) -> impl Iterator<Item = &[usize]> {
+        let cells = self.cells.iter().filter(|_| self.continuum.is_none());
+        self.continuum.iter().flat_map(|c| c.elements()).chain(cells)
+    }
+
     /// For every cell the direction of the muscle that runs along one of its edges, at the given positions (m, one a node); of several
     /// that of the first muscle, and of its steps there the mean. `None` where no muscle runs.
     pub fn fibres(&self, positions: &[SVector<f64, D>]) -> Vec<Option<SVector<f64, D>>> {

@@ -28,8 +28,14 @@ const LEVELS: usize = 4;
 fn continuum(global: &Global) -> miette::Result<Outcome> {
     let folder = global.out.clone().unwrap_or_else(|| "results/continuum".into());
     let out = OutputDir::prepare(folder).into_diagnostic()?;
+    let before = busy();
     let study = continuum::run(LEVELS, &mut |what| output::progress(what)).into_diagnostic()?;
-    let made = format!("Made by `{}` on {}.", super::command_line(), machine());
+    let mut made = format!("Made by `{}` on {}.", super::command_line(), machine());
+    if let Some((before, after)) = before.zip(busy()) {
+        made += &format!(
+            " So many programs wanted to run at once, this one included: {before} before and {after} after (load average)."
+        );
+    }
     let page = Markdown(continuum::page(&study, &made).into_diagnostic()?);
     let (spacings, locking, sensitivity) =
         (Rows(&study.spacings), Rows(&study.locking), Rows(&study.sensitivity));
@@ -46,6 +52,13 @@ fn continuum(global: &Global) -> miette::Result<Outcome> {
         output::summary(&table::files(&written), &written)?;
     }
     Ok(Outcome::Good)
+}
+
+/// How many programs wanted to run in the last minute, where the system says so.
+fn busy() -> Option<String> {
+    let text = crate::files::read(std::path::Path::new("/proc/loadavg")).ok()?;
+    let text = String::from_utf8(text).ok()?;
+    text.split_whitespace().next().map(str::to_owned)
 }
 
 /// Runs it.

@@ -18,7 +18,7 @@ use super::{Global, Outcome, output};
 #[command(after_help = "Example:\n  tongue-fit mesh check my.msh\n\n\
                   Physical groups say what is what: a surface (in space a volume) called tissue, \
                   curves called GGa, GGm, ... or muscle:NAME, and points or curves called bone or bone:NAME.\n\
-                  Exit status: 0 good, 1 cannot be used, 3 can be used, but look at it.")]
+                  Exit status: 0 can be used (warnings say what to look at), 1 cannot be used.")]
 pub struct Arguments {
     /// The mesh, of format 4.1 or 2.2
     #[arg(value_name = "FILE")]
@@ -96,11 +96,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         true => output::print(&output::json(&record)?)?,
         false => output::print(&text(&record))?,
     }
-    Ok(match record.concerns.iter().any(|c| c.severity == Severity::Warning) {
-        _ if !record.usable => Outcome::Unusable,
-        true => Outcome::Untrustworthy,
-        false => Outcome::Good,
-    })
+    // 3 is for results that cannot be trusted; a warning is about what somebody meant.
+    Ok(if record.usable { Outcome::Good } else { Outcome::Unusable })
 }
 
 fn record<const D: usize>(

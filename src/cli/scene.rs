@@ -185,7 +185,8 @@ fn answered<const D: usize>(
     draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>], &[f64]) -> Result<Svg, ReportError>,
 ) -> miette::Result<(Answer, Provenance, Vec<PathBuf>)> {
     tell(&prepared.plan);
-    let by = super::provenance().with_tissue(prepared.system.tissue());
+    let settings = prepared.body.mesh.continuum.as_ref().map(|c| &c.settings);
+    let by = super::provenance().with_tissue(prepared.system.tissue()).with_chosen(settings);
     let result = run::run(scene, &mut prepared).into_diagnostic()?;
     let Some((out, name)) = to else { return Ok((result, by, Vec::new())) };
     let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();

@@ -194,7 +194,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
                     pull[a] += law.stress(&shape[a], &deformed[a]);
                 }
             });
-            for (&node, pull) in e.nodes().iter().zip(pull) {
+            for (&node, pull) in e.nodes().iter().zip(&pull) {
                 force[node] -= pull * e.share;
             }
         }
@@ -206,7 +206,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         for e in &self.elements {
             let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
             e.at_points(self.law, &self.displaced(e, at.positions), |shape, deformed, law| {
-                let convex = (tangent == Tangent::Convex).then(|| law.convex_moduli());
+                let convex = (tangent == Tangent::Convex).then(|| law.convex_moduli_of_components());
                 let mut pair = 0;
                 for a in 0..Self::NODES {
                     for b in a..Self::NODES {
@@ -219,7 +219,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
                 }
             });
             let pairs = Self::NODES * (Self::NODES + 1) / 2;
-            for (slot, block) in e.slots[..pairs].iter().zip(blocks) {
+            for (slot, block) in e.slots[..pairs].iter().zip(&blocks) {
                 stiffness.add(*slot, &(block * e.share));
             }
         }

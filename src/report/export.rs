@@ -56,6 +56,12 @@ impl Provenance {
         self
     }
 
+    /// The same for a continuum with these settings.
+    #[must_use]
+    pub fn with_chosen(self, settings: Option<&ContinuumSettings>) -> Self {
+        Self { chosen: settings.map(ContinuumSettings::to_string), ..self }
+    }
+
     /// The same for results of inputs with this hash.
     #[must_use]
     pub fn with_inputs(mut self, sha256: &str) -> Self {

@@ -45,14 +45,23 @@ impl<'a, const D: usize> Fields<'a, D> {
         self.positions.iter().zip(&self.mesh.nodes).map(|(p, rest)| p - rest)
     }
 
+    /// Cells are the elements of a continuum, with the means over their linear parts, and those of the mesh otherwise.
+    ///
     /// The first is `area_ratio` (in space `volume_ratio`), of every cell to that at rest and 1 of lines; then `stretch`, of
     /// every line to its length at rest and 1 of tissue, and `tension_n_per_m` (in space `tension_n`: the plane is of unit
     /// thickness), of every line that of its muscle and 0 of tissue.
     ///
     /// Of finite elements follow Green's `strain` and `cauchy_stress_pa`, in the plane with what is across it, as tensors, row by
-    /// row; `von_mises_pa`; and `fibre_stress_pa`, along the muscle in the cell, 0 where there is none. They are 0 of lines.
+    /// row; `von_mises_pa`; `pressure_pa`, a third of Cauchy's trace with the sign of a pressure; and `fibre_stress_pa`, along the muscle in the cell, 0 where there is none. They are 0 of lines.
     pub fn arrays(&self) -> Vec<Array> {
         let (mesh, lines) = (self.mesh, self.pairs().count());
+        let count = mesh.elements().count();
+        let parts = mesh.cells.len() / count.max(1);
+        // Parts are equally large at rest.
+        let mean = |values: Vec<f64>| {
+            let of_cell = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+            values.chunks(parts.max(1)).map(of_cell).collect::<Vec<_>>()
+        };
         let text = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v.to_string()).collect::<Vec<_>>();
         let same = |value: &str, count: usize| vec![value.to_owned(); count];
         let ratios = mesh.cells.iter().map(|cell| {
@@ -68,22 +77,25 @@ impl<'a, const D: usize> Fields<'a, D> {
         let of =
             |name, components, cells, lines, elsewhere| Array { name, components, cells, lines, elsewhere };
         let mut all = vec![
-            of(ratio, 1, text(&mut { ratios }), same("1", lines), "1"),
-            of("stretch", 1, same("1", mesh.cells.len()), text(&mut { stretches }), "1"),
-            of(tension, 1, same("0", mesh.cells.len()), text(&mut { tensions }), "0"),
+            of(ratio, 1, text(&mut mean(ratios.collect()).into_iter()), same("1", lines), "1"),
+            of("stretch", 1, same("1", count), text(&mut { stretches }), "1"),
+            of(tension, 1, same("0", count), text(&mut { tensions }), "0"),
         ];
         if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
-            let fibres = mesh.fibres(self.positions);
+            let stresses: Vec<Stress<D>> = self.stresses.chunks(parts).map(Stress::mean).collect();
+            let fibres = mesh.fibres(self.positions).into_iter().step_by(parts);
             let along =
                 |(s, fibre): (&Stress<D>, Option<SVector<f64, D>>)| fibre.map_or(0.0, |f| s.along(&f));
-            let strain = self.stresses.iter().map(|s| tensor(&s.strain, 0.0)).collect();
-            let cauchy = self.stresses.iter().map(|s| tensor(&s.cauchy_pa, s.across_pa)).collect();
-            let mises = text(&mut self.stresses.iter().map(|s| s.von_mises_pa));
-            let fibre = text(&mut self.stresses.iter().zip(fibres).map(along));
+            let strain = stresses.iter().map(|s| tensor(&s.strain, 0.0)).collect();
+            let cauchy = stresses.iter().map(|s| tensor(&s.cauchy_pa, s.across_pa)).collect();
+            let mises = text(&mut stresses.iter().map(|s| s.von_mises_pa));
+            let pressure = text(&mut stresses.iter().map(Stress::pressure_pa));
+            let fibre = text(&mut stresses.iter().zip(fibres).map(along));
             all.extend([
                 of("strain", 9, strain, same(NO_TENSOR, lines), NO_TENSOR),
                 of("cauchy_stress_pa", 9, cauchy, same(NO_TENSOR, lines), NO_TENSOR),
                 of("von_mises_pa", 1, mises, same("0", lines), "0"),
+                of("pressure_pa", 1, pressure, same("0", lines), "0"),
                 of("fibre_stress_pa", 1, fibre, same("0", lines), "0"),
             ]);
         }

@@ -11,12 +11,12 @@ use super::svg::escaped;
 use crate::body::Mesh;
 use crate::material::Stress;
 
-/// VTK's numbers for cells of lines, triangles and tetrahedra.
+/// VTK's numbers for lines, and in the plane and in space for cells and for quadratic ones.
 const LINE: u8 = 3;
-const TRIANGLE: u8 = 5;
-const TETRAHEDRON: u8 = 10;
+const CELL: [u8; 2] = [5, 10];
+const QUADRATIC: [u8; 2] = [22, 24];
 
-/// One shape of the body as a VTU file: the triangles (in space: tetrahedra), then the connections of the muscles as lines, one
+/// One shape of the body as a VTU file: the triangles (in space: tetrahedra; of a continuum quadratic ones), then the connections of the muscles as lines, one
 /// muscle after another.
 ///
 /// Points lie at the given positions (m) and carry `displacement_m` from rest. Cells carry `muscle` (its
@@ -40,7 +40,7 @@ impl<'a, const D: usize> Vtu<'a, D> {
     }
 
     /// With strain and stress of every cell, where there are any, which finite elements have ([`crate::system::System::stresses`]):
-    /// `strain` (Green's), `cauchy_stress_pa`, `von_mises_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 where there is none.
+    /// `strain` (Green's), `cauchy_stress_pa`, `von_mises_pa`, `pressure_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 where there is none.
     #[must_use]
     pub fn with_stresses(mut self, stresses: Vec<Stress<D>>) -> Self {
         self.0.stresses = stresses;
@@ -54,14 +54,14 @@ impl<const D: usize> Export for Vtu<'_, D> {
         let (mesh, positions) = (fields.mesh, fields.positions);
         let arrays = fields.arrays();
         let lines = || fields.pairs().map(|(_, pair)| pair);
-        let cells = || mesh.cells.iter().chain(lines());
+        let cells = || mesh.elements().chain(lines());
         let mut end = 0;
         let ends = cells().map(|c| {
             end += c.len();
             end.to_string()
         });
         let point = |p: &SVector<f64, D>| format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0));
-        let kind = if D == 2 { TRIANGLE } else { TETRAHEDRON };
+        let kind = (if mesh.continuum.is_some() { QUADRATIC } else { CELL })[D - 2];
         begin(out, "UnstructuredGrid", by)?;
         writeln!(
             out,
@@ -74,7 +74,7 @@ impl<const D: usize> Export for Vtu<'_, D> {
         let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
         array(out, "connectivity", "Int64", 1, cells().map(join))?;
         array(out, "offsets", "Int64", 1, ends)?;
-        let types = mesh.cells.iter().map(|_| kind).chain(lines().map(|_| LINE));
+        let types = mesh.elements().map(|_| kind).chain(lines().map(|_| LINE));
         array(out, "types", "UInt8", 1, types.map(|t| t.to_string()))?;
         writeln!(out, "</Cells>\n<PointData Vectors=\"{DISPLACEMENT}\">")?;
         array(out, DISPLACEMENT, "Float64", 3, fields.displacements().map(|d| point(&d)))?;
@@ -83,7 +83,7 @@ impl<const D: usize> Export for Vtu<'_, D> {
             array(out, a.name, "Float64", a.components, a.cells.into_iter().chain(a.lines))?;
         }
         let numbers =
-            mesh.cells.iter().map(|_| "-1".to_owned()).chain(fields.pairs().map(|(m, _)| m.to_string()));
+            mesh.elements().map(|_| "-1".to_owned()).chain(fields.pairs().map(|(m, _)| m.to_string()));
         array(out, "muscle", "Int64", 1, numbers)?;
         out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
     }

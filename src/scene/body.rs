@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::SceneError;
-use super::file::{self, Block, Cylinder};
-use crate::body::{AnyBody, Body, solid};
+use super::file::{self, Block, Cylinder, Kind};
+use crate::body::{AnyBody, Body, BodyError, ContinuumSettings, solid};
 
 /// Most cells along an edge of a solid: finer ones are a slip of the pen.
 const MOST_LAYERS: f64 = 60.0;
@@ -14,13 +14,28 @@ const MOST_NODES: usize = 12_000;
 /// Makes the body of a scene.
 ///
 /// # Errors
-/// Sizes out of range, a mesh file that cannot be read or does not hang together.
+/// Sizes out of range, a mesh file that cannot be read or does not hang together, or that cannot be the continuum that is asked for.
 pub fn build(body: &file::Body) -> Result<AnyBody, SceneError> {
-    Ok(match body {
+    let settings = ContinuumSettings::default();
+    let made = match body {
+        file::Body::Tongue(tongue) if tongue.kind == Kind::Continuum => {
+            return Ok(AnyBody::Flat(Body::continuum(tongue.h_mm * 1e-3, &settings)?));
+        }
         file::Body::Tongue(tongue) => AnyBody::Flat(Body::tongue(tongue.h_mm * 1e-3)?),
         file::Body::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
         file::Body::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
         file::Body::Block(b) => AnyBody::Solid(block(b)?),
+    };
+    if body.kind() == Kind::Springs {
+        return Ok(made);
+    }
+    Ok(match made {
+        AnyBody::Flat(flat) => AnyBody::Flat(flat.into_continuum(&settings).map_err(BodyError::from)?),
+        // Muscles of solids are given fibre by fibre.
+        AnyBody::Solid(solid) => {
+            let settings = ContinuumSettings { bundle_width_m: 0.0, ..settings };
+            AnyBody::Solid(solid.into_continuum(&settings).map_err(BodyError::from)?)
+        }
     })
 }
 

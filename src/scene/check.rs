@@ -2,7 +2,7 @@
 
 use super::SceneError;
 use super::body::{finite, not_negative, positive};
-use super::file::{Body, Scene, Want};
+use super::file::{Body, Kind, Scene, Want};
 use crate::dynamics::SHORTEST_S;
 use crate::material::Preset;
 use crate::track;
@@ -47,6 +47,10 @@ impl Scene {
         }
         if self.fit.is_some() {
             return Err(contradiction("[points]", "[fit]", why));
+        }
+        if self.body.kind() == Kind::Continuum {
+            let why = "tensions are not yet found from points on a continuum; leave one out";
+            return Err(contradiction("[points]", "kind = \"continuum\"", why));
         }
         let e = &self.effects;
         if e.incompressibility != Some(true) && e.finite_elements != Some(true) {
@@ -155,6 +159,19 @@ impl Scene {
                     "table 4.2 gives the springs of the plane and is not made from constants; leave one out";
                 return Err(contradiction("material.preset = \"as-printed\"", other, why));
             }
+        }
+        let made = [
+            (e.springs == Some(true), "effects.springs = true"),
+            (e.finite_elements == Some(true), "effects.finite_elements = true"),
+            (e.incompressibility == Some(true), "effects.incompressibility = true"),
+            (e.straight_paths == Some(false), "effects.straight_paths = false"),
+            (self.material.preset == Some(Preset::AsPrinted), "material.preset = \"as-printed\""),
+            (self.material.spread.is_some(), "material.spread"),
+        ];
+        if let Some((_, key)) = made.iter().find(|(asked, _)| *asked && self.body.kind() == Kind::Continuum) {
+            let why =
+                "a continuum is made of quadratic elements of E and nu, and of nothing else; leave one out";
+            return Err(contradiction(*key, "kind = \"continuum\"", why));
         }
         first_broken(&[
             (

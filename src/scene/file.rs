@@ -67,6 +67,23 @@ pub enum Body {
     Block(Block),
 }
 
+/// What a body is made of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Springs, or linear finite elements where effects ask for them, with muscles along connections and bones that hold nodes.
+    #[default]
+    Springs,
+    /// Quadratic elements with muscles of finite width and bones that hold patches, whose answers do not depend on the mesh.
+    Continuum,
+}
+
+impl Kind {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// The reference tongue.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -74,6 +91,9 @@ pub struct Tongue {
     /// Mesh spacing, mm.
     #[serde(default = "default_spacing")]
     pub h_mm: f64,
+    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.
+    #[serde(default, skip_serializing_if = "Kind::is_default")]
+    pub kind: Kind,
 }
 
 /// A mesh file.
@@ -85,6 +105,9 @@ pub struct MeshFile {
     /// Unit of the coordinates in a .msh file: `m` or `mm`.
     #[serde(default)]
     pub unit: Unit,
+    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.
+    #[serde(default, skip_serializing_if = "Kind::is_default")]
+    pub kind: Kind,
 }
 
 /// A cylinder along z.
@@ -97,6 +120,9 @@ pub struct Cylinder {
     pub length_mm: f64,
     /// Mesh spacing, mm.
     pub h_mm: f64,
+    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`, each fibre a line of its own.
+    #[serde(default, skip_serializing_if = "Kind::is_default")]
+    pub kind: Kind,
 }
 
 /// A block with a corner at the origin.
@@ -107,6 +133,21 @@ pub struct Block {
     pub size_mm: [f64; 3],
     /// Mesh spacing, mm.
     pub h_mm: f64,
+    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.
+    #[serde(default, skip_serializing_if = "Kind::is_default")]
+    pub kind: Kind,
+}
+
+impl Body {
+    /// What it is made of.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Tongue(Tongue { kind, .. })
+            | Self::Mesh(MeshFile { kind, .. })
+            | Self::Cylinder(Cylinder { kind, .. })
+            | Self::Block(Block { kind, .. }) => *kind,
+        }
+    }
 }
 
 /// Physical constants; those of table 4.1 of the thesis where nothing is said.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{SVector, Vector2};
 
-use super::file::{Gravity as GravityKeys, Posture, Scene, Want};
+use super::file::{Gravity as GravityKeys, Kind, Posture, Scene, Want};
 use super::plan::{self, Decision, Plan, Role};
 use super::{SceneError, points};
 use crate::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
@@ -137,6 +137,7 @@ impl Scene {
             spread: m.spread.unwrap_or(spread),
             outside: if e.straight_paths == Some(false) { OutsidePath::Chain } else { OutsidePath::Straight },
             tissue: match e.finite_elements {
+                _ if self.body.kind() == Kind::Continuum => TissueModel::Continuum,
                 Some(true) => TissueModel::FiniteElement,
                 _ => TissueModel::MassSpring,
             },
@@ -170,6 +171,26 @@ fn tensions<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Vec<f64>, S
 
 fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Decision> {
     let e = &scene.effects;
+    if let Some(continuum) = &body.mesh.continuum {
+        let why = "the body is a continuum";
+        return vec![
+            Decision::no("springs", why),
+            Decision::no("finite elements", why),
+            Decision::yes("quadratic elements", format!("needed: {why}")),
+            Decision::yes("barrier", "acts only where an element is pressed to a tenth"),
+            match continuum.ties.is_empty() {
+                true => Decision::no("attachment", "bones hold nodes"),
+                false => Decision::yes("attachment", "bones hold patches of the surface"),
+            },
+            match contracting.len() {
+                0 => Decision::no("fibres", "no muscle contracts"),
+                1 => Decision::yes("fibres", "1 muscle contracts"),
+                n => Decision::yes("fibres", format!("{n} muscles contract")),
+            },
+            Decision::no("incompressibility", why),
+            Decision::no("straight paths", why),
+        ];
+    }
     let continuum = e.finite_elements == Some(true);
     let outside = body.mesh.in_tissue().iter().any(|inside| !inside);
     let in_its_place = "finite elements are asked for in its place";

@@ -25,8 +25,12 @@ const CONTROL: ContinuumSettings =
 const COARSEST_M: f64 = 11e-3;
 /// Poisson's ratios of the study of locking.
 const POISSON_RATIOS: [f64; 6] = [0.3, 0.45, 0.49, 0.499, 0.4998, 0.4999];
-/// Solves whose median is a time.
-const REPEATS: usize = 5;
+/// The Poisson's ratio that others are compared with.
+pub const NEARLY_INCOMPRESSIBLE: f64 = 0.4998;
+/// The least of so many repeated solves, or of as many as go into a second, is a time: other work on the machine only adds to it.
+const REPEATS: usize = 25;
+/// The same of fits.
+const FITS: usize = 3;
 /// Part of a tension that the sentence speaks of.
 const ONE_PER_CENT: f64 = 0.01;
 
@@ -62,10 +66,10 @@ pub struct Spacing {
 pub struct Locking {
     /// Poisson's ratio.
     pub poisson_ratio: f64,
-    /// Largest difference of a ratio between 4 mm and 2 mm: it grows where elements lock.
-    pub error_at_4_mm: f64,
-    /// Largest difference of a ratio from that at 0.4998, at 4 mm.
-    pub difference_from_4998: f64,
+    /// Largest difference of a ratio between the default spacing, 4 mm, and 2 mm: it grows where elements lock.
+    pub error_of_default_spacing: f64,
+    /// Largest difference of a ratio from that at [`NEARLY_INCOMPRESSIBLE`], at the default spacing.
+    pub difference_from_nearly_incompressible: f64,
 }
 
 /// Tensions with other settings over those with the default ones.
@@ -82,7 +86,7 @@ pub struct Sensitivity {
     /// Fits that reach their stretches.
     pub reached: usize,
     /// Root mean square difference to table 4.8 at the published tensions.
-    pub rms_to_table_4_8: f64,
+    pub rms_to_published_ratios: f64,
     /// By what the published tensions must be multiplied to be nearest to that table,
     pub best_factor: f64,
     /// and the difference that is left.
@@ -110,17 +114,14 @@ fn lengths(scene: &Pulled, load: f64) -> (Vec<f64>, Status, f64) {
     let mut workspace = Workspace::new(&scene.system);
     let mut times = Vec::with_capacity(REPEATS);
     let mut status = Status::Stalled;
-    for _ in 0..REPEATS {
+    while times.len() < REPEATS && times.iter().sum::<f64>() < 1.0 {
         workspace.start_from_rest(&scene.system);
         let clock = std::time::Instant::now();
         status = solve(&scene.system, &mut workspace, &tensions, &Settings::default()).status;
         times.push(clock.elapsed().as_secs_f64());
-        if times[0] > 1.0 {
-            break;
-        }
     }
-    times.sort_by(f64::total_cmp);
-    (scene.system.lengths(workspace.positions()), status, times[times.len() / 2])
+    let least = times.into_iter().fold(f64::INFINITY, f64::min);
+    (scene.system.lengths(workspace.positions()), status, least)
 }
 
 fn ratios(lengths: &[f64]) -> Vec<f64> {
@@ -206,9 +207,16 @@ fn nested(
             false => ratios(&lengths(&scene, 2.0).0),
         };
         let here = [ratios(&once), twice];
-        let clock = std::time::Instant::now();
-        let fit = fitted(&body, model, &target)?;
-        let fit_s = clock.elapsed().as_secs_f64();
+        let mut fit_s = f64::INFINITY;
+        let mut fit = None;
+        for _ in 0..FITS {
+            let clock = std::time::Instant::now();
+            fit = Some(fitted(&body, model, &target)?);
+            fit_s = fit_s.min(clock.elapsed().as_secs_f64());
+            if fit_s > 1.0 {
+                break;
+            }
+        }
         let change = |i: usize| all.last().map(|before| largest(&before[i], &here[i]));
         let change_of_ratio = change(0);
         let before = rows.last().and_then(|r| r.change_of_ratio);
@@ -226,7 +234,8 @@ fn nested(
             status: format!("{status:?}"),
         });
         all.push(here);
-        tensions.push((fit.status == inverse::Status::Converged).then(|| fit.active_tensions()));
+        let fit = fit.filter(|fit| fit.status == inverse::Status::Converged);
+        tensions.push(fit.map(|fit| fit.active_tensions()));
         mesh = mesh.refined().on_outline(anatomy.outline());
     }
     let (finest, best) = (all[all.len() - 1][0].clone(), tensions[tensions.len() - 1].clone());
@@ -246,13 +255,13 @@ fn locking() -> Result<Vec<Locking>, StudyError> {
         let model = Model { constants, ..model(TissueModel::Continuum) };
         Ok(ratios(&lengths(&Pulled::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0))
     };
-    let near = ratios_at(4e-3, 0.4998)?;
+    let near = ratios_at(4e-3, NEARLY_INCOMPRESSIBLE)?;
     let row = |poisson_ratio: f64| {
         let coarse = ratios_at(4e-3, poisson_ratio)?;
         Ok(Locking {
             poisson_ratio,
-            error_at_4_mm: largest(&coarse, &ratios_at(2e-3, poisson_ratio)?),
-            difference_from_4998: largest(&coarse, &near),
+            error_of_default_spacing: largest(&coarse, &ratios_at(2e-3, poisson_ratio)?),
+            difference_from_nearly_incompressible: largest(&coarse, &near),
         })
     };
     POISSON_RATIOS.into_iter().map(row).collect()
@@ -302,7 +311,7 @@ fn sensitive(
         median: quantile(0.5),
         high: quantile(0.9),
         reached: found.iter().flatten().count(),
-        rms_to_table_4_8: rms(1.0),
+        rms_to_published_ratios: rms(1.0),
         best_factor,
         rms_at_best,
     })
@@ -348,7 +357,7 @@ pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, StudyError> {
             p,
             "This body is stiffer than springs on connections. **The tensions published for /a/ (12.0, 11.5, 4.5 N) are {} away from \
              table 4.8 here (RMS over seven ratios); {:.2} times as much is nearest, at {}.**\n\n",
-            number(default.rms_to_table_4_8),
+            number(default.rms_to_published_ratios),
             default.best_factor,
             number(default.rms_at_best)
         );
@@ -356,12 +365,13 @@ pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, StudyError> {
     let _ = write!(
         p,
         "## Mesh\n\n/a/ at the published tensions on nested meshes; errors against the finest mesh of the same body. The tension is the worst \
-         of the three that are fitted to the stretches of S2 /a/. The control must not settle.\n\n{}",
+         of the three that are fitted to the stretches of S2 /a/. The control must not settle. Times are the least of up to 25 solves and \
+         3 fits (Gauss-Newton, one start).\n\n{}",
         markdown(&study.spacings, &[])?
     );
     let _ = write!(
         p,
-        "## Locking\n\nThe same ratios at other Poisson's ratios; 4 mm against 2 mm.\n\n{}",
+        "## Locking\n\nThe same ratios at other Poisson's ratios: at 4 mm, the default spacing, against 2 mm, and against those of {NEARLY_INCOMPRESSIBLE}.\n\n{}",
         markdown(&study.locking, &[])?
     );
     let _ = write!(

@@ -42,6 +42,8 @@ fn cell(column: &str, text: &str) -> String {
     let is_time = column == "seconds" || column.ends_with("_s");
     match text.parse::<f64>() {
         _ if text.is_empty() => "–".to_owned(),
+        // 0.4998 is not 0.5.
+        _ if column == "poisson_ratio" => text.to_owned(),
         Ok(seconds) if is_time => duration(seconds),
         Ok(bytes) if column.ends_with("_bytes") => number(1e-6 * bytes),
         Ok(v) if text.contains(['.', 'e']) => number(v),

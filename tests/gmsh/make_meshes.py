@@ -212,7 +212,7 @@ def main():
     start()
     square(along)
     gmsh.model.mesh.setOrder(2)
-    save("broken/second_order.msh")
+    save("second_order.msh")
     start()
     surface = square([])
     gmsh.model.mesh.clear()

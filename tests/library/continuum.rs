@@ -3,7 +3,9 @@
 
 use crate::fixtures;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
-use tongue_fit::body::{Anatomy, Body, ContinuumError, ContinuumSettings, Mesh, continuum};
+use tongue_fit::body::{
+    Anatomy, Body, ContinuumError, ContinuumSettings, Mesh, MuscleChain, continuum, solid,
+};
 use tongue_fit::effect::{Configuration, Effect};
 use tongue_fit::geometry::{quadratic, simplex};
 use tongue_fit::material::{Constants, NeoHookean};
@@ -217,6 +219,55 @@ fn a_smooth_field_is_met_with_the_third_order_in_displacement_and_more_in_energy
     let (displacement, energy) = order(&solid);
     println!("space: {solid:?}, orders {displacement:.2} and {energy:.2}");
     assert!(displacement > 2.5 && energy > 2.5, "{displacement} {energy}");
+}
+
+/// A cylinder of ten-node tetrahedra with a bundle of fibres along its axis that contracts: its volume to that at rest, and by which part
+/// the axis shortens.
+fn contracted_cylinder(rings: usize, layers: usize) -> (f64, f64) {
+    let length = 20e-3;
+    // Of the same cross-section at every fineness: the mesh's is a regular polygon.
+    let corners = 6.0 * rings as f64;
+    let polygon = 0.5 * corners * (std::f64::consts::TAU / corners).sin();
+    let radius = 10e-3 * (std::f64::consts::PI / polygon).sqrt();
+    let mut base = solid::cylinder(radius, length, rings, layers);
+    let on_axis = |n: usize| base.nodes[n].fixed_rows::<2>(0).norm() < 1e-9;
+    let axial: Vec<MuscleChain> = base.muscles.iter().filter(|m| on_axis(m.nodes[0])).cloned().collect();
+    base.muscles = axial;
+    let settings = ContinuumSettings { bundle_width_m: 12e-3, fibres: 30, ..Default::default() };
+    let mesh = continuum::lay(&base, None, &settings).unwrap().mesh;
+    let constants = Constants { poisson_ratio: 0.499, ..Constants::TONGUE };
+    let system = System::new(&mesh, &Model { constants, ..model() }, &[0]).unwrap();
+    let mut workspace = Workspace::new(&system);
+    let solution = statics::solve(&system, &mut workspace, &[0.3], &Settings::default());
+    assert_eq!((solution.status, solution.guarded), (Status::Converged, 0));
+    let (mut volume, mut before) = (0.0, 0.0);
+    let points = fine_points::<3>(1);
+    for element in mesh.continuum.as_ref().unwrap().elements() {
+        let corners = simplex::corners(&mesh.nodes, &element[..=3]);
+        let measure = simplex::measure(&corners);
+        let of_coordinates = simplex::gradient(&corners).map(|g| g / measure);
+        for (at, weight) in &points {
+            let slopes = quadratic::gradients::<3>(at, &of_coordinates);
+            let f: Matrix3<f64> =
+                element.iter().zip(slopes).map(|(&n, g)| workspace.positions()[n] * g.transpose()).sum();
+            volume += determinant(&f) * weight * measure;
+            before += weight * measure;
+        }
+    }
+    let top = |x: &[SVector<f64, 3>]| {
+        let at = (0..x.len()).find(|&n| (mesh.nodes[n] - SVector::from([0.0, 0.0, length])).norm() < 1e-9);
+        x[at.unwrap()][2]
+    };
+    (volume / before, 1.0 - top(workspace.positions()) / length)
+}
+
+#[test]
+fn a_cylinder_of_contracting_fibres_keeps_its_volume_and_converges_under_refinement() {
+    let all = [(1, 2), (2, 4), (4, 8)].map(|(rings, layers)| contracted_cylinder(rings, layers));
+    println!("volume and shortening: {all:?}");
+    assert!(all.iter().all(|(volume, shorter)| (volume - 1.0).abs() < 1e-3 && *shorter > 0.05), "{all:?}");
+    let changes = [all[1].1 - all[0].1, all[2].1 - all[1].1].map(f64::abs);
+    assert!(changes[1] < 0.5 * changes[0] && changes[1] < 0.02 * all[2].1, "{all:?}");
 }
 
 /// The reference tongue at a spacing, m, with `muscles` contracting.

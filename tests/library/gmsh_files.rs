@@ -9,6 +9,7 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use tongue_fit::body::gmsh::{self, Concern, Content, File, GmshError, Place, Problem, Unit};
 use tongue_fit::body::{self, Mesh, Quality};
+use tongue_fit::geometry::simplex;
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{Model, System};
 
@@ -195,18 +196,57 @@ fn what_is_no_body_is_refused_with_its_place_and_what_to_do() {
     assert!(
         matches!(refused("out_of_plane"), (_, Problem::OutOfPlane { z, .. }) if (z - 0.005).abs() < 1e-15)
     );
-    let (place, problem) = refused("second_order");
-    let text = String::from_utf8(bytes("broken/second_order.msh")).unwrap();
-    let section = 1 + text.lines().position(|l| l == "$Elements").unwrap();
-    assert!(place == Place::Line(section + 3) && matches!(problem, Problem::Element { .. }));
     assert!(matches!(refused("quadrangles").1, Problem::Element { what, .. } if what == "quadrangle"));
     assert_eq!(refused("version_40"), (Place::Line(2), Problem::Version { found: "4".to_owned() }));
     assert_eq!(refused("partitioned").1, Problem::Partitioned);
-    let message = read("broken/second_order.msh").unwrap_err().to_string();
-    assert!(
-        message.starts_with("broken/second_order.msh:") && message.contains("Mesh.ElementOrder = 1"),
-        "{message}"
-    );
+}
+
+#[test]
+fn of_elements_of_the_second_order_the_corners_are_read_and_higher_orders_are_refused() {
+    let (first, second) = (flat("broken/square.msh"), flat("second_order.msh"));
+    let (first, second) = (&first.body.mesh, &second.body.mesh);
+    assert_eq!(second.cells.len(), first.cells.len());
+    assert_eq!((second.nodes.len(), second.muscles.len()), (first.nodes.len(), first.muscles.len()));
+    let area = |mesh: &Mesh<2>| -> f64 {
+        mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum()
+    };
+    assert!((area(second) / area(first) - 1.0).abs() < 1e-12);
+    let length = |mesh: &Mesh<2>| mesh.distance(mesh.muscles[0].ends());
+    assert!((length(second) / length(first) - 1.0).abs() < 1e-12);
+
+    // The same file, its six-node triangles called ten-node ones.
+    let text = String::from_utf8(bytes("second_order.msh")).unwrap();
+    let header = text.lines().find(|l| l.starts_with("2 1 9 ")).unwrap();
+    let third = text.replace(header, &header.replace("2 1 9 ", "2 1 21 "));
+    let error = gmsh::read(third.as_bytes(), "third.msh", Unit::M).unwrap_err();
+    assert!(matches!(error.problem, Problem::Element { .. }), "{error}");
+    let message = error.to_string();
+    assert!(message.starts_with("third.msh:") && message.contains("Mesh.ElementOrder = 1 or 2"), "{message}");
+}
+
+#[test]
+fn a_continuum_is_written_as_elements_of_the_second_order_whose_middles_lie_on_their_edges() {
+    fn written<const D: usize>(mesh: &Mesh<D>, kind: &str, edges: &[[usize; 2]]) {
+        let text = gmsh::write(mesh, &[]);
+        let elements = text.split("$Elements\n").nth(1).unwrap();
+        let mut lines = elements.lines().skip(1);
+        let header: Vec<&str> = lines.next().unwrap().split(' ').collect();
+        assert_eq!(header[2], kind);
+        for line in lines.take(header[3].parse().unwrap()) {
+            let nodes: Vec<usize> =
+                line.split(' ').skip(1).map(|n| n.parse::<usize>().unwrap() - 1).collect();
+            assert_eq!(nodes.len(), D + 1 + edges.len());
+            for (middle, [a, b]) in nodes[D + 1..].iter().zip(edges) {
+                let on_edge = (mesh.nodes[nodes[*a]] + mesh.nodes[nodes[*b]]) * 0.5;
+                assert!((mesh.nodes[*middle] - on_edge).norm() < 1e-15, "{line}");
+            }
+        }
+    }
+    // The order of Gmsh's manual.
+    let plane = fixtures::held_at_a_corner(fixtures::lattice(3, 3, 5e-3), 5e-3);
+    written(&plane, "9", &[[0, 1], [1, 2], [2, 0]]);
+    let space = fixtures::held_at_a_corner(fixtures::block(1, 5e-3), 5e-3);
+    written(&space, "11", &[[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]]);
 }
 
 #[test]

@@ -208,6 +208,59 @@ fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     assert!(after > 1.04 * before, "{before} {after}");
 }
 
+/// A shipped scene with its body a continuum.
+fn as_continuum(name: &str) -> String {
+    let path = format!("{}/targets/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).unwrap().replace("incompressibility = true\n", "");
+    let text = text.replace("h_mm = 5.5\n", "h_mm = 8.0\nkind = \"continuum\"\n");
+    text.replace("h_mm = 3.4\n", "h_mm = 10.0\nkind = \"continuum\"\n")
+        .replace("h_mm = 5.0\n", "h_mm = 15.0\nkind = \"continuum\"\n")
+}
+
+#[test]
+fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
+    let plain = outcome(&as_continuum("vowel-a"));
+    for name in ["vowel-a-jaw", "vowel-i-palate", "supine", "protrusion", "fit-vowel-a"] {
+        let done = outcome(&as_continuum(name));
+        assert!(done.converged && done.min_cell_ratio > 0.5, "{name}: {:?}", done.solution);
+    }
+    let (_, jaw) = planned(&as_continuum("vowel-a-jaw"));
+    let names: Vec<&str> = jaw.system.effects().iter().map(|e| e.name()).collect();
+    assert!(names.contains(&"quadratic elements") && names.contains(&"fibres"), "{names:?}");
+    // The palate is not passed, and something is at it.
+    let (_, palate) = planned(&as_continuum("vowel-i-palate"));
+    let (solution, workspace) = solved(&palate);
+    let wall = palate.wall.as_ref().unwrap();
+    assert_eq!(solution.status, Status::Converged);
+    assert!(wall.penetrated(workspace.positions(), &palate.body.mesh.connections).is_none());
+    // The way there ends where the equilibrium is, given the time that the viscous tissue needs.
+    let motion = as_continuum("vowel-a-trajectory").replace("duration_s = 3.0", "duration_s = 60.0");
+    let motion = outcome(&motion);
+    assert!(motion.converged);
+    let ends = motion.positions_m.iter().zip(&plain.positions_m);
+    let apart = ends.map(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1])).fold(0.0, f64::max);
+    assert!(apart < 1e-5, "{apart:e} m");
+}
+
+#[test]
+fn solids_of_ten_node_tetrahedra_contract_and_sag() {
+    for name in ["cylinder-3d", "block-3d"] {
+        let scene = Scene::from_toml(&as_continuum(name), "test").unwrap();
+        let AnyBody::Solid(built) = body::build(&scene.body).unwrap() else { panic!("a solid") };
+        let done = run(&scene, &mut prepare(&scene, built, Extent::Pruned).unwrap()).unwrap();
+        assert!(done.converged && done.min_cell_ratio > 0.5, "{name}: {:?}", done.solution);
+    }
+}
+
+#[test]
+fn what_a_continuum_is_not_made_of_is_refused() {
+    for effect in ["springs = true", "incompressibility = true", "finite_elements = true"] {
+        let text = format!("{TONGUE}kind = \"continuum\"\n[effects]\n{effect}\n");
+        let error = Scene::from_toml(&text, "t").and_then(|s| s.check()).unwrap_err().to_string();
+        assert!(error.contains("kind = \"continuum\"") && error.contains(effect), "{error}");
+    }
+}
+
 #[test]
 fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_carried() {
     let start = |effects: &str| {

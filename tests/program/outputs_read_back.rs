@@ -122,6 +122,57 @@ fn meshio_reads_the_shape_from_vtu_and_from_msh() {
     assert_eq!(at_rest.cells, msh.cells);
 }
 
+/// Tensors as nine in a row, or as three rows of three.
+fn tensors(of: &Value) -> Vec<Vec<f64>> {
+    let of_cell = |tensor: &Value| match numbers::<Vec<Value>>(tensor)[0].is_array() {
+        true => numbers::<Vec<Vec<f64>>>(tensor).concat(),
+        false => numbers(tensor),
+    };
+    of.as_array().unwrap().iter().map(of_cell).collect()
+}
+
+#[test]
+fn a_continuum_is_read_as_quadratic_triangles_with_strain_stress_and_pressure() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let body = ["--body", "continuum", "--h", "8mm"];
+    let load = ["simulate", "--direct", "--tension", "GGa=12", "--json", "--out", "out"];
+    let record = tongue_fit(folder.path(), &[&load[..], &body].concat());
+    let (deformed, rest): (Vec<[f64; 2]>, Vec<[f64; 2]>) = (
+        numbers(&record["positions_m"]),
+        numbers(&tongue_fit(folder.path(), &[&["mesh", "--json"][..], &body].concat())["nodes_m"]),
+    );
+    for (file, at) in [("tongue.vtu", &deformed), ("tongue.msh", &rest)] {
+        let seen: Value = read_back(&python, "meshio", &folder.path().join("out").join(file));
+        let cells: Vec<Vec<usize>> = numbers(&seen["cells"]["triangle6"]);
+        let points: Vec<Vec<f64>> = numbers(&seen["points"]);
+        assert!(seen["cells"].get("triangle").is_none() && cells.len() > 50, "{file}");
+        assert!(points.iter().zip(at).all(|(p, q)| p[..2] == q[..]), "{file}");
+        for cell in &cells {
+            for (nth, [a, b]) in [[0, 1], [1, 2], [2, 0]].into_iter().enumerate() {
+                let [a, b, middle] = [cell[a], cell[b], cell[3 + nth]].map(|n| rest[n]);
+                let off = (0..2).map(|d| (0.5 * (a[d] + b[d]) - middle[d]).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-15, "{file}: the middle of an edge");
+            }
+        }
+        let of = |name: &str| seen["cell_data"][name]["triangle6"].clone();
+        let [mises, pressure, fibre, ratio] =
+            ["von_mises_pa", "pressure_pa", "fibre_stress_pa", "area_ratio"]
+                .map(|name| numbers::<Vec<f64>>(&of(name)));
+        let cauchy = tensors(&of("cauchy_stress_pa"));
+        assert_eq!((tensors(&of("strain")).len(), cauchy.len()), (cells.len(), cells.len()), "{file}");
+        for ((t, mises), pressure) in cauchy.iter().zip(&mises).zip(&pressure) {
+            let mean = (t[0] + t[4] + t[8]) / 3.0;
+            assert!((mean + pressure).abs() < 1e-9 * (1.0 + mean.abs()), "{file}");
+            let squares: f64 = (0..9).map(|i| (t[i] - if i % 4 == 0 { mean } else { 0.0 }).powi(2)).sum();
+            assert!(((1.5 * squares).sqrt() / mises - 1.0).abs() < 1e-9, "{file}");
+        }
+        assert!(fibre.iter().any(|s| *s != 0.0) && ratio.iter().all(|r| (0.8..1.2).contains(r)), "{file}");
+    }
+    let gmsh: Value = read_back(&python, "gmsh", &folder.path().join("out/tongue.msh"));
+    assert_eq!(gmsh["complaints"], serde_json::json!([]));
+}
+
 #[test]
 fn finite_elements_have_stresses_from_which_their_readers_get_the_same_von_mises() {
     let Some(python) = python() else { return };

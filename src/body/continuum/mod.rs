@@ -236,7 +236,7 @@ pub fn lay<const D: usize>(
     let spacing = elements::mean_edge(base);
     // Where elements are smaller than the gaps between fibres, each fibre would be a load without width.
     let many = (3.0 * settings.bundle_width_m / spacing).ceil() as usize;
-    let fibres = settings.fibres.max(many.min(MOST_FIBRES));
+    let settings = &ContinuumSettings { fibres: settings.fibres.max(many.min(MOST_FIBRES)), ..*settings };
     let (mut followers, mut bundles, mut muscles) = (Vec::new(), Vec::new(), Vec::new());
     for (nth, chain) in base.muscles.iter().enumerate() {
         let course = match lines.and_then(|l| l.get(nth)) {
@@ -244,7 +244,7 @@ pub fn lay<const D: usize>(
             None => chain.nodes.iter().map(|&n| base.nodes[n]).collect(),
         };
         let line = Line::new(base, chain, course, &held.stand_ins)?;
-        bundles.push(line.strands(&locator, &ContinuumSettings { fibres, ..*settings })?);
+        bundles.push(line.strands(&locator, settings)?);
         let nodes = line.chain(&locator, &mut mesh.nodes, &mut followers, settings, spacing)?;
         muscles.push(MuscleChain { name: chain.name.clone(), nodes });
     }

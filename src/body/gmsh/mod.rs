@@ -12,7 +12,10 @@
 //! midsagittal plane, z = 0, x to the back and y up; triangles are turned counter-clockwise where they are not. A muscle may
 //! run outside the tissue, as far as its curve is on no surface. Gmsh knows no unit, so the reader must be told ([`Unit`]).
 //!
-//! The crate `mshio` (0.4.2) reads 4.1 alone and no physical names, so the reader is our own: it needs linear simplices only.
+//! Of elements of the second order (types 8, 9 and 11) the corners are read, with straight sides between them: a continuum puts its own
+//! nodes in their middles. A continuum is written with such elements.
+//!
+//! The crate `mshio` (0.4.2) reads 4.1 alone and no physical names, so the reader is our own: it needs simplices only.
 
 mod assemble;
 mod chain;

@@ -31,23 +31,24 @@ pub(super) struct Element {
 /// Physical groups by dimension and tag of the entity.
 type Entities = BTreeMap<(i64, i64), Vec<i64>>;
 
-/// Dimension and number of nodes of an element type.
+/// Dimension and number of nodes of an element type. Corners come first; of the second order no more than they are kept, because sides
+/// are straight here.
 fn shape(kind: i64, element: u64, at: usize) -> Found<(usize, usize)> {
-    let linear =
-        "only lines, triangles and tetrahedra of the first order are read: set Mesh.ElementOrder = 1";
+    let linear = "only lines, triangles and tetrahedra of the first and the second order are read: \
+                  set Mesh.ElementOrder = 1 or 2";
     let simplex = "only triangles and tetrahedra are read: switch off Recombine (Mesh.RecombineAll = 0)";
     let (what, remedy) = match kind {
         15 => return Ok((0, 1)),
         1 => return Ok((1, 2)),
         2 => return Ok((2, 3)),
         4 => return Ok((3, 4)),
+        8 => return Ok((1, 3)),
+        9 => return Ok((2, 6)),
+        11 => return Ok((3, 10)),
         3 | 10 | 16 => ("quadrangle".to_owned(), simplex),
         5 | 12 | 17 => ("hexahedron".to_owned(), simplex),
         6 | 13 | 18 => ("prism".to_owned(), simplex),
         7 | 14 | 19 => ("pyramid".to_owned(), simplex),
-        8 => ("line of the second order (3 nodes)".to_owned(), linear),
-        9 => ("triangle of the second order (6 nodes)".to_owned(), linear),
-        11 => ("tetrahedron of the second order (10 nodes)".to_owned(), linear),
         26..=28 => ("line of a higher order".to_owned(), linear),
         20..=25 => ("triangle of a higher order".to_owned(), linear),
         29..=31 => ("tetrahedron of a higher order".to_owned(), linear),
@@ -213,8 +214,9 @@ fn elements_2(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
                     group = value.saturating_abs();
                 }
             }
-            let (dimension, corners) = shape(kind, tag, at)?;
-            let nodes = (0..corners).map(|_| positive(cursor, "node")).collect::<Found<_>>()?;
+            let (dimension, count) = shape(kind, tag, at)?;
+            let mut nodes = (0..count).map(|_| positive(cursor, "node")).collect::<Found<Vec<_>>>()?;
+            nodes.truncate(dimension + 1);
             elements.push(Element { tag, dimension, group, nodes, at });
         }
     }
@@ -293,8 +295,9 @@ fn elements_4(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
         for _ in 0..cursor.size("the number of elements of a block")? {
             let at = cursor.at();
             let tag = cursor.size("an element")?;
-            let (dimension, corners) = shape(kind, tag, at)?;
-            let nodes = (0..corners).map(|_| cursor.size("a node")).collect::<Found<_>>()?;
+            let (dimension, count) = shape(kind, tag, at)?;
+            let mut nodes = (0..count).map(|_| cursor.size("a node")).collect::<Found<Vec<_>>>()?;
+            nodes.truncate(dimension + 1);
             elements.push(Element { tag, dimension, group: entity, nodes, at });
         }
     }

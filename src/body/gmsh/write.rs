@@ -9,7 +9,7 @@ use crate::measured::muscles::Muscles;
 
 /// The mesh at rest, in metres, with the physical groups that [`super::read`] knows; fixed nodes that are in none of `bones` are in
 /// a group `bone`. Node `n` has the tag `n + 1`; elements
-/// are numbered from 1 on: cells, then the muscles' lines one muscle after another, then the points on bone. Read again it
+/// are numbered from 1 on: cells (of a continuum its quadratic elements), then the muscles' lines one muscle after another, then the points on bone. Read again it
 /// is the same mesh to the last bit if its muscles are in the order that [`super::Body::mesh`] tells and every node is used.
 pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
     let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
@@ -62,11 +62,15 @@ fn entities<const D: usize>(out: &mut String, mesh: &Mesh<D>, bones: &[&Bone]) {
 fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
     let lines = |chain: &[usize]| chain.len().saturating_sub(1);
     let all_lines: usize = mesh.muscles.iter().map(|m| lines(&m.nodes)).sum();
-    let total = mesh.cells.len() + all_lines + mesh.fixed.len();
+    let cells: Vec<&[usize]> = mesh.elements().collect();
+    let total = cells.len() + all_lines + mesh.fixed.len();
     let blocks = 1 + mesh.muscles.len() + mesh.fixed.len();
     let _ = writeln!(out, "$Elements\n{blocks} {total} 1 {total}");
-    let kind = if D == 2 { 2 } else { 4 };
-    let _ = writeln!(out, "{D} 1 {kind} {}", mesh.cells.len());
+    let kind = match mesh.continuum.is_some() {
+        false => [2, 4][D - 2],
+        true => [9, 11][D - 2],
+    };
+    let _ = writeln!(out, "{D} 1 {kind} {}", cells.len());
     let mut tag = 0;
     let mut element = |out: &mut String, nodes: &[usize]| {
         tag += 1;
@@ -76,7 +80,14 @@ fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
         });
         out.push('\n');
     };
-    mesh.cells.iter().for_each(|cell| element(out, cell));
+    for cell in cells {
+        let mut nodes = cell.to_vec();
+        if kind == 11 {
+            // Gmsh has the middle of 2-3 before that of 1-3.
+            nodes.swap(8, 9);
+        }
+        element(out, &nodes);
+    }
     for (nth, muscle) in mesh.muscles.iter().enumerate() {
         let _ = writeln!(out, "1 {} 1 {}", nth + 1, lines(&muscle.nodes));
         muscle.nodes.windows(2).for_each(|pair| element(out, pair));
