@@ -152,6 +152,10 @@ impl Report {
         let shrinkage = (0..muscles.len()).map(|m| {
             let scores = scores_of(posterior, m);
             let mean = scores.iter().sum::<f64>() / scores.len().max(1) as f64;
+            // Without draws nothing was taken away.
+            if scores.is_empty() {
+                return 0.0;
+            }
             1.0 - scores.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / scores.len().max(1) as f64
         });
         let summary = match mixed {
