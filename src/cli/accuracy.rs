@@ -45,13 +45,7 @@ fn continuum(global: &Global) -> miette::Result<Outcome> {
         ("locking.csv", &locking),
         ("sensitivity.csv", &sensitivity),
     ];
-    let written = out.export(&files, &super::provenance()).into_diagnostic()?;
-    if global.json {
-        output::print(&output::json(&serde_json::json!({ "written": written }))?)?;
-    } else {
-        output::summary(&table::files(&written), &written)?;
-    }
-    Ok(Outcome::Good)
+    written(&out, &files, global)
 }
 
 /// How many programs wanted to run in the last minute, where the system says so.
@@ -75,7 +69,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let files = accuracy::files(&study).into_diagnostic()?;
     let mut all: Vec<(&str, &dyn Export)> = files.iter().map(|(n, f)| (*n, f.as_ref())).collect();
     all.push(("README.md", &page));
-    let written = out.export(&all, &super::provenance()).into_diagnostic()?;
+    written(&out, &all, global)
+}
+
+/// Writes the files of a study and names them.
+fn written(out: &OutputDir, files: &[(&str, &dyn Export)], global: &Global) -> miette::Result<Outcome> {
+    let written = out.export(files, &super::provenance()).into_diagnostic()?;
     if global.json {
         output::print(&output::json(&serde_json::json!({ "written": written }))?)?;
     } else {

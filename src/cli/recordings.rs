@@ -8,6 +8,7 @@ use tongue_fit::adapt::{Adaptation, Basis, How};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{Fault, FaultKind, Format, Map, Recording, Seen, screen};
+use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{Followed, Prior};
 
 use super::{body, output};
@@ -197,10 +198,8 @@ pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Re
     for Screened { seen, .. } in recordings {
         for bone in followed {
             let Some(number) = seen.bone(&bone.name) else { continue };
-            let mut away: Vec<f64> =
-                seen.frames.iter().filter_map(|f| f.bones[number]).map(|p| (p - bone.mark).norm()).collect();
-            away.sort_by(f64::total_cmp);
-            if let Some(median) = away.get(away.len() / 2).filter(|d| **d > FARTHEST_BONE_M) {
+            let away = seen.frames.iter().filter_map(|f| f.bones[number]).map(|p| (p - bone.mark).norm());
+            if let Some(median) = upper_median(away).filter(|d| *d > FARTHEST_BONE_M) {
                 return Err(miette!(
                     "{}: the {} is seen {:.0} mm from where the body has it, so the recording is not in the body's frame; adapt a \
                      body to the speaker (tongue-fit adapt), or give a map with the axes",

@@ -15,6 +15,7 @@ use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::{
     Export, Json, OutputDir, PriorRecord, TrackRecord, courses, frame_records, status_name,
 };
+use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{self, Additions, Model, System};
 use tongue_fit::track::{self, Followed, FrameStatus, HeldOut, Prior, Settings, Surface, Tracked};
 
@@ -145,8 +146,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
     frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
-    let mut rms: Vec<f64> = frames.iter().filter_map(|f| f.rms_mm).collect();
-    rms.sort_by(f64::total_cmp);
     let held_out = (!hide.is_empty()).then(|| {
         let tracked: Vec<Vec<Tracked>> = found.iter().map(|f| f.frames.clone()).collect();
         HeldOut {
@@ -161,7 +160,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         rest: speaker.how,
         prior: PriorRecord::new(&speaker.prior, &names),
         statuses,
-        median_rms_mm: rms.get(rms.len() / 2).copied(),
+        median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_mm)),
         courses,
         held_out,
         notes,

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use tongue_fit::report::{FrameRecord, TrackRecord};
+use tongue_fit::statistics::upper_median;
 
 use super::table;
 
@@ -42,11 +43,7 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
         text,
         "\n{t}\nmedians over the frames; prior left: part of the prior's standard deviation that the data left"
     );
-    let resolved = {
-        let mut all: Vec<usize> = record.frames.iter().map(|f| f.resolved).collect();
-        all.sort_unstable();
-        all.get(all.len() / 2).copied().unwrap_or(0)
-    };
+    let resolved = upper_median(record.frames.iter().map(|f| f.resolved as f64)).unwrap_or(0.0);
     let _ = writeln!(
         text,
         "{resolved} of {} directions of tension are resolved in the median frame; the rest is the prior",
@@ -111,7 +108,5 @@ fn freed(record: &TrackRecord) -> Vec<(String, String)> {
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut all: Vec<f64> = values.collect();
-    all.sort_by(f64::total_cmp);
-    all.get(all.len() / 2).copied().unwrap_or(f64::NAN)
+    upper_median(values).unwrap_or(f64::NAN)
 }

@@ -5,11 +5,12 @@
 //! Coordinates are whitened by a given matrix; in the first half of the warm-up all chains together learn a better one, in both halves the
 //! step is found by dual averaging (Hoffman and Gelman 2014, section 3.2). Both are then kept.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::parallel;
+use crate::random::{normals, seed_of};
 use crate::statics::lanes::LANES;
 
 /// What is sampled: a density of which up to [`LANES`] points are evaluated at once.
@@ -118,17 +119,6 @@ pub fn sample<T: Target>(
     sampled.into_iter().flatten().collect()
 }
 
-/// A standard normal number, by Box and Muller (1958).
-pub fn normal(random: &mut fastrand::Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - random.f64()).ln()).sqrt();
-    radius * (TAU * random.f64()).cos()
-}
-
-/// A vector of standard normal numbers.
-pub fn normals(count: usize, random: &mut fastrand::Rng) -> DVector<f64> {
-    DVector::from_fn(count, |_, _| normal(random))
-}
-
 /// Where a chain is.
 struct State<P> {
     z: DVector<f64>,
@@ -183,14 +173,6 @@ impl<P: Clone> Warm<P> {
             step: DualAveraging::new(),
         }
     }
-}
-
-/// A way to mix the seed with a number so that neighbours have nothing in common (splitmix64).
-pub fn seed_of(seed: u64, number: usize) -> u64 {
-    let mut z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number as u64 + 1));
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }
 
 impl<'a, T: Target> Group<'a, T> {

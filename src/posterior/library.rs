@@ -6,10 +6,11 @@
 
 use nalgebra::DMatrix;
 
+use crate::random::{normals, seed_of};
+
 use super::PosteriorError;
 use super::density::{Density, Parameter, Seen, is_found};
 use super::ground::Ground;
-use super::hmc::{normals, seed_of};
 use super::score::{Part, about};
 use super::spread::effective;
 

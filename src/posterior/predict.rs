@@ -5,9 +5,10 @@
 //! of the posterior that has not seen it (Gelfand, Dey and Chang 1992). Where too few of them count, pairs of the
 //! [library](super::library) are weighed, and where too few of these do, it is sampled anew.
 
+use crate::random::{normals, seed_of};
+
 use super::PosteriorError;
 use super::density::Density;
-use super::hmc::{normals, seed_of};
 use super::map::Mode;
 use super::run::{Draw, Posterior, Settings, sample_at};
 use super::score::{How, LeftOut, Part, about, left_out};

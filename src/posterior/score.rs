@@ -3,8 +3,9 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
+use crate::random::normal;
+
 use super::density::Density;
-use super::hmc::normal;
 use super::spread::{Spread, effective};
 
 /// How a prediction without the muscle's own measurement was made.

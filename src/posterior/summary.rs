@@ -4,11 +4,11 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use crate::measured::ByMuscle;
+use crate::random::{normal, seed_of};
 use crate::track::scores;
 
 use super::PosteriorError;
 use super::density::Parameter;
-use super::hmc::{normal, seed_of};
 use super::predict::{fitted, without_each};
 use super::priors::Priors;
 use super::run::{Draw, Posterior, Status};

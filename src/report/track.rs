@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::{BoneRecord, ByMuscle, StoTable, Table};
 use crate::measured::recording::{Fault, Seen};
+use crate::statistics::upper_median;
 use crate::track::{Displacement, FrameStatus, HeldOut, Prior, Tracked};
 
 /// One frame of a recording.
@@ -58,9 +59,8 @@ const SAME_COURSE: f64 = 0.8;
 /// What is known of every muscle's course over all frames; `pair` are the same frames with rest shapes of odd and of even frames.
 pub fn courses(names: &[String], frames: &[&Tracked], pair: Option<&[Vec<Tracked>; 2]>) -> Vec<CourseRecord> {
     let course = |(i, name): (usize, &String)| {
-        let mut sd: Vec<f64> = frames.iter().map(|f| f.covariance[(i, i)].max(0.0).sqrt()).collect();
-        sd.sort_by(f64::total_cmp);
-        let unknown_part = sd.get(sd.len() / 2).copied().unwrap_or(1.0);
+        let sd = frames.iter().map(|f| f.covariance[(i, i)].max(0.0).sqrt());
+        let unknown_part = upper_median(sd).unwrap_or(1.0);
         let tensions = |all: &[Tracked]| all.iter().map(|f| f.tensions_n[i]).collect::<Vec<f64>>();
         let both = pair.map(|[odd, even]| (tensions(odd), tensions(even)));
         let correlation = both.as_ref().and_then(|(a, b)| correlation(a, b));

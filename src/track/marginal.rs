@@ -14,6 +14,8 @@ use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::random;
+
 use super::frame::Linear;
 use super::scores;
 
@@ -151,11 +153,7 @@ impl Posterior {
     fn sample(&mut self) -> Vec<f64> {
         let n = self.n;
         let mut rng = fastrand::Rng::with_seed(95);
-        let mut normal = move || {
-            let radius = (-2.0 * (1.0 - rng.f64()).ln()).sqrt();
-            let z = radius * (std::f64::consts::TAU * rng.f64()).cos();
-            (z, rng.f64(), rng.usize(STRIDES))
-        };
+        let mut normal = move || (random::normal(&mut rng), rng.f64(), rng.usize(STRIDES));
         let mut out = Vec::with_capacity(DRAWS * n);
         let mut z = vec![0.0; n];
         let mut energy = self.energy(&z);

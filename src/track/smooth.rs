@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use crate::inverse::FreedBone;
 use crate::measured::recording::{Fault, FaultKind};
 use crate::parallel;
+use crate::statistics::upper_median;
 use crate::system::System;
 
 use super::chain::{Chain, Prior};
@@ -325,11 +326,6 @@ fn evaluated<'s>(
 
 /// The usual size of a residual: 1.48 times the median, which is the standard deviation of normal ones.
 fn typical(here: &[Here]) -> f64 {
-    let mut all: Vec<f64> = here
-        .iter()
-        .filter_map(|h| h.linear.as_ref())
-        .flat_map(|l| l.residuals.iter().map(|r| r.abs()))
-        .collect();
-    all.sort_by(f64::total_cmp);
-    1.4826 * all.get(all.len() / 2).copied().unwrap_or(0.0)
+    let linear = here.iter().filter_map(|h| h.linear.as_ref());
+    1.4826 * upper_median(linear.flat_map(|l| l.residuals.iter().map(|r| r.abs()))).unwrap_or(0.0)
 }

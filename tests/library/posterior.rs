@@ -6,8 +6,9 @@ use tongue_fit::body::Body;
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::parallel;
-use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened, normals};
+use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_fit::posterior::{Density, Ground, Mode, Place, Priors, Report, Seen, Settings, sample};
+use tongue_fit::random::normals;
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 

@@ -1,6 +1,7 @@
 //! What was seen of a tongue, in the frame of a body: metres, x to the back of the head, y up.
 
 use crate::geometry::{Point, Similarity};
+use crate::statistics::upper_median;
 
 use super::map::Axis;
 use super::{Map, MapError, Recording, Role};
@@ -176,9 +177,7 @@ fn flat(p: [f64; 3], back: Axis, up: Axis) -> Point {
 }
 
 fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
-    let mut all: Vec<f64> = frames.iter().filter_map(|f| f[channel]).map(|p| p.x).collect();
-    all.sort_by(f64::total_cmp);
-    all.get(all.len() / 2).copied()
+    upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.x))
 }
 
 /// Brings every frame to where the reference points are in the first one that has all of them: shifted by one point, shifted and
