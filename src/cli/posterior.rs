@@ -11,7 +11,7 @@ use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
     self, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Summary,
 };
-use tongue_fit::report::{self, Draws, Export};
+use tongue_fit::report::{self, Draws, Export, Svg};
 use tongue_fit::system::Model;
 
 use super::output;
@@ -118,19 +118,19 @@ impl Arguments {
 }
 
 impl<'a> Sampled<'a> {
+    /// The change of every tension; `None` where the chains have not mixed.
+    pub fn ridges(&self) -> Option<Svg> {
+        let title = format!("{}: change of every tension from the baseline", self.what);
+        self.report.summary.is_some().then(|| report::ridges(&self.posterior, &title))
+    }
+
     /// The files of its own.
     pub fn files<'s>(&'s self, mesh: &Mesh<2>) -> Vec<(&'static str, Box<dyn Export + 's>)> {
         let mut files: Vec<(&'static str, Box<dyn Export + 's>)> =
             vec![("posterior.csv", Box::new(Draws(&self.posterior)))];
-        if self.report.summary.is_some() {
+        if let Some(ridges) = self.ridges() {
             let title = |of: &str| format!("{}: {of}", self.what);
-            files.push((
-                "ridges.svg",
-                Box::new(report::ridges(
-                    &self.posterior,
-                    &title("change of every tension from the baseline"),
-                )),
-            ));
+            files.push(("ridges.svg", Box::new(ridges)));
             files.push((
                 "pairs.svg",
                 Box::new(report::pairs(&self.posterior, &title("changes of tensions in pairs, N per metre"))),

@@ -67,6 +67,33 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
 }
 
 #[test]
+fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(
+        folder.path(),
+        "batch --subjects S2 --vowels a --draws 0 --subsets 0 --posterior 1000 --out out --json",
+    );
+    let batch: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let fits = batch["fits"].as_array().unwrap();
+    let page = std::fs::read_to_string(folder.path().join("out/batch.html")).unwrap();
+    // Two fits, ratios and stretches, of one row: one posterior, with the second.
+    assert_eq!(
+        (fits.len(), page.matches("change of every tension from the baseline</title>").count()),
+        (2, 1)
+    );
+    assert!(fits[0]["posterior"].is_null());
+    let changes = &fits[1]["posterior"]["summary"]["changes_n"];
+    let table = page.split("id=\"posteriors\"").nth(1).unwrap().split("</table>").next().unwrap();
+    assert_eq!(table.matches("#fit-1").count(), 1);
+    for muscle in changes.as_object().unwrap().values() {
+        let rises = muscle["probability_rises"].as_f64().unwrap();
+        assert!(table.contains(&format!("data-v=\"{rises}\"")), "{rises} in {table}");
+        let [low, high] = [0, 1].map(|end| muscle["interval_95"][end].as_f64().unwrap().round() + 0.0);
+        assert!(table.contains(&format!(" [{low:.0}, {high:.0}]")), "{low} {high} in {table}");
+    }
+}
+
+#[test]
 fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), "--vowel a --posterior 100");

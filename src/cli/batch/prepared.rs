@@ -9,9 +9,11 @@ use tongue_fit::inverse::batch::{self, Job, Known, Plan, Thoroughness};
 use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{Dataset, TargetKind, reference_muscle};
-use tongue_fit::posterior::{Ground, Report};
+use tongue_fit::posterior::Ground;
 use tongue_fit::report::batch::journal::Entry;
-use tongue_fit::report::batch::{self as outputs, Batch, Fitted, Journal, Provenance, Summary};
+use tongue_fit::report::batch::{
+    self as outputs, Batch, Fitted, Journal, MOST_FITS_ON_PAGE, Provenance, RowPosterior, Summary,
+};
 use tongue_fit::report::{OutputDir, ReportError};
 use tongue_fit::system::{Model, System};
 
@@ -117,7 +119,7 @@ impl Prepared {
         let setup = setup.and_then(|(_, setup)| setup.as_ref());
         let (mesh, muscles, model) = (&self.mesh, &self.muscles[..], &self.model);
         let (known, thesis, how) = (&self.known, &self.thesis, &self.how);
-        let result = match self.posterior(job) {
+        let result = match self.posterior(number, job) {
             Ok(posterior) => {
                 let posterior = posterior.as_ref();
                 let within = outputs::Within { mesh, muscles, model, setup, known, thesis, posterior, how };
@@ -129,11 +131,15 @@ impl Prepared {
     }
 
     /// The posterior of a job's row, where it is asked for: once for every row, since it does not depend on the quantity that is fitted.
-    fn posterior(&self, job: &Job) -> miette::Result<Option<Report>> {
+    fn posterior(&self, number: usize, job: &Job) -> miette::Result<Option<RowPosterior>> {
         let (how, ground) = &self.posterior;
         let last = self.setups.last().is_some_and(|(kind, _)| *kind == job.target.kind);
         match ground.as_ref().filter(|_| last) {
-            Some(ground) => Ok(Some(how.sample(ground, &job.target)?.report)),
+            Some(ground) => {
+                let sampled = how.sample(ground, &job.target)?;
+                let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges()).flatten();
+                Ok(Some(RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report: sampled.report }))
+            }
             None => Ok(None),
         }
     }

@@ -117,7 +117,7 @@ pub fn assess(
     let &Within { mesh, muscles, model, setup, known, thesis, posterior, how } = within;
     match batch::assess(mesh, model, setup, &job.target, known, how) {
         Ok(a) => {
-            let beside = (Some(thesis), posterior.cloned());
+            let beside = (Some(thesis), posterior);
             fitted(number, job, &a, mesh, muscles, beside, provenance).map(Ok)
         }
         Err(e) => Ok(Err(e.to_string())),
@@ -140,9 +140,18 @@ pub struct Within<'a> {
     /// What to compare with.
     pub thesis: &'a Thesis,
     /// The posterior of the row, where one was asked for.
-    pub posterior: Option<&'a crate::posterior::Report>,
+    pub posterior: Option<&'a RowPosterior>,
     /// How fits are made.
     pub how: &'a Thoroughness,
+}
+
+/// The posterior of a row.
+#[derive(Debug, Clone)]
+pub struct RowPosterior {
+    /// What is told.
+    pub report: crate::posterior::Report,
+    /// The ridges of its changes, SVG; none where it has not mixed or the page does not show the fit.
+    pub ridges: Option<String>,
 }
 
 /// Names of a mesh's muscles in the order of columns: those that the table has, in its order, then the others.
@@ -168,11 +177,11 @@ pub fn fitted(
     assessment: &Assessment,
     mesh: &Mesh<2>,
     muscles: &[String],
-    (thesis, posterior): (Option<&Thesis>, Option<crate::posterior::Report>),
+    (thesis, posterior): (Option<&Thesis>, Option<&RowPosterior>),
     provenance: &Provenance,
 ) -> Result<Fitted, ReportError> {
     let mut record = AssessedRecord::new(job, assessment, thesis, &provenance.command);
-    record.fit.posterior = posterior;
+    record.fit.posterior = posterior.map(|p| p.report.clone());
     let text = |e: csv::Error| ReportError::Record { reason: e.to_string() };
     let on_page = number < page::MOST_FITS;
     Ok(Fitted {
@@ -182,7 +191,12 @@ pub fn fitted(
         fits: tables::fit_line(muscles, &record, provenance).map_err(text)?,
         latex: latex::row(muscles, &record),
         posterior: tables::posterior_lines(&record, provenance).map_err(text)?,
-        page: on_page.then(|| page::PageFit::new(number, &record, assessment, mesh, muscles)).transpose()?,
+        page: on_page
+            .then(|| {
+                let ridges = posterior.and_then(|p| p.ridges.as_deref());
+                page::PageFit::new(number, &record, assessment, mesh, muscles, ridges)
+            })
+            .transpose()?,
     })
 }
 

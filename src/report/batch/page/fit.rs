@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::number;
 use crate::body::Mesh;
 use crate::inverse::batch::Assessment;
+use crate::posterior::Report;
 use crate::report::ByMuscle;
 use crate::report::batch::record::{AssessedRecord, SubsetRecord};
 use crate::report::batch::tables::name;
@@ -28,6 +29,9 @@ pub struct PageFit {
     pub table_row: String,
     /// Figure and findings.
     pub detail: String,
+    /// Row of the table of posteriors; empty where the fit has none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub posterior_row: String,
     /// Displacement of every node from rest, µm.
     pub moved: Vec<[i64; 2]>,
     /// Names of the contracting muscles, which have a tension.
@@ -42,7 +46,8 @@ pub fn micrometres(metres: f64) -> i64 {
 }
 
 impl PageFit {
-    /// Of a record and the fit that it is of; `muscles` are those of the mesh in the order of columns.
+    /// Of a record and the fit that it is of; `muscles` are those of the mesh in the order of columns, `ridges` the picture of the row's
+    /// posterior.
     ///
     /// # Errors
     /// [`ReportError`] for a figure that cannot be drawn.
@@ -52,6 +57,7 @@ impl PageFit {
         assessment: &Assessment,
         mesh: &Mesh<2>,
         muscles: &[String],
+        ridges: Option<&str>,
     ) -> Result<Self, ReportError> {
         let f = &r.fit;
         let mark = if r.substitute_baseline { "†" } else { "" };
@@ -70,7 +76,10 @@ impl PageFit {
             number,
             heat_row: heat_row(number, r, mark, muscles).into_string(),
             table_row: table_row(number, r, mark, muscles).into_string(),
-            detail: detail(number, r, &label, &figure(r)?).into_string(),
+            detail: detail(number, r, &label, &figure(r)?, ridges).into_string(),
+            posterior_row: f.posterior.as_ref().map_or_else(String::new, |posterior| {
+                posterior_row(number, r, posterior, mark, muscles).into_string()
+            }),
             moved: moved.collect(),
             active: muscles.iter().filter(|m| contracts(m)).cloned().collect(),
             tensions: muscles.iter().map(tension).collect(),
@@ -101,8 +110,13 @@ fn heat_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> Ma
 
 /// Vermilion for too long, blue for too short: colours that colour-blind readers can tell apart.
 fn colour(residual: f64) -> String {
-    let strength = 0.85 * (residual.abs() / FULL_COLOUR).min(1.0);
-    let rgb = if residual > 0.0 { "213 94 0" } else { "0 114 178" };
+    shade(residual / FULL_COLOUR)
+}
+
+/// Vermilion for 1, blue for -1.
+fn shade(part: f64) -> String {
+    let strength = 0.85 * part.abs().min(1.0);
+    let rgb = if part > 0.0 { "213 94 0" } else { "0 114 178" };
     format!("background: rgb({rgb} / {strength:.2})")
 }
 
@@ -138,7 +152,39 @@ fn table_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> M
     }
 }
 
-fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str) -> Markup {
+/// By how much more every muscle pulls than in the baseline, the deeper the colour the surer.
+fn posterior_row(
+    id: usize,
+    r: &AssessedRecord,
+    posterior: &Report,
+    mark: &str,
+    muscles: &[String],
+) -> Markup {
+    let f = &r.fit;
+    // Without the sign of what rounds to nothing.
+    let whole = |v: f64| format!("{:.0}", v.round() + 0.0);
+    html! {
+        tr {
+            td { (f.subject) (mark) }
+            td { a href={ "#fit-" (id) } { "/" (f.vowel) "/" } }
+            td { "/" (f.baseline) "/" }
+            @for m in muscles {
+                @match posterior.summary.as_ref().and_then(|s| s.changes_n.of(m)) {
+                    Some(change) => {
+                        @let (rises, [low, high]) = (change.probability_rises, change.spread.interval_95);
+                        td data-v=(rises) style=(shade(2.0 * rises - 1.0)) {
+                            (format!("{rises:.2}"))
+                            span.interval { " [" (whole(low)) ", " (whole(high)) "]" }
+                        }
+                    },
+                    None => td title=(posterior.why) { "not mixed" },
+                }
+            }
+        }
+    }
+}
+
+fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str, ridges: Option<&str>) -> Markup {
     let f = &r.fit;
     let groups = |g: &[String]| if g.is_empty() { "none".to_owned() } else { g.join(", ") };
     let rms = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.3}"));
@@ -146,6 +192,7 @@ fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str) -> Markup {
         details id={ "fit-" (id) } {
             summary { (label) ": " (name(&f.status).replace('_', " ")) @if !f.alarms.is_empty() { ", " (f.alarms.len()) @if f.alarms.len() == 1 { " alarm" } @else { " alarms" } } }
             div.figure { (PreEscaped(figure)) }
+            @if let Some(ridges) = ridges { " " div.figure { (PreEscaped(ridges)) } }
             @if !f.alarms.is_empty() { ul.alarms { @for a in &f.alarms { li { (a.text) } } } }
             p {
                 "Passive muscles, stretches: " (rms(r.passive.rms_stretch)) " RMS, no change " (rms(r.passive.no_change_rms_stretch))

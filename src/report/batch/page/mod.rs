@@ -30,6 +30,7 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Res
     let body = html! {
                     (top(batch, fits.len()))
                     (fit_table(&fits, batch.muscles))
+                    (posteriors(&fits, batch.muscles))
                     (viewer(&fits))
                     (heat_map(&fits, batch.muscles))
                     (passive(&batch.summary.passive))
@@ -124,6 +125,27 @@ fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
                     @for m in muscles { th { button type="button" { (m) } } }
                 } }
                 tbody { @for f in fits { (PreEscaped(&f.heat_row)) } }
+            }
+        }
+    }
+}
+
+/// What the posteriors say of every row, where there are any.
+fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
+    let rows: Vec<&str> =
+        fits.iter().map(|f| f.posterior_row.as_str()).filter(|row| !row.is_empty()).collect();
+    html! {
+        @if !rows.is_empty() {
+            section {
+                h2 { "What data and model leave open" }
+                p { "Of the posterior of every row: the probability that a muscle pulls harder than in the baseline, and the 95 % interval of the change F − F0 of its tension. It takes all measured stretches of a row, so it stands once for each row; its ridges are with the fit. All of it is in posterior.csv." }
+                table.sortable #posteriors {
+                    thead { tr {
+                        @for h in ["subject", "vowel", "baseline"] { th { button type="button" { (h) } } }
+                        @for m in muscles { th { button type="button" { (m) } } }
+                    } }
+                    tbody { @for row in &rows { (PreEscaped(*row)) } }
+                }
             }
         }
     }
