@@ -120,5 +120,5 @@ pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
             return Err(wrong(format!("has node {node} on bone \"{}\", but not under \"fixed\"", bone.name)));
         }
     }
-    Ok(Body { what: format!("the mesh of \"{file}\""), mesh, bones, palate: None })
+    Ok(Body { what: format!("the mesh of \"{file}\""), mesh, bones, ..Body::default() })
 }

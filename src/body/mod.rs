@@ -15,6 +15,9 @@ pub mod solid;
 pub mod tongue;
 
 use std::path::Path;
+use std::sync::Arc;
+
+use nalgebra::SVector;
 
 use crate::suggest;
 
@@ -54,6 +57,15 @@ pub struct Body<const D: usize> {
     pub bones: Vec<Bone>,
     /// The palate that goes with the body, as a line of points, m, if one does.
     pub palate: Option<Vec<Point>>,
+    /// Of a continuum what it was laid on.
+    pub origin: Option<Arc<Origin<D>>>,
+}
+
+/// What a continuum was laid on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Origin<const D: usize> {
+    body: Body<D>,
+    lines: Option<Vec<Vec<SVector<f64, D>>>>,
 }
 
 /// A name that no muscle of the body has.
@@ -111,7 +123,7 @@ pub enum BodyError {
 impl<const D: usize> Body<D> {
     /// A body of a mesh, without named bones and palate.
     pub fn new(what: impl Into<String>, mesh: Mesh<D>) -> Self {
-        Self { what: what.into(), mesh, bones: Vec::new(), palate: None }
+        Self { what: what.into(), mesh, ..Self::default() }
     }
 
     /// The number of the muscle of this name in `mesh.muscles`; of several that share it the first. Where no name is the same to
@@ -139,23 +151,36 @@ impl<const D: usize> Body<D> {
     /// # Errors
     /// As [`continuum::lay`].
     pub fn into_continuum(self, settings: &ContinuumSettings) -> Result<Self, ContinuumError> {
-        let laid = continuum::lay(&self.mesh, None, settings)?;
-        Ok(self.laid(laid))
+        Origin { body: self, lines: None }.lay(settings)
     }
 
-    fn laid(self, laid: continuum::Laid<D>) -> Self {
-        let mut bones = self.bones;
-        for bone in &mut bones {
-            let stand_in = laid.bones.iter().filter(|(node, _)| bone.nodes.contains(node));
-            bone.nodes = stand_in.flat_map(|(_, nodes)| nodes.iter().copied()).collect();
-            bone.nodes.sort_unstable();
-        }
-        Self { what: format!("{}, a continuum", self.what), mesh: laid.mesh, bones, palate: self.palate }
+    /// A continuum on the same linear cells with other settings; `None` of a body that is none, or was not made by
+    /// [`Body::into_continuum`] and its like.
+    ///
+    /// # Errors
+    /// As [`continuum::lay`].
+    pub fn with_continuum(&self, settings: &ContinuumSettings) -> Option<Result<Self, ContinuumError>> {
+        self.origin.as_ref().map(|origin| Origin::clone(origin).lay(settings))
     }
 
     /// The nodes of the bone of this name, ascending; none where there is no such bone.
     pub fn bone(&self, name: &str) -> &[usize] {
         self.bones.iter().find(|b| b.name == name).map_or(&[], |b| &b.nodes)
+    }
+}
+
+impl<const D: usize> Origin<D> {
+    fn lay(self, settings: &ContinuumSettings) -> Result<Body<D>, ContinuumError> {
+        let laid = continuum::lay(&self.body.mesh, self.lines.as_deref(), settings)?;
+        let Body { what, bones, palate, .. } = &self.body;
+        let mut bones = bones.clone();
+        for bone in &mut bones {
+            let stand_in = laid.bones.iter().filter(|(node, _)| bone.nodes.contains(node));
+            bone.nodes = stand_in.flat_map(|(_, nodes)| nodes.iter().copied()).collect();
+            bone.nodes.sort_unstable();
+        }
+        let (what, palate) = (format!("{what}, a continuum"), palate.clone());
+        Ok(Body { what, mesh: laid.mesh, bones, palate, origin: Some(Arc::new(self)) })
     }
 }
 
@@ -189,8 +214,7 @@ impl Body<2> {
         settings: &ContinuumSettings,
     ) -> Result<Self, BodyError> {
         let lines: Vec<Vec<Point>> = anatomy.muscles().iter().map(|m| m.ends.to_vec()).collect();
-        let laid = continuum::lay(&self.mesh, Some(&lines), settings)?;
-        Ok(self.laid(laid))
+        Ok(Origin { body: self, lines: Some(lines) }.lay(settings)?)
     }
 
     /// A tongue of an anatomy at a mesh spacing, m.
@@ -201,7 +225,7 @@ impl Body<2> {
         let mesh = build(anatomy, spacing_m)?;
         let bones = tongue::bones(anatomy, &mesh);
         let what = format!("a tongue at {} mm", rounded_mm(spacing_m));
-        Ok(Self { what, mesh, bones, palate: None })
+        Ok(Self { what, mesh, bones, ..Self::default() })
     }
 }
 

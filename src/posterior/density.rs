@@ -12,15 +12,16 @@ use std::sync::Arc;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector};
 
 use crate::inverse::Matched;
-use crate::statics::lanes::{Adjoint, Equilibrium, Group, Lanes, Load, length_gradient};
+use crate::statics::lanes::{Equilibrium, Group, Lanes, Load, length_gradient};
 use crate::statics::{Settings, Status};
 use crate::track::scores;
 
 use super::PosteriorError;
 use super::branch::on_branch;
-use super::ground::{Field, Ground};
+use super::differences::{self, Answers};
+use super::ground::Ground;
 use super::hmc::{Point, Target};
-use super::shape::{ShapeSlope, slope};
+use super::shape::of_springs;
 
 /// The stretches that were measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,13 +111,22 @@ pub struct Linear {
     pub outline: DMatrix<f64>,
     /// Kappa.
     pub kappa: DMatrix<f64>,
+    /// The width of muscles.
+    pub width: DMatrix<f64>,
+    /// The patches of bones.
+    pub patch: DMatrix<f64>,
 }
 
 impl Linear {
     /// Covariance of the stretches by geometry and constants.
     pub fn covariance(&self) -> DMatrix<f64> {
         let square = |m: &DMatrix<f64>| m * m.transpose();
-        square(&self.ends) + square(&self.outline) + square(&self.kappa)
+        let springs = square(&self.ends) + square(&self.outline) + square(&self.kappa);
+        // A sum with nothing would cost time and no more.
+        match self.width.ncols() + self.patch.ncols() {
+            0 => springs,
+            _ => springs + square(&self.width) + square(&self.patch),
+        }
     }
 }
 
@@ -356,8 +366,18 @@ impl Evaluator<'_> {
 
     /// How all stretches answer at a point; `None` where the density is zero.
     pub fn linearise(&mut self, scores: &DVector<f64>, begin: &Place) -> Option<(Linear, Place)> {
+        self.linearise_all(scores, begin, true)
+    }
+
+    /// The same; of bodies whose answers to their geometry cost more than all else, without these where they are not wanted.
+    pub(super) fn linearise_all(
+        &mut self,
+        scores: &DVector<f64>,
+        begin: &Place,
+        geometry: bool,
+    ) -> Option<(Linear, Place)> {
         let (meanings, mut places) = self.solve(&[(scores, begin)]);
-        let (place, (_, slopes)) = (places.pop()??, &meanings[0]);
+        let (place, (meaning, slopes)) = (places.pop()??, &meanings[0]);
         let rates = |group: &mut Group<'_, 2>| group.length_rates().pop().flatten();
         let (posture, baseline) = (rates(&mut self.posture)?, rates(&mut self.baseline)?);
         let (density, ground) = (self.density, self.density.ground);
@@ -374,32 +394,17 @@ impl Evaluator<'_> {
                     Parameter::Hyoid(axis) => own * posture[m].by_bone(&ground.hyoid)[axis],
                 }
         });
-        let shape = |positions: &[SVector<f64, 2>], all: &[Adjoint<2>]| -> Vec<ShapeSlope> {
-            all.iter().map(|a| slope(ground, positions, a)).collect()
+        let Answers { ends, outline, kappa, width, patch } = match (ground.is_of_springs(), geometry) {
+            (true, _) => of_springs(ground, &place, &posture, &baseline),
+            (false, true) => differences::answers(
+                ground,
+                &place,
+                (&place.posture, &meaning.tensions, &posture),
+                (&place.baseline, &meaning.tones, &baseline),
+            )?,
+            (false, false) => Answers::none(count),
         };
-        let (own, over) = (shape(&place.posture, &posture), shape(&place.baseline, &baseline));
-        let of_fields = |fields: &[Field]| {
-            DMatrix::from_fn(count, fields.len(), |m, f| {
-                let dot = |slope: &ShapeSlope| -> f64 {
-                    slope.by_node.iter().zip(&fields[f].displacement).map(|(s, d)| s.dot(d)).sum()
-                };
-                let (a, b) = parts(m);
-                a * dot(&own[m]) + b * dot(&over[m])
-            })
-        };
-        let kappa = &ground.priors.compressibility;
-        let kappas = usize::from(!kappa.off);
-        let linear = Linear {
-            jacobian,
-            ends: of_fields(&ground.ends),
-            outline: of_fields(&ground.outline),
-            kappa: DMatrix::from_fn(count, kappas, |m, _| {
-                let (a, b) = parts(m);
-                kappa.sd_ln_kappa * (a * own[m].by_ln_kappa + b * over[m].by_ln_kappa)
-            }),
-            stretches,
-        };
-        Some((linear, place))
+        Some((Linear { stretches, jacobian, ends, outline, kappa, width, patch }, place))
     }
 }
 

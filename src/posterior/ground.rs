@@ -4,12 +4,13 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::SVector;
 
-use crate::body::{Body, HYOID};
+use crate::body::{Body, ContinuumSettings, HYOID};
 use crate::geometry::Point;
 use crate::material::Constants;
 use crate::system::{Model, System, TissueModel};
 
 use super::PosteriorError;
+use super::differences::Sides;
 use super::library::Library;
 use super::priors::Priors;
 
@@ -44,6 +45,8 @@ pub struct Ground {
     pub ends: Vec<Field>,
     /// The outline.
     pub outline: Vec<Field>,
+    /// Of bodies that are not of springs alone: the sources that are no fields, each a pair of bodies to either side.
+    pub(super) sides: Option<Sides>,
     /// Made when first asked for.
     pub(super) shared: OnceLock<Result<Library, PosteriorError>>,
 }
@@ -52,15 +55,9 @@ impl Ground {
     /// A body under priors.
     ///
     /// # Errors
-    /// [`PosteriorError`] for priors out of range, muscles that the body does not have, and bodies that are no mass-spring bodies of the
-    /// plane.
+    /// [`PosteriorError`] for priors out of range, and muscles that the body does not have.
     pub fn new(body: &Body<2>, model: &Model, priors: &Priors) -> Result<Self, PosteriorError> {
         priors.check()?;
-        if body.mesh.continuum.is_some() || model.tissue != TissueModel::MassSpring {
-            return Err(PosteriorError::Body(
-                "a posterior is made of bodies of springs only; leave out --body and --tissue".to_owned(),
-            ));
-        }
         let muscles = body.mesh.muscle_names();
         if let Some(name) = priors.unknown_muscle(&muscles) {
             return Err(PosteriorError::Priors(format!(
@@ -73,12 +70,23 @@ impl Ground {
             let poisson_ratio = priors.compressibility.poisson_ratio;
             model.constants = Constants { poisson_ratio, ..model.constants };
         }
+        let body = match &body.mesh.continuum {
+            Some(continuum) => laid_anew(body, &priors.continuum(&continuum.settings))?,
+            None => body.clone(),
+        };
         let all: Vec<usize> = (0..muscles.len()).collect();
         let system = Arc::new(System::new(&body.mesh, &model, &all)?);
         let hyoid = body.bone(HYOID).to_vec();
-        let (ends, outline) = (ends(body, priors), outline(body, priors));
-        let (priors, body, shared) = (priors.clone(), body.clone(), OnceLock::new());
-        Ok(Self { priors, body, system, model, muscles, hyoid, ends, outline, shared })
+        let (ends, outline) = (ends(&body, priors), outline(&body, priors));
+        let springs = model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none();
+        let sides = if springs { None } else { Some(Sides::new(&body, &model, priors)?) };
+        let (priors, shared) = (priors.clone(), OnceLock::new());
+        Ok(Self { priors, body, system, model, muscles, hyoid, ends, outline, sides, shared })
+    }
+
+    /// Whether it is made of springs, whose answers to their geometry have formulas.
+    pub fn is_of_springs(&self) -> bool {
+        self.sides.is_none()
     }
 
     /// The body at rest displaced by fields, each by so many standard deviations; inner nodes of muscle parts outside the tissue are put
@@ -98,10 +106,25 @@ impl Ground {
                 body.mesh.nodes[node] = from + (to - from) * ((before[node] - before[a]).norm() / whole);
             }
         }
+        if let Some(continuum) = &mut body.mesh.continuum {
+            *continuum = Arc::new(continuum.moved(&self.body.mesh.nodes, &mut body.mesh.nodes));
+        }
         body.palate = None;
         let (low, _) = self.system.cell_ratios(&body.mesh.nodes);
         (low > LEAST_RATIO).then_some(body)
     }
+}
+
+/// A continuum with these settings.
+pub(super) fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, PosteriorError> {
+    if body.mesh.continuum.as_ref().is_some_and(|c| c.settings == *settings) {
+        return Ok(body.clone());
+    }
+    let Some(laid) = body.with_continuum(settings) else {
+        let why = "this continuum cannot be given other muscles and patches; leave them as they are in the priors ([bundle_width] off = true, [bone_patch] off = true)";
+        return Err(PosteriorError::Body(why.to_owned()));
+    };
+    laid.map_err(|e| PosteriorError::Body(e.to_string()))
 }
 
 /// A cell that keeps less than this part of its area has folded.

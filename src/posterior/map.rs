@@ -64,6 +64,10 @@ impl Mode {
         let mut mode = Self::at(density, start.clone(), linear, place, 1);
         for _ in 0..ROUNDS {
             let moved = mode.climb(density)?;
+            if !density.ground.is_of_springs() {
+                let found = density.evaluator().linearise(&mode.scores, &mode.place);
+                (mode.linear, mode.place) = found.ok_or(PosteriorError::NoMode)?;
+            }
             density.set_geometry(mode.linear.covariance())?;
             if moved < 10.0 * ARRIVED {
                 break;
@@ -110,7 +114,7 @@ impl Mode {
                 break;
             }
             let next = &scores + &step;
-            let found = evaluator.linearise(&next, &here.place);
+            let found = evaluator.linearise_all(&next, &here.place, false);
             here.evaluations += 1;
             let found =
                 found.map(|(linear, place)| Self::at(density, next.clone(), linear, place, here.evaluations));

@@ -6,16 +6,17 @@
 //! d ~ N(0, sd_d²)                       displacement of the hyoid
 //! ```
 //! No rule says who contracts: every muscle has a tension that is not negative. `C_geo` is the covariance of the stretches by the ends of
-//! the muscles, the outline and kappa, linearised with exact derivatives (`shape`) at the most probable point (`map`); `R` is that
-//! of the rounding. Young's modulus scales all tensions and is told apart. All priors are in [`Priors`], each can be fixed or left out.
+//! the muscles, the outline and kappa, linearised with exact derivatives (`shape`; of bodies that are not of springs `differences`, and of a
+//! continuum by the width of muscles and the patches of bones too) at the most probable point (`map`); `R` is that of the rounding. Young's modulus scales all tensions and is told apart. All priors are in [`Priors`], each can be fixed or left out.
 //!
 //! Sampled is with Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by Gauss and Newton's matrix at the most probable point, four
-//! chains side by side in the lanes of the processor. Every draw is where its tensions lead from rest as they grow
+//! chains side by side in the lanes of the processor (of other bodies one after the other). Every draw is where its tensions lead from rest as they grow
 //! (`branch`). What has not mixed says so ([`Status`]).
 
 mod branch;
 mod density;
 pub mod diagnostics;
+mod differences;
 mod ground;
 pub mod hmc;
 mod library;

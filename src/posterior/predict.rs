@@ -57,6 +57,10 @@ fn without(posterior: &Posterior<'_>, position: usize, seed: u64) -> Result<Opti
     if found.effective >= FEWEST_EFFECTIVE {
         return Ok(Some(found));
     }
+    if !density.ground.is_of_springs() {
+        // Neither a library of its own nor a posterior for every muscle is worth what they would cost in such a body.
+        return Ok(None);
+    }
     let mut other = density.of(density.seen.without(position))?;
     let mode = Mode::find_from(&mut other, &posterior.mode.scores, &posterior.mode.place)?;
     let (parts, sd, effective) = density.ground.library()?.predict(&other, muscle, rounding);

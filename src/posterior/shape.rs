@@ -8,26 +8,28 @@
 //! lengths and areas are functions of the places of the nodes at rest, and kappa goes with the square of the mean length of a
 //! connection; so every length has a derivative by the place of every node.
 
-use nalgebra::SVector;
+use nalgebra::{DMatrix, SVector};
 
 use crate::effect::Part;
 use crate::geometry::simplex;
 use crate::statics::lanes::Adjoint;
 use crate::system::System;
 
-use super::ground::Ground;
+use super::density::Place;
+use super::differences::Answers;
+use super::ground::{Field, Ground};
 
 /// How a length answers to the body.
 #[derive(Debug, Clone)]
-pub struct ShapeSlope {
+struct ShapeSlope {
     /// To the place at rest of every node, dimensionless.
-    pub by_node: Vec<SVector<f64, 2>>,
+    by_node: Vec<SVector<f64, 2>>,
     /// To the logarithm of kappa, m.
-    pub by_ln_kappa: f64,
+    by_ln_kappa: f64,
 }
 
 /// That of the length whose adjoint is given, at an equilibrium with these positions, m.
-pub fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -> ShapeSlope {
+fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -> ShapeSlope {
     let system: &System<2> = &ground.system;
     let rest = system.rest();
     let free = |n: usize| match system.pattern().unknown(n) {
@@ -71,4 +73,40 @@ pub fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2
         by_node[node] += adjoint.by_node[node];
     }
     ShapeSlope { by_node, by_ln_kappa }
+}
+
+/// How the stretches of all muscles answer at a place, given the adjoints of all lengths there.
+pub fn of_springs(
+    ground: &Ground,
+    place: &Place,
+    posture: &[Adjoint<2>],
+    baseline: &[Adjoint<2>],
+) -> Answers {
+    let count = ground.muscles.len();
+    let stretch = |m: usize| place.lengths[m] / place.baseline_lengths[m];
+    // d(L/L0) = dL/L0 - s dL0/L0.
+    let parts = |m: usize| (1.0 / place.baseline_lengths[m], -stretch(m) / place.baseline_lengths[m]);
+    let shape = |positions: &[SVector<f64, 2>], all: &[Adjoint<2>]| -> Vec<ShapeSlope> {
+        all.iter().map(|a| slope(ground, positions, a)).collect()
+    };
+    let (own, over) = (shape(&place.posture, posture), shape(&place.baseline, baseline));
+    let of_fields = |fields: &[Field]| {
+        DMatrix::from_fn(count, fields.len(), |m, f| {
+            let dot = |slope: &ShapeSlope| -> f64 {
+                slope.by_node.iter().zip(&fields[f].displacement).map(|(s, d)| s.dot(d)).sum()
+            };
+            let (a, b) = parts(m);
+            a * dot(&own[m]) + b * dot(&over[m])
+        })
+    };
+    let kappa = &ground.priors.compressibility;
+    Answers {
+        ends: of_fields(&ground.ends),
+        outline: of_fields(&ground.outline),
+        kappa: DMatrix::from_fn(count, usize::from(!kappa.off), |m, _| {
+            let (a, b) = parts(m);
+            kappa.sd_ln_kappa * (a * own[m].by_ln_kappa + b * over[m].by_ln_kappa)
+        }),
+        ..Answers::none(count)
+    }
 }

@@ -25,6 +25,10 @@ pub struct Shares {
     pub outline: f64,
     /// How nearly incompressible the tissue is.
     pub compressibility: f64,
+    /// How wide muscles are; zero but of a continuum.
+    pub bundle_width: f64,
+    /// How far bones hold the tissue; zero but of a continuum.
+    pub bone_patch: f64,
     /// The model's own error.
     pub discrepancy: f64,
     /// Rounding of the lengths.
@@ -33,7 +37,7 @@ pub struct Shares {
 
 impl Shares {
     /// Name and value of each.
-    pub fn each(&self) -> [(&'static str, f64); 8] {
+    pub fn each(&self) -> [(&'static str, f64); 10] {
         [
             ("unresolved", self.unresolved),
             ("baseline tone", self.baseline_tone),
@@ -41,6 +45,8 @@ impl Shares {
             ("muscle ends", self.muscle_ends),
             ("outline", self.outline),
             ("compressibility", self.compressibility),
+            ("width of muscles", self.bundle_width),
+            ("hold of bones", self.bone_patch),
             ("discrepancy", self.discrepancy),
             ("rounding", self.rounding),
         ]
@@ -56,6 +62,8 @@ impl Shares {
             muscle_ends: mean(|s| s.muscle_ends),
             outline: mean(|s| s.outline),
             compressibility: mean(|s| s.compressibility),
+            bundle_width: mean(|s| s.bundle_width),
+            bone_patch: mean(|s| s.bone_patch),
             discrepancy: mean(|s| s.discrepancy),
             rounding: mean(|s| s.rounding),
         }
@@ -114,6 +122,8 @@ impl<'a> Parts<'a> {
             muscle_ends: of_source(&linear.ends),
             outline: of_source(&linear.outline),
             compressibility: of_source(&linear.kappa),
+            bundle_width: of_source(&linear.width),
+            bone_patch: of_source(&linear.patch),
             discrepancy: density.discrepancy() * errors.norm_squared(),
             rounding: rounding.map(|(r, e)| density.rounding(*r) * e * e).sum(),
         };
@@ -126,6 +136,8 @@ impl<'a> Parts<'a> {
             muscle_ends: part(absolute.muscle_ends),
             outline: part(absolute.outline),
             compressibility: part(absolute.compressibility),
+            bundle_width: part(absolute.bundle_width),
+            bone_patch: part(absolute.bone_patch),
             discrepancy: part(absolute.discrepancy),
             rounding: part(absolute.rounding),
         }

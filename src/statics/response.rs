@@ -29,13 +29,23 @@ impl<'a, const D: usize> Response<'a, D> {
         w.factor.factorise(system.pattern(), &w.stiffness)?;
         w.factor_ready = true;
         w.factor_is_exact = true;
+        Ok(Self::again(system, w))
+    }
+
+    /// The same where the workspace still has the factor of a response at this equilibrium.
+    pub(super) fn again(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
         let motion = vec![SVector::zeros(); w.positions.len()];
-        Ok(Self { system, w, motion })
+        Self { system, w, motion }
     }
 
     /// Positions of all nodes at the equilibrium, m.
     pub fn positions(&self) -> &[SVector<f64, D>] {
         &self.w.positions
+    }
+
+    /// Positions and tensions at the equilibrium.
+    pub(super) fn configuration(&self) -> Configuration<'_, D> {
+        self.w.configuration()
     }
 
     /// Motion of all nodes for the last change, m for a unit of it.

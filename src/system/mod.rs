@@ -234,8 +234,10 @@ impl<const D: usize> System<D> {
 
     /// Nodes that bones hold.
     pub fn held(&self) -> Vec<usize> {
-        let inner: Vec<usize> = self.paths.iter().flat_map(StraightPath::inner_nodes).collect();
-        let is_held = |n: &usize| self.pattern.unknown(*n).is_none() && !inner.contains(n);
+        let inner = self.paths.iter().flat_map(StraightPath::inner_nodes);
+        let followers = self.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
+        let placed: Vec<usize> = inner.chain(followers).collect();
+        let is_held = |n: &usize| self.pattern.unknown(*n).is_none() && !placed.contains(n);
         (0..self.rest.len()).filter(is_held).collect()
     }
 
@@ -318,6 +320,11 @@ impl<const D: usize> System<D> {
         })
     }
 
+    /// Nodes of all cells, one cell after another.
+    pub(crate) fn cell_nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.cells.iter().flat_map(|(cell, _)| cell.iter().copied())
+    }
+
     /// Area, m², or volume, m³, of all cells together.
     pub fn measure(&self, positions: &[SVector<f64, D>]) -> f64 {
         self.cells.iter().map(|(cell, _)| simplex::measure(&simplex::corners(positions, cell))).sum()
@@ -350,6 +357,11 @@ impl<const D: usize> System<D> {
     /// Gives the inner nodes of straight paths the motion that goes with that of their ends, at these positions.
     pub fn move_path_nodes(&self, positions: &[SVector<f64, D>], motion: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.carry(positions, motion));
+    }
+
+    /// Gives what acts on nodes that follow a continuum to what they follow.
+    pub fn carry_loads(&self, load: &mut [SVector<f64, D>]) {
+        self.continuum.iter().for_each(|c| c.carry_loads(load));
     }
 
     /// Gives the nodes that follow a continuum the motion that goes with that of the unknowns.

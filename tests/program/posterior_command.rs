@@ -114,8 +114,25 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
     }
     let output = run(folder.path(), "--vowel a --posterior 7");
     assert!(text(&output.stderr).contains("7 draws were asked for"), "{}", text(&output.stderr));
-    let output = run(folder.path(), "--vowel a --posterior 400 --body continuum");
-    assert!(text(&output.stderr).contains("bodies of springs only"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_continuum_has_a_posterior_with_its_widths_and_patches_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), "--vowel a --body continuum --h 12 --posterior 100 --json --out out");
+    let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let posterior = &fit["posterior"];
+    assert!(posterior["draws"].as_u64().unwrap() >= 100, "{posterior}");
+    assert_eq!((&posterior["poisson_ratio"], &posterior["summary"]), (&0.499.into(), &Value::Null));
+    let share = &posterior["variance_share"]["left_out_stretch"];
+    for source in ["bundle_width", "bone_patch", "muscle_ends", "outline"] {
+        assert!(share[source].as_f64().unwrap() > 1e-4, "{source}: {share}");
+    }
+    // Bodies of springs have neither, and a prior that makes no sense is refused in words.
+    std::fs::write(folder.path().join("priors.toml"), "bundle_width.median_mm = 0.0").unwrap();
+    let output = run(folder.path(), "--vowel a --body continuum --posterior 100 --priors priors.toml");
+    let message = text(&output.stderr);
+    assert!(message.contains("bundle_width.median_mm is 0; it must be above 0"), "{message}");
 }
 
 #[test]
@@ -125,5 +142,5 @@ fn the_priors_that_are_printed_are_read_back_and_have_a_schema() {
     let read = tongue_fit::posterior::Priors::from_toml(&priors, "printed").unwrap();
     assert_eq!(read, tongue_fit::posterior::Priors::default());
     let schema: Value = serde_json::from_slice(&run(folder.path(), "priors --schema").stdout).unwrap();
-    assert_eq!(schema["properties"].as_object().unwrap().len(), 9);
+    assert_eq!(schema["properties"].as_object().unwrap().len(), 11);
 }

@@ -155,7 +155,17 @@ impl<const D: usize> Patches<'_, D> {
 
 /// Length of an edge, m, or area of a triangle, m².
 fn face_measure<const D: usize>(x: &[SVector<f64, D>; MAX_CORNERS], opposite: usize) -> f64 {
-    let corners: Vec<&SVector<f64, D>> = (0..=D).filter(|&i| i != opposite).map(|i| &x[i]).collect();
+    let corners: Vec<SVector<f64, D>> = (0..=D).filter(|&i| i != opposite).map(|i| x[i]).collect();
+    size(&corners)
+}
+
+/// The same of the face of a [`Tie`] between nodes at these positions, m.
+pub(super) fn face_size<const D: usize>(tie: &[usize], positions: &[SVector<f64, D>]) -> f64 {
+    let corners: Vec<SVector<f64, D>> = tie[..D].iter().map(|&n| positions[n]).collect();
+    size(&corners)
+}
+
+fn size<const D: usize>(corners: &[SVector<f64, D>]) -> f64 {
     let a = corners[1] - corners[0];
     if D == 2 {
         return a.norm();

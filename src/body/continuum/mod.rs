@@ -164,6 +164,35 @@ impl<const D: usize> Continuum<D> {
             motion[f.node] = f.mean(motion);
         }
     }
+
+    /// Gives what acts on nodes that follow the tissue to what they follow.
+    pub fn carry_loads(&self, load: &mut [SVector<f64, D>]) {
+        for f in &self.followers {
+            let own = std::mem::replace(&mut load[f.node], SVector::zeros());
+            f.weights.iter().for_each(|&(node, weight)| load[node] += own * weight);
+        }
+    }
+
+    /// The same continuum at rest elsewhere: muscles and patches go with the tissue. `nodes` are the new positions of all nodes at rest,
+    /// m, of which those in the middle of edges are put there; `before` are the old ones.
+    pub fn moved(&self, before: &[SVector<f64, D>], nodes: &mut [SVector<f64, D>]) -> Self {
+        for element in self.elements() {
+            for (&[i, j], &middle) in quadratic::edges::<D>().iter().zip(&element[D + 1..]) {
+                nodes[middle] = (nodes[element[i]] + nodes[element[j]]) * 0.5;
+            }
+        }
+        let mut moved = self.clone();
+        for tie in &mut moved.ties {
+            // A place of the surface stays as strongly held, and the surface gets longer or shorter.
+            let longer = attach::face_size(&tie.nodes, nodes) / attach::face_size(&tie.nodes, before);
+            tie.form.iter_mut().for_each(|c| *c *= longer);
+        }
+        for f in &mut moved.followers {
+            f.offset = nodes[f.node] - f.mean(nodes);
+        }
+        // A strand's vector and its weight answer to its length at rest in opposite ways: it pulls as before.
+        moved
+    }
 }
 
 /// A node that is at rest where it is, and moves by the mean displacement of others.

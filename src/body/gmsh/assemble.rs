@@ -171,7 +171,7 @@ fn body<const D: usize>(
     let unused = unused
         .map(|g| Unused { dimension: g.dimension, name: shown(g), elements: g.elements.len() })
         .collect();
-    let body = Body { what: format!("the mesh of \"{origin}\""), mesh, bones, palate: None };
+    let body = Body { what: format!("the mesh of \"{origin}\""), mesh, bones, ..Body::default() };
     Ok(Content { format: raw.format, body, unused, tags })
 }
 

@@ -109,7 +109,8 @@ impl Prepared {
     /// # Errors
     /// Where nothing can be drawn from the priors.
     pub fn begin(&self) -> miette::Result<()> {
-        self.posterior.1.iter().try_for_each(|ground| ground.library().map(|_| ())).into_diagnostic()
+        let mut of_springs = self.posterior.1.iter().filter(|ground| ground.is_of_springs());
+        of_springs.try_for_each(|ground| ground.library().map(|_| ())).into_diagnostic()
     }
 
     /// Makes the fit of a job.

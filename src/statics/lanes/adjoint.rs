@@ -3,12 +3,11 @@
 
 use nalgebra::SVector;
 
-use crate::effect::Configuration;
 use crate::sparse::wide::Wide;
 use crate::statics::plain::{adjoint_of_group, factorise_group};
-use crate::statics::{Response, Workspace};
 use crate::system::System;
 
+use super::alone::adjoint_alone;
 use super::{Equilibrium, Group, LANES};
 
 /// How a function of the shape answers, its unit here u.
@@ -73,8 +72,13 @@ impl<const D: usize> Group<'_, D> {
             Some(Adjoint { by_node, by_tension })
         };
         let answers = self.answers.iter().zip(&self.tensions).enumerate();
-        let alone = |lane: usize, shape: &Equilibrium<D>, tensions: &Option<Vec<f64>>| {
-            alone(self.system, &shape.positions, tensions.as_ref()?, &gradients[lane])
+        let (system, kept) = (self.system, &mut self.kept);
+        let mut alone = |lane: usize, shape: &Equilibrium<D>, tensions: &Option<Vec<f64>>| {
+            let tensions = tensions.as_ref()?;
+            match kept.get_mut(lane) {
+                Some(kept) => kept.adjoint(system, &gradients[lane]),
+                None => adjoint_alone(system, &shape.positions, tensions, &gradients[lane]),
+            }
         };
         answers.map(|(lane, (shape, t))| of_lane(lane).or_else(|| alone(lane, shape, t))).collect()
     }
@@ -119,40 +123,4 @@ impl<const D: usize> Group<'_, D> {
         self.factorised = Some(stable);
         stable
     }
-}
-
-/// The same of one equilibrium.
-fn alone<const D: usize>(
-    system: &System<D>,
-    positions: &[SVector<f64, D>],
-    tensions: &[f64],
-    gradient: &[SVector<f64, D>],
-) -> Option<Adjoint<D>> {
-    let mut w = Workspace::new(system);
-    w.set(positions, tensions)?;
-    let mut response = Response::new(system, &mut w).ok()?;
-    response.to_load(|_, load| load.copy_from_slice(gradient));
-    let motion = response.motion().to_vec();
-    let at = Configuration { positions, tensions };
-    let mut by_tension = vec![0.0; system.muscle_count()];
-    for &muscle in system.contracting() {
-        let mut load = vec![SVector::zeros(); motion.len()];
-        system.effects().iter().for_each(|e| e.add_force_per_tension(at, muscle, &mut load));
-        by_tension[muscle] = load.iter().zip(&motion).map(|(f, u)| f.dot(u)).sum();
-    }
-    // On bones: the force that the motion makes there, by differences of fourth order.
-    let longest = motion.iter().map(SVector::amax).fold(0.0, f64::max);
-    let mut by_node = motion.clone();
-    let held: Vec<usize> = (0..by_node.len()).filter(|&n| system.pattern().unknown(n).is_none()).collect();
-    held.iter().for_each(|&n| by_node[n] = gradient[n]);
-    if longest > 0.0 {
-        let step = 1e-3 * crate::geometry::extent(system.rest()) / longest;
-        for (parts, weight) in [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)] {
-            let x: Vec<_> = positions.iter().zip(&motion).map(|(x, u)| x + u * (step * parts)).collect();
-            let mut force = vec![SVector::zeros(); x.len()];
-            system.force(Configuration { positions: &x, tensions }, &mut force);
-            held.iter().for_each(|&n| by_node[n] += force[n] * (weight / (12.0 * step)));
-        }
-    }
-    Some(Adjoint { by_node, by_tension })
 }

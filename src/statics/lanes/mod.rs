@@ -13,7 +13,7 @@
 //! - Lanes do the plain case: springs, muscles, straight paths and incompressible triangles of the plane. A lane that meets anything else is
 //!   given up, and its load solved by [`solve`] from its start: where the barrier acts, where the stiffness stays indefinite, where the
 //!   line search finds no way, where bones cannot be brought to their places. So are all loads of other bodies (in space, of finite
-//!   elements, with contact or weight). [`Equilibrium::alone`] tells; the status is always the one that [`solve`] gives.
+//!   elements, with contact or weight); of these a group keeps the factor from one solve to the next. [`Equilibrium::alone`] tells; the status is always the one that [`solve`] gives.
 //!
 //! # Example
 //! ```
@@ -62,6 +62,7 @@
 //! ```
 
 mod adjoint;
+mod alone;
 
 use std::sync::Arc;
 
@@ -69,12 +70,13 @@ use nalgebra::SVector;
 
 use crate::parallel;
 use crate::statics::plain::{Work, at_rest, solve_group};
-use crate::statics::{Settings, Solution, Status, Workspace, solve};
+use crate::statics::{Settings, Solution};
 use crate::system::System;
 use crate::system::elements::Elements;
 
 pub use crate::sparse::wide::LANES;
 pub use adjoint::{Adjoint, length_gradient};
+use alone::{Alone, solve_alone};
 
 /// Loads that one thread solves one group after another, each group with starts beginning with the factor of the one before.
 const CHUNK: usize = 32 * LANES;
@@ -156,7 +158,8 @@ impl<'s, const D: usize> Lanes<'s, D> {
     pub fn group(&self) -> Group<'_, D> {
         let work = self.elements.map(|elements| (elements, Work::new(elements)));
         let (answers, tensions) = (Vec::new(), Vec::new());
-        Group { system: self.system, work, answers, tensions, is_own: [false; LANES], factorised: None }
+        let is_own = [false; LANES];
+        Group { system: self.system, work, kept: Vec::new(), answers, tensions, is_own, factorised: None }
     }
 
     /// Solves all loads, in their order.
@@ -207,6 +210,8 @@ impl<'s, const D: usize> Lanes<'s, D> {
 pub struct Group<'a, const D: usize> {
     system: &'a System<D>,
     work: Option<(&'a Elements, Work<LANES>)>,
+    /// Of a body that is none for lanes, in place of each.
+    kept: Vec<Alone<D>>,
     answers: Vec<Equilibrium<D>>,
     /// Tensions of every answer, N; `None` of one in another body.
     tensions: Vec<Option<Vec<f64>>>,
@@ -223,9 +228,15 @@ impl<const D: usize> Group<'_, D> {
         let loads = &loads[..loads.len().min(LANES)];
         self.factorised = None;
         self.solve_in_lanes(loads, settings);
-        let (system, work) = (self.system, &self.work);
+        let (system, work, kept) = (self.system, &self.work, &mut self.kept);
+        while work.is_none() && kept.len() < loads.len() {
+            kept.push(Alone::new(system));
+        }
         let answer = |(lane, load): (usize, &Load<'_, D>)| {
             let body = load.system.unwrap_or(system);
+            if let Some(kept) = kept.get_mut(lane).filter(|_| load.system.is_none()) {
+                return kept.solve(system, load, settings);
+            }
             let solved =
                 work.as_ref().and_then(|(elements, work)| Some((elements, work, work.solution(lane)?)));
             let Some((elements, work, solution)) = solved else { return solve_alone(body, load, settings) };
@@ -280,25 +291,4 @@ impl<const D: usize> Group<'_, D> {
         }
         solve_group(work, elements, settings);
     }
-}
-
-/// As [`solve`] does it.
-fn solve_alone<const D: usize>(
-    system: &System<D>,
-    load: &Load<'_, D>,
-    settings: &Settings,
-) -> Equilibrium<D> {
-    let mut w = Workspace::new(system);
-    if load.start.is_some() {
-        w.carry_bone(system, &system.held(), SVector::zeros());
-    }
-    load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(system, nodes, *shift));
-    let start = load.start.unwrap_or(system.rest());
-    if start.len() != w.positions().len() {
-        let solution = Solution { status: Status::NotFinite, ..Solution::NONE };
-        return Equilibrium { solution, positions: system.rest().to_vec(), alone: true };
-    }
-    w.start_from(start);
-    let solution = solve(system, &mut w, &load.tensions, settings);
-    Equilibrium { solution, positions: w.positions().to_vec(), alone: true }
 }
