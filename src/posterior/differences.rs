@@ -223,10 +223,13 @@ mod tests {
         let by_formulas = at(&ground);
         ground.sides = Some(Sides::new(&ground.body, &ground.model, &ground.priors).unwrap());
         let by_differences = at(&ground);
+        // In springs kappa goes with λ - μ.
+        let (lambda, mu) = ground.model.constants.lame();
+        let kappa = &by_formulas.kappa * (lambda / (lambda - mu));
         for (formulas, differences) in [
             (&by_formulas.ends, &by_differences.ends),
             (&by_formulas.outline, &by_differences.outline),
-            (&by_formulas.kappa, &by_differences.kappa),
+            (&kappa, &by_differences.kappa),
         ] {
             let error = (formulas - differences).amax();
             assert_eq!(formulas.shape(), differences.shape());
