@@ -1,6 +1,6 @@
 //! Times of what the program spends its time on: `cargo bench`.
 //!
-//! `equilibrium` one solve; `many` a thousand of them, one at a time and in lanes, on one thread, from rest and from the shape at the
+//! `equilibrium` one solve, and of the continuum (beside scikit-fem's: `benches/scikit_fem.rs`); `many` a thousand of them, one at a time and in lanes, on one thread, from rest and from the shape at the
 //! middle of loads that differ by 3 %; `factorise` our block Cholesky beside faer's sparse one (which orders the unknowns itself) and
 //! nalgebra's dense one on the same matrices; `factorise_in_space` block by block beside what the program chooses, which is
 //! faer's supernodes in our order from a few hundred unknowns on; `fit` the multi-start on one and two threads.
@@ -11,7 +11,7 @@ mod fixtures;
 
 use divan::Bencher;
 use faer::sparse::{SparseColMat, Triplet};
-use tongue_fit::body::{self, Anatomy, solid};
+use tongue_fit::body::{self, Anatomy, Body, ContinuumSettings, solid};
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::inverse;
 use tongue_fit::measured::TargetKind;
@@ -19,7 +19,7 @@ use tongue_fit::sparse::BlockMatrix;
 use tongue_fit::sparse::cholesky::Factor;
 use tongue_fit::statics::lanes::{Lanes, Load};
 use tongue_fit::statics::{Settings, Workspace, solve};
-use tongue_fit::system::{Model, System};
+use tongue_fit::system::{Model, System, TissueModel};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
 const NEIGHBOUR: [f64; 8] = [12.3, 0.0, 0.0, 0.0, 11.3, 0.0, 4.7, 0.0];
@@ -71,6 +71,22 @@ mod equilibrium {
             forth = !forth;
             w.start_from(if forth { &here } else { &there });
             solve(&system, &mut w, if forth { &NEIGHBOUR } else { &PUBLISHED }, &Settings::default())
+        });
+    }
+}
+
+mod equilibrium_of_the_continuum {
+    use super::*;
+
+    #[divan::bench(args = [55, 40])]
+    fn from_rest(bencher: Bencher, h_tenths: u32) {
+        let body = Body::continuum(f64::from(h_tenths) * 1e-4, &ContinuumSettings::default()).unwrap();
+        let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
+        let system = System::new(&body.mesh, &model, &ACTIVE).unwrap();
+        let mut w = Workspace::new(&system);
+        bencher.bench_local(|| {
+            w.start_from_rest(&system);
+            solve(&system, &mut w, &PUBLISHED, &Settings::default())
         });
     }
 }

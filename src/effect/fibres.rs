@@ -1,6 +1,7 @@
 //! Muscles as fibres embedded in a continuum, which need not follow its edges.
 
 use nalgebra::{SMatrix, SVector};
+use pulp::{Arch, NullaryFnOnce};
 
 use crate::body::Strand;
 use crate::geometry::quadratic::MAX_NODES;
@@ -134,20 +135,45 @@ impl<const D: usize> Fibres<D> {
         tangent: Tangent,
         stiffness: &mut BlockMatrix<D>,
     ) {
-        if tension == 0.0 && bar == 0.0 {
-            return;
+        if tension != 0.0 || bar != 0.0 {
+            Arch::new().dispatch(Stiffness {
+                groups: &self.groups,
+                positions,
+                tension,
+                bar,
+                tangent,
+                stiffness,
+            });
         }
-        for g in &self.groups {
+    }
+}
+
+/// The stiffness of strands, for the processor at hand.
+struct Stiffness<'a, const D: usize> {
+    groups: &'a [Group<D>],
+    positions: &'a [SVector<f64, D>],
+    tension: f64,
+    bar: f64,
+    tangent: Tangent,
+    stiffness: &'a mut BlockMatrix<D>,
+}
+
+impl<const D: usize> NullaryFnOnce for Stiffness<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for g in self.groups {
             // What pulls at many nodes at once has one strand, whose blocks need no adding up.
             let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
             let few = g.slots.len() <= MAX_PAIRS;
-            for (rest, coefficients, by) in g.strands(positions) {
+            for (rest, coefficients, by) in g.strands(self.positions) {
                 let (length, n) = length_and_direction(&(rest.vector + by));
                 if length == 0.0 {
                     continue;
                 }
-                let Pull { whole, slope } = rest.pull(length, tension, bar);
-                let taut = if tangent == Tangent::Convex { whole.max(0.0) } else { whole } / length;
+                let Pull { whole, slope } = rest.pull(length, self.tension, self.bar);
+                let taut = if self.tangent == Tangent::Convex { whole.max(0.0) } else { whole } / length;
                 let along = n * n.transpose();
                 let across =
                     ((SMatrix::<f64, D, D>::identity() - along) * taut + along * slope) * rest.weight;
@@ -159,7 +185,7 @@ impl<const D: usize> Fibres<D> {
                         if few {
                             blocks[pair] += block;
                         } else {
-                            stiffness.add_symmetric(g.slots[pair], &block);
+                            self.stiffness.add_symmetric(g.slots[pair], &block);
                         }
                         pair += 1;
                     }
@@ -167,7 +193,7 @@ impl<const D: usize> Fibres<D> {
             }
             if few {
                 for (slot, block) in g.slots.iter().zip(&blocks) {
-                    stiffness.add_symmetric(*slot, block);
+                    self.stiffness.add_symmetric(*slot, block);
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! Tissue as a continuum that hardly locks: quadratic finite elements of a [`NeoHookean`] solid.
 
 use nalgebra::{SMatrix, SVector};
+use pulp::{Arch, NullaryFnOnce};
 
 use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
@@ -37,10 +38,17 @@ struct Element<const D: usize> {
     share: f64,
     /// Gradients of the shape functions at rest at each point, 1/m.
     shapes: [Shapes<D>; MAX_CORNERS],
+    /// For each pair of nodes the product of their gradients, summed over all points, 1/m².
+    products: [f64; MAX_PAIRS],
     slots: [Slot; MAX_PAIRS],
 }
 
 type Shapes<const D: usize> = [SVector<f64, D>; MAX_NODES];
+
+/// Pairs of nodes of an element, each node with itself among them.
+fn pairs<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
+    (0..quadratic::nodes::<D>()).flat_map(|a| (a..quadratic::nodes::<D>()).map(move |b| (a, b)))
+}
 
 impl<const D: usize> QuadraticElements<D> {
     const NODES: usize = quadratic::nodes::<D>();
@@ -66,7 +74,7 @@ impl<const D: usize> QuadraticElements<D> {
                 *shape = quadratic::gradients(at, &of_coordinates);
             }
             let share = measure / points.len() as f64;
-            Element { nodes, share, shapes, slots: [unbound; MAX_PAIRS] }
+            Element { nodes, share, shapes, products: [0.0; MAX_PAIRS], slots: [unbound; MAX_PAIRS] }
         };
         Self { law, viscosity, rest: rest_positions.to_vec(), elements: elements.map(element).collect() }
     }
@@ -156,6 +164,87 @@ impl<const D: usize> QuadraticElements<D> {
     }
 }
 
+/// The stiffness, for the processor at hand.
+struct Stiffness<'a, const D: usize> {
+    all: &'a QuadraticElements<D>,
+    at: Configuration<'a, D>,
+    tangent: Tangent,
+    stiffness: &'a mut BlockMatrix<D>,
+}
+
+impl<const D: usize> NullaryFnOnce for Stiffness<'_, D> {
+    type Output = ();
+
+    /// [`Deformed::tangent`] of all points, with what does not change with the shape summed up beforehand.
+    #[inline(always)]
+    fn call(self) {
+        let NeoHookean { lambda, mu } = self.all.law;
+        let convex = self.tangent == Tangent::Convex;
+        let count = quadratic::points::<D>().len();
+        for e in &self.all.elements {
+            let displaced = self.all.displaced(e, self.at.positions);
+            let none = [[SVector::<f64, D>::zeros(); MAX_NODES]; MAX_CORNERS];
+            let (mut points, mut untwisted, mut turns) = (none, none, [0.0; MAX_CORNERS]);
+            let (mut point, mut is_simple) = (0, true);
+            e.at_points(self.all.law, &displaced, |shape, deformed, law| {
+                points[point] = *deformed;
+                turns[point] = law.turn() * e.share;
+                if convex {
+                    let untwisting = law.untwisting();
+                    is_simple &= untwisting.is_some();
+                    let untwisting = untwisting.unwrap_or_else(SMatrix::zeros) * e.share.sqrt();
+                    untwisted[point] = shape.map(|g| untwisting * g);
+                }
+                point += 1;
+            });
+            if !is_simple {
+                self.all.add_convex(e, &displaced, self.stiffness);
+                continue;
+            }
+            let (lambda, mu) = (lambda * e.share, mu * e.share);
+            let mut pair = 0;
+            for a in 0..quadratic::nodes::<D>() {
+                for b in a..quadratic::nodes::<D>() {
+                    let mut block = SMatrix::<f64, D, D>::identity() * (mu * e.products[pair]);
+                    for (deformed, turn) in points[..count].iter().zip(turns) {
+                        let (ga, gb) = (deformed[a], deformed[b]);
+                        let (stretched, turned) = (ga * lambda, ga * turn);
+                        for c in 0..D {
+                            for r in 0..D {
+                                block[(r, c)] += stretched[r] * gb[c] + turned[c] * gb[r];
+                            }
+                        }
+                    }
+                    if convex {
+                        untwisted[..count].iter().for_each(|g| block += g[a] * g[b].transpose());
+                    }
+                    self.stiffness.add(e.slots[pair], &block);
+                    pair += 1;
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize> QuadraticElements<D> {
+    /// The convex stiffness of an element whatever its deformation.
+    fn add_convex(&self, e: &Element<D>, displaced: &Shapes<D>, stiffness: &mut BlockMatrix<D>) {
+        let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
+        e.at_points(self.law, displaced, |shape, deformed, law| {
+            let convex = law.nearest_convex_moduli();
+            for (block, (a, b)) in blocks.iter_mut().zip(pairs::<D>()) {
+                *block += match &convex {
+                    Some(moduli) => contract(moduli, &shape[a], &shape[b]),
+                    None => law.tangent([&shape[a], &shape[b]], [&deformed[a], &deformed[b]]),
+                };
+            }
+        });
+        for ((slot, block), _) in e.slots.iter().zip(&blocks).zip(pairs::<D>()) {
+            stiffness.add(*slot, &(block * e.share));
+        }
+    }
+}
+
 impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn name(&self) -> &'static str {
         "quadratic elements"
@@ -167,9 +256,18 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
 
     fn bind(&mut self, pattern: &Pattern) {
         for e in &mut self.elements {
-            let pairs = (0..Self::NODES).flat_map(|a| (a..Self::NODES).map(move |b| (a, b)));
-            for (slot, (a, b)) in e.slots.iter_mut().zip(pairs) {
+            // From the last to be eliminated on, no block has to be turned to be stored.
+            let mut order: Vec<usize> = (0..Self::NODES).collect();
+            order.sort_by_key(|&a| std::cmp::Reverse(pattern.unknown(e.nodes[a])));
+            let old = e.clone();
+            for (new, &a) in order.iter().enumerate() {
+                e.nodes[new] = old.nodes[a];
+                e.shapes.iter_mut().zip(&old.shapes).for_each(|(shape, old)| shape[new] = old[a]);
+            }
+            let points = &e.shapes[..quadratic::points::<D>().len()];
+            for ((slot, product), (a, b)) in e.slots.iter_mut().zip(&mut e.products).zip(pairs::<D>()) {
                 *slot = pattern.slot(e.nodes[a], e.nodes[b]);
+                *product = points.iter().map(|shape| shape[a].dot(&shape[b])).sum();
             }
         }
     }
@@ -188,12 +286,17 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     /// `-V0 P G` on each node, with the first Piola-Kirchhoff stress `P` and the shape function's gradient `G`, from each point.
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for e in &self.elements {
+            let displaced = self.displaced(e, at.positions);
             let mut pull = [SVector::<f64, D>::zeros(); MAX_NODES];
-            e.at_points(self.law, &self.displaced(e, at.positions), |shape, deformed, law| {
-                for a in 0..Self::NODES {
-                    pull[a] += law.stress(&shape[a], &deformed[a]);
+            for shape in e.shapes() {
+                let by = gradient(shape, &displaced);
+                let law = self.law.displaced(&by);
+                let turned = cofactors(&(SMatrix::identity() + by)) * (1.0 / law.volume_ratio());
+                let stress = law.piola(&turned);
+                for (pull, shape) in pull[..Self::NODES].iter_mut().zip(shape) {
+                    *pull += stress * shape;
                 }
-            });
+            }
             for (&node, pull) in e.nodes().iter().zip(&pull) {
                 force[node] -= pull * e.share;
             }
@@ -203,26 +306,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     /// `V0` times the block of `dP/dF` between the gradients of two shape functions, from each point; [`Tangent::Convex`] leaves out
     /// the negative eigenvalues of `dP/dF`.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
-        for e in &self.elements {
-            let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
-            e.at_points(self.law, &self.displaced(e, at.positions), |shape, deformed, law| {
-                let convex = (tangent == Tangent::Convex).then(|| law.convex_moduli_of_components());
-                let mut pair = 0;
-                for a in 0..Self::NODES {
-                    for b in a..Self::NODES {
-                        blocks[pair] += match &convex {
-                            Some(moduli) => contract(moduli, &shape[a], &shape[b]),
-                            None => law.tangent([&shape[a], &shape[b]], [&deformed[a], &deformed[b]]),
-                        };
-                        pair += 1;
-                    }
-                }
-            });
-            let pairs = Self::NODES * (Self::NODES + 1) / 2;
-            for (slot, block) in e.slots[..pairs].iter().zip(&blocks) {
-                stiffness.add(*slot, &(block * e.share));
-            }
-        }
+        Arch::new().dispatch(Stiffness { all: self, at, tangent, stiffness });
     }
 
     /// `-V 2 η d g` on each node, from each point: `V` the deformed measure and `g` the shape function's gradient there.

@@ -84,6 +84,57 @@ impl<const D: usize> Guards<D> {
     }
 }
 
+/// The halves of the sides of a triangle with nodes at `x`, one after another around it.
+#[inline(always)]
+fn halves<const D: usize>(x: &Nodes<D>) -> [SVector<f64, D>; 6] {
+    [x[3] - x[0], x[1] - x[3], x[4] - x[1], x[2] - x[4], x[5] - x[2], x[0] - x[5]]
+}
+
+/// For a triangle with these halves of its sides twice the measure of everything that is guarded in it, each as large as that of the triangle
+/// itself where its sides are straight: what [`Guards::of`] tells, in a fraction of the time.
+#[inline(always)]
+fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
+    let [p, q, r, s, t, u] = halves;
+    let cross = |a: &SVector<f64, D>, b: &SVector<f64, D>| a[0] * b[1] - a[1] * b[0];
+    [
+        cross(&(p * 3.0 - q), &(t - u * 3.0)),
+        cross(&(r * 3.0 - s), &(p - q * 3.0)),
+        cross(&(t * 3.0 - u), &(r - s * 3.0)),
+        4.0 * cross(u, p),
+        4.0 * cross(q, r),
+        4.0 * cross(s, t),
+        4.0 * cross(&(p + u), &(q + r)),
+    ]
+}
+
+/// Measures this much above where something happens are surely there, whatever the rounding.
+const SURE: f64 = 1.0 + 1e-9;
+
+impl Element {
+    /// Whether it is a triangle in which surely no barrier acts.
+    #[inline(always)]
+    fn is_free<const D: usize>(&self, x: &Nodes<D>) -> bool {
+        let least = 2.0 * self.measure * barrier::THRESHOLD * SURE;
+        D == 2 && measures(&halves(x)).iter().all(|m| *m > least)
+    }
+
+    /// Whether it is a triangle all of whose guarded parts surely keep enough of their measure along a whole step.
+    #[inline(always)]
+    fn may_go<const D: usize>(x: &Nodes<D>, step: &Nodes<D>) -> bool {
+        if D != 2 {
+            return false;
+        }
+        let (x, step) = (halves(x), halves(step));
+        let (start, leading) = (measures(&x), measures(&step));
+        let end = measures(&std::array::from_fn(|i| x[i] + step[i]));
+        // As in `simplex::way_above`.
+        (0..7).all(|i| {
+            let change = end[i] - start[i] - leading[i];
+            LARGEST_LOSS * start[i] > SURE * (change.abs() + leading[i].abs())
+        })
+    }
+}
+
 struct Guarded<'a, const D: usize> {
     edges: &'a [Edge; 3],
     corners: Corners<D>,
@@ -140,6 +191,9 @@ impl<const D: usize> Upright<D> {
         let guards = Guards::<D>::new();
         for e in &self.elements {
             let x = e.gather::<D>(positions);
+            if e.is_free(&x) {
+                continue;
+            }
             for guarded in guards.of(e, &x) {
                 if let Some(ratio) = guarded.ratio() {
                     act(e, &guarded, ratio, self.lambda * e.measure / guards.0.len() as f64);
@@ -223,6 +277,9 @@ impl<const D: usize> Effect<D> for Upright<D> {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
             let (x, p) = (e.gather::<D>(at.positions), e.gather::<D>(step));
+            if limit == 1.0 && Element::may_go(&x, &p) {
+                continue;
+            }
             for (here, way) in guards.of(e, &x).zip(guards.of(e, &p)) {
                 let floor = (1.0 - LARGEST_LOSS) * simplex::measure(&here.corners);
                 limit *= simplex::way_above(&here.corners, &way.corners.map(|p| p * limit), floor);
@@ -237,8 +294,10 @@ impl<const D: usize> Effect<D> for Upright<D> {
 
     fn guarded(&self, at: Configuration<'_, D>) -> usize {
         let guards = Guards::<D>::new();
-        let is_guarded =
-            |e: &&Element| guards.of(e, &e.gather::<D>(at.positions)).any(|g| g.ratio().is_some());
+        let is_guarded = |e: &&Element| {
+            let x = e.gather::<D>(at.positions);
+            !e.is_free(&x) && guards.of(e, &x).any(|g| g.ratio().is_some())
+        };
         self.elements.iter().filter(is_guarded).count()
     }
 }
@@ -326,6 +385,12 @@ mod tests {
             let guards = Guards::<D>::new();
             for guarded in guards.of(&element, &x) {
                 assert!((simplex::measure(&guarded.corners) / guarded.rest - 1.0).abs() < 1e-12, "{D}D");
+            }
+            // Bent, the fast way for triangles tells the same.
+            (D + 1..quadratic::nodes::<D>()).for_each(|n| x[n][n % D] += 0.1 * (n as f64).sin());
+            for (guarded, fast) in guards.of(&element, &x).zip(measures(&halves(&x))).filter(|_| D == 2) {
+                let slow = simplex::measure(&guarded.corners) * measure / guarded.rest;
+                assert!((2.0 * slow - fast).abs() < 1e-12, "{slow} {fast}");
             }
         }
         shares::<2>();

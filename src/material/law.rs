@@ -177,6 +177,12 @@ impl<const D: usize> Deformed<D> {
         self.gradient * rest * mu + deformed * (lambda * self.log - mu)
     }
 
+    /// First Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, Pa, with `F⁻ᵀ` given.
+    #[inline(always)]
+    pub fn piola(&self, turned: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+        self.gradient * self.law.mu - turned * self.turn()
+    }
+
     /// The block `μ Ga·Gb I + λ ga gbᵀ + (μ - λ ln J) gb gaᵀ` of `dP/dF` between two directions at rest `Ga`, `Gb` and what the
     /// deformation makes of them, `g = F⁻ᵀ G`.
     #[inline(always)]
@@ -192,6 +198,33 @@ impl<const D: usize> Deformed<D> {
             + gb * ga.transpose() * (mu - lambda * self.log)
     }
 
+    /// What the tangent has before `gb gaᵀ`: `μ - λ ln J`, Pa.
+    #[inline(always)]
+    pub fn turn(&self) -> f64 {
+        self.law.mu - self.law.lambda * self.log
+    }
+
+    /// Where in the plane no eigenvalue of `dP/dF` but that of the twist can be negative, a matrix `T` such that the block `(T Ga)(T Gb)ᵀ`
+    /// added to [`Deformed::tangent`] makes that one zero; the zero matrix where it is positive already.
+    ///
+    /// With principal stretches `s` and `t = μ - λ ln J` the eigenvalues are `μ - t/J` of the twist `Q = R₉₀ R/√2`, `μ + t/J` of the flip, and
+    /// those of `μ + (λ + t)/sᵢ²` and, beside the diagonal, `λ/J` (Smith, De Goes and Kim 2019, 4): `t >= 0` is enough.
+    #[inline(always)]
+    pub fn untwisting(&self) -> Option<SMatrix<f64, D, D>> {
+        let (f, turn) = (&self.gradient, self.turn());
+        // Written so that what is not a number is left to others.
+        if D != 2 || !(turn >= 0.0 && self.ratio > 0.0) {
+            return None;
+        }
+        let twist = self.law.mu - turn / self.ratio;
+        let (a, b) = (f[(0, 0)] + f[(1, 1)], f[(1, 0)] - f[(0, 1)]);
+        let size = (0.5 * (-twist).max(0.0) / (a * a + b * b)).sqrt();
+        let mut turned = SMatrix::zeros();
+        (turned[(0, 0)], turned[(1, 0)], turned[(0, 1)], turned[(1, 1)]) =
+            (-b * size, a * size, -a * size, -b * size);
+        Some(turned)
+    }
+
     /// `dP/dF` without its negative eigenvalues (Teran, Sifakis, Irving and Fedkiw 2005, section 5).
     pub fn convex_moduli(&self) -> Moduli {
         let eigen = self.moduli().symmetric_eigen();
@@ -199,17 +232,22 @@ impl<const D: usize> Deformed<D> {
         eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
     }
 
-    /// The same, in the plane of the four components there alone: several times as fast, with other roundings.
-    pub fn convex_moduli_of_components(&self) -> Moduli {
-        if D != 2 {
-            return self.convex_moduli();
-        }
+    /// The same; `None` where there are no negative eigenvalues. In the plane that of the four components there alone: several times
+    /// as fast, with other roundings.
+    pub fn nearest_convex_moduli(&self) -> Option<Moduli> {
         let mut moduli = self.moduli();
-        let eigen = moduli.fixed_view::<4, 4>(0, 0).into_owned().symmetric_eigen();
+        if D != 2 {
+            return moduli.cholesky().is_none().then(|| self.convex_moduli());
+        }
+        let plane = moduli.fixed_view::<4, 4>(0, 0).into_owned();
+        if plane.cholesky().is_some() {
+            return None;
+        }
+        let eigen = plane.symmetric_eigen();
         let kept = eigen.eigenvalues.map(|v| v.max(0.0));
         let plane = eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose();
         moduli.fixed_view_mut::<4, 4>(0, 0).copy_from(&plane);
-        moduli
+        Some(moduli)
     }
 
     /// `dP/dF`.
@@ -317,6 +355,28 @@ mod tests {
         agree(Matrix2::new(0.3, 0.2, -0.1, -0.25));
         agree(Matrix3::new(0.1, 0.2, 0.1, -0.1, -0.05, 0.3, 0.05, -0.2, 0.02));
         assert_eq!(LAW.displaced_energy(&Matrix2::new(-2.0, 0.0, 0.0, 0.0)), f64::INFINITY);
+    }
+
+    #[test]
+    fn the_nearest_convex_moduli_are_those_without_negative_eigenvalues() {
+        let h = [[0.9, 0.1, -0.2, 0.8], [1.02, 0.3, 0.05, 1.01], [1.3, -0.4, 0.2, 1.1], [0.6, 0.5, 0.4, 1.2]];
+        let mut untwisted = 0;
+        for [a, b, c, d] in h {
+            let f = Matrix2::new(a, b, c, d);
+            let law = LAW.at(f, f.determinant());
+            let (expected, turned) = (law.convex_moduli(), f.try_inverse().unwrap().transpose());
+            let (ga, gb) = (SVector::from([0.3, -1.2]), SVector::from([0.7, 0.4]));
+            let expected = contract(&expected, &ga, &gb);
+            let plain = law.tangent([&ga, &gb], [&(turned * ga), &(turned * gb)]);
+            let slow = law.nearest_convex_moduli().map_or(plain, |m| contract(&m, &ga, &gb));
+            assert!((slow - expected).norm() < 1e-9 * LAW.lambda, "{slow} {expected}");
+            if let Some(t) = law.untwisting() {
+                let fast = plain + (t * ga) * (t * gb).transpose();
+                assert!((fast - expected).norm() < 1e-9 * LAW.lambda, "{fast} {expected}");
+                untwisted += usize::from(t.norm() > 0.0);
+            }
+        }
+        assert_eq!(untwisted, 2);
     }
 
     #[test]

@@ -148,6 +148,12 @@ impl Solution {
         self.ridges += other.ridges;
     }
 
+    /// This, as the end of what took as much work as `all`.
+    pub(super) fn with_cost(self, all: &Self) -> Self {
+        let Self { iterations, factorisations, energy_evaluations, .. } = *all;
+        Self { iterations, factorisations, energy_evaluations, ..self }
+    }
+
     /// This, with what `earlier` cost as well.
     pub(super) fn after(mut self, earlier: &Self) -> Self {
         self.add_cost(earlier);

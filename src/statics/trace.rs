@@ -54,6 +54,8 @@ const MOST_STEPS_OF_A_CONTINUUM: usize = 4;
 
 /// Shapes that differ by less than this part of the body's size are the same.
 const SAME: f64 = 1e-6;
+/// Residual force at which it shows which shape a body goes back to, N.
+const SHOWN: f64 = 1e-6;
 /// Newton iterations after which a step along the branch is too long.
 const MOST_ITERATIONS: usize = 40;
 /// The critical load is found to this part of the load.
@@ -87,7 +89,14 @@ pub fn trace<const D: usize>(
         TissueModel::Continuum => steps.min(MOST_STEPS_OF_A_CONTINUUM),
         _ => steps,
     };
-    let longest = 1.0 / steps.max(1) as f64;
+    let steps = steps.max(1);
+    if system.tissue() == TissueModel::Continuum
+        && let Some((solution, another)) = path.there_and_back(&shape, steps)
+    {
+        let solution = Solution { connection: Connection::Traced, ..solution.with_cost(&path.spent) };
+        return Trace { solution, critical: None, another, same: false, stopped: None };
+    }
+    let longest = 1.0 / steps as f64;
     let (mut reached, mut step) = (0.0, longest);
     while reached < 1.0 {
         if path.solves >= settings.most_solves {
@@ -119,13 +128,8 @@ pub fn trace<const D: usize>(
     path.w.forget_factor();
     path.w.tensions.copy_from_slice(tensions);
     let connected = critical.is_none() && stopped.is_none() && solution.status == Status::Converged;
-    let solution = Solution {
-        connection: if connected { Connection::Traced } else { solution.connection },
-        iterations: path.spent.iterations,
-        factorisations: path.spent.factorisations,
-        energy_evaluations: path.spent.energy_evaluations,
-        ..solution
-    };
+    let connection = if connected { Connection::Traced } else { solution.connection };
+    let solution = Solution { connection, ..solution.with_cost(&path.spent) };
     Trace { solution, critical, another, same: false, stopped }
 }
 
@@ -182,13 +186,63 @@ impl<const D: usize> Path<'_, D> {
     }
 
     fn solve(&mut self, from: &[SVector<f64, D>], load: f64, settings: &Settings) -> Solution {
+        self.w.forget_factor();
+        self.go_on(from, load, settings)
+    }
+
+    /// The same with the factor at hand, where that is one of the stiffness at `from`: the first step is then the linear answer to the
+    /// change of the load.
+    fn go_on(&mut self, from: &[SVector<f64, D>], load: f64, settings: &Settings) -> Solution {
         let part: Vec<f64> = self.tensions.iter().map(|t| t * load).collect();
         self.w.positions.copy_from_slice(from);
-        self.w.forget_factor();
         let solution = solve(self.system, self.w, &part, settings);
         self.solves += 1;
         self.spent.add_cost(&solution);
         solution
+    }
+
+    /// The solution at the whole load, left in the workspace, if the branch from rest leads there in `steps` even steps and back again
+    /// by the same shapes, and whether the body stays elsewhere when it is let back from twice the load; `None` where the way is not as
+    /// simple as that. It asks what [`Path::continued`] and [`Path::stays_elsewhere`] ask, in an order in which each solve begins with
+    /// the factor of the one before, at less than half the cost.
+    fn there_and_back(&mut self, rest: &[SVector<f64, D>], steps: usize) -> Option<(Solution, bool)> {
+        let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
+        let up = Settings { max_iterations, load_steps: 0, ..*self.settings };
+        // Which shape it is shows before the last digits do.
+        let back = Settings { certify: false, tolerance: up.tolerance.max(SHOWN), ..up };
+        let load = |step: usize| step as f64 / steps as f64;
+        let is_simple = |s: &Solution| {
+            s.status == Status::Converged && s.escapes + s.ridges == 0 && s.stability != Stability::Unstable
+        };
+        let mut shapes = vec![rest.to_vec()];
+        let mut solution = Solution::NONE;
+        self.w.forget_factor();
+        for step in 1..=steps {
+            solution = self.go_on(&shapes[step - 1], load(step), &up);
+            if !is_simple(&solution) {
+                return None;
+            }
+            shapes.push(self.w.positions.clone());
+        }
+        let (end, force) = (&shapes[steps], self.w.force.clone());
+        let over = is_simple(&self.go_on(end, 2.0, &up)) && {
+            let there = self.w.positions.clone();
+            is_simple(&self.go_on(&there, 1.0, &back)) && self.is_same(end)
+        };
+        let stays_elsewhere = !over && self.stays_elsewhere(end, 2.0);
+        if !over {
+            self.w.forget_factor();
+        }
+        for step in (0..steps).rev() {
+            if !is_simple(&self.go_on(&shapes[step + 1], load(step), &back)) || !self.is_same(&shapes[step]) {
+                return None;
+            }
+        }
+        self.w.positions.copy_from_slice(end);
+        self.w.force.copy_from_slice(&force);
+        self.w.tensions.copy_from_slice(self.tensions);
+        self.w.forget_factor();
+        Some((solution, stays_elsewhere))
     }
 
     /// The shape at `load` if it continues the branch on which `from` lies at `start`.

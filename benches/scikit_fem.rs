@@ -1,0 +1,56 @@
+//! An equilibrium of the continuum beside scikit-fem's: `TONGUE_FIT_PYTHON=.venv/bin/python cargo bench --bench scikit_fem`, with a Python that
+//! has scikit-fem 12.0.2. Prints a table; without such a Python, nothing is compared.
+//!
+//! Both solve the same quadratic triangles at the same integration points, on which the muscles of /a/ pull as they do at rest, from rest to the
+//! same residual force, on one thread; the mesh and what is made once of it are not in the times, which are medians.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a bench that cannot begin has failed")]
+
+#[path = "../tests/fixtures/scikit_fem.rs"]
+mod scikit_fem;
+
+use std::time::Instant;
+
+use tongue_fit::statics::{Settings, Status, Workspace, solve};
+
+const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
+const REPEATS: usize = 25;
+
+fn main() {
+    let Some(python) = std::env::var_os("TONGUE_FIT_PYTHON") else {
+        println!("TONGUE_FIT_PYTHON names no Python with scikit-fem, so nothing is compared");
+        return;
+    };
+    println!(
+        "| h, mm | unknowns | ours, ms | iterations | scikit-fem, ms | iterations (steps) | times | difference, mm |"
+    );
+    println!("| --: | --: | --: | --: | --: | --: | --: | --: |");
+    let settings = Settings::default();
+    for h in [5.5e-3, 4e-3] {
+        let tongue = scikit_fem::Tongue::new(h, [0.0; 2], &PUBLISHED);
+        let theirs = tongue.by_scikit_fem(&python, settings.tolerance, REPEATS);
+        let mut workspace = Workspace::new(&tongue.system);
+        let mut iterations = 0;
+        let once = |_| {
+            workspace.start_from_rest(&tongue.system);
+            let clock = Instant::now();
+            let solution = solve(&tongue.system, &mut workspace, &[], &settings);
+            iterations = solution.iterations;
+            assert_eq!(solution.status, Status::Converged);
+            clock.elapsed().as_secs_f64()
+        };
+        let mut seconds: Vec<f64> = (0..REPEATS).map(once).collect();
+        seconds.sort_by(f64::total_cmp);
+        let ours = seconds[REPEATS / 2];
+        println!(
+            "| {} | {} | {:.2} | {iterations} | {:.1} | {} ({}) | {:.1} | {:.0e} |",
+            1e3 * h,
+            2 * tongue.system.pattern().unknowns(),
+            1e3 * ours,
+            1e3 * theirs.seconds,
+            theirs.iterations,
+            theirs.steps,
+            theirs.seconds / ours,
+            1e3 * tongue.largest_difference(workspace.positions(), &theirs)
+        );
+    }
+}
