@@ -250,18 +250,32 @@ impl AnyBody {
     /// # Errors
     /// [`BodyError::File`] and [`BodyError::Gmsh`]: files that cannot be read, hold no body or one that is far too large.
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyError> {
+        Self::read_telling(path, unit, &mut |_| ())
+    }
+
+    /// The same; `tell` is told what about a Gmsh file deserves a look because the body is not, or may not be, what its file shows.
+    ///
+    /// # Errors
+    /// As [`AnyBody::read`].
+    pub fn read_telling(
+        path: &Path,
+        unit: Unit,
+        tell: &mut dyn FnMut(gmsh::Concern),
+    ) -> Result<Self, BodyError> {
         let file = path.display().to_string();
         let wrong = |problem: String| BodyError::File { file: file.clone(), problem };
         let bytes = crate::files::read(path)
             .map_err(|e| wrong(format!("cannot be read: {e}; name a mesh of Gmsh (.msh)")))?;
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("json")) {
-            return Self::from_msh(&bytes, &file, unit);
+            return Self::from_msh_telling(&bytes, &file, unit, tell);
         }
         if unit != Unit::M {
             return Err(wrong("holds metres, as its keys say; leave out [body.mesh] unit".to_owned()));
         }
         let text = String::from_utf8(bytes).map_err(|_| wrong("is not UTF-8 text".to_owned()))?;
-        Ok(Self::Flat(json::read(&text, &file)?))
+        let body = json::read(&text, &file)?;
+        gmsh::unit_suspicion(&body.mesh).into_iter().for_each(tell);
+        Ok(Self::Flat(body))
     }
 
     /// Reads the bytes of a Gmsh file; `origin` is what messages call it, usually its path.
@@ -269,10 +283,24 @@ impl AnyBody {
     /// # Errors
     /// [`BodyError::Gmsh`], and [`BodyError::File`] for a body that is far too large.
     pub fn from_msh(bytes: &[u8], origin: &str, unit: Unit) -> Result<Self, BodyError> {
-        let (size, any) = match gmsh::read(bytes, origin, unit)? {
-            gmsh::File::Flat(read) => (read.body.mesh.check_size(), Self::Flat(read.body)),
-            gmsh::File::Solid(read) => (read.body.mesh.check_size(), Self::Solid(read.body)),
+        Self::from_msh_telling(bytes, origin, unit, &mut |_| ())
+    }
+
+    fn from_msh_telling(
+        bytes: &[u8],
+        origin: &str,
+        unit: Unit,
+        tell: &mut dyn FnMut(gmsh::Concern),
+    ) -> Result<Self, BodyError> {
+        let (size, suspicion, bent, any) = match gmsh::read(bytes, origin, unit)? {
+            gmsh::File::Flat(gmsh::Content { body, bent, .. }) => {
+                (body.mesh.check_size(), gmsh::unit_suspicion(&body.mesh), bent, Self::Flat(body))
+            }
+            gmsh::File::Solid(gmsh::Content { body, bent, .. }) => {
+                (body.mesh.check_size(), gmsh::unit_suspicion(&body.mesh), bent, Self::Solid(body))
+            }
         };
+        suspicion.into_iter().chain(bent.map(gmsh::Concern::Bent)).for_each(tell);
         size.map(|()| any).map_err(|error| BodyError::File {
             file: origin.to_owned(),
             problem: format!(

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::body::json::MeshRecord;
-use tongue_fit::body::{Anatomy, AnyBody, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, Unit, gmsh};
+use tongue_fit::body::{Anatomy, AnyBody, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, Unit};
 use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::report::PageBody;
 use tongue_fit::simulation;
@@ -142,11 +142,10 @@ impl Arguments {
         let continuum = self.body == BodyName::Continuum;
         let body = match (&self.mesh, &self.anatomy) {
             (Some(path), _) => {
-                let body =
-                    AnyBody::read(path, self.mesh_unit.into()).and_then(AnyBody::flat).into_diagnostic()?;
-                if let Some(suspicion) = gmsh::unit_suspicion(&body.mesh) {
-                    output::note(&format!("{}: {suspicion}", path.display()));
-                }
+                let mut tell = |concern| output::note(&format!("{}: {concern}", path.display()));
+                let body = AnyBody::read_telling(path, self.mesh_unit.into(), &mut tell)
+                    .and_then(AnyBody::flat)
+                    .into_diagnostic()?;
                 match continuum {
                     true => body.into_continuum(&settings).into_diagnostic()?,
                     false => body,

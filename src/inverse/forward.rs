@@ -5,11 +5,11 @@ use nalgebra::{DMatrix, DVector, SVector};
 use crate::observe::Observation;
 use crate::parallel;
 use crate::statics::{self, Critical, Solution, Status, Workspace};
-use crate::system::{System, SystemError};
+use crate::system::{System, SystemError, TissueModel};
 
 use super::constants::Tissue;
 use super::freed::FreedBone;
-use super::known::{BestKnown, Known};
+use super::known::{BestKnown, Known, distance_squared};
 use super::problem::{Counts, Linear, Problem};
 use super::unknown::{Quantity, Unknown};
 use super::{FitError, Settings};
@@ -130,6 +130,8 @@ pub struct Forward<'a, const D: usize> {
     from_neighbours: bool,
     /// Whether candidates are followed from rest.
     traced: bool,
+    /// The candidate whose equilibrium the workspace holds.
+    last: Option<Vec<f64>>,
     /// The shape (positions of all nodes, m) from which candidates are solved, where it is but one.
     held: Option<Vec<SVector<f64, D>>>,
     counts: Counts,
@@ -148,6 +150,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             known: BestKnown::new(inverse.unknowns.len()),
             from_neighbours: settings.warm_start,
             traced: false,
+            last: None,
             held: None,
             counts: Counts::default(),
         }
@@ -167,6 +170,16 @@ impl<'a, const D: usize> Forward<'a, D> {
     pub fn begin_at(&mut self, x: &[f64], positions: &[SVector<f64, D>]) {
         self.known = BestKnown::new(x.len());
         self.known.remember(x, f64::INFINITY, positions);
+    }
+
+    /// Positions of all nodes, m, at the last candidate, if that was this one and it is worth while to keep them.
+    pub(super) fn kept_shape(&self, x: &[f64]) -> Option<Vec<SVector<f64, D>>> {
+        (self.is_dear() && self.last.as_deref() == Some(x)).then(|| self.positions().to_vec())
+    }
+
+    /// Whether an equilibrium costs so much that what is known of others is used where it changes the last digits.
+    pub(super) fn is_dear(&self) -> bool {
+        self.inverse.system.tissue() == TissueModel::Continuum
     }
 
     /// Tensions of all muscles of the body at a candidate, N.
@@ -258,7 +271,11 @@ impl<'a, const D: usize> Forward<'a, D> {
             return false;
         }
         let Some(nearest) = self.known.nearest(x) else { return false };
-        self.workspace.start_from(&nearest.positions);
+        // With the factor of the last equilibrium the first step is the linear answer to the change.
+        let is_nearer = |last: &[f64]| distance_squared(last, x) <= distance_squared(&nearest.x, x);
+        if !(self.is_dear() && self.last.as_deref().is_some_and(is_nearer)) {
+            self.workspace.start_from(&nearest.positions);
+        }
         self.solve()
     }
 
@@ -285,6 +302,7 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// What the last solve came to.
     fn outcome(&mut self, x: &[f64], solved: bool) -> Option<DVector<f64>> {
         let residuals = if solved { self.residuals_here(x) } else { None };
+        self.last = solved.then(|| x.to_vec());
         self.counts.failures += usize::from(!solved);
         residuals
     }

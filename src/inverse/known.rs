@@ -71,7 +71,8 @@ impl<const D: usize> BestKnown<D> {
     }
 }
 
-fn distance_squared(a: &[f64], b: &[f64]) -> f64 {
+/// Square of the distance between candidates, unit of the unknowns.
+pub(super) fn distance_squared(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }
 

@@ -66,22 +66,27 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
     settings.check()?;
     inverse.check()?;
     let numbers: Vec<_> = (0..settings.starts).collect();
-    let starts: Vec<Start> = parallel::map(&numbers, |&number| {
+    let searched = parallel::map(&numbers, |&number| {
         let mut forward = Forward::new(inverse, settings);
-        match settings.method {
-            Method::NelderMead => nelder_mead::run(&mut forward, settings, number),
-            Method::GaussNewton => Ok(gauss_newton::run(&mut forward, settings, number)),
-        }
-    })
-    .into_iter()
-    .collect::<Result<_, _>>()?;
+        let start = match settings.method {
+            Method::NelderMead => nelder_mead::run(&mut forward, settings, number)?,
+            Method::GaussNewton => gauss_newton::run(&mut forward, settings, number),
+        };
+        Ok::<_, FitError>((forward.kept_shape(&start.x), start))
+    });
+    let (shapes, starts): (Vec<_>, Vec<Start>) =
+        searched.into_iter().collect::<Result<Vec<_>, FitError>>()?.into_iter().unzip();
     // The first of equals, whatever the order in which they finished.
-    let best = starts
+    let (best, shape) = starts
         .iter()
-        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .zip(&shapes)
+        .min_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost))
         .ok_or_else(|| FitError::Search("no start was made".into()))?;
 
     let mut forward = Forward::new(inverse, settings);
+    if let Some(shape) = shape {
+        forward.begin_at(&best.x, shape);
+    }
     let mut x = snap_to_lower_bound(&mut forward, best);
     if inverse.is_undetermined() && best.solved {
         x = settle(&mut forward, settings, &x);

@@ -214,8 +214,18 @@ fn of_elements_of_the_second_order_the_corners_are_read_and_higher_orders_are_re
     let length = |mesh: &Mesh<2>| mesh.distance(mesh.muscles[0].ends());
     assert!((length(second) / length(first) - 1.0).abs() < 1e-12);
 
-    // The same file, its six-node triangles called ten-node ones.
+    // The same file with the middle of one side drawn out: the body is the same, and it is told.
+    assert_eq!(flat("second_order.msh").bent, None);
     let text = String::from_utf8(bytes("second_order.msh")).unwrap();
+    let curved = text.replace("0.04 0.009999999999984759 0", "0.043 0.009999999999984759 0");
+    let File::Flat(curved) = gmsh::read(curved.as_bytes(), "", Unit::M).unwrap() else { panic!() };
+    assert_eq!(&curved.body.mesh, second);
+    let bent = curved.bent.unwrap();
+    assert!(bent.sides == 1 && (bent.largest_m - 3e-3).abs() < 1e-9, "{bent:?}");
+    let told = gmsh::review(&curved, 45.0).iter().map(ToString::to_string).collect::<String>();
+    assert!(told.contains("taken as straight (1 of them, by up to 3.00 mm)"), "{told}");
+
+    // The same file, its six-node triangles called ten-node ones.
     let header = text.lines().find(|l| l.starts_with("2 1 9 ")).unwrap();
     let third = text.replace(header, &header.replace("2 1 9 ", "2 1 21 "));
     let error = gmsh::read(third.as_bytes(), "third.msh", Unit::M).unwrap_err();

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use super::chain::{NoChain, chain};
 use super::error::{Found, Located, Problem};
 use super::parse::{Element, Raw};
-use super::{Content, File, Unit, Unused};
+use super::{Bent, Content, File, Unit, Unused};
 use crate::body::{Body, Bone, Mesh, MuscleChain};
 use crate::geometry::simplex;
 use crate::measured::muscles::Muscles;
@@ -16,6 +16,8 @@ use crate::measured::muscles::Muscles;
 const FLAT: f64 = 1e-6;
 /// A point is in a cell, sides included, if it is beyond none of its sides by more than this part of the cell.
 const INSIDE: f64 = 1e-6;
+/// A side is curved if its middle is off the straight line between its ends by more than this part of its length.
+const BENT: f64 = 1e-6;
 
 /// What a physical group stands for.
 #[derive(Debug, PartialEq, Eq)]
@@ -172,7 +174,32 @@ fn body<const D: usize>(
         .map(|g| Unused { dimension: g.dimension, name: shown(g), elements: g.elements.len() })
         .collect();
     let body = Body { what: format!("the mesh of \"{origin}\""), mesh, bones, ..Body::default() };
-    Ok(Content { format: raw.format, body, unused, tags })
+    let bent = bent(raw, groups, unit);
+    Ok(Content { format: raw.format, body, unused, tags, bent })
+}
+
+/// The corners between which the nodes of the sides lie, in Gmsh's order.
+const SIDES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]];
+
+/// The sides of tissue and muscles that are curved in the file.
+fn bent(raw: &Raw, groups: &[Group<'_>], unit: Unit) -> Option<Bent> {
+    let is_used = |g: &&Group<'_>| matches!(g.role, Role::Tissue | Role::Muscle(_));
+    let mut sides: BTreeMap<u64, f64> = BTreeMap::new();
+    for element in groups.iter().filter(is_used).flat_map(|g| &g.elements) {
+        for (middle, [i, j]) in element.middles.iter().zip(SIDES) {
+            let place = |tag: &u64| raw.nodes.get(tag).map(|x| SVector::from(*x));
+            let corners = element.nodes.get(i).and_then(place).zip(element.nodes.get(j).and_then(place));
+            if let Some(((a, b), x)) = corners.zip(place(middle)) {
+                let (way, to) = (b - a, x - a);
+                let off = (to - way * (to.dot(&way) / way.norm_squared())).norm();
+                if off > BENT * way.norm() {
+                    sides.insert(*middle, off * unit.metres());
+                }
+            }
+        }
+    }
+    let largest_m = sides.values().copied().fold(0.0, f64::max);
+    (!sides.is_empty()).then_some(Bent { sides: sides.len(), largest_m })
 }
 
 /// The cells in the order of the file; one that is in several groups once.

@@ -13,7 +13,7 @@
 //! run outside the tissue, as far as its curve is on no surface. Gmsh knows no unit, so the reader must be told ([`Unit`]).
 //!
 //! Of elements of the second order (types 8, 9 and 11) the corners are read, with straight sides between them: a continuum puts its own
-//! nodes in their middles. A continuum is written with such elements.
+//! nodes in their middles. Sides that are curved in the file are told ([`Content::bent`]). A continuum is written with such elements.
 //!
 //! The crate `mshio` (0.4.2) reads 4.1 alone and no physical names, so the reader is our own: it needs simplices only.
 
@@ -84,6 +84,17 @@ pub struct Content<const D: usize> {
     pub unused: Vec<Unused>,
     /// Gmsh's tag of every node.
     pub tags: Vec<u64>,
+    /// What became of curved sides, where the file has any.
+    pub bent: Option<Bent>,
+}
+
+/// Sides of elements of the second order that are curved in the file, and straight in the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bent {
+    /// How many.
+    pub sides: usize,
+    /// How far at most the middle of one is off the straight line between its ends, m.
+    pub largest_m: f64,
 }
 
 /// A physical group that is left out.

@@ -23,7 +23,10 @@ pub(super) struct Element {
     pub dimension: usize,
     /// Its physical group; 0 for none.
     pub group: i64,
+    /// Its corners.
     pub nodes: Vec<u64>,
+    /// Of an element of the second order the nodes of its sides.
+    pub middles: Vec<u64>,
     /// The byte where it stands.
     pub at: usize,
 }
@@ -31,8 +34,7 @@ pub(super) struct Element {
 /// Physical groups by dimension and tag of the entity.
 type Entities = BTreeMap<(i64, i64), Vec<i64>>;
 
-/// Dimension and number of nodes of an element type. Corners come first; of the second order no more than they are kept, because sides
-/// are straight here.
+/// Dimension and number of nodes of an element type. Corners come first.
 fn shape(kind: i64, element: u64, at: usize) -> Found<(usize, usize)> {
     let linear = "only lines, triangles and tetrahedra of the first and the second order are read: \
                   set Mesh.ElementOrder = 1 or 2";
@@ -90,7 +92,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
         elements = in_groups(elements, &entities.unwrap_or_default());
     }
     for element in &elements {
-        if let Some(&node) = element.nodes.iter().find(|n| !nodes.contains_key(n)) {
+        if let Some(&node) = element.nodes.iter().chain(&element.middles).find(|n| !nodes.contains_key(n)) {
             return Err(Located::at(element.at, Problem::NoSuchNode { element: element.tag, node }));
         }
     }
@@ -216,8 +218,8 @@ fn elements_2(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
             }
             let (dimension, count) = shape(kind, tag, at)?;
             let mut nodes = (0..count).map(|_| positive(cursor, "node")).collect::<Found<Vec<_>>>()?;
-            nodes.truncate(dimension + 1);
-            elements.push(Element { tag, dimension, group, nodes, at });
+            let middles = nodes.split_off(dimension + 1);
+            elements.push(Element { tag, dimension, group, nodes, middles, at });
         }
     }
     cursor.end("Elements")?;
@@ -297,8 +299,8 @@ fn elements_4(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
             let tag = cursor.size("an element")?;
             let (dimension, count) = shape(kind, tag, at)?;
             let mut nodes = (0..count).map(|_| cursor.size("a node")).collect::<Found<Vec<_>>>()?;
-            nodes.truncate(dimension + 1);
-            elements.push(Element { tag, dimension, group: entity, nodes, at });
+            let middles = nodes.split_off(dimension + 1);
+            elements.push(Element { tag, dimension, group: entity, nodes, middles, at });
         }
     }
     cursor.end("Elements")?;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Content;
+use super::{Bent, Content};
 use crate::body::Mesh;
 use crate::measured::muscles::Muscles;
 use crate::suggest;
@@ -25,6 +25,7 @@ pub enum Concern {
     Empty { dimension: usize, name: String },
     Unused { dimension: usize, name: String, meant: Option<String> },
     ThinCells { smallest_angle_deg: f64 },
+    Bent(Bent),
 }
 
 impl fmt::Display for Concern {
@@ -78,6 +79,12 @@ impl fmt::Display for Concern {
                 "the smallest angle is {smallest_angle_deg:.1}°; below {THIN_DEG}° the mesh is stiff where it should not be: \
                  move points apart or mesh finer"
             ),
+            Self::Bent(Bent { sides, largest_m }) => write!(
+                f,
+                "sides that are curved in the file are taken as straight ({sides} of them, by up to {:.2} mm): mesh finer where that is \
+                 too much",
+                1e3 * largest_m
+            ),
         }
     }
 }
@@ -111,7 +118,8 @@ pub fn unit_suspicion<const D: usize>(mesh: &Mesh<D>) -> Option<Concern> {
 
 /// All that deserves a look. `smallest_angle_deg` is that of the cells, degrees (0 where there is none).
 pub fn review<const D: usize>(content: &Content<D>, smallest_angle_deg: f64) -> Vec<Concern> {
-    let mut concerns: Vec<Concern> = unit_suspicion(&content.body.mesh).into_iter().collect();
+    let bent = content.bent.map(Concern::Bent);
+    let mut concerns: Vec<Concern> = unit_suspicion(&content.body.mesh).into_iter().chain(bent).collect();
     if content.body.mesh.fixed.is_empty() {
         concerns.push(Concern::NoBone);
     }
