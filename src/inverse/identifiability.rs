@@ -30,16 +30,29 @@ pub struct NullDirection {
 /// the target is met ([`valley`]). `None` where the equilibrium was not found or is
 /// singular.
 pub fn analyse(problem: &mut dyn Problem, settings: &Settings, x: &[f64]) -> Option<Identifiability> {
+    analyse_on(problem, settings, x, None)
+}
+
+/// The same, with a curve that was followed through other values, which is not followed again if these are on it.
+pub(super) fn analyse_on(
+    problem: &mut dyn Problem,
+    settings: &Settings,
+    x: &[f64],
+    followed: Option<Valley>,
+) -> Option<Identifiability> {
     let super::problem::Linear { jacobian, residuals, .. } = problem.linearise(x)?;
     let on_target = problem.misfit(Some(&residuals)) <= settings.misfit_tolerance;
     let (singular_values, directions) = decompose(&jacobian)?;
     let open = singular_values.iter().map(|s| *s < UNDETERMINED * singular_values[0]);
+    let open: Vec<_> = directions.iter().zip(open).filter(|(_, open)| *open).map(|(d, _)| d).collect();
+    let mut followed = followed.filter(|_| open.len() == 1);
     let mut null_directions = Vec::new();
-    for (direction, _) in directions.iter().zip(open).filter(|(_, open)| *open) {
-        null_directions.push(NullDirection {
-            direction: direction.iter().copied().collect(),
-            valley: on_target.then(|| valley::follow(problem, settings, x, direction)),
+    for direction in open {
+        let valley = on_target.then(|| {
+            let again = followed.take().and_then(|valley| valley.through(problem, x, direction));
+            again.unwrap_or_else(|| valley::follow(problem, settings, x, direction))
         });
+        null_directions.push(NullDirection { direction: direction.iter().copied().collect(), valley });
     }
     Some(Identifiability { singular_values, null_directions })
 }

@@ -13,6 +13,7 @@ use super::on_target::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
 use super::problem::Problem;
 use super::start::Start;
 use super::unknown::Unknown;
+use super::valley::Valley;
 use super::{AT_BOUND, Among, FitError, Method, Settings, Status, gauss_newton, nelder_mead, valley};
 
 /// The shape to which the tensions lead from rest must be the search's within this, m.
@@ -88,8 +89,9 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
         forward.begin_at(&best.x, shape);
     }
     let mut x = snap_to_lower_bound(&mut forward, best);
+    let mut followed = None;
     if inverse.is_undetermined() && best.solved {
-        x = settle(&mut forward, settings, &x);
+        (x, followed) = settle(&mut forward, settings, &x);
     }
     for (x, unknown) in x.iter_mut().zip(&inverse.unknowns) {
         // What rounding leaves of a muscle that is slack.
@@ -105,6 +107,7 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
         if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
             spent += std::mem::replace(&mut forward, traced).counts().evaluations;
             x = other;
+            followed = None;
             shape = forward.follow_from_rest(&x);
         }
     }
@@ -114,7 +117,8 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
         Some(_) => largest_distance(forward.positions(), &shape.positions),
         None => f64::INFINITY,
     };
-    let identifiability = identifiability::analyse(&mut forward, settings, &x);
+    let followed = followed.filter(|_| forward.is_dear());
+    let identifiability = identifiability::analyse_on(&mut forward, settings, &x, followed);
     let evaluations = spent + forward.counts().evaluations;
 
     let (min_area_ratio, max_area_ratio) = shape.cell_ratios;
@@ -162,12 +166,12 @@ fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Star
 }
 
 /// Of all that meets an undetermined target, the answer that is to be reported: `x` brought onto the target, and along it to where the
-/// other measurements are met best.
+/// other measurements are met best. With the curve that was followed to it, where there is but one.
 pub(super) fn settle<const D: usize>(
     forward: &mut Forward<'_, D>,
     settings: &Settings,
     x: &[f64],
-) -> Vec<f64> {
+) -> (Vec<f64>, Option<Valley>) {
     let mut x = onto_target(forward, x);
     let residuals = forward.residuals(&x);
     if forward.misfit(residuals.as_ref()) > ON_TARGET {
@@ -181,15 +185,15 @@ pub(super) fn settle<const D: usize>(
         }
     }
     if settings.among == Among::LeastTotal || forward.inverse.others.is_empty() {
-        return x;
+        return (x, None);
     }
     // The best point of the curve is where the least squares begin, so that no hill lies between.
-    let begin = identifiability::analyse(forward, settings, &x).and_then(|i| {
-        let points = i.null_directions.into_iter().filter_map(|n| n.valley).flat_map(|v| v.points);
-        let rms = |p: &valley::Point| p.other_rms.unwrap_or(f64::INFINITY);
-        points.min_by(|a, b| rms(a).total_cmp(&rms(b)))
-    });
-    nearest_to_others(forward, &begin.map_or(x, |p| p.x))
+    let open = identifiability::analyse(forward, settings, &x).map(|i| i.null_directions);
+    let mut valleys: Vec<Valley> = open.into_iter().flatten().filter_map(|n| n.valley).collect();
+    let rms = |p: &valley::Point| p.other_rms.unwrap_or(f64::INFINITY);
+    let begin = valleys.iter().flat_map(|v| &v.points).min_by(|a, b| rms(a).total_cmp(&rms(b)));
+    let x = nearest_to_others(forward, begin.map_or(&x, |p| &p.x));
+    (x, if valleys.len() == 1 { valleys.pop() } else { None })
 }
 
 /// The best answer on the branch from rest, searched from where the starts ended and from `x`. `None` where none has a shape there.
@@ -209,5 +213,5 @@ fn search_on_branch<const D: usize>(
         }
     }
     let (_, found) = best?;
-    Some(if traced.inverse.is_undetermined() { settle(traced, settings, &found) } else { found })
+    Some(if traced.inverse.is_undetermined() { settle(traced, settings, &found).0 } else { found })
 }

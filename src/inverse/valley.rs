@@ -88,6 +88,44 @@ pub struct Valley {
     pub ends: [End; 2],
 }
 
+impl Valley {
+    /// The same curve, followed from elsewhere on it, with `x` as its answer, in the order that goes with `direction`; `None` where `x` is not
+    /// on it.
+    pub(super) fn through(
+        mut self,
+        problem: &mut dyn Problem,
+        x: &[f64],
+        direction: &DVector<f64>,
+    ) -> Option<Self> {
+        let here = DVector::from_column_slice(x);
+        let at = |p: &Point| DVector::from_column_slice(&p.x);
+        let along = at(self.points.last()?) - at(self.points.first()?);
+        if along.dot(direction) < 0.0 {
+            self.points.reverse();
+            self.ends.reverse();
+        }
+        let detour = |pair: &[Point]| {
+            let (p, q) = (at(&pair[0]), at(&pair[1]));
+            (&here - &p).norm() + (&here - &q).norm() - (&q - &p).norm()
+        };
+        let pairs = self.points.windows(2).map(detour).enumerate();
+        let (before, detour) = pairs.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        if detour > SHORTEST_STRIDE {
+            return None;
+        }
+        let point = point(problem, x)?;
+        let is_here = |p: &Point| (at(p) - &here).norm() < ON_BOUND;
+        match self.points.iter().position(is_here) {
+            Some(same) => (self.answer, self.points[same]) = (same, point),
+            None => {
+                self.answer = before + 1;
+                self.points.insert(before + 1, point);
+            }
+        }
+        Some(self)
+    }
+}
+
 /// Follows what meets the target from `start` along `direction` and against it.
 pub(super) fn follow(
     problem: &mut dyn Problem,
