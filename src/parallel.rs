@@ -12,6 +12,17 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
     items.iter().map(work).collect()
 }
 
+/// The same where the work changes the items; it is given the number of each, too.
+pub(crate) fn map_mut<T: Send, R: Send>(items: &mut [T], work: impl Fn(usize, &mut T) -> R + Sync) -> Vec<R> {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        items.par_iter_mut().enumerate().map(|(number, item)| work(number, item)).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    items.iter_mut().enumerate().map(|(number, item)| work(number, item)).collect()
+}
+
 /// Does `work` with this number of threads for [`map`]; with one where the feature `parallel` is off.
 ///
 /// # Errors

@@ -3,6 +3,7 @@
 
 use nalgebra::SVector;
 
+use crate::parallel;
 use crate::sparse::wide::Wide;
 use crate::statics::plain::{adjoint_of_group, factorise_group};
 use crate::system::System;
@@ -72,14 +73,15 @@ impl<const D: usize> Group<'_, D> {
             Some(Adjoint { by_node, by_tension })
         };
         let answers = self.answers.iter().zip(&self.tensions).enumerate();
-        let (system, kept) = (self.system, &mut self.kept);
-        let mut alone = |lane: usize, shape: &Equilibrium<D>, tensions: &Option<Vec<f64>>| {
-            let tensions = tensions.as_ref()?;
-            match kept.get_mut(lane) {
-                Some(kept) => kept.adjoint(system, &gradients[lane]),
-                None => adjoint_alone(system, &shape.positions, tensions, &gradients[lane]),
-            }
+        let (system, tensions) = (self.system, &self.tensions);
+        let alone = |lane: usize, shape: &Equilibrium<D>, tensions: &Option<Vec<f64>>| {
+            adjoint_alone(system, &shape.positions, tensions.as_ref()?, &gradients[lane])
         };
+        if self.work.is_none() {
+            return parallel::map_mut(&mut self.kept[..tensions.len()], |lane, kept| {
+                tensions[lane].as_ref().and_then(|_| kept.adjoint(system, &gradients[lane]))
+            });
+        }
         answers.map(|(lane, (shape, t))| of_lane(lane).or_else(|| alone(lane, shape, t))).collect()
     }
 

@@ -234,9 +234,6 @@ impl<const D: usize> Group<'_, D> {
         }
         let answer = |(lane, load): (usize, &Load<'_, D>)| {
             let body = load.system.unwrap_or(system);
-            if let Some(kept) = kept.get_mut(lane).filter(|_| load.system.is_none()) {
-                return kept.solve(system, load, settings);
-            }
             let solved =
                 work.as_ref().and_then(|(elements, work)| Some((elements, work, work.solution(lane)?)));
             let Some((elements, work, solution)) = solved else { return solve_alone(body, load, settings) };
@@ -248,7 +245,13 @@ impl<const D: usize> Group<'_, D> {
             }
             Equilibrium { solution, positions, alone: false }
         };
-        self.answers = loads.iter().enumerate().map(answer).collect();
+        self.answers = match work {
+            Some(_) => loads.iter().enumerate().map(answer).collect(),
+            None => parallel::map_mut(&mut kept[..loads.len()], |lane, kept| match loads[lane].system {
+                Some(body) => solve_alone(body, &loads[lane], settings),
+                None => kept.solve(system, &loads[lane], settings),
+            }),
+        };
         let tensions = loads.iter().map(|l| l.system.is_none().then(|| l.tensions.clone()));
         self.tensions = tensions.collect();
         &self.answers
