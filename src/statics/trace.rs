@@ -211,8 +211,11 @@ impl<const D: usize> Path<'_, D> {
         // Which shape it is shows before the last digits do.
         let back = Settings { certify: false, tolerance: up.tolerance.max(SHOWN), ..up };
         let load = |step: usize| step as f64 / steps as f64;
+        // A jump past a fold leads over where the stiffness is not positive definite, and may lead back: shorter steps tell.
         let is_simple = |s: &Solution| {
-            s.status == Status::Converged && s.escapes + s.ridges == 0 && s.stability != Stability::Unstable
+            s.status == Status::Converged
+                && s.safeguarded + s.escapes + s.ridges == 0
+                && s.stability != Stability::Unstable
         };
         let mut shapes = vec![rest.to_vec()];
         let mut solution = Solution::NONE;
