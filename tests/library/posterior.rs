@@ -207,7 +207,7 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
         let system = System::new(&body.mesh, &ground.model, &all).ok()?;
         let lengths = |load: Load<'_, 2>, system: &System<2>| {
             let shape = density.lanes().solve(&[load], density.settings()).remove(0);
-            (shape.solution.status == statics::Status::Converged).then(|| system.lengths(&shape.positions))
+            (shape.solution.status == Status::Converged).then(|| system.lengths(&shape.positions))
         };
         let stretches = |system: &System<2>| {
             let posture = lengths(density.posture(&meaning, None).in_body(system), system)?;
