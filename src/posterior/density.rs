@@ -12,7 +12,7 @@ use std::sync::Arc;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector};
 
 use crate::inverse::Matched;
-use crate::statics::lanes::{Equilibrium, Group, Lanes, Load, length_gradient};
+use crate::statics::lanes::{Adjoint, Equilibrium, Group, Lanes, Load, length_gradient};
 use crate::statics::{Settings, Status};
 use crate::track::scores;
 
@@ -115,19 +115,6 @@ pub struct Linear {
     pub width: DMatrix<f64>,
     /// The patches of bones.
     pub patch: DMatrix<f64>,
-}
-
-impl Linear {
-    /// Covariance of the stretches by geometry and constants.
-    pub fn covariance(&self) -> DMatrix<f64> {
-        let square = |m: &DMatrix<f64>| m * m.transpose();
-        let springs = square(&self.ends) + square(&self.outline) + square(&self.kappa);
-        // A sum with nothing would cost time and no more.
-        match self.width.ncols() + self.patch.ncols() {
-            0 => springs,
-            _ => springs + square(&self.width) + square(&self.patch),
-        }
-    }
 }
 
 /// The density of a set of measured stretches.
@@ -366,21 +353,40 @@ impl Evaluator<'_> {
 
     /// How all stretches answer at a point; `None` where the density is zero.
     pub fn linearise(&mut self, scores: &DVector<f64>, begin: &Place) -> Option<(Linear, Place)> {
-        self.linearise_all(scores, begin, true)
+        self.linearise_all(&[(scores, begin)], true).pop()?
     }
 
-    /// The same; of bodies whose answers to their geometry cost more than all else, without these where they are not wanted.
+    /// The same at points, up to as many as there are lanes; of bodies whose answers to their geometry cost more than all else, without these
+    /// where they are not wanted.
     pub(super) fn linearise_all(
         &mut self,
-        scores: &DVector<f64>,
-        begin: &Place,
+        points: &[(&DVector<f64>, &Place)],
         geometry: bool,
-    ) -> Option<(Linear, Place)> {
-        let (meanings, mut places) = self.solve(&[(scores, begin)]);
-        let (place, (meaning, slopes)) = (places.pop()??, &meanings[0]);
-        let rates = |group: &mut Group<'_, 2>| group.length_rates().pop().flatten();
-        let (posture, baseline) = (rates(&mut self.posture)?, rates(&mut self.baseline)?);
-        let (density, ground) = (self.density, self.density.ground);
+    ) -> Vec<Option<(Linear, Place)>> {
+        let (meanings, places) = self.solve(points);
+        let (postures, baselines) = (self.posture.length_rates(), self.baseline.length_rates());
+        let mut out = Vec::with_capacity(points.len());
+        for (i, place) in places.into_iter().enumerate() {
+            let solved = place.zip(postures[i].as_ref().zip(baselines[i].as_ref()));
+            out.push(solved.and_then(|(place, (posture, baseline))| {
+                let linear = self.density.linear(&meanings[i], &place, (posture, baseline), geometry)?;
+                Some((linear, place))
+            }));
+        }
+        out
+    }
+}
+
+impl Density<'_> {
+    /// How all stretches answer at a solved point, of which the adjoints of all lengths are known.
+    fn linear(
+        &self,
+        (meaning, slopes): &(Meaning, Vec<f64>),
+        place: &Place,
+        (posture, baseline): (&[Adjoint<2>], &[Adjoint<2>]),
+        geometry: bool,
+    ) -> Option<Linear> {
+        let ground = self.ground;
         let count = ground.muscles.len();
         let stretches = DVector::from_fn(count, |m, _| place.lengths[m] / place.baseline_lengths[m]);
         // d(L/L0) = dL/L0 - s dL0/L0.
@@ -388,23 +394,23 @@ impl Evaluator<'_> {
         let jacobian = DMatrix::from_fn(count, slopes.len(), |m, p| {
             let (own, over) = parts(m);
             slopes[p]
-                * match density.parameters[p] {
+                * match self.parameters[p] {
                     Parameter::Tension(n) => own * posture[m].by_tension[n],
                     Parameter::Tone(n) => over * baseline[m].by_tension[n],
                     Parameter::Hyoid(axis) => own * posture[m].by_bone(&ground.hyoid)[axis],
                 }
         });
         let Answers { ends, outline, kappa, width, patch } = match (ground.is_of_springs(), geometry) {
-            (true, _) => of_springs(ground, &place, &posture, &baseline),
+            (true, _) => of_springs(ground, place, posture, baseline),
             (false, true) => differences::answers(
                 ground,
-                &place,
-                (&place.posture, &meaning.tensions, &posture),
-                (&place.baseline, &meaning.tones, &baseline),
+                place,
+                (&place.posture, &meaning.tensions, posture),
+                (&place.baseline, &meaning.tones, baseline),
             )?,
             (false, false) => Answers::none(count),
         };
-        Some((Linear { stretches, jacobian, ends, outline, kappa, width, patch }, place))
+        Some(Linear { stretches, jacobian, ends, outline, kappa, width, patch })
     }
 }
 

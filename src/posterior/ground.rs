@@ -1,6 +1,6 @@
 //! What all posteriors in one body have in common: the body, its hyoid, and the random fields that displace it at rest.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use nalgebra::SVector;
 
@@ -11,7 +11,6 @@ use crate::system::{Model, System, TissueModel};
 
 use super::PosteriorError;
 use super::differences::Sides;
-use super::library::Library;
 use super::priors::Priors;
 
 /// Points nearer to each other than this are one, m.
@@ -47,8 +46,6 @@ pub struct Ground {
     pub outline: Vec<Field>,
     /// Of bodies that are not of springs alone: the sources that are no fields, each a pair of bodies to either side.
     pub(super) sides: Option<Sides>,
-    /// Made when first asked for.
-    pub(super) shared: OnceLock<Result<Library, PosteriorError>>,
 }
 
 impl Ground {
@@ -80,8 +77,8 @@ impl Ground {
         let (ends, outline) = (ends(&body, priors), outline(&body, priors));
         let springs = model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none();
         let sides = if springs { None } else { Some(Sides::new(&body, &model, priors)?) };
-        let (priors, shared) = (priors.clone(), OnceLock::new());
-        Ok(Self { priors, body, system, model, muscles, hyoid, ends, outline, sides, shared })
+        let priors = priors.clone();
+        Ok(Self { priors, body, system, model, muscles, hyoid, ends, outline, sides })
     }
 
     /// Whether it is made of springs, whose answers to their geometry have formulas.

@@ -338,7 +338,8 @@ impl<P> State<P> {
 }
 
 impl Whitened {
-    fn at(&self, z: &DVector<f64>) -> DVector<f64> {
+    /// The point of coordinates.
+    pub(super) fn at(&self, z: &DVector<f64>) -> DVector<f64> {
         &self.centre + &self.spread * z
     }
 

@@ -1,10 +1,51 @@
-//! The most probable scores, by a damped Gauss-Newton method with exact derivatives, and the covariance of geometry there.
+//! The most probable scores, by a damped Gauss-Newton method with exact derivatives, and the covariance of geometry.
+//!
+//! How stretches answer to the geometry depends on the tensions: the harder muscles pull, the more it matters where they end. So that
+//! covariance is the mean over draws of the posterior, of its normal approximation at the mode (a covariance at the mode alone, where tensions
+//! that nothing resolves are small, is too small). In bodies other than those of springs, where geometry costs more
+//! than all else, it is that at the mode.
 
 use nalgebra::{DMatrix, DVector};
+
+use crate::random::{normals, seed_of};
+use crate::statics::lanes::LANES;
 
 use super::PosteriorError;
 use super::density::{Density, Linear, Place};
 use super::hmc::Whitened;
+
+/// Covariance of the stretches of all muscles of the body by geometry and constants.
+#[derive(Debug, Clone)]
+pub struct Geometry {
+    /// By the ends of the muscles.
+    pub ends: DMatrix<f64>,
+    /// The outline.
+    pub outline: DMatrix<f64>,
+    /// Kappa.
+    pub kappa: DMatrix<f64>,
+    /// The width of muscles.
+    pub width: DMatrix<f64>,
+    /// The patches of bones.
+    pub patch: DMatrix<f64>,
+}
+
+impl Geometry {
+    /// The mean of some; `None` of none.
+    fn mean(all: &[Linear]) -> Option<Self> {
+        let count = all.first()?.stretches.len();
+        let mean = |of: fn(&Linear) -> &DMatrix<f64>| {
+            let sum = |sum, linear| sum + of(linear) * of(linear).transpose();
+            all.iter().fold(DMatrix::zeros(count, count), sum) / all.len() as f64
+        };
+        let (ends, outline, kappa) = (mean(|l| &l.ends), mean(|l| &l.outline), mean(|l| &l.kappa));
+        Some(Self { ends, outline, kappa, width: mean(|l| &l.width), patch: mean(|l| &l.patch) })
+    }
+
+    /// All together.
+    fn covariance(&self) -> DMatrix<f64> {
+        &self.ends + &self.outline + &self.kappa + &self.width + &self.patch
+    }
+}
 
 /// The most probable point.
 #[derive(Debug, Clone)]
@@ -15,6 +56,8 @@ pub struct Mode {
     pub place: Place,
     /// How the stretches answer there.
     pub linear: Linear,
+    /// Covariance by geometry and constants, the mean over the posterior.
+    pub geometry: Geometry,
     /// `I + Jᵀ C⁻¹ J` there.
     pub precision: DMatrix<f64>,
     /// Logarithm of the density there, up to a constant.
@@ -29,57 +72,99 @@ const MOST_STEPS: usize = 40;
 const ARRIVED: f64 = 1e-4;
 /// No step is longer, in scores: tensions answer in straight lines only so far.
 const LONGEST: f64 = 2.0;
-/// Times that the covariance of geometry is taken at the mode and the mode sought anew.
-const ROUNDS: usize = 3;
+/// Times that the covariance of geometry is taken about the mode and the mode sought anew.
+const ROUNDS: usize = 2;
+/// Draws over which it is averaged: each with the one on the other side of the mode.
+const DRAWS: usize = 64;
+/// Their seed.
+const SEED: u64 = 3;
 
 impl Mode {
-    /// Finds the mode; leaves in the density the covariance of geometry at it.
+    /// Finds the mode; leaves in the density the covariance of geometry about it.
     ///
     /// # Errors
     /// [`PosteriorError::NoMode`] where no equilibrium is found.
     pub fn find(density: &mut Density<'_>) -> Result<Self, PosteriorError> {
         // From the medians, or below them where there is no equilibrium at such tensions.
-        let n = density.parameters.len();
-        let mut found = Err(PosteriorError::NoMode);
-        for score in [0.0, -1.0, -2.0, -3.0, -4.0] {
-            found = Self::find_from(density, &DVector::from_element(n, score), &density.rest());
-            if found.is_ok() {
-                break;
-            }
+        let (n, rest) = (density.parameters.len(), density.rest());
+        let begin = [0.0, -1.0, -2.0, -3.0, -4.0].into_iter().find_map(|score| {
+            let start = DVector::from_element(n, score);
+            let (linear, place) = density.evaluator().linearise(&start, &rest)?;
+            Some((start, linear, place))
+        });
+        let (start, linear, place) = begin.ok_or(PosteriorError::NoMode)?;
+        let geometry = Geometry::mean(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?;
+        density.set_geometry(geometry.covariance())?;
+        let mut mode = Self::at(density, start, linear, geometry, place, 1);
+        for _ in 0..ROUNDS {
+            mode.climb(density);
+            mode.average(density)?;
         }
-        found
+        Ok(mode.settled(density))
     }
 
-    /// The same, from given scores that were solved at a place.
+    /// The same where the mode of much the same stretches is known.
     ///
     /// # Errors
     /// As [`Mode::find`].
-    pub fn find_from(
-        density: &mut Density<'_>,
-        start: &DVector<f64>,
-        place: &Place,
-    ) -> Result<Self, PosteriorError> {
-        let (linear, place) = density.evaluator().linearise(start, place).ok_or(PosteriorError::NoMode)?;
-        density.set_geometry(linear.covariance())?;
-        let mut mode = Self::at(density, start.clone(), linear, place, 1);
-        for _ in 0..ROUNDS {
-            let moved = mode.climb(density)?;
-            if !density.ground.is_of_springs() {
-                let found = density.evaluator().linearise(&mode.scores, &mode.place);
-                (mode.linear, mode.place) = found.ok_or(PosteriorError::NoMode)?;
-            }
-            density.set_geometry(mode.linear.covariance())?;
-            if moved < 10.0 * ARRIVED {
-                break;
-            }
+    pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
+        density.set_geometry(near.geometry.covariance())?;
+        let Self { scores, linear, geometry, place, .. } = near.clone();
+        let mut mode = Self::at(density, scores, linear, geometry, place, 0);
+        mode.climb(density);
+        mode.average(density)?;
+        Ok(mode.settled(density))
+    }
+
+    /// With the covariance as it is. In bodies other than those of springs, where the linear answers are wanted with their geometry, at the same
+    /// point.
+    fn settled(mut self, density: &Density<'_>) -> Self {
+        if density.ground.is_of_springs() {
+            self.climb(density);
+            return self;
         }
-        Ok(Self::at(density, mode.scores, mode.linear, mode.place, mode.evaluations))
+        Self::at(density, self.scores, self.linear, self.geometry, self.place, self.evaluations)
+    }
+
+    /// Takes the covariance of geometry about this point.
+    fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
+        if !density.ground.is_of_springs() {
+            let found = density.evaluator().linearise(&self.scores, &self.place);
+            (self.linear, self.place) = found.ok_or(PosteriorError::NoMode)?;
+        }
+        let about = match density.ground.is_of_springs() {
+            true => self.about(density)?,
+            false => vec![self.linear.clone()],
+        };
+        if let Some(geometry) = Geometry::mean(&about) {
+            density.set_geometry(geometry.covariance())?;
+            self.geometry = geometry;
+        }
+        Ok(())
+    }
+
+    /// How the stretches answer at draws about the mode; where there is no equilibrium there is no draw.
+    fn about(&self, density: &Density<'_>) -> Result<Vec<Linear>, PosteriorError> {
+        let whitened = self.whitened().ok_or(PosteriorError::Covariance)?;
+        let draws: Vec<DVector<f64>> = (0..DRAWS / 2)
+            .flat_map(|i| {
+                let z = normals(self.scores.len(), &mut fastrand::Rng::with_seed(seed_of(SEED, i)));
+                [whitened.at(&z), whitened.at(&-z)]
+            })
+            .collect();
+        let mut evaluator = density.evaluator();
+        let group = |draws: &[DVector<f64>]| {
+            let points: Vec<_> = draws.iter().map(|x| (x, &self.place)).collect();
+            evaluator.linearise_all(&points, true)
+        };
+        Ok(draws.chunks(LANES).flat_map(group).flatten().map(|(linear, _)| linear).collect())
     }
 
     fn at(
         density: &Density<'_>,
         scores: DVector<f64>,
         linear: Linear,
+        geometry: Geometry,
         place: Place,
         evaluations: usize,
     ) -> Self {
@@ -88,15 +173,17 @@ impl Mode {
         let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor().solve(&jacobian));
         let residuals = density.residuals(&place.lengths, &place.baseline_lengths);
         let log = -0.5 * (residuals.dot(&density.factor().solve(&residuals)) + scores.norm_squared());
-        Self { scores, place, linear, precision, log, evaluations }
+        Self { scores, place, linear, geometry, precision, log, evaluations }
     }
 
-    /// Goes to the mode with the covariance as it is; how far it came.
-    fn climb(&mut self, density: &Density<'_>) -> Result<f64, PosteriorError> {
+    /// Goes to the mode with the covariance as it is.
+    fn climb(&mut self, density: &Density<'_>) {
         let mut evaluator = density.evaluator();
-        let begin = self.scores.clone();
-        let (mut scores, place) = (self.scores.clone(), self.place.clone());
-        let mut here = Self::at(density, scores.clone(), self.linear.clone(), place, self.evaluations);
+        let again = |linear, scores: &DVector<f64>, place, evaluations| {
+            Self::at(density, scores.clone(), linear, self.geometry.clone(), place, evaluations)
+        };
+        let mut scores = self.scores.clone();
+        let mut here = again(self.linear.clone(), &scores, self.place.clone(), self.evaluations);
         let mut damping = 0.0;
         for _ in 0..MOST_STEPS {
             let jacobian = here.linear.jacobian.select_rows(&density.seen.muscles);
@@ -114,10 +201,9 @@ impl Mode {
                 break;
             }
             let next = &scores + &step;
-            let found = evaluator.linearise_all(&next, &here.place, false);
+            let found = evaluator.linearise_all(&[(&next, &here.place)], false).pop().flatten();
             here.evaluations += 1;
-            let found =
-                found.map(|(linear, place)| Self::at(density, next.clone(), linear, place, here.evaluations));
+            let found = found.map(|(linear, place)| again(linear, &next, place, here.evaluations));
             match found {
                 Some(there) if there.log > here.log => {
                     (scores, here) = (next, there);
@@ -131,9 +217,7 @@ impl Mode {
                 }
             }
         }
-        let moved = (&here.scores - begin).amax();
         *self = here;
-        Ok(moved)
     }
 
     /// Coordinates in which the posterior is nearly a round normal distribution.

@@ -7,7 +7,9 @@
 //! ```
 //! No rule says who contracts: every muscle has a tension that is not negative. `C_geo` is the covariance of the stretches by the ends of
 //! the muscles, the outline and kappa, linearised with exact derivatives (`shape`; of bodies that are not of springs `differences`, and of a
-//! continuum by the width of muscles and the patches of bones too) at the most probable point (`map`); `R` is that of the rounding. Young's modulus scales all tensions and is told apart. All priors are in [`Priors`], each can be fixed or left out.
+//! continuum by the width of muscles and the patches of bones too) and averaged over the posterior (`map`; of other bodies than those of springs at
+//! the most probable point); `R` is that of the rounding. Young's modulus scales all tensions and is told apart. All priors are in
+//! [`Priors`], each can be fixed or left out.
 //!
 //! Sampled is with Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by Gauss and Newton's matrix at the most probable point, four
 //! chains side by side in the lanes of the processor (of other bodies one after the other). Every draw is where its tensions lead from rest as they grow
@@ -19,8 +21,8 @@ pub mod diagnostics;
 mod differences;
 mod ground;
 pub mod hmc;
-mod library;
 mod map;
+mod pairs;
 mod predict;
 mod priors;
 mod run;
@@ -32,9 +34,9 @@ mod summary;
 
 pub use density::{Density, Evaluator, Linear, Meaning, Parameter, Place, Seen};
 pub use ground::{Field, Ground};
-pub use library::{Library, Size};
-pub use map::Mode;
-pub use predict::by_own_draws;
+pub use map::{Geometry, Mode};
+pub use pairs::Pairs;
+pub use predict::unseen;
 pub use priors::*;
 pub use run::{Draw, Posterior, Settings, Status, sample};
 pub use score::{How, LeftOut, Part, left_out};

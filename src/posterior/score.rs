@@ -14,8 +14,8 @@ use super::spread::{Spread, effective};
 pub enum How {
     /// From draws of the whole posterior, weighed.
     Weighed,
-    /// From pairs of postures and baselines that were drawn from the priors, weighed.
-    Library,
+    /// From pairs of postures and baselines, weighed.
+    Pairs,
     /// From draws of its own.
     Sampled,
 }

@@ -2,7 +2,7 @@
 //!
 //! The best linear estimate of `a·g` from the stretches is `G y` with `G = aᵀ Jᵀ (J Jᵀ + C)⁻¹`; what it misses is a sum of independent
 //! parts, one for every source, whose variances add up to the posterior's: `|a - Jᵀ Gᵀ|²` of the scores (apart for tensions, tones and
-//! the hyoid), `|Eᵀ Gᵀ|²` of the ends, and so on. A stretch that is left out is `y_m - G y` of all others.
+//! the hyoid), `G C_ends Gᵀ` of the ends, and so on. A stretch that is left out is `y_m - G y` of all others.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -111,19 +111,20 @@ impl<'a> Parts<'a> {
             let each = density.parameters.iter().zip(missed.iter());
             each.filter(|(p, _)| is(p)).map(|(_, m)| m * m).sum::<f64>()
         };
+        let seen = &density.seen.muscles;
         let of_source =
-            |source: &DMatrix<f64>| source.select_rows(&density.seen.muscles).tr_mul(errors).norm_squared();
+            |source: &DMatrix<f64>| errors.dot(&(source.select_rows(seen).select_columns(seen) * errors));
         let rounding = density.seen.rounding.iter().zip(errors.iter());
-        let linear = &self.mode.linear;
+        let geometry = &self.mode.geometry;
         let absolute = Shares {
             unresolved: of_kind(|p| matches!(p, Parameter::Tension(_))),
             baseline_tone: of_kind(|p| matches!(p, Parameter::Tone(_))),
             hyoid: of_kind(|p| matches!(p, Parameter::Hyoid(_))),
-            muscle_ends: of_source(&linear.ends),
-            outline: of_source(&linear.outline),
-            compressibility: of_source(&linear.kappa),
-            bundle_width: of_source(&linear.width),
-            bone_patch: of_source(&linear.patch),
+            muscle_ends: of_source(&geometry.ends),
+            outline: of_source(&geometry.outline),
+            compressibility: of_source(&geometry.kappa),
+            bundle_width: of_source(&geometry.width),
+            bone_patch: of_source(&geometry.patch),
             discrepancy: density.discrepancy() * errors.norm_squared(),
             rounding: rounding.map(|(r, e)| density.rounding(*r) * e * e).sum(),
         };

@@ -214,7 +214,6 @@ fn fit_all(prepared: &Prepared, mine: &[usize], journal: Journal) -> miette::Res
     let bar = output::bar(mine.len() as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;
     bar.set_position((mine.len() - todo.len()) as u64);
     bar.reset_eta();
-    prepared.begin()?;
     let journal = Mutex::new(journal);
     todo.par_iter()
         .map(|&number| -> Result<(), ReportError> {

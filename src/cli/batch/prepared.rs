@@ -104,15 +104,6 @@ impl Prepared {
         })
     }
 
-    /// Makes what all fits share and is not made by one of them.
-    ///
-    /// # Errors
-    /// Where nothing can be drawn from the priors.
-    pub fn begin(&self) -> miette::Result<()> {
-        let mut of_springs = self.posterior.1.iter().filter(|ground| ground.is_of_springs());
-        of_springs.try_for_each(|ground| ground.library().map(|_| ())).into_diagnostic()
-    }
-
     /// Makes the fit of a job.
     pub fn fit(&self, number: usize, job: &Job) -> Result<Entry<Fitted>, ReportError> {
         let clock = std::time::Instant::now();

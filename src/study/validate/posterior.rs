@@ -7,7 +7,7 @@ use crate::body::Body;
 use crate::measured::{Dataset, Vowel};
 use crate::parallel;
 use crate::posterior::{
-    Density, Ground, How, LeftOut, Mode, Part, PosteriorError, Priors, Seen, Settings, by_own_draws, left_out,
+    Density, Ground, How, LeftOut, Mode, Pairs, Part, PosteriorError, Priors, Seen, left_out, unseen,
 };
 use crate::system::Model;
 
@@ -18,10 +18,8 @@ use super::{Error, Progress};
 
 /// Discrepancies that are tried on the marginal likelihood, of a stretch.
 const DISCREPANCIES: [f64; 8] = [0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06];
-/// Draws where pairs of the library do not do.
-const OWN_DRAWS: usize = 800;
-/// Effective pairs with which they do.
-const FEWEST: f64 = 100.0;
+/// Most permutations of names: each takes as long as the table itself.
+const MOST_PERMUTATIONS: u64 = 10;
 
 /// How good predicted distributions are.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,7 +38,7 @@ pub struct Scored {
     pub coverage_95: f64,
     /// How many.
     pub predictions: usize,
-    /// Predictions that were sampled by themselves, since too few pairs of the library counted.
+    /// Predictions that were sampled by themselves, since too few pairs counted.
     pub sampled: usize,
 }
 
@@ -98,30 +96,18 @@ struct Judge {
 }
 
 impl Judge {
-    /// Predicts every muscle of a case from all others. Where the library does not do, each is sampled by itself, if `thoroughly`.
-    fn posterior(&self, case: &Case, thoroughly: bool) -> Result<Vec<LeftOut>, PosteriorError> {
-        let seen = Seen::of(&case.matched);
-        let mut density = Density::new(&self.ground, seen.clone())?;
+    /// Predicts every muscle of a case from all others.
+    fn posterior(&self, case: &Case) -> Result<Vec<LeftOut>, PosteriorError> {
+        let mut density = Density::new(&self.ground, Seen::of(&case.matched))?;
         let mode = Mode::find(&mut density)?;
-        let one = |position: usize| {
-            let (muscle, measured) = (seen.muscles[position], seen.stretches[position]);
-            let rounding = seen.rounding[position];
-            let mut others = density.of(seen.without(position))?;
-            let at = Mode::find_from(&mut others, &mode.scores, &mode.place)?;
-            let (parts, sd, effective) = self.ground.library()?.predict(&others, muscle, rounding);
-            if effective >= FEWEST || !thoroughly {
-                return Ok(left_out(&parts, sd, measured, How::Library, self.seed));
-            }
-            let settings = Settings { draws: OWN_DRAWS, seed: self.seed };
-            by_own_draws(others, at, (muscle, measured, rounding), &settings)
-        };
-        (0..seen.muscles.len()).map(one).collect()
+        let positions: Vec<usize> = (0..density.seen.muscles.len()).collect();
+        unseen(&density, &mode, &positions, self.seed)
     }
 
-    fn all(&self, all: &[Case], thoroughly: bool) -> Result<Vec<Predicted>, PosteriorError> {
+    fn all(&self, all: &[Case]) -> Result<Vec<Predicted>, PosteriorError> {
         let rows = parallel::map(all, |case| {
             let others: Vec<&Case> = all.iter().filter(|c| c.subject != case.subject).collect();
-            let posterior = self.posterior(case, thoroughly)?;
+            let posterior = self.posterior(case)?;
             let usual = statistical(&others, case, self.seed);
             Ok(posterior.into_iter().zip(usual).map(|(p, [none, normal])| [none, normal, Some(p)]).collect())
         });
@@ -186,11 +172,9 @@ pub fn study(
     progress: &Progress<'_>,
 ) -> Result<PosteriorStudy, Error> {
     let ground = Ground::new(body, model, &Priors::default())?;
-    // Before threads ask for it.
-    ground.library()?;
     let judge = Judge { ground, seed };
     let all = cases(data, &body.mesh, baseline);
-    let predicted = judge.all(&all, true)?;
+    let predicted = judge.all(&all)?;
     progress.add(all.len(), "posterior");
     let of_case = |which: usize, row: &Predicted| -> f64 {
         let logs: Vec<f64> = row.iter().filter_map(|p| Some(p[which].as_ref()?.log_score)).collect();
@@ -212,7 +196,7 @@ pub fn study(
         if subjects(&all).len() < 2 {
             continue;
         }
-        let predicted = judge.all(&all, true)?;
+        let predicted = judge.all(&all)?;
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
             let is_in = |c: &Case| names.contains(&c.subject.as_str());
@@ -229,9 +213,9 @@ pub fn study(
         }
     }
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
-    for order in orders(data.muscles().len(), permutations, seed) {
+    for order in orders(data.muscles().len(), permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| renamed(lengths, &order));
-        let rows: Vec<_> = parallel::map(&all, |case| judge.posterior(case, false));
+        let rows: Vec<_> = parallel::map(&all, |case| judge.posterior(case));
         let rows: Vec<Predicted> = rows
             .into_iter()
             .flatten()
@@ -256,19 +240,29 @@ pub fn study(
     })
 }
 
-/// The marginal likelihood of all cases for each discrepancy, with the covariance of geometry at each mode.
+/// The marginal likelihood of all cases for each discrepancy, with the covariance of geometry of each.
 fn discrepancies(judge: &Judge, all: &[Case]) -> Result<Vec<Evidence>, Error> {
-    let one = |sd: f64| -> Result<Evidence, PosteriorError> {
+    let ground = |sd: f64| -> Result<Ground, PosteriorError> {
         let mut priors = judge.ground.priors.clone();
         priors.discrepancy.sd = sd;
-        let ground = Ground::new(&judge.ground.body, &judge.ground.model, &priors)?;
-        let logs = parallel::map(all, |case| {
-            let mut density = Density::new(&ground, Seen::of(&case.matched))?;
-            Mode::find(&mut density)?;
-            Ok(judge.ground.library()?.evidence(&density).0)
-        });
-        let log_evidence = logs.into_iter().sum::<Result<f64, PosteriorError>>()?;
-        Ok(Evidence { sd, log_evidence })
+        Ground::new(&judge.ground.body, &judge.ground.model, &priors)
     };
-    DISCREPANCIES.into_iter().map(one).collect::<Result<_, PosteriorError>>().map_err(Error::from)
+    let grounds = DISCREPANCIES.into_iter().map(ground).collect::<Result<Vec<_>, _>>()?;
+    let logs = parallel::map(all, |case| -> Result<Vec<f64>, PosteriorError> {
+        let seen = Seen::of(&case.matched);
+        let mut usual = Density::new(&judge.ground, seen.clone())?;
+        let near = Mode::find(&mut usual)?;
+        let (mut densities, mut modes) = (Vec::new(), Vec::new());
+        for ground in &grounds {
+            let mut density = Density::new(ground, seen.clone())?;
+            modes.push(Mode::find_near(&mut density, &near)?);
+            densities.push(density);
+        }
+        let pairs = Pairs::about(&usual, &modes, judge.seed)?;
+        Ok(densities.iter().map(|density| pairs.evidence(density).0).collect())
+    });
+    let logs = logs.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let sum = |i: usize| logs.iter().map(|case| case[i]).sum();
+    let each = DISCREPANCIES.into_iter().enumerate();
+    Ok(each.map(|(i, sd)| Evidence { sd, log_evidence: sum(i) }).collect())
 }
