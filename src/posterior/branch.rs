@@ -5,6 +5,7 @@
 
 use nalgebra::SVector;
 
+use crate::statics::Connection;
 use crate::statics::lanes::{Group, Load};
 
 use super::density::{Density, Meaning, is_found};
@@ -64,7 +65,9 @@ fn follow<'l>(
             .collect();
         let answers = group.solve(&loads, density.settings()).to_vec();
         for ((shape, good), answer) in shapes.iter_mut().zip(&mut good).zip(answers) {
-            *good &= is_found(&answer);
+            // Lanes leave no ridge downhill; who does may be on another branch, and is followed in more steps.
+            let strayed = answer.solution.connection == Connection::Downhill;
+            *good &= is_found(&answer) && (density.ground.is_of_springs() || !strayed);
             *shape = answer.positions;
         }
     }
