@@ -1,19 +1,19 @@
 //! Many equilibria at once: four in the lanes of the processor's vector registers, groups of four on every thread.
 //!
-//! What [`solve`] does for one load, [`Lanes`] does for any number: draws of a posterior, candidates of a search, frames of a recording.
+//! What [`solve`](super::solve) does for one load, [`Lanes`] does for any number: draws of a posterior, candidates of a search, frames of a recording.
 //! Each load has its own tensions, displaced bones, start and, if it wants one, its own body of the same edges and triangles; each
 //! solution has its own status, iterations and line search. With AVX2 (found out when the program runs) an equilibrium from a neighbour
 //! costs less than half of what it costs alone; `cargo bench many` says how much.
 //!
 //! # What is the same, and what is not
-//! - The equilibria are those of [`solve`] to 1e-9 mm, since the method is the same; not its bits, since sums are taken in another order
+//! - The equilibria are those of [`solve`](super::solve) to 1e-9 mm, since the method is the same; not its bits, since sums are taken in another order
 //!   and a lane gets a new factor when another one of its group needs it.
 //! - The bits are the same for any number of threads, since groups are fixed by the number of a load, and on every processor, since
 //!   nothing is fused: they depend on the loads beside a load, and on nothing else.
 //! - Lanes do the plain case: springs, muscles, straight paths and incompressible triangles of the plane. A lane that meets anything else is
-//!   given up, and its load solved by [`solve`] from its start: where the barrier acts, where the stiffness stays indefinite, where the
+//!   given up, and its load solved by [`solve`](super::solve) from its start: where the barrier acts, where the stiffness stays indefinite, where the
 //!   line search finds no way, where bones cannot be brought to their places. So are all loads of other bodies (in space, of finite
-//!   elements, with contact or weight); of these a group keeps the factor from one solve to the next. [`Equilibrium::alone`] tells; the status is always the one that [`solve`] gives.
+//!   elements, with contact or weight); of these a group keeps the factor from one solve to the next. [`Equilibrium::alone`] tells; the status is always the one that [`solve`](super::solve) gives.
 //!
 //! # Example
 //! ```
