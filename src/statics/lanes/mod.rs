@@ -132,7 +132,7 @@ pub struct Equilibrium<const D: usize> {
     pub solution: Solution,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
-    /// Whether it was left to [`solve`].
+    /// Whether it was left to [`solve`](crate::statics::solve).
     pub alone: bool,
 }
 
