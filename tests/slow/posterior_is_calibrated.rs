@@ -11,6 +11,8 @@ use tongue_fit::statics::lanes::Lanes;
 use tongue_fit::statics::{self, Status};
 use tongue_fit::system::{Model, System};
 
+use crate::cases;
+
 /// Variance of a stretch by the rounding of lengths of some 50 mm to millimetres.
 const ROUNDING: f64 = 6.7e-5;
 
@@ -52,10 +54,6 @@ fn p_of_uniform(mut all: Vec<f64>) -> f64 {
     let t = largest * (n.sqrt() + 0.12 + 0.11 / n.sqrt());
     let term = |k: i32| 2.0 * if k % 2 == 1 { 1.0 } else { -1.0 } * (-2.0 * f64::from(k * k) * t * t).exp();
     (1..=60).map(term).sum::<f64>().clamp(0.0, 1.0)
-}
-
-fn cases(usual: usize) -> usize {
-    std::env::var("TONGUE_FIT_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
 }
 
 #[test]

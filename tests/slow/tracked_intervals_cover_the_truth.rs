@@ -10,10 +10,10 @@ use tongue_fit::parallel;
 use tongue_fit::system::Model;
 use tongue_fit::track::{Prior, Settings, frames, track};
 
+use crate::cases;
 use crate::synthetic::{Kind, Speaker, drawn, drawn_scores};
 
-/// Recordings of each kind, and their frames, 12.5 ms apart.
-const RECORDINGS: u64 = 200;
+/// Frames of a recording, 12.5 ms apart.
 const FRAMES: usize = 5;
 
 /// What became of intervals.
@@ -32,14 +32,14 @@ impl Counts {
 }
 
 /// `unseen`: the hyoid moves about its place and is not seen.
-fn counted(speaker: &Speaker, kind: Kind, unseen: bool) -> Counts {
+fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Counts {
     let all: Vec<usize> = (0..8).collect();
     let freed = FreedBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap();
     let freed = if unseen { std::slice::from_ref(&freed) } else { &[] };
     let prior = Prior::half_normal(8, 20.0, 0.1);
     let bones = followed(&speaker.body, &["hyoid".to_owned(), "mental_spine".to_owned()]);
     let times: Vec<f64> = (0..FRAMES).map(|i| 0.0125 * i as f64).collect();
-    let seeds: Vec<u64> = (0..RECORDINGS).collect();
+    let seeds: Vec<u64> = (0..recordings as u64).collect();
     let one = |seed: &u64| {
         let mut rng = fastrand::Rng::with_seed(1000 + seed);
         // Tensions without an equilibrium nobody can record.
@@ -90,11 +90,12 @@ fn intervals_of_contours_and_sensors_hold_the_truth_in_95_of_100_cases() {
         ("3 coils at 0.5 mm, hyoid not seen", Kind::Sensors(3, 0.5e-3), true),
         ("31 points at 0.5 mm, hyoid not seen", Kind::Contour(31, 0.5e-3), true),
     ];
+    let recordings = cases(80);
     let mut told = Vec::new();
     let mut good = true;
     for (name, kind, unseen) in kinds {
-        let counts = counted(&speaker, kind, unseen);
-        let (part, frames) = (counts.covered(), RECORDINGS as f64 * FRAMES as f64);
+        let counts = counted(&speaker, kind, unseen, recordings);
+        let (part, frames) = (counts.covered(), recordings as f64 * FRAMES as f64);
         let resolved = counts.resolved as f64 / frames;
         told.push(format!(
             "{name}: {:.1} %, {resolved:.1} directions, {:?} below and above",
