@@ -206,7 +206,7 @@ mod tests {
     use nalgebra::DVector;
 
     use super::*;
-    use crate::posterior::{Density, Mode, Seen};
+    use crate::posterior::{Density, Evaluator, Mode, Seen};
 
     #[test]
     fn bodies_of_springs_get_what_their_formulas_say() {
@@ -218,7 +218,7 @@ mod tests {
             let mode = Mode::find(&mut density).unwrap();
             let n = density.parameters.len();
             let scores = DVector::from_fn(n, |i, _| 0.3 * (i as f64).sin());
-            density.evaluator().linearise(&scores, &mode.place).unwrap().0
+            Evaluator::new(&density).linearise(&scores, &mode.place).unwrap().0
         };
         let by_formulas = at(&ground);
         ground.sides = Some(Sides::new(&ground.body, &ground.model, &ground.priors).unwrap());

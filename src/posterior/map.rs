@@ -11,7 +11,8 @@ use crate::random::{normals, seed_of};
 use crate::statics::lanes::LANES;
 
 use super::PosteriorError;
-use super::density::{Density, Linear, Place};
+use super::density::{Density, Place};
+use super::evaluator::{Evaluator, Linear};
 use super::hmc::Whitened;
 
 /// Covariance of the stretches of all muscles of the body by geometry and constants.
@@ -89,7 +90,7 @@ impl Mode {
         let (n, rest) = (density.parameters.len(), density.rest());
         let begin = [0.0, -1.0, -2.0, -3.0, -4.0].into_iter().find_map(|score| {
             let start = DVector::from_element(n, score);
-            let (linear, place) = density.evaluator().linearise(&start, &rest)?;
+            let (linear, place) = Evaluator::new(density).linearise(&start, &rest)?;
             Some((start, linear, place))
         });
         let (start, linear, place) = begin.ok_or(PosteriorError::NoMode)?;
@@ -129,7 +130,7 @@ impl Mode {
     /// Takes the covariance of geometry about this point.
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
         if !density.ground.is_of_springs() {
-            let found = density.evaluator().linearise(&self.scores, &self.place);
+            let found = Evaluator::new(density).linearise(&self.scores, &self.place);
             (self.linear, self.place) = found.ok_or(PosteriorError::NoMode)?;
         }
         let about = match density.ground.is_of_springs() {
@@ -152,7 +153,7 @@ impl Mode {
                 [whitened.at(&z), whitened.at(&-z)]
             })
             .collect();
-        let mut evaluator = density.evaluator();
+        let mut evaluator = Evaluator::new(density);
         let group = |draws: &[DVector<f64>]| {
             let points: Vec<_> = draws.iter().map(|x| (x, &self.place)).collect();
             evaluator.linearise_all(&points, true)
@@ -178,7 +179,7 @@ impl Mode {
 
     /// Goes to the mode with the covariance as it is.
     fn climb(&mut self, density: &Density<'_>) {
-        let mut evaluator = density.evaluator();
+        let mut evaluator = Evaluator::new(density);
         let again = |linear, scores: &DVector<f64>, place, evaluations| {
             Self::at(density, scores.clone(), linear, self.geometry.clone(), place, evaluations)
         };

@@ -19,6 +19,7 @@ mod branch;
 mod density;
 pub mod diagnostics;
 mod differences;
+mod evaluator;
 mod ground;
 pub mod hmc;
 mod map;
@@ -32,7 +33,8 @@ mod share;
 mod spread;
 mod summary;
 
-pub use density::{Density, Evaluator, Linear, Meaning, Parameter, Place, Seen};
+pub use density::{Density, Meaning, Parameter, Place, Seen};
+pub use evaluator::{Evaluator, Linear};
 pub use ground::{Field, Ground};
 pub use map::{Geometry, Mode};
 pub use pairs::Pairs;

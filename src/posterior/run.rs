@@ -7,6 +7,7 @@ use super::PosteriorError;
 use super::branch::SAME_M;
 use super::density::{Density, Meaning, Seen};
 use super::diagnostics::{Mixing, mixing};
+use super::evaluator::Evaluator;
 use super::ground::Ground;
 use super::hmc;
 use super::map::Mode;
@@ -147,7 +148,7 @@ pub fn sample_at<'a>(
     let draws_each = settings.draws.div_ceil(CHAINS) * THIN;
     let how =
         hmc::Settings { chains: CHAINS, warm_up: WARM_UP, draws: draws_each, thin: 1, seed: settings.seed };
-    let chains = hmc::sample(|| density.evaluator(), &whitened, &mode.place, &how);
+    let chains = hmc::sample(|| Evaluator::new(&density), &whitened, &mode.place, &how);
     let n = density.ground.muscles.len();
     let meaning = |row: &[f64]| Meaning {
         tensions: row[..n].to_vec(),

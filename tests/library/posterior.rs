@@ -48,7 +48,7 @@ fn the_gradient_is_right(ground: &Ground, h: f64) {
     let mut random = fastrand::Rng::with_seed(1);
     let n = density.parameters.len();
     assert_eq!(n, 18);
-    let mut evaluator = density.evaluator();
+    let mut evaluator = Evaluator::new(&density);
     for _ in 0..3 {
         let at = &mode.scores + normals(n, &mut random) * 0.3;
         let one = |e: &mut Evaluator<'_>, x: &DVector<f64>, p: &Place| {
@@ -165,7 +165,7 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     let settings = hmc::Settings { chains: 8, warm_up: 6, draws: 4, thin: 1, seed: 3 };
     let chains = |threads| {
         let whitened = mode.whitened().unwrap();
-        let sample = || hmc::sample(|| density.evaluator(), &whitened, &mode.place, &settings);
+        let sample = || hmc::sample(|| Evaluator::new(&density), &whitened, &mode.place, &settings);
         parallel::with_threads(threads, sample).unwrap()
     };
     let (one, two) = (chains(1), chains(2));
@@ -236,7 +236,7 @@ fn pairs_weigh_as_draws_of_the_prior_do_and_predict_as_draws_of_the_posterior() 
     let numbers: Vec<u64> = (0..50).collect();
     let sums: Vec<f64> = parallel::map(&numbers, |&number| {
         let mut random = fastrand::Rng::with_seed(number);
-        let (mut evaluator, rest) = (density.evaluator(), density.rest());
+        let (mut evaluator, rest) = (Evaluator::new(&density), density.rest());
         let one = |_| {
             let x = normals(density.parameters.len(), &mut random);
             let found = evaluator.evaluate(&[(&x, &rest)]).pop().flatten();

@@ -4,15 +4,25 @@ use std::path::Path;
 
 use serde_json::Value;
 use tongue_fit::body::Body;
-use tongue_fit::measured::{Dataset, Vowel};
+use tongue_fit::inverse::Matched;
+use tongue_fit::measured::{Dataset, TargetKind, Vowel};
+use tongue_fit::parallel;
+use tongue_fit::posterior::{Density, Ground, LeftOut, Mode, Priors, Seen, unseen};
 use tongue_fit::study::validate::{self, Plan};
 use tongue_fit::system::Model;
 
-#[test]
-fn the_committed_numbers_are_found_again_and_the_levers_beat_the_constant() {
+use crate::fixtures::target;
+
+/// What `tongue-fit validate --posterior` wrote.
+fn committed() -> Value {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join("results/validate/validate.json")).unwrap();
-    let committed: Value = serde_json::from_str(&text).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn the_committed_numbers_are_found_again_and_the_levers_beat_the_constant() {
+    let committed = committed();
     let plan = Plan { baseline: Vowel::unrounded_u(), permutations: 2, seed: 1, posterior: false };
     let (data, body) = (Dataset::reference().unwrap(), Body::tongue(0.0055).unwrap());
     let study = validate::run(&data, &body, &Model::default(), &plan, &|_, _, _| {}).unwrap();
@@ -40,4 +50,44 @@ fn the_committed_numbers_are_found_again_and_the_levers_beat_the_constant() {
     assert!(levers.rms <= 0.065 && levers.worse_than_no_change <= 2 && levers.better_than_constant >= 0.95);
     assert!((study.opponent("no_change").unwrap().rms - 0.1141).abs() < 1e-4);
     assert!((study.opponent("constant").unwrap().rms - 0.0832).abs() < 1e-4);
+}
+
+#[test]
+fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
+    let body = Body::tongue(0.0055).unwrap();
+    let ground = Ground::new(&body, &Model::default(), &Priors::default()).unwrap();
+    let rows: Vec<_> =
+        ["S1", "S2", "S3"].iter().flat_map(|s| ["i", "e", "a", "o"].map(|v| (*s, v))).collect();
+    let told: Vec<Vec<(f64, LeftOut)>> = parallel::map(&rows, |&(subject, vowel)| {
+        let target = target(subject, vowel, TargetKind::Stretch);
+        let seen = Seen::of(&Matched::new(&body.mesh, &target).unwrap());
+        let mut density = Density::new(&ground, seen).unwrap();
+        let mode = Mode::find(&mut density).unwrap();
+        let positions: Vec<usize> = (0..density.seen.muscles.len()).collect();
+        target.values.iter().copied().zip(unseen(&density, &mode, &positions, 1).unwrap()).collect()
+    });
+    let told = told.concat();
+    assert_eq!(told.len(), 96);
+    let mean = |of: &dyn Fn(f64, &LeftOut) -> f64| told.iter().map(|(y, p)| of(*y, p)).sum::<f64>() / 96.0;
+    let rms = mean(&|y, p| (p.spread.mean - y).powi(2)).sqrt();
+    let log_score = mean(&|_, p| p.log_score);
+    let held = mean(&|y, p| f64::from(u8::from(p.spread.holds(y))));
+
+    let committed = committed();
+    let scores = &committed["posterior"]["scores"];
+    let of = |which: usize, what: &str| scores[which][what].as_f64().unwrap();
+    assert_eq!(
+        (scores[1]["name"].as_str(), scores[2]["name"].as_str()),
+        (Some("gaussian"), Some("posterior"))
+    );
+    assert!((rms - of(2, "rms")).abs() < 1e-3, "{rms}");
+    assert!((log_score - of(2, "log_score")).abs() < 1e-2, "{log_score}");
+    assert!((held - of(2, "coverage_95")).abs() < 0.011, "{held}");
+    // As sure as it says, and a better distribution than the normal one of the other speakers, whose mean errs hardly more.
+    assert!((0.9..=0.98).contains(&held) && log_score > of(1, "log_score") && rms < of(1, "rms"), "{held}");
+    let permuted = committed["posterior"]["permuted_rms"].as_array().unwrap();
+    assert!(
+        permuted.len() == 10 && permuted.iter().all(|other| other.as_f64().unwrap() > rms),
+        "{permuted:?}"
+    );
 }
