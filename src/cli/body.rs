@@ -80,7 +80,7 @@ enum BodyName {
     Continuum,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum TissueName {
     Springs,
     Fe,
@@ -133,6 +133,7 @@ impl Arguments {
     /// A spacing that is no length or out of range; an anatomy or mesh file that cannot be read or is wrong; a mesh in space, or
     /// far larger than any tongue.
     pub fn body(&self) -> miette::Result<Body<2>> {
+        self.check()?;
         let h = match (&self.h, self.body) {
             (Some(h), _) => spacing(h)?,
             (None, BodyName::Springs) => DEFAULT_SPACING_M,
@@ -176,6 +177,7 @@ impl Arguments {
     /// # Errors
     /// As [`Arguments::body`].
     pub fn page_body(&self) -> miette::Result<PageBody> {
+        self.check()?;
         let flat = Self { body: BodyName::Springs, ..self.clone() };
         let h = self.h.as_deref().map(spacing).transpose()?;
         let continuum = self.body == BodyName::Continuum;
@@ -202,6 +204,22 @@ impl Arguments {
             page.anatomy = Some(anatomy_text(path)?);
         }
         Ok(page)
+    }
+
+    /// What is asked for does not contradict itself.
+    fn check(&self) -> miette::Result<()> {
+        let of_springs = [
+            ("--tissue fe", self.tissue == TissueName::Fe),
+            ("--preset as-printed", matches!(self.preset, PresetName::AsPrinted)),
+            ("--spread assembled", matches!(self.spread, SpreadName::Assembled)),
+            ("--outside chain", matches!(self.outside, OutsideName::Chain)),
+        ];
+        match of_springs.iter().find(|(_, given)| self.body == BodyName::Continuum && *given) {
+            Some((option, _)) => Err(miette!(
+                "{option} says what --body springs is made of; --body continuum has elements and fibres of its own: leave one of the two out"
+            )),
+            None => Ok(()),
+        }
     }
 
     /// Whether the thesis's assumptions are asked for.

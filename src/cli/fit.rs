@@ -11,7 +11,7 @@ use tongue_fit::inverse::{self, Among, Fit, Method, Settings};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::report::{self, Export, FitRecord, OutputDir, Section, Series, Svg};
-use tongue_fit::system::{Model, TissueModel};
+use tongue_fit::system::Model;
 
 use super::fit_table::Shown;
 use super::published::{self, Published};
@@ -238,7 +238,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             published: published.as_ref(),
             thickness_m,
             posterior: sampled.as_ref(),
-            could_have_posterior: model.tissue == TissueModel::MassSpring,
             written: &written,
             wall_s: clock.elapsed().as_secs_f64(),
         };

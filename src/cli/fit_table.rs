@@ -28,8 +28,6 @@ pub struct Shown<'a> {
     pub thickness_m: Option<f64>,
     /// What data and model leave open, where it was asked for.
     pub posterior: Option<&'a Sampled<'a>>,
-    /// Whether this body can have one.
-    pub could_have_posterior: bool,
     /// The files that were written.
     pub written: &'a [PathBuf],
     /// Time of the whole, s.
@@ -62,8 +60,7 @@ impl Shown<'_> {
         text += &self.verdict();
         text += &match self.posterior {
             Some(posterior) => posterior.text(),
-            None if self.could_have_posterior => POINT.to_owned(),
-            None => String::new(),
+            None => POINT.to_owned(),
         };
         let _ = writeln!(text, "{} equilibria in {:.0} ms\n", self.fit.evaluations, 1e3 * self.wall_s);
         text + &files(self.written)

@@ -188,7 +188,7 @@ pub fn main() -> ExitCode {
         Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
         Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
-        Some(Command::Priors(arguments)) => posterior::priors(arguments).map(|()| Outcome::Good),
+        Some(Command::Priors(arguments)) => posterior::priors(arguments, &cli.global).map(|()| Outcome::Good),
         Some(Command::Validate(arguments)) => validate::run(arguments, &cli.global),
         Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
         Some(Command::Completions(arguments)) => install::completions(arguments),

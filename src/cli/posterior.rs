@@ -9,13 +9,14 @@ use tongue_fit::body::{Body, Mesh};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
-    self, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Summary,
+    self, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Stretch, Summary,
 };
 use tongue_fit::report::{self, Draws, Export, Svg};
 use tongue_fit::system::Model;
 
+use super::Global;
 use super::output;
-use super::table::table;
+use super::table::{counted, table};
 
 /// Draws whose outlines are drawn.
 const OUTLINES: usize = 60;
@@ -28,7 +29,9 @@ const TOLD: f64 = 5e-4;
 #[command(next_help_heading = "Posterior")]
 pub struct Arguments {
     /// Draw so many times from the posterior of the tensions: all measured stretches, every muscle may pull, and baseline posture, hyoid,
-    /// anatomy, constants and the model's own error have their share. 1000 is a good number
+    /// anatomy, constants and the model's own error have their share. Its premises are those of --priors, not those of the fit (--tone, --hyoid,
+    /// --poisson-ratio, --muscles). An interval takes 400 effective draws: 1000 have them, fewer than 500 seldom do, of a continuum or --tissue fe take
+    /// 2000
     #[arg(long, value_name = "N")]
     posterior: Option<usize>,
     /// Priors of the posterior (TOML) in place of the built-in ones, which `tongue-fit priors` prints
@@ -54,9 +57,12 @@ pub struct PriorsArguments {
 ///
 /// # Errors
 /// As stdout.
-pub fn priors(arguments: &PriorsArguments) -> miette::Result<()> {
+pub fn priors(arguments: &PriorsArguments, global: &Global) -> miette::Result<()> {
     if arguments.schema {
         return output::print(&output::json(&Priors::schema())?);
+    }
+    if global.json {
+        return output::print(&output::json(&Priors::default())?);
     }
     let text = toml::to_string(&Priors::default()).into_diagnostic()?;
     output::print(&text)
@@ -81,6 +87,7 @@ impl Arguments {
         if self.posterior.is_none() {
             return Ok(None);
         }
+        self.settings().check().into_diagnostic().wrap_err("--posterior")?;
         let priors = match &self.priors {
             None => Priors::default(),
             Some(path) => {
@@ -91,7 +98,16 @@ impl Arguments {
                 Priors::from_toml(&text, &origin).into_diagnostic()?
             }
         };
-        Ground::new(body, model, &priors).map(Some).into_diagnostic()
+        let ground = Ground::new(body, model, &priors).into_diagnostic();
+        let ground = match &self.priors {
+            Some(path) => ground.wrap_err_with(|| format!("--priors {}", path.display())),
+            None => ground,
+        };
+        ground.map(Some)
+    }
+
+    fn settings(&self) -> Settings {
+        Settings { draws: self.posterior.unwrap_or_default(), seed: self.posterior_seed }
     }
 
     /// Samples the posterior of a target.
@@ -100,12 +116,12 @@ impl Arguments {
     /// As [`posterior::sample`].
     pub fn sample<'a>(&self, ground: &'a Ground, target: &Target) -> miette::Result<Sampled<'a>> {
         let clock = Instant::now();
-        let (draws, seed) = (self.posterior.unwrap_or_default(), self.posterior_seed);
+        let settings = self.settings();
+        let Settings { draws, seed } = settings;
         let seen = Seen::of(&Matched::new(&ground.body.mesh, target).into_diagnostic()?);
         output::step(|| format!("{draws} draws of the posterior, seed {seed}"));
-        let posterior = posterior::sample(ground, seen, &Settings { draws, seed })
-            .into_diagnostic()
-            .wrap_err("--posterior")?;
+        let posterior =
+            posterior::sample(ground, seen, &settings).into_diagnostic().wrap_err("--posterior")?;
         let report = Report::new(&posterior, true, seed).into_diagnostic()?;
         Ok(Sampled {
             posterior,
@@ -152,20 +168,29 @@ impl<'a> Sampled<'a> {
     pub fn text(&self) -> String {
         let report = &self.report;
         let mut text = format!(
-            "\nPOSTERIOR of {} against /{}/: all {} measured stretches, every muscle may pull\n",
+            "\nPOSTERIOR of {} against /{}/: all {}, every muscle may pull\n",
             self.what,
             self.baseline,
-            self.posterior.density.seen.muscles.len()
+            match self.posterior.density.seen.muscles.len() {
+                1 => "that was measured, one stretch".to_owned(),
+                n => format!("{n} measured stretches"),
+            }
         );
         match &report.summary {
-            Some(summary) => text += &told(summary),
+            Some(summary) => text += &told(summary, self.posterior.density.moves_hyoid()),
             None => {
                 let _ = writeln!(text, "NOT MIXED: {}; no interval is printed", report.why);
             }
         }
         if let Some(share) = &report.variance_share {
-            let _ = writeln!(text, "variance of a tension: {}", shares(&share.tension));
+            let of_tension = shares(&share.tension);
+            if !of_tension.is_empty() {
+                let _ = writeln!(text, "variance of a tension: {of_tension}");
+            }
             let _ = writeln!(text, "of a stretch left out: {}", shares(&share.left_out_stretch));
+        }
+        if report.draws == 0 {
+            return text;
         }
         let _ = writeln!(
             text,
@@ -191,18 +216,17 @@ fn shares(shares: &Shares) -> String {
 }
 
 fn range(ends: [f64; 2], digits: usize) -> String {
-    let end = |v: f64| {
-        let text = format!("{v:.digits$}");
-        if text.trim_start_matches(['-', '0', '.']).is_empty() {
-            text.trim_start_matches('-').to_owned()
-        } else {
-            text
-        }
-    };
-    format!("{} to {}", end(ends[0]), end(ends[1]))
+    format!("{} to {}", rounded(ends[0], digits), rounded(ends[1], digits))
 }
 
-fn told(summary: &Summary) -> String {
+/// Without the sign of a zero.
+fn rounded(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    let is_zero = text.trim_start_matches(['-', '0', '.']).is_empty();
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
+}
+
+fn told(summary: &Summary, moves_hyoid: bool) -> String {
     let mut t = table(&["muscle", "F - F0, N/m", "50 %", "95 %", "P(rises)", "F, 95 %", "F0, 95 %"]);
     for (i, (muscle, change)) in summary.changes_n.0.iter().enumerate() {
         let tension = &summary.tensions_n.0[i].1;
@@ -210,7 +234,7 @@ fn told(summary: &Summary) -> String {
         let of = |s: &Spread| range(s.interval_95, 0);
         t.add_row([
             muscle.clone(),
-            format!("{:.0}", change.spread.median),
+            rounded(change.spread.median, 0),
             range(change.spread.interval_50, 0),
             of(&change.spread),
             format!("{:.2}", change.probability_rises),
@@ -238,17 +262,16 @@ fn told(summary: &Summary) -> String {
         .collect();
     let _ = writeln!(
         text,
-        "{} directions are resolved to half of their prior{}",
-        resolved.len(),
+        "{} resolved to half of {} prior{}",
+        counted(resolved.len(), "direction") + if resolved.len() == 1 { " is" } else { " are" },
+        if resolved.len() == 1 { "its" } else { "their" },
         resolved.iter().map(|d| format!("\n{d}")).collect::<String>()
     );
-    let hyoid = &summary.hyoid_mm;
-    let _ = writeln!(
-        text,
-        "hyoid, 95 %: back {} mm, up {} mm; Young's modulus scales all tensions and is not in these intervals",
-        range(hyoid[0].interval_95, 1),
-        range(hyoid[1].interval_95, 1)
-    );
+    if moves_hyoid {
+        let [back, up] = [0, 1].map(|axis| range(summary.hyoid_mm[axis].interval_95, 1));
+        let _ = write!(text, "hyoid, 95 %: back {back} mm, up {up} mm; ");
+    }
+    text += "Young's modulus scales all tensions and is not in these intervals\n";
     let mut t = table(&["muscle", "stretch measured", "fitted, 95 %", "without its own, 95 %"]);
     for (muscle, s) in &summary.stretches.0 {
         let left_out = s.left_out.as_ref().map_or_else(
@@ -264,13 +287,12 @@ fn told(summary: &Summary) -> String {
         t.add_row([muscle.clone(), format!("{:.3}", s.measured), range(s.fitted.interval_95, 2), left_out]);
     }
     let _ = writeln!(text, "\n{t}");
-    if summary
-        .stretches
-        .0
-        .iter()
-        .any(|(_, s)| s.left_out.as_ref().is_some_and(|l| !l.spread.holds(s.measured)))
-    {
+    let any = |is: &dyn Fn(&Stretch) -> bool| summary.stretches.0.iter().any(|(_, s)| is(s));
+    if any(&|s| s.left_out.as_ref().is_some_and(|l| !l.spread.holds(s.measured))) {
         text += "! measured outside\n";
+    }
+    if any(&|s| s.left_out.is_none()) {
+        text += "- too few draws tell it without its own measurement\n";
     }
     text
 }

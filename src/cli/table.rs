@@ -271,6 +271,13 @@ pub fn batch(
         s.not_fitted,
         s.unreadable_rows
     );
+    if s.posteriors_untold > 0 {
+        let _ = writeln!(
+            text,
+            "{} cannot be told: the alarms of their fits say why",
+            counted(s.posteriors_untold, "posterior")
+        );
+    }
     if let Some(n) = &s.nearest_row_to_rest {
         let _ = writeln!(
             text,

@@ -84,6 +84,11 @@ pub enum Alarm {
         /// The muscle.
         muscle: String,
     },
+    /// The posterior of the row is not told, though it was asked for.
+    NoPosterior {
+        /// Why.
+        reason: String,
+    },
     /// The shape may not be the one that the tensions lead to.
     EquilibriumNotCertain {
         /// Why.
@@ -127,6 +132,7 @@ impl Alarm {
             Self::IntervalMissesAnswer { muscle } => format!(
                 "the interval of {muscle} does not hold the answer: redrawn lengths lead to another optimum"
             ),
+            Self::NoPosterior { reason } => format!("no posterior can be told: {reason}"),
             Self::EquilibriumNotCertain { reason } => format!("equilibrium not certain: {reason}"),
         }
     }

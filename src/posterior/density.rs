@@ -118,7 +118,7 @@ impl<'a> Density<'a> {
     /// With no covariance of geometry yet.
     ///
     /// # Errors
-    /// [`PosteriorError::Body`] where the body has no hyoid to displace.
+    /// [`PosteriorError::Body`] where the body has no hyoid to displace, [`PosteriorError::Priors`] where nothing is left to sample.
     pub fn new(ground: &'a Ground, seen: Seen) -> Result<Self, PosteriorError> {
         let (priors, count) = (&ground.priors, ground.muscles.len());
         let mut parameters = Vec::new();
@@ -140,6 +140,11 @@ impl<'a> Density<'a> {
             (true, _) => {}
             (false, Some(mm)) => fixed.hyoid = SVector::from(mm) * 1e-3,
             (false, None) => parameters.extend([Parameter::Hyoid(0), Parameter::Hyoid(1)]),
+        }
+        if parameters.is_empty() {
+            let why =
+                "these priors fix every tension, every tone and the hyoid: leave at least one of them free";
+            return Err(PosteriorError::Priors(why.to_owned()));
         }
         let moves = !priors.hyoid.off;
         if moves && ground.hyoid.is_empty() {
@@ -208,6 +213,11 @@ impl<'a> Density<'a> {
         &self.factor
     }
 
+    /// Whether the hyoid may be elsewhere.
+    pub fn moves_hyoid(&self) -> bool {
+        !self.ground.hyoid.is_empty() && !self.ground.priors.hyoid.off
+    }
+
     /// What scores mean, and the derivative of each number by its score.
     pub fn meaning(&self, scores: &DVector<f64>) -> (Meaning, Vec<f64>) {
         let priors = &self.ground.priors;
@@ -249,7 +259,7 @@ impl<'a> Density<'a> {
     /// The load of a vowel, begun from given positions.
     pub fn posture<'l>(&'l self, meaning: &Meaning, start: Option<&'l [SVector<f64, 2>]>) -> Load<'l, 2> {
         let mut load = Load { start, ..Load::new(meaning.tensions.clone()) };
-        if !self.ground.hyoid.is_empty() && !self.ground.priors.hyoid.off {
+        if self.moves_hyoid() {
             load = load.with_bone(&self.ground.hyoid, meaning.hyoid);
         }
         load

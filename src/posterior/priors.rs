@@ -11,7 +11,8 @@ use crate::body::ContinuumSettings;
 /// The name that stands for every muscle that is not named itself.
 const EVERY: &str = "*";
 
-/// All priors. The defaults were fixed before the validation (`tongue-fit validate --posterior`) was run, and are not tuned on it.
+/// All priors. The defaults were fixed before `tongue-fit validate --posterior` was run, and are not tuned on it; that of the discrepancy and the scales of
+/// the tensions had been found on the same three speakers, by marginal likelihood.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Priors {

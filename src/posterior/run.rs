@@ -34,6 +34,17 @@ pub struct Settings {
     pub seed: u64,
 }
 
+impl Settings {
+    /// Checks the number of draws.
+    ///
+    /// # Errors
+    /// [`PosteriorError::Draws`].
+    pub fn check(&self) -> Result<(), PosteriorError> {
+        let possible = (FEWEST..=MOST).contains(&self.draws);
+        if possible { Ok(()) } else { Err(PosteriorError::Draws(self.draws, FEWEST, MOST)) }
+    }
+}
+
 /// Whether what was sampled can be believed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -141,9 +152,7 @@ pub fn sample_at<'a>(
     mode: Mode,
     settings: &Settings,
 ) -> Result<Posterior<'a>, PosteriorError> {
-    if !(FEWEST..=MOST).contains(&settings.draws) {
-        return Err(PosteriorError::Draws(settings.draws, FEWEST, MOST));
-    }
+    settings.check()?;
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
     let draws_each = settings.draws.div_ceil(CHAINS) * THIN;
     let how =
@@ -186,7 +195,7 @@ pub fn sample_at<'a>(
     let why = match () {
         () if rows.is_empty() => "no chain could begin".to_owned(),
         () if worst.r_hat.is_nan() || worst.r_hat >= MOST_R_HAT => {
-            format!("the chains differ (R-hat {:.3}, at most {MOST_R_HAT}); ask for more draws", worst.r_hat)
+            format!("the chains differ (R-hat {:.4}, at most {MOST_R_HAT}); ask for more draws", worst.r_hat)
         }
         () if fewest.is_nan() || fewest < FEWEST_EFFECTIVE => {
             format!("there are {fewest:.0} effective draws, fewer than {FEWEST_EFFECTIVE}; ask for more")

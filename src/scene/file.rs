@@ -88,7 +88,7 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tongue {
-    /// Mesh spacing, mm.
+    /// Mesh spacing, mm; 5.5 where none is given, of a continuum too.
     #[serde(default = "default_spacing")]
     pub h_mm: f64,
     /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.

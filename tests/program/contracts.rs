@@ -247,6 +247,17 @@ fn a_simulation_says_whether_it_is_on_the_branch_from_rest_and_where_that_ends()
 }
 
 #[test]
+fn options_that_contradict_each_other_are_refused() {
+    for of_springs in ["--tissue=fe", "--spread=assembled", "--outside=chain", "--preset=as-printed"] {
+        let message = refused(&["simulate", "--body", "continuum", of_springs, "--tension", "GGa=1"], 1);
+        assert!(
+            message.contains(&of_springs.replace('=', " ")) && message.contains("--body springs"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn tensions_that_are_none_are_refused() {
     assert!(refused(&["simulate", "--tension", "GGa=twelve"], 1).contains("not a number"));
     assert!(refused(&["simulate", "--tension", "GGa=-1"], 1).contains("not negative"));

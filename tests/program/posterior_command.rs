@@ -106,6 +106,10 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
         ("[tensoin]", "priors.toml:1: unknown field `tensoin`"),
         ("baseline.fixed_n_per_m = { Nobody = 3.0 }", "fix Nobody, a muscle that this body does not have"),
         ("discrepancy.off = true\nrounding.off = true", "one of them is needed"),
+        (
+            "hyoid.off = true\nbaseline.off = true\n[tension.fixed_n_per_m]\n\"*\" = 8.0",
+            "leave at least one of them free",
+        ),
     ] {
         std::fs::write(folder.path().join("priors.toml"), priors).unwrap();
         let output = run(folder.path(), "--vowel a --posterior 400 --priors priors.toml");
@@ -114,6 +118,30 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
     }
     let output = run(folder.path(), "--vowel a --posterior 7");
     assert!(text(&output.stderr).contains("7 draws were asked for"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_posterior_that_cannot_be_told_leaves_its_fit_in_a_batch_and_is_an_alarm_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh/second_order.msh");
+    std::fs::write(folder.path().join("gga.csv"), "subject,vowel,GGa_mm\nX,ɯ,20\nX,a,18\n").unwrap();
+    let rows = "batch --target stretch --draws 0 --subsets 0 --out out --json --vowels a";
+    // The mesh names no hyoid.
+    let of_mesh = format!("{rows} --lengths gga.csv --mesh {} --posterior 1000", mesh.display());
+    let rows = format!("{rows} --subjects S2");
+    let too_few = format!("{rows} --posterior 100");
+    for (line, reason) in [(of_mesh, "this body names no bone \"hyoid\""), (too_few, "ask for more")] {
+        let output = run(folder.path(), &line);
+        assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+        let batch: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(batch["summary"]["posteriors_untold"], 1, "{}", batch["summary"]);
+        let alarms = batch["fits"][0]["alarms"].as_array().unwrap();
+        let alarm = alarms.iter().find(|a| a["kind"] == "no_posterior").unwrap();
+        assert!(alarm["text"].as_str().unwrap().contains(reason), "{alarm}");
+    }
+    let output = run(folder.path(), &format!("{rows} --posterior 99"));
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("99 draws were asked for"), "{}", text(&output.stderr));
 }
 
 #[test]

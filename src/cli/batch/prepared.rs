@@ -111,29 +111,24 @@ impl Prepared {
         let setup = setup.and_then(|(_, setup)| setup.as_ref());
         let (mesh, muscles, model) = (&self.mesh, &self.muscles[..], &self.model);
         let (known, thesis, how) = (&self.known, &self.thesis, &self.how);
-        let result = match self.posterior(number, job) {
-            Ok(posterior) => {
-                let posterior = posterior.as_ref();
-                let within = outputs::Within { mesh, muscles, model, setup, known, thesis, posterior, how };
-                outputs::assess(number, job, &within, &self.provenance)?
-            }
-            Err(e) => Err(e.to_string()),
-        };
+        let posterior = self.posterior(number, job);
+        let posterior = posterior.as_ref();
+        let within = outputs::Within { mesh, muscles, model, setup, known, thesis, posterior, how };
+        let result = outputs::assess(number, job, &within, &self.provenance)?;
         Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }
 
     /// The posterior of a job's row, where it is asked for: once for every row, since it does not depend on the quantity that is fitted.
-    fn posterior(&self, number: usize, job: &Job) -> miette::Result<Option<RowPosterior>> {
+    fn posterior(&self, number: usize, job: &Job) -> Option<Result<RowPosterior, String>> {
         let (how, ground) = &self.posterior;
         let last = self.setups.last().is_some_and(|(kind, _)| *kind == job.target.kind);
-        match ground.as_ref().filter(|_| last) {
-            Some(ground) => {
-                let sampled = how.sample(ground, &job.target)?;
-                let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges()).flatten();
-                Ok(Some(RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report: sampled.report }))
-            }
-            None => Ok(None),
-        }
+        let ground = ground.as_ref().filter(|_| last)?;
+        let told = how.sample(ground, &job.target).map(|sampled| {
+            let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges()).flatten();
+            RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report: sampled.report }
+        });
+        // What it is about is said where it is told.
+        Some(told.map_err(|e| e.root_cause().to_string()))
     }
 
     /// Writes what came of all jobs, tells it and removes the journal, whose content it is.
@@ -165,7 +160,7 @@ impl Prepared {
         journal.remove().into_diagnostic()?;
         Ok(if summary.not_fitted + summary.unreadable_rows > 0 {
             Outcome::SomeRowsRefused
-        } else if summary.statuses.keys().any(|s| s != "converged") {
+        } else if summary.statuses.keys().any(|s| s != "converged") || summary.posteriors_untold > 0 {
             Outcome::Untrustworthy
         } else {
             Outcome::Good
@@ -201,6 +196,7 @@ impl Prepared {
             baselines: self.plan.baselines.len(),
             not_fitted: self.plan.refusals.len() + self.plan.jobs.len() - fits,
             unreadable_rows: self.unreadable.len(),
+            posteriors_untold: journal.digests().filter(|d| d.posterior_untold).count(),
             substitute_baselines: substitutes,
             rest_shape_measure: rest_distance::measure(ratios, reference),
             nearest_row_to_rest: rest_distance::nearest(&self.muscles, &rest, &self.data, reference),

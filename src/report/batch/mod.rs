@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::Mesh;
 use crate::inverse::Setup;
+use crate::inverse::alarms::Alarm;
 use crate::inverse::batch::{self, Assessment, BaselineRow, Job, Known, Refusal, Thoroughness};
 use crate::measured::Dataset;
 use crate::measured::thesis::Thesis;
@@ -22,6 +23,7 @@ use crate::system::Model;
 
 use self::journal::{Entry, Kept};
 use self::record::AssessedRecord;
+use super::record::AlarmRecord;
 use super::{OutputDir, ReportError, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
@@ -139,8 +141,8 @@ pub struct Within<'a> {
     pub known: &'a Known,
     /// What to compare with.
     pub thesis: &'a Thesis,
-    /// The posterior of the row, where one was asked for.
-    pub posterior: Option<&'a RowPosterior>,
+    /// The posterior of the row, where one was asked for, or why there is none.
+    pub posterior: Option<&'a Result<RowPosterior, String>>,
     /// How fits are made.
     pub how: &'a Thoroughness,
 }
@@ -177,15 +179,23 @@ pub fn fitted(
     assessment: &Assessment,
     mesh: &Mesh<2>,
     muscles: &[String],
-    (thesis, posterior): (Option<&Thesis>, Option<&RowPosterior>),
+    (thesis, posterior): (Option<&Thesis>, Option<&Result<RowPosterior, String>>),
     provenance: &Provenance,
 ) -> Result<Fitted, ReportError> {
     let mut record = AssessedRecord::new(job, assessment, thesis, &provenance.command);
+    let untold = match posterior {
+        Some(Err(reason)) => Some(reason),
+        Some(Ok(posterior)) => Some(&posterior.report.why).filter(|_| posterior.report.summary.is_none()),
+        None => None,
+    };
+    let alarm = untold.map(|reason| Alarm::NoPosterior { reason: reason.clone() });
+    record.fit.alarms.extend(alarm.as_ref().map(AlarmRecord::from));
+    let posterior = posterior.and_then(|p| p.as_ref().ok());
     record.fit.posterior = posterior.map(|p| p.report.clone());
     let text = |e: csv::Error| ReportError::Record { reason: e.to_string() };
     let on_page = number < page::MOST_FITS;
     Ok(Fitted {
-        digest: Digest::new(&record),
+        digest: Digest { posterior_untold: untold.is_some(), ..Digest::new(&record) },
         json: serde_json::to_string(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
         muscles: tables::muscle_lines(&record, provenance, true).map_err(text)?,
         fits: tables::fit_line(muscles, &record, provenance).map_err(text)?,

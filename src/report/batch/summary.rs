@@ -28,6 +28,9 @@ pub struct Digest {
     pub passive_muscles: usize,
     /// Whether the fit saw a combination of them: where its target leaves tensions open, they decide.
     pub seen_in_part: bool,
+    /// Whether a posterior was asked for and cannot be told.
+    #[serde(default)]
+    pub posterior_untold: bool,
 }
 
 impl Digest {
@@ -42,6 +45,7 @@ impl Digest {
             no_change: r.passive.no_change_rms_stretch.map(|x| x * x),
             passive_muscles: r.fit.residuals.0.len() - r.fit.active.len(),
             seen_in_part: r.fit.identifiability.as_ref().is_some_and(|i| i.undetermined > 0),
+            posterior_untold: false,
         }
     }
 }
@@ -82,6 +86,11 @@ impl PassiveGroup {
     }
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_none(count: &usize) -> bool {
+    *count == 0
+}
+
 /// The batch as a whole.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
@@ -97,6 +106,9 @@ pub struct Summary {
     pub not_fitted: usize,
     /// Rows of the file that could not be read.
     pub unreadable_rows: usize,
+    /// Posteriors that were asked for and cannot be told: the alarms of their fits say why.
+    #[serde(skip_serializing_if = "is_none")]
+    pub posteriors_untold: usize,
     /// Subjects whose baseline stands in for a missing /ɯ/.
     pub substitute_baselines: Vec<String>,
     /// In which measure the model at rest is compared with rows.

@@ -6,7 +6,7 @@ use super::axes::ticks;
 use super::section::colours;
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, data};
 
-/// Width of the names of the fits and of a column, px, and height of a row.
+/// Least width of the names of the fits, width of a column, px, and height of a row.
 const NAMES: f64 = 190.0;
 const COLUMN: f64 = 150.0;
 const GAP: f64 = 18.0;
@@ -38,19 +38,20 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
     let most = all().map(|t| t.interval.map_or(t.value, |i| i[1].max(t.value))).fold(1.0, f64::max);
     let told: Vec<String> = found.iter().map(|f| described(muscles, f)).collect();
     let shown = format!("Tensions in N per metre of thickness, with 95 % intervals. {}", told.join(" "));
-    let width = NAMES + muscles.len() as f64 * (COLUMN + GAP) + 2.0 * MARGIN;
+    let names = found.iter().map(|f| Face::Plain.width(&f.label) + GAP).fold(NAMES, f64::max);
+    let width = names + muscles.len() as f64 * (COLUMN + GAP) + 2.0 * MARGIN;
     let (mut svg, top) = Svg::new(title, &shown, width);
     let (top, height) = (top + 2.0 * TEXT, found.len() as f64 * ROW);
     for (nth, f) in found.iter().enumerate() {
         let y = top + ROW * (nth as f64 + 0.5);
         svg.text([MARGIN, y], Anchor::Start, Face::Plain, &f.label);
-        svg.line([MARGIN + NAMES, y], [width - MARGIN, y], RULE, 1.0);
+        svg.line([MARGIN + names, y], [width - MARGIN, y], RULE, 1.0);
     }
     let marks: Vec<f64> = ticks(0.0..=most).into_iter().filter(|v| *v == 0.0 || *v > 0.4 * most).collect();
     // Within their column, so that those of neighbours keep apart.
     let marks = [(marks.first(), Anchor::Start), (marks.last(), Anchor::End)];
     for (column, (name, colour)) in muscles.iter().zip(colours(muscles)).enumerate() {
-        let left = MARGIN + NAMES + column as f64 * (COLUMN + GAP) + 0.5 * GAP;
+        let left = MARGIN + names + column as f64 * (COLUMN + GAP) + 0.5 * GAP;
         let x = |tension: f64| left + COLUMN * tension / most;
         svg.text([left + 0.5 * COLUMN, top - TEXT], Anchor::Middle, Face::Bold, name);
         svg.stroke(&data([[[left, top], [left, top + height], [left + COLUMN, top + height]]]), INK, 1.2);
@@ -75,7 +76,7 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
     }
     let below = top + height + 56.0;
     let unit = "tension, N per metre of thickness; line: 95 % interval, where there is one";
-    svg.text([MARGIN + NAMES, below], Anchor::Start, Face::Plain, unit);
+    svg.text([MARGIN + names, below], Anchor::Start, Face::Plain, unit);
     svg.finish(below + TEXT)
 }
 
