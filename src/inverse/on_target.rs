@@ -95,6 +95,9 @@ pub(super) fn nearest_to_others(problem: &mut dyn Problem, answer: &[f64]) -> Ve
     let mut here = DVector::from_column_slice(answer);
     for _ in 0..MOST_STEPS {
         let Some(linear) = problem.linearise(here.as_slice()) else { break };
+        if linear.other_residuals.is_empty() {
+            break;
+        }
         let Some(step) = step_along(&linear, &here, &unknowns) else { break };
         let before = linear.other_residuals.norm_squared();
         let whole = room(&here, &step, &unknowns).min(1.0);

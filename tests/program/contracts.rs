@@ -247,6 +247,17 @@ fn a_simulation_says_whether_it_is_on_the_branch_from_rest_and_where_that_ends()
 }
 
 #[test]
+fn a_table_of_nothing_but_contracting_muscles_is_fitted_and_drawn_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\nX,ɯ,45,30,40\nX,a,41,26,35\n";
+    std::fs::write(folder.path().join("three.csv"), rows).unwrap();
+    let batch = ["batch", "--lengths", "three.csv", "--draws", "5", "--subsets", "0", "--json"];
+    let output = run_in(folder.path(), &batch);
+    let batch: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(batch["summary"]["fits"], 2, "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
 fn options_that_contradict_each_other_are_refused() {
     for of_springs in ["--tissue=fe", "--spread=assembled", "--outside=chain", "--preset=as-printed"] {
         let message = refused(&["simulate", "--body", "continuum", of_springs, "--tension", "GGa=1"], 1);
