@@ -147,10 +147,10 @@ impl<'a> Sampled<'a> {
         if let Some(ridges) = self.ridges() {
             let title = |of: &str| format!("{}: {of}", self.what);
             files.push(("ridges.svg", Box::new(ridges)));
-            files.push((
-                "pairs.svg",
-                Box::new(report::pairs(&self.posterior, &title("changes of tensions in pairs, N per metre"))),
-            ));
+            if self.posterior.density.ground.muscles.len() > 1 {
+                let title = title("changes of tensions in pairs, N per metre");
+                files.push(("pairs.svg", Box::new(report::pairs(&self.posterior, &title))));
+            }
             let shapes = self.posterior.shapes(OUTLINES);
             files.push((
                 "outlines.svg",

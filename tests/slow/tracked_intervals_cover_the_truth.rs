@@ -90,7 +90,7 @@ fn intervals_of_contours_and_sensors_hold_the_truth_in_95_of_100_cases() {
         ("3 coils at 0.5 mm, hyoid not seen", Kind::Sensors(3, 0.5e-3), true),
         ("31 points at 0.5 mm, hyoid not seen", Kind::Contour(31, 0.5e-3), true),
     ];
-    let recordings = cases(80);
+    let recordings = cases(200);
     let mut told = Vec::new();
     let mut good = true;
     for (name, kind, unseen) in kinds {
