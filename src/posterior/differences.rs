@@ -218,7 +218,7 @@ mod tests {
             let mode = Mode::find(&mut density).unwrap();
             let n = density.parameters.len();
             let scores = DVector::from_fn(n, |i, _| 0.3 * (i as f64).sin());
-            Evaluator::new(&density).linearise(&scores, &mode.place).unwrap().0
+            Evaluator::new(&density).linearise(&scores, &mode.place).unwrap().0.geometry
         };
         let by_formulas = at(&ground);
         ground.sides = Some(Sides::new(&ground.body, &ground.model, &ground.priors).unwrap());

@@ -20,16 +20,8 @@ pub struct Linear {
     pub stretches: DVector<f64>,
     /// By the scores: a row a muscle.
     pub jacobian: DMatrix<f64>,
-    /// By the sources of geometry and constants, each by one standard deviation; a row a muscle.
-    pub ends: DMatrix<f64>,
-    /// The outline.
-    pub outline: DMatrix<f64>,
-    /// Kappa.
-    pub kappa: DMatrix<f64>,
-    /// The width of muscles.
-    pub width: DMatrix<f64>,
-    /// The patches of bones.
-    pub patch: DMatrix<f64>,
+    /// By the sources of geometry and constants.
+    pub geometry: Answers,
 }
 
 /// Solves and differentiates points of a density, up to as many as there are lanes at once.
@@ -122,7 +114,7 @@ impl<'a> Evaluator<'a> {
                     Parameter::Hyoid(axis) => own * posture[m].by_bone(&ground.hyoid)[axis],
                 }
         });
-        let Answers { ends, outline, kappa, width, patch } = match (ground.is_of_springs(), geometry) {
+        let geometry = match (ground.is_of_springs(), geometry) {
             (true, _) => of_springs(ground, place, posture, baseline),
             (false, true) => differences::answers(
                 ground,
@@ -132,7 +124,7 @@ impl<'a> Evaluator<'a> {
             )?,
             (false, false) => Answers::none(count),
         };
-        Some(Linear { stretches, jacobian, ends, outline, kappa, width, patch })
+        Some(Linear { stretches, jacobian, geometry })
     }
 }
 

@@ -12,6 +12,7 @@ use crate::statics::lanes::LANES;
 
 use super::PosteriorError;
 use super::density::{Density, Place};
+use super::differences::Answers;
 use super::evaluator::{Evaluator, Linear};
 use super::hmc::Whitened;
 
@@ -34,12 +35,12 @@ impl Geometry {
     /// The mean of some; `None` of none.
     fn mean(all: &[Linear]) -> Option<Self> {
         let count = all.first()?.stretches.len();
-        let mean = |of: fn(&Linear) -> &DMatrix<f64>| {
-            let sum = |sum, linear| sum + of(linear) * of(linear).transpose();
+        let mean = |of: fn(&Answers) -> &DMatrix<f64>| {
+            let sum = |sum, linear: &Linear| sum + of(&linear.geometry) * of(&linear.geometry).transpose();
             all.iter().fold(DMatrix::zeros(count, count), sum) / all.len() as f64
         };
-        let (ends, outline, kappa) = (mean(|l| &l.ends), mean(|l| &l.outline), mean(|l| &l.kappa));
-        Some(Self { ends, outline, kappa, width: mean(|l| &l.width), patch: mean(|l| &l.patch) })
+        let (ends, outline, kappa) = (mean(|a| &a.ends), mean(|a| &a.outline), mean(|a| &a.kappa));
+        Some(Self { ends, outline, kappa, width: mean(|a| &a.width), patch: mean(|a| &a.patch) })
     }
 
     /// All together.
@@ -129,15 +130,15 @@ impl Mode {
 
     /// Takes the covariance of geometry about this point.
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
-        if !density.ground.is_of_springs() {
+        let mean = if density.ground.is_of_springs() {
+            Geometry::mean(&self.about(density)?)
+        } else {
+            // Steps to here did without the answers to geometry.
             let found = Evaluator::new(density).linearise(&self.scores, &self.place);
             (self.linear, self.place) = found.ok_or(PosteriorError::NoMode)?;
-        }
-        let about = match density.ground.is_of_springs() {
-            true => self.about(density)?,
-            false => vec![self.linear.clone()],
+            Geometry::mean(std::slice::from_ref(&self.linear))
         };
-        if let Some(geometry) = Geometry::mean(&about) {
+        if let Some(geometry) = mean {
             density.set_geometry(geometry.covariance())?;
             self.geometry = geometry;
         }

@@ -34,6 +34,7 @@ mod spread;
 mod summary;
 
 pub use density::{Density, Meaning, Parameter, Place, Seen};
+pub use differences::Answers;
 pub use evaluator::{Evaluator, Linear};
 pub use ground::{Field, Ground};
 pub use map::{Geometry, Mode};

@@ -91,7 +91,7 @@ fn answers_to_the_shape_are_right(ground: &Ground) {
     let zeros = |fields: &[tongue_fit::posterior::Field]| vec![0.0; fields.len()];
     let h = 1e-3;
     let mut largest = 0.0_f64;
-    for (which, derivative) in [(0, &mode.linear.ends), (1, &mode.linear.outline)] {
+    for (which, derivative) in [(0, &mode.linear.geometry.ends), (1, &mode.linear.geometry.outline)] {
         for f in (0..derivative.ncols()).step_by(3) {
             let side = |by: f64| {
                 let (mut ends, mut outline) = (zeros(&ground.ends), zeros(&ground.outline));
@@ -117,7 +117,7 @@ fn answers_to_the_shape_are_right(ground: &Ground) {
     let (high, low) = (with(0.49905), with(0.49895));
     let difference = (high.0 - low.0) / (high.1 - low.1) * ground.priors.compressibility.sd_ln_kappa;
     assert!((high.2 / low.2 - 1.0).abs() < 1e-12);
-    let error = (mode.linear.kappa.column(0) - &difference).amax();
+    let error = (mode.linear.geometry.kappa.column(0) - &difference).amax();
     assert!(error < 1e-2 * difference.amax() && difference.amax() > 1e-3, "{error}: {difference}");
 }
 
@@ -147,7 +147,8 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
     let farther =
         |by: f64| ContinuumSettings { patch_radius_m: own.patch_radius_m * (by * patch).exp(), ..own };
     type Side<'a> = (&'a DMatrix<f64>, &'a dyn Fn(f64) -> ContinuumSettings);
-    let sides: [Side<'_>; 2] = [(&mode.linear.width, &wider), (&mode.linear.patch, &farther)];
+    let sides: [Side<'_>; 2] =
+        [(&mode.linear.geometry.width, &wider), (&mode.linear.geometry.patch, &farther)];
     for (derivative, settings) in sides {
         // Of a step as long as that of the derivative: a secant of what has no derivatives of higher order.
         let difference = stretches(&settings(0.5)) - stretches(&settings(-0.5));
@@ -220,7 +221,7 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     assert!(moved.len() > 120, "{}", moved.len());
     let found = moved.iter().map(|d| d.norm_squared()).sum::<f64>() / moved.len() as f64;
     let linear = mode.geometry.ends.trace() + mode.geometry.outline.trace();
-    let at_mode = mode.linear.ends.norm_squared() + mode.linear.outline.norm_squared();
+    let at_mode = mode.linear.geometry.ends.norm_squared() + mode.linear.geometry.outline.norm_squared();
     assert!((linear / found - 1.0).abs() < 0.25, "{linear} {found}");
     eprintln!("of {}: moved {found:.5}, linear {linear:.5}, linear at the mode {at_mode:.5}", moved.len());
 }
