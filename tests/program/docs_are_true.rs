@@ -169,6 +169,71 @@ fn every_file_that_the_pages_link_to_exists() {
     }
 }
 
+/// A manual page is written for every command, which makes these pages the program's own list of its commands.
+#[test]
+fn the_page_of_all_commands_lists_those_of_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let status = Command::new(cargo_bin("tongue-fit"))
+        .args(["man", "--quiet", "--out", "man"])
+        .current_dir(folder.path())
+        .status()
+        .unwrap();
+    assert!(status.success());
+    let names = fs::read_dir(folder.path().join("man")).unwrap().map(|e| e.unwrap().file_name());
+    let mut commands: Vec<String> = names
+        .map(|name| name.into_string().unwrap().trim_end_matches(".1").to_owned())
+        .map(|name| match name.strip_prefix("tongue-fit-") {
+            Some(words) => format!("tongue-fit {}", words.replace('-', " ")),
+            None => name,
+        })
+        .collect();
+    let text = fs::read_to_string(root().join("docs/commands.md")).unwrap();
+    let rows = text.lines().filter_map(|l| l.strip_prefix("| `")?.split_once("` | "));
+    let mut listed = Vec::new();
+    for (command, sentence) in rows {
+        // Links may follow the sentence.
+        assert!(sentence.contains('.') && sentence.ends_with(" |"), "{command}: {sentence}");
+        listed.push(command.to_owned());
+    }
+    commands.sort();
+    listed.sort();
+    assert_eq!(listed, commands);
+}
+
+/// Paragraphs and items of lists; tables, headings and fenced blocks are left out.
+fn paragraphs(text: &str) -> Vec<String> {
+    let mut all = vec![String::new()];
+    let mut is_fenced = false;
+    for line in text.lines() {
+        let starts_an_item =
+            line.starts_with("- ") || line.split_once(". ").is_some_and(|(n, _)| n.parse::<u8>().is_ok());
+        if line.starts_with("```") {
+            is_fenced = !is_fenced;
+        }
+        if line.is_empty() || is_fenced || starts_an_item || line.starts_with(['|', '#', '`']) {
+            all.push(String::new());
+        }
+        if !is_fenced && !line.starts_with(['|', '#']) && !line.starts_with("```") {
+            all.last_mut().unwrap().push_str(line);
+            all.last_mut().unwrap().push('\n');
+        }
+    }
+    all
+}
+
+#[test]
+fn paragraphs_are_short_enough_to_be_read() {
+    let mut seen = 0;
+    for page in pages() {
+        for paragraph in paragraphs(&fs::read_to_string(&page).unwrap()) {
+            let words = paragraph.split_whitespace().count();
+            assert!(words < 120, "{words} words in {}:\n{paragraph}", page.display());
+            seen += usize::from(words > 0);
+        }
+    }
+    assert!(seen > 100, "{seen}");
+}
+
 #[test]
 fn what_is_shown_is_compared_line_by_line() {
     let printed = ["a 1", "b", "c in 5 ms"];
