@@ -1,0 +1,83 @@
+//! What is assumed of the air, of the walls and of the opening at the lips.
+
+/// Constants of moist air at body temperature (Flanagan 1972, table 3.1 and section 3.2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Air {
+    /// Speed of sound, m/s.
+    pub speed: f64,
+    /// Density, kg/m^3.
+    pub density: f64,
+    /// Dynamic viscosity, Pa s.
+    pub viscosity: f64,
+    /// Heat conduction, W/(m K).
+    pub conduction: f64,
+    /// Specific heat at constant pressure, J/(kg K).
+    pub specific_heat: f64,
+    /// Ratio of specific heats.
+    pub adiabatic: f64,
+}
+
+impl Default for Air {
+    fn default() -> Self {
+        Self {
+            speed: 350.0,
+            density: 1.14,
+            viscosity: 1.86e-5,
+            conduction: 0.0230,
+            specific_heat: 1005.0,
+            adiabatic: 1.4,
+        }
+    }
+}
+
+/// Mechanical impedance of the soft wall, per area: mass, resistance and stiffness in series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wall {
+    /// kg/m^2.
+    pub mass: f64,
+    /// kg/(m^2 s).
+    pub resistance: f64,
+    /// N/m^3.
+    pub stiffness: f64,
+}
+
+impl Default for Wall {
+    /// Maeda (1982): 1.5 g/cm^2, 1600 g/(s cm^2), 3.0e5 dyn/cm^3.
+    fn default() -> Self {
+        Self { mass: 15.0, resistance: 16_000.0, stiffness: 3.0e6 }
+    }
+}
+
+/// What of the physics is counted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Acoustics {
+    /// The medium.
+    pub air: Air,
+    /// Whether air loses energy to the wall by viscosity and heat.
+    pub friction: bool,
+    /// The wall, where it yields.
+    pub wall: Option<Wall>,
+    /// Whether the lips radiate as a piston in a plane baffle (Flanagan 1972, 3.33). Otherwise pressure is zero at the lips.
+    pub radiation: bool,
+    /// Circumference of a cross-section over that of a circle of the same area. Sections of a tract are no circles.
+    pub shape_factor: f64,
+}
+
+impl Default for Acoustics {
+    fn default() -> Self {
+        Self {
+            air: Air::default(),
+            friction: true,
+            wall: Some(Wall::default()),
+            radiation: true,
+            shape_factor: 1.3,
+        }
+    }
+}
+
+impl Acoustics {
+    /// A hard tube without losses whose end is open to zero pressure.
+    pub fn ideal() -> Self {
+        Self { friction: false, wall: None, radiation: false, ..Self::default() }
+    }
+}

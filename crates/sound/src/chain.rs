@@ -1,0 +1,188 @@
+//! The chain (ABCD) matrices of the sections, and the characteristic function whose zeros are the poles of the tract.
+//!
+//! A section of length l and area A takes pressure and volume velocity at its lip side to those at its glottis side:
+//! `[p, U]' = [[c, a S], [b S, c]] [p, U]`, with series impedance `a` and shunt admittance `b` of the whole section,
+//! `c = cosh sqrt(ab)` and `S = sinh sqrt(ab) / sqrt(ab)`, which are analytic in `ab`. With a closed glottis the flow at the lips
+//! for a unit of flow at the glottis is `1 / E(s)`, `E = C Z + D` with the radiation impedance `Z`.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+
+use crate::{Acoustics, Section};
+
+/// `cosh sqrt(q)`, `sinh sqrt(q) / sqrt(q)` and the derivative of the latter by `q`.
+fn even(q: Complex64) -> (Complex64, Complex64, Complex64) {
+    if q.norm() < 1e-2 {
+        let series =
+            |terms: [f64; 6]| terms.iter().rev().fold(Complex64::new(0.0, 0.0), |sum, t| sum * q + t);
+        return (
+            series([1.0, 1.0 / 2.0, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40_320.0, 1.0 / 3_628_800.0]),
+            series([1.0, 1.0 / 6.0, 1.0 / 120.0, 1.0 / 5_040.0, 1.0 / 362_880.0, 1.0 / 39_916_800.0]),
+            series([
+                1.0 / 6.0,
+                1.0 / 60.0,
+                1.0 / 1_680.0,
+                1.0 / 90_720.0,
+                1.0 / 7_983_360.0,
+                1.0 / 1_037_836_800.0,
+            ]),
+        );
+    }
+    let root = q.sqrt();
+    let grown = root.exp();
+    let shrunk = grown.inv();
+    let c = (grown + shrunk) * 0.5;
+    let s = (grown - shrunk) * 0.5 / root;
+    (c, s, (c - s) / (q * 2.0))
+}
+
+/// A value and its derivatives by the complex frequency, the area and the length.
+#[derive(Debug, Clone, Copy)]
+struct Rated {
+    value: Complex64,
+    by_s: Complex64,
+    by_area: Complex64,
+    by_length: Complex64,
+}
+
+/// Series impedance and shunt admittance of a section; `share` is the part of all losses that is counted, 0 to 1.
+fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (Rated, Rated) {
+    let Section { length_m: l, area_m2: area } = *section;
+    let air = &acoustics.air;
+    // Circumference over area: the layer at the wall counts by it.
+    let perimeter = acoustics.shape_factor * 2.0 * (PI * area).sqrt();
+    let layer = |diffusivity: f64| {
+        let kept = if acoustics.friction { share * perimeter / area } else { 0.0 };
+        (Complex64::new(diffusivity, 0.0) / s).sqrt() * kept
+    };
+    let viscous = layer(air.viscosity / air.density);
+    let thermal = layer(air.conduction / (air.specific_heat * air.density)) * (air.adiabatic - 1.0);
+    let mass = l * air.density / area;
+    let a = Rated {
+        value: s * mass * (viscous + 1.0),
+        by_s: (viscous * 0.5 + 1.0) * mass,
+        by_area: -s * mass / area * (viscous * 1.5 + 1.0),
+        by_length: s * (air.density / area) * (viscous + 1.0),
+    };
+    let spring = area / (air.density * air.speed * air.speed);
+    let (mut give, mut give_by_s) = (Complex64::new(0.0, 0.0), Complex64::new(0.0, 0.0));
+    if let Some(wall) = acoustics.wall {
+        let impedance = s * s * wall.mass + s * wall.resistance + wall.stiffness;
+        give = s / impedance * (share * perimeter);
+        give_by_s = (-s * s * wall.mass + wall.stiffness) / (impedance * impedance) * (share * perimeter);
+    }
+    let b = Rated {
+        value: (s * spring * (thermal + 1.0) + give) * l,
+        by_s: ((thermal * 0.5 + 1.0) * spring + give_by_s) * l,
+        by_area: (s * (spring / area) * (thermal * 0.5 + 1.0) + give / (2.0 * area)) * l,
+        by_length: s * spring * (thermal + 1.0) + give,
+    };
+    (a, b)
+}
+
+/// Impedance at the lips with its derivatives by the complex frequency and by the last area: an inductance beside a resistance.
+fn radiation(
+    area: f64,
+    s: Complex64,
+    acoustics: &Acoustics,
+    share: f64,
+) -> (Complex64, Complex64, Complex64) {
+    let zero = Complex64::new(0.0, 0.0);
+    if !acoustics.radiation {
+        return (zero, zero, zero);
+    }
+    let l = inertance(area, acoustics);
+    let r = 128.0 * acoustics.air.density * acoustics.air.speed / (9.0 * PI * PI * area);
+    let w = s * (share * l / r);
+    let z = s * l / (w + 1.0);
+    let by_s = (w + 1.0).powi(-2) * l;
+    (z, by_s, -z / (2.0 * area) * (w / (w + 1.0) + 1.0))
+}
+
+fn inertance(area: f64, acoustics: &Acoustics) -> f64 {
+    8.0 * acoustics.air.density / (3.0 * PI * (PI * area).sqrt())
+}
+
+/// `E(s)` and its derivative by `s`.
+pub(crate) fn characteristic(
+    sections: &[Section],
+    s: Complex64,
+    acoustics: &Acoustics,
+    share: f64,
+) -> (Complex64, Complex64) {
+    let (mut p, mut p_s, _) = radiation(sections.last().map_or(1.0, |x| x.area_m2), s, acoustics, share);
+    let (mut u, mut u_s) = (Complex64::new(1.0, 0.0), Complex64::new(0.0, 0.0));
+    for section in sections.iter().rev() {
+        let (a, b) = line(section, s, acoustics, share);
+        let (c, h, h_q) = even(a.value * b.value);
+        let q_s = a.by_s * b.value + a.value * b.by_s;
+        let (c_s, h_s) = (h * 0.5 * q_s, h_q * q_s);
+        let (ah, bh) = (a.value * h, b.value * h);
+        let (ah_s, bh_s) = (a.by_s * h + a.value * h_s, b.by_s * h + b.value * h_s);
+        (p_s, u_s) = (c_s * p + c * p_s + ah_s * u + ah * u_s, bh_s * p + bh * p_s + c_s * u + c * u_s);
+        (p, u) = (c * p + ah * u, bh * p + c * u);
+    }
+    (u, u_s)
+}
+
+/// Derivatives of `E(s)` by the area and by the length of every section.
+pub(crate) fn by_sections(sections: &[Section], s: Complex64, acoustics: &Acoustics) -> Vec<[Complex64; 2]> {
+    let one = Complex64::new(1.0, 0.0);
+    let zero = Complex64::new(0.0, 0.0);
+    let (z, _, z_area) = radiation(sections.last().map_or(1.0, |x| x.area_m2), s, acoustics, 1.0);
+    // What is on the lip side of each section.
+    let mut states = vec![(z, one); sections.len()];
+    let steps: Vec<_> = sections.iter().map(|x| line(x, s, acoustics, 1.0)).collect();
+    let evens: Vec<_> = steps.iter().map(|(a, b)| even(a.value * b.value)).collect();
+    for i in (1..sections.len()).rev() {
+        let ((a, b), (c, h, _), (p, u)) = (steps[i], evens[i], states[i]);
+        states[i - 1] = (c * p + a.value * h * u, b.value * h * p + c * u);
+    }
+    // The row (0 1) times all matrices on the glottis side.
+    let (mut row_p, mut row_u) = (zero, one);
+    let mut out = Vec::with_capacity(sections.len());
+    for ((&(a, b), &(c, h, h_q)), &(p, u)) in steps.iter().zip(&evens).zip(&states) {
+        let rate = |a_x: Complex64, b_x: Complex64| {
+            let q_x = a_x * b.value + a.value * b_x;
+            let (c_x, h_x) = (h * 0.5 * q_x, h_q * q_x);
+            let (ah_x, bh_x) = (a_x * h + a.value * h_x, b_x * h + b.value * h_x);
+            row_p * (c_x * p + ah_x * u) + row_u * (bh_x * p + c_x * u)
+        };
+        out.push([rate(a.by_area, b.by_area), rate(a.by_length, b.by_length)]);
+        (row_p, row_u) = (row_p * c + row_u * b.value * h, row_p * a.value * h + row_u * c);
+    }
+    if let Some(last) = out.last_mut() {
+        last[0] += row_p * z_area;
+    }
+    out
+}
+
+/// `E` without losses as a real function of the squared angular frequency, and its derivative by it.
+pub(crate) fn without_losses(sections: &[Section], square: f64, acoustics: &Acoustics) -> (f64, f64) {
+    let air = &acoustics.air;
+    let end = sections.last().filter(|_| acoustics.radiation);
+    // Pressure is counted over i omega, so that everything is real.
+    let (mut p, mut p_x) = (end.map_or(0.0, |x| inertance(x.area_m2, acoustics)), 0.0);
+    let (mut u, mut u_x) = (1.0, 0.0);
+    for section in sections.iter().rev() {
+        let a = section.length_m * air.density / section.area_m2;
+        let b = section.length_m * section.area_m2 / (air.density * air.speed * air.speed);
+        let q_x = -a * b;
+        let q = square * q_x;
+        let (c, h, h_q) = if -q < 1e-2 {
+            let (c, h, h_q) = even(Complex64::new(q, 0.0));
+            (c.re, h.re, h_q.re)
+        } else {
+            let root = (-q).sqrt();
+            let (c, h) = (root.cos(), root.sin() / root);
+            (c, h, (c - h) / (2.0 * q))
+        };
+        let (c_x, h_x) = (h * 0.5 * q_x, h_q * q_x);
+        let (down, down_x) = (-square * b * h, -b * (h + square * h_x));
+        (p_x, u_x) =
+            (c_x * p + c * p_x + a * (h_x * u + h * u_x), down_x * p + down * p_x + c_x * u + c * u_x);
+        (p, u) = (c * p + a * h * u, down * p + c * u);
+    }
+    (u, u_x)
+}

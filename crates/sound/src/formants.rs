@@ -1,0 +1,182 @@
+//! Formants: the poles of the transfer function, and how they answer to every area and length.
+//!
+//! Without losses the squared frequencies are the zeros of a real function that has no others, so Newton's method from below, with
+//! the zeros already found divided out, climbs to the next one without passing it (Maehly 1954). Losses, wall and radiation
+//! are then counted step by step, and each pole is followed into the complex plane.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+use crate::chain::{by_sections, characteristic, without_losses};
+use crate::{Acoustics, Section};
+
+/// A resonance of the tract.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Formant {
+    /// Frequency of the pole, Hz.
+    pub frequency_hz: f64,
+    /// Width at half power, Hz.
+    pub bandwidth_hz: f64,
+}
+
+impl Formant {
+    fn from_pole(s: Complex64) -> Self {
+        Self { frequency_hz: s.im / TAU, bandwidth_hz: -s.re * 2.0 / TAU }
+    }
+
+    fn pole(&self) -> Complex64 {
+        Complex64::new(-self.bandwidth_hz * TAU / 2.0, self.frequency_hz * TAU)
+    }
+}
+
+/// Why a tract has no formants that can be told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FormantError {
+    /// There is no section.
+    Empty,
+    /// This section, counted from the glottis, has no positive length or area.
+    Closed(usize),
+    /// The pole of this number, counted from 1, could not be followed.
+    NotFound(usize),
+}
+
+impl std::fmt::Display for FormantError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Empty => write!(f, "the tract has no sections"),
+            Self::Closed(i) => {
+                write!(
+                    f,
+                    "section {i} of the tract, counted from the glottis, has no positive length or area"
+                )
+            }
+            Self::NotFound(n) => write!(f, "formant {n} of the tract could not be found"),
+        }
+    }
+}
+
+impl std::error::Error for FormantError {}
+
+/// The lowest `count` formants of a tract whose glottis is closed, in rising order.
+///
+/// # Errors
+/// [`FormantError`].
+pub fn formants(
+    sections: &[Section],
+    acoustics: &Acoustics,
+    count: usize,
+) -> Result<Vec<Formant>, FormantError> {
+    if sections.is_empty() {
+        return Err(FormantError::Empty);
+    }
+    if let Some(closed) = sections.iter().position(|s| !s.is_open()) {
+        return Err(FormantError::Closed(closed));
+    }
+    let squares = ideal_squares(sections, acoustics, count)?;
+    let mut out = Vec::with_capacity(count);
+    for (i, &square) in squares.iter().enumerate() {
+        let from = Complex64::new(0.0, square.sqrt());
+        let pole = follow(sections, acoustics, from).ok_or(FormantError::NotFound(i + 1))?;
+        out.push(Formant::from_pole(pole));
+    }
+    out.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    // Two starts that ended in one pole: the other one was lost.
+    let twin = out.windows(2).position(|w| w[1].frequency_hz - w[0].frequency_hz < 1e-6 * w[1].frequency_hz);
+    twin.map_or(Ok(out), |i| Err(FormantError::NotFound(i + 2)))
+}
+
+/// Squared angular frequencies without losses.
+fn ideal_squares(
+    sections: &[Section],
+    acoustics: &Acoustics,
+    count: usize,
+) -> Result<Vec<f64>, FormantError> {
+    let mut found: Vec<f64> = Vec::with_capacity(count);
+    while found.len() < count {
+        let mut x = found.last().map_or(0.0, |last| last * (1.0 + 1e-4));
+        let mut is_found = false;
+        for _ in 0..200 {
+            let (value, slope) = without_losses(sections, x, acoustics);
+            let rest = slope / value - found.iter().map(|f| 1.0 / (x - f)).sum::<f64>();
+            let step = -1.0 / rest;
+            if value == 0.0 || step.abs() <= 1e-14 * x {
+                is_found = true;
+                break;
+            }
+            x += step;
+            if !x.is_finite() {
+                break;
+            }
+        }
+        if !is_found || found.last().is_some_and(|last| x <= *last) {
+            return Err(FormantError::NotFound(found.len() + 1));
+        }
+        found.push(x);
+    }
+    Ok(found)
+}
+
+/// Follows a pole from no losses to all of them.
+fn follow(sections: &[Section], acoustics: &Acoustics, from: Complex64) -> Option<Complex64> {
+    let (mut at, mut share, mut step) = (from, 0.0, 0.5);
+    while share < 1.0 {
+        let next = f64::min(share + step, 1.0);
+        match newton(sections, acoustics, at, next) {
+            Some(pole) => (at, share) = (pole, next),
+            None if step > 1e-3 => step *= 0.5,
+            None => return None,
+        }
+    }
+    Some(at)
+}
+
+/// Newton's method for a pole; `None` where it leaves the neighbourhood.
+fn newton(sections: &[Section], acoustics: &Acoustics, from: Complex64, share: f64) -> Option<Complex64> {
+    let mut s = from;
+    for _ in 0..30 {
+        let (value, slope) = characteristic(sections, s, acoustics, share);
+        let step = value / slope;
+        s -= step;
+        let is_near = (s - from).norm() < 0.3 * from.norm() + 300.0;
+        if !is_near || s.im <= 0.0 || !s.is_finite() {
+            return None;
+        }
+        if step.norm() <= 1e-13 * s.norm() {
+            return Some(s);
+        }
+    }
+    // Rounding may keep the last steps from vanishing altogether.
+    let (value, slope) = characteristic(sections, s, acoustics, share);
+    ((value / slope).norm() <= 1e-9 * s.norm()).then_some(s)
+}
+
+/// How a formant answers to a section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rate {
+    /// Of the frequency, Hz/m^2.
+    pub frequency_by_area: f64,
+    /// Of the frequency, Hz/m.
+    pub frequency_by_length: f64,
+    /// Of the bandwidth, Hz/m^2.
+    pub bandwidth_by_area: f64,
+    /// Of the bandwidth, Hz/m.
+    pub bandwidth_by_length: f64,
+}
+
+/// Exact rates of a formant, one for every section: the pole moves by `-(dE/dx) / (dE/ds)`.
+pub fn rates(sections: &[Section], acoustics: &Acoustics, formant: &Formant) -> Vec<Rate> {
+    let s = formant.pole();
+    let (_, slope) = characteristic(sections, s, acoustics, 1.0);
+    let each = by_sections(sections, s, acoustics).into_iter().map(|[area, length]| {
+        let (area, length) = (Formant::from_pole(-area / slope), Formant::from_pole(-length / slope));
+        Rate {
+            frequency_by_area: area.frequency_hz,
+            frequency_by_length: length.frequency_hz,
+            bandwidth_by_area: area.bandwidth_hz,
+            bandwidth_by_length: length.bandwidth_hz,
+        }
+    });
+    each.collect()
+}

@@ -1,0 +1,22 @@
+//! The sound of a vocal tract: from its walls in the midsagittal plane to areas, from areas to formants, from formants to a voice.
+//!
+//! | step | here | source |
+//! |---|---|---|
+//! | walls to areas | [`profile`] | Heinz and Stevens 1965; Mermelstein 1973; Maeda 1979 |
+//! | areas to transfer function | [`transfer`] | Flanagan 1972, chapter 3; Sondhi and Schroeter 1987 |
+//! | formants, bandwidths and their exact rates | [`formants`] | poles of the transfer function |
+//! | a voice that is heard | [`voice`] | Klatt 1980; Klatt and Klatt 1990 |
+//!
+//! Everything is SI: m, m^2, Hz, s, Pa. The crate knows no tongue, no muscle and no file.
+
+mod acoustics;
+mod chain;
+pub mod formants;
+pub mod profile;
+pub mod transfer;
+mod tube;
+pub mod voice;
+
+pub use acoustics::{Acoustics, Air, Wall};
+pub use formants::{Formant, FormantError};
+pub use tube::Section;

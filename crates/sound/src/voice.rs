@@ -1,0 +1,110 @@
+//! A voice: glottal pulses through the formants' resonators in cascade (Klatt 1980), as samples and as a WAV file.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::Formant;
+
+/// How a vowel is spoken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Voice {
+    /// Samples a second.
+    pub rate_hz: u32,
+    /// Duration, s.
+    pub seconds: f64,
+    /// Pitch at the beginning, Hz.
+    pub pitch_hz: f64,
+    /// Part of the pitch that is lost until the end.
+    pub fall: f64,
+    /// Part of a period in which the glottis is open (Klatt and Klatt 1990).
+    pub open_quotient: f64,
+    /// Largest sample over full scale.
+    pub level: f64,
+}
+
+impl Default for Voice {
+    fn default() -> Self {
+        Self { rate_hz: 22_050, seconds: 1.0, pitch_hz: 120.0, fall: 0.15, open_quotient: 0.6, level: 0.5 }
+    }
+}
+
+/// A resonator of second order whose gain at 0 Hz is one (Klatt 1980, equations 1 and 2).
+#[derive(Debug, Clone, Copy)]
+struct Resonator {
+    a: f64,
+    b: f64,
+    c: f64,
+    before: [f64; 2],
+}
+
+impl Resonator {
+    fn new(formant: &Formant, rate_hz: f64) -> Self {
+        let c = -(-TAU * formant.bandwidth_hz / rate_hz).exp();
+        let b =
+            2.0 * (-PI * formant.bandwidth_hz / rate_hz).exp() * (TAU * formant.frequency_hz / rate_hz).cos();
+        Self { a: 1.0 - b - c, b, c, before: [0.0; 2] }
+    }
+
+    fn next(&mut self, x: f64) -> f64 {
+        let y = self.a * x + self.b * self.before[0] + self.c * self.before[1];
+        self.before = [y, self.before[0]];
+        y
+    }
+}
+
+/// Derivative of the flow of a glottal pulse (`t^2 - t^3` while it is open; Klatt and Klatt 1990), at a phase of 0 to 1: flow falls
+/// by 12 dB an octave, and radiation at the lips raises it by 6.
+fn pulse(phase: f64, open: f64) -> f64 {
+    let t = phase / open;
+    if t < 1.0 { 2.0 * t - 3.0 * t * t } else { 0.0 }
+}
+
+/// The samples of a vowel, between -1 and 1.
+pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
+    const OVERSAMPLED: usize = 8;
+    let rate = f64::from(voice.rate_hz);
+    let count = (voice.seconds * rate).round() as usize;
+    let below_half = |f: &&Formant| f.frequency_hz < 0.45 * rate;
+    let mut cascade: Vec<Resonator> =
+        formants.iter().filter(below_half).map(|f| Resonator::new(f, rate)).collect();
+    let (mut phase, fade) = (0.0_f64, (0.03 * rate).max(1.0));
+    let mut out = Vec::with_capacity(count);
+    for i in 0..count {
+        let part = i as f64 / count as f64;
+        let pitch = voice.pitch_hz * (1.0 - voice.fall * part);
+        // The corner of the pulse lies between samples: a mean over finer steps keeps it from folding back as noise.
+        let mut source = 0.0;
+        for _ in 0..OVERSAMPLED {
+            phase = (phase + pitch / (rate * OVERSAMPLED as f64)).fract();
+            source += pulse(phase, voice.open_quotient) / OVERSAMPLED as f64;
+        }
+        let rise = (i as f64 / fade).min((count - i) as f64 / fade).min(1.0);
+        let envelope = 0.5 - 0.5 * (PI * rise).cos();
+        out.push(cascade.iter_mut().fold(source, |x, r| r.next(x)) * envelope);
+    }
+    let highest = out.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if highest > 0.0 {
+        out.iter_mut().for_each(|x| *x *= voice.level / highest);
+    }
+    out
+}
+
+/// A WAV file of one channel with 16 bits a sample.
+pub fn wav(samples: &[f64], rate_hz: u32) -> Vec<u8> {
+    let size = 2 * samples.len() as u32;
+    let mut out = Vec::with_capacity(44 + size as usize);
+    out.extend(b"RIFF");
+    out.extend((36 + size).to_le_bytes());
+    out.extend(b"WAVEfmt ");
+    out.extend(16_u32.to_le_bytes());
+    out.extend(1_u16.to_le_bytes()); // PCM
+    out.extend(1_u16.to_le_bytes()); // one channel
+    out.extend(rate_hz.to_le_bytes());
+    out.extend((2 * rate_hz).to_le_bytes());
+    out.extend(2_u16.to_le_bytes());
+    out.extend(16_u16.to_le_bytes());
+    out.extend(b"data");
+    out.extend(size.to_le_bytes());
+    let full = f64::from(i16::MAX);
+    samples.iter().for_each(|x| out.extend(((x.clamp(-1.0, 1.0) * full).round() as i16).to_le_bytes()));
+    out
+}

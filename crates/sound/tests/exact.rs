@@ -1,0 +1,181 @@
+//! Formants of tubes that are known exactly, Fant's vowels, and rates against differences.
+
+#![allow(clippy::unwrap_used)] // A helper's panic is the test's.
+
+use tongue_sound::formants::{formants, rates};
+use tongue_sound::{Acoustics, Section};
+
+fn sections(length_m: f64, areas_cm2: &[f64]) -> Vec<Section> {
+    areas_cm2.iter().map(|a| Section { length_m, area_m2: a * 1e-4 }).collect()
+}
+
+fn frequencies(sections: &[Section], acoustics: &Acoustics, count: usize) -> Vec<f64> {
+    formants(sections, acoustics, count).unwrap().iter().map(|f| f.frequency_hz).collect()
+}
+
+/// Fant (1960), cm^2 from the lips in steps of 0.5 cm.
+const A: [f64; 35] = [
+    5.0, 5.0, 5.0, 5.0, 6.5, 8.0, 8.0, 8.0, 8.0, 8.0, 8.0, 8.0, 8.0, 6.5, 5.0, 4.0, 3.2, 1.6, 2.6, 2.6, 2.0,
+    1.6, 1.3, 1.0, 0.65, 0.65, 0.65, 1.0, 1.6, 2.6, 4.0, 1.0, 1.3, 1.6, 2.6,
+];
+const I: [f64; 34] = [
+    4.0, 4.0, 3.2, 1.6, 1.3, 1.0, 0.65, 0.65, 0.65, 0.65, 0.65, 0.65, 0.65, 1.3, 2.6, 4.0, 6.5, 8.0, 8.0,
+    10.5, 10.5, 10.5, 10.5, 10.5, 10.5, 10.5, 10.5, 10.5, 8.0, 8.0, 2.0, 2.0, 2.6, 3.2,
+];
+
+fn fant(from_lips: &[f64]) -> Vec<Section> {
+    let mut areas = from_lips.to_vec();
+    areas.reverse();
+    sections(0.005, &areas)
+}
+
+#[test]
+fn a_uniform_tube_has_odd_quarter_waves() {
+    let found = frequencies(&sections(0.005, &[3.0; 35]), &Acoustics::ideal(), 6);
+    for (k, f) in found.iter().enumerate() {
+        let exact = 350.0 / (4.0 * 0.175) * (2 * k + 1) as f64;
+        assert!((f / exact - 1.0).abs() < 1e-9, "{f} Hz, exactly {exact}");
+    }
+}
+
+/// Zeros of `A1 cos(k l1) cos(k l2) / A2 - sin(k l1) sin(k l2)` (glottis side 1), by bisection.
+fn two_tube(l: [f64; 2], area: [f64; 2], count: usize) -> Vec<f64> {
+    let f = |hz: f64| {
+        let k = std::f64::consts::TAU * hz / 350.0;
+        (k * l[0]).cos() * (k * l[1]).cos() - area[0] / area[1] * (k * l[0]).sin() * (k * l[1]).sin()
+    };
+    let mut out = Vec::new();
+    let mut low = 0.0;
+    while out.len() < count {
+        let high = low + 1.0;
+        if f(low) * f(high) <= 0.0 {
+            let (mut a, mut b) = (low, high);
+            for _ in 0..60 {
+                let m = 0.5 * (a + b);
+                if f(a) * f(m) <= 0.0 { b = m } else { a = m }
+            }
+            out.push(a);
+        }
+        low = high;
+    }
+    out
+}
+
+#[test]
+fn two_tubes_have_the_zeros_of_their_equation() {
+    for (l, area) in [([0.09, 0.08], [1.0, 7.0]), ([0.08, 0.06], [8.0, 1.0]), ([0.09, 0.085], [0.2, 8.0])] {
+        let (n, m) = ((l[0] / 0.005_f64).round() as usize, (l[1] / 0.005_f64).round() as usize);
+        let mut tube = sections(l[0] / n as f64, &vec![area[0]; n]);
+        tube.extend(sections(l[1] / m as f64, &vec![area[1]; m]));
+        for (found, exact) in frequencies(&tube, &Acoustics::ideal(), 5).iter().zip(two_tube(l, area, 5)) {
+            assert!((found / exact - 1.0).abs() < 1e-8, "{found} Hz, exactly {exact}");
+        }
+    }
+}
+
+/// As the two codes that give these numbers: circles without losses, the mass of air at the lips; the second with a wall that yields.
+#[test]
+fn fants_vowels_agree_with_determinant_methods() {
+    let mut hard = Acoustics { friction: false, wall: None, shape_factor: 1.0, ..Acoustics::default() };
+    let cases = [
+        (&A[..], None, [619.0, 1041.0, 2419.0]),
+        (&I[..], None, [225.0, 2263.0, 2831.0]),
+        (&A[..], Acoustics::default().wall, [656.0, 1056.0, 2412.0]),
+        (&I[..], Acoustics::default().wall, [272.0, 2256.0, 2840.0]),
+    ];
+    for (areas, wall, published) in cases {
+        hard.wall = wall;
+        let found = frequencies(&fant(areas), &hard, 3);
+        for (f, p) in found.iter().zip(published) {
+            assert!((f / p - 1.0).abs() < 0.05, "{found:?} beside {published:?}");
+        }
+    }
+}
+
+#[test]
+fn losses_walls_and_lips_move_formants_as_they_do_in_a_tract() {
+    let ideal = formants(&fant(&A), &Acoustics::ideal(), 4).unwrap();
+    let real = formants(&fant(&A), &Acoustics::default(), 4).unwrap();
+    assert!(ideal.iter().all(|f| f.bandwidth_hz.abs() < 1e-6));
+    assert!(real.iter().all(|f| (20.0..500.0).contains(&f.bandwidth_hz)));
+    // The mass of air at the lips lowers what a wall does not raise.
+    assert!(real[1].frequency_hz < ideal[1].frequency_hz);
+    let hard = Acoustics { wall: None, ..Acoustics::default() };
+    assert!(real[0].frequency_hz > formants(&fant(&A), &hard, 1).unwrap()[0].frequency_hz);
+}
+
+#[test]
+fn rates_are_the_differences() {
+    for acoustics in [Acoustics::default(), Acoustics::ideal()] {
+        for tube in [fant(&A), fant(&I)] {
+            let found = formants(&tube, &acoustics, 4).unwrap();
+            for (k, formant) in found.iter().enumerate() {
+                let exact = rates(&tube, &acoustics, formant);
+                let of = |rate: fn(&tongue_sound::formants::Rate) -> f64| {
+                    exact.iter().map(rate).fold(0.0, |m: f64, r| m.max(r.abs()))
+                };
+                let (largest_area, largest_length) =
+                    (of(|r| r.frequency_by_area), of(|r| r.frequency_by_length));
+                let wide = of(|r| r.bandwidth_by_area);
+                for (i, rate) in exact.iter().enumerate() {
+                    let moved = |by: f64, is_area: bool| {
+                        let mut tube = tube.clone();
+                        let what = if is_area { &mut tube[i].area_m2 } else { &mut tube[i].length_m };
+                        *what *= 1.0 + by;
+                        formants(&tube, &acoustics, 4).unwrap()[k]
+                    };
+                    // Differences of fourth order.
+                    let difference = |is_area: bool, of: fn(&tongue_sound::Formant) -> f64| {
+                        let h = 3e-4;
+                        let x = if is_area { tube[i].area_m2 } else { tube[i].length_m };
+                        let at = |by: f64| of(&moved(by, is_area));
+                        (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h * x)
+                    };
+                    let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= 1e-7 * scale;
+                    assert!(near(rate.frequency_by_area, difference(true, |f| f.frequency_hz), largest_area));
+                    assert!(near(
+                        rate.frequency_by_length,
+                        difference(false, |f| f.frequency_hz),
+                        largest_length
+                    ));
+                    if acoustics.friction {
+                        assert!(near(rate.bandwidth_by_area, difference(true, |f| f.bandwidth_hz), wide));
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_closed_or_empty_tract_is_refused() {
+    use tongue_sound::FormantError;
+    let acoustics = Acoustics::default();
+    assert_eq!(formants(&[], &acoustics, 3), Err(FormantError::Empty));
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let tube = sections(0.01, &[2.0, bad, 2.0]);
+        assert_eq!(formants(&tube, &acoustics, 3), Err(FormantError::Closed(1)));
+    }
+}
+
+#[test]
+fn random_tracts_keep_all_their_formants() {
+    let mut seed = 7_u64;
+    let mut draw = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for _ in 0..100 {
+        let count = 4 + (draw() * 40.0) as usize;
+        let areas: Vec<f64> = (0..count).map(|_| 0.05 * 200.0_f64.powf(draw())).collect();
+        let tube = sections(0.17 / count as f64, &areas);
+        let ideal = formants(&tube, &Acoustics::ideal(), 4).unwrap();
+        assert!(ideal.windows(2).all(|w| w[0].frequency_hz < w[1].frequency_hz));
+        // None is skipped: up to the fourth, the level has no more peaks than there are formants.
+        let level = |hz: f64| tongue_sound::transfer::level_db(&tube, &Acoustics::ideal(), hz);
+        let peaks = (1..).map(f64::from).take_while(|hz| *hz <= ideal[3].frequency_hz);
+        let peaks: Vec<f64> = peaks.filter(|&hz| level(hz) > level(hz - 1.0).max(level(hz + 1.0))).collect();
+        assert!(peaks.len() <= 4, "{peaks:?} {ideal:?}");
+        formants(&tube, &Acoustics::default(), 4).unwrap();
+    }
+}
