@@ -156,14 +156,31 @@ fn every_command_named_in_passing_has_options_that_exist() {
     assert!(seen >= 15, "{seen}");
 }
 
+/// How a link names a heading.
+fn place_of(heading: &str) -> String {
+    let kept = heading.trim_start_matches(['#', ' ']).to_lowercase();
+    kept.chars()
+        .filter(|c| c.is_alphanumeric() || " -_".contains(*c))
+        .map(|c| if c == ' ' { '-' } else { c })
+        .collect()
+}
+
 #[test]
-fn every_file_that_the_pages_link_to_exists() {
+fn every_file_and_heading_that_the_pages_link_to_exists() {
     for page in pages() {
         let text = fs::read_to_string(&page).unwrap();
         for target in text.split("](").skip(1) {
-            let path = target.split([')', '#']).next().unwrap();
-            if !path.is_empty() && !path.starts_with("http") {
-                assert!(page.parent().unwrap().join(path).exists(), "{path} in {}", page.display());
+            let target = target.split(')').next().unwrap();
+            let (path, place) = target.split_once('#').unwrap_or((target, ""));
+            if path.starts_with("http") {
+                continue;
+            }
+            let file = if path.is_empty() { page.clone() } else { page.parent().unwrap().join(path) };
+            assert!(file.exists(), "{path} in {}", page.display());
+            if !place.is_empty() {
+                let text = fs::read_to_string(&file).unwrap();
+                let mut places = text.lines().filter(|l| l.starts_with('#')).map(place_of);
+                assert!(places.any(|p| p == place), "#{place} of {path} in {}", page.display());
             }
         }
     }
