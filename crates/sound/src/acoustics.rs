@@ -57,9 +57,11 @@ pub struct Acoustics {
     pub friction: bool,
     /// The wall, where it yields.
     pub wall: Option<Wall>,
-    /// Whether the lips radiate as a piston in a plane baffle (Flanagan 1972, 3.33). Otherwise pressure is zero at the lips.
+    /// Whether the lips radiate as a piston in a plane baffle (Flanagan 1972, 3.33). Otherwise pressure is
+    /// zero at the lips.
     pub radiation: bool,
-    /// Circumference of a cross-section over that of a circle of the same area. Sections of a tract are no circles.
+    /// Circumference of a cross-section over that of a circle of the same area. Sections of a tract are no
+    /// circles.
     pub shape_factor: f64,
 }
 

@@ -1,9 +1,13 @@
-//! The chain (ABCD) matrices of the sections, and the characteristic function whose zeros are the poles of the tract.
+//! The chain (ABCD) matrices of the sections, and the characteristic function whose zeros are the poles of
+//! the tract.
 //!
-//! A section of length l and area A takes pressure and volume velocity at its lip side to those at its glottis side:
-//! `[p, U]' = [[c, a S], [b S, c]] [p, U]`, with series impedance `a` and shunt admittance `b` of the whole section,
-//! `c = cosh sqrt(ab)` and `S = sinh sqrt(ab) / sqrt(ab)`, which are analytic in `ab`. With a closed glottis the flow at the lips
-//! for a unit of flow at the glottis is `1 / E(s)`, `E = C Z + D` with the radiation impedance `Z`.
+//! A section of length l and area A takes pressure and volume velocity at its lip side to those at its
+//! glottis side:
+//! `[p, U]' = [[c, a S], [b S, c]] [p, U]`, with series impedance `a` and shunt admittance `b` of the whole
+//! section,
+//! `c = cosh sqrt(ab)` and `S = sinh sqrt(ab) / sqrt(ab)`, which are analytic in `ab`. With a closed
+//! glottis the flow at the lips for a unit of flow at the glottis is `1 / E(s)`, `E = C Z + D` with the
+//! radiation impedance `Z`.
 
 use std::f64::consts::PI;
 
@@ -46,7 +50,8 @@ struct Rated {
     by_length: Complex64,
 }
 
-/// Series impedance and shunt admittance of a section; `share` is the part of all losses that is counted, 0 to 1.
+/// Series impedance and shunt admittance of a section; `share` is the part of all losses that is counted, 0
+/// to 1.
 fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (Rated, Rated) {
     let Section { length_m: l, area_m2: area } = *section;
     let air = &acoustics.air;
@@ -81,7 +86,8 @@ fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (
     (a, b)
 }
 
-/// Impedance at the lips with its derivatives by the complex frequency and by the last area: an inductance beside a resistance.
+/// Impedance at the lips with its derivatives by the complex frequency and by the last area: an inductance
+/// beside a resistance.
 fn radiation(
     area: f64,
     s: Complex64,

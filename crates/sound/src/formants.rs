@@ -1,8 +1,9 @@
 //! Formants: the poles of the transfer function, and how they answer to every area and length.
 //!
-//! Without losses the squared frequencies are the zeros of a real function that has no others, so Newton's method from below, with
-//! the zeros already found divided out, climbs to the next one without passing it (Maehly 1954). Losses, wall and radiation
-//! are then counted step by step, and each pole is followed into the complex plane.
+//! Without losses the squared frequencies are the zeros of a real function that has no others, so Newton's
+//! method from below, with the zeros already found divided out, climbs to the next one without passing it
+//! (Maehly 1954). Losses, wall and radiation are then counted step by step, and each pole is followed into
+//! the complex plane.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,5 @@
-//! The sound of a vocal tract: from its walls in the midsagittal plane to areas, from areas to formants, from formants to a voice.
+//! The sound of a vocal tract: from its walls in the midsagittal plane to areas, from areas to formants,
+//! from formants to a voice.
 //!
 //! | step | here | source |
 //! |---|---|---|

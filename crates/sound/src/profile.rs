@@ -1,1 +1,193 @@
-//! Walls to areas.
+//! From the walls of a tract in the midsagittal plane to its sections, with exact rates by the points of
+//! the tongue.
+//!
+//! Lines across the airway begin at fixed places of the outer wall (larynx, pharynx, velum, palate, teeth)
+//! and meet the inner wall (larynx, tongue, lower teeth) where they cross it first. Two neighbouring lines
+//! bound a section: it is as long as the distance between their midpoints, and the distance across is the
+//! area between the four points over that length (Maeda 1979), which is right for lines that are not quite
+//! perpendicular to the airway. The area of its cross-section is `alpha d^beta`, d in cm (Heinz and Stevens
+//! 1965). The lips are a short elliptic tube.
+
+mod tract;
+mod walls;
+
+pub use tract::{Carrier, Grid, Larynx, Lips, Posture, Teeth, Tongue, Tract, Wall};
+
+use crate::Section;
+use crate::formants::Rate;
+
+/// A point, m.
+pub type Point = [f64; 2];
+
+/// Why a tract with a tongue in it has no areas.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ProfileError {
+    /// A number of the file or of the posture is not what it has to be.
+    Bad(String),
+    /// The tongue lies beyond the outer wall: the wall's name, where (m), and by how much (m).
+    Through(String, Point, f64),
+    /// No wall lies opposite to this place of the outer wall: the wall's name and where, m.
+    Open(String, Point),
+    /// Neighbouring lines cross before they meet the inner wall: the wall's name and where, m.
+    Crossed(String, Point),
+}
+
+impl std::fmt::Display for ProfileError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mm = |p: &Point| format!("({:.1}, {:.1}) mm", p[0] * 1e3, p[1] * 1e3);
+        match self {
+            Self::Bad(what) => write!(f, "{what}"),
+            Self::Through(wall, at, by) => write!(
+                f,
+                "the inner wall (tongue, lower teeth or larynx) touches or passes through the {wall} at {}, \
+                 by {:.1} mm: there is no airway \
+                 to compute a vowel of",
+                mm(at),
+                by * 1e3
+            ),
+            Self::Open(wall, at) => {
+                write!(
+                    f,
+                    "nothing lies opposite to the {wall} at {}: the line across meets neither tongue nor floor",
+                    mm(at)
+                )
+            }
+            Self::Crossed(wall, at) => write!(
+                f,
+                "walls cross: lines across the airway meet at {} before they reach the wall opposite to the {wall}",
+                mm(at)
+            ),
+        }
+    }
+}
+
+impl std::error::Error for ProfileError {}
+
+/// A line across the airway.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Across {
+    /// Where it begins at the outer wall, m.
+    pub outer: Point,
+    /// Where it meets the inner wall, m.
+    pub inner: Point,
+    /// Direction from the outer wall, of length one.
+    direction: Point,
+    /// How its length answers to the two points of the inner wall between which it ends: number of the
+    /// point of the tongue, rate.
+    ends: [Option<(usize, Point)>; 2],
+}
+
+impl Across {
+    /// Midpoint, m.
+    pub fn middle(&self) -> Point {
+        [0.5 * (self.outer[0] + self.inner[0]), 0.5 * (self.outer[1] + self.inner[1])]
+    }
+}
+
+/// How a section answers to the lengths of the two lines that bound it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Slopes {
+    area: [f64; 2],
+    length: [f64; 2],
+}
+
+/// The areas of a tract.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// From the glottis to the lips.
+    pub sections: Vec<Section>,
+    /// The lines across that bound all sections but those of the lips.
+    pub across: Vec<Across>,
+    slopes: Vec<Slopes>,
+}
+
+impl Profile {
+    /// Of a tract with the surface of a tongue (`tongue`: points from root to tip, m) in a posture.
+    ///
+    /// # Errors
+    /// [`ProfileError`].
+    pub fn new(tract: &Tract, tongue: &[Point], posture: &Posture) -> Result<Self, ProfileError> {
+        let walls = walls::Walls::new(tract, tongue, posture)?;
+        let across = walls.across()?;
+        let mut sections = Vec::with_capacity(across.len() + 1);
+        let mut slopes = Vec::with_capacity(across.len());
+        for (i, pair) in across.windows(2).enumerate() {
+            let coefficients = walls.coefficients(i);
+            let (section, slope) = between(&pair[0], &pair[1], coefficients)
+                .ok_or_else(|| ProfileError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
+            sections.push(section);
+            slopes.push(slope);
+        }
+        sections.extend(tract.lip_sections(posture)?);
+        Ok(Self { sections, across, slopes })
+    }
+
+    /// Distance from the glottis to the lips along the midline, m.
+    pub fn length_m(&self) -> f64 {
+        self.sections.iter().map(|s| s.length_m).sum()
+    }
+
+    /// From how a number answers to the sections (each by area and by length) to how it answers to the
+    /// points of the tongue: calls `part` with a point's number and the rate by its position.
+    pub fn to_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, Point)) {
+        let mut by_line = vec![0.0; self.across.len()];
+        for (i, (slope, [area, length])) in self.slopes.iter().zip(by_section).enumerate() {
+            for end in 0..2 {
+                by_line[i + end] += area * slope.area[end] + length * slope.length[end];
+            }
+        }
+        for (line, rate) in self.across.iter().zip(by_line) {
+            for (point, by) in line.ends.iter().flatten() {
+                part(*point, [rate * by[0], rate * by[1]]);
+            }
+        }
+    }
+
+    /// The same of the frequency of a formant, Hz/m, from its rates by the sections.
+    pub fn frequency_to_tongue(&self, rates: &[Rate], part: impl FnMut(usize, Point)) {
+        let each: Vec<_> = rates.iter().map(|r| [r.frequency_by_area, r.frequency_by_length]).collect();
+        self.to_tongue(&each, part);
+    }
+}
+
+fn cross(a: Point, b: Point) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn minus(a: Point, b: Point) -> Point {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+/// The section between two lines; `None` where they cross.
+fn between(first: &Across, second: &Across, [alpha, beta]: [f64; 2]) -> Option<(Section, Slopes)> {
+    let way = minus(second.middle(), first.middle());
+    let length = way[0].hypot(way[1]);
+    // The corners in their order; the sign says which way round the airway runs.
+    let (diagonal, other) = (minus(second.inner, first.outer), minus(second.outer, first.inner));
+    let signed = 0.5 * cross(diagonal, other);
+    let sign = signed.signum();
+    let area = signed.abs();
+    // Either line must have both ends of the other one on its own side.
+    let side = |line: &Across, p: Point| sign * cross(line.direction, minus(p, line.outer));
+    let apart = side(first, second.inner) > 0.0
+        && side(first, second.outer) > 0.0
+        && side(second, first.inner) < 0.0
+        && side(second, first.outer) < 0.0;
+    if length.is_nan() || length <= 0.0 || !apart {
+        return None;
+    }
+    let distance = area / length;
+    // alpha d^beta with d in cm gives cm^2.
+    let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
+    let by_distance = beta * value / distance;
+    let way = [way[0] / length, way[1] / length];
+    let mut slopes = Slopes::default();
+    for (end, (line, turn)) in [(first, -1.0), (second, 1.0)].into_iter().enumerate() {
+        let u = line.direction;
+        slopes.length[end] = 0.5 * turn * (way[0] * u[0] + way[1] * u[1]);
+        let by_inner = if end == 0 { -cross(diagonal, u) } else { cross(u, other) };
+        let area_slope = sign * 0.5 * by_inner;
+        slopes.area[end] = by_distance * (area_slope - distance * slopes.length[end]) / length;
+    }
+    Some((Section { length_m: length, area_m2: value }, slopes))
+}

@@ -1,4 +1,5 @@
-//! A voice: glottal pulses through the formants' resonators in cascade (Klatt 1980), as samples and as a WAV file.
+//! A voice: glottal pulses through the formants' resonators in cascade (Klatt 1980), as samples and as a
+//! WAV file.
 
 use std::f64::consts::{PI, TAU};
 
@@ -51,8 +52,8 @@ impl Resonator {
     }
 }
 
-/// Derivative of the flow of a glottal pulse (`t^2 - t^3` while it is open; Klatt and Klatt 1990), at a phase of 0 to 1: flow falls
-/// by 12 dB an octave, and radiation at the lips raises it by 6.
+/// Derivative of the flow of a glottal pulse (`t^2 - t^3` while it is open; Klatt and Klatt 1990), at a
+/// phase of 0 to 1: flow falls by 12 dB an octave, and radiation at the lips raises it by 6.
 fn pulse(phase: f64, open: f64) -> f64 {
     let t = phase / open;
     if t < 1.0 { 2.0 * t - 3.0 * t * t } else { 0.0 }
@@ -71,7 +72,8 @@ pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
     for i in 0..count {
         let part = i as f64 / count as f64;
         let pitch = voice.pitch_hz * (1.0 - voice.fall * part);
-        // The corner of the pulse lies between samples: a mean over finer steps keeps it from folding back as noise.
+        // The corner of the pulse lies between samples: a mean over finer steps keeps it from folding back
+        // as noise.
         let mut source = 0.0;
         for _ in 0..OVERSAMPLED {
             phase = (phase + pitch / (rate * OVERSAMPLED as f64)).fract();

@@ -73,7 +73,8 @@ fn two_tubes_have_the_zeros_of_their_equation() {
     }
 }
 
-/// As the two codes that give these numbers: circles without losses, the mass of air at the lips; the second with a wall that yields.
+/// As the two codes that give these numbers: circles without losses, the mass of air at the lips; the
+/// second with a wall that yields.
 #[test]
 fn fants_vowels_agree_with_determinant_methods() {
     let mut hard = Acoustics { friction: false, wall: None, shape_factor: 1.0, ..Acoustics::default() };

@@ -1,0 +1,197 @@
+//! The walls of a tract as data, and what moves them.
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+use super::ProfileError;
+use crate::Section;
+
+/// The walls round a tongue. Lengths in mm, as in the file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tract {
+    /// What it is.
+    pub name: String,
+    /// The outer wall in pieces from the glottis to the edge of the upper teeth.
+    pub wall: Vec<Wall>,
+    /// What lies in front of the larynx.
+    pub larynx: Larynx,
+    /// Which part of the tongue is a wall.
+    pub tongue: Tongue,
+    /// The lower teeth.
+    pub jaw: Teeth,
+    /// The lips.
+    pub lips: Lips,
+    /// How finely it is cut.
+    pub grid: Grid,
+}
+
+/// A piece of the outer wall.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wall {
+    /// What it is called in messages.
+    pub name: String,
+    /// What carries it; fixed to the skull where nothing does.
+    #[serde(default)]
+    pub moves_with: Option<Carrier>,
+    /// Coefficient of the area at its first and last point, for distances in cm and areas in cm^2.
+    pub alpha: [f64; 2],
+    /// Exponent of the area at its first and last point.
+    pub beta: [f64; 2],
+    /// Points of the wall, and the points that sections there look at: `[x, y, toward x, toward y]`, mm.
+    pub points_mm: Vec<[f64; 4]>,
+}
+
+/// What carries a wall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Carrier {
+    /// The larynx, which follows the hyoid.
+    Larynx,
+}
+
+/// The front wall of the larynx.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Larynx {
+    /// From the glottis to the root of the tongue, mm.
+    pub front_mm: Vec<[f64; 2]>,
+    /// Part of the hyoid's motion that the larynx makes.
+    pub follows_hyoid: f64,
+}
+
+/// Which part of the surface of a tongue is a wall of the tract.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tongue {
+    /// It begins at the place of the surface at rest that is nearest to this point, mm,
+    pub root_mm: [f64; 2],
+    /// and ends at the place nearest to this one, mm.
+    pub tip_mm: [f64; 2],
+}
+
+/// The lower teeth and the floor before them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Teeth {
+    /// What the jaw turns about, mm.
+    pub joint_mm: [f64; 2],
+    /// From the tip of the tongue to the edge of the lower teeth, mm.
+    pub floor_mm: Vec<[f64; 2]>,
+}
+
+/// The lips: an ellipse as high as the opening and as wide as `width_mm + 1.5 (opening - protrusion)`
+/// (Mermelstein 1973).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lips {
+    /// Length of the tube between lips that are not protruded, mm.
+    pub length_mm: f64,
+    /// Width where opening and protrusion are equal, mm.
+    pub width_mm: f64,
+}
+
+/// How finely a tract is cut.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Largest distance of neighbouring lines at the outer wall, mm.
+    pub step_mm: f64,
+}
+
+/// Where jaw, hyoid and lips are.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Posture {
+    /// Angle by which the jaw is opened, degrees.
+    pub jaw_deg: f64,
+    /// Shift of the hyoid, mm.
+    pub hyoid_mm: [f64; 2],
+    /// Height of the opening between the lips, mm.
+    pub lip_opening_mm: f64,
+    /// How far the lips are protruded, mm.
+    pub lip_protrusion_mm: f64,
+}
+
+impl Default for Posture {
+    fn default() -> Self {
+        Self { jaw_deg: 0.0, hyoid_mm: [0.0; 2], lip_opening_mm: 8.0, lip_protrusion_mm: 0.0 }
+    }
+}
+
+impl Tract {
+    /// Says what of the file cannot be.
+    ///
+    /// # Errors
+    /// [`ProfileError::Bad`].
+    pub fn check(&self) -> Result<(), ProfileError> {
+        let bad = |what: String| Err(ProfileError::Bad(what));
+        let positive = |key: &str, x: f64| match x.is_finite() && x > 0.0 {
+            true => Ok(()),
+            false => bad(format!("{key} is {x}; it must be a positive number")),
+        };
+        if self.wall.is_empty() {
+            return bad("wall: at least one piece of the outer wall is needed".to_owned());
+        }
+        for wall in &self.wall {
+            wall.alpha.iter().try_for_each(|&x| positive(&format!("alpha of wall `{}`", wall.name), x))?;
+            wall.beta.iter().try_for_each(|&x| positive(&format!("beta of wall `{}`", wall.name), x))?;
+            if wall.points_mm.is_empty() || wall.points_mm.iter().flatten().any(|x| !x.is_finite()) {
+                return bad(format!(
+                    "points_mm of wall `{}`: rows of four finite numbers are needed",
+                    wall.name
+                ));
+            }
+        }
+        positive("grid.step_mm", self.grid.step_mm)?;
+        positive("lips.length_mm", self.lips.length_mm)?;
+        positive("lips.width_mm", self.lips.width_mm)?;
+        let fewest = 0.5;
+        if self.grid.step_mm < fewest {
+            return bad(format!("grid.step_mm is {}; at least {fewest} is fine enough", self.grid.step_mm));
+        }
+        let lists = [("larynx.front_mm", &self.larynx.front_mm), ("jaw.floor_mm", &self.jaw.floor_mm)];
+        for (key, list) in lists {
+            if list.is_empty() || list.iter().flatten().any(|x| !x.is_finite()) {
+                return bad(format!("{key}: at least one point of two finite numbers is needed"));
+            }
+        }
+        let points = [
+            ("tongue.root_mm", self.tongue.root_mm),
+            ("tongue.tip_mm", self.tongue.tip_mm),
+            ("jaw.joint_mm", self.jaw.joint_mm),
+        ];
+        for (key, [x, y]) in points {
+            if !x.is_finite() || !y.is_finite() {
+                return bad(format!("{key} must be two finite numbers"));
+            }
+        }
+        if !self.larynx.follows_hyoid.is_finite() {
+            return bad("larynx.follows_hyoid must be a finite number".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The two sections between the lips.
+    pub(super) fn lip_sections(&self, posture: &Posture) -> Result<[Section; 2], ProfileError> {
+        let Posture { lip_opening_mm: opening, lip_protrusion_mm: protrusion, .. } = *posture;
+        let width = self.lips.width_mm + 1.5 * (opening - protrusion);
+        let length = self.lips.length_mm + protrusion;
+        let bad = |what: String| Err(ProfileError::Bad(what));
+        if !opening.is_finite() || opening <= 0.0 || width.is_nan() || width <= 0.0 {
+            return bad(format!(
+                "lips with an opening of {opening} mm and a protrusion of {protrusion} mm are closed: there is no vowel"
+            ));
+        }
+        if !length.is_finite() || length <= 0.0 {
+            return bad(format!(
+                "a lip protrusion of {protrusion} mm leaves the lips no length; they are {} mm",
+                self.lips.length_mm
+            ));
+        }
+        let section = Section { length_m: 0.5e-3 * length, area_m2: 1e-6 * PI / 4.0 * opening * width };
+        Ok([section; 2])
+    }
+}

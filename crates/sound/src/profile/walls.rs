@@ -1,0 +1,151 @@
+//! The walls in one posture, and the lines across the airway between them.
+
+use super::tract::Carrier;
+use super::{Across, Point, Posture, ProfileError, Tract, cross, minus};
+
+/// How far a line looks for the opposite wall, m.
+const REACH_M: f64 = 0.08;
+/// How far beyond its place of the outer wall a line looks for an inner wall that has passed through, m.
+const BEYOND_M: f64 = 0.01;
+
+/// A place of the outer wall at which a line begins.
+struct Start {
+    wall: usize,
+    at: Point,
+    toward: Point,
+    coefficients: [f64; 2],
+}
+
+/// Both walls in a posture.
+pub(super) struct Walls<'a> {
+    tract: &'a Tract,
+    starts: Vec<Start>,
+    /// Points of the inner wall in their order, m, with the number of the tongue's point that each one is.
+    inner: Vec<(Point, Option<usize>)>,
+}
+
+impl<'a> Walls<'a> {
+    pub(super) fn new(tract: &'a Tract, tongue: &[Point], posture: &Posture) -> Result<Self, ProfileError> {
+        let numbers = [posture.jaw_deg, posture.hyoid_mm[0], posture.hyoid_mm[1], posture.lip_protrusion_mm];
+        if numbers.iter().any(|x| !x.is_finite()) {
+            return Err(ProfileError::Bad("jaw, hyoid and lips must be finite numbers".to_owned()));
+        }
+        if tongue.len() < 2 || tongue.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(ProfileError::Bad(
+                "the surface of the tongue needs two finite points or more".to_owned(),
+            ));
+        }
+        let larynx = posture.hyoid_mm.map(|x| x * tract.larynx.follows_hyoid * 1e-3);
+        let (sin, cos) = posture.jaw_deg.to_radians().sin_cos();
+        let joint = tract.jaw.joint_mm.map(|x| x * 1e-3);
+        let turned = |[x, y]: [f64; 2]| {
+            let [x, y] = [x * 1e-3 - joint[0], y * 1e-3 - joint[1]];
+            ([joint[0] + cos * x - sin * y, joint[1] + sin * x + cos * y], None)
+        };
+        let mut inner: Vec<(Point, Option<usize>)> = Vec::new();
+        inner.extend(
+            tract.larynx.front_mm.iter().map(|[x, y]| ([x * 1e-3 + larynx[0], y * 1e-3 + larynx[1]], None)),
+        );
+        inner.extend(tongue.iter().enumerate().map(|(i, p)| (*p, Some(i))));
+        inner.extend(tract.jaw.floor_mm.iter().map(|&p| turned(p)));
+        Ok(Self { tract, starts: starts(tract, larynx), inner })
+    }
+
+    /// The lines across, from the glottis to the edge of the upper teeth.
+    pub(super) fn across(&self) -> Result<Vec<Across>, ProfileError> {
+        self.starts.iter().map(|start| self.line(start)).collect()
+    }
+
+    /// The name of the wall at which line number `i` begins.
+    pub(super) fn name(&self, i: usize) -> &str {
+        self.tract.wall.get(self.starts[i].wall).map_or("wall", |w| &w.name)
+    }
+
+    /// Mean of alpha and of beta between the lines `i` and `i + 1`.
+    pub(super) fn coefficients(&self, i: usize) -> [f64; 2] {
+        let (a, b) = (self.starts[i].coefficients, self.starts[i + 1].coefficients);
+        [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+    }
+
+    /// The line from a place to where it first crosses the inner wall.
+    fn line(&self, start: &Start) -> Result<Across, ProfileError> {
+        let name = || self.tract.wall.get(start.wall).map_or("wall", |w| &w.name).to_owned();
+        let way = minus(start.toward, start.at);
+        let norm = way[0].hypot(way[1]);
+        if norm.is_nan() || norm <= 0.0 {
+            return Err(ProfileError::Bad(format!("a point of wall `{}` looks at itself", name())));
+        }
+        let u = [way[0] / norm, way[1] / norm];
+        let mut found: Option<(f64, Across)> = None;
+        // The deepest crossing on the far side of the outer wall, within reach of it.
+        let mut beyond: Option<f64> = None;
+        for pair in self.inner.windows(2) {
+            let ((p, p_number), (q, q_number)) = (pair[0], pair[1]);
+            let side = minus(q, p);
+            let across = cross(u, side);
+            if across == 0.0 {
+                continue;
+            }
+            let from = minus(p, start.at);
+            let (along, part) = (cross(from, side) / across, cross(from, u) / across);
+            if !(0.0..=1.0).contains(&part) || along > REACH_M {
+                continue;
+            }
+            if along <= 0.0 {
+                if along > -BEYOND_M && beyond.is_none_or(|b| along < b) {
+                    beyond = Some(along);
+                }
+                continue;
+            }
+            if found.as_ref().is_some_and(|(nearest, _)| *nearest <= along) {
+                continue;
+            }
+            // A point of the wall moves the crossing by its own motion along the wall's normal.
+            let normal = [-side[1], side[0]];
+            let slope = normal[0] * u[0] + normal[1] * u[1];
+            let rate = |share: f64| [share * normal[0] / slope, share * normal[1] / slope];
+            let inner = [start.at[0] + along * u[0], start.at[1] + along * u[1]];
+            let ends = [p_number.map(|n| (n, rate(1.0 - part))), q_number.map(|n| (n, rate(part)))];
+            found = Some((along, Across { outer: start.at, inner, direction: u, ends }));
+        }
+        match (beyond, found) {
+            (Some(by), _) => Err(ProfileError::Through(name(), start.at, -by)),
+            (None, Some((_, line))) => Ok(line),
+            (None, None) => Err(ProfileError::Open(name(), start.at)),
+        }
+    }
+}
+
+/// A row of a wall at rest, the shift of what carries it, its wall's number, and the coefficients there.
+type Row = ([f64; 4], Point, usize, [f64; 2]);
+
+/// Places along the outer wall, no further apart than the grid's step. There are as many in every posture,
+/// so that nothing jumps when the larynx moves.
+fn starts(tract: &Tract, larynx: Point) -> Vec<Start> {
+    let mut rows: Vec<Row> = Vec::new();
+    for (number, wall) in tract.wall.iter().enumerate() {
+        let shift = if wall.moves_with == Some(Carrier::Larynx) { larynx } else { [0.0; 2] };
+        let last = (wall.points_mm.len() - 1).max(1) as f64;
+        for (i, row) in wall.points_mm.iter().enumerate() {
+            let mix = |[a, b]: [f64; 2]| a + (b - a) * i as f64 / last;
+            rows.push((row.map(|x| x * 1e-3), shift, number, [mix(wall.alpha), mix(wall.beta)]));
+        }
+    }
+    let mut out: Vec<Start> = Vec::new();
+    let mut place = |a: &Row, b: &Row, part: f64| {
+        let mix = |x: f64, y: f64| x + (y - x) * part;
+        let at = |i: usize| mix(a.0[i] + a.1[i % 2], b.0[i] + b.1[i % 2]);
+        let coefficients = [0, 1].map(|i| mix(a.3[i], b.3[i]));
+        out.push(Start { wall: a.2, at: [at(0), at(1)], toward: [at(2), at(3)], coefficients });
+    };
+    for pair in rows.windows(2) {
+        let (a, b) = (&pair[0], &pair[1]);
+        let length = (b.0[0] - a.0[0]).hypot(b.0[1] - a.0[1]);
+        let count = (length * 1e3 / tract.grid.step_mm - 1e-6).ceil().max(1.0) as usize;
+        (0..count).for_each(|k| place(a, b, k as f64 / count as f64));
+    }
+    if let Some(last) = rows.last() {
+        place(last, last, 0.0);
+    }
+    out
+}

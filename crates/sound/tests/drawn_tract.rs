@@ -1,0 +1,142 @@
+//! The tract that is drawn round the reference tongue: areas, exact rates by the points of the tongue,
+//! refusals.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test says by panicking")]
+
+use tongue_sound::Acoustics;
+use tongue_sound::formants::{formants, rates};
+use tongue_sound::profile::{Point, Posture, Profile, ProfileError, Tract};
+
+fn tract() -> Tract {
+    let tract: Tract = toml::from_str(include_str!("../../../targets/tract.toml")).unwrap();
+    tract.check().unwrap();
+    tract
+}
+
+/// The reference outline from the root to the tip, m.
+fn tongue() -> Vec<Point> {
+    let mm = [
+        [47.02, 9.14],
+        [47.02, 16.13],
+        [46.73, 24.45],
+        [46.20, 32.50],
+        [42.91, 39.43],
+        [37.62, 45.21],
+        [28.90, 50.06],
+        [19.31, 48.73],
+        [10.40, 45.79],
+        [1.49, 42.67],
+        [-7.61, 34.92],
+        [-11.33, 30.03],
+    ];
+    mm.iter().map(|p| p.map(|x| x * 1e-3)).collect()
+}
+
+/// Formants in a posture, Hz.
+fn heard(tongue: &[Point], posture: &Posture) -> Vec<f64> {
+    let profile = Profile::new(&tract(), tongue, posture).unwrap();
+    formants(&profile.sections, &Acoustics::default(), 4).unwrap().iter().map(|f| f.frequency_hz).collect()
+}
+
+#[test]
+fn the_tongue_at_rest_has_the_tract_of_a_man() {
+    let profile = Profile::new(&tract(), &tongue(), &Posture::default()).unwrap();
+    assert!((0.16..0.185).contains(&profile.length_m()), "{} m", profile.length_m());
+    assert!(profile.sections.iter().all(|s| s.length_m <= 5e-3 && (0.2e-4..12e-4).contains(&s.area_m2)));
+    // The lines across run from the glottis to the teeth, and each meets the inner wall on its own side.
+    assert!(profile.across.windows(2).all(|w| w[0].outer != w[1].outer));
+}
+
+#[test]
+fn lips_jaw_and_larynx_do_what_is_known_of_them() {
+    let rest = heard(&tongue(), &Posture::default());
+    let with = |change: fn(&mut Posture)| {
+        let mut posture = Posture::default();
+        change(&mut posture);
+        heard(&tongue(), &posture)
+    };
+    // A narrower and longer opening lowers every formant (Fant 1960), and so does a lower larynx.
+    let rounded = with(|p| (p.lip_opening_mm, p.lip_protrusion_mm) = (4.0, 6.0));
+    assert!(rest.iter().zip(&rounded).all(|(r, l)| l < r), "{rest:?} {rounded:?}");
+    let lowered = with(|p| p.hyoid_mm = [0.0, -16.0]);
+    assert!(rest.iter().zip(&lowered).all(|(r, l)| l < r), "{rest:?} {lowered:?}");
+    // Lower teeth that are lowered raise the first.
+    assert!(with(|p| p.jaw_deg = 4.0)[0] > rest[0]);
+}
+
+#[test]
+fn rates_by_the_tongue_are_the_differences() {
+    let (tract, tongue, acoustics) = (tract(), tongue(), Acoustics::default());
+    let posture = Posture { jaw_deg: 3.0, hyoid_mm: [1.0, 2.0], ..Posture::default() };
+    let profile = Profile::new(&tract, &tongue, &posture).unwrap();
+    let found = formants(&profile.sections, &acoustics, 4).unwrap();
+    for (k, formant) in found.iter().enumerate() {
+        let mut exact = vec![[0.0; 2]; tongue.len()];
+        let by_section = rates(&profile.sections, &acoustics, formant);
+        profile.frequency_to_tongue(&by_section, |i, by| {
+            exact[i][0] += by[0];
+            exact[i][1] += by[1];
+        });
+        let largest = exact.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for (i, by) in exact.iter().enumerate() {
+            for axis in 0..2 {
+                let at = |h: f64| {
+                    let mut moved = tongue.clone();
+                    moved[i][axis] += h;
+                    let profile = Profile::new(&tract, &moved, &posture).unwrap();
+                    formants(&profile.sections, &acoustics, 4).unwrap()[k].frequency_hz
+                };
+                let h = 1e-7;
+                let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+                assert!(
+                    (by[axis] - difference).abs() <= 1e-6 * largest,
+                    "F{k} {i} {axis}: {by:?}, {difference}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn walls_that_meet_are_refused_with_their_names_and_places() {
+    let refused = |tongue: &[Point], posture: &Posture| Profile::new(&tract(), tongue, posture).unwrap_err();
+    // The dorsum through the palate.
+    let mut raised = tongue();
+    raised[6][1] += 0.009;
+    let ProfileError::Through(wall, at, by) = refused(&raised, &Posture::default()) else { panic!() };
+    assert!(
+        wall == "hard palate" && (0.02..0.04).contains(&at[0]) && (0.0..0.01).contains(&by),
+        "{wall} {at:?} {by}"
+    );
+    // The root through the back wall of the pharynx.
+    let back: Vec<Point> = tongue().iter().map(|p| [p[0] + 0.02, p[1]]).collect();
+    assert!(refused(&back, &Posture::default()).to_string().contains("there is no airway"));
+    // Lower teeth above the upper ones, closed lips, no tongue, numbers that are none.
+    let shut = Posture { jaw_deg: -5.0, ..Posture::default() };
+    assert!(matches!(refused(&tongue(), &shut), ProfileError::Through(..) | ProfileError::Crossed(..)));
+    for posture in [
+        Posture { lip_opening_mm: 0.0, ..Posture::default() },
+        Posture { lip_opening_mm: 1.0, lip_protrusion_mm: 30.0, ..Posture::default() },
+        Posture { lip_protrusion_mm: -9.0, ..Posture::default() },
+        Posture { jaw_deg: f64::NAN, ..Posture::default() },
+    ] {
+        assert!(matches!(refused(&tongue(), &posture), ProfileError::Bad(_)));
+    }
+    assert!(matches!(refused(&tongue()[..1], &Posture::default()), ProfileError::Bad(_)));
+}
+
+#[test]
+fn a_tract_that_cannot_be_is_refused() {
+    let says = |change: fn(&mut Tract)| {
+        let mut tract = tract();
+        change(&mut tract);
+        tract.check().unwrap_err().to_string()
+    };
+    assert!(says(|t| t.wall.clear()).contains("wall"));
+    assert!(says(|t| t.wall[0].alpha[0] = -1.0).contains("alpha of wall `larynx`"));
+    assert!(says(|t| t.wall[1].points_mm.clear()).contains("points_mm"));
+    assert!(says(|t| t.grid.step_mm = 0.0).contains("grid.step_mm"));
+    assert!(says(|t| t.grid.step_mm = 1e-9).contains("grid.step_mm"));
+    assert!(says(|t| t.jaw.floor_mm.clear()).contains("jaw.floor_mm"));
+    assert!(says(|t| t.tongue.tip_mm[0] = f64::NAN).contains("tongue.tip_mm"));
+}
