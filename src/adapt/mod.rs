@@ -7,12 +7,15 @@
 
 mod joint;
 mod landmarks;
+mod least_squares;
+mod place;
 mod prior;
 mod rest;
 mod speaker;
 
 pub use joint::{JointFit, JointSettings, joint};
 pub use landmarks::{LandmarkError, Landmarks};
+pub use place::{Coils, Placed, Sight};
 pub use prior::learned;
 pub use rest::{ControlPoints, Rest, RestError, resting};
 pub use speaker::{Basis, How, Speaker};

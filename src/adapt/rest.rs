@@ -9,6 +9,7 @@ use crate::measured::recording::Mark;
 use crate::observe::{Contour, Observable};
 use crate::track::Surface;
 
+use super::least_squares::{by_differences, minimise};
 use super::mark_of;
 
 /// Control points of the built-in tongue, mm: around its outline, and one in its middle.
@@ -226,27 +227,9 @@ pub fn resting(rest: &Rest<'_>, contour: &[Mark]) -> Result<DVector<f64>, RestEr
         Some(DVector::from_vec(seen)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
     };
     let none = || RestError::Body("it has no outline".to_owned());
-    let mut d = DVector::zeros(rest.unknowns());
-    let mut here = residuals(&d).ok_or_else(none)?;
-    let mut damping = 0.0;
-    for _ in 0..30 {
-        let jacobian = by_differences(&d, &residuals).ok_or_else(none)?;
-        let mut matrix = jacobian.tr_mul(&jacobian);
-        (0..d.len()).for_each(|i| matrix[(i, i)] *= 1.0 + damping);
-        let Some(factors) = matrix.cholesky() else { break };
-        let step = -factors.solve(&jacobian.tr_mul(&here));
-        let next = &d + &step;
-        match residuals(&next).filter(|r| r.norm_squared() < here.norm_squared()) {
-            Some(there) if rest.least_area_ratio(&next) >= LEAST_AREA_RATIO => {
-                (d, here) = (next, there);
-                damping *= 0.2;
-            }
-            _ => damping = (damping * 5.0).max(0.1),
-        }
-        if step.amax() < 1e-6 || damping > 1e6 {
-            break;
-        }
-    }
+    let allowed = |d: &DVector<f64>| rest.least_area_ratio(d) >= LEAST_AREA_RATIO;
+    let start = DVector::zeros(rest.unknowns());
+    let d = minimise(start, &residuals, &allowed, STEP_M, 1e-6).ok_or_else(none)?.x;
     let ratio = rest.least_area_ratio(&d);
     if ratio < LEAST_AREA_RATIO { Err(RestError::Folds { ratio }) } else { Ok(Rest::cleaned(&d)) }
 }
@@ -254,23 +237,7 @@ pub fn resting(rest: &Rest<'_>, contour: &[Mark]) -> Result<DVector<f64>, RestEr
 /// Step of a central difference in displacements, m.
 pub(super) const STEP_M: f64 = 1e-6;
 
-fn by_differences(
-    d: &DVector<f64>,
-    residuals: &dyn Fn(&DVector<f64>) -> Option<DVector<f64>>,
-) -> Option<DMatrix<f64>> {
-    let mut columns = Vec::with_capacity(d.len());
-    for i in 0..d.len() {
-        let at = |side: f64| {
-            let mut moved = d.clone();
-            moved[i] += side * STEP_M;
-            residuals(&moved)
-        };
-        columns.push((at(1.0)? - at(-1.0)?) / (2.0 * STEP_M));
-    }
-    Some(DMatrix::from_columns(&columns))
-}
-
 /// The derivative of [`Rest::price`].
 pub(super) fn price_slope(rest: &Rest<'_>, d: &DVector<f64>) -> Option<DMatrix<f64>> {
-    by_differences(d, &|d| Some(rest.price(d)))
+    by_differences(d, &|d| Some(rest.price(d)), STEP_M)
 }

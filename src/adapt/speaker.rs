@@ -302,7 +302,7 @@ impl Basis<'_> {
 const CONTOUR_SD_M: f64 = 0.5e-3;
 
 /// The median place of a bone over all frames of recordings.
-fn median(seen: &[&Seen], bone: &str) -> Option<Point> {
+pub(super) fn median(seen: &[&Seen], bone: &str) -> Option<Point> {
     let all: Vec<Point> = seen
         .iter()
         .filter_map(|s| Some((s, s.bone(bone)?)))

@@ -13,6 +13,17 @@ impl Similarity {
     /// The one that changes nothing.
     pub const IDENTITY: Self = Self { turn: [1.0, 0.0], shift: Point::new(0.0, 0.0) };
 
+    /// Turns by an angle (rad, from x towards y) and scales about the origin, then shifts (m).
+    pub fn new(scale: f64, angle: f64, shift: Point) -> Self {
+        Self { turn: [scale * angle.cos(), scale * angle.sin()], shift }
+    }
+
+    /// Where the point comes from that [`place`](Self::place) brings to `p`.
+    pub fn back(&self, p: Point) -> Point {
+        let ([c, s], q) = (self.turn, p - self.shift);
+        Point::new(c * q.x + s * q.y, c * q.y - s * q.x) / (c * c + s * s)
+    }
+
     /// The one that brings `from` nearest to `to` in the mean square (Umeyama 1991; in the plane a quotient of complex numbers).
     /// Points that already agree to 1 nm give the identity to the bit. `None` for fewer than two points or points that coincide.
     pub fn between(from: &[Point], to: &[Point]) -> Option<Self> {
