@@ -3,7 +3,9 @@ killed or is missing is named."""
 
 from __future__ import annotations
 
+import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -66,31 +68,52 @@ def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Slurm]:
         yield cluster
 
 
-def test_an_array_of_slurm(slurm: Slurm, one: Path, tmp_path: Path) -> None:
-    env = {**slurm.env, "PATH": os.environ["PATH"], "SHARDS": str(SHARDS)}
+def block_for_slurm() -> tuple[str, int]:
+    """The lines that docs/cluster.md prints for Slurm, and the number of shards in them."""
+    page = (ROOT / "docs/cluster.md").read_text(encoding="utf-8")
+    block = page.split("## Slurm")[1].split("```sh\n")[1].split("```")[0]
+    assert len(block.splitlines()) == 3, block
+    return block, int(block.split("SHARDS=")[1].split()[0])
 
-    def sbatch(*words: str) -> str:
-        command = ["sbatch", "--parsable", *words]
-        return subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, check=True).stdout.strip()
 
-    script = [str(CLUSTER / "slurm.sbatch"), *OPTIONS]
-    job = sbatch(f"--array=1-{SHARDS}", *script)
-    wait_for_a_fit(tmp_path / "shards/batch-2-of-3.journal")
-    subprocess.run(["scancel", "--signal=KILL", f"{job}_2"], env=env, check=True)
-    slurm.wait_for_jobs()
-    refused = merge(tmp_path)
-    assert refused.returncode == 1 and "nothing is written: 2/3 has " in refused.stderr, refused.stderr
+def test_the_lines_for_slurm_as_they_are_printed_with_a_task_that_is_killed(slurm: Slurm, tmp_path: Path) -> None:
+    lines, shards = block_for_slurm()
+    # The first shards have two fits, so that the first of them can be killed between these.
+    rows = [sys.executable, str(CLUSTER / "cohort.py"), "25"]
+    (tmp_path / "my.csv").write_bytes(subprocess.run(rows, capture_output=True, check=True).stdout)
+    shutil.copy(CLUSTER / "slurm.sbatch", tmp_path)
+    env = {**slurm.env, "PATH": os.environ["PATH"]}
+
+    def submit() -> str:
+        script = lines + "\necho job $job"
+        done = subprocess.run(["bash", "-euc", script], cwd=tmp_path, env=env, capture_output=True, text=True, check=True)
+        return done.stdout.split("job ")[-1].strip()
+
+    def log(name: str) -> str:
+        return (tmp_path / name).read_text(encoding="utf-8")
+
+    job = submit()
+    wait_for_a_fit(tmp_path / f"shards/batch-1-of-{shards}.journal")
+    subprocess.run(["scancel", "--signal=KILL", f"{job}_1"], env=env, check=True)
+    wait_for_a_fit(tmp_path / f"shards/batch-2-of-{shards}.journal")
+    subprocess.run(["scontrol", "requeue", f"{job}_2"], env=env, check=True)
+    slurm.wait_for_jobs(180)
+    # What Slurm took away is started again by Slurm, and goes on; what was killed is named.
+    assert "going on after " in log("shard-2.log"), log("shard-2.log")
+    assert f"nothing is written: 1/{shards} has 1 of 2 fits" in log("merge.log"), log("merge.log")
     assert not (tmp_path / "batch").exists()
-    # Only that one again, and the merge when it is done.
-    again = sbatch("--array=2", *script)
-    sbatch(f"--dependency=afterok:{again}", "--output=merge.log", "--wrap", "tongue-fit merge shards --out batch")
-    slurm.wait_for_jobs()
-    assert "going on after " in (tmp_path / "shard-2.log").read_text()
-    assert same_files(one, tmp_path / "batch")
+    submit()
+    slurm.wait_for_jobs(180)
+    assert "going on after 1" in log("shard-1.log") and "written batch" in log("merge.log")
+    options = ["--lengths", "my.csv", "--target", "stretch", "--out", "one"]
+    subprocess.run(["tongue-fit", "batch", *options], cwd=tmp_path, capture_output=True)
+    assert same_files(tmp_path / "one", tmp_path / "batch")
 
 
-def snakemake(folder: Path, *words: str, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
-    config = ["--config", f"options={' '.join(OPTIONS)}", f"shards={SHARDS}"]
+def snakemake(
+    folder: Path, *words: str, options: list[str] = OPTIONS, env: dict[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
+    config = ["--config", f"options={' '.join(options)}", f"shards={SHARDS}"]
     command = ["snakemake", "--snakefile", str(CLUSTER / "Snakefile"), *words, *config]
     return subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
 
@@ -102,6 +125,44 @@ def test_snakemake_on_this_machine(one: Path, tmp_path: Path) -> None:
     (tmp_path / "shards/batch-2-of-3.journal").unlink()
     refused = snakemake(tmp_path, "--cores", "2", "--forcerun", "batch")
     assert refused.returncode == 1 and "nothing is written: 2/3 is missing" in refused.stderr, refused.stderr
+
+
+def test_snakemake_makes_shards_again_for_a_corrected_table_and_for_other_options(tmp_path: Path) -> None:
+    rows = [sys.executable, str(CLUSTER / "cohort.py"), "5"]
+    table = subprocess.run(rows, capture_output=True, check=True, text=True).stdout
+    (tmp_path / "my.csv").write_text(table, encoding="utf-8")
+    few = ["--lengths", "my.csv", "--draws", "2", "--subsets", "0", "--target", "stretch"]
+
+    def batch(options: list[str]) -> tuple[str, str]:
+        done = snakemake(tmp_path, "--cores", "2", options=options)
+        assert done.returncode == 0, done.stderr
+        return done.stderr, (tmp_path / "batch/fits.csv").read_text(encoding="utf-8")
+
+    _, first = batch(few)
+    assert "Nothing to be done" in batch(few)[0]
+    # The last length of the table.
+    head, last = table.rstrip().rsplit(",", 1)
+    (tmp_path / "my.csv").write_text(f"{head},{float(last) + 1}\n", encoding="utf-8")
+    _, corrected = batch(few)
+    assert corrected != first
+    assert batch([*few, "--tone", "4"])[1] != corrected
+
+
+def test_snakemake_tries_a_shard_again_that_failed(tmp_path: Path) -> None:
+    """A program that fails once for each shard stands before the program."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    program = shutil.which("tongue-fit")
+    # The program's own exit status is kept.
+    (folder / "tongue-fit").write_text(
+        f'#!/bin/sh\nname=failed-$(echo "$*" | tr -c "a-z0-9\\n" -)\n[ "$1" = merge ] || [ -e "$name" ] || {{ : > "$name"; exit 1; }}\n'
+        f'exec {program} "$@"\n'
+    )
+    (folder / "tongue-fit").chmod(0o755)
+    env = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
+    done = snakemake(tmp_path, "--cores", "2", options=["--subjects", "S2", "--draws", "2", "--subsets", "0"], env=env)
+    assert done.returncode == 0, done.stderr
+    assert len(list(tmp_path.glob("failed-*"))) == SHARDS and (tmp_path / "batch/batch.json").exists()
 
 
 def test_snakemake_on_slurm_by_the_same_rules(slurm: Slurm, one: Path, tmp_path: Path) -> None:
@@ -119,7 +180,9 @@ def test_dask_whose_worker_is_killed(tmp_path: Path) -> None:
     sys.path.insert(0, str(CLUSTER))
     from dask_batch import shard
 
-    example = [sys.executable, str(CLUSTER / "dask_batch.py"), str(table), str(out), str(SHARDS)]
+    options = {"target": "stretch", "draws": 200, "subsets": 0, "subjects": ["S1", "S2", "S3"]}
+    words = [f"{name}={value if isinstance(value, str) else json.dumps(value)}" for name, value in options.items()]
+    example = [sys.executable, str(CLUSTER / "dask_batch.py"), str(table), str(out), str(SHARDS), *words]
     running = subprocess.Popen(example, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
     workers: list[psutil.Process] = []
     while len(workers) < 2:
@@ -131,6 +194,12 @@ def test_dask_whose_worker_is_killed(tmp_path: Path) -> None:
     workers[0].send_signal(signal.SIGKILL)
     assert running.wait(timeout=120) == 0, running.stderr and running.stderr.read()
     text = table.read_text(encoding="utf-8")
-    assert out.read_text(encoding="utf-8") == shard(text, "1/1").to_json()
+    assert out.read_text(encoding="utf-8") == shard(text, "1/1", options).to_json()
     with pytest.raises(tf.Error, match="nothing is merged: 2/3 is missing"):
-        tf.merge([shard(text, "1/3"), shard(text, "3/3")])
+        tf.merge([shard(text, "1/3", options), shard(text, "3/3", options)])
+
+
+def test_what_is_no_option_of_a_batch_is_refused_before_the_work(tmp_path: Path) -> None:
+    example = [sys.executable, str(CLUSTER / "dask_batch.py"), "none.csv", str(tmp_path / "fits.json"), "2", "draw=5"]
+    refused = subprocess.run(example, capture_output=True, text=True)
+    assert refused.returncode == 2 and "'draw=5' is not an option of tongue_fit.batch" in refused.stderr, refused.stderr
