@@ -21,43 +21,35 @@ const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 #[group(skip)]
 #[command(next_help_heading = "Recordings")]
 pub struct Arguments {
-    /// Recordings of one speaker: AAA's table of splines (.tsv), tidy CSV, AG50x (.pos), Edinburgh Speech Tools (.ema), EdgeTrak (.con)
+    /// Recordings of one speaker: AAA's tables and fans, tidy CSV, AG50x (.pos), Edinburgh Speech Tools or MOCHA (.ema), X-ray microbeam
+    /// (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con)
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// Take the built-in recording: two utterances of a simulated tongue, as AAA exports them
     #[arg(long, conflicts_with = "files")]
     pub example: bool,
-    /// Which channel is what, and in which axes and unit (TOML); AAA's tables need none
+    /// Which channel is what, and in which axes and unit (TOML); recordings whose channels have usual names need none
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
+    /// Write a map for the first recording into this file, to be corrected, and do nothing else
+    #[arg(long, value_name = "FILE", conflicts_with = "map")]
+    pub map_template: Option<PathBuf>,
     /// The palate in the frame of the recordings (CSV point,x_mm,y_mm from front to back): points beyond it are told, and the tongue
     /// meets it
     #[arg(long, value_name = "FILE")]
     palate: Option<PathBuf>,
-    /// Format of the files [default: as their content says]
-    #[arg(long, value_name = "FORMAT", value_enum)]
-    format: Option<FormatName>,
+    /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat or dlc [default: as their content says]
+    #[arg(long, value_name = "FORMAT", value_parser = format)]
+    format: Option<Format>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum FormatName {
-    Aaa,
-    Csv,
-    Pos,
-    Ema,
-    Con,
-}
-
-impl From<FormatName> for Format {
-    fn from(name: FormatName) -> Self {
-        match name {
-            FormatName::Aaa => Self::Aaa,
-            FormatName::Csv => Self::Tidy,
-            FormatName::Pos => Self::Ag50x,
-            FormatName::Ema => Self::Est,
-            FormatName::Con => Self::Edgetrak,
-        }
-    }
+/// The format of this name.
+fn format(name: &str) -> Result<Format, String> {
+    let found = Format::NAMES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name));
+    found.map(|(_, format)| *format).ok_or_else(|| {
+        let names = Format::NAMES.map(|(n, _)| n);
+        format!("{}; formats: {}", tongue_fit::suggest::hint(name, names), names.join(", "))
+    })
 }
 
 /// What is assumed of the tensions.
@@ -142,11 +134,32 @@ impl Arguments {
         }
     }
 
+    /// Writes the map that was asked for; `None` where none was.
+    pub fn write_template(&self) -> miette::Result<Option<PathBuf>> {
+        let Some(path) = &self.map_template else { return Ok(None) };
+        let recordings = match self.files.first() {
+            Some(file) => Recording::from_path(file, self.format).into_diagnostic()?,
+            None if self.example => {
+                Recording::from_bytes(EXAMPLE, "synthetic.tsv", self.format).into_diagnostic()?
+            }
+            None => return Err(miette!("--map-template: name the recording that the map is for")),
+        };
+        let recording = recordings.iter().find(|r| !r.samples.is_empty());
+        let recording = recording.ok_or_else(|| miette!("--map-template: the recording has no frame"))?;
+        if path.exists() {
+            return Err(miette!("{} exists; name another file for the map", path.display()));
+        }
+        std::fs::write(path, Map::template(recording))
+            .into_diagnostic()
+            .wrap_err_with(|| format!("cannot write the map {}", path.display()))?;
+        Ok(Some(path.clone()))
+    }
+
     /// All recordings, screened.
     pub fn read(&self, palate: Option<&[Point]>) -> miette::Result<Vec<Screened>> {
         let (map, own) = (self.map()?, self.palate()?);
         let mut all: Vec<Screened> = Vec::new();
-        let format = self.format.map(Format::from);
+        let format = self.format;
         let mut sources: Vec<(PathBuf, Vec<Recording>)> = Vec::new();
         if self.example {
             let name = PathBuf::from("synthetic.tsv");
@@ -161,8 +174,10 @@ impl Arguments {
                     .into_diagnostic()
                     .wrap_err_with(|| file.display().to_string())?;
                 let side = if seen.mirrored { -1.0 } else { 1.0 };
-                let own =
-                    own.as_ref().map(|p| p.iter().map(|p| Point::new(side * p.x, p.y)).collect::<Vec<_>>());
+                let own = own.as_ref().map(|p| {
+                    let placed = |p: Point| map.placement().map_or(p, |placement| placement.place(p));
+                    p.iter().map(|p| placed(Point::new(side * p.x, p.y))).collect::<Vec<_>>()
+                });
                 let faults = screen(&mut seen, own.as_deref().or(palate));
                 // Names tell recordings apart in every output.
                 let same = all.iter().filter(|s| s.seen.name == seen.name).count();
@@ -220,6 +235,7 @@ const FARTHEST_BONE_M: f64 = 20e-3;
 pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<String> {
     let mut out = Vec::new();
     for Screened { seen, faults, .. } in recordings {
+        out.extend(seen.notes.iter().map(|note| format!("{}: {note}", seen.name)));
         let count = |kind: FaultKind| faults.iter().flatten().filter(|f| f.kind == kind).count();
         let mut tell = |kind: FaultKind, what: &str| {
             let n = count(kind);

@@ -80,8 +80,18 @@ struct Speaker {
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
+    if let Some(written) = arguments.recordings.write_template()? {
+        match global.json {
+            true => output::print(&format!("{}\n", serde_json::json!({ "map": written })))?,
+            false => {
+                output::print(&format!("{}: a map to correct; then give it with --map\n", written.display()))?
+            }
+        }
+        return Ok(Outcome::Good);
+    }
     let given = Given::read(&arguments.body)?;
-    let is_given = arguments.body.is_given() || arguments.as_is;
+    let is_placed = arguments.recordings.map()?.placement().is_some();
+    let is_given = arguments.body.is_given() || arguments.as_is || is_placed;
     let palate = given.body.palate.as_deref().filter(|_| is_given);
     let recordings = arguments.recordings.read(palate)?;
     let names = contracting(arguments, &given.body)?;

@@ -51,6 +51,8 @@ fn seen(points: &Points) -> Seen {
         sensors: named("sensor", points.sensors.len()).into_iter().zip(behind).collect(),
         bones: Vec::new(),
         ignored: Vec::new(),
+        measured: vec![true; points.sensors.len()],
+        notes: Vec::new(),
         mirrored: false,
         frames: vec![SeenFrame {
             time_s: 0.0,

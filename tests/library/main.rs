@@ -13,6 +13,7 @@ mod figures;
 mod finite_elements;
 mod fit_finds_the_tensions;
 mod fit_methods_agree;
+mod formats_of_laboratories;
 mod gmsh_files;
 mod lanes_agree_with_one_at_a_time;
 mod mesh_meets_the_published_numbers;

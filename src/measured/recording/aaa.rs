@@ -1,13 +1,14 @@
 //! Articulate Assistant Advanced's export of splines: a tab-separated table with a header, a row a frame, columns `X0 SPLINE`,
-//! `Y0 SPLINE` and so on, millimetres, y up. What is missing is empty or `*`. Columns as the R package rticulate (Coretta 2021,
-//! `read_aaa`) and AAA's own list of DeepLabCut splines name them.
+//! `Y0 SPLINE` and so on, millimetres, y up. What is missing is empty or `*`; numbers may have a decimal comma. Columns as the R package
+//! rticulate (Coretta 2021, `read_aaa`) and AAA's own list of DeepLabCut splines name them. Where rows were exported label by label,
+//! they are brought into the order of time.
 
 use std::collections::BTreeMap;
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::super::lengths::text::decode;
-use super::{Format, Recording, Sample, check_size, coordinate};
+use super::{Budget, Format, Recording, Sample, Times, coordinate};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
@@ -46,54 +47,180 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         .filter_map(|word| header.iter().position(|h| h.starts_with(word)))
         .collect();
 
-    let mut found: Vec<Recording> = Vec::new();
-    let mut numbers: BTreeMap<Vec<String>, usize> = BTreeMap::new();
-    let mut rows = 0;
+    let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
+
+    let mut rows = Rows::new(
+        points.iter().map(|p| p.name.clone()).collect(),
+        time > 0 && is_of_annotation(&header[time]),
+    );
     for record in reader.records() {
         let record = record.map_err(broken)?;
         if record.iter().all(str::is_empty) {
             continue;
         }
         let at = Place { line: record.position().map_or(1, csv::Position::line), ..start };
-        rows += 1;
-        check_size(rows, points.len(), at)?;
-        let text = record.get(time).unwrap_or_default();
-        let time_s = coordinate(text).ok_or_else(|| {
-            at.at_column(time + 1).error(format!("the time is {text:?}"), "give a finite number of seconds")
-        })?;
-        let places = points.iter().map(|p| {
-            let value = |field: usize| match record.get(field).unwrap_or_default() {
-                "" | "*" | "NA" => Ok(None),
-                text => coordinate(text).map(Some).ok_or_else(|| {
-                    let help = "give millimetres, or leave it empty where the point was not seen";
-                    at.at_column(field + 1).error(format!("a coordinate of {} is {text:?}", p.name), help)
-                }),
-            };
-            Ok(value(p.x)?.zip(value(p.y)?).map(|(x, y)| [x, y, 0.0]))
-        });
-        let places = places.collect::<Result<Vec<_>, Malformed>>()?;
+        if record.len() <= last_column {
+            let what = format!("the line has {} fields where the header has {}", record.len(), header.len());
+            return Err(at.at_column(record.len()).error(what, "the file is cut off; export it anew"));
+        }
+        let time_s = seconds(record.get(time).unwrap_or_default(), at.at_column(time + 1))?;
+        let places = points
+            .iter()
+            .map(|p| {
+                let value = |field: usize| value(&record[field], &p.name, at.at_column(field + 1));
+                Ok(value(p.x)?.zip(value(p.y)?).map(|(x, y)| [x, y, 0.0]))
+            })
+            .collect::<Result<Vec<_>, Malformed>>()?;
         let key: Vec<String> =
             of_recording.iter().map(|f| record.get(*f).unwrap_or_default().to_owned()).collect();
-        let number = *numbers.entry(key).or_insert_with_key(|key| {
-            let words: Vec<&str> = key.iter().map(String::as_str).filter(|w| !w.is_empty()).collect();
-            found.push(Recording {
-                name: if words.is_empty() { Recording::stem(origin) } else { words.join(", ") },
-                channels: points.iter().map(|p| p.name.clone()).collect(),
-                sigma: vec![None; points.len()],
-                samples: Vec::new(),
-                metres: Some(1e-3),
-                format: Format::Aaa,
-            });
-            found.len() - 1
-        });
-        let samples = &mut found[number].samples;
-        if samples.last().is_some_and(|last: &Sample| last.time_s >= time_s) {
-            let what = format!("the time {time_s} s does not come after that of the row before");
-            return Err(at.at_column(time + 1).error(what, "sort the rows of each recording by time"));
-        }
-        samples.push(Sample { time_s, places });
+        rows.add(key, time_s, places, at)?;
     }
-    Ok(found)
+    if let Some(fault) = cut_in_a_number(&text, start) {
+        return Err(fault);
+    }
+    rows.recordings(Format::Aaa, start)
+}
+
+/// Whether a column of times begins anew with every annotation.
+fn is_of_annotation(title: &str) -> bool {
+    !title.eq_ignore_ascii_case(TIMES[0]) && !title.eq_ignore_ascii_case("time_s")
+}
+
+/// The fault of a last line that ends, without a line end, in a number with fewer decimals than all numbers above it.
+fn cut_in_a_number(text: &str, start: Place<'_>) -> Option<Malformed> {
+    if text.ends_with('\n') {
+        return None;
+    }
+    let decimals = |line: &str| {
+        let (_, decimals) = line.rsplit('\t').next()?.trim().split_once(['.', ','])?;
+        Some(decimals.len())
+    };
+    let (above, last) = text.rsplit_once('\n')?;
+    let lines = above.lines().skip(1).filter(|l| !l.trim().is_empty());
+    let fewest = lines.map(|l| decimals(l).unwrap_or(0)).min().filter(|n| *n > 0)?;
+    if last.ends_with('*') || last.ends_with('\t') || decimals(last).unwrap_or(0) >= fewest {
+        return None;
+    }
+    let at = Place { line: text.lines().count() as u64, column: last.split('\t').count(), ..start };
+    Some(at.error("the last number is cut off", "the file is cut off; export it anew"))
+}
+
+/// Seconds, as AAA writes them.
+pub(super) fn seconds(text: &str, at: Place<'_>) -> Result<f64, Malformed> {
+    number(text).ok_or_else(|| at.error(format!("the time is {text:?}"), "give a finite number of seconds"))
+}
+
+/// A coordinate, as AAA writes it; `None` where the point was not seen.
+pub(super) fn value(text: &str, point: &str, at: Place<'_>) -> Result<Option<f64>, Malformed> {
+    if is_missing(text) {
+        return Ok(None);
+    }
+    number(text).map(Some).ok_or_else(|| {
+        let help = "give millimetres, or leave it empty where the point was not seen";
+        at.error(format!("a coordinate of {point} is {text:?}"), help)
+    })
+}
+
+/// Whether a cell stands for a point that was not seen.
+pub(super) fn is_missing(text: &str) -> bool {
+    matches!(text, "" | "*" | "NA")
+}
+
+/// A number with a decimal point, or with a decimal comma.
+pub(super) fn number(text: &str) -> Option<f64> {
+    let comma = text.matches(',').count() == 1 && !text.contains('.');
+    coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
+}
+
+/// Rows as they come, parted into recordings.
+pub(super) struct Rows {
+    channels: Vec<String>,
+    /// Whether times begin anew with every annotation, so that a step back begins another recording.
+    restarts: bool,
+    found: Vec<Found>,
+    numbers: BTreeMap<Vec<String>, usize>,
+    budget: Budget,
+    count: usize,
+}
+
+/// The rows of a recording, with the line that each was.
+struct Found {
+    key: Vec<String>,
+    rows: Vec<(u64, Sample)>,
+}
+
+impl Rows {
+    /// None yet, of these channels.
+    pub fn new(channels: Vec<String>, restarts: bool) -> Self {
+        let budget = Budget::default();
+        Self { channels, restarts, found: Vec::new(), numbers: BTreeMap::new(), budget, count: 0 }
+    }
+
+    /// A row more, of the recording with this key.
+    pub fn add(
+        &mut self,
+        key: Vec<String>,
+        time_s: f64,
+        places: Vec<Option<[f64; 3]>>,
+        at: Place<'_>,
+    ) -> Result<(), Malformed> {
+        self.count += 1;
+        self.budget.add(self.count, self.channels.len(), self.channels.len(), at)?;
+        let known = self.numbers.get(&key).copied();
+        let begins = |n: &usize| {
+            let last = self.found[*n].rows.last();
+            !(self.restarts && last.is_some_and(|(_, last)| last.time_s >= time_s))
+        };
+        let number = match known.filter(begins) {
+            Some(number) => number,
+            None => {
+                self.found.push(Found { key: key.clone(), rows: Vec::new() });
+                self.numbers.insert(key, self.found.len() - 1);
+                self.found.len() - 1
+            }
+        };
+        self.found[number].rows.push((at.line, Sample::new(time_s, places)));
+        Ok(())
+    }
+
+    /// The recordings, each in the order of time. A row that several labels have is taken once.
+    pub fn recordings(self, format: Format, start: Place<'_>) -> Result<Vec<Recording>, Malformed> {
+        let mut out: Vec<Recording> = Vec::new();
+        for Found { key, mut rows } in self.found {
+            rows.sort_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
+            let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
+            let mut last_line = 0;
+            for (line, sample) in rows {
+                match samples.last() {
+                    Some(last) if last.time_s == sample.time_s && last.places == sample.places => {}
+                    Some(last) if last.time_s >= sample.time_s => {
+                        let at = Place { line, ..start };
+                        let what = format!(
+                            "the time {} s is that of line {last_line}, with other coordinates",
+                            sample.time_s
+                        );
+                        return Err(at.error(
+                            what,
+                            "export the date and time of recording, so that recordings can be told apart",
+                        ));
+                    }
+                    _ => samples.push(sample),
+                }
+                last_line = line;
+            }
+            let words: Vec<&str> = key.iter().map(String::as_str).filter(|w| !w.is_empty()).collect();
+            out.push(Recording {
+                name: if words.is_empty() { Recording::stem(start.origin) } else { words.join(", ") },
+                sigma: vec![None; self.channels.len()],
+                channels: self.channels.clone(),
+                samples,
+                metres: Some(1e-3),
+                times: Times::InFile,
+                format,
+            });
+        }
+        Ok(out)
+    }
 }
 
 /// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header. A point that two splines share is taken once.
@@ -131,6 +258,7 @@ fn name_of(spline: &str, number: &str) -> String {
         ("DLC_HyoidMandible", "0") => "hyoid".to_owned(),
         ("DLC_ShorttendonMandible", "0") => "mental_spine".to_owned(),
         ("DLC_HyoidMandible" | "DLC_ShorttendonMandible", "1") => "mandible".to_owned(),
+        (spline, n) if spline.eq_ignore_ascii_case("tongue") => format!("tongue_{n}"),
         (spline, n) => format!("{spline}_{n}"),
     }
 }

@@ -1,14 +1,20 @@
 //! Carstens AG500 and AG501 positions (`.pos`): a header of text lines, its size in the second, then frames of seven little-endian
 //! 32-bit floats a sensor: x, y, z (mm), phi, theta (degrees), rms, extra. As Praat reads them (Weenink 2023, `EMA.cpp`), and the
-//! maker's manual.
+//! maker's manual. Files of the AG500 without a header have twelve sensors at 200 frames a second (the maker's `loaddata.m`).
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::{Format, Recording, Sample, check_size, is_coordinate};
+use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
 
 /// Numbers of a sensor in a frame.
 const VALUES: usize = 7;
 const LARGEST_HEADER: usize = 1 << 20;
+/// Sensors and rate (Hz) of a file without a header.
+const AG500: (usize, f64) = (12, 200.0);
+/// Farther than this nothing is measured, mm: bytes of something else hold such numbers.
+const FARTHEST_MM: f64 = 1e4;
+/// Slower and faster than any of the makers' instruments, Hz.
+const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let start = Place { origin, line: 1, column: 1 };
@@ -16,7 +22,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let mut lines = head.split(|b| *b == b'\n').map(|l| String::from_utf8_lossy(l).trim().to_owned());
     let version = lines.next().unwrap_or_default();
     if !matches!(version.as_str(), "AG50xDATA_V001" | "AG50xDATA_V002" | "AG50xDATA_V003") {
-        let help = "give head-corrected positions of an AG500 or AG501 (.pos), versions V001 to V003";
+        if is_headerless(bytes) {
+            let (sensors, rate) = AG500;
+            return recording(bytes, 0, sensors, rate, Times::Usual(rate), start);
+        }
+        let help = "give head-corrected positions of an AG500 or AG501 (.pos), versions V001 to V003, or of an AG500 without a \
+                    header (12 sensors)";
         return Err(start.error("the first line is not AG50xDATA_V001, V002 or V003", help));
     }
     let text = lines.next().unwrap_or_default();
@@ -38,9 +49,42 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     };
     let sensors = value("NumberOfChannels=")? as usize;
     let rate = value("SamplingFrequencyHz=")?;
+    if !RATES_HZ.contains(&rate) {
+        let help = format!("it must be from {} to {} Hz", RATES_HZ.start(), RATES_HZ.end());
+        return Err(start.error(format!("SamplingFrequencyHz is {rate:e}"), help));
+    }
+    recording(bytes, size, sensors, rate, Times::InFile, start)
+}
+
+/// Whether every value can be one of twelve sensors.
+fn is_headerless(bytes: &[u8]) -> bool {
+    let whole = !bytes.is_empty() && bytes.len().is_multiple_of(AG500.0 * VALUES * 4);
+    whole
+        && bytes.chunks_exact(VALUES * 4).all(|sensor| {
+            let place = place(sensor);
+            place.iter().all(|v| v.is_nan() || (v.abs() <= FARTHEST_MM && (*v == 0.0 || v.abs() > 1e-12)))
+        })
+}
+
+/// x, y, z of a sensor.
+fn place(sensor: &[u8]) -> [f64; 3] {
+    let at =
+        |i: usize| f64::from(f32::from_le_bytes(sensor[4 * i..4 * i + 4].try_into().unwrap_or_default()));
+    [at(0), at(1), at(2)]
+}
+
+/// The frames behind a header of so many bytes.
+fn recording(
+    bytes: &[u8],
+    size: usize,
+    sensors: usize,
+    rate: f64,
+    times: Times,
+    start: Place<'_>,
+) -> Result<Recording, Malformed> {
     let frame = sensors.saturating_mul(VALUES * 4).max(1);
     let frames = (bytes.len() - size) / frame;
-    check_size(frames, sensors, start)?;
+    Budget::default().whole(frames, sensors, start)?;
     if !(bytes.len() - size).is_multiple_of(frame) {
         let at = Place { line: 1, column: size + frames * frame + 1, ..start };
         let what = format!("the last frame is cut off (byte {})", at.column);
@@ -48,23 +92,20 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     let samples = bytes[size..].chunks_exact(frame).enumerate().map(|(n, frame)| {
         let place = |sensor: &[u8]| {
-            let at = |i: usize| {
-                f64::from(f32::from_le_bytes(sensor[4 * i..4 * i + 4].try_into().unwrap_or_default()))
-            };
-            let place = [at(0), at(1), at(2)];
+            let place = place(sensor);
             // A sensor that was not connected or not found is written as zeros or as no number.
             let seen = place.iter().all(|v| is_coordinate(*v)) && place != [0.0; 3];
             seen.then_some(place)
         };
-        let time_s = n as f64 / rate;
-        Sample { time_s, places: frame.chunks_exact(VALUES * 4).map(place).collect() }
+        Sample::new(n as f64 / rate, frame.chunks_exact(VALUES * 4).map(place).collect())
     });
     Ok(Recording {
-        name: Recording::stem(origin),
+        name: Recording::stem(start.origin),
         channels: (1..=sensors).map(|n| format!("sensor_{n}")).collect(),
         sigma: vec![None; sensors],
         samples: samples.collect(),
         metres: Some(1e-3),
+        times,
         format: Format::Ag50x,
     })
 }

@@ -5,12 +5,13 @@
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::super::lengths::text::decode;
-use super::{Format, Recording, Sample, check_size, coordinate};
+use super::{Budget, Format, Recording, Sample, Times, coordinate};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = decode(bytes, origin)?.text;
     let start = Place { origin, line: 1, column: 1 };
     let mut rows: Vec<Vec<Option<f64>>> = Vec::new();
+    let mut budget = Budget::default();
     for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
         let at = Place { line: n as u64 + 1, ..start };
         let cells: Vec<&str> = line.split([' ', '\t', ',']).filter(|c| !c.is_empty()).collect();
@@ -34,7 +35,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             return Err(at.at_column(row.len()).error(what, "give two columns (x, y) a frame in every line"));
         }
         rows.push(row);
-        check_size(width / 2, rows.len(), at)?;
+        budget.add(width / 2, rows.len(), width / 2, at)?;
     }
     let frames = rows.first().map_or(0, |r| r.len() / 2);
     // EdgeTrak writes zeros where a frame was not traced.
@@ -43,7 +44,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             let (x, y) = row[2 * frame].zip(row[2 * frame + 1])?;
             ((x, y) != (0.0, 0.0)).then_some([x, y, 0.0])
         };
-        Sample { time_s: frame as f64, places: rows.iter().map(place).collect() }
+        Sample::new(frame as f64, rows.iter().map(place).collect())
     };
     Ok(Recording {
         name: Recording::stem(origin),
@@ -51,6 +52,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         sigma: vec![None; rows.len()],
         samples: (0..frames).map(sample).collect(),
         metres: None,
+        times: Times::Frames,
         format: Format::Edgetrak,
     })
 }

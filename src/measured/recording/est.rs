@@ -4,7 +4,7 @@
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::{Format, MOST_CHANNELS, Recording, Sample, check_size, is_coordinate};
+use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, Times, is_coordinate, mocha};
 
 const LARGEST_HEADER: usize = 1 << 20;
 const END: &[u8] = b"EST_Header_End";
@@ -24,14 +24,18 @@ struct Header {
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let start = Place { origin, line: 1, column: 1 };
+    let is_number = |b: &u8| b.is_ascii_digit() || b"-+.N".contains(b);
+    if bytes.iter().find(|b| !b.is_ascii_whitespace()).is_some_and(is_number) {
+        return mocha::read(bytes, origin);
+    }
     let header = header(bytes, start)?;
     let before = 1 + usize::from(header.breaks);
     let width = before + header.channels;
-    check_size(header.frames, width, start)?;
+    Budget::default().whole(header.frames, width, start)?;
     let axes = axes(&header.names);
     let body = &bytes[header.size..];
-    let rows: Vec<Vec<f64>> = if header.ascii {
-        text_rows(body, width, bytes, start)?
+    let values: Vec<f64> = if header.ascii {
+        text_rows(body, header.frames, width, bytes, start)?
     } else {
         let wanted = header.frames * width * 4;
         if body.len() < wanted {
@@ -42,10 +46,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             let b: [u8; 4] = b.try_into().unwrap_or_default();
             f64::from(if header.big_endian { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) })
         };
-        body[..wanted].chunks_exact(width * 4).map(|row| row.chunks_exact(4).map(number).collect()).collect()
+        body[..wanted].chunks_exact(4).map(number).collect()
     };
-    let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
-    for (n, row) in rows.iter().enumerate() {
+    let mut samples: Vec<Sample> = Vec::with_capacity(header.frames);
+    for (n, row) in values.chunks_exact(width).enumerate() {
         let time_s = row[0];
         let after = samples.last().is_none_or(|last| last.time_s < time_s);
         if !is_coordinate(time_s) || !after {
@@ -58,7 +62,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             let place = channels.each_ref().map(value);
             (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
         };
-        samples.push(Sample { time_s, places: axes.iter().map(|(_, c)| place(c)).collect() });
+        samples.push(Sample::new(time_s, axes.iter().map(|(_, c)| place(c)).collect()));
     }
     Ok(Recording {
         name: Recording::stem(origin),
@@ -66,6 +70,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         channels: axes.into_iter().map(|(name, _)| name).collect(),
         samples,
         metres: None,
+        times: Times::InFile,
         format: Format::Est,
     })
 }
@@ -141,20 +146,45 @@ fn axes(names: &[String]) -> Vec<(String, [Option<usize>; 3])> {
     points
 }
 
-fn text_rows(body: &[u8], width: usize, all: &[u8], start: Place<'_>) -> Result<Vec<Vec<f64>>, Malformed> {
+/// The values of a body of text, line by line.
+fn text_rows(
+    body: &[u8],
+    frames: usize,
+    width: usize,
+    all: &[u8],
+    start: Place<'_>,
+) -> Result<Vec<f64>, Malformed> {
     let text = String::from_utf8_lossy(body);
     let before = all[..all.len() - body.len()].iter().filter(|b| **b == b'\n').count() as u64;
-    let mut rows = Vec::new();
-    for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
+    let mut values = Vec::with_capacity(frames.saturating_mul(width));
+    let mut lines = text.split_inclusive('\n').enumerate().filter(|(_, l)| !l.trim().is_empty());
+    let cut = "the file is cut off; copy it anew";
+    for frame in 0..frames {
+        let Some((n, line)) = lines.next() else {
+            return Err(start.error(format!("{frame} of {frames} frames follow the header"), cut));
+        };
         let at = Place { line: before + n as u64 + 1, ..start };
-        let row: Option<Vec<f64>> = line.split_whitespace().map(|v| v.parse().ok()).collect();
-        let row =
-            row.ok_or_else(|| at.error("a value is no number", "write numbers, separated by blanks"))?;
-        if row.len() < width {
-            return Err(at.error(format!("the line has {} values of {width}", row.len()), "give them all"));
+        if !line.ends_with('\n') {
+            return Err(
+                at.error("the last line does not end in a line end", format!("{cut} (or end the line)"))
+            );
         }
-        rows.push(row);
-        check_size(rows.len(), width, at)?;
+        let count = values.len();
+        for (column, word) in line.split_whitespace().take(width).enumerate() {
+            let value = word.parse::<f64>().map_err(|_| {
+                let what = format!("{word:?} is no number");
+                at.at_column(column + 1).error(what, "write numbers, separated by blanks")
+            })?;
+            values.push(value);
+        }
+        let found = values.len() - count;
+        if found < width {
+            return Err(at.error(format!("the line has {found} values of {width}"), "give them all"));
+        }
     }
-    Ok(rows)
+    if let Some((n, _)) = lines.next() {
+        let at = Place { line: before + n as u64 + 1, ..start };
+        return Err(at.error(format!("more than {frames} frames follow the header"), "correct NumFrames"));
+    }
+    Ok(values)
 }

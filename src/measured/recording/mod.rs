@@ -4,8 +4,13 @@
 //! |---|---|---|
 //! | AAA's table of splines (`.tsv`, `.txt`) | DeepLabCut keypoints of ultrasound (Wrench and Balch-Tomes 2022) | mm |
 //! | tidy CSV `recording,time_s,point,x_mm,y_mm[,sigma_mm]` | anything | mm |
-//! | Carstens AG50x (`.pos`) | electromagnetic sensors | mm |
+//! | AAA's fans without a header (`.txt`) | a spline on 42 fan lines | mm |
+//! | Carstens AG50x (`.pos`), with or without a header | electromagnetic sensors | mm |
 //! | Edinburgh Speech Tools' track (`.ema`) | electromagnetic sensors (mngu0, MOCHA) | not in the file |
+//! | MOCHA as text (`.ema`) | electromagnetic sensors | 0.01 mm |
+//! | X-ray microbeam (`.txy`) | gold pellets | 0.001 mm |
+//! | MVIEW's structures (MATLAB 5 `.mat`) | electromagnetic sensors (HPRC) | mm |
+//! | DeepLabCut (`.csv`) | keypoints with their likelihood | pixels |
 //! | EdgeTrak (`.con`) | contours of ultrasound | pixels |
 //!
 //! ```text
@@ -14,12 +19,22 @@
 
 mod aaa;
 mod ag50x;
+mod budget;
+mod deeplabcut;
 mod edgetrak;
 mod est;
+mod fan;
 mod map;
+mod matlab;
+mod mocha;
+mod mview;
+mod names;
+mod numbers;
 mod screen;
 mod seen;
+mod template;
 mod tidy;
+mod txy;
 
 use std::path::Path;
 
@@ -28,16 +43,12 @@ use serde::Serialize;
 use super::lengths::Malformed;
 use super::lengths::error::Place;
 
+use budget::Budget;
+pub use budget::{MOST_CHANNELS, MOST_FRAMES};
 pub use map::{CONTOUR_SD_M, Map, MapError, Role};
 pub use screen::{Fault, FaultKind, Screened, screen};
 pub use seen::{Mark, Seen, SeenFrame};
 
-/// More frames than this in one file are refused: twenty minutes at 80 a second. What is made of each takes some 20 kB.
-pub const MOST_FRAMES: usize = 100_000;
-/// More channels than this are no sensors and contour points.
-pub const MOST_CHANNELS: usize = 2048;
-/// More values than this (frames times channels) do not fit into memory with what is made of them.
-const MOST_VALUES: usize = 20_000_000;
 /// Coordinates beyond this (in the unit of the file) are no place on a head.
 const FARTHEST: f64 = 1e9;
 
@@ -55,16 +66,28 @@ pub enum Format {
     Est,
     /// EdgeTrak's contours.
     Edgetrak,
+    /// Articulate Assistant Advanced's export of a spline on a fan, without a header.
+    AaaFan,
+    /// The X-ray microbeam's pellets.
+    Microbeam,
+    /// MATLAB structures as MVIEW has them.
+    Mview,
+    /// DeepLabCut's tables.
+    DeepLabCut,
 }
 
 impl Format {
     /// The names on a command line.
-    pub const NAMES: [(&'static str, Format); 5] = [
+    pub const NAMES: [(&'static str, Format); 9] = [
         ("aaa", Format::Aaa),
         ("csv", Format::Tidy),
         ("pos", Format::Ag50x),
         ("ema", Format::Est),
         ("con", Format::Edgetrak),
+        ("fan", Format::AaaFan),
+        ("txy", Format::Microbeam),
+        ("mat", Format::Mview),
+        ("dlc", Format::DeepLabCut),
     ];
 
     /// What the content, and failing that the name of the file, looks like.
@@ -76,6 +99,9 @@ impl Format {
         if begins("EST_File") {
             return Self::Est;
         }
+        if begins("MATLAB ") {
+            return Self::Mview;
+        }
         let ends = |end: &str| Path::new(origin).extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
         if ends("con") {
             return Self::Edgetrak;
@@ -86,6 +112,10 @@ impl Format {
         let has = |word: &[u8]| line.windows(word.len()).any(|w| w == word);
         match () {
             () if has(b"Time of sample") || has(b"X0 ") => Self::Aaa,
+            () if line.starts_with(b"scorer,") => Self::DeepLabCut,
+            () if fan::is_row(&String::from_utf8_lossy(line)) => Self::AaaFan,
+            () if ends("txy") => Self::Microbeam,
+            () if ends("mat") => Self::Mview,
             () if ends("pos") => Self::Ag50x,
             () if ends("ema") => Self::Est,
             () => Self::Tidy,
@@ -100,6 +130,25 @@ pub struct Sample {
     pub time_s: f64,
     /// Place of every channel, in the axes and unit of the file; `None` where it was not seen.
     pub places: Vec<Option<[f64; 3]>>,
+    /// How likely each place is right, 0 to 1; empty where the format does not say it.
+    pub likelihood: Vec<f32>,
+}
+
+impl Sample {
+    fn new(time_s: f64, places: Vec<Option<[f64; 3]>>) -> Self {
+        Self { time_s, places, likelihood: Vec::new() }
+    }
+}
+
+/// Where the times of a recording come from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Times {
+    /// The file has them.
+    InFile,
+    /// The file has none; its instrument usually has this rate, Hz.
+    Usual(f64),
+    /// The file counts frames: the samples' times are their numbers.
+    Frames,
 }
 
 /// A recording: channels by name, over time.
@@ -115,6 +164,8 @@ pub struct Recording {
     pub samples: Vec<Sample>,
     /// Metres in a unit of the file, where the format says it.
     pub metres: Option<f64>,
+    /// Where the times come from.
+    pub times: Times,
     /// From which format.
     pub format: Format,
 }
@@ -162,12 +213,27 @@ impl Recording {
             Format::Ag50x => ag50x::read(bytes, origin).map(|r| vec![r]),
             Format::Est => est::read(bytes, origin).map(|r| vec![r]),
             Format::Edgetrak => edgetrak::read(bytes, origin).map(|r| vec![r]),
+            Format::AaaFan => fan::read(bytes, origin),
+            Format::Microbeam => txy::read(bytes, origin).map(|r| vec![r]),
+            Format::Mview => mview::read(bytes, origin),
+            Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
         }?;
         match found.iter().any(|r| !r.samples.is_empty()) {
             true => Ok(found),
             false => Err(Place { origin, line: 1, column: 1 }
                 .error("the file has no frame", "give a recording with at least one")),
         }
+    }
+
+    /// The middle distance between neighbouring channels of these, in the unit of the file.
+    fn middle_gap(&self, channels: &[usize]) -> Option<f64> {
+        let gaps = channels.windows(2).flat_map(|w| {
+            self.samples.iter().filter_map(move |s| {
+                let (a, b) = s.places[w[0]].zip(s.places[w[1]])?;
+                Some((0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt())
+            })
+        });
+        crate::statistics::upper_median(gaps).filter(|g| *g > 0.0)
     }
 
     /// Its name from that of its file.
@@ -183,14 +249,4 @@ fn coordinate(text: &str) -> Option<f64> {
 
 fn is_coordinate(v: f64) -> bool {
     v.is_finite() && v.abs() <= FARTHEST
-}
-
-/// Refuses what is too large before it is read.
-fn check_size(frames: usize, channels: usize, at: Place<'_>) -> Result<(), Malformed> {
-    if frames > MOST_FRAMES || channels > MOST_CHANNELS || frames.saturating_mul(channels) > MOST_VALUES {
-        let what = format!("{frames} frames of {channels} channels are too many");
-        let most = format!("{MOST_FRAMES} frames, {MOST_CHANNELS} channels and {MOST_VALUES} values");
-        return Err(at.error(what, format!("a file may have {most}; give it in parts")));
-    }
-    Ok(())
 }

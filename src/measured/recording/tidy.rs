@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::super::lengths::text::decode;
-use super::{Format, Recording, Sample, check_size, coordinate};
+use super::{Budget, Format, Recording, Sample, Times, coordinate};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = decode(bytes, origin)?.text;
@@ -31,7 +31,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let (recording, time, sigma) = (column("recording"), column("time_s"), column("sigma_mm"));
 
     let mut found: Vec<Recording> = Vec::new();
-    let mut rows: usize = 0;
+    let mut budget = Budget::default();
     // Where each recording is, and in it each channel and the frame of each time.
     let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
     let mut channels: Vec<BTreeMap<String, usize>> = Vec::new();
@@ -50,7 +50,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             };
             value.map(Some).ok_or_else(wrong)
         };
-        rows += 1;
         let named = recording.map(field).filter(|n| !n.is_empty());
         let named = named.map_or_else(|| Recording::stem(origin), str::to_owned);
         let nth = *numbers.entry(named).or_insert_with_key(|name| {
@@ -60,6 +59,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
                 sigma: Vec::new(),
                 samples: Vec::new(),
                 metres: Some(1e-3),
+                times: Times::InFile,
                 format: Format::Tidy,
             });
             channels.push(BTreeMap::new());
@@ -72,14 +72,15 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
                 .at_column(point + 1)
                 .error(format!("the point is {name:?}"), "name it, like tongue_0, hyoid or mental_spine"));
         }
+        let before = this.channels.len();
         let channel = *channels[nth].entry(name.to_owned()).or_insert_with_key(|name| {
             this.channels.push(name.clone());
             this.sigma.push(None);
             this.samples.iter_mut().for_each(|s| s.places.push(None));
             this.channels.len() - 1
         });
-        check_size(this.samples.len() + 1, this.channels.len(), at)?;
-        check_size(rows.div_ceil(super::MOST_CHANNELS), super::MOST_CHANNELS, at)?;
+        let more = if this.channels.len() > before { this.samples.len() } else { 0 };
+        budget.add(this.samples.len() + 1, this.channels.len(), more, at)?;
         // A table without times is of one posture.
         let time_s = match time {
             Some(f) => number(f, "the time")?
@@ -93,7 +94,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
                 let at = at.at_column(time.unwrap_or(0) + 1);
                 return Err(at.error(what, "sort the rows of each recording by time"));
             }
-            _ => this.samples.push(Sample { time_s, places: vec![None; this.channels.len()] }),
+            _ => {
+                budget.add(this.samples.len() + 1, this.channels.len(), this.channels.len(), at)?;
+                this.samples.push(Sample::new(time_s, vec![None; this.channels.len()]));
+            }
         }
         let place = number(x, "x_mm")?.zip(number(y, "y_mm")?).map(|(x, y)| [x, y, 0.0]);
         let Some(slot) = this.samples.last_mut().and_then(|s| s.places.get_mut(channel)) else { continue };

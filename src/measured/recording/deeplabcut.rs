@@ -1,0 +1,142 @@
+//! DeepLabCut's own tables (`.csv`): three lines of titles (`scorer`, `bodyparts`, `coords`; a fourth, `individuals`, where there are
+//! several animals), then a line a frame with its number and x, y and likelihood of every part, in pixels, y down (Nath et al. 2019,
+//! *Nature Protocols* 14). The likelihood is how sure the network is: points below 0.05 are not seen, and the variance of the others
+//! is divided by it.
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::super::lengths::text::decode;
+use super::{Budget, Format, Recording, Sample, Times, coordinate};
+
+/// Below this nothing was seen.
+const LEAST_LIKELIHOOD: f64 = 0.05;
+/// The keypoints of the tongue in the models that come with AAA, from the vallecula to the tip (Wrench and Balch-Tomes 2022).
+const TONGUE: [&str; 11] = [
+    "vallecula",
+    "tongueroot1",
+    "tongueroot2",
+    "tonguebody1",
+    "tonguebody2",
+    "tonguedorsum1",
+    "tonguedorsum2",
+    "tongueblade1",
+    "tongueblade2",
+    "tonguetip1",
+    "tonguetip2",
+];
+const HELP: &str = "give the .csv that DeepLabCut's analyze_videos(.., save_as_csv=True) writes";
+
+/// Columns of one part.
+struct Part {
+    name: String,
+    x: usize,
+    y: usize,
+    likelihood: Option<usize>,
+}
+
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    let text = decode(bytes, origin)?.text;
+    let start = Place { origin, line: 1, column: 1 };
+    let mut reader =
+        csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let broken = |e: csv::Error| {
+        let line = e.position().map_or(1, csv::Position::line);
+        Place { line, ..start }.error(e.to_string(), HELP)
+    };
+    let mut titles: Vec<(String, csv::StringRecord)> = Vec::new();
+    let mut parts: Vec<Part> = Vec::new();
+    let mut samples: Vec<Sample> = Vec::new();
+    let mut budget = Budget::default();
+    for record in reader.records() {
+        let record = record.map_err(broken)?;
+        let at = Place { line: record.position().map_or(1, csv::Position::line), ..start };
+        let first = record.get(0).unwrap_or_default();
+        if parts.is_empty() {
+            titles.push((first.to_ascii_lowercase(), record.clone()));
+            match first.to_ascii_lowercase().as_str() {
+                "scorer" | "individuals" | "bodyparts" => continue,
+                "coords" => parts = parts_of(&titles, at)?,
+                _ => return Err(at.error(format!("{first:?} where a line of titles is due"), HELP)),
+            }
+            continue;
+        }
+        budget.add(samples.len() + 1, parts.len(), parts.len(), at)?;
+        let mut sample = Sample::new(samples.len() as f64, Vec::with_capacity(parts.len()));
+        for part in &parts {
+            let value = |field: usize| match record.get(field).unwrap_or_default() {
+                "" | "nan" | "NaN" | "NA" => Ok(None),
+                text => coordinate(text).map(Some).ok_or_else(|| {
+                    at.at_column(field + 1)
+                        .error(format!("{} is {text:?}", part.name), "give pixels, or nothing")
+                }),
+            };
+            let likelihood = part.likelihood.map(value).transpose()?.map(|l| l.unwrap_or(0.0));
+            let sure = likelihood.is_none_or(|l| l >= LEAST_LIKELIHOOD);
+            let place = value(part.x)?.zip(value(part.y)?).map(|(x, y)| [x, y, 0.0]);
+            sample.places.push(place.filter(|_| sure));
+            sample.likelihood.push(likelihood.unwrap_or(1.0).clamp(LEAST_LIKELIHOOD, 1.0) as f32);
+        }
+        samples.push(sample);
+    }
+    if parts.is_empty() {
+        return Err(start.error("there is no line of titles that begins with coords", HELP));
+    }
+    Ok(Recording {
+        name: Recording::stem(origin),
+        channels: parts.iter().map(|p| p.name.clone()).collect(),
+        sigma: vec![None; parts.len()],
+        samples,
+        metres: None,
+        times: Times::Frames,
+        format: Format::DeepLabCut,
+    })
+}
+
+/// The parts that the lines of titles name.
+fn parts_of(titles: &[(String, csv::StringRecord)], at: Place<'_>) -> Result<Vec<Part>, Malformed> {
+    let row = |name: &str| titles.iter().find(|(first, _)| first == name).map(|(_, row)| row);
+    let names =
+        row("bodyparts").ok_or_else(|| at.error("there is no line that begins with bodyparts", HELP))?;
+    let coords = row("coords").ok_or_else(|| at.error("there is no line that begins with coords", HELP))?;
+    let individuals = row("individuals");
+    let mut parts: Vec<Part> = Vec::new();
+    let is = |field: usize, axis: &str| coords.get(field) == Some(axis);
+    for field in 1..coords.len() {
+        if !is(field, "x") {
+            continue;
+        }
+        let title = names.get(field).unwrap_or_default();
+        let same = |f: usize| names.get(f) == Some(title) && f < coords.len();
+        if !(is(field + 1, "y") && same(field + 1)) {
+            let what = format!("the x of {title:?} has no y beside it");
+            return Err(at.at_column(field + 1).error(what, HELP));
+        }
+        let likelihood = (is(field + 2, "likelihood") && same(field + 2)).then_some(field + 2);
+        let name = match individuals.and_then(|i| i.get(field)).filter(|i| !i.is_empty()) {
+            Some(individual) => format!("{individual} {title}"),
+            None => name_of(title),
+        };
+        if name.is_empty() || name.contains(char::is_control) || parts.iter().any(|p| p.name == name) {
+            let what = format!("the body part {name:?} is empty or given twice");
+            return Err(at.at_column(field + 1).error(what, "give every part one name"));
+        }
+        parts.push(Part { name, x: field, y: field + 1, likelihood });
+    }
+    match parts.is_empty() {
+        false => Ok(parts),
+        true => Err(at.error("no body part has x and y", HELP)),
+    }
+}
+
+/// The keypoints of AAA's models by what they are; any other part by its own name.
+fn name_of(title: &str) -> String {
+    let plain: String = title.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase();
+    if let Some(n) = TONGUE.iter().position(|t| *t == plain) {
+        return format!("tongue_{n}");
+    }
+    match plain.as_str() {
+        "hyoid" => "hyoid".to_owned(),
+        "shorttendon" | "mentalspine" => "mental_spine".to_owned(),
+        _ => title.to_owned(),
+    }
+}

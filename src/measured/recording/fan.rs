@@ -1,0 +1,106 @@
+//! AAA's older exports of a spline on a fan, without a header: a row a frame, separated by tabs, whose last 84 fields are x and y (mm) where
+//! the spline meets each of 42 fan lines, `*` where it does not. The fields before them are what the user chose: among them a time,
+//! a date, a prompt, a label (rticulate, Coretta 2021, `read_aaa`).
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::super::lengths::text::decode;
+use super::aaa::{self, Rows};
+use super::{Format, Recording};
+
+/// Fan lines of an export.
+const FAN_LINES: usize = 42;
+const FIELDS: usize = 2 * FAN_LINES;
+const HELP: &str = "export the spline from AAA anew with x and y of 42 fan lines in the last 84 columns";
+
+/// Whether a first line looks like one of a fan without a header.
+pub(super) fn is_row(line: &str) -> bool {
+    let cells = cells(line);
+    let fan = |c: &&str| aaa::is_missing(c) || aaa::number(c).is_some();
+    cells.len() > FIELDS && cells[cells.len() - FIELDS..].iter().all(fan)
+}
+
+/// The fields of a line; a tab at its end opens no further field.
+fn cells(line: &str) -> Vec<&str> {
+    let line = line.trim_end_matches(['\r', '\n']);
+    line.strip_suffix('\t').unwrap_or(line).split('\t').map(str::trim).collect()
+}
+
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
+    let text = decode(bytes, origin)?.text;
+    let start = Place { origin, line: 1, column: 1 };
+    let lines = || text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
+    let width = lines().next().map_or(0, |(_, l)| cells(l).len());
+    if width <= FIELDS {
+        return Err(start.error(format!("the line has {width} fields"), HELP));
+    }
+    let before = width - FIELDS;
+    let columns = Columns::of(lines().map(|(_, l)| cells(l)), before);
+    let time = columns.time.ok_or_else(|| {
+        start.error(
+            "no field before the fan is a time that grows from row to row",
+            "export the time of the sample in the recording",
+        )
+    })?;
+    let mut rows = Rows::new((1..=FAN_LINES).map(|n| format!("tongue_{n}")).collect(), false);
+    for (n, line) in lines() {
+        let at = Place { line: n as u64 + 1, ..start };
+        let cells = cells(line);
+        if cells.len() != width {
+            let what = format!("the line has {} fields where the first has {width}", cells.len());
+            return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it anew"));
+        }
+        let time_s = aaa::seconds(cells[time], at.at_column(time + 1))?;
+        let mut places = Vec::with_capacity(FAN_LINES);
+        for nth in 0..FAN_LINES {
+            let field = before + 2 * nth;
+            let name = || format!("fan line {}", nth + 1);
+            let x = aaa::value(cells[field], &name(), at.at_column(field + 1))?;
+            let y = aaa::value(cells[field + 1], &name(), at.at_column(field + 2))?;
+            places.push(x.zip(y).map(|(x, y)| [x, y, 0.0]));
+        }
+        let key = columns.of_recording.iter().map(|c| cells[*c].to_owned()).collect();
+        rows.add(key, time_s, places, at)?;
+    }
+    rows.recordings(Format::AaaFan, start)
+}
+
+/// What the fields before the fan are.
+struct Columns {
+    /// The time.
+    time: Option<usize>,
+    /// Fields that tell recordings apart.
+    of_recording: Vec<usize>,
+}
+
+impl Columns {
+    /// Words that change within one date are labels; a number that grows while all words stay is the time.
+    fn of<'a>(rows: impl Iterator<Item = Vec<&'a str>>, before: usize) -> Self {
+        let rows: Vec<Vec<&str>> = rows
+            .filter(|r| r.len() >= before)
+            .map(|mut r| {
+                r.truncate(before);
+                r
+            })
+            .collect();
+        let is_number = |c: &usize| rows.iter().all(|r| aaa::number(r[*c]).is_some());
+        let (numbers, words): (Vec<usize>, Vec<usize>) = (0..before).partition(is_number);
+        let is_date = |c: &&usize| {
+            rows.iter().all(|r| r[**c].contains([':', '/']) && r[**c].bytes().any(|b| b.is_ascii_digit()))
+        };
+        let of_recording = match words.iter().find(is_date) {
+            None => words.clone(),
+            Some(&date) => {
+                let same =
+                    |c: &usize| rows.windows(2).all(|w| w[0][date] != w[1][date] || w[0][*c] == w[1][*c]);
+                words.iter().copied().filter(same).collect()
+            }
+        };
+        let alike = |w: &[Vec<&str>]| words.iter().all(|c| w[0][*c] == w[1][*c]);
+        let grows = |c: &usize| {
+            let value = |r: &Vec<&str>| aaa::number(r[*c]).unwrap_or(f64::NAN);
+            rows.windows(2).filter(|w| alike(w)).all(|w| value(&w[0]) < value(&w[1]))
+        };
+        Self { time: numbers.into_iter().find(grows), of_recording }
+    }
+}

@@ -1,0 +1,261 @@
+//! MATLAB's level 5 files (`.mat`, as `save` writes them unless version 7.3 is asked for): numbers, text, structures and cells.
+//!
+//! A file is 128 bytes of header and then elements: a type, a size and so many bytes, padded to eight. Variables are elements of type
+//! `miMATRIX`, alone or compressed (MathWorks, *MAT-File Format*, level 5). Every size is checked against what is there, and what is
+//! inflated is limited, so that no file needs more memory than [`MOST_INFLATED`] and its own size.
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+
+/// All compressed variables of a file together may become so many bytes.
+const MOST_INFLATED: usize = 64 << 20;
+/// Structures in structures deeper than this are not followed.
+const DEEPEST: usize = 6;
+/// More elements than this in all arrays of structures and cells are refused.
+const MOST_ELEMENTS: usize = 200_000;
+const HELP: &str = "save it in MATLAB with save(file, '-v7'), or copy it anew";
+
+const COMPRESSED: u32 = 15;
+const MATRIX: u32 = 14;
+
+/// What a variable or a field holds.
+#[derive(Debug, PartialEq)]
+pub(super) enum Value<'a> {
+    /// Numbers, column by column.
+    Numbers {
+        /// Rows and columns; further dimensions are multiplied into the columns.
+        size: [usize; 2],
+        /// Type of what is stored.
+        kind: u32,
+        /// Whether the least significant byte comes last.
+        big_endian: bool,
+        /// The numbers as stored.
+        bytes: &'a [u8],
+    },
+    /// Text.
+    Text(String),
+    /// An array of structures: the fields of each.
+    Structures(Vec<Vec<(String, Value<'a>)>>),
+    /// Anything else.
+    Other,
+}
+
+impl Value<'_> {
+    /// Number `n`, counted along the first column, then the second.
+    pub fn number(&self, n: usize) -> Option<f64> {
+        let Self::Numbers { kind, big_endian, bytes, .. } = self else { return None };
+        let width = width_of(*kind)?;
+        let stored = bytes.get(n.checked_mul(width)?..)?.get(..width)?;
+        let mut little = [0_u8; 8];
+        little.get_mut(..width)?.copy_from_slice(stored);
+        if *big_endian {
+            little.get_mut(..width)?.reverse();
+        }
+        let [a, b, c, d, ..] = little;
+        Some(match kind {
+            1 => f64::from(i8::from_le_bytes([a])),
+            2 => f64::from(a),
+            3 => f64::from(i16::from_le_bytes([a, b])),
+            4 => f64::from(u16::from_le_bytes([a, b])),
+            5 => f64::from(i32::from_le_bytes([a, b, c, d])),
+            6 => f64::from(u32::from_le_bytes([a, b, c, d])),
+            7 => f64::from(f32::from_le_bytes([a, b, c, d])),
+            9 => f64::from_le_bytes(little),
+            12 => i64::from_le_bytes(little) as f64,
+            _ => u64::from_le_bytes(little) as f64,
+        })
+    }
+}
+
+/// Bytes of a number of a stored type.
+fn width_of(kind: u32) -> Option<usize> {
+    match kind {
+        1 | 2 => Some(1),
+        3 | 4 => Some(2),
+        5..=7 => Some(4),
+        9 | 12 | 13 => Some(8),
+        _ => None,
+    }
+}
+
+/// A file whose compressed variables are inflated.
+pub(super) struct File<'a> {
+    origin: &'a str,
+    big_endian: bool,
+    /// The bytes of every variable, behind its tag.
+    variables: Vec<std::borrow::Cow<'a, [u8]>>,
+}
+
+/// A piece of a file that is read from its beginning.
+#[derive(Clone, Copy)]
+struct Piece<'a> {
+    bytes: &'a [u8],
+    big_endian: bool,
+}
+
+impl<'a> Piece<'a> {
+    fn word(self, at: usize) -> Option<u32> {
+        let b: [u8; 4] = self.bytes.get(at..at.checked_add(4)?)?.try_into().ok()?;
+        Some(if self.big_endian { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) })
+    }
+
+    /// The type and the bytes of the next element.
+    fn next(&mut self) -> Option<(u32, &'a [u8])> {
+        let first = self.word(0)?;
+        // Up to four bytes are stored in the tag itself.
+        if first >> 16 != 0 {
+            let data = self.bytes.get(4..8)?.get(..(first >> 16) as usize)?;
+            self.bytes = self.bytes.get(8..)?;
+            return Some((first & 0xffff, data));
+        }
+        let size = self.word(4)? as usize;
+        let data = self.bytes.get(8..)?.get(..size)?;
+        let padded = if first == COMPRESSED { size } else { size.checked_next_multiple_of(8)? };
+        self.bytes = self.bytes.get(8..)?.get(padded..).unwrap_or_default();
+        Some((first, data))
+    }
+
+    fn of(self, bytes: &'a [u8]) -> Self {
+        Self { bytes, ..self }
+    }
+}
+
+impl<'a> File<'a> {
+    /// Reads the header and inflates what is compressed.
+    pub fn read(bytes: &'a [u8], origin: &'a str) -> Result<Self, Malformed> {
+        let fail = |byte: usize, what: &str| Place { origin, line: 1, column: byte + 1 }.error(what, HELP);
+        if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
+            return Err(fail(0, "the file is of MATLAB's version 7.3 (HDF5)"));
+        }
+        let big_endian = match bytes.get(124..128) {
+            Some([.., b'I', b'M']) => false,
+            Some([.., b'M', b'I']) => true,
+            _ => return Err(fail(0, "the file is none of MATLAB's level 5")),
+        };
+        let mut rest = Piece { bytes: &bytes[128..], big_endian };
+        let mut variables = Vec::new();
+        let mut inflated = 0;
+        while !rest.bytes.is_empty() {
+            let at = bytes.len() - rest.bytes.len();
+            let (kind, data) = rest.next().ok_or_else(|| fail(at, "a variable is cut off"))?;
+            match kind {
+                MATRIX => variables.push(data.into()),
+                COMPRESSED => {
+                    let most = MOST_INFLATED - inflated;
+                    let all = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(data, most);
+                    let all = all.map_err(|e| {
+                        let what = match e.status {
+                            miniz_oxide::inflate::TINFLStatus::HasMoreOutput => {
+                                format!("the variables become more than {} MB", MOST_INFLATED >> 20)
+                            }
+                            _ => "a compressed variable is damaged or cut off".to_owned(),
+                        };
+                        fail(at, &what)
+                    })?;
+                    inflated += all.len();
+                    // The tag is as in a variable that is not compressed.
+                    let inner = (Piece { bytes: &all, big_endian }).next();
+                    match inner {
+                        Some((MATRIX, data)) => variables.push(data.to_vec().into()),
+                        Some(_) => {}
+                        None => return Err(fail(at, "a compressed variable is cut off")),
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(Self { origin, big_endian, variables })
+    }
+
+    /// Every variable with its name.
+    pub fn variables(&self) -> Result<Vec<(String, Value<'_>)>, Malformed> {
+        let start = Place { origin: self.origin, line: 1, column: 1 };
+        let mut left = MOST_ELEMENTS;
+        let mut out = Vec::with_capacity(self.variables.len());
+        for (n, bytes) in self.variables.iter().enumerate() {
+            let piece = Piece { bytes, big_endian: self.big_endian };
+            let variable = matrix(piece, DEEPEST, &mut left);
+            out.push(
+                variable.ok_or_else(|| start.error(format!("variable {} cannot be read", n + 1), HELP))?,
+            );
+        }
+        Ok(out)
+    }
+}
+
+/// The name and value of an array.
+fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(String, Value<'a>)> {
+    *left = left.checked_sub(1)?;
+    // An empty field has no bytes at all.
+    if piece.bytes.is_empty() {
+        return Some((String::new(), Value::Other));
+    }
+    let whole = piece;
+    let (_, flags) = piece.next()?;
+    let class = whole.of(flags).word(0)? & 0xff;
+    let (_, sizes) = piece.next()?;
+    let sizes: Option<Vec<usize>> =
+        (0..sizes.len() / 4).map(|n| whole.of(sizes).word(4 * n).map(|s| s as usize)).collect();
+    let sizes = sizes?;
+    let rows = *sizes.first()?;
+    let columns = sizes.get(1..)?.iter().try_fold(1_usize, |a, b| a.checked_mul(*b))?;
+    let count = rows.checked_mul(columns)?;
+    let (_, name) = piece.next()?;
+    let name = String::from_utf8_lossy(name).into_owned();
+    let value = match class {
+        2 if depth > 0 => {
+            let (_, length) = piece.next()?;
+            let length = whole.of(length).word(0)? as usize;
+            let (_, names) = piece.next()?;
+            if length == 0 || !names.len().is_multiple_of(length) {
+                return Some((name, Value::Structures(Vec::new())));
+            }
+            let names: Vec<String> = names
+                .chunks_exact(length)
+                .map(|n| {
+                    String::from_utf8_lossy(n.split(|b| *b == 0).next().unwrap_or_default()).into_owned()
+                })
+                .collect();
+            if count.saturating_mul(names.len().max(1)) > *left {
+                return None;
+            }
+            let mut all = Vec::new();
+            for _ in 0..count {
+                let mut fields = Vec::with_capacity(names.len());
+                for name in &names {
+                    let (kind, bytes) = piece.next()?;
+                    let value = match kind {
+                        MATRIX => matrix(whole.of(bytes), depth - 1, left)?.1,
+                        _ => Value::Other,
+                    };
+                    fields.push((name.clone(), value));
+                }
+                all.push(fields);
+            }
+            Value::Structures(all)
+        }
+        4 => {
+            let (kind, bytes) = piece.next().unwrap_or((16, &[]));
+            let unit = |pair: &[u8; 2]| match whole.big_endian {
+                true => u16::from_be_bytes(*pair),
+                false => u16::from_le_bytes(*pair),
+            };
+            Value::Text(match kind {
+                4 | 17 => {
+                    let units = bytes.as_chunks::<2>().0.iter().map(unit);
+                    char::decode_utf16(units).map(|c| c.unwrap_or('?')).collect()
+                }
+                _ => String::from_utf8_lossy(bytes).into_owned(),
+            })
+        }
+        6..=15 => {
+            let (kind, bytes) = piece.next()?;
+            if count.checked_mul(width_of(kind)?)? > bytes.len() {
+                return None;
+            }
+            Value::Numbers { size: [rows, columns], kind, big_endian: whole.big_endian, bytes }
+        }
+        _ => Value::Other,
+    };
+    Some((name, value))
+}

@@ -1,0 +1,56 @@
+//! MOCHA's sensors as plain text (`.ema`): a line a frame without a header, with the time (s), a flag (0: nothing seen) and twenty
+//! channels in hundredths of a millimetre, at 500 frames a second; or the twenty channels alone. The order is that of MOCHA's EST
+//! files, in which some corpora give it (Wrench 1999; Qin and Carreira-Perpinan 2009, `MOCHAread.m`, whose columns these are).
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::numbers::Numbers;
+use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
+
+/// The sensors with the columns of x and y among the channels.
+const SENSORS: [(&str, usize, usize); 9] = [
+    ("ui", 0, 5),
+    ("li", 1, 6),
+    ("ul", 2, 7),
+    ("ll", 3, 8),
+    ("tt", 4, 9),
+    ("tb", 10, 15),
+    ("td", 11, 16),
+    ("v", 12, 17),
+    ("bn", 14, 19),
+];
+const CHANNELS: usize = 20;
+const RATE_HZ: f64 = 500.0;
+const HELP: &str = "a MOCHA .ema as text has 22 numbers in a line: the time, a flag and 20 channels (or the 20 channels); other \
+                    sensors go into a table recording,time_s,point,x_mm,y_mm";
+
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    let table = Numbers::read(bytes, origin, &[CHANNELS + 2, CHANNELS], HELP, &mut Budget::default())?;
+    let timed = table.width == CHANNELS + 2;
+    let mut samples: Vec<Sample> = Vec::new();
+    for (n, (line, row)) in table.rows().enumerate() {
+        let at = Place { origin, line, column: 1 };
+        let (time_s, seen, values) = match timed {
+            true => (row[0], row[1] != 0.0, &row[2..]),
+            false => (n as f64 / RATE_HZ, true, row),
+        };
+        if !is_coordinate(time_s) || samples.last().is_some_and(|last| last.time_s >= time_s) {
+            let what = format!("the time {time_s} s does not come after that of the line before");
+            return Err(at.error(what, HELP));
+        }
+        let place = |&(_, x, y): &(&str, usize, usize)| {
+            let place = [values[x], values[y], 0.0];
+            (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
+        };
+        samples.push(Sample::new(time_s, SENSORS.iter().map(place).collect()));
+    }
+    Ok(Recording {
+        name: Recording::stem(origin),
+        channels: SENSORS.iter().map(|(name, ..)| (*name).to_owned()).collect(),
+        sigma: vec![None; SENSORS.len()],
+        samples,
+        metres: Some(1e-5),
+        times: if timed { Times::InFile } else { Times::Usual(RATE_HZ) },
+        format: Format::Est,
+    })
+}

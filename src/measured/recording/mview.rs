@@ -1,0 +1,91 @@
+//! Articulatory recordings in MATLAB files as MVIEW has them (Tiede 2005), among them the Haskins production rate comparison: an array of
+//! structures, one a channel, with `NAME`, `SRATE` (Hz) and `SIGNAL`, a row a frame. A sensor's signal has two columns (to the front,
+//! upwards) or at least three (to the front, sideways, upwards, then angles), mm; channels with one column, such as the sound, are
+//! not read.
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::matlab::{File, Value};
+use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
+
+const HELP: &str = "give an array of structures with NAME, SRATE and SIGNAL, as MVIEW has them";
+const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
+
+/// A sensor's channel.
+struct Channel<'a> {
+    name: &'a str,
+    rate_hz: f64,
+    frames: usize,
+    columns: usize,
+    signal: &'a Value<'a>,
+}
+
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
+    let start = Place { origin, line: 1, column: 1 };
+    let file = File::read(bytes, origin)?;
+    let variables = file.variables()?;
+    let mut budget = Budget::default();
+    let mut found = Vec::new();
+    for (name, value) in &variables {
+        let Value::Structures(structures) = value else { continue };
+        let channels: Vec<Channel<'_>> = structures.iter().filter_map(|s| channel(s)).collect();
+        let Some(first) = channels.first() else { continue };
+        if let Some(other) = channels.iter().find(|c| c.rate_hz != first.rate_hz || c.frames != first.frames)
+        {
+            let of = |c: &Channel<'_>| format!("{} has {} frames at {} Hz", c.name, c.frames, c.rate_hz);
+            let what = format!("in the variable {name:?} {} and {}", of(first), of(other));
+            return Err(start.error(what, "resample the sensors to one rate"));
+        }
+        let twice =
+            channels.iter().enumerate().find(|(n, c)| channels[..*n].iter().any(|o| o.name == c.name));
+        if let Some((_, twice)) = twice {
+            let what = format!("in the variable {name:?} the channel {:?} is given twice", twice.name);
+            return Err(start.error(what, "give every channel a name of its own"));
+        }
+        if !RATES_HZ.contains(&first.rate_hz) {
+            let what = format!("in the variable {name:?} SRATE is {}", first.rate_hz);
+            return Err(start.error(what, "it must be from 1 to 10000 Hz"));
+        }
+        budget.whole(first.frames, channels.len(), start)?;
+        let place = |channel: &Channel<'_>, frame: usize| {
+            let value = |column: usize| channel.signal.number(column * channel.frames + frame);
+            let place = match channel.columns {
+                2 => [value(0)?, 0.0, value(1)?],
+                _ => [value(0)?, value(1)?, value(2)?],
+            };
+            place.iter().all(|v| is_coordinate(*v)).then_some(place)
+        };
+        let samples = (0..first.frames).map(|frame| {
+            let places = channels.iter().map(|c| place(c, frame)).collect();
+            Sample::new(frame as f64 / first.rate_hz, places)
+        });
+        found.push(Recording {
+            name: if name.is_empty() { Recording::stem(origin) } else { name.clone() },
+            channels: channels.iter().map(|c| c.name.to_owned()).collect(),
+            sigma: vec![None; channels.len()],
+            samples: samples.collect(),
+            metres: Some(1e-3),
+            times: Times::InFile,
+            format: Format::Mview,
+        });
+    }
+    match found.is_empty() {
+        false => Ok(found),
+        true => {
+            let names: Vec<&str> = variables.iter().map(|(n, _)| n.as_str()).collect();
+            let what = format!("no variable (of {}) is a recording", names.join(", "));
+            Err(start.error(what, HELP))
+        }
+    }
+}
+
+/// The structure as a sensor's channel; `None` where it is the sound or something else.
+fn channel<'a>(structure: &'a [(String, Value<'a>)]) -> Option<Channel<'a>> {
+    let field = |name: &str| structure.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v);
+    let Some(Value::Text(name)) = field("NAME") else { return None };
+    let rate_hz = field("SRATE")?.number(0)?;
+    let signal = field("SIGNAL")?;
+    let Value::Numbers { size: [frames, columns], .. } = signal else { return None };
+    let usable = *columns >= 2 && *frames > 0 && !name.trim().is_empty() && !name.contains(char::is_control);
+    usable.then(|| Channel { name: name.trim(), rate_hz, frames: *frames, columns: *columns, signal })
+}

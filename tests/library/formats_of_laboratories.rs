@@ -1,0 +1,281 @@
+//! Recordings as laboratories have them, in files that were written from each format's description.
+
+use tongue_fit::geometry::Point;
+use tongue_fit::measured::recording::{Format, Map, Recording, Seen, Times};
+
+use crate::recordings::{DLC, fan_row, headerless_pos, matlab, mocha, mview, txy};
+
+fn read(bytes: &[u8], origin: &str) -> Vec<Recording> {
+    Recording::from_bytes(bytes, origin, None).unwrap()
+}
+
+fn refused(bytes: &[u8], origin: &str) -> String {
+    Recording::from_bytes(bytes, origin, None).unwrap_err().to_string()
+}
+
+fn seen(recording: &Recording, map: &str) -> Seen {
+    Seen::new(recording, &Map::from_toml(map, "m.toml").unwrap()).unwrap()
+}
+
+fn near(a: Option<Point>, b: [f64; 2]) -> bool {
+    a.is_some_and(|a| (a - Point::from(b)).norm() < 1e-9)
+}
+
+#[test]
+fn the_microbeam_counts_microseconds_and_thousandths_of_a_millimetre() {
+    let found = &read(txy(3).as_bytes(), "tp011.txy")[0];
+    assert_eq!((found.format, found.channels.len()), (Format::Microbeam, 8));
+    assert_eq!(found.samples[2].time_s, 0.013732);
+    assert_eq!(found.samples[0].places[5], None, "a million is no place");
+    // x grows to the front: T1 is in front of T4, and no map is needed.
+    let seen = seen(found, "");
+    let names: Vec<&str> = seen.sensors.iter().map(|(n, _)| n.as_str()).collect();
+    assert_eq!(names, ["T1", "T2", "T3", "T4"]);
+    assert!(near(seen.frames[1].sensors[0].map(|m| m.at), [0.0199, 0.0051]), "{:?}", seen.frames[1]);
+    // As usual: a centimetre behind the tip, then somewhat more than the way between them.
+    let places: Vec<f64> = seen.sensors.iter().map(|(_, at)| at * 1e3).collect();
+    assert!((places[0] - 10.0).abs() < 1e-9 && (places[1] - 20.3).abs() < 1e-6, "{places:?}");
+    assert_eq!(seen.measured, [false; 4]);
+    assert!(refused(b"0\t1\t2\n", "a.txy").contains("17"));
+    let back = txy(1) + &txy(1);
+    assert!(refused(back.as_bytes(), "a.txy").starts_with("a.txy:2:1: "));
+    let cut = &txy(2)[..txy(2).len() - 9];
+    assert!(refused(cut.as_bytes(), "a.txy").starts_with("a.txy:2:"));
+}
+
+#[test]
+fn mocha_as_text_has_its_channels_in_their_order() {
+    let found = &read(mocha(4).as_bytes(), "fsew0_001.ema")[0];
+    assert_eq!(found.channels, ["ui", "li", "ul", "ll", "tt", "tb", "td", "v", "bn"]);
+    assert_eq!(found.samples[0].places[4], Some([400.0, 900.0, 0.0]));
+    assert_eq!((found.samples[1].places[4], found.samples[3].time_s), (None, 0.006));
+    let seen = seen(found, "");
+    assert_eq!(seen.sensors.len(), 3);
+    assert!(near(seen.frames[0].sensors[0].map(|m| m.at), [0.004, 0.009]));
+    // The twenty channels alone count frames of 2 ms.
+    let alone: String =
+        mocha(3).lines().map(|l| l.splitn(3, ' ').nth(2).unwrap().to_owned() + "\n").collect();
+    let found = &read(alone.as_bytes(), "a.ema")[0];
+    assert_eq!((found.times, found.samples[2].time_s), (Times::Usual(500.0), 0.004));
+    assert!(refused(b"1 2 3\n", "a.ema").contains("22"));
+    assert!(refused(mocha(2)[..mocha(2).len() - 8].as_bytes(), "a.ema").starts_with("a.ema:2:"));
+}
+
+#[test]
+fn an_ag500_without_a_header_has_twelve_sensors() {
+    let bytes = headerless_pos(4);
+    let found = &read(&bytes, "0001.pos")[0];
+    assert_eq!((found.channels.len(), found.samples.len()), (12, 4));
+    assert_eq!((found.samples[3].time_s, found.samples[0].places[11]), (0.015, None));
+    let map = "rate_hz = 100\nback = \"x\"\n[points]\nsensor_1 = { coil = 1 }\nsensor_2 = \"coil\"";
+    let slow = seen(found, map);
+    assert_eq!(slow.frames[3].time_s, 0.03);
+    assert!(refused(&bytes[..bytes.len() - 1], "0001.pos").contains("AG50x"));
+    // Bytes that are no numbers of millimetres are no positions.
+    assert!(refused(&[0x7f; 336], "0001.pos").contains("AG50x"));
+}
+
+#[test]
+fn structures_of_mview_are_read_plain_and_compressed() {
+    let [plain, packed] = [false, true].map(|compressed| read(&mview(compressed), "a.mat").remove(0));
+    assert_eq!(plain, packed);
+    assert_eq!((plain.name.as_str(), plain.channels.join(" ")), ("sentence_01", "TR TB TT JAW".to_owned()));
+    assert_eq!(plain.samples[1].time_s, 0.01);
+    assert_eq!(plain.samples[0].places[2], Some([-20.0, 0.0, 4.0]), "whole numbers are stored as such");
+    assert_eq!(plain.samples[1].places[0], None, "NaN is no place");
+    let seen = seen(&plain, "");
+    // The tip has the larger x, so that the face looks to the right.
+    assert!(seen.mirrored);
+    assert_eq!(seen.sensors.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>(), ["TT", "TB", "TR"]);
+    assert!(near(seen.frames[0].sensors[0].map(|m| m.at), [0.020, 0.004]));
+    assert_eq!(seen.ignored, ["JAW"]);
+}
+
+#[test]
+fn matlab_files_say_what_is_wrong_with_them() {
+    let good = mview(true);
+    assert!(refused(&good[..good.len() - 20], "a.mat").contains("cut off"));
+    let mut newer = good.clone();
+    newer.splice(..10, *b"MATLAB 7.3");
+    assert!(refused(&newer, "a.mat").contains("-v7"));
+    let other = matlab::file(&[matlab::structures("x", &["A"], &[vec![matlab::text("b")]])], false);
+    assert!(refused(&other, "a.mat").contains("NAME, SRATE and SIGNAL"));
+    // A megabyte that becomes a gigabyte is not inflated.
+    let bomb = matlab::file(&[vec![0; 200 << 20]], true);
+    assert!(refused(&bomb, "a.mat").contains("64 MB"));
+}
+
+#[test]
+fn deeplabcut_weighs_points_by_their_likelihood() {
+    let found = &read(DLC.as_bytes(), "videoDLC_resnet.csv")[0];
+    assert_eq!(found.format, Format::DeepLabCut);
+    assert_eq!(found.channels, ["tongue_0", "tongue_10", "hyoid"]);
+    let map = "unit_mm = 0.1\nrate_hz = 50";
+    let seen = seen(found, map);
+    assert_eq!(seen.frames[1].time_s, 0.02);
+    assert!(seen.frames[0].contour[0].is_some() && seen.frames[1].contour[0].is_none(), "0.01 is not seen");
+    let sd = |frame: usize| seen.frames[frame].contour[1].unwrap().sd;
+    assert!((sd(0) / sd(1) - 2.0).abs() < 1e-6, "a quarter as likely is worth a quarter");
+    assert!(near(seen.frames[0].contour[1].map(|m| m.at), [0.002, -0.015]), "pixels count downwards");
+    let rate = Seen::new(found, &Map::from_toml("unit_mm = 0.1", "m").unwrap()).unwrap_err().to_string();
+    assert!(rate.contains("rate_hz"), "{rate}");
+    let odd = DLC.replace("coords,x,y,", "coords,x,x,");
+    assert!(refused(odd.as_bytes(), "a.csv").starts_with("a.csv:3:2: "));
+    assert!(refused(DLC[..DLC.len() - 4].replace(",0.9\n1", "\n1").as_bytes(), "a.csv").contains("a.csv:4"));
+}
+
+const AAA: &str = "Client family name\tDate Time of recording\tTime of sample in recording\tPrompt\tAnnotation Title\t\
+    X0 DLC_Tongue\tY0 DLC_Tongue\tX1 DLC_Tongue\tY1 DLC_Tongue\n";
+
+#[test]
+fn aaa_tables_may_have_decimal_commas() {
+    let text = format!("{AAA}s\td\t0,01\tpa\tx\t10,5\t20\t30,25\t40\n");
+    let found = &read(text.as_bytes(), "a.tsv")[0];
+    assert_eq!((found.samples[0].time_s, found.samples[0].places[1]), (0.01, Some([30.25, 40.0, 0.0])));
+    let both = format!("{AAA}s\td\t0,01\tpa\tx\t1.000,5\t20\t30,25\t40\n");
+    assert!(refused(both.as_bytes(), "a.tsv").starts_with("a.tsv:2:6: "));
+}
+
+#[test]
+fn rows_of_several_labels_are_brought_into_the_order_of_time() {
+    let row = |time: f64, label: &str, x: f64| format!("s\td\t{time}\tpa\t{label}\t{x}\t2\t3\t4\n");
+    // The second label begins before the first one ends: a row is there twice.
+    let text = [row(0.03, "b", 3.0), row(0.04, "b", 4.0), row(0.02, "a", 2.0), row(0.03, "a", 3.0)].concat();
+    let found = &read(format!("{AAA}{text}").as_bytes(), "a.tsv");
+    let times: Vec<f64> = found[0].samples.iter().map(|s| s.time_s).collect();
+    assert_eq!((found.len(), times), (1, vec![0.02, 0.03, 0.04]));
+    // The same time with other coordinates is two recordings in one.
+    let odd = [row(0.03, "b", 3.0), row(0.03, "a", 5.0)].concat();
+    let told = refused(format!("{AAA}{odd}").as_bytes(), "a.tsv");
+    assert!(told.starts_with("a.tsv:3:") && told.contains("line 2"), "{told}");
+    // Times within annotations begin anew with each.
+    let within = AAA.replace("in recording", "in annot");
+    let text = [row(0.01, "a", 2.0), row(0.02, "a", 3.0), row(0.01, "b", 5.0)].concat();
+    let found = read(format!("{within}{text}").as_bytes(), "a.tsv");
+    assert_eq!(found.iter().map(|r| r.samples.len()).collect::<Vec<_>>(), [2, 1]);
+}
+
+#[test]
+fn truncated_tables_of_aaa_are_refused() {
+    let whole = format!(
+        "{AAA}s\td\t0.01\tpa\tx\t10.55\t20.55\t30.25\t40.25\ns\td\t0.02\tpa\tx\t10.55\t20.55\t30.25\t40.25"
+    );
+    assert_eq!(read(whole.as_bytes(), "a.tsv")[0].samples.len(), 2);
+    for cut in [1, 2, 3, 8, 14] {
+        let told = refused(&whole.as_bytes()[..whole.len() - cut], "a.tsv");
+        assert!(told.starts_with("a.tsv:3:") && told.contains("cut off"), "{cut}: {told}");
+    }
+}
+
+#[test]
+fn fans_without_a_header_are_contours_without_bones() {
+    let text = [fan_row("0,5", "a"), fan_row("0,52", "a"), fan_row("0,48", "b")].concat();
+    let found = &read(text.as_bytes(), "old.txt");
+    assert_eq!((found.len(), found[0].format), (1, Format::AaaFan));
+    assert_eq!(found[0].samples.iter().map(|s| s.time_s).collect::<Vec<_>>(), [0.48, 0.5, 0.52]);
+    assert_eq!(found[0].samples[0].places[9], Some([10.5, 20.25, 0.0]));
+    assert_eq!(found[0].samples[0].places.iter().flatten().count(), 3);
+    let seen = seen(&found[0], "");
+    assert_eq!((seen.contour.len(), seen.bones.len()), (42, 0));
+    let cut = &text[..text.len() - 6];
+    assert!(refused(cut.as_bytes(), "old.txt").starts_with("old.txt:3:"));
+}
+
+#[test]
+fn limits_are_of_a_file_and_not_of_a_recording() {
+    // Many recordings of many points, each a little: together more than a file may have.
+    let mut text = "recording,time_s,point,x_mm,y_mm\n".to_owned();
+    for recording in 0..20 {
+        for row in 0..1500 {
+            text += &format!("r{recording},{row},p{row},1,2\n");
+        }
+    }
+    let told = refused(text.as_bytes(), "t.csv");
+    assert!(told.contains("places"), "{told}");
+}
+
+#[test]
+fn the_unit_of_coils_is_found_by_the_way_between_them() {
+    let head = "EST_File Track\nDataType ascii\nNumFrames 1\nNumChannels 6\nBreaksPresent false\n";
+    for (unit, mm) in [(1.4, "10 mm"), (1400.0, "0.01 mm"), (14.0, "1 mm")] {
+        let names = ["tt_x", "tt_y", "tb_x", "tb_y", "td_x", "td_y"];
+        let channels: String = names.iter().enumerate().map(|(n, c)| format!("Channel_{n} {c}\n")).collect();
+        let text = format!("{head}{channels}EST_Header_End\n0 0 0 {unit} 0 {} 0\n", 2.0 * unit);
+        let seen = seen(&read(text.as_bytes(), "a.ema")[0], "");
+        assert!(near(seen.frames[0].sensors[2].map(|m| m.at), [0.028, 0.0]), "{mm}");
+        assert!(seen.notes.iter().any(|n| n.contains(mm)), "{:?}", seen.notes);
+    }
+}
+
+#[test]
+fn tracks_that_end_early_or_late_are_refused() {
+    let head = "EST_File Track\nDataType ascii\nNumFrames 2\nNumChannels 2\nBreaksPresent false\nChannel_0 tt_x\nChannel_1 tt_y\n\
+                EST_Header_End\n";
+    let two = "0 1 2\n0.1 1.55 2.55\n";
+    assert_eq!(read(format!("{head}{two}").as_bytes(), "a.ema")[0].samples.len(), 2);
+    for end in ["0 1 2\n", "0 1 2\n0.1 1.55 2.5", "0 1 2\n0.1 1.5\n", "0 1 2\n0.1 1 2\n0.2 1 2\n"] {
+        let told = refused(format!("{head}{end}").as_bytes(), "a.ema");
+        assert!(
+            told.contains("cut off") || told.contains("NumFrames") || told.contains("values of"),
+            "{told}"
+        );
+    }
+}
+
+#[test]
+fn a_map_is_written_for_every_format_and_read_again() {
+    let all: [(Vec<u8>, &str); 6] = [
+        (mview(false), "a.mat"),
+        (txy(3).into_bytes(), "a.txy"),
+        (mocha(3).into_bytes(), "a.ema"),
+        (headerless_pos(3), "a.pos"),
+        (DLC.as_bytes().to_vec(), "a.csv"),
+        (b"time_s,point,x_mm,y_mm\n0,\"odd \"\"name\"\" = [x]\",1,2\n0,tongue_0,3,4\n".to_vec(), "t.csv"),
+    ];
+    for (bytes, origin) in all {
+        let recording = &read(&bytes, origin)[0];
+        let text = Map::template(recording);
+        let map = Map::from_toml(&text, "t.toml").unwrap_or_else(|e| panic!("{origin}: {e}\n{text}"));
+        let (with, without) = (Seen::new(recording, &map), Seen::new(recording, &Map::default()));
+        if let (Ok(with), Ok(without)) = (with, without) {
+            assert_eq!(
+                (with.contour, with.sensors, with.bones),
+                (without.contour, without.sensors, without.bones)
+            );
+        }
+        assert!(text.contains("[points]") && text.contains("half of the time within"));
+    }
+}
+
+#[test]
+fn wrong_keys_of_a_map_are_named_with_the_right_ones() {
+    let wrong = |text: &str| Map::from_toml(text, "m.toml").unwrap_err().to_string();
+    for (text, right) in [
+        ("unit_cm = 1", "unit_mm"),
+        ("[point]\nT1 = \"coil\"", "points"),
+        ("[points]\nT1 = { surfce_mm = 3 }", "surface_mm"),
+        ("[points]\nT1 = \"coyl\"", "coil"),
+        ("[points]\nT1 = 5", "\"contour\""),
+        ("[points]\nT1 = { coil = 0 }", "count the coils from the tip"),
+        ("[points]\nT1 = { surface_mm = 300 }", "150"),
+        ("scale = 3", "from 0.5 to 2"),
+        ("turn_deg = 400", "from -180 to 180"),
+        ("shift_mm = [1]", "shift_mm"),
+    ] {
+        let told = wrong(text);
+        assert!(told.contains(right) && !told.contains("untagged"), "{text}: {told}");
+    }
+    // A rate beside times of the file's own is no rate.
+    let table = &read(b"time_s,point,x_mm,y_mm\n0,tongue_0,1,2\n", "t.csv")[0];
+    let told = Seen::new(table, &Map::from_toml("rate_hz = 50", "m").unwrap()).unwrap_err().to_string();
+    assert!(told.contains("own times"), "{told}");
+}
+
+#[test]
+fn a_map_brings_a_recording_into_the_frame_of_the_body() {
+    let table = &read(b"time_s,point,x_mm,y_mm\n0,tongue_0,10,0\n0,tongue_1,0,10\n", "t.csv")[0];
+    let map = "back = \"x\"\nscale = 2\nturn_deg = 90\nshift_mm = [1, 2]";
+    let seen = seen(table, map);
+    assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.001, 0.022]), "{:?}", seen.frames);
+    assert!(near(seen.frames[0].contour[1].map(|m| m.at), [-0.019, 0.002]));
+}
