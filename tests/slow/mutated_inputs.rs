@@ -1,5 +1,6 @@
 //! Good inputs of every kind, with some bytes or numbers of them changed, end in a value or in an error: no panic, no hang. Some
-//! 1500 of them; `TONGUE_FIT_MUTATIONS=11000` tries as many as that.
+//! 1500 of them; `TONGUE_FIT_MUTATIONS=13000` tries as many as that, and
+//! `TONGUE_FIT_MUTATED=recording` only kinds whose name has this word.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -11,7 +12,7 @@ use tongue_fit::body::json::MeshRecord;
 use tongue_fit::study::hard_cases::bodies::lattice;
 
 use crate::inputs::KINDS;
-use crate::recordings::{est, pos};
+use crate::recordings::{DLC, est, fan_row, headerless_pos, mocha, mview, pos, txy};
 
 /// An input that takes longer hangs: the slowest takes a second.
 const HANGS: Duration = Duration::from_secs(300);
@@ -60,10 +61,13 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
             vec![
                 b"recording,time_s,point,x_mm,y_mm,sigma_mm\na,0,tongue_0,1,2,0.5\na,0,tongue_1,5,6,\na,0.1,tongue_0,*,2,\n".to_vec(),
                 b"10\t20\t11\t21\n12 22 13 23\n15\t25\t0\t0\n18\t27\tNaN\t28\n".to_vec(),
+                [fan_row("0,5", "a"), fan_row("0,52", "a"), fan_row("0,48", "b")].concat().into_bytes(),
             ],
         ]
         .concat(),
-        "recording_pos" => vec![pos(3, 200.0, 5)],
+        "recording_pos" => vec![pos(3, 200.0, 5), headerless_pos(2)],
+        "recording_text" => vec![txy(4).into_bytes(), mocha(4).into_bytes(), DLC.as_bytes().to_vec()],
+        "recording_mat" => vec![mview(false), mview(true)],
         "recording_ema" => vec![est(false), est(true)],
         "recording_map" => vec![
             b"unit_mm = 10.0\nrate_hz = 60\nback = \"-x\"\nup = \"y\"\nnoise_mm = 0.5\n[points]\nT1 = { surface_mm = 8.0, noise_mm = 1 }\nT2 = \"contour\"\nhyoid = { bone = \"hyoid\" }\n".to_vec(),
@@ -114,13 +118,16 @@ fn mutate(input: &[u8], rng: &mut Rng) -> Vec<u8> {
 #[test]
 fn mutated_inputs_end_in_a_value_or_an_error() {
     let all = std::env::var("TONGUE_FIT_MUTATIONS").map_or(1500, |n| n.parse().unwrap());
+    let word = std::env::var("TONGUE_FIT_MUTATED").unwrap_or_default();
+    let kinds: Vec<_> = KINDS.into_iter().filter(|(kind, _)| kind.contains(&word)).collect();
+    let (each, kinds_tried) = (all / KINDS.len(), kinds.len());
     let (report, reports) = channel();
     let worker = std::thread::spawn(move || {
-        for (number, (kind, hold)) in KINDS.into_iter().enumerate() {
+        for (number, (kind, hold)) in kinds.into_iter().enumerate() {
             let seeds = seeds(kind);
             assert!(!seeds.is_empty(), "{kind}");
             seeds.iter().for_each(|seed| hold(seed));
-            for n in 0..all / KINDS.len() {
+            for n in 0..each {
                 let mut rng = Rng::with_seed((n * KINDS.len() + number) as u64);
                 let input = mutate(&seeds[n % seeds.len()], &mut rng);
                 report.send(format!("{kind} {n}: {:?}", String::from_utf8_lossy(&input))).unwrap();
@@ -138,5 +145,5 @@ fn mutated_inputs_end_in_a_value_or_an_error() {
         }
     }
     assert!(worker.join().is_ok(), "{last}");
-    assert_eq!(count, all / KINDS.len() * KINDS.len());
+    assert_eq!(count, each * kinds_tried);
 }

@@ -153,7 +153,7 @@ impl Map {
             let most = format!("it must be from {} to {}", SCALES.start(), SCALES.end());
             return Err(wrong(line_of("scale"), format!("scale is {scale}; {most}")));
         }
-        if let Some(turn) = file.turn_deg.filter(|t| !(t.abs() <= 180.0)) {
+        if let Some(turn) = file.turn_deg.filter(|t| t.is_nan() || t.abs() > 180.0) {
             return Err(wrong(
                 line_of("turn_deg"),
                 format!("turn_deg is {turn}; it must be from -180 to 180"),
