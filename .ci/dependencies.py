@@ -9,7 +9,7 @@ import json, pathlib, re, subprocess, sys, tomllib
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DENY = tomllib.loads((ROOT / "deny.toml").read_text())
 CARGO = tomllib.loads((ROOT / "Cargo.toml").read_text())
-MEMBERS = ["", *CARGO.get("workspace", {}).get("members", [])]
+MEMBERS = [".", *(p.parent for pattern in CARGO["workspace"]["members"] for p in ROOT.glob(f"{pattern}/Cargo.toml"))]
 CRATES_IO = "registry+https://github.com/rust-lang/crates.io-index"
 
 
@@ -47,8 +47,9 @@ def unused(package):
     for name, wanted in dependencies.items():
         if (wanted if isinstance(wanted, str) else wanted.get("version")) == "*":
             yield f"{name} is wanted in any version"
-        if name not in ignored and not re.search(rf"\b{name.replace('-', '_')}\b", source):
-            yield f"no source file of {package.name} uses {name}"
+        library = name.replace("tongue-fit-", "tongue_").replace("-", "_")  # the crates of the workspace have short names
+        if name not in ignored and not re.search(rf"\b{library}\b", source):
+            yield f"no source file of {package.relative_to(ROOT)} uses {name}"
 
 
 found = list(problems())

@@ -61,36 +61,31 @@
 #[cfg(feature = "cli")]
 extern crate self as tongue_fit;
 
-pub mod adapt;
-pub mod body;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
-pub mod dynamics;
-pub mod effect;
-mod files;
-pub mod geometry;
-pub mod inverse;
-pub mod material;
-pub mod measured;
-pub mod observe;
-pub mod parallel;
-pub mod posterior;
-pub mod random;
-pub mod report;
-pub mod scene;
-pub mod simulation;
-pub mod sparse;
-pub mod statics;
-pub mod statistics;
-pub mod study;
-pub mod suggest;
-pub mod system;
-pub mod track;
 
-/// Which tongue-fit this is: the version of the package and, where it was built in a git checkout, the commit, with
-/// `-modified` behind it where its sources were not as committed: `0.1.0 (5e2005e12a)`. Every output says it.
-pub const VERSION: &str = env!("TONGUE_FIT_VERSION");
+pub use tongue_core::{
+    effect, geometry, material, observe, parallel, random, sparse, statics, statistics, suggest, system,
+};
+pub use tongue_files::{VERSION, report, scene, simulation};
+pub use tongue_infer::{adapt, inverse, posterior, track};
+#[doc(hidden)]
+pub use tongue_input::files;
+pub use tongue_input::measured;
+pub use tongue_study as study;
+
+pub mod body {
+    //! Bodies: meshes with named muscles and bones, from an anatomy, from a file, or of your own.
+    pub use tongue_core::body::*;
+    pub use tongue_input::bodies::{AnyBody, BodyFileError, Unit, gmsh, json};
+}
+
+pub mod dynamics {
+    //! Motion: masses, dampers and three-element muscles over time.
+    pub use tongue_core::dynamics::*;
+    pub use tongue_input::curves::{Curves, CurvesError};
+}
 
 /// A millimetre in metres, the unit of all lengths: `5.5 * MM`.
 pub const MM: f64 = 1e-3;
@@ -103,6 +98,6 @@ pub mod prelude {
     pub use crate::measured::Dataset;
     pub use crate::observe::{Observable, Observation};
     pub use crate::report::{self, Json};
-    pub use crate::simulation::{Assembly, Estimate, InverseProblem, Shape, Solver};
+    pub use crate::simulation::{Assemble, Assembly, Estimate, InverseProblem, Shape, Solver};
     pub use crate::system::{Model, TissueModel};
 }

@@ -50,7 +50,7 @@ fn continuum(global: &Global) -> miette::Result<Outcome> {
 
 /// How many programs wanted to run in the last minute, where the system says so.
 fn busy() -> Option<String> {
-    let text = crate::files::read(std::path::Path::new("/proc/loadavg")).ok()?;
+    let text = tongue_fit::files::read(std::path::Path::new("/proc/loadavg")).ok()?;
     let text = String::from_utf8(text).ok()?;
     text.split_whitespace().next().map(str::to_owned)
 }

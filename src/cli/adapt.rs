@@ -77,8 +77,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(path) => {
             let map = arguments.recordings.map()?;
             let read = |path: &Path| -> miette::Result<Landmarks> {
-                let bytes = crate::files::read(path).map_err(|e| {
-                    miette!("cannot read {}: {e}; {}", path.display(), crate::files::advice(&e))
+                let bytes = tongue_fit::files::read(path).map_err(|e| {
+                    miette!("cannot read {}: {e}; {}", path.display(), tongue_fit::files::advice(&e))
                 })?;
                 Landmarks::from_bytes(&bytes, &path.display().to_string(), &map).into_diagnostic()
             };

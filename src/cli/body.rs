@@ -145,7 +145,7 @@ impl Arguments {
             (Some(path), _) => {
                 let mut tell = |concern| output::note(&format!("{}: {concern}", path.display()));
                 let body = AnyBody::read_telling(path, self.mesh_unit.into(), &mut tell)
-                    .and_then(AnyBody::flat)
+                    .and_then(|body| Ok(body.flat()?))
                     .into_diagnostic()?;
                 match continuum {
                     true => body.into_continuum(&settings).into_diagnostic()?,
@@ -257,7 +257,7 @@ fn read_anatomy(path: &Path) -> miette::Result<Anatomy> {
 }
 
 fn anatomy_text(path: &Path) -> miette::Result<String> {
-    crate::files::read_text(path).into_diagnostic().wrap_err_with(|| {
+    tongue_fit::files::read_text(path).into_diagnostic().wrap_err_with(|| {
         format!("cannot read the anatomy file \"{}\"; name a UTF-8 text file (TOML)", path.display())
     })
 }

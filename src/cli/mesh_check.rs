@@ -79,7 +79,7 @@ struct BoneRecord {
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = arguments.file.display().to_string();
-    let bytes = crate::files::read(&arguments.file)
+    let bytes = tongue_fit::files::read(&arguments.file)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot read the mesh file \"{path}\"; name a Gmsh mesh (.msh)"))?;
     let record = match gmsh::read(&bytes, &path, arguments.mesh_unit.into()).into_diagnostic()? {

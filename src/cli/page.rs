@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = if is_page { path } else { path.join("tongue.html") };
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let text = |path: &PathBuf| {
-        let read = crate::files::read_text(path).into_diagnostic();
+        let read = tongue_fit::files::read_text(path).into_diagnostic();
         read.wrap_err_with(|| format!("cannot read the table \"{}\"; name a text file", path.display()))
     };
     let own = match &arguments.lengths {

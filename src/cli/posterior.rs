@@ -92,7 +92,7 @@ impl Arguments {
             None => Priors::default(),
             Some(path) => {
                 let origin = path.display().to_string();
-                let text = crate::files::read_text(path)
+                let text = tongue_fit::files::read_text(path)
                     .into_diagnostic()
                     .wrap_err_with(|| format!("--priors {origin} cannot be read"))?;
                 Priors::from_toml(&text, &origin).into_diagnostic()?

@@ -91,7 +91,7 @@ fn read_tone(text: &str) -> miette::Result<Tone> {
     let table = match text {
         "table" => tone::reference(),
         path => {
-            let read = crate::files::read_text(Path::new(path));
+            let read = tongue_fit::files::read_text(Path::new(path));
             let content = read.map_err(|e| {
                 miette!("--tone {path}: neither a number nor `table`, nor a file that can be read ({e})")
             })?;

@@ -116,7 +116,7 @@ impl Arguments {
     /// The map, or an empty one.
     pub fn map(&self) -> miette::Result<Map> {
         let Some(path) = &self.map else { return Ok(Map::default()) };
-        let text = crate::files::read_text(path).into_diagnostic().wrap_err_with(|| {
+        let text = tongue_fit::files::read_text(path).into_diagnostic().wrap_err_with(|| {
             format!("cannot read the map \"{}\"; name a UTF-8 text file (TOML)", path.display())
         })?;
         Map::from_toml(&text, &path.display().to_string()).into_diagnostic()
@@ -284,7 +284,7 @@ impl Given {
         }
         let adaptation = match arguments.mesh_file() {
             Some(path) if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) => {
-                let text = crate::files::read_text(path).into_diagnostic()?;
+                let text = tongue_fit::files::read_text(path).into_diagnostic()?;
                 Adaptation::from_json(&text).map_err(|e| miette!("{}: {e}", path.display()))?
             }
             _ => None,

@@ -115,7 +115,7 @@ fn load(path: &Path) -> miette::Result<Scene> {
     if scene::names().any(|n| n == name) || !(path.exists() || name.ends_with(".toml")) {
         return scene::shipped(&name).into_diagnostic();
     }
-    let text = crate::files::read_text(path)
+    let text = tongue_fit::files::read_text(path)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot read the scene file \"{name}\""))?;
     Scene::from_toml(&text, &name).into_diagnostic()

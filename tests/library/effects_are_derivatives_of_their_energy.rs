@@ -198,7 +198,7 @@ fn check_internal<const D: usize>(
 
 /// The names of all effects, from the files that implement them.
 fn all_effects() -> BTreeSet<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/effect");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/core/src/effect");
     let mut names = BTreeSet::new();
     for file in std::fs::read_dir(folder).unwrap() {
         let text = std::fs::read_to_string(file.unwrap().path()).unwrap();

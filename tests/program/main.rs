@@ -16,6 +16,7 @@ mod docs_are_true;
 mod examples_work;
 mod files_say_who_made_them;
 mod installed;
+mod layers_hold;
 mod lengths_check;
 mod mesh_from_gmsh;
 mod muscles_command;

@@ -372,7 +372,7 @@ fn the_page_that_is_kept_is_made_of_its_sources_and_needs_nothing_else() {
     let script =
         ["engine.js", "mouth.js", "page.js"].map(|name| read(&format!("web/page/{name}"))).join("\n");
     let made = read("web/page/page.html")
-        .replace("{{style}}", &(read("src/report/page.css") + &read("web/page/page.css")))
+        .replace("{{style}}", &(read("crates/files/src/report/page.css") + &read("web/page/page.css")))
         .replace("{{script}}", &script)
         .replace("{{wasm}}", wasm);
     assert!(made == page, "web/tongue.html is not of its sources; run web/build.py");

@@ -1,0 +1,289 @@
+//! What is known of the tongue before it is cut into a mesh: its outline, eight muscle lines, and which points are
+//! on bone. Read from TOML in millimetres, held in metres.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::geometry::ClosedSpline;
+use crate::geometry::plane::{self, Point};
+
+/// The reference anatomy, as text.
+pub const REFERENCE: &str = include_str!("../../../../../targets/anatomy.toml");
+
+/// Points nearer to each other than this are one point, m. Files are written to 1 µm or 10 µm.
+pub(crate) const SAME_POINT_M: f64 = 5e-5;
+/// Points nearer to the outline than this are on it, m. The published lengths are known to 0.1 mm at best.
+pub(crate) const ON_OUTLINE_M: f64 = 5e-4;
+
+/// An outline, eight muscle lines and bones that are consistent with each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Anatomy {
+    outline: ClosedSpline,
+    muscles: Vec<MuscleLine>,
+    bones: Vec<AnatomyBone>,
+}
+
+/// A straight muscle line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MuscleLine {
+    /// The muscle's name.
+    pub name: String,
+    /// First and second end, m.
+    pub ends: [Point; 2],
+    /// The part that runs outside the tissue, if any.
+    pub outside: Option<OutsidePart>,
+}
+
+/// The part of a muscle line from an end outside the tissue to where the line enters it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutsidePart {
+    /// Which end is outside: 0 the first, 1 the second.
+    pub end: usize,
+    /// Where the line enters the tissue, on the outline, m.
+    pub entry: Point,
+}
+
+/// A bone as points; nodes at them will not move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AnatomyBone {
+    /// What it is called, e.g. `hyoid`.
+    pub name: String,
+    /// Its points, m: ends of muscles or points of the outline.
+    pub points: Vec<Point>,
+}
+
+/// An anatomy that cannot be used: where in which file, and why.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{origin}:{line}:{column}: {problem}")]
+pub struct AnatomyError {
+    /// The file, or what stands for it.
+    pub origin: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// What is wrong.
+    pub problem: AnatomyProblem,
+}
+
+/// What is wrong with an anatomy.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say it")]
+pub enum AnatomyProblem {
+    #[error("{0}")]
+    Syntax(String),
+    #[error("the point [{x_mm}, {y_mm}] is not finite; give two numbers in millimetres")]
+    NotFinite { x_mm: f64, y_mm: f64 },
+    #[error("the outline has {0} points; give at least four")]
+    TooFewPoints(usize),
+    #[error("this point of the outline repeats the one before it; remove one (the outline closes by itself)")]
+    RepeatedPoint,
+    #[error("the outline crosses itself; list its points in order once around the tongue")]
+    OutlineCrossesItself,
+    #[error("there is no muscle; give the two ends of each as `GGa = [[x, y], [x, y]]` in millimetres")]
+    NoMuscle,
+    #[error("the muscle name {0:?} is empty or has characters that cannot be printed; rename it")]
+    BadName(String),
+    #[error("the two ends of {0} are the same point")]
+    NoLength(String),
+    #[error(
+        "{0} does not reach the tissue: both of its ends are outside the outline; move one of them inside"
+    )]
+    NotInTissue(String),
+    #[error(
+        "{0} leaves the tissue between its ends; a line may be outside only from one end to where it enters"
+    )]
+    LeavesTissue(String),
+    #[error("the end [{x_mm}, {y_mm}] of {muscle} is outside the tissue and on no bone; add it to a bone")]
+    Dangling { muscle: String, x_mm: f64, y_mm: f64 },
+    #[error(
+        "the point [{x_mm}, {y_mm}] of bone \"{bone}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
+         a bone holds ends of muscles or points of the outline"
+    )]
+    BoneHoldsNothing { bone: String, x_mm: f64, y_mm: f64, away_mm: f64 },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    outline: Spanned<Vec<Spanned<[f64; 2]>>>,
+    muscles: Spanned<BTreeMap<String, Spanned<[[f64; 2]; 2]>>>,
+    bones: BTreeMap<String, Vec<Spanned<[f64; 2]>>>,
+}
+
+/// A problem and the bytes of the text it is about.
+type Found<T> = Result<T, (Range<usize>, AnatomyProblem)>;
+
+impl Anatomy {
+    /// The reference anatomy (`targets/anatomy.toml`), which meets the published aggregate numbers.
+    ///
+    /// # Errors
+    /// Never with the embedded file as published; it is checked like any other.
+    pub fn reference() -> Result<Self, AnatomyError> {
+        Self::from_toml(REFERENCE, "targets/anatomy.toml (embedded)")
+    }
+
+    /// Reads an anatomy written like `targets/anatomy.toml`, in millimetres. `origin` is what messages call it,
+    /// usually the path.
+    ///
+    /// # Errors
+    /// Text that is not TOML of that form, or an anatomy that contradicts itself, with line and column.
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, AnatomyError> {
+        let parsed = toml::from_str::<File>(text).map_err(|e| {
+            let hint = "an anatomy has `outline`, `[muscles]` and `[bones]`";
+            (e.span().unwrap_or(0..0), AnatomyProblem::Syntax(format!("{} ({hint})", e.message())))
+        });
+        parsed.and_then(|file| Self::checked(&file)).map_err(|(span, problem)| {
+            let before = text.get(..span.start).unwrap_or(text);
+            let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+            AnatomyError {
+                origin: origin.to_owned(),
+                line: before.matches('\n').count() + 1,
+                column: before.get(line_start..).map_or(0, |s| s.chars().count()) + 1,
+                problem,
+            }
+        })
+    }
+
+    fn checked(file: &File) -> Found<Self> {
+        let outline = outline(&file.outline)?;
+        let bones = bones(&file.bones)?;
+        // In the order in which they stand in the file.
+        let mut given: Vec<_> = file.muscles.get_ref().iter().collect();
+        given.sort_by_key(|(_, line)| line.span().start);
+        if given.is_empty() {
+            return Err((file.muscles.span(), AnatomyProblem::NoMuscle));
+        }
+        let mut muscles = Vec::with_capacity(given.len());
+        for (name, line) in given {
+            muscles.push(muscle_line(name, line, &outline, &bones).map_err(|p| (line.span(), p))?);
+        }
+        for (name, given) in &file.bones {
+            for spanned in given {
+                holds_something(name, metres(spanned)?, &outline, &muscles)
+                    .map_err(|p| (spanned.span(), p))?;
+            }
+        }
+        Ok(Self { outline, muscles, bones })
+    }
+
+    /// The outline of the tissue.
+    pub fn outline(&self) -> &ClosedSpline {
+        &self.outline
+    }
+
+    /// The muscle lines, m, in the order of the file.
+    pub fn muscles(&self) -> &[MuscleLine] {
+        &self.muscles
+    }
+
+    /// The bones, by name.
+    pub fn bones(&self) -> &[AnatomyBone] {
+        &self.bones
+    }
+}
+
+fn metres(point: &Spanned<[f64; 2]>) -> Found<Point> {
+    finite(*point.get_ref()).map_err(|p| (point.span(), p))
+}
+
+fn finite([x_mm, y_mm]: [f64; 2]) -> Result<Point, AnatomyProblem> {
+    let point = Point::new(x_mm * 1e-3, y_mm * 1e-3);
+    if x_mm.is_finite() && y_mm.is_finite() {
+        Ok(point)
+    } else {
+        Err(AnatomyProblem::NotFinite { x_mm, y_mm })
+    }
+}
+
+fn outline(given: &Spanned<Vec<Spanned<[f64; 2]>>>) -> Found<ClosedSpline> {
+    let count = given.get_ref().len();
+    if count < 4 {
+        return Err((given.span(), AnatomyProblem::TooFewPoints(count)));
+    }
+    let points = given.get_ref().iter().map(metres).collect::<Found<Vec<_>>>()?;
+    for ((a, b), spanned) in plane::edges(&points).zip(given.get_ref().iter().cycle().skip(1)) {
+        if (b - a).norm() < SAME_POINT_M {
+            return Err((spanned.span(), AnatomyProblem::RepeatedPoint));
+        }
+    }
+    let crossed = || (given.span(), AnatomyProblem::OutlineCrossesItself);
+    let curve = ClosedSpline::through(points).ok_or_else(crossed)?;
+    // A coarser polygon than the curve's own: the test compares every edge with every other.
+    let coarse: Vec<Point> = curve.polygon().iter().step_by(4).copied().collect();
+    if plane::crosses_itself(&coarse) { Err(crossed()) } else { Ok(curve) }
+}
+
+fn bones(given: &BTreeMap<String, Vec<Spanned<[f64; 2]>>>) -> Found<Vec<AnatomyBone>> {
+    let bone = |(name, points): (&String, &Vec<_>)| {
+        Ok(AnatomyBone { name: name.clone(), points: points.iter().map(metres).collect::<Found<_>>()? })
+    };
+    given.iter().map(bone).collect()
+}
+
+/// Finds which part of a line is in the tissue.
+fn muscle_line(
+    name: &str,
+    given: &Spanned<[[f64; 2]; 2]>,
+    outline: &ClosedSpline,
+    bones: &[AnatomyBone],
+) -> Result<MuscleLine, AnatomyProblem> {
+    let muscle = name.to_owned();
+    if name.trim().is_empty() || name.contains(char::is_control) {
+        return Err(AnatomyProblem::BadName(muscle));
+    }
+    let [first, second] = *given.get_ref();
+    let ends = [finite(first)?, finite(second)?];
+    let length = (ends[1] - ends[0]).norm();
+    if length < SAME_POINT_M {
+        return Err(AnatomyProblem::NoLength(muscle));
+    }
+    let on_outline = ends.map(|end| outline.nearest(end).1 < ON_OUTLINE_M);
+    let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(outline.polygon(), ends[i]));
+    // An end on the outline may lie slightly on either side of it: a crossing there is that end, not another one.
+    let margin = |end: usize| if on_outline[end] { 2.0 * ON_OUTLINE_M / length } else { 0.0 };
+    let mut meets = outline.crossings(ends);
+    meets.retain(|t| (margin(0)..=1.0 - margin(1)).contains(t));
+    let at = |t: f64| ends[0] + (ends[1] - ends[0]) * t;
+    let leaves = AnatomyProblem::LeavesTissue(muscle.clone());
+    let end = match outside {
+        [true, true] => return Err(AnatomyProblem::NotInTissue(muscle)),
+        [false, false] => {
+            let inside = meets.is_empty() && plane::encloses(outline.polygon(), at(0.5));
+            return if inside { Ok(MuscleLine { name: muscle, ends, outside: None }) } else { Err(leaves) };
+        }
+        [true, false] => 0,
+        [false, true] => 1,
+    };
+    let entry = match *meets {
+        [t] => at(t),
+        [] => ends[1 - end],
+        _ => return Err(leaves),
+    };
+    let held = bones.iter().flat_map(|b| &b.points).any(|p| (p - ends[end]).norm() < SAME_POINT_M);
+    if !held {
+        let [x_mm, y_mm] = if end == 0 { first } else { second };
+        return Err(AnatomyProblem::Dangling { muscle, x_mm, y_mm });
+    }
+    Ok(MuscleLine { name: muscle, ends, outside: Some(OutsidePart { end, entry }) })
+}
+
+fn holds_something(
+    bone: &str,
+    point: Point,
+    outline: &ClosedSpline,
+    muscles: &[MuscleLine],
+) -> Result<(), AnatomyProblem> {
+    let from_end =
+        muscles.iter().flat_map(|m| m.ends).map(|e| (e - point).norm()).fold(f64::INFINITY, f64::min);
+    let from_outline = outline.nearest(point).1;
+    if from_end < SAME_POINT_M || from_outline < ON_OUTLINE_M {
+        return Ok(());
+    }
+    let away_mm = from_end.min(from_outline) * 1e3;
+    let (x_mm, y_mm) = (point.x * 1e3, point.y * 1e3);
+    Err(AnatomyProblem::BoneHoldsNothing { bone: bone.to_owned(), x_mm, y_mm, away_mm })
+}

@@ -1,0 +1,94 @@
+//! From an anatomy to a mesh of any spacing.
+
+use super::anatomy::{Anatomy, MuscleLine};
+use super::error::MeshError;
+use super::fill::fill;
+use super::frame::{Frame, Site};
+use super::smooth::smooth;
+use crate::body::{Cells, Mesh, MuscleChain};
+use crate::geometry;
+use crate::geometry::plane::{self, Point};
+
+/// The spacing of the published mesh, m.
+pub const DEFAULT_SPACING_M: f64 = 5.5e-3;
+
+/// The finest and the coarsest spacing as parts of the square root of the tissue's area: 0.2 and 15 mm for the
+/// reference. Coarser has no room for the muscles, finer than 80 000 nodes serves nothing.
+const FINEST: f64 = 1.0 / 248.0;
+const COARSEST: f64 = 1.0 / 3.3;
+
+/// Meshes an anatomy with connections about `h` long, m.
+///
+/// Nodes of the outline come first, then those of muscles in the tissue, then free ones, then those of muscles outside
+/// it. The number of triangles is that of equilateral ones of side `h` on the same area, so the number of nodes
+/// follows from Euler's formula; for the reference at 5.5 mm these are the published 188 and 111.
+///
+/// # Errors
+/// A spacing out of range, or one at which the lines of this anatomy cannot be kept apart.
+///
+/// # Example
+/// ```
+/// use crate::body::{self, Anatomy, Quality};
+///
+/// let mesh = body::build(&Anatomy::reference()?, 5.5e-3)?; // Anatomy::from_toml reads one of your own
+/// let quality = Quality::of(&mesh);
+/// assert_eq!((quality.nodes, quality.cells), (123, 188)); // as in the thesis
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, MeshError> {
+    let size = anatomy.outline().area().sqrt();
+    let (least, most) = (size * FINEST, size * COARSEST);
+    if !(least..=most).contains(&h) {
+        let [h_mm, extent_mm, least_mm, most_mm] =
+            [h, geometry::extent(anatomy.outline().points()), least, most].map(|m| m * 1e3);
+        return Err(MeshError::Spacing { h_mm, extent_mm, least_mm, most_mm });
+    }
+    let mut frame = Frame::lay(anatomy, h);
+    let outline: Vec<Point> = frame.nodes[..frame.boundary].iter().map(|n| n.at).collect();
+    let equilateral = 0.75_f64.sqrt() / 2.0 * h * h;
+    let wanted = nodes_for(plane::polygon_area(&outline) / equilateral, frame.boundary);
+    let free = wanted.saturating_sub(frame.nodes.len());
+    fill(&mut frame, free, h)?;
+    let triangles = smooth(&mut frame.nodes, &frame.segments, h)?;
+    let mesh = assemble(anatomy, &frame, &triangles);
+    mesh.check()?;
+    Ok(mesh)
+}
+
+/// Nodes of a triangulation with `boundary` nodes around it and about `triangles` triangles (T = 2 V - 2 - B).
+fn nodes_for(triangles: f64, boundary: usize) -> usize {
+    ((triangles + 2.0 + boundary as f64) / 2.0).round() as usize
+}
+
+fn assemble(anatomy: &Anatomy, frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<2> {
+    let tissue = frame.nodes.len();
+    let number = |site: &Site| match site {
+        Site::Tissue(i) => *i,
+        Site::Outside(i) => tissue + i,
+    };
+    let chain = |(line, sites): (&MuscleLine, &Vec<_>)| MuscleChain {
+        name: line.name.clone(),
+        nodes: sites.iter().map(number).collect(),
+    };
+    let muscles: Vec<MuscleChain> = anatomy.muscles().iter().zip(&frame.chains).map(chain).collect();
+
+    let mut cells = Cells::new();
+    // Each triangle starts at its lowest node and the list is sorted: numbering does not depend on the triangulator.
+    let mut triangles: Vec<[usize; 3]> = triangles.to_vec();
+    for triangle in &mut triangles {
+        let lowest = (0..3).min_by_key(|i| triangle[*i]).unwrap_or(0);
+        triangle.rotate_left(lowest);
+    }
+    triangles.sort_unstable();
+    for triangle in triangles {
+        cells.push(&triangle);
+    }
+
+    let mut fixed: Vec<usize> = frame.fixed.iter().map(number).collect();
+    fixed.sort_unstable();
+    fixed.dedup();
+    let nodes = frame.nodes.iter().map(|n| n.at).chain(frame.outside.iter().copied()).collect();
+    let mut mesh = Mesh { nodes, cells, muscles, fixed, ..Mesh::default() };
+    mesh.connect();
+    mesh
+}

@@ -1,0 +1,44 @@
+//! The mesher of tongues: from an outline, muscle lines and bones ([`Anatomy`]) to nodes, connections and triangles.
+
+mod anatomy;
+mod anchors;
+mod build;
+mod error;
+mod fill;
+mod frame;
+mod smooth;
+mod triangulate;
+
+use serde::Deserialize;
+
+use super::{BodyError, Bone, Mesh};
+use crate::geometry::Point;
+
+pub use anatomy::{Anatomy, AnatomyBone, AnatomyError, AnatomyProblem, MuscleLine, OutsidePart, REFERENCE};
+pub use build::{DEFAULT_SPACING_M, build};
+pub use error::MeshError;
+
+/// A bone's point and a node nearer to each other than this are one, m.
+const SAME_POINT_M: f64 = 1e-5;
+
+/// The bones of a mesh that was built from an anatomy: the fixed nodes at the points of each.
+pub(super) fn bones(anatomy: &Anatomy, mesh: &Mesh<2>) -> Vec<Bone> {
+    let bones = anatomy.bones().iter().map(|bone| {
+        let at = |n: &usize| bone.points.iter().any(|p| (mesh.nodes[*n] - *p).norm() < SAME_POINT_M);
+        Bone { name: bone.name.clone(), nodes: mesh.fixed.iter().copied().filter(at).collect() }
+    });
+    bones.collect()
+}
+
+/// The palate of the reference tongue, m.
+pub(super) fn palate() -> Result<Vec<Point>, BodyError> {
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Palate {
+        outline_mm: Vec<[f64; 2]>,
+    }
+    let file = "targets/palate.toml";
+    let palate: Palate = toml::from_str(include_str!("../../../../../targets/palate.toml"))
+        .map_err(|e| BodyError::File { file: file.to_owned(), problem: e.message().to_owned() })?;
+    Ok(palate.outline_mm.iter().map(|&[x, y]| Point::new(x, y) * 1e-3).collect())
+}

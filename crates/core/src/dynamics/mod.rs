@@ -1,0 +1,136 @@
+//! The body in motion: the full system of the thesis over time.
+//!
+//! ```text
+//! m dv/dt = f(x, c) + d(x, v)      every unknown node; m the lumped mass (thesis eq. 4.1)
+//!   dx/dt = v
+//!   dc/dt = (k2 (e - c) - F(t)) / b_cc      every contracting connection, e = l - l0; c(0) = 0
+//! ```
+//!
+//! `f` is what the effects' energy gives at zero tension, plus the pull `k2 (e - c)` of every contractile branch (eqs. 3.4-3.8);
+//! `d` are the Kelvin-Voigt dampers `b dl/dt` of the tissue (eq. 3.9). Every node that is an unknown of the
+//! [`System`] has the same mass [`Coefficients::node_mass`](crate::material::Coefficients::node_mass): the nodes of the tissue,
+//! and with [`OutsidePath::Chain`](crate::system::OutsidePath::Chain) those outside it too. With straight paths the nodes
+//! inside a path are no unknowns, so their mass is left out; they are placed on the line between the path's ends.
+//!
+//! With the constants of the tongue this is overdamped and very stiff: time scales from microseconds (mass against damper) to
+//! a second (spring against damper). Explicit methods need steps of microseconds throughout; implicit ones only while
+//! something moves that fast.
+//!
+//! | method | order | step | source |
+//! |---|---|---|---|
+//! | [`velocity_verlet`] | 2 | fixed, explicit | thesis eqs. 4.2-4.3 |
+//! | [`symplectic_euler`] | 1 | fixed, explicit | |
+//! | [`rk4`] | 4 | fixed, explicit | Kutta 1901 |
+//! | [`backward_euler`] | 1 | fixed, implicit | |
+//! | [`tr_bdf2`] | 2 | fixed or adaptive, implicit | Bank et al. 1985, Hosea and Shampine 1996 |
+
+pub mod backward_euler;
+mod method;
+mod motion;
+pub mod rk4;
+mod run;
+mod spectrum;
+mod stage;
+mod step_limit;
+pub mod symplectic_euler;
+mod tensions;
+pub mod tr_bdf2;
+pub mod velocity_verlet;
+
+use std::fmt::Debug;
+
+use nalgebra::{DMatrix, SVector};
+use serde::Serialize;
+
+pub use method::{Control, Method, MethodError, UnknownMethod};
+pub use motion::{Motion, MotionError, Rates};
+pub use run::{Observer, Outcome, Status, run, sample_times};
+pub use spectrum::Spectrum;
+pub use step_limit::{cost_per_step, step_limit};
+pub use tensions::Tensions;
+
+#[cfg(doc)]
+use crate::system::System;
+
+/// Where a body in motion is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State<const D: usize> {
+    /// Time, s.
+    pub time: f64,
+    /// Positions of all nodes, m.
+    pub positions: Vec<SVector<f64, D>>,
+    /// Velocities of all nodes, m/s; zero where the node is no unknown.
+    pub velocities: Vec<SVector<f64, D>>,
+    /// Internal states of all effects, in the order of the effects: length changes of the contractile elements, m.
+    pub internal: Vec<f64>,
+}
+
+/// What a trajectory cost, in units that no noisy machine changes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Steps taken.
+    pub steps: u64,
+    /// Steps tried and given up, for their error or because Newton's method did not converge.
+    pub rejected: u64,
+    /// Steps of TR-BDF2 that were made by backward Euler, because its own stages could not be solved at the fixed step.
+    pub damped: u64,
+    /// Evaluations of the force.
+    pub force_evaluations: u64,
+    /// Factorisations of a matrix, failed ones included.
+    pub factorisations: u64,
+}
+
+/// Why a step could not be taken; the state is then the last good one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Failure {
+    /// The error could not be held, or the equations not be solved, with any step worth the name.
+    StepTooSmall,
+    /// Newton's method did not converge at the fixed step.
+    NotSolved,
+}
+
+/// A way to go from one moment to the next.
+///
+/// An integrator remembers what it may use again (forces, a factor), so it belongs to one trajectory: to start anew, or after
+/// changing the state by hand, make a new one.
+pub trait Integrator<const D: usize>: Debug + Send {
+    /// Takes one step, or the part of it that ends at `until` (s, later than the state's time); counts what it cost.
+    ///
+    /// # Errors
+    /// [`Failure`]; the state is then as before.
+    fn step(
+        &mut self,
+        motion: &Motion<'_, D>,
+        state: &mut State<D>,
+        until: f64,
+        counts: &mut Counts,
+    ) -> Result<(), Failure>;
+
+    /// The fixed step of an explicit method, s; none for methods that are stable at every step.
+    fn explicit_step(&self) -> Option<f64> {
+        None
+    }
+
+    /// For explicit methods the matrix that a step multiplies the state of `x'' = -k x - c x'` by, from which the largest stable
+    /// step follows; none for methods without such a limit. `stiffness` is `k dt²` and `damping` is `c dt`; the state is
+    /// position, velocity times `dt` and so on, so that all numbers are of one size.
+    fn amplification(&self, _stiffness: f64, _damping: f64) -> Option<DMatrix<f64>> {
+        None
+    }
+}
+
+/// The shortest time that inputs may name, s: nothing in a tongue happens faster.
+pub const SHORTEST_S: f64 = 1e-9;
+/// Steps are no shorter than this, s, and what is left of a run or to a kink of the tensions is passed over if it is.
+const SHORTEST_STEP: f64 = 1e-15;
+
+/// The step from `time` to at most `until`: no sliver of a step is left over at the end.
+fn cut(dt: f64, time: f64, until: f64) -> f64 {
+    let left = until - time;
+    if left <= dt * (1.0 + 1e-9) { left } else { dt }
+}
+
+/// The time after a step of `dt` (as [`cut`] gave it): exactly `until` when the step reaches it.
+fn after(dt: f64, time: f64, until: f64) -> f64 {
+    if dt >= until - time { until } else { time + dt }
+}

@@ -1,0 +1,16 @@
+//! The physics of tongue-fit, in the midsagittal plane (`D = 2`) and in space (`D = 3`): bodies, materials, effects, equilibria,
+//! motion, and what can be observed of them. SI units everywhere. Nothing here reads or writes a file.
+
+pub mod body;
+pub mod dynamics;
+pub mod effect;
+pub mod geometry;
+pub mod material;
+pub mod observe;
+pub mod parallel;
+pub mod random;
+pub mod sparse;
+pub mod statics;
+pub mod statistics;
+pub mod suggest;
+pub mod system;

@@ -1,0 +1,297 @@
+//! Many equilibria at once: four in the lanes of the processor's vector registers, groups of four on every thread.
+//!
+//! What [`solve`](super::solve) does for one load, [`Lanes`] does for any number: draws of a posterior, candidates of a search, frames of a recording.
+//! Each load has its own tensions, displaced bones, start and, if it wants one, its own body of the same edges and triangles; each
+//! solution has its own status, iterations and line search. With AVX2 (found out when the program runs) an equilibrium from a neighbour
+//! costs less than half of what it costs alone; `cargo bench many` says how much.
+//!
+//! # What is the same, and what is not
+//! - The equilibria are those of [`solve`](super::solve) to 1e-9 mm, since the method is the same; not its bits, since sums are taken in another order
+//!   and a lane gets a new factor when another one of its group needs it.
+//! - The bits are the same for any number of threads, since groups are fixed by the number of a load, and on every processor, since
+//!   nothing is fused: they depend on the loads beside a load, and on nothing else.
+//! - Lanes do the plain case: springs, muscles, straight paths and incompressible triangles of the plane. A lane that meets anything else is
+//!   given up, and its load solved by [`solve`](super::solve) from its start: where the barrier acts, where the stiffness stays indefinite, where the
+//!   line search finds no way, where bones cannot be brought to their places. So are all loads of other bodies (in space, of finite
+//!   elements, with contact or weight); of these a group keeps the factor from one solve to the next. [`Equilibrium::alone`] tells; the status is always the one that [`solve`](super::solve) gives.
+//!
+//! # Example
+//! ```
+//! use nalgebra::SVector;
+//! use crate::body::Body;
+//! use crate::statics::lanes::{Equilibrium, Lanes, Load, length_gradient};
+//! use crate::statics::{Settings, Status};
+//! use crate::system::{Model, System};
+//!
+//! let body = Body::tongue(5.5e-3)?;
+//! let system = System::new(&body.mesh, &Model::default(), &[0, 4, 6])?;
+//! let lanes = Lanes::new(&system);
+//!
+//! // A hundred draws around the shape of one load, each from that shape.
+//! let middle = lanes.solve(&[Load::new(vec![12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0])], &Settings::default());
+//! let draw = |i: usize| {
+//!     let part = 1.0 + 0.0006 * (i as f64 - 50.0);
+//!     Load::new(vec![12.0 * part, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]).starting_at(&middle[0].positions)
+//! };
+//! let lengths = lanes.map(100, &Settings::default(), draw, |_, shape| {
+//!     (shape.solution.status == Status::Converged).then(|| system.length(&shape.positions, 0))
+//! });
+//! assert!(lengths[99] < lengths[0], "who pulls harder is shorter");
+//!
+//! // How the length of every muscle answers to tensions and to bones, exactly.
+//! let mut group = lanes.group();
+//! group.solve(&[draw(0), draw(99)], &Settings::default());
+//! let rates = group.length_rates();
+//! let gga = &rates[0].as_ref().ok_or("no stable equilibrium")?[0];
+//! assert!(gga.by_tension[0] < 0.0, "m/N");
+//!
+//! // Chains that go on side by side, each from where it stands: the derivatives of a misfit by all tensions, one back-substitution each.
+//! let measured = 0.9 * system.length(system.rest(), 0);
+//! let shapes = group.solve(&[draw(10), draw(40), draw(60), draw(90)], &Settings::default()).to_vec();
+//! let gradient = |shape: &Equilibrium<2>| {
+//!     let residual = system.length(&shape.positions, 0) - measured;
+//!     let mut by_node = vec![SVector::zeros(); shape.positions.len()];
+//!     length_gradient(&system, &shape.positions, 0, residual, &mut by_node); // of residual²/2
+//!     by_node
+//! };
+//! let slopes = group.adjoint(&shapes.iter().map(gradient).collect::<Vec<_>>());
+//! assert!(slopes.iter().flatten().all(|s| s.by_tension[0].is_finite()));
+//! let next = draw(10).starting_at(&shapes[0].positions); // and so on
+//! # let _ = next;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod adjoint;
+mod alone;
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+
+use crate::parallel;
+use crate::statics::plain::{Work, at_rest, solve_group};
+use crate::statics::{Settings, Solution};
+use crate::system::System;
+use crate::system::elements::Elements;
+
+pub use crate::sparse::wide::LANES;
+pub use adjoint::{Adjoint, length_gradient};
+use alone::{Alone, solve_alone};
+
+/// Loads that one thread solves one group after another, each group with starts beginning with the factor of the one before.
+const CHUNK: usize = 32 * LANES;
+
+/// What an equilibrium is wanted for. Bones are brought to their places from wherever the start has them.
+#[derive(Debug, Clone)]
+pub struct Load<'a, const D: usize> {
+    /// Tension of every muscle of the mesh, N (2D: per metre of thickness).
+    pub tensions: Vec<f64>,
+    /// Nodes of bones, and how far they are shifted from where the system has them, m.
+    pub bones: Vec<(&'a [usize], SVector<f64, D>)>,
+    /// Where to start: positions of all nodes, m. Rest if `None`.
+    pub start: Option<&'a [SVector<f64, D>]>,
+    /// Another body of the same edges and triangles: other nodes at rest, other constants.
+    pub system: Option<&'a System<D>>,
+}
+
+impl<'a, const D: usize> Load<'a, D> {
+    /// Tensions, N, one for each muscle of the mesh, from rest.
+    pub fn new(tensions: Vec<f64>) -> Self {
+        Self { tensions, bones: Vec::new(), start: None, system: None }
+    }
+
+    /// Starts from given positions of all nodes, m: those of a solved neighbour.
+    pub fn starting_at(self, positions: &'a [SVector<f64, D>]) -> Self {
+        Self { start: Some(positions), ..self }
+    }
+
+    /// Shifts a bone, given by its nodes, m.
+    pub fn with_bone(mut self, nodes: &'a [usize], shift: SVector<f64, D>) -> Self {
+        self.bones.push((nodes, shift));
+        self
+    }
+
+    /// In another body of the same edges and triangles.
+    pub fn in_body(self, system: &'a System<D>) -> Self {
+        Self { system: Some(system), ..self }
+    }
+
+    /// Where a bone node is to be, m.
+    fn place(&self, system: &System<D>, node: usize) -> SVector<f64, D> {
+        let carried = system.carried().iter().find(|(n, _)| *n == node);
+        let held = carried.map_or(system.rest()[node], |(_, at)| *at);
+        let shift = self.bones.iter().rfind(|(nodes, _)| nodes.contains(&node));
+        held + shift.map_or(SVector::zeros(), |(_, shift)| *shift)
+    }
+}
+
+/// One equilibrium.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equilibrium<const D: usize> {
+    /// What the solver did, and how it ended.
+    pub solution: Solution,
+    /// Positions of all nodes, m.
+    pub positions: Vec<SVector<f64, D>>,
+    /// Whether it was left to [`solve`](crate::statics::solve).
+    pub alone: bool,
+}
+
+/// A body of which many equilibria are wanted; shared between threads.
+#[derive(Debug)]
+pub struct Lanes<'s, const D: usize> {
+    system: &'s System<D>,
+    elements: Option<&'s Elements>,
+}
+
+impl<'s, const D: usize> Lanes<'s, D> {
+    /// Makes what lanes need of a system, where it has not been made yet.
+    pub fn new(system: &'s System<D>) -> Self {
+        Self { system, elements: system.elements().map(Arc::as_ref) }
+    }
+
+    /// Whether the system is one for lanes; of others every load is solved alone.
+    pub fn are_used(&self) -> bool {
+        self.elements.is_some()
+    }
+
+    /// What solves up to [`LANES`] loads at once, again and again: one a thread, of chains for example that go on side by side.
+    pub fn group(&self) -> Group<'_, D> {
+        let work = self.elements.map(|elements| (elements, Work::new(elements)));
+        let (answers, tensions) = (Vec::new(), Vec::new());
+        let is_own = [false; LANES];
+        Group { system: self.system, work, kept: Vec::new(), answers, tensions, is_own, factorised: None }
+    }
+
+    /// Solves all loads, in their order.
+    pub fn solve(&self, loads: &[Load<'_, D>], settings: &Settings) -> Vec<Equilibrium<D>> {
+        self.map(loads.len(), settings, |i| loads[i].clone(), |_, shape| shape.clone())
+    }
+
+    /// Solves `count` loads and keeps of every equilibrium what `keep` makes of it, in the order of their numbers: a million shapes
+    /// would fill the memory.
+    pub fn map<'l, R: Send>(
+        &self,
+        count: usize,
+        settings: &Settings,
+        load: impl Fn(usize) -> Load<'l, D> + Sync,
+        keep: impl Fn(usize, &Equilibrium<D>) -> R + Sync,
+    ) -> Vec<R> {
+        self.map_groups(count, settings, load, |first, group| {
+            group.answers().iter().enumerate().map(|(i, shape)| keep(first + i, shape)).collect()
+        })
+    }
+
+    /// As [`Lanes::map`], with what `keep` makes of every group: the number of its first load, and the group, which can be asked for
+    /// derivatives.
+    pub fn map_groups<'l, R: Send>(
+        &self,
+        count: usize,
+        settings: &Settings,
+        load: impl Fn(usize) -> Load<'l, D> + Sync,
+        keep: impl Fn(usize, &mut Group<'_, D>) -> Vec<R> + Sync,
+    ) -> Vec<R> {
+        let chunks: Vec<usize> = (0..count).step_by(CHUNK).collect();
+        let solved = parallel::map(&chunks, |&chunk| {
+            let mut group = self.group();
+            let mut out = Vec::with_capacity(CHUNK);
+            for first in (chunk..count.min(chunk + CHUNK)).step_by(LANES) {
+                let loads: Vec<_> = (first..count.min(first + LANES)).map(&load).collect();
+                group.solve(&loads, settings);
+                out.extend(keep(first, &mut group));
+            }
+            out
+        });
+        solved.into_iter().flatten().collect()
+    }
+}
+
+/// Up to [`LANES`] equilibria, and all that is written to on the way to them. One a thread.
+#[derive(Debug)]
+pub struct Group<'a, const D: usize> {
+    system: &'a System<D>,
+    work: Option<(&'a Elements, Work<LANES>)>,
+    /// Of a body that is none for lanes, in place of each.
+    kept: Vec<Alone<D>>,
+    answers: Vec<Equilibrium<D>>,
+    /// Tensions of every answer, N; `None` of one in another body.
+    tensions: Vec<Option<Vec<f64>>>,
+    /// Lanes that hold the numbers of `system`.
+    is_own: [bool; LANES],
+    /// Lanes whose factor is that of the exact stiffness at the answer.
+    factorised: Option<[bool; LANES]>,
+}
+
+impl<const D: usize> Group<'_, D> {
+    /// Solves the loads, at most [`LANES`]: what comes after these is passed over. If all have starts, Newton's method begins with the
+    /// factor of the last solve.
+    pub fn solve(&mut self, loads: &[Load<'_, D>], settings: &Settings) -> &[Equilibrium<D>] {
+        let loads = &loads[..loads.len().min(LANES)];
+        self.factorised = None;
+        self.solve_in_lanes(loads, settings);
+        let (system, work, kept) = (self.system, &self.work, &mut self.kept);
+        while work.is_none() && kept.len() < loads.len() {
+            kept.push(Alone::new(system));
+        }
+        let answer = |(lane, load): (usize, &Load<'_, D>)| {
+            let body = load.system.unwrap_or(system);
+            let solved =
+                work.as_ref().and_then(|(elements, work)| Some((elements, work, work.solution(lane)?)));
+            let Some((elements, work, solution)) = solved else { return solve_alone(body, load, settings) };
+            let mut positions = body.rest().to_vec();
+            work.positions(elements, lane, &mut positions);
+            body.place_path_nodes(&mut positions);
+            if !body.keeps_cells_upright() && body.cell_ratios(&positions).0 <= 0.0 {
+                return solve_alone(body, load, settings);
+            }
+            Equilibrium { solution, positions, alone: false }
+        };
+        self.answers = match work {
+            Some(_) => loads.iter().enumerate().map(answer).collect(),
+            None => parallel::map_mut(&mut kept[..loads.len()], |lane, kept| match loads[lane].system {
+                Some(body) => solve_alone(body, &loads[lane], settings),
+                None => kept.solve(system, &loads[lane], settings),
+            }),
+        };
+        let tensions = loads.iter().map(|l| l.system.is_none().then(|| l.tensions.clone()));
+        self.tensions = tensions.collect();
+        &self.answers
+    }
+
+    /// The equilibria of the last solve.
+    pub fn answers(&self) -> &[Equilibrium<D>] {
+        &self.answers
+    }
+
+    fn solve_in_lanes(&mut self, loads: &[Load<'_, D>], settings: &Settings) {
+        let (system, is_own) = (self.system, &mut self.is_own);
+        let Some((elements, work)) = &mut self.work else { return };
+        if loads.iter().any(|l| l.start.is_none()) {
+            work.forget_factor();
+        }
+        work.clear();
+        let mut set = [false; LANES];
+        for (lane, load) in loads.iter().enumerate() {
+            let body = load.system.unwrap_or(system);
+            let start = load.start.unwrap_or(body.rest());
+            let same = load.system.is_none() && is_own[lane] || work.set_body(elements, lane, body);
+            is_own[lane] = same && load.system.is_none();
+            set[lane] = same
+                && start.len() == body.rest().len()
+                && load.tensions.len() == body.muscle_count()
+                && load.tensions.iter().all(|t| t.is_finite());
+            if set[lane] {
+                work.set_load(elements, lane, &load.tensions, start, |node| load.place(body, node));
+                let plain = load.start.is_none() && load.bones.is_empty() && load.system.is_none();
+                if let Some(at_rest) = plain.then(|| at_rest(system, elements)).flatten() {
+                    work.begin_linearly(lane, at_rest, &load.tensions);
+                }
+            }
+        }
+        let Some(first) = set.iter().position(|s| *s) else { return };
+        for lane in (0..LANES).filter(|lane| !set[*lane]) {
+            work.copy_lane(first, lane);
+            is_own[lane] = is_own[first];
+        }
+        solve_group(work, elements, settings);
+    }
+}

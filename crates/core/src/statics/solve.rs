@@ -1,0 +1,91 @@
+//! One equilibrium: bones are carried to their places, Newton's method goes to where the forces cancel, and safeguards act where it
+//! fails or ends in an unstable equilibrium.
+
+use crate::system::System;
+
+use super::carry::{Carried, FOLLOWED, MOST_PARTS, carry};
+use super::plain::solve_single;
+use super::safeguards::{settle, step_load};
+use super::state::State;
+use super::{Settings, Solution, Stability, Status, Workspace};
+
+/// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
+/// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there. A plain body
+/// at rest starts half of the way to where its muscles would bring it if it answered linearly, where the energy is lower there.
+///
+/// Converged means a residual force below the tolerance, or below what rounding allows where that is more (very stiff bodies,
+/// bodies far from the origin).
+///
+/// Never panics and never leaves a position that is not finite: what went wrong is in [`Solution::status`]. No accepted step
+/// turns a cell over, because every step is cut to where all cells keep at least a tenth of their measure. Where the direct
+/// way fails, the load is put on in steps, from rest; where the equilibrium found is not a stable one, the way leads on
+/// downhill from it. Bones that the system carries away
+/// from where they are at rest are first brought to their places, unless they are there already.
+///
+/// # Example
+/// ```
+/// use crate::body::Body;
+/// use crate::statics::{self, Settings, Status, Workspace};
+/// use crate::system::{Model, System};
+///
+/// let body = Body::tongue(5.5e-3)?;
+/// let gga = body.muscle("GGa")?;
+/// let system = System::new(&body.mesh, &Model::default(), &[gga])?;
+/// let mut workspace = Workspace::new(&system); // at rest
+/// let mut tensions = vec![0.0; body.mesh.muscles.len()];
+/// tensions[gga] = 12.0; // N per metre of thickness
+/// let solution = statics::solve(&system, &mut workspace, &tensions, &Settings::default());
+/// assert_eq!(solution.status, Status::Converged);
+/// let stretch = system.length(workspace.positions(), gga) / system.length(system.rest(), gga);
+/// assert!((0.85..0.95).contains(&stretch));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn solve<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &Settings,
+) -> Solution {
+    let mut spent = match solve_single(system, workspace, tensions, settings) {
+        Ok(solution) => return solution,
+        Err(in_vain) => in_vain,
+    };
+    for _ in 0..MOST_PARTS {
+        match carry(system, workspace) {
+            Carried::There => return solve_held(system, workspace, tensions, settings).after(&spent),
+            Carried::Nowhere => break,
+            Carried::APart => {}
+        }
+        let follow = Settings { tolerance: settings.tolerance.max(FOLLOWED), certify: false, ..*settings };
+        spent = solve_held(system, workspace, tensions, &follow).after(&spent);
+        if !matches!(spent.status, Status::Converged | Status::Stalled) {
+            return spent;
+        }
+    }
+    let last = solve_held(system, workspace, tensions, settings).after(&spent);
+    Solution { status: Status::Stalled, ..last }
+}
+
+/// As [`solve`], with the bones where they are.
+fn solve_held<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &Settings,
+) -> Solution {
+    let mut done = State::new(system, workspace).run(tensions, settings);
+    if matches!(done.status, Status::IterationLimit | Status::Stalled) && settings.load_steps > 0 {
+        done = step_load(system, workspace, tensions, settings, &done);
+    }
+    if done.status == Status::Converged && (settings.certify || done.stability == Stability::Unchecked) {
+        done = settle(system, workspace, settings, &done);
+    }
+    done.guarded = system.guarded(workspace.configuration());
+    if done.status == Status::Converged
+        && !system.keeps_cells_upright()
+        && system.cell_ratios(workspace.positions()).0 <= 0.0
+    {
+        done.status = Status::Inverted;
+    }
+    done
+}

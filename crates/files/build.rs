@@ -1,0 +1,48 @@
+//! Says in `TONGUE_FIT_VERSION` which version this is: that of Cargo.toml, and the commit it was built from where there is one.
+
+use std::path::Path;
+use std::process::Command;
+
+/// What the program is made of; the version names a commit as modified where one of these is.
+const SOURCES: [&str; 5] = ["src", "crates", "targets", "Cargo.toml", "Cargo.lock"];
+/// The folder that holds them, seen from this package.
+const ROOT: &str = "../..";
+
+fn main() {
+    for path in SOURCES {
+        println!("cargo:rerun-if-changed={ROOT}/{path}");
+    }
+    // A build for use follows HEAD. One for tests keeps naming the commit it was built from: else every commit would have
+    // all of it built again.
+    if std::env::var("PROFILE").is_ok_and(|p| p == "release") {
+        let moved = ["HEAD", "logs/HEAD"]
+            .map(|name| git(&["rev-parse", "--path-format=absolute", "--git-path", name]));
+        for path in moved.into_iter().flatten().filter(|p| Path::new(p).exists()) {
+            println!("cargo:rerun-if-changed={path}");
+        }
+    }
+    let version = std::env::var("CARGO_PKG_VERSION").unwrap_or_default();
+    let version = commit().map_or_else(|| version.clone(), |commit| format!("{version} ({commit})"));
+    println!("cargo:rustc-env=TONGUE_FIT_VERSION={version}");
+}
+
+/// The commit, if this folder is the top of a git checkout (not a package unpacked inside another project's).
+fn commit() -> Option<String> {
+    if !git(&["rev-parse", "--show-prefix"])?.is_empty() {
+        return None;
+    }
+    let commit = git(&["rev-parse", "--short=10", "HEAD"])?;
+    let changes = git(&[&["status", "--porcelain", "--"][..], &SOURCES].concat())?;
+    Some(if changes.is_empty() { commit } else { format!("{commit}-modified") })
+}
+
+/// What git prints, or nothing where it is not there or has nothing to say.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git")
+        .args(["-C", ROOT, "--no-optional-locks"])
+        .args(arguments)
+        .output()
+        .ok()
+        .filter(|o| o.status.success())?;
+    Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
+}

@@ -1,0 +1,355 @@
+//! What a batch leaves behind: tables (CSV, LaTeX), one JSON document, one page and one picture, made of what each fit said when it was
+//! done.
+
+pub mod journal;
+mod latex;
+pub mod page;
+pub mod record;
+mod shard;
+mod summary;
+mod tables;
+
+use std::io::{self, Write};
+
+use serde::{Deserialize, Serialize};
+
+use tongue_core::body::Mesh;
+use tongue_core::system::Model;
+use tongue_infer::inverse::Setup;
+use tongue_infer::inverse::alarms::Alarm;
+use tongue_infer::inverse::batch::{self, Assessment, BaselineRow, Job, Known, Refusal, Thoroughness};
+use tongue_input::measured::Dataset;
+use tongue_input::measured::thesis::Thesis;
+
+use self::journal::{Entry, Kept};
+use self::record::AssessedRecord;
+use super::record::AlarmRecord;
+use super::{OutputDir, ReportError, Writes};
+
+pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
+pub use self::shard::Shard;
+pub use self::summary::{Digest, PassiveGroup, Summary, passive_groups};
+
+/// Where an output comes from; said by each of them.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Provenance {
+    /// Version of tongue-fit.
+    pub version: String,
+    /// The command line, without what changes no result.
+    pub command: String,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Hash of all inputs: version, data, mesh, model and settings.
+    pub inputs_sha256: String,
+}
+
+/// What a batch consists of, beside the fits.
+#[derive(Debug)]
+pub struct Batch<'a> {
+    /// Where it comes from.
+    pub provenance: &'a Provenance,
+    /// The jobs, in order.
+    pub jobs: &'a [Job],
+    /// The rows that are baselines.
+    pub baselines: &'a [BaselineRow],
+    /// The rows that could not be fitted; those that fail later are added.
+    pub refusals: &'a [Refusal],
+    /// What was wrong with rows that could not be read.
+    pub unreadable: &'a [String],
+    /// The numbers.
+    pub summary: &'a Summary,
+    /// The mesh.
+    pub mesh: &'a Mesh<2>,
+    /// Names of its muscles, in the order of columns.
+    pub muscles: &'a [String],
+}
+
+/// A fit in the words of every output.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Fitted {
+    /// For the summary.
+    pub digest: Digest,
+    /// Its record: a JSON object on one line.
+    pub json: String,
+    /// Its lines of `muscles.csv`.
+    pub muscles: String,
+    /// Its line of `fits.csv`.
+    pub fits: String,
+    /// Its row of `tensions.tex`.
+    pub latex: String,
+    /// Its lines of `posterior.csv`; empty where no posterior was asked for.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub posterior: String,
+    /// Its part of the page, for as many fits as the page shows.
+    pub page: Option<page::PageFit>,
+}
+
+impl Kept for Fitted {
+    type Digest = Digest;
+
+    fn digest(&self) -> Digest {
+        self.digest.clone()
+    }
+}
+
+/// The journal of a batch.
+pub type Journal = journal::Journal<Fitted>;
+
+/// SHA-256 of texts, one after another and told apart, in hexadecimal.
+pub fn sha256(texts: &[&str]) -> String {
+    use sha2::Digest as _;
+    let mut hash = sha2::Sha256::new();
+    for text in texts {
+        hash.update((text.len() as u64).to_le_bytes());
+        hash.update(text.as_bytes());
+    }
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Makes the fit of a job, in its words; where it cannot begin, why. As [`batch::assess`] and [`fitted`].
+///
+/// # Errors
+/// As [`fitted`].
+pub fn assess(
+    number: usize,
+    job: &Job,
+    within: &Within<'_>,
+    provenance: &Provenance,
+) -> Result<Result<Fitted, String>, ReportError> {
+    let &Within { mesh, muscles, model, setup, known, thesis, posterior, how } = within;
+    match batch::assess(mesh, model, setup, &job.target, known, how) {
+        Ok(a) => {
+            let beside = (Some(thesis), posterior);
+            fitted(number, job, &a, mesh, muscles, beside, provenance).map(Ok)
+        }
+        Err(e) => Ok(Err(e.to_string())),
+    }
+}
+
+/// In what the fits of a batch are made, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct Within<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh<2>,
+    /// Names of its muscles, in the order of columns.
+    pub muscles: &'a [String],
+    /// What makes a system of it.
+    pub model: &'a Model,
+    /// The body under premises other than the thesis's.
+    pub setup: Option<&'a Setup>,
+    /// What is known of muscles and vowels.
+    pub known: &'a Known,
+    /// What to compare with.
+    pub thesis: &'a Thesis,
+    /// The posterior of the row, where one was asked for, or why there is none.
+    pub posterior: Option<&'a Result<RowPosterior, String>>,
+    /// How fits are made.
+    pub how: &'a Thoroughness,
+}
+
+/// The posterior of a row.
+#[derive(Debug, Clone)]
+pub struct RowPosterior {
+    /// What is told.
+    pub report: tongue_infer::posterior::Report,
+    /// The ridges of its changes, SVG; none where it has not mixed or the page does not show the fit.
+    pub ridges: Option<String>,
+}
+
+/// Names of a mesh's muscles in the order of columns: those that the table has, in its order, then the others.
+pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
+    let has = |name: &&String| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name));
+    let mut names: Vec<String> = data.muscles().iter().filter(has).cloned().collect();
+    for chain in &mesh.muscles {
+        if !names.iter().any(|n| n.eq_ignore_ascii_case(&chain.name)) {
+            names.push(chain.name.clone());
+        }
+    }
+    names
+}
+
+/// Puts a finished fit into the words of every output; `muscles` are those of the mesh in the order of columns, and beside it
+/// stand what the thesis simulated and the posterior of its row, where there are any.
+///
+/// # Errors
+/// [`ReportError`] for a figure that cannot be drawn or a record that cannot be written.
+pub fn fitted(
+    number: usize,
+    job: &Job,
+    assessment: &Assessment,
+    mesh: &Mesh<2>,
+    muscles: &[String],
+    (thesis, posterior): (Option<&Thesis>, Option<&Result<RowPosterior, String>>),
+    provenance: &Provenance,
+) -> Result<Fitted, ReportError> {
+    let mut record = AssessedRecord::new(job, assessment, thesis, &provenance.command);
+    let untold = match posterior {
+        Some(Err(reason)) => Some(reason),
+        Some(Ok(posterior)) => Some(&posterior.report.why).filter(|_| posterior.report.summary.is_none()),
+        None => None,
+    };
+    let alarm = untold.map(|reason| Alarm::NoPosterior { reason: reason.clone() });
+    record.fit.alarms.extend(alarm.as_ref().map(AlarmRecord::from));
+    let posterior = posterior.and_then(|p| p.as_ref().ok());
+    record.fit.posterior = posterior.map(|p| p.report.clone());
+    let text = |e: csv::Error| ReportError::Record { reason: e.to_string() };
+    let on_page = number < page::MOST_FITS;
+    Ok(Fitted {
+        digest: Digest { posterior_untold: untold.is_some(), ..Digest::new(&record) },
+        json: serde_json::to_string(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
+        muscles: tables::muscle_lines(&record, provenance, true).map_err(text)?,
+        fits: tables::fit_line(muscles, &record, provenance).map_err(text)?,
+        latex: latex::row(muscles, &record),
+        posterior: tables::posterior_lines(&record, provenance).map_err(text)?,
+        page: on_page
+            .then(|| {
+                let ridges = posterior.and_then(|p| p.ridges.as_deref());
+                page::PageFit::new(number, &record, assessment, mesh, muscles, ridges)
+            })
+            .transpose()?,
+    })
+}
+
+/// Writes all files of a finished batch, each whole or not at all, and returns their paths.
+///
+/// # Errors
+/// [`ReportError::File`] as the operating system.
+pub fn write_files(
+    out: &OutputDir,
+    batch: &Batch<'_>,
+    journal: &Journal,
+) -> Result<Vec<std::path::PathBuf>, ReportError> {
+    let mut has_posterior = false;
+    each_fit(batch, journal, |_, fit| {
+        has_posterior |= !fit.posterior.is_empty();
+        Ok(())
+    })
+    .map_err(|e| ReportError::Record { reason: e.to_string() })?;
+    let files: [(&str, &Writes<'_>); 7] = [
+        ("batch.json", &|w| write_json(w, batch, journal, false)),
+        ("fits.csv", &|w| write_fits(w, batch, journal)),
+        ("muscles.csv", &|w| write_rows(w, batch, journal, |fit| &fit.muscles)),
+        ("batch.html", &|w| page::write(w, batch, journal)),
+        ("tensions.tex", &|w| write_latex(w, batch, journal)),
+        ("tensions.svg", &|w| page::write_tensions(w, batch, journal)),
+        ("posterior.csv", &|w| write_rows(w, batch, journal, |fit| &fit.posterior)),
+    ];
+    out.write_streams(if has_posterior { &files } else { &files[..6] })
+}
+
+/// The JSON document; `with_times` adds what differs from run to run.
+///
+/// # Errors
+/// As the operating system.
+pub fn write_json(
+    w: &mut dyn Write,
+    batch: &Batch<'_>,
+    journal: &Journal,
+    with_times: bool,
+) -> io::Result<()> {
+    let p = serde_json::to_string(batch.provenance)?;
+    // The provenance is an object: its fields come first, without the closing brace.
+    write!(w, "{},\n\"summary\":", p.trim_end_matches('}'))?;
+    serde_json::to_writer(&mut *w, batch.summary)?;
+    write!(w, ",\n\"fits\":[")?;
+    let mut first = true;
+    each_fit(batch, journal, |wall_s, fit| {
+        w.write_all(if first { b"\n" } else { b",\n" })?;
+        first = false;
+        if with_times {
+            return write!(w, "{{\"wall_s\":{wall_s},{}", fit.json.trim_start_matches('{'));
+        }
+        w.write_all(fit.json.as_bytes())
+    })?;
+    let baselines: Vec<_> = batch
+        .baselines
+        .iter()
+        .map(|b| {
+            serde_json::json!({
+                "subject": b.subject, "vowel": b.vowel, "line": b.line, "substitute_baseline": b.substitute
+            })
+        })
+        .collect();
+    let refusals: Vec<_> = all_refusals(batch, journal)?
+        .iter()
+        .map(|r| {
+            serde_json::json!({
+                "subject": r.subject, "vowel": r.vowel, "line": r.line, "target_kind": r.kind, "message": r.message
+            })
+        })
+        .collect();
+    write!(w, "],\n\"baselines\":")?;
+    serde_json::to_writer(&mut *w, &baselines)?;
+    write!(w, ",\n\"not_fitted\":")?;
+    serde_json::to_writer(&mut *w, &refusals)?;
+    write!(w, ",\n\"unreadable_rows\":")?;
+    serde_json::to_writer(&mut *w, batch.unreadable)?;
+    writeln!(w, "}}")
+}
+
+/// Every fit has kept its rows under a header; one header stands in the file.
+fn write_rows(
+    w: &mut dyn Write,
+    batch: &Batch<'_>,
+    journal: &Journal,
+    of: fn(&Fitted) -> &str,
+) -> io::Result<()> {
+    let mut first = true;
+    each_fit(batch, journal, |_, fit| {
+        let (header, rows) = of(&fit).split_once('\n').unwrap_or_default();
+        if !header.is_empty() && std::mem::take(&mut first) {
+            writeln!(w, "{header}")?;
+        }
+        w.write_all(rows.as_bytes())
+    })
+}
+
+fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+    w.write_all(tables::fit_header(batch.muscles)?.as_bytes())?;
+    each_fit(batch, journal, |_, fit| w.write_all(fit.fits.as_bytes()))?;
+    for baseline in batch.baselines {
+        w.write_all(tables::baseline_line(batch.muscles, baseline, batch.provenance)?.as_bytes())?;
+    }
+    for refusal in all_refusals(batch, journal)? {
+        w.write_all(tables::refusal_line(batch.muscles, &refusal, batch.provenance)?.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn write_latex(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+    w.write_all(latex::head(batch.muscles, batch.summary.draws, batch.provenance).as_bytes())?;
+    each_fit(batch, journal, |_, fit| w.write_all(fit.latex.as_bytes()))?;
+    w.write_all(latex::FOOT.as_bytes())
+}
+
+/// The fits, in the order of the jobs, with the time each took, s.
+fn each_fit(
+    batch: &Batch<'_>,
+    journal: &Journal,
+    mut then: impl FnMut(f64, Fitted) -> io::Result<()>,
+) -> io::Result<()> {
+    for number in 0..batch.jobs.len() {
+        if let Some(Entry { wall_s, result: Ok(fit), .. }) = journal.read(number).map_err(io::Error::other)? {
+            then(wall_s, fit)?;
+        }
+    }
+    Ok(())
+}
+
+/// Those of the plan and those that could not begin.
+fn all_refusals(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<Refusal>> {
+    let mut all = batch.refusals.to_vec();
+    for (number, job) in batch.jobs.iter().enumerate().filter(|(n, _)| journal.is_refused(*n)) {
+        if let Some(Entry { result: Err(message), .. }) = journal.read(number).map_err(io::Error::other)? {
+            let t = &job.target;
+            all.push(Refusal {
+                line: job.line,
+                subject: t.subject.clone(),
+                vowel: t.vowel.clone(),
+                kind: Some(t.kind),
+                message,
+            });
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,240 @@
+//! The page of a batch: one HTML file that needs no network, light and dark.
+//!
+//! The text is made here and in `fit.rs`; sorting, the slider and the choice of a shape are a few lines of script in `page.js`.
+
+mod fit;
+
+use std::io::{self, Write};
+
+use maud::{Markup, PreEscaped, html};
+
+use super::summary::PassiveGroup;
+use super::{Batch, Journal, all_refusals, each_fit};
+use crate::report::svg::{self, Found, Svg, colours, frame};
+use crate::report::{Export, page};
+use tongue_core::body::Mesh;
+
+pub use self::fit::PageFit;
+
+/// Fits that the page shows; a table of thousands would be too large for a browser.
+pub const MOST_FITS: usize = 200;
+
+const SCRIPT: &str = include_str!("page.js");
+
+/// Writes the page.
+///
+/// # Errors
+/// As the operating system.
+pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+    let fits = shown(batch, journal)?;
+    let body = html! {
+                    (top(batch, fits.len()))
+                    (fit_table(&fits, batch.muscles))
+                    (posteriors(&fits, batch.muscles))
+                    (viewer(&fits))
+                    (heat_map(&fits, batch.muscles))
+                    (passive(&batch.summary.passive))
+                    section {
+                        h2 { "Every fit" }
+                        p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and what speaks for and against the answer." }
+                        @for f in &fits { (PreEscaped(&f.detail)) }
+                    }
+                    (others(batch, journal)?)
+                    script type="application/json" id="data" { (PreEscaped(data(batch.mesh, &fits))) }
+                    script { (PreEscaped(SCRIPT)) }
+    };
+    w.write_all(page::document("tongue-fit batch", &body).as_bytes())
+}
+
+/// Writes the picture of the tensions as a file of its own.
+///
+/// # Errors
+/// As the operating system.
+pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+    let p = batch.provenance;
+    let by = crate::report::Provenance::new(&p.command).with_inputs(&p.inputs_sha256);
+    tensions(batch.muscles, &shown(batch, journal)?).write(w, &by)
+}
+
+/// The fits that the page shows.
+fn shown(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<PageFit>> {
+    let mut fits = Vec::new();
+    each_fit(batch, journal, |_, fitted| {
+        fits.extend(fitted.page);
+        Ok(())
+    })?;
+    Ok(fits)
+}
+
+fn top(batch: &Batch<'_>, shown: usize) -> Markup {
+    let (p, s) = (batch.provenance, batch.summary);
+    html! {
+        header {
+            h1 { "Tongue muscle tensions fitted to measured lengths" }
+            button #theme type="button" { "Dark or light" }
+            p { "tongue-fit " (p.version) " · " code { (p.command) } " · seed " (p.seed) " · inputs " code { (p.inputs_sha256) } }
+            p {
+                (s.rows) " rows: " (s.fits) " fits ("
+                @for (i, (status, n)) in s.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
+                "), " (s.baselines) " baselines, " (s.not_fitted) " not fitted, " (s.unreadable_rows) " unreadable. "
+                @if shown < s.fits { strong { "This page shows the first " (shown) " fits; all of them are in the CSV and JSON files." } }
+            }
+            @if !s.substitute_baselines.is_empty() {
+                p { "No /ɯ/ was measured for " (s.substitute_baselines.join(", ")) ": fitted against /e/ and marked †." }
+            }
+            @if let Some(n) = &s.nearest_row_to_rest {
+                p { "The model at rest is nearest to /" (n.vowel) "/ of " (n.subject) ": " (format!("{:.3}", n.distance.rms_ratio)) " (" (s.rest_shape_measure) ")." }
+            }
+            p { "Tensions are newtons per metre of thickness. In brackets: 95 % intervals from redrawing every length within its rounding (" (s.draws) " draws a fit); none on a bound or where most draws cannot be met." }
+        }
+    }
+}
+
+fn passive(groups: &[PassiveGroup]) -> Markup {
+    html! {
+        section {
+            h2 { "Muscles that do not contract" }
+            p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change. Where a target leaves tensions open, the fit takes those that come nearest to these muscles, and the figures are no test of prediction." }
+            table.sortable #passive {
+                thead { tr { @for h in ["target", "vowel", "fits", "model", "no change", "verdict"] { th { button type="button" { (h) } } } } }
+                tbody {
+                    @for g in groups {
+                        tr {
+                            td { (g.target_kind) @if g.substitute_baseline { "†" } }
+                            td { @match &g.vowel { Some(v) => { "/" (v) "/" }, None => "all" } }
+                            (number(g.fits as f64, 0))
+                            (number(g.rms_stretch, 3))
+                            (number(g.no_change_rms_stretch, 3))
+                            td { (g.verdict()) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
+    html! {
+        section {
+            h2 { "Residuals" }
+            p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks contracting muscles, which the fit has to hit." }
+            table.sortable #heat {
+                thead { tr {
+                    @for h in ["subject", "vowel", "target"] { th { button type="button" { (h) } } }
+                    @for m in muscles { th { button type="button" { (m) } } }
+                } }
+                tbody { @for f in fits { (PreEscaped(&f.heat_row)) } }
+            }
+        }
+    }
+}
+
+/// What the posteriors say of every row, where there are any.
+fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
+    let rows: Vec<&str> =
+        fits.iter().map(|f| f.posterior_row.as_str()).filter(|row| !row.is_empty()).collect();
+    html! {
+        @if !rows.is_empty() {
+            section {
+                h2 { "What data and model leave open" }
+                p { "Of the posterior of every row: the probability that a muscle pulls harder than in the baseline, and the 95 % interval of the change F − F0 of its tension. It takes all measured stretches of a row, so it stands once for each row; its ridges are with the fit. All of it is in posterior.csv." }
+                table.sortable #posteriors {
+                    thead { tr {
+                        @for h in ["subject", "vowel", "baseline"] { th { button type="button" { (h) } } }
+                        @for m in muscles { th { button type="button" { (m) } } }
+                    } }
+                    tbody { @for row in &rows { (PreEscaped(*row)) } }
+                }
+            }
+        }
+    }
+}
+
+fn viewer(fits: &[PageFit]) -> Markup {
+    html! {
+        section {
+            h2 { "Shapes" }
+            p {
+                label { "Fit " select #shape { @for f in fits { option value=(f.number) { (f.label) } } } }
+                " "
+                label { "rest " input #slider type="range" min="0" max="100" value="100"; " fitted" }
+                " " output #part { "100 %" }
+            }
+            svg #tongue role="img" aria-label="Mesh of the tongue between rest and the fitted shape" {}
+            p.legend { "Grey: rest. Thick: contracting muscles; thin: passive. Front of the mouth to the left; the line that leaves the view goes on to the styloid process." }
+        }
+    }
+}
+
+fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
+    let columns =
+        ["subject", "vowel", "baseline", "target", "status", "misfit", "passive", "no change", "alarms"];
+    html! {
+        section {
+            h2 { "Tensions" }
+            div.figure.wide { (PreEscaped(tensions(muscles, fits).to_string())) }
+            table.sortable #fits {
+                thead { tr {
+                    @for h in columns { th { button type="button" { (h) } } }
+                    @for m in muscles { th { button type="button" { (m) } } }
+                } }
+                tbody { @for f in fits { (PreEscaped(&f.table_row)) } }
+            }
+        }
+    }
+}
+
+fn others(batch: &Batch<'_>, journal: &Journal) -> io::Result<Markup> {
+    let refusals = all_refusals(batch, journal)?;
+    Ok(html! {
+        section {
+            h2 { "Rows without a fit" }
+            ul {
+                @for b in batch.baselines.iter().take(MOST_FITS) {
+                    li { (b.subject) " /" (b.vowel) "/: the baseline itself" @if b.substitute { " (in place of a missing /ɯ/)" } }
+                }
+                @for r in refusals.iter().take(MOST_FITS) {
+                    li { "line " (r.line) ", " (r.subject) " /" (r.vowel) "/: " (r.message) }
+                }
+                @for u in batch.unreadable.iter().take(MOST_FITS) { li { (u) } }
+            }
+        }
+    })
+}
+
+/// The tensions of all fits at a glance.
+fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
+    let found: Vec<Found> =
+        fits.iter().map(|f| Found { label: f.label.clone(), tensions: f.tensions.clone() }).collect();
+    svg::tensions(muscles, &found, "Tensions that the fits found")
+}
+
+/// A table cell that sorts by its number.
+fn number(value: f64, digits: usize) -> Markup {
+    html! { td data-v=(value) { (format!("{value:.digits$}")) } }
+}
+
+/// The mesh once, and of every fit the displacements: µm, integers.
+fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
+    let rest: Vec<[i64; 2]> = mesh.nodes.iter().map(|p| [p.x, p.y].map(fit::micrometres)).collect();
+    let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
+    let muscles: Vec<_> = mesh
+        .muscles
+        .iter()
+        .zip(colours(&names))
+        .map(|(m, colour)| serde_json::json!({"name": m.name, "nodes": m.nodes, "colour": colour}))
+        .collect();
+    let view = frame(mesh, []);
+    let [low, high] = [view.low, view.high].map(|corner| corner.map(fit::micrometres));
+    let shapes: Vec<_> = fits
+        .iter()
+        .map(|f| serde_json::json!({"fit": f.number, "moved": f.moved, "active": f.active}))
+        .collect();
+    serde_json::json!({
+        "view": [low[0], -high[1], high[0] - low[0], high[1] - low[1]], "rest": rest, "connections": mesh.connections, "fixed": mesh.fixed, "muscles": muscles, "shapes": shapes,
+    })
+    .to_string()
+    // The text stands in a script element, which only this sequence could end.
+    .replace("</", "<\\/")
+}

@@ -1,0 +1,187 @@
+//! A batch in a few numbers.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::record::AssessedRecord;
+use super::tables::name;
+use tongue_input::measured::Vowel;
+use tongue_input::measured::lengths::rest_distance::NearestRow;
+
+/// What the summary needs of one fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Digest {
+    /// `ratio` or `stretch`.
+    pub target_kind: String,
+    /// The vowel.
+    pub vowel: Vowel,
+    /// Whether the baseline stands in for a missing /ɯ/.
+    pub substitute_baseline: bool,
+    /// How it ended.
+    pub status: String,
+    /// Mean square residual of the passive stretches.
+    pub passive: Option<f64>,
+    /// The same if nothing changed.
+    pub no_change: Option<f64>,
+    /// Number of passive muscles.
+    pub passive_muscles: usize,
+    /// Whether the fit saw a combination of them: where its target leaves tensions open, they decide.
+    pub seen_in_part: bool,
+    /// Whether a posterior was asked for and cannot be told.
+    #[serde(default)]
+    pub posterior_untold: bool,
+}
+
+impl Digest {
+    /// Of a record.
+    pub fn new(r: &AssessedRecord) -> Self {
+        Self {
+            target_kind: r.fit.target_kind.to_string(),
+            vowel: r.fit.vowel.clone(),
+            substitute_baseline: r.substitute_baseline,
+            status: name(&r.fit.status),
+            passive: r.passive.rms_stretch.map(|x| x * x),
+            no_change: r.passive.no_change_rms_stretch.map(|x| x * x),
+            passive_muscles: r.fit.residuals.0.len() - r.fit.active.len(),
+            seen_in_part: r.fit.identifiability.as_ref().is_some_and(|i| i.undetermined > 0),
+            posterior_untold: false,
+        }
+    }
+}
+
+/// Passive stretches of a group of fits beside "no change", root mean square.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PassiveGroup {
+    /// `ratio` or `stretch`.
+    pub target_kind: String,
+    /// One vowel, or all.
+    pub vowel: Option<Vowel>,
+    /// Whether these are the fits against a baseline that stands in for a missing /ɯ/.
+    pub substitute_baseline: bool,
+    /// Fits with passive muscles.
+    pub fits: usize,
+    /// Over the fits, each of the same weight.
+    pub rms_stretch: f64,
+    /// "No change", over the fits.
+    pub no_change_rms_stretch: f64,
+    /// Over all passive muscles, each of the same weight.
+    pub rms_stretch_over_muscles: f64,
+    /// "No change", over all passive muscles.
+    pub no_change_rms_stretch_over_muscles: f64,
+    /// Whether the model is worse than "no change", over the fits.
+    pub worse_than_no_change: bool,
+    /// Fits that saw a combination of these muscles, so that the figures of the group are none of prediction.
+    pub seen_in_part: usize,
+}
+
+impl PassiveGroup {
+    /// What the figures say, in words.
+    pub fn verdict(&self) -> String {
+        match (self.seen_in_part, self.worse_than_no_change) {
+            (0, false) => "better".to_owned(),
+            (0, true) => "worse than no change".to_owned(),
+            (seen, _) => format!("no test: {seen} of {} saw them in part", self.fits),
+        }
+    }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_none(count: &usize) -> bool {
+    *count == 0
+}
+
+/// The batch as a whole.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Rows that were read.
+    pub rows: usize,
+    /// Fits that were made.
+    pub fits: usize,
+    /// How many ended how.
+    pub statuses: BTreeMap<String, usize>,
+    /// Rows that are baselines.
+    pub baselines: usize,
+    /// Rows, or fits of rows, that could not be made.
+    pub not_fitted: usize,
+    /// Rows of the file that could not be read.
+    pub unreadable_rows: usize,
+    /// Posteriors that were asked for and cannot be told: the alarms of their fits say why.
+    #[serde(skip_serializing_if = "is_none")]
+    pub posteriors_untold: usize,
+    /// Subjects whose baseline stands in for a missing /ɯ/.
+    pub substitute_baselines: Vec<String>,
+    /// In which measure the model at rest is compared with rows.
+    pub rest_shape_measure: String,
+    /// The measured row that is nearest to the model at rest.
+    pub nearest_row_to_rest: Option<NearestRow>,
+    /// Passive muscles, by kind of target and vowel.
+    pub passive: Vec<PassiveGroup>,
+    /// Draws a fit for the intervals.
+    pub draws: usize,
+    /// Muscles in which other subsets may differ.
+    pub subset_changes: u32,
+    /// Thickness assumed, m.
+    pub thickness_m: f64,
+}
+
+/// Groups the digests: for each kind, own and substitute baselines apart, every vowel and then all together.
+pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> Vec<PassiveGroup> {
+    let mut out = Vec::new();
+    let mut kinds: Vec<&str> = digests.clone().map(|d| d.target_kind.as_str()).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    // In the order of the rows.
+    let mut vowels: Vec<&Vowel> = Vec::new();
+    for digest in digests.clone() {
+        if !vowels.contains(&&digest.vowel) {
+            vowels.push(&digest.vowel);
+        }
+    }
+    for kind in kinds {
+        for substitute in [false, true] {
+            for vowel in vowels.iter().copied().map(Some).chain([None]) {
+                let members = digests.clone().filter(|d| {
+                    d.target_kind == kind
+                        && d.substitute_baseline == substitute
+                        && vowel.is_none_or(|v| *v == d.vowel)
+                });
+                out.extend(group(kind, vowel, substitute, members));
+            }
+        }
+    }
+    out
+}
+
+fn group<'a>(
+    kind: &str,
+    vowel: Option<&Vowel>,
+    substitute_baseline: bool,
+    members: impl Iterator<Item = &'a Digest>,
+) -> Option<PassiveGroup> {
+    let (mut fits, mut muscles, mut seen_in_part) = (0, 0, 0);
+    let (mut model, mut none, mut model_by_muscle, mut none_by_muscle) = (0.0, 0.0, 0.0, 0.0);
+    for d in members {
+        let (Some(a), Some(b)) = (d.passive, d.no_change) else { continue };
+        fits += 1;
+        seen_in_part += usize::from(d.seen_in_part);
+        muscles += d.passive_muscles;
+        model += a;
+        none += b;
+        model_by_muscle += a * d.passive_muscles as f64;
+        none_by_muscle += b * d.passive_muscles as f64;
+    }
+    let rms = |sum: f64, n: usize| (sum / n as f64).sqrt();
+    (fits > 0).then(|| PassiveGroup {
+        target_kind: kind.to_owned(),
+        vowel: vowel.cloned(),
+        substitute_baseline,
+        fits,
+        rms_stretch: rms(model, fits),
+        no_change_rms_stretch: rms(none, fits),
+        rms_stretch_over_muscles: rms(model_by_muscle, muscles),
+        no_change_rms_stretch_over_muscles: rms(none_by_muscle, muscles),
+        worse_than_no_change: model > none,
+        seen_in_part,
+    })
+}

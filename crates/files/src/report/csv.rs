@@ -1,0 +1,77 @@
+//! Records and tables as CSV.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use super::export::{Export, Provenance};
+
+/// Records as CSV: a column for each field, then `version`, `command` and, where it is known, `tissue`.
+#[derive(Debug, Clone, Copy)]
+pub struct Rows<'a, T>(pub &'a [T]);
+
+impl<T: Serialize> Export for Rows<'_, T> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let mut writer = ::csv::Writer::from_writer(out);
+        self.0.iter().try_for_each(|row| writer.serialize((row, by)))?;
+        writer.flush()
+    }
+}
+
+/// A CSV table of columns that are not known in advance, such as those of muscles; `version`, `command` and, where it is known,
+/// `tissue` come behind.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Table {
+    /// The header.
+    pub columns: Vec<String>,
+    /// One value for each column.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Export for Table {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
+        let mut writer = ::csv::Writer::from_writer(out);
+        writer.write_record(self.columns.iter().map(String::as_str).chain(names))?;
+        for row in &self.rows {
+            writer.write_record(row.iter().chain(&values))?;
+        }
+        writer.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::json::Json;
+    use super::*;
+    use tongue_core::system::TissueModel;
+
+    #[derive(Serialize)]
+    struct Row {
+        muscle: &'static str,
+        stretch: f64,
+    }
+
+    #[test]
+    fn json_and_csv_say_who_made_them_and_keep_every_bit() {
+        let by = Provenance::new("me, \"quoted\"").with_tissue(TissueModel::FiniteElement);
+        let row = Row { muscle: "GGa", stretch: 0.1 + 0.2 };
+        let json: serde_json::Value = serde_json::from_str(&Json(&row).text(&by).unwrap()).unwrap();
+        assert_eq!(json["stretch"].as_f64(), Some(0.1 + 0.2));
+        assert_eq!(
+            (json["command"].as_str(), json["version"].as_str()),
+            (Some(&*by.command), Some(crate::VERSION))
+        );
+        assert_eq!(json["tissue"], "finite_elements");
+        let rows = Rows(&[row]).text(&by).unwrap();
+        let table = Table {
+            columns: ["muscle", "stretch"].map(String::from).to_vec(),
+            rows: vec![vec!["GGa".into(), (0.1 + 0.2f64).to_string()]],
+        };
+        assert_eq!(rows, table.text(&by).unwrap());
+        assert!(
+            rows.starts_with("muscle,stretch,version,command,tissue,body\nGGa,0.30000000000000004,"),
+            "{rows}"
+        );
+    }
+}

@@ -1,0 +1,110 @@
+//! What all files have in common: each is written with who made it.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use tongue_core::body::ContinuumSettings;
+use tongue_core::system::TissueModel;
+
+/// Who made a file. Every exporter writes it in its format's way: fields of JSON, columns of CSV, metadata of SVG, an instruction of
+/// VTK's XML, comments of Gmsh, header lines of OpenSim.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Provenance {
+    /// Version of tongue-fit.
+    pub version: &'static str,
+    /// The command line, or what a program says of itself.
+    pub command: String,
+    /// What the tissue was made of, where there is any: `springs` or `finite_elements`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tissue: Option<&'static str>,
+    /// The kind of body, where there is any: `springs` or `continuum`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<&'static str>,
+    /// Of a continuum what was chosen, since nobody measured it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<String>,
+    /// Hash of all inputs (SHA-256, hexadecimal), of what was made of many.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inputs_sha256: Option<String>,
+}
+
+impl Provenance {
+    /// This version, on the given command.
+    pub fn new(command: impl Into<String>) -> Self {
+        Self {
+            version: crate::VERSION,
+            command: command.into(),
+            tissue: None,
+            body: None,
+            chosen: None,
+            inputs_sha256: None,
+        }
+    }
+
+    /// The same for results of this tissue.
+    #[must_use]
+    pub fn with_tissue(mut self, tissue: TissueModel) -> Self {
+        self.tissue = Some(match tissue {
+            TissueModel::MassSpring => "springs",
+            TissueModel::FiniteElement => "finite_elements",
+            TissueModel::Continuum => "continuum",
+        });
+        let continuum = tissue == TissueModel::Continuum;
+        self.body = Some(if continuum { "continuum" } else { "springs" });
+        self.chosen = continuum.then(|| ContinuumSettings::default().to_string());
+        self
+    }
+
+    /// The same for a continuum with these settings.
+    #[must_use]
+    pub fn with_chosen(self, settings: Option<&ContinuumSettings>) -> Self {
+        Self { chosen: settings.map(ContinuumSettings::to_string), ..self }
+    }
+
+    /// The same for results of inputs with this hash.
+    #[must_use]
+    pub fn with_inputs(mut self, sha256: &str) -> Self {
+        self.inputs_sha256 = Some(sha256.to_owned());
+        self
+    }
+
+    /// Names and values, each value on one line.
+    pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let line = |text: &str| text.replace(char::is_control, " ");
+        let tissue = self.tissue.map(|t| ("tissue", t.to_owned()));
+        let inputs = self.inputs_sha256.as_ref().map(|hash| ("inputs_sha256", line(hash)));
+        [("version", line(self.version)), ("command", line(&self.command))]
+            .into_iter()
+            .chain(tissue)
+            .chain(self.body.map(|b| ("body", b.to_owned())))
+            .chain(self.chosen.as_ref().map(|c| ("chosen", line(c))))
+            .chain(inputs)
+    }
+}
+
+/// Content of a file.
+pub trait Export {
+    /// Writes the content, which says who it is made `by`.
+    ///
+    /// # Errors
+    /// As `out`.
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()>;
+
+    /// The same as text.
+    ///
+    /// # Errors
+    /// None that can happen: every format is text, and memory can be written to.
+    fn text(&self, by: &Provenance) -> io::Result<String> {
+        let mut bytes = Vec::new();
+        self.write(&mut bytes, by)?;
+        String::from_utf8(bytes).map_err(io::Error::other)
+    }
+}
+
+/// Text that says itself who made it.
+impl Export for String {
+    fn write(&self, out: &mut dyn Write, _: &Provenance) -> io::Result<()> {
+        out.write_all(self.as_bytes())
+    }
+}

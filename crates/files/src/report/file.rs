@@ -1,0 +1,225 @@
+//! Output files that are either whole or not there: each is written beside its place and renamed into it.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::ReportError;
+use super::export::{Export, Provenance};
+use super::staged::{Staged, persist};
+
+/// A folder that was found to be writable.
+///
+/// # Example
+/// ```
+/// use crate::report::OutputDir;
+///
+/// # let home = tempfile::tempdir()?;
+/// # let folder = home.path().join("results");
+/// let out = OutputDir::prepare(&folder)?; // before the work, so that it is not done in vain
+/// let written = out.write_all(&[("fit.json", b"{}\n"), ("fit.csv", b"muscle\n")])?; // both or neither
+/// assert_eq!(written[1], folder.join("fit.csv"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutputDir {
+    path: PathBuf,
+}
+
+impl OutputDir {
+    /// Creates the folder (and its parents) where it is missing and proves by a trial file that it can be written
+    /// to, so that a long run does not end in a refusal. The empty path is the current folder.
+    ///
+    /// # Errors
+    /// [`ReportError::Folder`] if it cannot be created or written to.
+    pub fn prepare(path: impl AsRef<Path>) -> Result<Self, ReportError> {
+        let path = match path.as_ref() {
+            empty if empty.as_os_str().is_empty() => Path::new("."),
+            given => given,
+        };
+        fs::create_dir_all(path).and_then(|()| Staged::begin(path)).map(drop).map_err(|source| {
+            ReportError::Folder {
+                path: path.to_owned(),
+                reason: match path.ancestors().find(|p| p.is_file()) {
+                    Some(file) => format!("\"{}\" is a file, not a folder", file.display()),
+                    None => source.to_string(),
+                },
+                source,
+            }
+        })?;
+        Ok(Self { path: path.to_owned() })
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes one file, replacing an earlier one of that name, and returns its path.
+    ///
+    /// # Errors
+    /// As [`OutputDir::write_all`].
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf, ReportError> {
+        self.write_all(&[(name, bytes.as_ref())])?;
+        Ok(self.path.join(name))
+    }
+
+    /// Writes a set of files, given as name and content, and returns their paths in the same order.
+    ///
+    /// All are written in full under temporary names before the first takes its place, so that a full disk or a bad
+    /// name leaves every earlier file as it was. The data is not forced to the disk: a power cut is not guarded
+    /// against.
+    ///
+    /// # Errors
+    /// [`ReportError::Name`] if a name contains a folder; [`ReportError::File`] if a file cannot be written.
+    pub fn write_all(&self, files: &[(&str, &[u8])]) -> Result<Vec<PathBuf>, ReportError> {
+        let writers: Vec<_> =
+            files.iter().map(|&(_, bytes)| move |w: &mut dyn Write| w.write_all(bytes)).collect();
+        let streams: Vec<(&str, &Writes<'_>)> =
+            files.iter().zip(&writers).map(|(&(name, _), w)| (name, w as &Writes<'_>)).collect();
+        self.write_streams(&streams)
+    }
+
+    /// As [`OutputDir::write_all`], for files that are too large to be held: each is given by what writes it.
+    ///
+    /// # Errors
+    /// As [`OutputDir::write_all`], and whatever the writers report.
+    pub fn write_streams(&self, files: &[(&str, &Writes<'_>)]) -> Result<Vec<PathBuf>, ReportError> {
+        let mut ready = Vec::with_capacity(files.len());
+        for &(name, write) in files {
+            let path = self.place(name)?;
+            let fail = |source| ReportError::File { path: path.clone(), source };
+            // A rename onto a folder fails, which would come too late for the files renamed before it.
+            if path.is_dir() {
+                return Err(fail(io::ErrorKind::IsADirectory.into()));
+            }
+            let mut file = BufWriter::new(Staged::begin(&self.path).map_err(fail)?);
+            write(&mut file).map_err(fail)?;
+            let mut staged = file.into_inner().map_err(|e| fail(e.into_error()))?;
+            staged.close();
+            ready.push((staged, path));
+        }
+        persist(ready)
+    }
+
+    /// As [`OutputDir::write_all`], for files that write themselves and say who they are made `by`.
+    ///
+    /// # Errors
+    /// As [`OutputDir::write_all`].
+    pub fn export(
+        &self,
+        files: &[(&str, &dyn Export)],
+        by: &Provenance,
+    ) -> Result<Vec<PathBuf>, ReportError> {
+        let writers: Vec<_> =
+            files.iter().map(|&(_, content)| move |w: &mut dyn Write| content.write(w, by)).collect();
+        let streams: Vec<(&str, &Writes<'_>)> =
+            files.iter().zip(&writers).map(|(&(name, _), w)| (name, w as &Writes<'_>)).collect();
+        self.write_streams(&streams)
+    }
+
+    fn place(&self, name: &str) -> Result<PathBuf, ReportError> {
+        if Path::new(name).file_name().is_some_and(|plain| plain == name) {
+            Ok(self.path.join(name))
+        } else {
+            Err(ReportError::Name { name: name.to_owned() })
+        }
+    }
+}
+
+/// Writes a set of files into a folder, which is made where it is missing: all of them or none. They say that they are made by
+/// `command`: a command line, or what a program says of itself.
+///
+/// # Errors
+/// As [`OutputDir::prepare`] and [`OutputDir::write_all`].
+pub fn write(
+    folder: impl AsRef<Path>,
+    command: &str,
+    files: &[(&str, &dyn Export)],
+) -> Result<Vec<PathBuf>, ReportError> {
+    OutputDir::prepare(folder)?.export(files, &Provenance::new(command))
+}
+
+/// What writes a file's content.
+pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn creates_the_folder_and_leaves_only_what_was_written() {
+        let root = tempfile::tempdir().unwrap();
+        let out = OutputDir::prepare(root.path().join("a/b")).unwrap();
+        assert!(names(out.path()).is_empty());
+        assert_eq!(out.write("fit.csv", "x\n1\n").unwrap(), root.path().join("a/b/fit.csv"));
+        out.write("fit.csv", "x\n2\n").unwrap();
+        assert_eq!(names(out.path()), ["fit.csv"]);
+        assert_eq!(fs::read_to_string(out.path().join("fit.csv")).unwrap(), "x\n2\n");
+    }
+
+    #[test]
+    fn one_bad_file_of_a_set_changes_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let out = OutputDir::prepare(root.path()).unwrap();
+        out.write("fit.csv", "old").unwrap();
+        fs::create_dir(root.path().join("taken")).unwrap();
+        for bad in ["taken", "../fit.csv", "a/b.csv", "", "..", "/etc/x"] {
+            let error =
+                out.write_all(&[("fit.csv", b"new"), ("fresh.csv", b"new"), (bad, b"new")]).unwrap_err();
+            assert!(error.to_string().contains(bad), "{error}");
+            assert_eq!(fs::read_to_string(root.path().join("fit.csv")).unwrap(), "old");
+            assert_eq!(names(root.path()), ["fit.csv", "taken"]);
+        }
+    }
+
+    #[test]
+    fn a_folder_that_is_gone_is_an_error() {
+        let root = tempfile::tempdir().unwrap();
+        let out = OutputDir::prepare(root.path().join("out")).unwrap();
+        fs::remove_dir(out.path()).unwrap();
+        let error = out.write("fit.csv", "x").unwrap_err();
+        assert!(matches!(&error, ReportError::File { path, .. } if path.ends_with("out/fit.csv")), "{error}");
+    }
+
+    #[test]
+    fn a_file_in_the_way_is_named() {
+        let root = tempfile::tempdir().unwrap();
+        let file = root.path().join("notes.txt");
+        fs::write(&file, "keep me").unwrap();
+        for path in [file.clone(), file.join("results"), file.join("deep/results")] {
+            let message = OutputDir::prepare(&path).unwrap_err().to_string();
+            assert_eq!(
+                message,
+                format!(
+                    "cannot write into the output folder \"{}\": \"{}\" is a file, not a folder; \
+                     choose another folder, or make this one writable",
+                    path.display(),
+                    file.display()
+                )
+            );
+        }
+        assert_eq!(fs::read_to_string(&file).unwrap(), "keep me");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn files_have_the_permissions_of_an_ordinary_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let root = tempfile::tempdir().unwrap();
+        let out = OutputDir::prepare(root.path()).unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        let ordinary = root.path().join("ordinary");
+        fs::write(&ordinary, "").unwrap();
+        assert_eq!(mode(&out.write("fit.csv", "").unwrap()), mode(&ordinary));
+    }
+}

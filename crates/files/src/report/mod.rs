@@ -1,0 +1,62 @@
+//! What a run leaves behind: figures, tables and files for other programs, whole or not there.
+//!
+//! Everything that can be a file is an [`Export`]: it writes itself in its format, with who made it. [`OutputDir`] gives files
+//! their names and knows nothing of their meaning.
+
+#[cfg(feature = "files")]
+pub mod batch;
+mod by_muscle;
+mod csv;
+mod draws;
+mod error;
+mod export;
+mod fields;
+#[cfg(feature = "files")]
+mod file;
+mod json;
+mod markdown;
+mod msh;
+#[cfg(feature = "files")]
+mod page;
+mod record;
+#[cfg(feature = "files")]
+mod staged;
+mod sto;
+mod svg;
+#[cfg(feature = "files")]
+mod tongue_page;
+mod track;
+#[cfg(feature = "files")]
+mod track_page;
+mod trajectory;
+mod valley_record;
+mod vtu;
+
+pub use csv::{Rows, Table};
+pub use draws::Draws;
+pub use error::ReportError;
+pub use export::{Export, Provenance};
+#[cfg(feature = "files")]
+pub use file::{OutputDir, Writes, write};
+pub use json::Json;
+pub use markdown::Markdown;
+pub use msh::Msh;
+pub use record::{
+    AlarmRecord, BoneRecord, BranchRecord, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord,
+};
+#[cfg(feature = "files")]
+pub use staged::{Standstill, discard_unfinished};
+pub use sto::{Sto, StoTable};
+pub use svg::{
+    Curve, Frame, Panel, Scatter, Section, Series, Svg, Timeline, animation, animation_of_seen, changes,
+    outlines, pairs, panels, ridges, scatter, solid, timelines, tongue, valley, work_precision,
+};
+pub use tongue_input::measured::ByMuscle;
+#[cfg(feature = "files")]
+pub use tongue_page::{PageBody, PageTable, TonguePage};
+pub use track::{CourseRecord, FrameRecord, PriorRecord, TrackRecord, courses, frame_records, status_name};
+#[cfg(feature = "files")]
+pub use track_page::{TrackPage, TrackPicture};
+pub use trajectory::{History, TrajectoryRecord};
+pub use valley_record::{ValleyPointRecord, ValleyRecord};
+pub use vtu::{Pvd, Vtu};

@@ -1,0 +1,427 @@
+//! What a result says of itself in JSON and CSV: stable field names, units in the names, muscles by name.
+
+use nalgebra::SVector;
+use serde::Serialize;
+
+use super::ByMuscle;
+use super::by_muscle::{by, mm};
+use super::csv::Rows;
+use super::export::{Export, Provenance};
+use super::valley_record::ValleyRecord;
+use tongue_core::body::{Body, HYOID};
+use tongue_core::statics::{self, Solution};
+use tongue_core::system::{Model, System};
+use tongue_infer::inverse::alarms::{self, Alarm};
+use tongue_infer::inverse::{self, Fit, FitError, Matched, Method, Premises, Said, Settings, Setup, Tone};
+use tongue_input::measured::muscles::Muscles;
+use tongue_input::measured::{Target, TargetKind, Vowel, reference_muscle};
+
+/// The branch of equilibria that begins at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BranchRecord {
+    /// Where it ends; `None` when it reaches the whole load.
+    pub critical: Option<statics::Critical>,
+    /// Whether another equilibrium at this load was met.
+    pub another: bool,
+    /// Part of the tensions at which following it was given up, if it was: the answer's branch is then not known.
+    pub stopped: Option<f64>,
+}
+
+impl BranchRecord {
+    /// What a trace found.
+    pub fn new(found: &statics::Trace) -> Self {
+        Self { critical: found.critical, another: found.another, stopped: found.stopped }
+    }
+}
+
+/// One equilibrium: `tongue-fit simulate --json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SimulationRecord {
+    /// How the solve ended.
+    pub status: statics::Status,
+    /// Tensions given, N per metre of thickness.
+    pub tensions_n: ByMuscle<f64>,
+    /// Lengths, mm.
+    pub lengths_mm: ByMuscle<f64>,
+    /// Lengths to that of the reference muscle (GGa where there is one).
+    pub ratios: ByMuscle<f64>,
+    /// Lengths to those at rest.
+    pub stretches: ByMuscle<f64>,
+    /// Positions of all nodes, m.
+    pub positions_m: Vec<Vec<f64>>,
+    /// Largest residual force on a free node, N.
+    pub max_residual_force_n: f64,
+    /// Part of the tensions at which the positions are an equilibrium.
+    pub load_reached: f64,
+    /// What is known of the eigenvalues of the stiffness.
+    pub stability: statics::Stability,
+    /// What is known of the way from rest.
+    pub connection: statics::Connection,
+    /// Elements in which the barrier against inversion acts: where there are any, the published law does not hold there.
+    pub guarded: usize,
+    /// The branch of equilibria from rest, where it was followed.
+    pub branch: Option<BranchRecord>,
+    /// What speaks against the answer.
+    pub alarms: Vec<AlarmRecord>,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Factorisations of the stiffness matrix.
+    pub factorisations: usize,
+    /// Smallest ratio of a triangle's area to that at rest.
+    pub min_area_ratio: f64,
+    /// Largest such ratio.
+    pub max_area_ratio: f64,
+    /// Potential energy, J per metre of thickness.
+    pub energy_j: f64,
+    /// Time of the solve, s.
+    pub wall_s: f64,
+}
+
+impl SimulationRecord {
+    /// Collects what a solve left in a system whose muscles have these names: tensions (N) and positions (m).
+    pub fn new<const D: usize>(
+        system: &System<D>,
+        muscles: &[String],
+        solution: &Solution,
+        tensions: &[f64],
+        positions: &[SVector<f64, D>],
+        wall_s: f64,
+    ) -> Self {
+        let (lengths, rest) = (system.lengths(positions), system.lengths(system.rest()));
+        let reference = reference_muscle(muscles);
+        let area_ratios = system.cell_ratios(positions);
+        Self {
+            status: solution.status,
+            tensions_n: by(muscles, tensions),
+            lengths_mm: mm(muscles, &lengths),
+            ratios: by(muscles, &TargetKind::Ratio.values(&lengths, &rest, reference)),
+            stretches: by(muscles, &TargetKind::Stretch.values(&lengths, &rest, reference)),
+            positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
+            max_residual_force_n: solution.max_residual_force,
+            load_reached: solution.load_reached,
+            stability: solution.stability,
+            connection: solution.connection,
+            guarded: solution.guarded,
+            branch: None,
+            alarms: Vec::new(),
+            iterations: solution.iterations,
+            factorisations: solution.factorisations,
+            min_area_ratio: area_ratios.0,
+            max_area_ratio: area_ratios.1,
+            energy_j: solution.energy,
+            wall_s,
+        }
+    }
+}
+
+/// What the data leave open, by muscle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct IdentifiabilityRecord {
+    /// Singular values of d(fitted value)/d(tension), 1/N, largest first.
+    pub singular_values: Vec<f64>,
+    /// How many directions are undetermined.
+    pub undetermined: usize,
+    /// Unit vectors over `active`, in its order.
+    pub null_directions: Vec<Vec<f64>>,
+    /// For each of them, how far the fit stays within the misfit tolerance.
+    pub segments: Vec<Segment>,
+}
+
+/// The two ends of a curve of tensions that fit equally well; between them the curve is no straight line ([`ValleyRecord`]).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Segment {
+    /// One end, N.
+    pub from_n: ByMuscle<f64>,
+    /// The other, N.
+    pub to_n: ByMuscle<f64>,
+}
+
+/// A bone whose displacement was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BoneRecord {
+    /// How far it is displaced, mm by axis.
+    pub shift_mm: Vec<f64>,
+    /// The 95 % interval of each. In a fit: from a standard deviation of 0.01 of every stretch and the priors, linearised at the answer;
+    /// in a recording as those of the tensions.
+    pub interval_mm: Vec<[f64; 2]>,
+}
+
+/// A reason for doubt, in a word and in a sentence.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AlarmRecord {
+    /// What and where.
+    #[serde(flatten)]
+    pub alarm: Alarm,
+    /// For a reader.
+    pub text: String,
+}
+
+/// One fit: `tongue-fit --vowel a --json`, and `fit.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitRecord {
+    /// Who made it: `version`, `command` and, where it is known, `tissue`.
+    #[serde(flatten)]
+    pub made_by: Provenance,
+    /// The subject.
+    pub subject: String,
+    /// The vowel fitted.
+    pub vowel: Vowel,
+    /// The vowel taken as rest.
+    pub baseline: Vowel,
+    /// `ratio` or `stretch`.
+    pub target_kind: TargetKind,
+    /// The muscle that ratios are over.
+    pub reference: String,
+    /// Contracting muscles.
+    pub active: Vec<String>,
+    /// Muscles whose change is within the rounding of the data.
+    pub uncertain: Vec<String>,
+    /// Muscles of the table or the body that were not measured in both rows, and so are no observations.
+    pub not_measured: Vec<String>,
+    /// How the fit ended.
+    pub status: inverse::Status,
+    /// Tensions found, N per metre of thickness.
+    pub tensions_n: ByMuscle<f64>,
+    /// Tension in the baseline, N per metre of thickness: one number for every muscle, or one for each. Changes are counted from
+    /// the posture that it makes; 0 is rest.
+    pub tone_n_per_m: Tone,
+    /// How far the hyoid is displaced, mm by axis (to the back of the head, up); null where it was fixed.
+    pub hyoid_mm: Option<Vec<f64>>,
+    /// The 95 % interval of each, mm.
+    pub hyoid_interval_mm: Option<Vec<[f64; 2]>>,
+    /// All bones that were freed, by name.
+    pub bones: ByMuscle<BoneRecord>,
+    /// Simulated lengths, mm (of the model, whose size is not the subject's).
+    pub lengths_mm: ByMuscle<f64>,
+    /// Lengths of the model at rest, mm.
+    pub rest_lengths_mm: ByMuscle<f64>,
+    /// Lengths of the model in the baseline, mm: stretches are counted from them. Those at rest where there is no tone.
+    pub model_baseline_lengths_mm: ByMuscle<f64>,
+    /// Measured lengths, mm.
+    pub measured_lengths_mm: ByMuscle<f64>,
+    /// Measured lengths in the baseline, mm.
+    pub baseline_lengths_mm: ByMuscle<f64>,
+    /// Simulated lengths to that of GGa.
+    pub ratios: ByMuscle<f64>,
+    /// Measured lengths to that of GGa.
+    pub target_ratios: ByMuscle<f64>,
+    /// Simulated lengths to those of the model in the baseline.
+    pub stretches: ByMuscle<f64>,
+    /// Measured lengths to those in the baseline.
+    pub target_stretches: ByMuscle<f64>,
+    /// Simulated less measured, in the quantity that was fitted.
+    pub residuals: ByMuscle<f64>,
+    /// Root mean square residual of the fitted muscles.
+    pub misfit: f64,
+    /// Root mean square residual of the muscles that do not contract and that the fit does not see.
+    pub passive_rms: Option<f64>,
+    /// Equilibria solved in the search.
+    pub evaluations: usize,
+    /// Where each start of the search ended.
+    pub starts: Vec<inverse::Start>,
+    /// Reasons for doubt.
+    pub alarms: Vec<AlarmRecord>,
+    /// The curve of all tensions that fit as well, where one direction is undetermined.
+    pub valley: Option<ValleyRecord>,
+    /// Elements in which the barrier against inversion acts: where there are any, the published law does not hold there.
+    pub guarded: usize,
+    /// What is known of the way from rest to the answer.
+    pub connection: statics::Connection,
+    /// What the data leave open; null where the equilibrium is singular.
+    pub identifiability: Option<IdentifiabilityRecord>,
+    /// Largest residual force of the answer solved again from rest, N.
+    pub max_residual_force_n: f64,
+    /// Largest distance of a node between the search's answer and the shape to which its tensions lead from rest, m.
+    pub replay_difference_m: f64,
+    /// Smallest ratio of a triangle's area to that at rest.
+    pub min_area_ratio: f64,
+    /// Largest such ratio.
+    pub max_area_ratio: f64,
+    /// What data and model leave open; left out where it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<tongue_infer::posterior::Report>,
+    /// Time of the whole fit, s; left out of files that are to be the same after every run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_s: Option<f64>,
+}
+
+impl From<&Alarm> for AlarmRecord {
+    fn from(alarm: &Alarm) -> Self {
+        Self { text: alarm.text(), alarm: alarm.clone() }
+    }
+}
+
+impl FitRecord {
+    /// The record of a fit that took `wall_s` seconds, of who made it, and of `alarms` that say what to doubt.
+    pub fn new<const D: usize>(fit: &Fit<D>, alarms: &[Alarm], made_by: Provenance, wall_s: f64) -> Self {
+        let (target, all) = (&fit.target, &fit.muscles);
+        let measured = &target.muscles;
+        let names = |positions: &mut dyn Iterator<Item = usize>| positions.map(|m| all[m].clone()).collect();
+        let active: Vec<String> = names(&mut target.active.iter().copied());
+        let identifiability = fit.identifiability.as_ref().map(|i| IdentifiabilityRecord {
+            singular_values: i.singular_values.clone(),
+            undetermined: i.null_directions.len(),
+            null_directions: i.null_directions.iter().map(|n| n.direction.clone()).collect(),
+            segments: i
+                .null_directions
+                .iter()
+                .filter_map(|n| {
+                    let points = &n.valley.as_ref()?.points;
+                    let (from, to) = (points.first()?, points.last()?);
+                    Some(Segment { from_n: by(&active, &from.x), to_n: by(&active, &to.x) })
+                })
+                .collect(),
+        });
+        let valley = fit.valley().map(|v| ValleyRecord::new(v, &active, all, |lengths| fit.of_body(lengths)));
+        let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.baseline_lengths, target.reference);
+        let of_target =
+            |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm, target.reference);
+        let bone = |b: &inverse::MovedBone<D>| {
+            let ends =
+                b.shift.iter().zip(b.half_width.iter()).map(|(x, half)| [1e3 * (x - half), 1e3 * (x + half)]);
+            let shift_mm = b.shift.iter().map(|x| 1e3 * x).collect();
+            (b.name.clone(), BoneRecord { shift_mm, interval_mm: ends.collect() })
+        };
+        let bones = ByMuscle(fit.bones.iter().map(bone).collect());
+        let hyoid = bones.of(HYOID);
+        Self {
+            made_by,
+            subject: target.subject.clone(),
+            vowel: target.vowel.clone(),
+            baseline: target.baseline.clone(),
+            target_kind: target.kind,
+            reference: measured[target.reference].clone(),
+            uncertain: names(&mut (0..measured.len()).filter(|&m| target.activation[m].uncertain)),
+            status: fit.status,
+            tensions_n: by(all, &fit.tensions),
+            lengths_mm: mm(all, &fit.lengths),
+            tone_n_per_m: fit.tone.clone(),
+            hyoid_mm: hyoid.map(|h| h.shift_mm.clone()),
+            hyoid_interval_mm: hyoid.map(|h| h.interval_mm.clone()),
+            rest_lengths_mm: mm(all, &fit.rest_lengths),
+            model_baseline_lengths_mm: mm(all, &fit.baseline_lengths),
+            measured_lengths_mm: by(measured, &target.measured_mm),
+            baseline_lengths_mm: by(measured, &target.baseline_mm),
+            ratios: by(all, &simulated(TargetKind::Ratio)),
+            target_ratios: by(measured, &of_target(TargetKind::Ratio)),
+            stretches: by(all, &simulated(TargetKind::Stretch)),
+            target_stretches: by(measured, &of_target(TargetKind::Stretch)),
+            residuals: by(measured, &fit.residuals),
+            not_measured: fit.not_measured(),
+            active,
+            misfit: fit.misfit,
+            passive_rms: fit.passive_rms(),
+            evaluations: fit.evaluations,
+            starts: fit.starts.clone(),
+            alarms: alarms.iter().map(AlarmRecord::from).collect(),
+            valley,
+            guarded: fit.replay.solution.guarded,
+            connection: fit.replay.solution.connection,
+            identifiability,
+            bones,
+            max_residual_force_n: fit.replay.solution.max_residual_force,
+            replay_difference_m: fit.replay.largest_difference,
+            min_area_ratio: fit.replay.min_area_ratio,
+            max_area_ratio: fit.replay.max_area_ratio,
+            posterior: None,
+            wall_s: Some(wall_s),
+        }
+    }
+
+    /// Fits a target by its derivatives under the usual premises ([`Premises::of`]), and says what to doubt: what `tongue-fit --vowel`
+    /// with `--method gauss-newton` and nothing else finds, without the time that it took.
+    ///
+    /// # Errors
+    /// As [`inverse::fit`] and [`Setup::new`].
+    pub fn of_target(
+        body: &Body<2>,
+        model: &Model,
+        target: &Target,
+        thesis: bool,
+        made_by: Provenance,
+    ) -> Result<Self, FitError> {
+        let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+        let premises = Premises::of(target.kind, body, &Said { thesis, ..Said::default() })?;
+        let fit = match premises.is_thesis() {
+            true => inverse::fit(&body.mesh, model, target, &settings)?,
+            false => {
+                let setup = Setup::new(body, model, premises)?;
+                inverse::fit_in(&setup, &Matched::new(&body.mesh, target)?, &settings)?
+            }
+        };
+        let known = Muscles::built_in();
+        let alarms = alarms::alarms(&body.mesh, &fit, &known, None, &settings, alarms::DEFAULT_THICKNESS_M);
+        Ok(Self { wall_s: None, ..Self::new(&fit, &alarms, made_by, 0.0) })
+    }
+
+    /// The same as pretty JSON with a newline at the end.
+    ///
+    /// # Errors
+    /// None that can happen: every field has a JSON form.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self).map(|s| s + "\n")
+    }
+
+    /// A tidy table: one row a muscle.
+    ///
+    /// # Errors
+    /// None that can happen: memory can be written to.
+    pub fn to_csv(&self) -> std::io::Result<String> {
+        #[derive(Serialize)]
+        struct Row<'a> {
+            subject: &'a str,
+            vowel: &'a Vowel,
+            baseline: &'a Vowel,
+            target_kind: TargetKind,
+            status: inverse::Status,
+            muscle: &'a str,
+            active: bool,
+            uncertain: bool,
+            tension_n_per_m: f64,
+            tone_n_per_m: f64,
+            rest_length_mm: f64,
+            model_baseline_length_mm: f64,
+            simulated_length_mm: f64,
+            baseline_length_mm: Option<f64>,
+            measured_length_mm: Option<f64>,
+            simulated_ratio: f64,
+            measured_ratio: Option<f64>,
+            ratio_residual: Option<f64>,
+            simulated_stretch: f64,
+            measured_stretch: Option<f64>,
+            stretch_residual: Option<f64>,
+        }
+        let row = |i: usize| {
+            let (muscle, tension) = &self.tensions_n.0[i];
+            let measured = |values: &ByMuscle<f64>| values.of(muscle).copied();
+            let (ratio, stretch) = (self.ratios.0[i].1, self.stretches.0[i].1);
+            let (measured_ratio, measured_stretch) =
+                (measured(&self.target_ratios), measured(&self.target_stretches));
+            Row {
+                subject: &self.subject,
+                vowel: &self.vowel,
+                baseline: &self.baseline,
+                target_kind: self.target_kind,
+                status: self.status,
+                muscle,
+                active: self.active.contains(muscle),
+                uncertain: self.uncertain.contains(muscle),
+                tension_n_per_m: *tension,
+                tone_n_per_m: self.tone_n_per_m.of(muscle),
+                rest_length_mm: self.rest_lengths_mm.0[i].1,
+                model_baseline_length_mm: self.model_baseline_lengths_mm.0[i].1,
+                simulated_length_mm: self.lengths_mm.0[i].1,
+                baseline_length_mm: measured(&self.baseline_lengths_mm),
+                measured_length_mm: measured(&self.measured_lengths_mm),
+                simulated_ratio: ratio,
+                measured_ratio,
+                ratio_residual: measured_ratio.map(|m| ratio - m),
+                simulated_stretch: stretch,
+                measured_stretch,
+                stretch_residual: measured_stretch.map(|m| stretch - m),
+            }
+        };
+        let rows: Vec<Row<'_>> = (0..self.tensions_n.0.len()).map(row).collect();
+        Rows(&rows).text(&self.made_by)
+    }
+}

@@ -1,0 +1,109 @@
+//! What each muscle does alone: one small picture each, all with the same axes.
+
+use nalgebra::SVector;
+
+use super::axes::View;
+use super::section::{
+    self, DEFORMED, REST, REST_TISSUE, arrow, bones, check, draw_palate, frame, lines, muscle, ring,
+};
+use super::{Anchor, Face, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
+use crate::report::ReportError;
+use tongue_core::body::Mesh;
+
+/// Pictures in a row.
+const COLUMNS: usize = 4;
+/// Width of a picture, px: a row fills the width of a page.
+const PANEL: f64 = 400.0;
+/// Between pictures, px.
+const GAP: f64 = 28.0;
+/// Room for the name and two lines of text over a picture, px.
+const HEAD: f64 = 4.2 * TEXT;
+/// Distance of the lines of the grid, m.
+const GRID: f64 = 0.02;
+
+/// A shape of a body in which few muscles pull, to be seen beside others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// What pulls.
+    pub title: String,
+    /// What happens, in at most two short lines.
+    pub lines: Vec<String>,
+    /// Position of every node, m.
+    pub positions: Vec<SVector<f64, 2>>,
+    /// Tension of every muscle of the mesh, N per metre of thickness.
+    pub tensions: Vec<f64>,
+}
+
+/// Draws shapes of one body side by side, each with the tissue at rest (grey), the muscles that pull and the palate, if it has
+/// points (m).
+///
+/// # Errors
+/// As [`super::tongue`] for each shape; [`ReportError::NoFrame`] without any.
+pub fn panels(
+    mesh: &Mesh<2>,
+    palate: &[SVector<f64, 2>],
+    panels: &[Panel],
+    title: &str,
+) -> Result<Svg, ReportError> {
+    panels.iter().try_for_each(|p| check(mesh, &p.positions, &p.tensions))?;
+    if panels.is_empty() {
+        return Err(ReportError::NoFrame);
+    }
+    let columns = COLUMNS.min(panels.len());
+    let width = 2.0 * MARGIN + columns as f64 * (PANEL + GAP) - GAP;
+    let told: Vec<String> = panels.iter().map(|p| format!("{}: {}.", p.title, p.lines.join(", "))).collect();
+    let shown =
+        format!("Midsagittal sections, front to the left, all with the same axes. {}", told.join(" "));
+    let (mut svg, top) = Svg::new(title, &shown, width);
+    let bounds = frame(mesh, panels.iter().map(|p| p.positions.as_slice()));
+    let mut bottom = top;
+    for (nth, panel) in panels.iter().enumerate() {
+        let [row, column] = [nth / columns, nth % columns];
+        let left = MARGIN + column as f64 * (PANEL + GAP);
+        let height = View::new(bounds, [0.0, 0.0], PANEL).end()[1] + HEAD + GAP;
+        let upper = top + MARGIN + row as f64 * height;
+        let view = View::new(bounds, [left, upper + HEAD], PANEL);
+        svg.text([left, upper + 0.6 * TEXT], Anchor::Start, Face::Bold, &panel.title);
+        for (line, text) in panel.lines.iter().take(2).enumerate() {
+            let y = upper + (1.8 + 1.2 * line as f64) * TEXT;
+            svg.text([left, y], Anchor::Start, Face::Plain, text);
+        }
+        draw(&mut svg, &view, mesh, palate, panel);
+        bottom = view.end()[1];
+    }
+    let y = bottom + MARGIN + 0.5 * LEGEND_ROW;
+    let met = if palate.is_empty() { "" } else { "; palate: for orientation, nothing meets it" };
+    let note =
+        format!("grey: at rest; dark outline: as this muscle pulls; grid of 20 mm; front to the left{met}");
+    svg.text([MARGIN, y], Anchor::Start, Face::Plain, &note);
+    Ok(svg.finish(y + 0.5 * LEGEND_ROW + MARGIN))
+}
+
+fn draw(svg: &mut Svg, view: &View, mesh: &Mesh<2>, palate: &[SVector<f64, 2>], panel: &Panel) {
+    let [low, high] = [view.bounds.low, view.bounds.high];
+    let point = |x: f64, y: f64| view.place(&SVector::from([x, y]));
+    let steps = |i: usize| {
+        let first = (low[i] / GRID).ceil() as i32;
+        (first..).map(|n| f64::from(n) * GRID).take_while(move |v| *v <= high[i])
+    };
+    let upright = steps(0).map(|x| [point(x, low[1]), point(x, high[1])]);
+    let level = steps(1).map(|y| [point(low[0], y), point(high[0], y)]);
+    // A body of another size than a tongue's has no grid rather than a black one.
+    if (high[0] - low[0]) < 20.0 * GRID {
+        svg.stroke(&data(upright.chain(level)), RULE, 1.0);
+    }
+    svg.fill(&ring(view, mesh, &mesh.nodes), REST_TISSUE);
+    svg.stroke(&ring(view, mesh, &mesh.nodes), REST, 2.0);
+    draw_palate(svg, view, mesh, palate);
+    svg.stroke(&ring(view, mesh, &panel.positions), DEFORMED, 3.0);
+    for line in lines(view, mesh, &panel.positions, &panel.tensions).iter().filter(|l| l.contracting) {
+        muscle(svg, &data([line.seen.iter().copied()]), &line.colour, true);
+        if let Some([from, to]) = line.leaves {
+            arrow(svg, from, to, &line.colour);
+        }
+    }
+    bones(view, mesh, &panel.positions).into_iter().for_each(|at| section::bone(svg, at));
+    let edge =
+        [point(low[0], low[1]), point(high[0], low[1]), point(high[0], high[1]), point(low[0], high[1])];
+    svg.stroke(&super::closed([edge]), INK, 1.2);
+}

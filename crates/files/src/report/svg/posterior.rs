@@ -1,0 +1,235 @@
+//! Figures of a posterior: ridges of the changes, changes in pairs, outlines of draws laid over each other.
+
+use nalgebra::SVector;
+
+use super::axes::{BELOW, Bounds, LEFT, View, ticks};
+use super::{Anchor, Face, INK, MARGIN, RULE, Svg, WIDTH, closed};
+use tongue_core::body::Mesh;
+use tongue_infer::posterior::{Posterior, Spread};
+use tongue_input::measured::muscles::Muscles;
+
+/// Height of a ridge, px, and how much of it the next one leaves free.
+const RIDGE: f64 = 84.0;
+const FREE: f64 = 62.0;
+/// Room for the names of muscles and for the probabilities, px.
+const NAMES: f64 = 90.0;
+const ODDS: f64 = 120.0;
+/// Points of a curve.
+const POINTS: usize = 160;
+/// Most points of a cloud.
+const CLOUD: usize = 400;
+/// Most muscles in pairs.
+const MOST_PAIRED: usize = 5;
+/// Fill of what has no colour of its own.
+const SHADE: &str = "#bbbbbb";
+
+/// Changes of a muscle in all draws, N per metre of thickness.
+fn changes(posterior: &Posterior<'_>, muscle: usize) -> Vec<f64> {
+    posterior.draws.iter().map(|d| d.change(muscle)).collect()
+}
+
+/// Probability that it is above zero.
+fn rises(changes: &[f64]) -> f64 {
+    changes.iter().filter(|c| **c > 0.0).count() as f64 / changes.len().max(1) as f64
+}
+
+/// A ridge for every muscle: how probable each change of its tension from the baseline is; a bar over its middle 95 %, a thick one over
+/// its middle half.
+pub fn ridges(posterior: &Posterior<'_>, title: &str) -> Svg {
+    let names = &posterior.density.ground.muscles;
+    let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, m)).collect();
+    let spreads: Vec<Spread> = all.iter().map(|c| Spread::of(c.iter().copied())).collect();
+    let told = names
+        .iter()
+        .zip(&spreads)
+        .map(|(n, s)| format!("{n} {:.0} ({:.0} to {:.0})", s.median, s.interval_95[0], s.interval_95[1]));
+    let description = format!(
+        "By how much more each muscle pulls than in the baseline, N per metre: median and 95 % interval. {}.",
+        told.collect::<Vec<_>>().join(", ")
+    );
+    let (mut svg, top) = Svg::new(title, &description, WIDTH);
+    let low = spreads.iter().map(|s| s.interval_95[0]).fold(-10.0, f64::min) * 1.15;
+    let high = spreads.iter().map(|s| s.interval_95[1]).fold(10.0, f64::max) * 1.15;
+    let (left, right) = (NAMES + MARGIN, WIDTH - ODDS - MARGIN);
+    let x = |value: f64| left + (right - left) * (value - low) / (high - low);
+    let head = top + 2.0 * MARGIN;
+    let foot = head + RIDGE + FREE * (names.len().max(1) - 1) as f64;
+    svg.text([right + 0.5 * ODDS, head], Anchor::Middle, Face::Plain, "P(rises)");
+    for value in ticks(low..=high) {
+        svg.line([x(value), head], [x(value), foot + MARGIN], if value == 0.0 { INK } else { RULE }, 1.0);
+        svg.text(
+            [x(value), foot + MARGIN + 22.0],
+            Anchor::Middle,
+            Face::Plain,
+            &format!("{value:.0}").replace('-', "\u{2212}"),
+        );
+    }
+    let infos = Muscles::built_in().of(names);
+    for (m, name) in names.iter().enumerate() {
+        let base = head + RIDGE + FREE * m as f64;
+        let heights = density(&all[m], low, high);
+        let most = heights.iter().copied().fold(1e-12, f64::max);
+        let at = |i: usize| low + (high - low) * i as f64 / (POINTS - 1) as f64;
+        let curve = heights.iter().enumerate().map(|(i, h)| [x(at(i)), base - 0.92 * RIDGE * h / most]);
+        let shape = std::iter::once([x(low), base]).chain(curve).chain(std::iter::once([x(high), base]));
+        let colour = infos.get(m).map_or_else(|| SHADE.to_owned(), |i| i.colour.to_string());
+        svg.element(
+            "path",
+            format_args!(
+                "d=\"{}\" fill=\"{colour}\" fill-opacity=\"0.55\" stroke=\"{INK}\" stroke-width=\"1\"",
+                closed([shape])
+            ),
+        );
+        let bar = |ends: [f64; 2]| ends.map(|v| [x(v.clamp(low, high)), base]);
+        let [a, b] = bar(spreads[m].interval_95);
+        svg.line(a, b, INK, 3.0);
+        let [a, b] = bar(spreads[m].interval_50);
+        svg.line(a, b, INK, 8.0);
+        svg.text([left - 10.0, base - 14.0], Anchor::End, Face::Bold, name);
+        svg.text(
+            [right + 0.5 * ODDS, base - 14.0],
+            Anchor::Middle,
+            Face::Plain,
+            &format!("{:.2}", rises(&all[m])),
+        );
+    }
+    let below = "change of tension from the baseline, N per metre";
+    svg.text([0.5 * (left + right), foot + MARGIN + 54.0], Anchor::Middle, Face::Plain, below);
+    svg.finish(foot + MARGIN + 54.0 + 2.0 * MARGIN)
+}
+
+/// How dense values lie along a range: a normal kernel of Silverman's width (1986, eq. 3.31).
+fn density(values: &[f64], low: f64, high: f64) -> Vec<f64> {
+    let n = values.len().max(2) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let width = (0.9 * sd * n.powf(-0.2)).max(1e-3 * (high - low));
+    // Counted in narrow bins first, so that many draws cost no more than few.
+    let cells = 4 * POINTS;
+    let mut counts = vec![0.0; cells];
+    for v in values {
+        let place = (v - low) / (high - low) * cells as f64;
+        if (0.0..cells as f64).contains(&place) {
+            counts[place as usize] += 1.0;
+        }
+    }
+    let at = |i: usize| low + (high - low) * i as f64 / (POINTS - 1) as f64;
+    let middle = |c: usize| low + (high - low) * (c as f64 + 0.5) / cells as f64;
+    let height = |x: f64| -> f64 {
+        let each = counts.iter().enumerate().filter(|(_, c)| **c > 0.0);
+        each.map(|(c, count)| count * (-0.5 * ((x - middle(c)) / width).powi(2)).exp()).sum()
+    };
+    (0..POINTS).map(|i| height(at(i))).collect()
+}
+
+/// Round numbers away from both ends of a range, where they would meet those of the next panel.
+fn inner([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    let room = 0.15 * (high - low);
+    ticks(low..=high).into_iter().filter(move |v| (low + room..=high - room).contains(v)).step_by(3)
+}
+
+/// The changes of the muscles that are surest to rise or fall, in pairs.
+pub fn pairs(posterior: &Posterior<'_>, title: &str) -> Svg {
+    let names = &posterior.density.ground.muscles;
+    let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, m)).collect();
+    let mut shown: Vec<usize> = (0..names.len()).collect();
+    shown.sort_by(|a, b| (rises(&all[*b]) - 0.5).abs().total_cmp(&(rises(&all[*a]) - 0.5).abs()));
+    shown.truncate(MOST_PAIRED);
+    shown.sort_unstable();
+    let listed: Vec<&str> = shown.iter().map(|&m| names[m].as_str()).collect();
+    let description =
+        format!("Changes of tensions from the baseline in pairs, N per metre: {}.", listed.join(", "));
+    let (mut svg, top) = Svg::new(title, &description, WIDTH);
+    let count = shown.len().max(2) - 1;
+    let (left, gap) = (LEFT, 12.0);
+    let side = (WIDTH - left - MARGIN - gap * (count - 1) as f64) / count as f64;
+    let range = |m: usize| {
+        let s = Spread::of(all[m].iter().copied());
+        let room = 0.35 * (s.interval_95[1] - s.interval_95[0]).max(1.0);
+        [s.interval_95[0] - room, s.interval_95[1] + room]
+    };
+    let step = posterior.draws.len().div_ceil(CLOUD).max(1);
+    for row in 1..shown.len() {
+        for column in 0..row {
+            let (a, b) = (shown[column], shown[row]);
+            let corner =
+                [left + (side + gap) * column as f64, top + MARGIN + (side + gap) * (row - 1) as f64];
+            let (horizontal, vertical) = (range(a), range(b));
+            let part = |v: f64, [low, high]: [f64; 2]| (v - low) / (high - low);
+            let place = |u: f64, v: f64| {
+                [corner[0] + side * part(u, horizontal), corner[1] + side * (1.0 - part(v, vertical))]
+            };
+            let inside = |u: f64, r: [f64; 2]| (r[0]..=r[1]).contains(&u);
+            svg.rectangle(corner, [corner[0] + side, corner[1] + side], "none", Some(RULE));
+            if inside(0.0, horizontal) {
+                svg.line(place(0.0, vertical[0]), place(0.0, vertical[1]), RULE, 1.5);
+            }
+            if inside(0.0, vertical) {
+                svg.line(place(horizontal[0], 0.0), place(horizontal[1], 0.0), RULE, 1.5);
+            }
+            let cloud = all[a].iter().zip(&all[b]).step_by(step);
+            let cloud = cloud.filter(|(u, v)| inside(**u, horizontal) && inside(**v, vertical));
+            let dots: String = cloud
+                .map(|(u, v)| {
+                    let [x, y] = place(*u, *v);
+                    format!("M{x:.1} {y:.1}h0")
+                })
+                .collect();
+            svg.element(
+                "path",
+                format_args!("d=\"{dots}\" fill=\"none\" stroke=\"#0072b2\" stroke-opacity=\"0.5\" stroke-width=\"4\" stroke-linecap=\"round\""),
+            );
+            let label = |v: f64| format!("{v:.0}").replace('-', "\u{2212}");
+            if column == 0 {
+                svg.upright_text([left - 70.0, corner[1] + 0.5 * side], &names[b]);
+                for value in inner(vertical) {
+                    svg.text(
+                        [left - 8.0, place(horizontal[0], value)[1]],
+                        Anchor::End,
+                        Face::Plain,
+                        &label(value),
+                    );
+                }
+            }
+            if row + 1 == shown.len() {
+                for value in inner(horizontal) {
+                    let [x, y] = place(value, vertical[0]);
+                    svg.text([x, y + 20.0], Anchor::Middle, Face::Plain, &label(value));
+                }
+                svg.text(
+                    [corner[0] + 0.5 * side, corner[1] + side + 52.0],
+                    Anchor::Middle,
+                    Face::Plain,
+                    &names[a],
+                );
+            }
+        }
+    }
+    svg.finish(top + MARGIN + (side + gap) * count as f64 + 72.0)
+}
+
+/// The outlines of shapes, positions of all nodes of `mesh`, m, laid over each other and over that of the body at rest.
+pub fn outlines(mesh: &Mesh<2>, shapes: &[Vec<SVector<f64, 2>>], title: &str) -> Svg {
+    let loops: Vec<Vec<usize>> =
+        mesh.outlines().into_iter().map(|l| l.iter().copied().chain(l.first().copied()).collect()).collect();
+    let nodes = || loops.iter().flatten().copied();
+    let all = shapes.iter().chain(std::iter::once(&mesh.nodes));
+    let bounds = all.map(|x| Bounds::of(nodes().map(|n| &x[n]))).reduce(Bounds::with);
+    let bounds = bounds.unwrap_or(Bounds { low: [0.0; 2], high: [1e-2; 2] }).outwards(2e-3, 5e-3).paged();
+    let description = format!("Outlines of {} draws; grey: the tongue at rest.", shapes.len());
+    let (mut svg, top) = Svg::new(title, &description, WIDTH);
+    let view = View::new(bounds, [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let chains = || loops.iter().map(Vec::as_slice);
+    svg.fill(&view.path(&mesh.nodes, chains()), "#e4e4e4");
+    for shape in shapes {
+        svg.element(
+            "path",
+            format_args!(
+                "d=\"{}\" fill=\"none\" stroke=\"#d55e00\" stroke-opacity=\"0.35\" stroke-width=\"1.6\"",
+                view.path(shape, chains())
+            ),
+        );
+    }
+    view.axes(&mut svg, ["mm, towards the back", "mm, upwards"]);
+    svg.finish(view.end()[1] + BELOW)
+}

@@ -1,0 +1,398 @@
+//! Picture of a body in the plane: tissue at rest and deformed, muscles with their names, bones, and the palate where there is one.
+
+use nalgebra::SVector;
+
+use super::axes::{BELOW, Bounds, LEFT, View};
+use super::labels::{self, Named};
+use super::{Entry, Face, INK, LEGEND_ROW, MARGIN, Px, Svg, WIDTH, closed, contours, data, legend};
+use crate::report::ReportError;
+use tongue_core::body::Mesh;
+use tongue_core::geometry::topology;
+use tongue_input::measured::muscles::Muscles;
+
+pub(super) const REST: &str = "#b4b4b4";
+pub(super) const REST_TISSUE: &str = "#f1f1f1";
+pub(super) const DEFORMED: &str = "#555555";
+const EDGES: &str = "#c9c9c9";
+pub(super) const PALATE: &str = "#a8a8a8";
+
+/// What grey is called where it is the body at rest.
+const REST_NAME: &str = "rest";
+/// A bone that has moved by less is where it was, m.
+const MOVED: f64 = 1e-5;
+/// Thickness of the palate as it is drawn, m.
+const PALATE_THICKNESS: f64 = 0.0025;
+/// Free room around the tissue at rest to its longest side.
+const ROOM: f64 = 0.14;
+/// Width of the line of a muscle that contracts, and of one that does not, px; its edge is wider by the second number.
+const CONTRACTING: [f64; 2] = [8.0, 2.5];
+const PASSIVE: [f64; 2] = [3.5, 2.0];
+const SAMPLE: f64 = 62.0;
+
+/// A shape of a body in the plane and what is drawn with it.
+#[derive(Debug, Clone, Copy)]
+pub struct Section<'a> {
+    /// The body at rest.
+    pub mesh: &'a Mesh<2>,
+    /// Position of every node, m.
+    pub positions: &'a [SVector<f64, 2>],
+    /// Tension of every muscle of the mesh, N per metre of thickness: those that have one are drawn as contracting.
+    pub tensions: &'a [f64],
+    /// The palate, m; empty without one.
+    pub palate: &'a [SVector<f64, 2>],
+    /// Whether the body meets the palate; else it is there for orientation.
+    pub contact: bool,
+    /// Whether the tissue is coloured by its largest principal stretch.
+    pub stretch: bool,
+    /// What the body at rest is called: another posture than rest may stand in its place.
+    pub grey: &'a str,
+    /// Title.
+    pub title: &'a str,
+}
+
+/// Draws the tissue at rest (light grey) and deformed (dark), muscles in colour with their names, bones, and the palate in grey.
+///
+/// Axes are in mm with equal scales: x grows to the back of the head, y upwards. What is in view depends on the tissue at
+/// rest alone as long as the deformed tissue keeps within it, so that pictures of one body have the same axes. A muscle
+/// that comes from a bone beyond has an arrow at the edge. Contracting muscles (tension above zero) are thick and solid.
+///
+/// # Errors
+/// [`ReportError::NodeCount`] if the positions belong to another mesh, [`ReportError::Position`] for a position that is not
+/// finite, [`ReportError::Number`] for a node that the mesh does not have or where the mesh has not one tension a muscle.
+pub fn tongue(section: &Section<'_>) -> Result<Svg, ReportError> {
+    let Section { mesh, positions, tensions, palate, contact, stretch, grey, title } = *section;
+    check(mesh, positions, tensions)?;
+    let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
+    let view = View::new(frame(mesh, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
+    let bands = stretch.then(|| contours::fill(&mut svg, &view, mesh, positions)).flatten();
+    svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
+    svg.stroke(&view.path(positions, tissue_edges(mesh)), EDGES, 1.0);
+    svg.stroke(&ring(&view, mesh, positions), DEFORMED, 2.6);
+    draw_palate(&mut svg, &view, mesh, palate);
+    if grey != REST_NAME {
+        places_of_moved_bones(&mut svg, &view, mesh, positions);
+    }
+    let arrows = muscles(&mut svg, &view, mesh, positions, tensions);
+    view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
+    let palate = (!palate.is_empty()).then_some(contact);
+    let seen = Seen { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
+    let mut bottom = view.end()[1] + BELOW + MARGIN;
+    if let Some(bands) = &bands {
+        bottom = bands.key(&mut svg, LEFT, bottom);
+    }
+    let height = key(&mut svg, &seen, bottom);
+    Ok(svg.finish(bottom + height + MARGIN))
+}
+
+/// Every number and position that the drawing relies on.
+pub(in crate::report) fn check<const D: usize>(
+    mesh: &Mesh<D>,
+    deformed: &[SVector<f64, D>],
+    tensions: &[f64],
+) -> Result<(), ReportError> {
+    let count = mesh.nodes.len();
+    if deformed.len() != count {
+        return Err(ReportError::NodeCount { nodes: count, deformed: deformed.len() });
+    }
+    for (shape, positions) in [("rest", mesh.nodes.as_slice()), ("deformed", deformed)] {
+        for (node, p) in positions.iter().enumerate() {
+            if !p.iter().all(|c| c.abs() <= 1e3) {
+                return Err(ReportError::Position { shape, node, x: p[0], y: p[1] });
+            }
+        }
+    }
+    let named = |what: &dyn Fn() -> String, nodes: &[usize]| match nodes.iter().find(|&&n| n >= count) {
+        Some(&number) => Err(ReportError::Number { what: what(), kind: "node", number, count }),
+        None => Ok(()),
+    };
+    for (nth, pair) in mesh.connections.iter().enumerate() {
+        named(&|| format!("connection {nth}"), pair)?;
+    }
+    for muscle in &mesh.muscles {
+        named(&|| format!("muscle {}", muscle.name), &muscle.nodes)?;
+    }
+    named(&|| "the list of fixed nodes".to_owned(), &mesh.fixed)?;
+    let (number, count) = (tensions.len(), mesh.muscles.len());
+    if number == count {
+        return Ok(());
+    }
+    Err(ReportError::Number { what: "the list of tensions".to_owned(), kind: "muscle", number, count })
+}
+
+fn description(section: &Section<'_>) -> String {
+    let mesh = section.mesh;
+    let names = |contracting| {
+        let of = mesh.muscles.iter().zip(section.tensions).filter(|(_, t)| (**t > 0.0) == contracting);
+        let names: Vec<_> = of.map(|(m, _)| m.name.as_str()).collect();
+        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    };
+    format!(
+        "Midsagittal section, front to the left: a mesh of {} nodes and {} triangles at {} (grey) and deformed \
+         (dark). Contracting muscles: {}. Passive muscles: {}.",
+        mesh.nodes.len(),
+        mesh.cells.len(),
+        section.grey,
+        names(true),
+        names(false)
+    )
+}
+
+/// What is in view: the tissue at rest with room around it, wider only where a shape needs it.
+pub(in crate::report) fn frame<'a>(
+    mesh: &Mesh<2>,
+    shapes: impl IntoIterator<Item = &'a [SVector<f64, 2>]>,
+) -> Bounds {
+    let inside = mesh.in_tissue();
+    let all = mesh.cells.is_empty();
+    let tissue =
+        |x: &[SVector<f64, 2>]| Bounds::of(x.iter().zip(&inside).filter(|(_, t)| all || **t).map(|(p, _)| p));
+    if mesh.nodes.is_empty() {
+        return Bounds { low: [0.0; 2], high: [1e-3; 2] };
+    }
+    let rest = tissue(&mesh.nodes);
+    let [w, h] = rest.size();
+    let side = w.max(h).max(1e-3);
+    let step = 0.5 * 10f64.powf(side.log10().floor());
+    let room = rest.outwards(ROOM * side, step);
+    let shapes = shapes.into_iter().map(|x| tissue(x).outwards(0.0, step));
+    shapes.fold(room, Bounds::with).paged()
+}
+
+/// The outlines of the tissue as the data of a path.
+pub(super) fn ring(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> String {
+    let loops = topology::outlines(mesh.cells.iter());
+    let place = |&n: &usize| Some(view.place(positions.get(n)?));
+    closed(loops.iter().map(|l| l.iter().filter_map(place).collect::<Vec<_>>()))
+}
+
+/// The connections between nodes of the tissue.
+pub(super) fn tissue_edges(mesh: &Mesh<2>) -> Vec<&[usize]> {
+    let inside = mesh.in_tissue();
+    let kept = |pair: &&[usize; 2]| mesh.cells.is_empty() || pair.iter().all(|&n| inside[n]);
+    mesh.connections.iter().filter(kept).map(<[usize; 2]>::as_slice).collect()
+}
+
+/// A grey band on the side of the outline where the tissue is not.
+pub(super) fn draw_palate(svg: &mut Svg, view: &View, mesh: &Mesh<2>, outline: &[SVector<f64, 2>]) {
+    if outline.len() < 2 {
+        return;
+    }
+    let middle = mesh.nodes.iter().sum::<SVector<f64, 2>>() / mesh.nodes.len().max(1) as f64;
+    let turned = |a: &SVector<f64, 2>, b: &SVector<f64, 2>| SVector::from([a.y - b.y, b.x - a.x]);
+    let off = |pair: &[SVector<f64, 2>]| turned(&pair[0], &pair[1]).dot(&(pair[0] - middle));
+    let side = if outline.windows(2).map(off).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+    let thick = |pair: &[SVector<f64, 2>]| {
+        let across = turned(&pair[0], &pair[1]);
+        across * (side * PALATE_THICKNESS / across.norm().max(1e-12))
+    };
+    let mut corners = Vec::new();
+    for pair in outline.windows(2) {
+        let t = thick(pair);
+        corners.push(vec![pair[0], pair[1], pair[1] + t, pair[0] + t]);
+    }
+    for three in outline.windows(3) {
+        corners.push(vec![three[1], three[1] + thick(&three[1..]), three[1] + thick(&three[..2])]);
+    }
+    let [low, high] = [view.bounds.low, view.bounds.high];
+    let clamp = |p: &SVector<f64, 2>| {
+        view.place(&SVector::from([p.x.clamp(low[0], high[0]), p.y.clamp(low[1], high[1])]))
+    };
+    svg.fill(&closed(corners.iter().map(|c| c.iter().map(clamp).collect::<Vec<_>>())), PALATE);
+    svg.stroke(&data([outline.iter().map(clamp)]), DEFORMED, 2.0);
+}
+
+/// A muscle on the sheet.
+pub(super) struct Line<'a> {
+    pub name: String,
+    pub colour: String,
+    pub contracting: bool,
+    /// The part in view, px.
+    pub seen: Vec<Px>,
+    /// Where it leaves the view: a point inside and the one at the edge.
+    pub leaves: Option<[Px; 2]>,
+    pub nodes: &'a [usize],
+}
+
+impl Line<'_> {
+    pub fn face(&self) -> Face {
+        if self.contracting { Face::Bold } else { Face::Plain }
+    }
+}
+
+/// The colours of muscles, as SVG and CSS write them.
+pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
+    let known = Muscles::reference().map(|m| m.of(names)).unwrap_or_default();
+    known.iter().map(|m| m.colour.to_string().to_lowercase()).collect()
+}
+
+/// The muscles of a shape; a contracting one's name has its tension behind it.
+pub(super) fn lines<'a>(
+    view: &View,
+    mesh: &'a Mesh<2>,
+    positions: &[SVector<f64, 2>],
+    tensions: &[f64],
+) -> Vec<Line<'a>> {
+    let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
+    let colours = colours(&names);
+    let line = |(number, (muscle, &tension)): (usize, (&'a tongue_core::body::MuscleChain, &f64))| {
+        let chain: Vec<_> = muscle.nodes.iter().filter_map(|&n| positions.get(n).copied()).collect();
+        let (seen, leaves) = view.visible(&chain);
+        let contracting = tension > 0.0;
+        let name = if contracting { format!("{} {tension:.1}", muscle.name) } else { muscle.name.clone() };
+        Line {
+            name,
+            colour: colours.get(number).cloned().unwrap_or_else(|| INK.to_owned()),
+            contracting,
+            seen,
+            leaves,
+            nodes: &muscle.nodes,
+        }
+    };
+    let mut all: Vec<Line<'a>> = mesh.muscles.iter().zip(tensions).enumerate().map(line).collect();
+    all.sort_by_key(|l| l.contracting);
+    all
+}
+
+/// Draws the muscles, contracting ones last, then the bones, then the names. Returns whether a muscle leaves the view.
+fn muscles(
+    svg: &mut Svg,
+    view: &View,
+    mesh: &Mesh<2>,
+    positions: &[SVector<f64, 2>],
+    tensions: &[f64],
+) -> bool {
+    let lines = lines(view, mesh, positions, tensions);
+    for line in &lines {
+        muscle(svg, &data([line.seen.iter().copied()]), &line.colour, line.contracting);
+        if let Some([from, to]) = line.leaves {
+            arrow(svg, from, to, &line.colour);
+        }
+    }
+    let bones: Vec<Px> = bones(view, mesh, positions);
+    bones.iter().for_each(|at| bone(svg, *at));
+    names(svg, view, &lines, &bones);
+    lines.iter().any(|l| l.leaves.is_some())
+}
+
+/// Where bones were that a fit has displaced: hollow, with a line to where they are.
+fn places_of_moved_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) {
+    for &node in &mesh.fixed {
+        let (Some(was), Some(is)) = (mesh.nodes.get(node), positions.get(node)) else { continue };
+        if (is - was).norm() > MOVED && view.bounds.contains(was) {
+            let [from, to] = [was, is].map(|p| view.place(p));
+            svg.line(from, to, INK, 1.5);
+            svg.rectangle(
+                [from[0] - 7.0, from[1] - 7.0],
+                [from[0] + 7.0, from[1] + 7.0],
+                "#ffffff",
+                Some(INK),
+            );
+        }
+    }
+}
+
+/// The bones in view.
+pub(super) fn bones(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> Vec<Px> {
+    let seen = mesh.fixed.iter().filter_map(|&n| positions.get(n)).filter(|p| view.bounds.contains(p));
+    seen.map(|p| view.place(p)).collect()
+}
+
+/// Where the name of every muscle goes, in the order of the lines; those that contract choose first.
+pub(super) fn label_places(view: &View, lines: &[Line<'_>], bones: &[Px]) -> Vec<Option<Px>> {
+    let named: Vec<Named<'_>> =
+        lines.iter().rev().map(|l| Named { name: &l.name, face: l.face(), line: &l.seen }).collect();
+    let corner = view.place(&SVector::from([view.bounds.low[0], view.bounds.high[1]]));
+    let mut places = labels::place(&named, bones, [corner, view.end()]);
+    places.reverse();
+    places
+}
+
+/// Writes the name of every muscle beside it.
+pub(super) fn names(svg: &mut Svg, view: &View, lines: &[Line<'_>], bones: &[Px]) {
+    for (line, place) in lines.iter().zip(label_places(view, lines, bones)) {
+        if let Some(at) = place {
+            svg.label(at, line.face(), &line.name);
+        }
+    }
+}
+
+/// A muscle over a slightly wider dark line, which gives the light colours an edge on white paper.
+pub(super) fn muscle(svg: &mut Svg, d: &str, colour: &str, contracting: bool) {
+    let [width, edge] = widths(contracting);
+    for (width, colour) in [(width + edge, INK), (width, colour)] {
+        if contracting { svg.stroke(d, colour, width) } else { svg.dashes(d, colour, width) }
+    }
+}
+
+/// Width of a muscle's line and of its edge, px.
+pub(super) fn widths(contracting: bool) -> [f64; 2] {
+    if contracting { CONTRACTING } else { PASSIVE }
+}
+
+/// The head of an arrow that ends at `to`.
+pub(super) fn arrow(svg: &mut Svg, from: Px, to: Px, colour: &str) {
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let length = way[0].hypot(way[1]).max(1e-9);
+    let [u, v] = [way[0] / length, way[1] / length];
+    let corner = |along: f64, across: f64| [to[0] + along * u - across * v, to[1] + along * v + across * u];
+    let head = closed([[corner(0.0, 0.0), corner(-26.0, 10.0), corner(-26.0, -10.0)]]);
+    svg.fill(&head, colour);
+    svg.stroke(&head, INK, 1.2);
+}
+
+pub(super) fn bone(svg: &mut Svg, [x, y]: Px) {
+    svg.rectangle([x - 7.0, y - 7.0], [x + 7.0, y + 7.0], INK, None);
+}
+
+/// What a picture shows, for its legend.
+pub(super) struct Seen<'a> {
+    pub grey: &'a str,
+    pub tensions: &'a [f64],
+    pub arrows: bool,
+    /// Whether the palate is met, where there is one.
+    pub palate: Option<bool>,
+    pub bones: bool,
+}
+
+/// What the lines mean, from `top` on; returns the height.
+pub(super) fn key(svg: &mut Svg, seen: &Seen<'_>, top: f64) -> f64 {
+    let contracting = seen.tensions.iter().any(|t| *t > 0.0);
+    let passive = seen.tensions.iter().any(|t| *t <= 0.0);
+    let all = [
+        (true, seen.grey),
+        (true, "deformed"),
+        (seen.bones, "bone"),
+        (seen.palate == Some(true), "palate"),
+        (seen.palate == Some(false), "palate, for orientation only"),
+        (passive, "passive muscle"),
+        (seen.arrows, "to its bone, out of view"),
+        (contracting, "contracting, with its tension in N per metre of thickness"),
+    ];
+    let shown: Vec<&str> = all.into_iter().filter(|(there, _)| *there).map(|(_, name)| name).collect();
+    let sample = |name: &str| if name == "bone" || name.starts_with("palate") { 36.0 } else { SAMPLE + 12.0 };
+    let entries: Vec<Entry<'_>> =
+        shown.iter().map(|name| Entry { sample: sample(name), face: Face::Plain, name }).collect();
+    let (places, height) = legend(svg, &entries, [LEFT, WIDTH - MARGIN], top);
+    for (&name, [x, y]) in shown.iter().zip(places) {
+        let line = data([[[x, y], [x + SAMPLE, y]]]);
+        let half = 0.25 * LEGEND_ROW;
+        match name {
+            grey if grey == seen.grey => {
+                svg.rectangle([x, y - half], [x + SAMPLE, y + half], REST_TISSUE, Some(REST))
+            }
+            "deformed" => svg.stroke(&line, DEFORMED, 2.6),
+            "bone" => bone(svg, [x + 12.0, y]),
+            "palate" | "palate, for orientation only" => {
+                svg.rectangle([x, y - half], [x + 24.0, y + half], PALATE, Some(DEFORMED))
+            }
+            "passive muscle" => muscle(svg, &line, "#ffffff", false),
+            "to its bone, out of view" => {
+                muscle(svg, &line, "#ffffff", false);
+                arrow(svg, [x, y], [x + SAMPLE, y], "#ffffff");
+            }
+            _ => muscle(svg, &line, "#ffffff", true),
+        }
+    }
+    height
+}

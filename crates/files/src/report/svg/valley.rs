@@ -1,0 +1,121 @@
+//! The curve of tensions that fit equally well: the tensions along it, and beneath them what the other muscles say.
+
+use crate::report::ValleyRecord;
+use tongue_input::measured::muscles::Muscles;
+
+use super::axes::{BELOW, ticks};
+use super::{Anchor, Face, INK, MARGIN, Px, RULE, Svg, WIDTH, data};
+
+/// Room for the numbers and the name of the vertical axes, px.
+const LEFT: f64 = 104.0;
+/// Heights of the two plots, px, and what lies between them.
+const UPPER: f64 = 330.0;
+const LOWER: f64 = 170.0;
+const BETWEEN: f64 = 40.0;
+/// Room for the names of the muscles at the right, px.
+const NAMES: f64 = 70.0;
+/// Least distance of two names, px.
+const APART: f64 = 26.0;
+
+/// A plot with straight axes.
+struct Plot {
+    x: [f64; 2],
+    y: [f64; 2],
+    top: f64,
+    height: f64,
+}
+
+impl Plot {
+    fn place(&self, x: f64, y: f64) -> Px {
+        let part = |v: f64, [low, high]: [f64; 2]| (v - low) / (high - low).max(1e-12);
+        let width = WIDTH - LEFT - NAMES - MARGIN;
+        [LEFT + width * part(x, self.x), self.top + self.height * (1.0 - part(y, self.y))]
+    }
+
+    fn axes(&self, svg: &mut Svg, name: &str, digits: usize) {
+        let [left, bottom] = self.place(self.x[0], self.y[0]);
+        let [right, top] = self.place(self.x[1], self.y[1]);
+        for value in ticks(self.y[0]..=self.y[1]).into_iter().step_by(2) {
+            let [_, at] = self.place(self.x[0], value);
+            svg.line([left, at], [right, at], RULE, 1.0);
+            svg.text([left - 10.0, at], Anchor::End, Face::Plain, &format!("{value:.digits$}"));
+        }
+        svg.stroke(&data([[[left, top], [left, bottom], [right, bottom]]]), INK, 1.5);
+        svg.upright_text([MARGIN + 8.0, 0.5 * (top + bottom)], name);
+    }
+
+    fn curve(&self, svg: &mut Svg, points: &[(f64, f64)], colour: &str) {
+        svg.stroke(&data([points.iter().map(|&(x, y)| self.place(x, y))]), colour, 3.0);
+    }
+}
+
+/// Draws a valley; `reference` is the muscle that ratios are over.
+pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
+    let names: Vec<String> =
+        valley.points.first().map_or(Vec::new(), |p| p.tensions_n.0.iter().map(|(m, _)| m.clone()).collect());
+    let tension = |p: usize, m: usize| valley.points[p].tensions_n.0[m].1;
+    // The way along the curve, N.
+    let mut way: Vec<f64> = vec![0.0];
+    for p in 1..valley.points.len() {
+        let squares: f64 = (0..names.len()).map(|m| (tension(p, m) - tension(p - 1, m)).powi(2)).sum();
+        way.push(way[p - 1] + squares.sqrt());
+    }
+    let told = valley.points.get(valley.answer).map_or(String::new(), |p| {
+        let all = p.tensions_n.0.iter().map(|(m, t)| format!("{m} {t:.1}"));
+        all.collect::<Vec<_>>().join(", ")
+    });
+    let description = format!(
+        "Tensions along the curve on which the ratios to {reference} are met, {} points; the answer is {told} N. It ends: {}; {}.",
+        valley.points.len(),
+        valley.ends[0],
+        valley.ends[1]
+    );
+    let (mut svg, top) = Svg::new("Tensions that meet the target equally well", &description, WIDTH);
+    let largest = (0..valley.points.len()).flat_map(|p| (0..names.len()).map(move |m| (p, m)));
+    let largest = largest.map(|(p, m)| tension(p, m)).fold(1.0, f64::max);
+    let end = way.last().copied().unwrap_or(0.0).max(1e-9);
+    let upper = Plot { x: [0.0, end], y: [0.0, 1.05 * largest], top: top + MARGIN, height: UPPER };
+    upper.axes(&mut svg, "tension, N per metre", 0);
+    let rms: Vec<(f64, f64)> =
+        way.iter().zip(&valley.points).filter_map(|(x, p)| Some((*x, p.passive_rms?))).collect();
+    let highest = rms.iter().map(|(_, r)| *r).fold(0.0, f64::max).max(1e-3);
+    let lower_top = upper.top + UPPER + BETWEEN;
+    let lower = Plot { x: upper.x, y: [0.0, 1.1 * highest], top: lower_top, height: LOWER };
+    lower.axes(&mut svg, "passive RMS", if highest > 0.3 { 1 } else { 2 });
+    for value in ticks(0.0..=end) {
+        let [at, foot] = lower.place(value, 0.0);
+        svg.line([at, foot], [at, foot + 6.0], INK, 1.5);
+        svg.text([at, foot + 22.0], Anchor::Middle, Face::Plain, &format!("{value:.0}"));
+    }
+    let middle = 0.5 * (LEFT + WIDTH - NAMES);
+    svg.text(
+        [middle, lower_top + LOWER + 54.0],
+        Anchor::Middle,
+        Face::Plain,
+        "way along the curve, N per metre",
+    );
+    if let Some(&at) = way.get(valley.answer) {
+        let (head, foot) = (upper.place(at, upper.y[1]), lower.place(at, 0.0));
+        svg.dashes(&data([[head, foot]]), INK, 1.5);
+        svg.text([head[0] + 8.0, head[1] + 14.0], Anchor::Start, Face::Plain, "answer");
+    }
+    let infos = Muscles::built_in().of(&names);
+    let mut labels: Vec<(f64, usize)> = Vec::new();
+    for (m, info) in infos.iter().enumerate() {
+        let points: Vec<(f64, f64)> = way.iter().enumerate().map(|(p, x)| (*x, tension(p, m))).collect();
+        upper.curve(&mut svg, &points, &info.colour.to_string());
+        if let Some(&(x, y)) = points.last() {
+            labels.push((upper.place(x, y)[1], m));
+        }
+    }
+    lower.curve(&mut svg, &rms, INK);
+    // Names from the top down, none over another.
+    labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut free = f64::NEG_INFINITY;
+    for (y, m) in labels {
+        free = y.max(free);
+        svg.text([WIDTH - NAMES - MARGIN + 10.0, free], Anchor::Start, Face::Bold, &names[m]);
+        free += APART;
+    }
+    svg.finish(lower_top + LOWER + BELOW)
+}

@@ -1,0 +1,122 @@
+//! The page in which a tongue moves as its muscles are pulled: `web/tongue.html`, with a table, a body and fits of one's own in it.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::export::{Export, Provenance};
+use super::record::FitRecord;
+use tongue_core::material::{Constants, Preset, Spread};
+use tongue_core::system::{Model, OutsidePath, TissueModel};
+
+/// The page, made by `web/build.py`.
+const PAGE: &str = include_str!("../../../../web/tongue.html");
+/// Where what is one's own stands in it.
+const OWN: &str = r#"<script type="application/json" id="own">{}</script>"#;
+
+/// A body as a page takes it.
+#[derive(Debug, Clone)]
+pub struct PageBody {
+    /// Mesh spacing of springs, mm; that of the page where none is given.
+    pub springs_h_mm: Option<f64>,
+    /// The same of a continuum.
+    pub continuum_h_mm: Option<f64>,
+    /// Whether the page opens with a continuum.
+    pub continuum: bool,
+    /// Whether fits make the thesis's assumptions.
+    pub thesis: bool,
+    /// Of what it is made.
+    pub model: Model,
+    /// What messages call its text.
+    pub file: String,
+    /// An anatomy of one's own (TOML).
+    pub anatomy: Option<String>,
+    /// A mesh of one's own, as `tongue-fit mesh --json` prints it.
+    pub mesh: Option<String>,
+}
+
+/// A table of lengths in a page.
+#[derive(Debug, Clone, Serialize)]
+pub struct PageTable {
+    /// What messages call it.
+    pub file: String,
+    /// All of it.
+    pub text: String,
+}
+
+/// The page.
+#[derive(Debug)]
+pub struct TonguePage {
+    /// The body.
+    pub body: PageBody,
+    /// The lengths; the built-in ones where there are none.
+    pub table: Option<PageTable>,
+    /// Fits that are at hand when the page opens; it makes the others itself.
+    pub fits: Vec<FitRecord>,
+}
+
+impl TonguePage {
+    fn own(&self, by: &Provenance) -> Result<Value, serde_json::Error> {
+        let PageBody { springs_h_mm, continuum_h_mm, continuum, thesis, model, file, anatomy, mesh } =
+            &self.body;
+        let fits = self.fits.iter().map(shortened).collect::<Result<Vec<Value>, _>>()?;
+        Ok(json!({
+            "version": by.version,
+            "command": by.command,
+            "body": {"file": file, "anatomy": anatomy, "mesh": mesh},
+            "springs_h_mm": springs_h_mm,
+            "continuum_h_mm": continuum_h_mm,
+            "continuum": continuum,
+            "thesis": thesis,
+            "material": material(model),
+            "finite_elements": model.tissue == TissueModel::FiniteElement,
+            "straight_paths": model.outside == OutsidePath::Straight,
+            "table": self.table,
+            "fits": fits,
+        }))
+    }
+}
+
+/// What differs from a scene's defaults, by the names that scenes have for it.
+fn material(model: &Model) -> Value {
+    let mut keys = serde_json::Map::new();
+    if model.constants.poisson_ratio != Constants::TONGUE.poisson_ratio {
+        keys.insert("poisson_ratio".to_owned(), json!(model.constants.poisson_ratio));
+    }
+    if model.preset != Preset::default() {
+        keys.insert("preset".to_owned(), json!(model.preset));
+    }
+    if model.spread != Spread::default() {
+        keys.insert("spread".to_owned(), json!(model.spread));
+    }
+    Value::Object(keys)
+}
+
+/// A fit without what the page does not show.
+fn shortened(fit: &FitRecord) -> Result<Value, serde_json::Error> {
+    let mut value = serde_json::to_value(fit)?;
+    if let Some(fields) = value.as_object_mut() {
+        fields.retain(|name, _| name != "starts" && name != "version" && name != "command");
+    }
+    let points = value.pointer_mut("/valley/points").and_then(Value::as_array_mut);
+    for point in points.into_iter().flatten().filter_map(Value::as_object_mut) {
+        point.retain(|name, _| name == "tensions_n");
+    }
+    Ok(value)
+}
+
+impl Export for TonguePage {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        // The text stands in a script element: no label may end it, or begin a comment in it.
+        let own = self.own(by)?.to_string().replace('<', "\\u003c");
+        let (before, after) = PAGE
+            .split_once(OWN)
+            .ok_or_else(|| io::Error::other("web/tongue.html has no place for a table of one's own"))?;
+        let (opening, closing) = OWN.split_once("{}").unwrap_or_default();
+        for part in [before, opening, &own, closing, after] {
+            out.write_all(part.as_bytes())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,100 @@
+//! What a trajectory says of itself in JSON and CSV.
+
+use serde::Serialize;
+
+use super::{ByMuscle, Table};
+use tongue_core::dynamics::{Control, Counts, Method, Outcome, Status};
+
+/// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrajectoryRecord {
+    /// How it ended.
+    pub status: Status,
+    /// The integrator.
+    pub method: Method,
+    /// Fixed step, s; null with error control.
+    pub dt_s: Option<f64>,
+    /// Error allowed in a step, mm; null with a fixed step.
+    pub tolerance_mm: Option<f64>,
+    /// The end asked for, s.
+    pub t_end_s: f64,
+    /// The end reached, s.
+    pub time_s: f64,
+    /// Part of the way to its equilibrium, under the tensions at the end reached, that the body has gone; null where there is
+    /// no such way.
+    pub part_of_way_to_equilibrium: Option<f64>,
+    /// Elements in which the barrier against inversion acts at the end: there the published law does not hold.
+    pub guarded: usize,
+    /// What it cost.
+    pub counts: Counts,
+    /// Lengths at the end reached, mm.
+    pub lengths_mm: ByMuscle<f64>,
+    /// Smallest ratio of a triangle's area to that at rest, at the end.
+    pub min_area_ratio: f64,
+    /// Largest such ratio.
+    pub max_area_ratio: f64,
+    /// Time of the run, s.
+    pub wall_s: f64,
+}
+
+impl TrajectoryRecord {
+    /// Collects what a run left: how it was made, the end asked for (s), what it did and how far that was, lengths (mm) and area ratios at
+    /// the end reached, and the time it took (s).
+    pub fn new(
+        (method, control): (Method, Control),
+        t_end: f64,
+        (outcome, part_of_way): (Outcome, Option<f64>),
+        lengths: ByMuscle<f64>,
+        (area_ratios, guarded): ((f64, f64), usize),
+        wall_s: f64,
+    ) -> Self {
+        let (dt_s, tolerance_mm) = match control {
+            Control::Fixed(dt) => (Some(dt), None),
+            Control::Adaptive(tolerance) => (None, Some(tolerance * 1e3)),
+        };
+        Self {
+            status: outcome.status,
+            method,
+            dt_s,
+            tolerance_mm,
+            t_end_s: t_end,
+            time_s: outcome.time_s,
+            part_of_way_to_equilibrium: part_of_way,
+            guarded,
+            counts: outcome.counts,
+            lengths_mm: lengths,
+            min_area_ratio: area_ratios.0,
+            max_area_ratio: area_ratios.1,
+            wall_s,
+        }
+    }
+}
+
+/// Lengths and tensions of a body's muscles over time, for [`Table`] and [`super::Sto`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct History {
+    /// Names of the muscles.
+    pub muscles: Vec<String>,
+    /// Time, s; length of every muscle, m; its tension, N per metre of thickness.
+    pub rows: Vec<(f64, Vec<f64>, Vec<f64>)>,
+}
+
+impl History {
+    /// `time` in front, then for every muscle its name with the first ending, then again with the second.
+    pub(super) fn columns(&self, time: &str, [length, tension]: [&str; 2]) -> Vec<String> {
+        let of = |what: &str| self.muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
+        [vec![time.to_owned()], of(length), of(tension)].concat()
+    }
+
+    /// A row for each time: `time_s`, the lengths `GGa_mm` .. and tensions `GGa_n_per_m` ...
+    pub fn table(&self) -> Table {
+        let row = |(time, lengths, tensions): &(f64, Vec<f64>, Vec<f64>)| {
+            let values = lengths.iter().map(|l| l * 1e3).chain(tensions.iter().copied());
+            std::iter::once(*time).chain(values).map(|v| v.to_string()).collect()
+        };
+        Table {
+            columns: self.columns("time_s", ["mm", "n_per_m"]),
+            rows: self.rows.iter().map(row).collect(),
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Frames for ParaView: VTK XML files (ASCII, unstructured grid) and the collection that gives them their times.
+
+use std::io::{self, Write};
+
+use nalgebra::SVector;
+
+use super::ReportError;
+use super::export::{Export, Provenance};
+use super::fields::{DISPLACEMENT, Fields};
+use super::svg::escaped;
+use tongue_core::body::Mesh;
+use tongue_core::material::Stress;
+
+/// VTK's numbers for lines, and in the plane and in space for cells and for quadratic ones.
+const LINE: u8 = 3;
+const CELL: [u8; 2] = [5, 10];
+const QUADRATIC: [u8; 2] = [22, 24];
+
+/// One shape of the body as a VTU file: the triangles (in space: tetrahedra; of a continuum quadratic ones), then the connections of the muscles as lines, one
+/// muscle after another.
+///
+/// Points lie at the given positions (m) and carry `displacement_m` from rest. Cells carry `muscle` (its
+/// number in `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1 for lines),
+/// `stretch` (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m` (N per metre of thickness; in
+/// space `tension_n`; 0 for tissue).
+#[derive(Debug, Clone)]
+pub struct Vtu<'a, const D: usize>(Fields<'a, D>);
+
+impl<'a, const D: usize> Vtu<'a, D> {
+    /// Of the positions of all nodes, m, and the tensions of all muscles, N (in the plane per metre of thickness).
+    ///
+    /// # Errors
+    /// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for [`super::tongue`].
+    pub fn new(
+        mesh: &'a Mesh<D>,
+        positions: &'a [SVector<f64, D>],
+        tensions: &'a [f64],
+    ) -> Result<Self, ReportError> {
+        Fields::new(mesh, positions, tensions).map(Self)
+    }
+
+    /// With strain and stress of every cell, where there are any, which finite elements have ([`tongue_core::system::System::stresses`]):
+    /// `strain` (Green's), `cauchy_stress_pa`, `von_mises_pa`, `pressure_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 where there is none.
+    #[must_use]
+    pub fn with_stresses(mut self, stresses: Vec<Stress<D>>) -> Self {
+        self.0.stresses = stresses;
+        self
+    }
+}
+
+impl<const D: usize> Export for Vtu<'_, D> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let fields = &self.0;
+        let (mesh, positions) = (fields.mesh, fields.positions);
+        let arrays = fields.arrays();
+        let lines = || fields.pairs().map(|(_, pair)| pair);
+        let cells = || mesh.elements().chain(lines());
+        let mut end = 0;
+        let ends = cells().map(|c| {
+            end += c.len();
+            end.to_string()
+        });
+        let point = |p: &SVector<f64, D>| format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0));
+        let kind = (if mesh.continuum.is_some() { QUADRATIC } else { CELL })[D - 2];
+        begin(out, "UnstructuredGrid", by)?;
+        writeln!(
+            out,
+            "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>",
+            mesh.nodes.len(),
+            cells().count()
+        )?;
+        array(out, "position", "Float64", 3, positions.iter().map(point))?;
+        out.write_all(b"</Points>\n<Cells>\n")?;
+        let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
+        array(out, "connectivity", "Int64", 1, cells().map(join))?;
+        array(out, "offsets", "Int64", 1, ends)?;
+        let types = mesh.elements().map(|_| kind).chain(lines().map(|_| LINE));
+        array(out, "types", "UInt8", 1, types.map(|t| t.to_string()))?;
+        writeln!(out, "</Cells>\n<PointData Vectors=\"{DISPLACEMENT}\">")?;
+        array(out, DISPLACEMENT, "Float64", 3, fields.displacements().map(|d| point(&d)))?;
+        writeln!(out, "</PointData>\n<CellData Scalars=\"{}\">", arrays[0].name)?;
+        for a in arrays {
+            array(out, a.name, "Float64", a.components, a.cells.into_iter().chain(a.lines))?;
+        }
+        let numbers =
+            mesh.elements().map(|_| "-1".to_owned()).chain(fields.pairs().map(|(m, _)| m.to_string()));
+        array(out, "muscle", "Int64", 1, numbers)?;
+        out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
+    }
+}
+
+/// The head of a file. Who made it stands in a processing instruction, which readers pass over, and which unlike a comment can
+/// hold every command line.
+fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
+    write!(out, "<?xml version=\"1.0\"?>\n<?tongue-fit")?;
+    for (name, value) in by.entries() {
+        write!(out, " {name}=\"{}\"", escaped(&value))?;
+    }
+    writeln!(out, "?>\n<VTKFile type=\"{kind}\" version=\"0.1\" byte_order=\"LittleEndian\">")
+}
+
+fn array(
+    out: &mut dyn Write,
+    name: &str,
+    kind: &str,
+    components: usize,
+    values: impl IntoIterator<Item = String>,
+) -> io::Result<()> {
+    // Readers take scalars for vectors of one component where the one is named.
+    let components = match components {
+        1 => String::new(),
+        n => format!(" NumberOfComponents=\"{n}\""),
+    };
+    writeln!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"{components} format=\"ascii\">")?;
+    values.into_iter().try_for_each(|value| writeln!(out, "{value}"))?;
+    out.write_all(b"</DataArray>\n")
+}
+
+/// The PVD file that gives every frame (time in s, plain file name) its time.
+#[derive(Debug, Clone, Copy)]
+pub struct Pvd<'a>(pub &'a [(f64, String)]);
+
+impl Export for Pvd<'_> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        begin(out, "Collection", by)?;
+        out.write_all(b"<Collection>\n")?;
+        for (time, file) in self.0 {
+            writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escaped(file))?;
+        }
+        out.write_all(b"</Collection>\n</VTKFile>\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tongue_core::body::{Cells, MuscleChain};
+
+    fn triangle() -> Mesh<2> {
+        let mut cells = Cells::new();
+        cells.push(&[0, 1, 2]);
+        Mesh {
+            nodes: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(SVector::from).to_vec(),
+            cells,
+            connections: vec![[0, 1], [0, 2], [1, 2]],
+            muscles: vec![MuscleChain { name: "GGa".into(), nodes: vec![0, 1, 2] }],
+            fixed: vec![0],
+            continuum: None,
+        }
+    }
+
+    fn values(document: &roxmltree::Document<'_>, name: &str) -> Vec<f64> {
+        let node = document.descendants().find(|n| n.attribute("Name") == Some(name)).unwrap();
+        node.text().unwrap().split_whitespace().map(|w| w.parse().unwrap()).collect()
+    }
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let mesh = triangle();
+        let moved = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]].map(SVector::from);
+        let text = Vtu::new(&mesh, &moved, &[12.5]).unwrap().text(&Provenance::new("a --b ?> <")).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        assert_eq!(values(&document, "position"), [0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        assert_eq!(values(&document, "displacement_m"), [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(values(&document, "connectivity"), [0.0, 1.0, 2.0, 0.0, 1.0, 1.0, 2.0]);
+        assert_eq!(values(&document, "offsets"), [3.0, 5.0, 7.0]);
+        assert_eq!(values(&document, "types"), [5.0, 3.0, 3.0]);
+        assert_eq!(values(&document, "muscle"), [-1.0, 0.0, 0.0]);
+        assert_eq!(values(&document, "area_ratio"), [2.0, 1.0, 1.0]);
+        assert_eq!(values(&document, "stretch"), [1.0, 2.0, 5f64.sqrt() / 2f64.sqrt()]);
+        assert_eq!(values(&document, "tension_n_per_m"), [0.0, 12.5, 12.5]);
+        assert!(matches!(Vtu::new(&mesh, &moved, &[]), Err(ReportError::Number { .. })));
+    }
+
+    #[test]
+    fn a_solid_is_written_as_tetrahedra() {
+        let mesh = tongue_core::body::solid::cylinder(0.01, 0.02, 1, 2);
+        let text = Vtu::new(&mesh, &mesh.nodes, &[0.5; 7]).unwrap().text(&Provenance::new("")).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let kinds = values(&document, "types");
+        assert_eq!(kinds.iter().filter(|k| **k == 10.0).count(), mesh.cells.len());
+        let lines: usize = mesh.muscles.iter().map(|m| m.nodes.len() - 1).sum();
+        assert_eq!(values(&document, "volume_ratio"), vec![1.0; mesh.cells.len() + lines]);
+        assert_eq!(values(&document, "tension_n").last(), Some(&0.5));
+        assert_eq!(values(&document, "position").len(), 3 * mesh.nodes.len());
+    }
+
+    #[test]
+    fn strain_and_stress_of_finite_elements_are_tensors_of_cells() {
+        let mesh = triangle();
+        let moved = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]].map(SVector::from);
+        let stress = Stress {
+            strain: nalgebra::Matrix2::new(1.5, 0.0, 0.0, 0.0),
+            cauchy_pa: nalgebra::Matrix2::new(4.0, 1.0, 1.0, 2.0),
+            across_pa: 3.0,
+            von_mises_pa: 2.5,
+        };
+        let text = Vtu::new(&mesh, &moved, &[12.5]).unwrap().with_stresses(vec![stress]);
+        let text = text.text(&Provenance::new("")).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let of_lines = [0.0; 18];
+        let cell = [4.0, 1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 3.0];
+        assert_eq!(values(&document, "cauchy_stress_pa"), [&cell[..], &of_lines].concat());
+        assert_eq!(values(&document, "strain")[..9], [1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(values(&document, "von_mises_pa"), [2.5, 0.0, 0.0]);
+        assert_eq!(values(&document, "fibre_stress_pa").len(), 3);
+        let plain = Vtu::new(&mesh, &moved, &[12.5]).unwrap().text(&Provenance::new("")).unwrap();
+        assert!(!plain.contains("stress"), "springs have none");
+    }
+
+    #[test]
+    fn the_collection_names_every_frame_with_its_time() {
+        let text = Pvd(&[(0.0, "a.vtu".into()), (0.5, "b.vtu".into())]).text(&Provenance::new("")).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let sets: Vec<_> = document
+            .descendants()
+            .filter(|n| n.has_tag_name("DataSet"))
+            .map(|n| (n.attribute("timestep").unwrap(), n.attribute("file").unwrap()))
+            .collect();
+        assert_eq!(sets, [("0", "a.vtu"), ("0.5", "b.vtu")]);
+    }
+}

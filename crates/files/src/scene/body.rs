@@ -1,0 +1,101 @@
+//! The body that a scene names.
+
+use std::path::Path;
+
+use super::SceneError;
+use super::file::{self, Block, Cylinder, Kind};
+use tongue_core::body::{Body, BodyError, ContinuumSettings, solid};
+use tongue_input::bodies::AnyBody;
+
+/// Most cells along an edge of a solid: finer ones are a slip of the pen.
+const MOST_LAYERS: f64 = 60.0;
+/// Most nodes of a solid: more take minutes to order and factorise.
+const MOST_NODES: usize = 12_000;
+
+/// Makes the body of a scene.
+///
+/// # Errors
+/// Sizes out of range, a mesh file that cannot be read or does not hang together, or that cannot be the continuum that is asked for.
+pub fn build(body: &file::Body) -> Result<AnyBody, SceneError> {
+    let settings = ContinuumSettings::default();
+    let made = match body {
+        file::Body::Tongue(tongue) if tongue.kind == Kind::Continuum => {
+            return Ok(AnyBody::Flat(Body::continuum(tongue.h_mm * 1e-3, &settings)?));
+        }
+        file::Body::Tongue(tongue) => AnyBody::Flat(Body::tongue(tongue.h_mm * 1e-3)?),
+        file::Body::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
+        file::Body::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
+        file::Body::Block(b) => AnyBody::Solid(block(b)?),
+    };
+    if body.kind() == Kind::Springs {
+        return Ok(made);
+    }
+    Ok(match made {
+        AnyBody::Flat(flat) => AnyBody::Flat(flat.into_continuum(&settings).map_err(BodyError::from)?),
+        // Muscles of solids are given fibre by fibre.
+        AnyBody::Solid(solid) => {
+            let settings = ContinuumSettings { bundle_width_m: 0.0, ..settings };
+            AnyBody::Solid(solid.into_continuum(&settings).map_err(BodyError::from)?)
+        }
+    })
+}
+
+fn cylinder(c: &Cylinder) -> Result<Body<3>, SceneError> {
+    let radius = positive("body.cylinder.radius_mm", c.radius_mm)?;
+    let length = positive("body.cylinder.length_mm", c.length_mm)?;
+    let h = positive("body.cylinder.h_mm", c.h_mm)?;
+    let (rings, layers) = (divisions(radius, h)?, divisions(length, h)?);
+    limited((3 * rings * (rings + 1) + 1) * (layers + 1), h)?;
+    let mesh = solid::cylinder(radius * 1e-3, length * 1e-3, rings, layers);
+    Ok(Body::new(format!("a cylinder of {radius} mm radius and {length} mm length at {h} mm"), mesh))
+}
+
+fn block(b: &Block) -> Result<Body<3>, SceneError> {
+    let h = positive("body.block.h_mm", b.h_mm)?;
+    let mut counts = [0; 3];
+    for (count, size) in counts.iter_mut().zip(b.size_mm) {
+        *count = divisions(positive("body.block.size_mm", size)?, h)?;
+    }
+    limited(counts.iter().map(|n| n + 1).product(), h)?;
+    let [x, y, z] = b.size_mm;
+    let mesh = solid::block(b.size_mm.map(|s| s * 1e-3), counts);
+    Ok(Body::new(format!("a block of {x} x {y} x {z} mm at {h} mm"), mesh))
+}
+
+fn divisions(size: f64, h: f64) -> Result<usize, SceneError> {
+    let count = (size / h).round().max(1.0);
+    if count > MOST_LAYERS {
+        let must = "at least a sixtieth of the body's extent";
+        return Err(SceneError::Value { key: "body h_mm", value: h, must });
+    }
+    Ok(count as usize)
+}
+
+/// Refuses a solid of too many nodes.
+fn limited(nodes: usize, h: f64) -> Result<(), SceneError> {
+    let must = "larger, so that the body has at most 12,000 nodes";
+    if nodes > MOST_NODES { Err(SceneError::Value { key: "body h_mm", value: h, must }) } else { Ok(()) }
+}
+
+/// The value, if it is positive and finite.
+pub(super) fn positive(key: &'static str, value: f64) -> Result<f64, SceneError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(SceneError::Value { key, value, must: "positive and finite" })
+    }
+}
+
+/// The value, if it is finite and not negative.
+pub(super) fn not_negative(key: &'static str, value: f64) -> Result<f64, SceneError> {
+    if value >= 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(SceneError::Value { key, value, must: "finite and not negative" })
+    }
+}
+
+/// The value, if it is finite.
+pub(super) fn finite(key: &'static str, value: f64) -> Result<f64, SceneError> {
+    if value.is_finite() { Ok(value) } else { Err(SceneError::Value { key, value, must: "finite" }) }
+}

@@ -1,0 +1,259 @@
+//! What a scene asks for that cannot be had together, as far as it shows without the mesh.
+
+use super::SceneError;
+use super::body::{finite, not_negative, positive};
+use super::file::{Body, Kind, Scene, Want};
+use tongue_core::dynamics::SHORTEST_S;
+use tongue_core::material::Preset;
+use tongue_infer::track;
+
+/// Below this a wall's barrier is stiffer than the rest of the body by more than numbers can tell, mm.
+const LEAST_REACH_MM: f64 = 1e-3;
+/// Points of a wall nearer to each other than this are one, mm.
+const LEAST_SEGMENT_MM: f64 = 1e-3;
+
+impl Scene {
+    /// Names the first two things that contradict each other, or the first number out of its range.
+    ///
+    /// # Errors
+    /// [`SceneError::Contradiction`] and [`SceneError::Value`].
+    pub fn check(&self) -> Result<(), SceneError> {
+        self.check_numbers()?;
+        self.check_tissue()?;
+        self.check_motion()?;
+        if let (Some(_), Some(muscle)) = (&self.fit, self.tensions_n.keys().next()) {
+            let why = "a fit finds the tensions; give one or the other";
+            return Err(contradiction("[fit]", format!("tensions_n.{muscle}"), why));
+        }
+        self.check_points()?;
+        match &self.effects.gravity {
+            Some(g) if g.posture.is_some() == g.direction.is_some() => {
+                let why = "say exactly one of them, since each tells where things fall";
+                Err(contradiction("effects.gravity.posture", "effects.gravity.direction", why))
+            }
+            Some(g) if g.posture.is_some() && self.is_solid() => {
+                let why = "a simple solid has no head to hold; give effects.gravity.direction";
+                Err(contradiction("effects.gravity.posture", self.body_key(), why))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_points(&self) -> Result<(), SceneError> {
+        let Some(points) = &self.points else { return Ok(()) };
+        let why = "points tell the tensions; give one or the other";
+        if let Some(muscle) = self.tensions_n.keys().next() {
+            return Err(contradiction("[points]", format!("tensions_n.{muscle}"), why));
+        }
+        if self.fit.is_some() {
+            return Err(contradiction("[points]", "[fit]", why));
+        }
+        if self.body.kind() == Kind::Continuum {
+            let why = "tensions are not yet found from points on a continuum; leave one out";
+            return Err(contradiction("[points]", "kind = \"continuum\"", why));
+        }
+        let e = &self.effects;
+        if e.incompressibility != Some(true) && e.finite_elements != Some(true) {
+            let why = "springs alone turn over at tensions that have to be tried; ask for effects.incompressibility = true";
+            return Err(contradiction("[points]", "effects.incompressibility = false", why));
+        }
+        positive("points.noise_mm", points.noise_mm)?;
+        positive("points.prior_n_per_m", points.prior_n_per_m)?;
+        for &x in points.contour_mm.iter().flatten() {
+            finite("points.contour_mm", x)?;
+        }
+        for sensor in &points.sensors {
+            sensor.at_mm.iter().try_for_each(|&x| finite("points.sensors.at_mm", x).map(|_| ()))?;
+            not_negative("points.sensors.surface_mm", sensor.surface_mm)?;
+        }
+        let seen = points.contour_mm.len() + 2 * points.sensors.len();
+        if seen < track::FEWEST {
+            let key = "the number of points of points.contour_mm and, twice, points.sensors";
+            return Err(SceneError::Value { key, value: seen as f64, must: "at least 3: fewer say nothing" });
+        }
+        Ok(())
+    }
+
+    fn check_numbers(&self) -> Result<(), SceneError> {
+        for &tension in self.tensions_n.values() {
+            not_negative("a tension of tensions_n", tension)?;
+        }
+        if let Some(g) = &self.effects.gravity {
+            not_negative("effects.gravity.acceleration_m_per_s2", g.acceleration_m_per_s2)?;
+            for &x in g.direction.iter().flatten() {
+                finite("effects.gravity.direction", x)?;
+            }
+        }
+        if let Some(c) = &self.effects.contact {
+            positive("effects.contact.reach_mm", c.reach_mm)?;
+            if let Some(k) = c.stiffness_n_per_m {
+                not_negative("effects.contact.stiffness_n_per_m", k)?;
+            }
+            for &x in c.outline_mm.iter().flatten().flatten() {
+                finite("effects.contact.outline_mm", x)?;
+            }
+            if c.reach_mm < LEAST_REACH_MM {
+                let must = "at least 0.001: a wall that acts only nearer than that is too stiff for double precision";
+                return Err(SceneError::Value { key: "effects.contact.reach_mm", value: c.reach_mm, must });
+            }
+            let points = c.outline_mm.as_deref().unwrap_or(&[[0.0, 0.0], [1.0, 0.0]]);
+            if points.len() < 2 {
+                let key = "the number of points of effects.contact.outline_mm";
+                return Err(SceneError::Value { key, value: points.len() as f64, must: "at least 2" });
+            }
+            let gap = |p: &[[f64; 2]]| (p[0][0] - p[1][0]).hypot(p[0][1] - p[1][1]);
+            if let Some(value) = points.windows(2).map(gap).find(|gap| *gap < LEAST_SEGMENT_MM) {
+                let key = "the distance in mm between two points of effects.contact.outline_mm";
+                return Err(SceneError::Value { key, value, must: "at least 0.001; drop one of them" });
+            }
+        }
+        if let Some(jaw) = &self.effects.jaw {
+            if !(-60.0..=60.0).contains(&jaw.opening_deg) {
+                let must = "between -60 and 60";
+                return Err(SceneError::Value {
+                    key: "effects.jaw.opening_deg",
+                    value: jaw.opening_deg,
+                    must,
+                });
+            }
+            jaw.joint_mm.iter().try_for_each(|&x| finite("effects.jaw.joint_mm", x).map(|_| ()))?;
+        }
+        if let Some(hyoid) = &self.effects.hyoid {
+            hyoid.shift_mm.iter().try_for_each(|&x| finite("effects.hyoid.shift_mm", x).map(|_| ()))?;
+        }
+        if let Some(t) = &self.trajectory {
+            positive("trajectory.duration_s", t.duration_s)?;
+            not_negative("trajectory.ramp_s", t.ramp_s)?;
+            for (key, value) in [("trajectory.duration_s", t.duration_s), ("trajectory.ramp_s", t.ramp_s)] {
+                if value > 0.0 && value < SHORTEST_S {
+                    return Err(SceneError::Value {
+                        key,
+                        value,
+                        must: "at least 1e-9: nothing moves faster",
+                    });
+                }
+            }
+            positive("trajectory.tolerance_mm", t.tolerance_mm)?;
+        }
+        Ok(())
+    }
+
+    fn check_tissue(&self) -> Result<(), SceneError> {
+        let e = &self.effects;
+        let continuum = e.finite_elements == Some(true);
+        if self.material.preset == Some(Preset::AsPrinted) {
+            let m = &self.material;
+            let given = [
+                ("material.young_modulus_pa", m.young_modulus_pa),
+                ("material.poisson_ratio", m.poisson_ratio),
+                ("material.viscosity_pa_s", m.viscosity_pa_s),
+            ];
+            let given = given.iter().find(|(_, value)| value.is_some()).map(|(key, _)| *key);
+            let other = match given {
+                _ if continuum => Some("effects.finite_elements = true"),
+                None if self.is_solid() => Some(self.body_key()),
+                given => given,
+            };
+            if let Some(other) = other {
+                let why =
+                    "table 4.2 gives the springs of the plane and is not made from constants; leave one out";
+                return Err(contradiction("material.preset = \"as-printed\"", other, why));
+            }
+        }
+        let made = [
+            (e.springs == Some(true), "effects.springs = true"),
+            (e.finite_elements == Some(true), "effects.finite_elements = true"),
+            (e.incompressibility == Some(true), "effects.incompressibility = true"),
+            (e.straight_paths == Some(false), "effects.straight_paths = false"),
+            (self.material.preset == Some(Preset::AsPrinted), "material.preset = \"as-printed\""),
+            (self.material.spread.is_some(), "material.spread"),
+        ];
+        if let Some((_, key)) = made.iter().find(|(asked, _)| *asked && self.body.kind() == Kind::Continuum) {
+            let why =
+                "a continuum is made of quadratic elements of E and nu, and of nothing else; leave one out";
+            return Err(contradiction(*key, "kind = \"continuum\"", why));
+        }
+        first_broken(&[
+            (
+                continuum && e.springs == Some(true),
+                "effects.springs = true",
+                "effects.finite_elements = true",
+                "each is all of the tissue, so together it would count twice; ask for one of them",
+            ),
+            (
+                continuum && e.incompressibility == Some(true),
+                "effects.incompressibility = true",
+                "effects.finite_elements = true",
+                "the continuum keeps its measure by Poisson's ratio, so it would count twice; ask for one of them",
+            ),
+            (
+                !continuum && e.springs == Some(false),
+                "effects.springs = false",
+                "the lack of effects.finite_elements",
+                "nothing would hold the body together; ask for one of them",
+            ),
+        ])
+    }
+
+    fn check_motion(&self) -> Result<(), SceneError> {
+        let e = &self.effects;
+        if self.want != Want::Trajectory {
+            let why = "an equilibrium has no duration; want = \"trajectory\", or remove the table";
+            return first_broken(&[(self.trajectory.is_some(), "[trajectory]", "want", why)]);
+        }
+        let massless = "a body without mass has no motion to follow";
+        let rules = [
+            (
+                self.trajectory.is_none(),
+                "the lack of [trajectory]",
+                "say how long: [trajectory] duration_s = 3.0",
+            ),
+            (e.inertia == Some(false), "effects.inertia = false", massless),
+            (self.material.density_kg_per_m3 == Some(0.0), "material.density_kg_per_m3 = 0", massless),
+            (
+                e.muscle_dynamics == Some(false),
+                "effects.muscle_dynamics = false",
+                "over time a muscle pulls through its series spring and damper; leave them on",
+            ),
+            (
+                e.viscosity == Some(false),
+                "effects.viscosity = false",
+                "without dampers the body would swing for ever at frequencies that no step could follow",
+            ),
+            (self.points.is_some(), "[points]", "points show one posture at rest; want = \"shape\""),
+            (
+                self.fit.is_some(),
+                "[fit]",
+                "lengths are fitted at equilibrium; want = \"lengths\" or \"shape\"",
+            ),
+        ];
+        first_broken(&rules.map(|(broken, other, why)| (broken, "want = \"trajectory\"", other, why)))
+    }
+
+    /// Whether the body is in space.
+    pub fn is_solid(&self) -> bool {
+        matches!(self.body, Body::Cylinder(_) | Body::Block(_))
+    }
+
+    /// The key of the body in the file.
+    pub(super) fn body_key(&self) -> &'static str {
+        match self.body {
+            Body::Tongue(_) => "[body.tongue]",
+            Body::Mesh(_) => "[body.mesh]",
+            Body::Cylinder(_) => "[body.cylinder]",
+            Body::Block(_) => "[body.block]",
+        }
+    }
+}
+
+pub(super) fn contradiction(first: impl Into<String>, second: impl Into<String>, why: &str) -> SceneError {
+    SceneError::contradiction(first, second, why)
+}
+
+/// The first rule that is broken: whether it is, the two things that exclude each other, and why.
+fn first_broken(rules: &[(bool, &str, &str, &str)]) -> Result<(), SceneError> {
+    match rules.iter().find(|(broken, ..)| *broken) {
+        Some((_, first, second, why)) => Err(contradiction(*first, *second, why)),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,439 @@
+//! The scene file: what happens and what is wanted, in TOML. Lengths in mm, angles in degrees, else SI; the units are in the keys.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::SceneError;
+use tongue_core::material::{Preset, Spread};
+use tongue_core::suggest;
+use tongue_input::bodies::Unit;
+use tongue_input::measured::recording::CONTOUR_SD_M;
+
+/// A scene.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// One line that says what is shown.
+    pub title: String,
+    /// Where the numbers come from, and what to know of them.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub note: String,
+    /// What is wanted; decides what need not be computed.
+    pub want: Want,
+    /// The body.
+    pub body: Body,
+    /// What the body is made of.
+    #[serde(default)]
+    pub material: Material,
+    /// Contractile tensions by muscle, N (2D: per metre of thickness). Muscles that are not named are plain tissue.
+    #[serde(default)]
+    pub tensions_n: BTreeMap<String, f64>,
+    /// Measured lengths to fit, in place of tensions.
+    pub fit: Option<FitTarget>,
+    /// Points seen on the tongue to fit, in place of tensions.
+    pub points: Option<Points>,
+    /// What acts.
+    #[serde(default)]
+    pub effects: Effects,
+    /// How long to follow the motion; goes with `want = "trajectory"`.
+    pub trajectory: Option<Trajectory>,
+}
+
+/// What is wanted of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Want {
+    /// The lengths of the muscles at equilibrium.
+    Lengths,
+    /// The whole shape at equilibrium.
+    Shape,
+    /// The way there: the shape over time.
+    Trajectory,
+}
+
+/// The body.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Body {
+    /// The reference tongue, in the midsagittal plane.
+    Tongue(Tongue),
+    /// A mesh from a file: Gmsh's (.msh), in the plane or in space, or as `tongue-fit mesh --json` prints it.
+    Mesh(MeshFile),
+    /// A solid cylinder of tissue that stands on its fixed base (z = 0), with axial muscle fibres called `axial`.
+    Cylinder(Cylinder),
+    /// A solid block of tissue that stands on its fixed base (z = 0).
+    Block(Block),
+}
+
+/// What a body is made of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Springs, or linear finite elements where effects ask for them, with muscles along connections and bones that hold nodes.
+    #[default]
+    Springs,
+    /// Quadratic elements with muscles of finite width and bones that hold patches, whose answers do not depend on the mesh.
+    Continuum,
+}
+
+impl Kind {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// The reference tongue.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tongue {
+    /// Mesh spacing, mm; 5.5 where none is given, of a continuum too.
+    #[serde(default = "default_spacing")]
+    pub h_mm: f64,
+    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.
+    #[serde(default, skip_serializing_if = "Kind::is_default")]
+    pub kind: Kind,
+}
+
+/// A mesh file.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshFile {
+    /// Its path, from the current folder; a name that ends in .msh is Gmsh's.
+    pub file: String,
+    /// Unit of the coordinates in a .msh file: `m` or `mm`.
+    #[serde(default)]
+    pub unit: Unit,
+    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.
+    #[serde(default, skip_serializing_if = "Kind::is_default")]
+    pub kind: Kind,
+}
+
+/// A cylinder along z.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Radius, mm.
+    pub radius_mm: f64,
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Mesh spacing, mm.
+    pub h_mm: f64,
+    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`, each fibre a line of its own.
+    #[serde(default, skip_serializing_if = "Kind::is_default")]
+    pub kind: Kind,
+}
+
+/// A block with a corner at the origin.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Block {
+    /// Extent along x, y and z, mm.
+    pub size_mm: [f64; 3],
+    /// Mesh spacing, mm.
+    pub h_mm: f64,
+    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.
+    #[serde(default, skip_serializing_if = "Kind::is_default")]
+    pub kind: Kind,
+}
+
+impl Body {
+    /// What it is made of.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Tongue(Tongue { kind, .. })
+            | Self::Mesh(MeshFile { kind, .. })
+            | Self::Cylinder(Cylinder { kind, .. })
+            | Self::Block(Block { kind, .. }) => *kind,
+        }
+    }
+}
+
+/// Physical constants; those of table 4.1 of the thesis where nothing is said.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Young's modulus, Pa.
+    pub young_modulus_pa: Option<f64>,
+    /// Poisson's ratio.
+    pub poisson_ratio: Option<f64>,
+    /// Density, kg/m³.
+    pub density_kg_per_m3: Option<f64>,
+    /// Viscosity, Pa s.
+    pub viscosity_pa_s: Option<f64>,
+    /// Coefficients identified from the constants (`consistent`), or table 4.2 of the thesis to the letter (`as-printed`).
+    pub preset: Option<Preset>,
+    /// Stiffness on every connection once (`per-connection`, as the thesis; the default in the plane), or once for each cell it
+    /// belongs to (`assembled`; the default in space, where every connection is shared by several tetrahedra).
+    pub spread: Option<Spread>,
+}
+
+/// Measured lengths to fit.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FitTarget {
+    /// Subject, S1 to S4.
+    pub subject: String,
+    /// Vowel: i, e, a, o or ɯ.
+    pub vowel: String,
+    /// `ratio` (to GGa) or `stretch` (to the subject's own /ɯ/).
+    #[serde(default = "default_kind")]
+    pub target: String,
+    /// Tension of every muscle in the baseline vowel, N (2D: per metre of thickness), from which changes are then counted; 0, as
+    /// in the thesis, where nothing is said. Muscles that are longer than in the baseline have none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub tone_n_per_m: f64,
+}
+
+/// Points of one posture, in the frame of the body, seen on the surface of the tongue in the midsagittal plane: the tensions of all
+/// muscles follow as in `tongue-fit track`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Points {
+    /// Points somewhere on the surface, in order from root to tip, mm.
+    #[serde(default)]
+    pub contour_mm: Vec<[f64; 2]>,
+    /// Points that are fixed to the surface.
+    #[serde(default)]
+    pub sensors: Vec<Sensor>,
+    /// Standard deviation of every coordinate, mm.
+    #[serde(default = "default_noise")]
+    pub noise_mm: f64,
+    /// Scale of the tensions before anything is seen, N per metre of thickness: they are half-normal.
+    #[serde(default = "default_prior")]
+    pub prior_n_per_m: f64,
+}
+
+/// A sensor on the tongue.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sensor {
+    /// How far behind the tip, along the surface at rest, mm.
+    pub surface_mm: f64,
+    /// Where it is seen, mm.
+    pub at_mm: [f64; 2],
+}
+
+/// What acts on the body. Each is off unless asked for, or needed for what is wanted.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Effects {
+    /// Tissue as springs on the connections (thesis 3.2.2). Needed unless finite elements are asked for.
+    pub springs: Option<bool>,
+    /// Tissue as a continuum, in place of springs and of incompressibility.
+    pub finite_elements: Option<bool>,
+    /// Cells that keep their area or volume (thesis 3.3).
+    pub incompressibility: Option<bool>,
+    /// One straight element in place of a chain that runs outside the tissue and could fold. On unless refused.
+    pub straight_paths: Option<bool>,
+    /// Weight.
+    pub gravity: Option<Gravity>,
+    /// Palate and teeth.
+    pub contact: Option<Contact>,
+    /// A mandible that turns about its joint and carries the origin of the genioglossus.
+    pub jaw: Option<Jaw>,
+    /// A hyoid bone that is shifted.
+    pub hyoid: Option<Hyoid>,
+    /// Mass; only a trajectory needs it.
+    pub inertia: Option<bool>,
+    /// Dampers of the tissue; only a trajectory needs them.
+    pub viscosity: Option<bool>,
+    /// Series spring and damper of the contractile element; only a trajectory needs them.
+    pub muscle_dynamics: Option<bool>,
+}
+
+/// Weight. Say either the posture or the direction.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gravity {
+    /// How the head is held.
+    pub posture: Option<Posture>,
+    /// Where things fall: one number for each dimension, of any length.
+    pub direction: Option<Vec<f64>>,
+    /// Acceleration, m/s².
+    #[serde(default = "default_gravity")]
+    pub acceleration_m_per_s2: f64,
+}
+
+/// How the head of the midsagittal model is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Posture {
+    /// Standing or sitting: weight acts downwards, along -y.
+    Upright,
+    /// On the back, as in an MR scanner: weight acts to the back of the head, along +x.
+    Supine,
+    /// Face down: weight acts to the front, along -x.
+    Prone,
+}
+
+/// A rigid wall that the surface of the body cannot pass.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Corners of the wall in the x-y plane, mm; the palate of `targets/palate.toml` where none are given.
+    pub outline_mm: Option<Vec<[f64; 2]>>,
+    /// How hard the wall pushes, N/m (2D: per metre of thickness); the spring constant of the tissue where nothing is said.
+    pub stiffness_n_per_m: Option<f64>,
+    /// Distance from which on it acts, mm.
+    #[serde(default = "default_reach")]
+    pub reach_mm: f64,
+}
+
+/// A mandible that is turned.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Jaw {
+    /// Opening angle, degrees.
+    pub opening_deg: f64,
+    /// The joint, mm.
+    #[serde(default = "default_joint")]
+    pub joint_mm: [f64; 2],
+}
+
+/// A hyoid bone that is shifted.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Hyoid {
+    /// Displacement, mm: x to the back, y up.
+    pub shift_mm: [f64; 2],
+}
+
+/// How long to follow a motion. It starts at rest: without weight and tension, the bones where the scene takes them.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Trajectory {
+    /// Duration, s.
+    pub duration_s: f64,
+    /// Time over which the tensions grow, s; zero is a step.
+    #[serde(default)]
+    pub ramp_s: f64,
+    /// Error allowed in each step, mm.
+    #[serde(default = "default_tolerance")]
+    pub tolerance_mm: f64,
+}
+
+fn default_spacing() -> f64 {
+    5.5
+}
+
+/// Whether there is nothing to be written.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+fn default_kind() -> String {
+    "ratio".to_owned()
+}
+
+fn default_noise() -> f64 {
+    CONTOUR_SD_M * 1e3
+}
+
+fn default_prior() -> f64 {
+    20.0
+}
+
+fn default_gravity() -> f64 {
+    9.81
+}
+
+fn default_reach() -> f64 {
+    1.0
+}
+
+fn default_joint() -> [f64; 2] {
+    super::JOINT_MM
+}
+
+fn default_tolerance() -> f64 {
+    1e-3
+}
+
+impl Scene {
+    /// Reads a scene; `origin` is what messages call the text, usually its path.
+    ///
+    /// # Errors
+    /// [`SceneError::Syntax`] with line and column; an unknown key or word comes with the nearest one that is known.
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, SceneError> {
+        toml::from_str(text).map_err(|error| {
+            let start = error.span().map_or(0, |s| s.start);
+            let before = text.get(..start).unwrap_or(text);
+            SceneError::Syntax {
+                origin: origin.to_owned(),
+                line: before.matches('\n').count() + 1,
+                column: before.rsplit('\n').next().unwrap_or("").chars().count() + 1,
+                problem: with_nearest(error.message()),
+            }
+        })
+    }
+
+    /// The JSON schema of scene files, from which editors complete and check them.
+    pub fn schema() -> schemars::Schema {
+        schemars::schema_for!(Scene)
+    }
+}
+
+/// Serde's message about an unknown field or variant lists the known ones; this adds which of them is nearest. The one about a
+/// second body does not say what there are two of; this does.
+fn with_nearest(message: &str) -> String {
+    if message.starts_with("wanted exactly 1 element") {
+        return "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned();
+    }
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let known: Vec<&str> = quoted.by_ref().skip(1).collect();
+    let unknown = message.split('`').nth(1).filter(|_| message.starts_with("unknown "));
+    match unknown.and_then(|name| suggest::nearest(name, known.iter().copied())) {
+        Some(near) => format!("{message}; did you mean `{near}`?"),
+        None => message.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "title = \"t\"\nwant = \"lengths\"\n[body.tongue]\nh_mm = 5.5\n[effects]\n";
+
+    fn refused(text: &str) -> String {
+        Scene::from_toml(text, "my.toml").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn two_bodies_are_refused() {
+        let message = refused(&format!("{GOOD}[body.block]\nsize_mm = [1.0, 1.0, 1.0]\nh_mm = 0.5\n"));
+        assert!(message.contains("exactly one of tongue, mesh, cylinder and block"), "{message}");
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_with_its_line_and_the_nearest_key() {
+        assert!(Scene::from_toml(GOOD, "my.toml").is_ok());
+        let message = refused(&format!("{GOOD}gravty = {{ posture = \"supine\" }}\n"));
+        assert!(message.starts_with("my.toml:6:1: unknown field `gravty`"), "{message}");
+        assert!(message.ends_with("did you mean `gravity`?"), "{message}");
+        let message = refused(&GOOD.replace("h_mm", "h"));
+        assert!(message.starts_with("my.toml:4:1:") && message.contains("h_mm"), "{message}");
+    }
+
+    #[test]
+    fn an_unknown_word_is_refused_with_the_nearest_one() {
+        let message = refused(&GOOD.replace("lengths", "length"));
+        assert!(message.starts_with("my.toml:2:8:"), "{message}");
+        assert!(message.ends_with("did you mean `lengths`?"), "{message}");
+        let message = refused(&GOOD.replace("tongue", "tounge"));
+        assert!(message.ends_with("did you mean `tongue`?"), "{message}");
+    }
+
+    #[test]
+    fn the_published_schema_is_that_of_the_program() {
+        let published: serde_json::Value =
+            serde_json::from_str(include_str!("../../../../targets/scenes/scene.schema.json")).unwrap();
+        assert_eq!(
+            published,
+            serde_json::to_value(Scene::schema()).unwrap(),
+            "run `tongue-fit scene schema`"
+        );
+    }
+}

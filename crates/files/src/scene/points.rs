@@ -1,0 +1,90 @@
+//! Tensions of a scene from points that were seen on the tongue.
+
+use std::any::Any;
+
+use nalgebra::Vector2;
+use serde::Serialize;
+
+use super::SceneError;
+use super::file::{Points, Scene};
+use tongue_core::body::Body;
+use tongue_core::system::System;
+use tongue_infer::track::{self, Frame, FrameStatus, Prior, Settings, Surface};
+use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
+
+/// What the points of a scene say.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PointsFit {
+    /// How it ended.
+    pub status: FrameStatus,
+    /// Root mean square distance of the points, mm.
+    pub rms_mm: Option<f64>,
+    /// Directions of the tensions whose standard deviation is below a quarter of the prior's scale; the rest is the prior.
+    pub resolved: usize,
+    /// Lower ends of the 95 % intervals, N per metre of thickness: one for each chain of the mesh.
+    pub low_n: Vec<f64>,
+    /// Upper ends.
+    pub high_n: Vec<f64>,
+}
+
+/// The points of a scene as observations of its body; `None` where it has none.
+///
+/// # Errors
+/// [`SceneError::Contradiction`] with a body in space or without an outline.
+pub(super) fn frame<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Frame>, SceneError> {
+    let Some(points) = &scene.points else { return Ok(None) };
+    let flat = (body as &dyn Any).downcast_ref::<Body<2>>();
+    let surface = flat.and_then(Surface::of).ok_or_else(|| {
+        let why = "points are seen in the midsagittal plane, on the outline of a body; take the reference tongue or a mesh in the plane";
+        SceneError::contradiction("[points]", scene.body_key(), why)
+    })?;
+    Ok(track::frames(&seen(points), &surface, &[], &[]).pop())
+}
+
+fn seen(points: &Points) -> Seen {
+    let mark = |at: &[f64; 2]| Some(Mark { at: Vector2::from(*at) * 1e-3, sd: points.noise_mm * 1e-3 });
+    let named = |stem: &str, count: usize| (1..=count).map(|i| format!("{stem}_{i}")).collect::<Vec<_>>();
+    let behind = points.sensors.iter().map(|s| s.surface_mm * 1e-3);
+    Seen {
+        name: "points".to_owned(),
+        contour: named("contour", points.contour_mm.len()),
+        sensors: named("sensor", points.sensors.len()).into_iter().zip(behind).collect(),
+        bones: Vec::new(),
+        ignored: Vec::new(),
+        measured: vec![true; points.sensors.len()],
+        notes: Vec::new(),
+        mirrored: false,
+        frames: vec![SeenFrame {
+            time_s: 0.0,
+            contour: points.contour_mm.iter().map(mark).collect(),
+            sensors: points.sensors.iter().map(|s| mark(&s.at_mm)).collect(),
+            bones: Vec::new(),
+        }],
+    }
+}
+
+/// Finds the tensions of all chains of the mesh, N, and what is known of them. `None` for a system in space, of which [`frame`] makes
+/// no observations.
+pub(super) fn fit<const D: usize>(
+    points: &Points,
+    frame: &Frame,
+    system: &System<D>,
+) -> Option<(Vec<f64>, PointsFit)> {
+    let system = (system as &dyn Any).downcast_ref::<System<2>>()?;
+    let prior = Prior::half_normal(system.contracting().len(), points.prior_n_per_m, 0.0);
+    let found =
+        track::track(system, &[], &[], vec![frame.clone()], &Settings::new(prior), &|_, _| {}).pop()?;
+    let of_body = |values: &[f64]| {
+        let mut all = vec![0.0; system.muscle_count()];
+        system.contracting().iter().zip(values).for_each(|(&muscle, value)| all[muscle] = *value);
+        all
+    };
+    let told = PointsFit {
+        status: found.status,
+        rms_mm: found.rms_m.map(|r| r * 1e3),
+        resolved: found.resolved,
+        low_n: of_body(&found.low_n),
+        high_n: of_body(&found.high_n),
+    };
+    Some((of_body(&found.tensions_n), told))
+}

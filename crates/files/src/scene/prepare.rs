@@ -1,0 +1,396 @@
+//! From a scene and its body to the system that simulates what the scene calls for and nothing else.
+
+use std::sync::Arc;
+
+use nalgebra::{SVector, Vector2};
+
+use super::file::{Gravity as GravityKeys, Kind, Posture, Scene, Want};
+use super::plan::{self, Decision, Plan, Role};
+use super::{SceneError, points};
+use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
+use tongue_core::effect::{Contact, Effect, Gravity, lumped_masses};
+use tongue_core::material::{Constants, Spread};
+use tongue_core::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
+use tongue_infer::inverse::{Matched, Premises, Setup, Tone};
+use tongue_infer::track::Frame;
+use tongue_input::measured::{Dataset, Target, TargetError, TargetKind, TargetOptions, Vowel};
+
+/// A scene ready to run.
+#[derive(Debug)]
+pub struct Prepared<const D: usize> {
+    /// What is computed.
+    pub plan: Plan,
+    /// The body.
+    pub body: Body<D>,
+    /// The system.
+    pub system: Arc<System<D>>,
+    /// For a fit, the body in its baseline.
+    pub setup: Option<Setup<D>>,
+    /// For a trajectory with carried bones: the same without weight and contraction, which says where it starts.
+    pub start: Option<System<D>>,
+    /// Tension of every muscle of the mesh, N.
+    pub tensions: Vec<f64>,
+    /// The wall, if there is one.
+    pub wall: Option<Contact>,
+    /// What is to be fitted, if anything.
+    pub target: Option<Target>,
+    /// The points that are to be fitted, if any.
+    pub seen: Option<Frame>,
+}
+
+/// How much is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// What the scene calls for.
+    Pruned,
+    /// Everything, whether or not it has an effect: every muscle with the three-element model, weight and walls of no strength.
+    Full,
+}
+
+/// Plans a scene and makes its system.
+///
+/// # Errors
+/// [`SceneError`]: what contradicts itself, what is out of range.
+pub fn prepare<const D: usize>(
+    scene: &Scene,
+    body: Body<D>,
+    extent: Extent,
+) -> Result<Prepared<D>, SceneError> {
+    scene.check()?;
+    let model = scene.model::<D>();
+    let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
+    let tensions = tensions(scene, &body)?;
+    let seen = points::frame(scene, &body)?;
+    let all = 0..body.mesh.muscles.len();
+    let tone = Tone::Uniform(scene.fit.as_ref().map_or(0.0, |fit| fit.tone_n_per_m));
+    let contracting: Vec<usize> = match (&target, extent) {
+        (_, Extent::Full) => all.collect(),
+        _ if !tone.is_none() || seen.is_some() => all.collect(),
+        (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
+        (Some(target), _) => Matched::new(&body.mesh, target)?.contracting(),
+    };
+
+    let mut decisions = tissue_decisions(scene, &body, &contracting);
+    let mut additions =
+        Additions { incompressible: scene.effects.incompressibility == Some(true), ..Additions::default() };
+    let coefficients = system::coefficients(&body.mesh, &model)?;
+    decisions.push(Decision::asked("gravity", scene.effects.gravity.is_some()));
+    if let Some(gravity) = gravity(scene, &body, &model, extent)? {
+        additions.effects.push(Box::new(gravity));
+    }
+    decisions.push(Decision::asked("contact", scene.effects.contact.is_some()));
+    let wall = contact(scene, &body, coefficients.tissue_stiffness, extent)?;
+    if let Some(wall) = &wall {
+        additions.effects.push(Box::new(wall.clone()));
+    }
+    decisions.extend(carry_bones(scene, &body, &mut additions)?);
+    decisions.push(match body.mesh.fixed.len() {
+        0 => Decision::no("bone", "no node is fixed"),
+        n => Decision::yes("bone", format!("{n} nodes are fixed")).of(n),
+    });
+    decisions.extend(plan::motion(scene, !contracting.is_empty()));
+    if extent == Extent::Full {
+        for idle in decisions.iter_mut().filter(|d| matches!(d.effect, "gravity" | "contact") && !d.simulated)
+        {
+            idle.simulated = idle.effect == "gravity" || wall.is_some();
+            idle.why = "without strength: everything is simulated".to_owned();
+        }
+    }
+
+    let start = match scene.want == Want::Trajectory && !additions.carried.is_empty() {
+        true => Some(System::with(&body.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?),
+        false => None,
+    };
+    let system = Arc::new(System::with(&body.mesh, &model, &contracting, additions)?);
+    let names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
+    let premises = Premises { tone, ..Premises::default() };
+    let setup =
+        target.as_ref().map(|_| Setup::in_system(Arc::clone(&system), &names, premises)).transpose()?;
+    let roles = roles(scene, &body, &contracting, target.as_ref());
+    let method = method(scene);
+    let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
+    Ok(Prepared { plan, body, system, setup, start, tensions, wall, target, seen })
+}
+
+/// The same body and bones, with nothing that acts on them but the wall.
+fn unloaded<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) -> Additions<D> {
+    Additions {
+        incompressible: additions.incompressible,
+        carried: additions.carried.clone(),
+        effects: wall.into_iter().map(|w| Box::new(w.clone()) as Box<dyn Effect<D>>).collect(),
+    }
+}
+
+impl Scene {
+    /// Of what the body is made, in the plane or in space.
+    pub fn model<const D: usize>(&self) -> Model {
+        let (m, e, table) = (&self.material, &self.effects, Constants::TONGUE);
+        let spread = if D == 3 { Spread::Assembled } else { Spread::PerConnection };
+        Model {
+            constants: Constants {
+                density: m.density_kg_per_m3.unwrap_or(table.density),
+                young_modulus: m.young_modulus_pa.unwrap_or(table.young_modulus),
+                poisson_ratio: m.poisson_ratio.unwrap_or(table.poisson_ratio),
+                viscosity: m.viscosity_pa_s.unwrap_or(table.viscosity),
+            },
+            preset: m.preset.unwrap_or_default(),
+            spread: m.spread.unwrap_or(spread),
+            outside: if e.straight_paths == Some(false) { OutsidePath::Chain } else { OutsidePath::Straight },
+            tissue: match e.finite_elements {
+                _ if self.body.kind() == Kind::Continuum => TissueModel::Continuum,
+                Some(true) => TissueModel::FiniteElement,
+                _ => TissueModel::MassSpring,
+            },
+        }
+    }
+}
+
+fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, SceneError> {
+    let Some(wanted) = &scene.fit else { return Err(SceneError::contradiction("[fit]", "its absence", "")) };
+    let vowel: Vowel = wanted.vowel.parse()?;
+    let kind: TargetKind = wanted.target.parse()?;
+    let data = Dataset::reference().map_err(TargetError::from)?;
+    let target = Target::new(&data, &wanted.subject, &vowel, kind, &TargetOptions::default())?;
+    if let Err(missing) = Matched::new(&body.mesh, &target) {
+        let why = format!("{missing}; fit a body that has it, or give tensions");
+        return Err(SceneError::contradiction("[fit]", scene.body_key(), why));
+    }
+    Ok(target)
+}
+
+/// The tension of every muscle of the mesh; all of one name have the same.
+fn tensions<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Vec<f64>, SceneError> {
+    for name in scene.tensions_n.keys() {
+        body.muscle(name).map_err(|missing| {
+            SceneError::contradiction(format!("tensions_n.{name}"), scene.body_key(), missing.to_string())
+        })?;
+    }
+    let given = |m: &MuscleChain| scene.tensions_n.get(&m.name).copied().unwrap_or(0.0);
+    Ok(body.mesh.muscles.iter().map(given).collect())
+}
+
+fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Decision> {
+    let e = &scene.effects;
+    if let Some(continuum) = &body.mesh.continuum {
+        let why = "the body is a continuum";
+        return vec![
+            Decision::no("springs", why),
+            Decision::no("finite elements", why),
+            Decision::yes("quadratic elements", format!("needed: {why}")),
+            Decision::yes("barrier", "acts only where an element is pressed to a tenth"),
+            match continuum.ties.is_empty() {
+                true => Decision::no("attachment", "bones hold nodes"),
+                false => Decision::yes("attachment", "bones hold patches of the surface"),
+            },
+            match contracting.len() {
+                0 => Decision::no("fibres", "no muscle contracts"),
+                1 => Decision::yes("fibres", "1 muscle contracts"),
+                n => Decision::yes("fibres", format!("{n} muscles contract")),
+            },
+            Decision::no("incompressibility", why),
+            Decision::no("straight paths", why),
+        ];
+    }
+    let continuum = e.finite_elements == Some(true);
+    let outside = body.mesh.in_tissue().iter().any(|inside| !inside);
+    let in_its_place = "finite elements are asked for in its place";
+    vec![
+        match continuum {
+            false => Decision::yes("springs", "needed: the tissue is made of them"),
+            true if outside => Decision::yes("springs", "only outside the tissue, which is finite elements"),
+            true => Decision::no("springs", in_its_place),
+        },
+        Decision::asked("finite elements", continuum),
+        match contracting.len() {
+            0 => Decision::no("muscle", "no muscle contracts"),
+            1 => {
+                Decision::yes("muscle", "1 chain contracts; only its connections get the three-element model")
+            }
+            n => Decision::yes(
+                "muscle",
+                format!("{n} chains contract; only their connections get the three-element model"),
+            ),
+        },
+        match e.incompressibility {
+            _ if continuum => Decision::no("incompressibility", in_its_place),
+            asked => Decision::asked("incompressibility", asked == Some(true)),
+        },
+        match e.straight_paths {
+            _ if !outside => Decision::no("straight paths", "no muscle runs outside the tissue"),
+            Some(false) => Decision::no("straight paths", "refused: the chains outside the tissue may fold"),
+            _ => Decision::yes(
+                "straight paths",
+                "needed: a chain outside the tissue would have no lateral stiffness",
+            ),
+        },
+    ]
+}
+
+fn gravity<const D: usize>(
+    scene: &Scene,
+    body: &Body<D>,
+    model: &Model,
+    extent: Extent,
+) -> Result<Option<Gravity<D>>, SceneError> {
+    let acceleration = match &scene.effects.gravity {
+        Some(keys) => direction::<D>(keys)? * keys.acceleration_m_per_s2,
+        None if extent == Extent::Full => SVector::zeros(),
+        None => return Ok(None),
+    };
+    let masses = lumped_masses(&body.mesh, model.constants.density);
+    Ok(Some(Gravity::new(&masses, acceleration, &body.mesh.nodes)))
+}
+
+fn direction<const D: usize>(keys: &GravityKeys) -> Result<SVector<f64, D>, SceneError> {
+    let flat = |x: f64, y: f64| {
+        let mut v = SVector::zeros();
+        (v[0], v[1]) = (x, y);
+        v
+    };
+    match (keys.posture, &keys.direction) {
+        (Some(Posture::Upright), _) => Ok(flat(0.0, -1.0)),
+        (Some(Posture::Supine), _) => Ok(flat(1.0, 0.0)),
+        (Some(Posture::Prone), _) => Ok(flat(-1.0, 0.0)),
+        (None, given) => plan::unit(given.as_deref().unwrap_or_default()),
+    }
+}
+
+fn contact<const D: usize>(
+    scene: &Scene,
+    body: &Body<D>,
+    tissue_stiffness: f64,
+    extent: Extent,
+) -> Result<Option<Contact>, SceneError> {
+    let surface = body.mesh.surface_nodes();
+    let Some(keys) = &scene.effects.contact else {
+        let idle = |outline: &Vec<Vector2<f64>>| Contact::new(outline.clone(), &surface, 0.0, 1e-3);
+        return Ok(body.palate.as_ref().filter(|_| extent == Extent::Full).map(idle));
+    };
+    let outline: Vec<Vector2<f64>> = match (&keys.outline_mm, &body.palate) {
+        (Some(points), _) => points.iter().map(|&[x, y]| Vector2::new(x, y) * 1e-3).collect(),
+        (None, Some(palate)) => palate.clone(),
+        (None, None) => {
+            let why = "no palate goes with this body; give effects.contact.outline_mm";
+            return Err(SceneError::contradiction("effects.contact", scene.body_key(), why));
+        }
+    };
+    let stiffness = keys.stiffness_n_per_m.unwrap_or(tissue_stiffness);
+    let wall = Contact::new(outline, &surface, stiffness, keys.reach_mm * 1e-3);
+    let through = wall.penetrated(&body.mesh.nodes, &body.mesh.connections);
+    let middle = through.map(|[a, b]| [0, 1].map(|d| (body.mesh.nodes[a][d] + body.mesh.nodes[b][d]) / 2.0));
+    if let Some([x, y]) = middle.or_else(|| corner_inside(&wall, &body.mesh)) {
+        let why = format!(
+            "the body passes through the wall at rest, near [{:.1}, {:.1}] mm; move the wall out of the body",
+            1e3 * x,
+            1e3 * y
+        );
+        return Err(SceneError::contradiction("effects.contact", scene.body_key(), why));
+    }
+    Ok(Some(wall))
+}
+
+/// A corner of the wall inside a triangle, m. (In space the wall has no end, so it meets an edge of every cell that it passes.)
+fn corner_inside<const D: usize>(wall: &Contact, mesh: &Mesh<D>) -> Option<[f64; 2]> {
+    let inside = |p: &&Vector2<f64>| {
+        D == 2
+            && mesh.cells.iter().any(|cell| {
+                let turns = (0..3).map(|i| {
+                    let [a, b] =
+                        [cell[i], cell[(i + 1) % 3]].map(|n| mesh.nodes[n].fixed_rows::<2>(0).into_owned());
+                    (b - a).perp(&(**p - a))
+                });
+                turns.fold(f64::INFINITY, f64::min) > 0.0
+            })
+    };
+    wall.outline().iter().find(inside).map(|p| [p.x, p.y])
+}
+
+/// Where jaw and hyoid take the nodes that they hold.
+fn carry_bones<const D: usize>(
+    scene: &Scene,
+    body: &Body<D>,
+    additions: &mut Additions<D>,
+) -> Result<[Decision; 2], SceneError> {
+    let millimetres = |[x, y]: [f64; 2]| {
+        let mut v = SVector::<f64, D>::zeros();
+        (v[0], v[1]) = (x * 1e-3, y * 1e-3);
+        v
+    };
+    let jaw = scene.effects.jaw.as_ref();
+    let hyoid = scene.effects.hyoid.as_ref();
+    let turned =
+        jaw.map(|j| Carried::Turned { joint: millimetres(j.joint_mm), angle: j.opening_deg.to_radians() });
+    let shifted = hyoid.map(|h| Carried::Shifted(millimetres(h.shift_mm)));
+    let [mandible, hyoid_bone] = [MANDIBLE, HYOID].map(|name| body.bone(name));
+    let wanted = [("effects.jaw", turned, mandible), ("effects.hyoid", shifted, hyoid_bone)];
+    for (key, carried, nodes) in wanted {
+        let Some(carried) = carried else { continue };
+        if nodes.is_empty() {
+            let why = "this body does not say which of its nodes are on that bone; take the reference tongue";
+            return Err(SceneError::contradiction(key, scene.body_key(), why));
+        }
+        additions.carried.extend(nodes.iter().map(|&n| (n, carried.place(body.mesh.nodes[n]))));
+    }
+    let decide = |name: &'static str, asked: bool, nodes: &[usize]| match asked {
+        true => Decision::yes(name, "asked for; brought there in parts, each an equilibrium").of(nodes.len()),
+        false => Decision::no(name, "not asked for"),
+    };
+    Ok([decide("jaw", jaw.is_some(), mandible), decide("hyoid", hyoid.is_some(), hyoid_bone)])
+}
+
+fn roles<const D: usize>(
+    scene: &Scene,
+    body: &Body<D>,
+    contracting: &[usize],
+    target: Option<&Target>,
+) -> Vec<Role> {
+    let mut roles: Vec<Role> = Vec::new();
+    for (number, muscle) in body.mesh.muscles.iter().enumerate() {
+        if roles.iter().any(|r| r.muscle == muscle.name) {
+            continue;
+        }
+        let contracts = contracting.contains(&number);
+        let why = match scene.tensions_n.get(&muscle.name) {
+            _ if !contracts => "passive: its connections are tissue".to_owned(),
+            Some(tension) => format!("contracts with {tension} N"),
+            None => match target {
+                Some(target) if target.active_names().contains(&muscle.name.as_str()) => {
+                    "shorter in this vowel than at rest: contracts, with a tension to be found".to_owned()
+                }
+                Some(_) => "not shorter in this vowel: without tension".to_owned(),
+                None if scene.points.is_some() => "contracts, with a tension to be found".to_owned(),
+                None => "contracts with 0 N, because everything is simulated".to_owned(),
+            },
+        };
+        roles.push(Role { muscle: muscle.name.clone(), contracting: contracts, why });
+    }
+    roles
+}
+
+fn method(scene: &Scene) -> String {
+    match scene.want {
+        Want::Trajectory => "TR-BDF2 with adaptive steps".to_owned(),
+        _ if scene.points.is_some() => {
+            "Gauss-Newton over some ten equilibria by Newton's method on the energy".to_owned()
+        }
+        _ if scene.fit.is_some() => {
+            "Nelder-Mead over some thousand equilibria by Newton's method on the energy".to_owned()
+        }
+        _ => "one equilibrium by Newton's method on the energy".to_owned(),
+    }
+}
+
+/// Numbers of the muscles that contract, by the plan of a prepared scene.
+impl<const D: usize> Prepared<D> {
+    /// The effects of the system, each name once, with the effects that carry it.
+    pub fn effects_by_name(&self) -> Vec<(&'static str, Vec<&dyn Effect<D>>)> {
+        let mut groups: Vec<(&'static str, Vec<&dyn Effect<D>>)> = Vec::new();
+        for effect in self.system.effects() {
+            match groups.iter_mut().find(|(name, _)| *name == effect.name()) {
+                Some((_, group)) => group.push(effect.as_ref()),
+                None => groups.push((effect.name(), vec![effect.as_ref()])),
+            }
+        }
+        groups
+    }
+}

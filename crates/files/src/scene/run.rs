@@ -1,0 +1,355 @@
+//! A scene run: the shape or the way to it, what it cost, and what the walls and bones bear.
+
+use std::time::Instant;
+
+use nalgebra::SVector;
+use serde::Serialize;
+
+use super::file::{Scene, Want};
+use super::plan::Plan;
+use super::points::PointsFit;
+use super::prepare::{Extent, Prepared, prepare};
+use super::{SceneError, body};
+use tongue_core::dynamics::{self, Control, Counts, Method, Motion, Observer, Tensions};
+use tongue_core::effect::{Configuration, Tangent};
+use tongue_core::sparse::BlockMatrix;
+use tongue_core::statics::{self, Settings, Solution, Workspace};
+use tongue_infer::inverse;
+use tongue_infer::track::FrameStatus;
+use tongue_input::bodies::AnyBody;
+
+/// Moments at which a trajectory is looked at.
+const SAMPLES: usize = 121;
+/// Repetitions of each evaluation when effects are timed.
+const REPETITIONS: u32 = 50;
+
+/// Length of a muscle; of muscles that share a name the mean.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MuscleLength {
+    /// Its name.
+    pub muscle: String,
+    /// Its tension, N (2D: per metre of thickness).
+    pub tension_n: f64,
+    /// Its 95 % interval, where points were fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_n: Option<[f64; 2]>,
+    /// Length at rest, mm.
+    pub rest_mm: f64,
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Length to that in the baseline: at rest, unless a fit gives the baseline a tone.
+    pub stretch: f64,
+}
+
+/// What a wall bears.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ContactForce {
+    /// Force of the body on the wall, N (2D: per metre of thickness).
+    pub on_wall_n: Vec<f64>,
+    /// Largest force of a node on the wall, N.
+    pub largest_n: f64,
+    /// Nodes on which the wall acts.
+    pub touching: usize,
+    /// Smallest distance of a node from the wall, mm.
+    pub closest_mm: f64,
+    /// Whether a corner of the wall has come between two nodes: it acts on nodes, not on the lines between them.
+    pub edge_through_wall: bool,
+}
+
+/// Time of an effect in the solve: the measured time of each evaluation by the number of them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectTime {
+    /// The effect.
+    pub effect: &'static str,
+    /// One evaluation of the energy, microseconds.
+    pub energy_us: f64,
+    /// One of the force, microseconds.
+    pub force_us: f64,
+    /// One of the stiffness, microseconds.
+    pub stiffness_us: f64,
+    /// All of them in the solve, microseconds.
+    pub total_us: f64,
+}
+
+/// The body at one moment of a trajectory.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Moment {
+    /// Time, s.
+    pub time_s: f64,
+    /// Length of every muscle, mm; of muscles that share a name the mean.
+    pub lengths_mm: Vec<f64>,
+}
+
+/// A trajectory.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Way {
+    /// How it ended.
+    pub status: dynamics::Status,
+    /// Time reached, s.
+    pub time_s: f64,
+    /// Part of the way to its equilibrium that the body has gone; null where there is no such way.
+    pub part_of_way_to_equilibrium: Option<f64>,
+    /// What it cost.
+    pub counts: Counts,
+    /// The body at evenly spaced moments.
+    pub moments: Vec<Moment>,
+}
+
+/// The result of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// What was planned.
+    pub plan: Plan,
+    /// Whether all of it converged.
+    pub converged: bool,
+    /// Tension of every muscle chain of the mesh, N (2D: per metre of thickness).
+    pub tensions_n: Vec<f64>,
+    /// Muscles, each name once.
+    pub muscles: Vec<MuscleLength>,
+    /// Smallest ratio of a cell's area or volume to that at rest.
+    pub min_cell_ratio: f64,
+    /// Largest such ratio.
+    pub max_cell_ratio: f64,
+    /// Area, m², or volume, m³, of the whole to that at rest.
+    pub measure_ratio: f64,
+    /// What the wall bears.
+    pub contact: Option<ContactForce>,
+    /// Force of the body on the bones, N, by dimension; none at the end of a trajectory, where dampers and masses bear on them too.
+    pub on_bones_n: Option<Vec<f64>>,
+    /// The last equilibrium, where one was wanted.
+    pub solution: Option<Solution>,
+    /// How the fit ended, where there was one.
+    pub fit: Option<inverse::Status>,
+    /// What the points say, where some were given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<PointsFit>,
+    /// The trajectory, where one was wanted.
+    pub trajectory: Option<Way>,
+    /// Time of the answer, s: solve, fit or trajectory.
+    pub wall_s: f64,
+    /// The same by effect, for a trajectory or the last equilibrium; what is left is mostly the linear algebra.
+    pub time_by_effect: Vec<EffectTime>,
+    /// Positions of all nodes, m.
+    pub positions_m: Vec<Vec<f64>>,
+}
+
+/// Runs a scene from beginning to end: its body, its plan, its result.
+///
+/// # Errors
+/// [`SceneError`] where it cannot begin; whatever happens later is in the outcome.
+pub fn simulate(scene: &Scene) -> Result<Outcome, SceneError> {
+    scene.check()?;
+    match body::build(&scene.body)? {
+        AnyBody::Flat(body) => run(scene, &mut prepare(scene, body, Extent::Pruned)?),
+        AnyBody::Solid(body) => run(scene, &mut prepare(scene, body, Extent::Pruned)?),
+    }
+}
+
+/// Runs a prepared scene, which then has the tensions that were found.
+///
+/// # Errors
+/// [`SceneError`] where it cannot begin; whatever happens later is in the outcome.
+pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<Outcome, SceneError> {
+    // Made before the clock starts; a trajectory has no use for it.
+    let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
+    let clock = Instant::now();
+    let mut fitted = None;
+    if let (Some(target), Some(setup)) = (&prepared.target, &prepared.setup) {
+        let matched = inverse::Matched::new(&prepared.body.mesh, target)?;
+        let fit = inverse::fit_in(setup, &matched, &inverse::Settings::default())?;
+        fitted = Some(fit.status);
+        prepared.tensions = fit.body_tensions;
+    }
+    let mut points = None;
+    if let (Some(wanted), Some(frame)) = (&scene.points, &prepared.seen)
+        && let Some((tensions, told)) = super::points::fit(wanted, frame, &prepared.system)
+    {
+        points = Some(told);
+        prepared.tensions = tensions;
+    }
+    let (mut solution, mut trajectory) = (None, None);
+    let positions = if let Some(workspace) = &mut workspace {
+        let settings = Settings::default();
+        solution = Some(statics::solve(&prepared.system, workspace, &prepared.tensions, &settings));
+        workspace.positions().to_vec()
+    } else {
+        let (way, positions) = follow(scene, prepared)?;
+        // What was pulled at the end, which the ramp may not have reached.
+        let tensions = tensions_over_time(scene, prepared);
+        tensions.at(way.time_s, &mut prepared.tensions);
+        trajectory = Some(way);
+        positions
+    };
+    let system = &prepared.system;
+    let wall_s = clock.elapsed().as_secs_f64();
+    let at = Configuration { positions: &positions, tensions: &prepared.tensions };
+    let of_solution =
+        |s: Solution| [s.energy_evaluations as u64, s.iterations as u64 + 1, s.factorisations as u64];
+    let of_way = |t: &Way| [0, t.counts.force_evaluations, t.counts.factorisations];
+    let evaluations = solution.map(of_solution).or(trajectory.as_ref().map(of_way)).unwrap_or_default();
+    let contact = contact(prepared, at);
+    let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
+    let converged = solution.is_none_or(|s| s.status == statics::Status::Converged)
+        && fitted.is_none_or(|f| f == inverse::Status::Converged)
+        && points.as_ref().is_none_or(|p| p.status == FrameStatus::Converged)
+        && trajectory.as_ref().is_none_or(|t| t.status == dynamics::Status::Completed)
+        && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
+        && min_cell_ratio > 0.0;
+    Ok(Outcome {
+        converged,
+        tensions_n: prepared.tensions.clone(),
+        muscles: muscles(prepared, &positions, points.as_ref()),
+        min_cell_ratio,
+        max_cell_ratio,
+        measure_ratio: system.measure(&positions) / system.measure(system.rest()),
+        contact,
+        on_bones_n: trajectory.is_none().then(|| on_bones(prepared, at)),
+        solution,
+        fit: fitted,
+        points,
+        trajectory,
+        wall_s,
+        time_by_effect: time_by_effect(prepared, at, evaluations),
+        positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
+        plan: prepared.plan.clone(),
+    })
+}
+
+struct Lengths<'a, const D: usize> {
+    prepared: &'a Prepared<D>,
+    moments: Vec<Moment>,
+}
+
+impl<const D: usize> Observer<D> for Lengths<'_, D> {
+    fn sample(&mut self, time_s: f64, positions: &[SVector<f64, D>]) {
+        let lengths_mm = muscles(self.prepared, positions, None).into_iter().map(|m| m.length_mm).collect();
+        self.moments.push(Moment { time_s, lengths_mm });
+    }
+}
+
+/// The tensions of a scene's trajectory.
+fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
+    let duration = scene.trajectory.as_ref().map_or(0.0, |t| t.ramp_s);
+    Tensions::Ramp { to: prepared.tensions.clone(), duration }
+}
+
+/// Follows the motion from rest. Bones that are carried have been so before it begins, and the body has followed them, still
+/// without weight.
+///
+/// # Errors
+/// [`SceneError::NotCarried`] where the bones cannot be brought to their places; what motion and method refuse.
+pub(super) fn follow<const D: usize>(
+    scene: &Scene,
+    prepared: &Prepared<D>,
+) -> Result<(Way, Vec<SVector<f64, D>>), SceneError> {
+    let wanted = scene.trajectory.as_ref();
+    let (duration, tolerance) = wanted.map_or((0.0, 1e-6), |t| (t.duration_s, t.tolerance_mm * 1e-3));
+    let motion = Motion::new(&prepared.system, tensions_over_time(scene, prepared))?;
+    let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(tolerance))?;
+    let mut state = motion.at_rest();
+    if let Some(start) = &prepared.start {
+        let mut workspace = Workspace::new(start);
+        let slack = vec![0.0; prepared.tensions.len()];
+        let solution = statics::solve(start, &mut workspace, &slack, &Settings::default());
+        if solution.status != statics::Status::Converged {
+            return Err(SceneError::NotCarried { status: solution.status });
+        }
+        state.positions.copy_from_slice(workspace.positions());
+    }
+    let start = state.positions.clone();
+    let mut lengths = Lengths { prepared, moments: Vec::with_capacity(SAMPLES) };
+    let times = dynamics::sample_times(duration, SAMPLES);
+    let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, duration, &times, &mut lengths);
+    let way = Way {
+        status: outcome.status,
+        time_s: outcome.time_s,
+        part_of_way_to_equilibrium: motion.part_of_way(&start, &state),
+        counts: outcome.counts,
+        moments: lengths.moments,
+    };
+    Ok((way, state.positions))
+}
+
+fn muscles<const D: usize>(
+    prepared: &Prepared<D>,
+    positions: &[SVector<f64, D>],
+    points: Option<&PointsFit>,
+) -> Vec<MuscleLength> {
+    let system = &prepared.system;
+    let chains = &prepared.body.mesh.muscles;
+    let mut out: Vec<MuscleLength> = Vec::new();
+    for role in &prepared.plan.muscles {
+        let same: Vec<usize> = (0..chains.len()).filter(|&m| chains[m].name == role.muscle).collect();
+        let mean = |x: &[SVector<f64, D>]| {
+            same.iter().map(|&m| system.length(x, m)).sum::<f64>() / same.len().max(1) as f64
+        };
+        let (rest, length) = (mean(system.rest()), mean(positions));
+        let baseline = prepared.setup.as_ref().map_or(rest, |setup| mean(&setup.positions));
+        out.push(MuscleLength {
+            muscle: role.muscle.clone(),
+            interval_n: points.zip(same.first()).map(|(p, &m)| [p.low_n[m], p.high_n[m]]),
+            tension_n: same.first().map_or(0.0, |&m| prepared.tensions[m]),
+            rest_mm: 1e3 * rest,
+            length_mm: 1e3 * length,
+            stretch: length / baseline,
+        });
+    }
+    out
+}
+
+fn contact<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) -> Option<ContactForce> {
+    let wall = prepared.wall.as_ref()?;
+    let mut force = vec![SVector::zeros(); at.positions.len()];
+    let groups = prepared.effects_by_name();
+    let (_, effects) = groups.iter().find(|(name, _)| *name == "contact")?;
+    effects.iter().for_each(|e| e.add_force(at, &mut force));
+    let total: SVector<f64, D> = force.iter().sum();
+    let surface = prepared.body.mesh.surface_nodes();
+    let closest = surface.iter().map(|&n| wall.distance(&at.positions[n])).fold(f64::INFINITY, f64::min);
+    Some(ContactForce {
+        on_wall_n: total.iter().map(|f| -f).collect(),
+        largest_n: force.iter().map(SVector::norm).fold(0.0, f64::max),
+        touching: force.iter().filter(|f| f.norm() > 0.0).count(),
+        closest_mm: 1e3 * closest,
+        edge_through_wall: wall.penetrated(at.positions, &prepared.body.mesh.connections).is_some(),
+    })
+}
+
+fn on_bones<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) -> Vec<f64> {
+    let mut force = vec![SVector::zeros(); at.positions.len()];
+    prepared.system.force(at, &mut force);
+    let total: SVector<f64, D> = prepared.body.mesh.fixed.iter().map(|&n| force[n]).sum();
+    total.iter().copied().collect()
+}
+
+/// Times every effect at the answer, and multiplies by how often its energy, force and stiffness were evaluated on the way there.
+fn time_by_effect<const D: usize>(
+    prepared: &Prepared<D>,
+    at: Configuration<'_, D>,
+    evaluations: [u64; 3],
+) -> Vec<EffectTime> {
+    let mut force = vec![SVector::zeros(); at.positions.len()];
+    let mut stiffness = BlockMatrix::zeros(prepared.system.pattern());
+    let us = |work: &mut dyn FnMut()| {
+        // The fastest of some: whatever makes it slower is not the effect.
+        let once = |_| {
+            let clock = Instant::now();
+            work();
+            1e6 * clock.elapsed().as_secs_f64()
+        };
+        (0..REPETITIONS).map(once).fold(f64::INFINITY, f64::min)
+    };
+    let groups = prepared.effects_by_name();
+    let times = groups.iter().map(|(name, effects)| {
+        let energy_us = us(&mut || {
+            std::hint::black_box(effects.iter().map(|e| e.energy(at)).sum::<f64>());
+        });
+        let force_us = us(&mut || effects.iter().for_each(|e| e.add_force(at, &mut force)));
+        let stiffness_us =
+            us(&mut || effects.iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness)));
+        let costs = [energy_us, force_us, stiffness_us];
+        let total_us = costs.iter().zip(evaluations).map(|(us, times)| us * times as f64).sum();
+        EffectTime { effect: name, energy_us, force_us, stiffness_us, total_us }
+    });
+    times.collect()
+}

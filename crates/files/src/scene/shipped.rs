@@ -1,0 +1,41 @@
+//! The scenes that are built into the program.
+
+use super::{Scene, SceneError};
+
+/// Name and text of every shipped scene.
+const SHIPPED: [(&str, &str); 17] = [
+    ("vowel-a", include_str!("../../../../targets/scenes/vowel-a.toml")),
+    ("vowel-a-jaw", include_str!("../../../../targets/scenes/vowel-a-jaw.toml")),
+    ("vowel-a-trajectory", include_str!("../../../../targets/scenes/vowel-a-trajectory.toml")),
+    ("fit-vowel-a", include_str!("../../../../targets/scenes/fit-vowel-a.toml")),
+    ("vowel-i-palate", include_str!("../../../../targets/scenes/vowel-i-palate.toml")),
+    ("supine", include_str!("../../../../targets/scenes/supine.toml")),
+    ("protrusion", include_str!("../../../../targets/scenes/protrusion.toml")),
+    ("only-gga", include_str!("../../../../targets/scenes/only-gga.toml")),
+    ("only-ggm", include_str!("../../../../targets/scenes/only-ggm.toml")),
+    ("only-ggp", include_str!("../../../../targets/scenes/only-ggp.toml")),
+    ("only-sgp", include_str!("../../../../targets/scenes/only-sgp.toml")),
+    ("only-sgm", include_str!("../../../../targets/scenes/only-sgm.toml")),
+    ("only-sga", include_str!("../../../../targets/scenes/only-sga.toml")),
+    ("only-hga", include_str!("../../../../targets/scenes/only-hga.toml")),
+    ("only-hgp", include_str!("../../../../targets/scenes/only-hgp.toml")),
+    ("cylinder-3d", include_str!("../../../../targets/scenes/cylinder-3d.toml")),
+    ("block-3d", include_str!("../../../../targets/scenes/block-3d.toml")),
+];
+
+/// The names of the shipped scenes.
+pub fn names() -> impl Iterator<Item = &'static str> + Clone {
+    SHIPPED.iter().map(|(name, _)| *name)
+}
+
+/// The shipped scene of a name.
+///
+/// # Errors
+/// [`SceneError::Unknown`] with the nearest name.
+pub fn shipped(name: &str) -> Result<Scene, SceneError> {
+    let (name, text) = SHIPPED
+        .iter()
+        .find(|(n, _)| *n == name)
+        .ok_or_else(|| SceneError::Unknown { name: name.to_owned() })?;
+    Scene::from_toml(text, &format!("targets/scenes/{name}.toml (embedded)"))
+}

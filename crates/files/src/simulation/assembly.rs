@@ -1,0 +1,236 @@
+//! A body with its contracting muscles, ready to be solved, and what can be observed of it, by name.
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+
+use tongue_core::body::Body;
+use tongue_core::observe::{Contour, Curve, Length, Ratio, Stretch, Surface};
+use tongue_core::system::{Model, System};
+use tongue_infer::inverse::Matched;
+use tongue_input::measured::Target;
+
+use super::error::check_tension;
+use super::once::Once;
+use super::{Dimension, Error, Observations, Solver, Space};
+
+/// A body of which some muscles can contract, made into a [`System`]. A clone is another handle to the same.
+#[derive(Debug, Clone)]
+pub struct Assembly<const D: usize>(Arc<Parts<D>>);
+
+#[derive(Debug)]
+struct Parts<const D: usize> {
+    body: Body<D>,
+    model: Model,
+    system: System<D>,
+}
+
+/// Makes a body ready to be solved under a [`Model`].
+pub trait Assemble {
+    /// Makes `body` ready to be solved, with the muscles of these names contracting: all fibres of each. Every other muscle is plain
+    /// tissue.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMuscle`] with the nearest name, [`Error::Repeated`], and as [`System::new`].
+    fn assemble<const D: usize>(
+        &self,
+        body: &Body<D>,
+        muscles: impl IntoIterator<Item = impl AsRef<str>>,
+    ) -> Result<Assembly<D>, Error>
+    where
+        Space: Dimension<D>;
+}
+
+impl Assemble for Model {
+    fn assemble<const D: usize>(
+        &self,
+        body: &Body<D>,
+        muscles: impl IntoIterator<Item = impl AsRef<str>>,
+    ) -> Result<Assembly<D>, Error>
+    where
+        Space: Dimension<D>,
+    {
+        let mut contracting = Vec::new();
+        for name in muscles {
+            let fibres = fibres(body, name.as_ref())?;
+            if contracting.contains(&fibres[0]) {
+                return Err(Error::Repeated { name: name.as_ref().to_owned() });
+            }
+            contracting.extend(fibres);
+        }
+        let system = <Space as Once<D>>::system(&body.mesh, self, &contracting)?;
+        Ok(Assembly(Arc::new(Parts { body: body.clone(), model: *self, system })))
+    }
+}
+
+/// Numbers of the chains of a muscle: at least one.
+fn fibres<const D: usize>(body: &Body<D>, muscle: &str) -> Result<Vec<usize>, Error> {
+    let first = body.muscle(muscle)?;
+    Ok(body.muscles_called(&body.mesh.muscles[first].name).collect())
+}
+
+impl<const D: usize> Assembly<D> {
+    /// The body.
+    pub fn body(&self) -> &Body<D> {
+        &self.0.body
+    }
+
+    /// What made a system of it.
+    pub fn model(&self) -> &Model {
+        &self.0.model
+    }
+
+    /// The system.
+    pub fn system(&self) -> &System<D> {
+        &self.0.system
+    }
+
+    /// Names of the muscles that can contract, each once, in the order in which they were given.
+    pub fn contracting(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for &muscle in self.system().contracting() {
+            let name = self.body().mesh.muscles[muscle].name.as_str();
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    /// What solves it: one a thread.
+    pub fn solver(&self) -> Solver<D>
+    where
+        Space: Dimension<D>,
+    {
+        Solver::new(self)
+    }
+
+    /// The length of a muscle, m.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMuscle`], and [`Error::Fibres`] where it is not one line.
+    pub fn length(&self, muscle: &str) -> Result<Length, Error> {
+        Ok(Length::new(self.system().muscle_ends(self.line(muscle)?)))
+    }
+
+    /// The length of a muscle over its length at rest.
+    ///
+    /// # Errors
+    /// As [`Assembly::length`].
+    pub fn stretch(&self, muscle: &str) -> Result<Stretch, Error> {
+        let rest = self.system().length(self.system().rest(), self.line(muscle)?);
+        Ok(Stretch::new(self.length(muscle)?, rest))
+    }
+
+    /// The length of a muscle over another's.
+    ///
+    /// # Errors
+    /// As [`Assembly::length`].
+    pub fn ratio(&self, muscle: &str, over: &str) -> Result<Ratio, Error> {
+        Ok(Ratio::new(self.length(muscle)?, self.length(over)?))
+    }
+
+    /// What a target measured says of this body: an observation for every fitted muscle, with its range of rounding, and one for
+    /// every other muscle that was measured.
+    ///
+    /// # Errors
+    /// [`Error::Fit`] names a muscle that the target needs and the body lacks.
+    pub fn observations(&self, target: &Target) -> Result<Observations<D>, Error> {
+        let matched = Matched::new(&self.body().mesh, target)?;
+        let system = self.system();
+        let [fitted, others] = matched.observations(system, &system.lengths(system.rest()));
+        Ok(Observations { fitted, others })
+    }
+
+    /// Numbers of the chains of a muscle.
+    pub(super) fn fibres(&self, muscle: &str) -> Result<Vec<usize>, Error> {
+        fibres(self.body(), muscle)
+    }
+
+    /// Number of the only chain of a muscle.
+    fn line(&self, muscle: &str) -> Result<usize, Error> {
+        match self.fibres(muscle)?[..] {
+            [line] => Ok(line),
+            ref all => Err(Error::Fibres {
+                muscle: muscle.to_owned(),
+                fibres: all.len(),
+                why: "what is observed of a muscle needs one line; name the fibres apart",
+            }),
+        }
+    }
+
+    /// Numbers of the chains of a muscle that contracts.
+    pub(super) fn pulling(&self, muscle: &str) -> Result<Vec<usize>, Error> {
+        let fibres = self.fibres(muscle)?;
+        match self.system().contracting().contains(&fibres[0]) {
+            true => Ok(fibres),
+            false => Err(Error::Passive {
+                muscle: muscle.to_owned(),
+                contracting: self.contracting().into_iter().map(str::to_owned).collect(),
+            }),
+        }
+    }
+
+    /// Tensions of all muscles of the body, N, from those given by name; every other is zero.
+    pub(super) fn tensions(&self, given: &[(&str, f64)]) -> Result<Vec<f64>, Error> {
+        let mut all = vec![0.0; self.system().muscle_count()];
+        let mut seen = Vec::with_capacity(given.len());
+        for &(muscle, tension) in given {
+            check_tension(muscle, tension)?;
+            let fibres = self.pulling(muscle)?;
+            if seen.contains(&fibres[0]) {
+                return Err(Error::Repeated { name: muscle.to_owned() });
+            }
+            fibres.iter().for_each(|&fibre| all[fibre] = tension);
+            seen.extend(fibres);
+        }
+        Ok(all)
+    }
+
+    /// The nodes of a bone: at least one.
+    pub(super) fn bone(&self, name: &str) -> Result<&[usize], Error> {
+        match self.body().bone(name) {
+            [] => Err(Error::NoSuchBone {
+                name: name.to_owned(),
+                known: self.body().bones.iter().map(|b| b.name.clone()).collect(),
+            }),
+            nodes => Ok(nodes),
+        }
+    }
+}
+
+impl Assembly<2> {
+    /// The signed distance of a measured point, m, from the outline of the tissue (of several the longest): positive outside.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for a point that is not finite or a body without an outline.
+    pub fn contour(&self, point: SVector<f64, 2>) -> Result<Contour, Error> {
+        let mesh = &self.body().mesh;
+        let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
+        // Where the ends of the curve meet it is straight, so they had better meet on bone.
+        let seam = outline.iter().position(|n| mesh.fixed.binary_search(n).is_ok()).unwrap_or(0);
+        outline.rotate_left(seam);
+        outline.extend(outline.first().copied());
+        let curve = Curve::through(outline, &mesh.nodes).filter(|_| point.iter().all(|x| x.is_finite()));
+        curve.map(|curve| Contour::new(curve, point)).ok_or_else(|| nowhere(point.as_slice()))
+    }
+}
+
+impl Assembly<3> {
+    /// The signed distance of a measured point, m, from the surface of the tissue: positive outside.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for a point that is not finite or a body without cells.
+    pub fn surface(&self, point: SVector<f64, 3>) -> Result<Surface, Error> {
+        let faces = self.body().mesh.outward_faces();
+        match !faces.is_empty() && point.iter().all(|x| x.is_finite()) {
+            true => Ok(Surface::new(faces, point)),
+            false => Err(nowhere(point.as_slice())),
+        }
+    }
+}
+
+fn nowhere(point: &[f64]) -> Error {
+    let value = point.iter().copied().find(|x| !x.is_finite()).unwrap_or(f64::NAN);
+    Error::Value { name: "the distance of the point from the surface".to_owned(), value, must: "a number" }
+}

@@ -1,0 +1,110 @@
+//! What a name or a number can be wrong in.
+
+use tongue_core::body::NoSuchMuscle;
+use tongue_core::dynamics::{MethodError, MotionError};
+use tongue_core::suggest;
+use tongue_core::system::SystemError;
+use tongue_infer::inverse::FitError;
+
+/// Why something cannot be begun. Whatever goes wrong later is a status of the result.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The body has no muscle of this name.
+    #[error(transparent)]
+    NoSuchMuscle(#[from] NoSuchMuscle),
+    /// The body has no bone of this name.
+    #[error("there is no bone \"{name}\" in this body; {}", bones(name, known))]
+    NoSuchBone {
+        /// What was asked for.
+        name: String,
+        /// The bones of the body.
+        known: Vec<String>,
+    },
+    /// A muscle of the body that was not named when the model was assembled.
+    #[error(
+        "{muscle} does not contract in this model; name it when the model is assembled (contracting: {})",
+        contracting.join(", ")
+    )]
+    Passive {
+        /// The muscle.
+        muscle: String,
+        /// Those that contract.
+        contracting: Vec<String>,
+    },
+    /// A muscle or bone named twice.
+    #[error("{name} is given twice; give each name once")]
+    Repeated {
+        /// The name.
+        name: String,
+    },
+    /// A muscle of several fibres where one line is needed.
+    #[error("{muscle} has {fibres} fibres; {why}")]
+    Fibres {
+        /// The muscle.
+        muscle: String,
+        /// How many.
+        fibres: usize,
+        /// Why that is too many, and what to do.
+        why: &'static str,
+    },
+    /// A muscle or bone of which this is asked is none of the unknowns of the fit.
+    #[error("{name} is not searched for; {what}")]
+    NotUnknown {
+        /// Its name.
+        name: String,
+        /// What to do.
+        what: &'static str,
+    },
+    /// A number out of its range.
+    #[error("{name} is {value}; it must be {must}")]
+    Value {
+        /// Which.
+        name: String,
+        /// Its value, SI.
+        value: f64,
+        /// The accepted range.
+        must: &'static str,
+    },
+    /// A shape of another body.
+    #[error("the shape to start from has {given} nodes, the body {nodes}; take a shape of the same body")]
+    OtherBody {
+        /// Nodes of the shape.
+        given: usize,
+        /// Nodes of the body.
+        nodes: usize,
+    },
+    /// The system cannot be made.
+    #[error(transparent)]
+    System(#[from] SystemError),
+    /// The fit cannot begin.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// The body cannot be set in motion.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// The motion cannot be followed.
+    #[error(transparent)]
+    Method(#[from] MethodError),
+}
+
+fn bones(name: &str, known: &[String]) -> String {
+    match known {
+        [] => "it has no named bones".to_owned(),
+        known => suggest::hint(name, known.iter().map(String::as_str)),
+    }
+}
+
+/// `value` where it is as it must be.
+pub(super) fn checked(name: &str, value: f64, good: bool, must: &'static str) -> Result<f64, Error> {
+    if good { Ok(value) } else { Err(Error::Value { name: name.to_owned(), value, must }) }
+}
+
+/// Whether a muscle can have this tension, N (2D: per metre of thickness).
+///
+/// # Errors
+/// [`Error::Value`] for one that is negative or not finite.
+pub fn check_tension(muscle: &str, tension: f64) -> Result<(), Error> {
+    let good = tension.is_finite() && tension >= 0.0;
+    let must = "finite and not negative: muscles pull, they do not push";
+    checked(&format!("the tension of {muscle}"), tension, good, must).map(|_| ())
+}

@@ -1,0 +1,178 @@
+//! What an inverse problem's fit found, by name.
+
+use nalgebra::SVector;
+use serde::Serialize;
+
+use crate::report::{ByMuscle, SimulationRecord, ValleyRecord};
+use tongue_core::observe::Observation;
+use tongue_infer::inverse::{Answer, Constant, Quantity, Status, Unknown};
+
+use super::{Assembly, Error, Shape};
+
+/// The values of the unknowns that fit the observations best.
+#[derive(Debug, Clone)]
+pub struct Estimate<const D: usize> {
+    /// How the fit ended.
+    pub status: Status,
+    /// All that is known of the answer: misfit, what the data leave open, where the starts ended.
+    pub answer: Answer<D>,
+    /// The shape at the answer, solved from rest.
+    pub shape: Shape<D>,
+    /// What each observation is in that shape, in their order and units.
+    pub simulated: Vec<f64>,
+    /// What was measured, in the same order.
+    pub measured: Vec<f64>,
+    unknowns: Vec<Unknown>,
+    bones: Vec<String>,
+    contracting: Vec<String>,
+}
+
+impl<const D: usize> Estimate<D> {
+    pub(super) fn new(
+        assembly: &Assembly<D>,
+        answer: Answer<D>,
+        unknowns: Vec<Unknown>,
+        bones: Vec<String>,
+        observations: &[Observation<D>],
+    ) -> Self {
+        let (tensions, positions) = (answer.tensions.clone(), answer.positions.clone());
+        Self {
+            status: answer.status,
+            simulated: observations.iter().map(|o| o.observable.value(&positions)).collect(),
+            measured: observations.iter().map(|o| o.measured).collect(),
+            shape: Shape::new(assembly, answer.replay.solution, tensions, positions),
+            answer,
+            unknowns,
+            bones,
+            contracting: assembly.contracting().into_iter().map(str::to_owned).collect(),
+        }
+    }
+
+    /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law.
+    pub fn is_trustworthy(&self) -> bool {
+        self.status == Status::Converged && self.shape.is_traced() && self.shape.guarded() == 0
+    }
+
+    /// The tension of a muscle, N (2D: per metre of thickness), found or given.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMuscle`].
+    pub fn tension(&self, muscle: &str) -> Result<f64, Error> {
+        self.shape.tension(muscle)
+    }
+
+    /// The tensions of all contracting muscles, as [`Solver::equilibrium`](super::Solver::equilibrium) takes them.
+    pub fn tensions(&self) -> Vec<(&str, f64)> {
+        self.contracting.iter().filter_map(|name| Some((name.as_str(), self.tension(name).ok()?))).collect()
+    }
+
+    /// How far a freed bone is from where it is at rest, m.
+    ///
+    /// # Errors
+    /// [`Error::NotUnknown`] for a bone that was not freed.
+    pub fn displacement(&self, bone: &str) -> Result<SVector<f64, D>, Error> {
+        let what = "free the bone (InverseProblem::free_bone)";
+        let number = self.bones.iter().position(|b| b == bone);
+        let number = number.ok_or_else(|| Error::NotUnknown { name: bone.to_owned(), what })?;
+        let mut shift = SVector::zeros();
+        for (unknown, x) in self.unknowns.iter().zip(&self.answer.x) {
+            if let Quantity::Bone { bone, axis } = unknown.quantity
+                && bone == number
+            {
+                shift[axis] = x * unknown.unit;
+            }
+        }
+        Ok(shift)
+    }
+
+    /// Young's modulus, Pa, where it was searched for.
+    pub fn young_modulus(&self) -> Option<f64> {
+        self.constant(Constant::YoungModulus)
+    }
+
+    /// Poisson's ratio, where it was searched for.
+    pub fn poisson_ratio(&self) -> Option<f64> {
+        self.constant(Constant::PoissonRatio)
+    }
+
+    fn constant(&self, constant: Constant) -> Option<f64> {
+        let mut values = self.unknowns.iter().zip(&self.answer.x);
+        let found = values.find(|(u, _)| u.quantity == Quantity::Constant(constant));
+        found.map(|(unknown, x)| x * unknown.unit)
+    }
+
+    /// In how many directions the unknowns can be changed without the fit becoming worse; `None` where that is not known, because
+    /// the answer is singular or none was found.
+    pub fn undetermined(&self) -> Option<usize> {
+        self.answer.identifiability.as_ref().map(|i| i.null_directions.len())
+    }
+
+    /// The curve of all answers that fit as well, where just one direction is undetermined.
+    pub fn valley(&self) -> Option<ValleyRecord> {
+        let [open] = self.answer.identifiability.as_ref()?.null_directions.as_slice() else { return None };
+        let muscles = &self.shape.assembly().body().mesh.muscles;
+        let name = |u: &Unknown| match u.quantity {
+            Quantity::Tension { muscle } => muscles[muscle].name.clone(),
+            Quantity::Bone { bone, axis } => format!("{}_{}_mm", self.bones[bone], ["x", "y", "z"][axis % 3]),
+            Quantity::Constant(Constant::YoungModulus) => "young_modulus_100_pa".to_owned(),
+            Quantity::Constant(Constant::PoissonRatio) => "poisson_ratio_percent".to_owned(),
+        };
+        let unknowns: Vec<String> = self.unknowns.iter().map(name).collect();
+        let names = self.shape.assembly().body().mesh.muscle_names();
+        Some(ValleyRecord::new(open.valley.as_ref()?, &unknowns, &names, <[f64]>::to_vec))
+    }
+
+    /// All of it, to be written as JSON ([`crate::report::Json`]).
+    pub fn record(&self) -> EstimateRecord {
+        let displacement = |name: &String| {
+            let shift = self.displacement(name).ok()?;
+            Some((name.clone(), shift.iter().map(|x| x * 1e3).collect()))
+        };
+        EstimateRecord {
+            status: self.status,
+            active: self.contracting.clone(),
+            misfit: self.answer.misfit,
+            simulated: self.simulated.clone(),
+            measured: self.measured.clone(),
+            displacements_mm: ByMuscle(self.bones.iter().filter_map(displacement).collect()),
+            young_modulus_pa: self.young_modulus(),
+            poisson_ratio: self.poisson_ratio(),
+            evaluations: self.answer.evaluations,
+            singular_values: self.answer.identifiability.as_ref().map(|i| i.singular_values.clone()),
+            undetermined: self.undetermined(),
+            valley: self.valley(),
+            shape: self.shape.record(),
+        }
+    }
+}
+
+/// An estimate as it is written.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EstimateRecord {
+    /// How the fit ended.
+    pub status: Status,
+    /// Contracting muscles.
+    pub active: Vec<String>,
+    /// Root mean square residual of the observations.
+    pub misfit: f64,
+    /// What each observation is in the shape found, in their order and units.
+    pub simulated: Vec<f64>,
+    /// What was measured, in the same order.
+    pub measured: Vec<f64>,
+    /// Displacements of the freed bones, mm.
+    pub displacements_mm: ByMuscle<Vec<f64>>,
+    /// Young's modulus, Pa, where it was searched for.
+    pub young_modulus_pa: Option<f64>,
+    /// Poisson's ratio, where it was searched for.
+    pub poisson_ratio: Option<f64>,
+    /// Equilibria solved.
+    pub evaluations: usize,
+    /// Singular values of d(residual)/d(unknown in its unit), largest first.
+    pub singular_values: Option<Vec<f64>>,
+    /// In how many directions the unknowns can be changed without the fit becoming worse.
+    pub undetermined: Option<usize>,
+    /// The curve of all answers that fit as well, where just one direction is undetermined.
+    pub valley: Option<ValleyRecord>,
+    /// The shape found: tensions, lengths, ratios, stretches, positions.
+    pub shape: SimulationRecord,
+}

@@ -1,0 +1,57 @@
+//! The whole of it by name: a body, its contracting muscles, shapes, motions and fits. Nothing here counts nodes or muscles, and
+//! nothing is computed here: it is a way to the other rooms ([`tongue_core::system`], [`tongue_core::statics`], [`tongue_core::dynamics`],
+//! [`tongue_infer::inverse`]), with the same bits.
+//!
+//! ```text
+//! Model::default().assemble(&body, ["GGa", ..]) -> Assembly   the body ready to be solved; cheap to clone, shared by threads
+//!     .solver()            -> Solver      one a thread        .equilibrium(&[("GGa", 12.0)]) -> Shape
+//!     .trajectory(..)      -> Trajectory  the motion there
+//!     .stretch("GGa")      -> an observable; with what was measured an Observation
+//!     InverseProblem::new(&model, observations).fit() -> Estimate    tensions, displaced bones and constants that fit
+//! ```
+//! An [`Error`] is a wrong name or number, told before anything is solved. A solve, motion or fit that fails is a status of its result.
+//!
+//! # Example
+//! ```
+//! use tongue_fit::prelude::*;
+//!
+//! let body = Body::tongue(5.5 * MM)?;
+//! let model = Model::default().assemble(&body, ["GGa", "HGa"])?;
+//! let shape = model.solver().equilibrium(&[("GGa", 12.0), ("HGa", 4.5)])?;
+//! // As if the two had been measured to 1 mm, with the hyoid where it is at rest to within a millimetre or two:
+//! let observations: Vec<_> = ["GGa", "HGa"].into_iter()
+//!     .map(|name| Ok(Observation::new(model.length(name)?, shape.length(name)?).with_standard_deviation(0.3 * MM)))
+//!     .collect::<Result<_, Box<dyn std::error::Error>>>()?;
+//! let estimate = InverseProblem::new(&model, observations)
+//!     .free_bone("hyoid", 10.0 * MM)?
+//!     .with_bone_prior("hyoid", 2.0 * MM)?
+//!     .fit()?;
+//! assert!((estimate.tension("GGa")? - 12.0).abs() < 0.5);
+//! assert_eq!(
+//!     model.solver().equilibrium(&[("GGaa", 12.0)]).unwrap_err().to_string(),
+//!     "there is no muscle \"GGaa\" in this body; did you mean \"GGa\"? \
+//!      (known: GGa, GGm, GGp, SGp, SGm, SGa, HGa, HGp)"
+//! );
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod assembly;
+mod error;
+mod estimate;
+mod once;
+mod problem;
+mod samples;
+mod shape;
+mod solver;
+mod trajectory;
+mod words;
+
+pub use assembly::{Assemble, Assembly};
+pub use error::{Error, check_tension};
+pub use estimate::{Estimate, EstimateRecord};
+pub use once::{Dimension, Space};
+pub use problem::{InverseProblem, Observations};
+pub use shape::Shape;
+pub use solver::Solver;
+pub use trajectory::Trajectory;
+pub use words::{BadTension, read_tensions};

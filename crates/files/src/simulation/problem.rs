@@ -1,0 +1,212 @@
+//! An inverse problem by name: what was seen of a body, and what is searched for.
+
+use tongue_core::observe::Observation;
+use tongue_infer::inverse::{FreedBone, Inverse, Prior, Quantity, Settings, Tissue, Unknown};
+
+use super::error::checked;
+use super::once::Once;
+use super::{Assembly, Dimension, Error, Estimate, Space};
+
+/// What was seen of a body.
+#[derive(Debug, Clone, Default)]
+pub struct Observations<const D: usize> {
+    /// What a fit is to meet.
+    pub fitted: Vec<Observation<D>>,
+    /// What else was measured. Where what is fitted leaves a direction open, it tells the best of the answers.
+    pub others: Vec<Observation<D>>,
+}
+
+impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
+    /// All of them fitted.
+    fn from(fitted: Vec<Observation<D>>) -> Self {
+        Self { fitted, others: Vec::new() }
+    }
+}
+
+/// What was seen of a body and what is unknown of it: at first the tension of every contracting muscle, from 0 to
+/// [`Settings::upper_bound`].
+///
+/// Priors are weighed against observations by their standard deviations, so where there are priors the observations need theirs
+/// ([`Observation::with_standard_deviation`]).
+#[derive(Debug, Clone)]
+pub struct InverseProblem<const D: usize> {
+    /// How it is searched.
+    pub settings: Settings,
+    assembly: Assembly<D>,
+    observations: Observations<D>,
+    /// An infinite upper bound stands for that of the settings.
+    unknowns: Vec<Unknown>,
+    bone_names: Vec<String>,
+    bones: Vec<FreedBone<D>>,
+    /// Tensions of all muscles of the body, N: those that are known.
+    tensions: Vec<f64>,
+}
+
+impl<const D: usize> InverseProblem<D>
+where
+    Space: Dimension<D>,
+{
+    /// The tensions of all contracting muscles from these observations.
+    pub fn new(assembly: &Assembly<D>, observations: impl Into<Observations<D>>) -> Self {
+        let tension = |&muscle: &usize| Unknown::tension(muscle, f64::INFINITY);
+        Self {
+            settings: Settings::default(),
+            assembly: assembly.clone(),
+            observations: observations.into(),
+            unknowns: assembly.system().contracting().iter().map(tension).collect(),
+            bone_names: Vec::new(),
+            bones: Vec::new(),
+            tensions: vec![0.0; assembly.system().muscle_count()],
+        }
+    }
+
+    /// The same, searched with other settings.
+    #[must_use]
+    pub fn with_settings(self, settings: Settings) -> Self {
+        Self { settings, ..self }
+    }
+
+    /// The same with a tension that is known, N (2D: per metre of thickness), and not searched for.
+    ///
+    /// # Errors
+    /// Names and tensions as [`Solver::equilibrium`](super::Solver::equilibrium).
+    pub fn with_tension(mut self, muscle: &str, tension: f64) -> Result<Self, Error> {
+        let known = self.assembly.tensions(&[(muscle, tension)])?;
+        for fibre in self.assembly.fibres(muscle)? {
+            self.tensions[fibre] = known[fibre];
+            self.unknowns.retain(|u| u.quantity != Quantity::Tension { muscle: fibre });
+        }
+        Ok(self)
+    }
+
+    /// The same with other bounds of a tension, N (2D: per metre of thickness).
+    ///
+    /// # Errors
+    /// A name that is not among the unknowns; bounds that are not finite, not in order or negative.
+    pub fn with_bounds(mut self, muscle: &str, lower: f64, upper: f64) -> Result<Self, Error> {
+        let name = format!("the lower bound of {muscle}");
+        checked(&name, lower, lower.is_finite() && lower >= 0.0, "finite and not negative")?;
+        let good = upper.is_finite() && upper > lower;
+        checked(&format!("the upper bound of {muscle}"), upper, good, "finite and above the lower bound")?;
+        let unknown = self.tension_of(muscle)?;
+        (unknown.lower, unknown.upper) = (lower, upper);
+        Ok(self)
+    }
+
+    /// The same with something known of a tension beforehand: it is near `mean`, give or take `sd` (standard deviation), N (2D: per
+    /// metre of thickness).
+    ///
+    /// # Errors
+    /// A name that is not among the unknowns; a mean that is not finite, a standard deviation that is not positive.
+    pub fn with_prior(mut self, muscle: &str, mean: f64, sd: f64) -> Result<Self, Error> {
+        checked(&format!("the mean of the tension of {muscle}"), mean, mean.is_finite(), "finite")?;
+        let weight = weight(muscle, sd)?;
+        self.tension_of(muscle)?.prior = Some(Prior { mean, weight });
+        Ok(self)
+    }
+
+    /// The same with a bone whose displacement is searched for, all of its nodes together, at most `most` (m) either way along each
+    /// axis.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchBone`] with the nearest name, [`Error::Repeated`], a length that is none, and [`Error::System`] where nothing
+    /// else holds the body.
+    pub fn free_bone(mut self, bone: &str, most: f64) -> Result<Self, Error> {
+        let nodes = self.assembly.bone(bone)?;
+        checked(&format!("the most that {bone} moves"), most, most.is_finite() && most > 0.0, POSITIVE)?;
+        if self.bone_names.iter().any(|name| name == bone) {
+            return Err(Error::Repeated { name: bone.to_owned() });
+        }
+        let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
+        let freed = <Space as Once<D>>::free(mesh, self.assembly.model(), system.contracting(), nodes)?;
+        let number = self.bones.len();
+        self.unknowns.extend((0..D).map(|axis| {
+            let unknown = Unknown::bone(number, axis, 1.0);
+            Unknown { lower: -most / unknown.unit, upper: most / unknown.unit, ..unknown }
+        }));
+        self.bones.push(freed);
+        self.bone_names.push(bone.to_owned());
+        Ok(self)
+    }
+
+    /// The same with a freed bone that stays near its place at rest, give or take `sd` (standard deviation, m) along each axis.
+    ///
+    /// # Errors
+    /// [`Error::NotUnknown`] for a bone that was not freed, [`Error::Value`] for a standard deviation that is not positive.
+    pub fn with_bone_prior(mut self, bone: &str, sd: f64) -> Result<Self, Error> {
+        let weight = weight(bone, sd)?;
+        let freed = self.bone_names.iter().position(|name| name == bone).ok_or_else(|| {
+            Error::NotUnknown { name: bone.to_owned(), what: "free the bone first (free_bone)" }
+        })?;
+        for unknown in &mut self.unknowns {
+            if matches!(unknown.quantity, Quantity::Bone { bone, .. } if bone == freed) {
+                unknown.prior = Some(Prior { mean: 0.0, weight: weight * unknown.unit });
+            }
+        }
+        Ok(self)
+    }
+
+    /// The same with Young's modulus searched for too, between these values, Pa.
+    #[must_use]
+    pub fn free_young_modulus(mut self, lower: f64, upper: f64) -> Self {
+        self.unknowns.push(Unknown::young_modulus(lower / 100.0, upper / 100.0));
+        self
+    }
+
+    /// The same with Poisson's ratio searched for too, between these values.
+    #[must_use]
+    pub fn free_poisson_ratio(mut self, lower: f64, upper: f64) -> Self {
+        self.unknowns.push(Unknown::poisson_ratio(lower * 100.0, upper * 100.0));
+        self
+    }
+
+    fn tension_of(&mut self, muscle: &str) -> Result<&mut Unknown, Error> {
+        let fibre = self.assembly.pulling(muscle)?[0];
+        self.unknowns.iter_mut().find(|u| u.quantity == Quantity::Tension { muscle: fibre }).ok_or_else(
+            || Error::NotUnknown { name: muscle.to_owned(), what: "its tension was given (with_tension)" },
+        )
+    }
+
+    /// Searches for what fits the observations best. The same bits for any number of threads.
+    ///
+    /// # Errors
+    /// [`Error::Fibres`] for a muscle whose tension is one unknown of several fibres; [`Error::Fit`] for settings and bounds out of
+    /// range, no observations, nothing unknown. Whatever happens later is a status of the estimate.
+    pub fn fit(&self) -> Result<Estimate<D>, Error> {
+        let (assembly, system) = (&self.assembly, self.assembly.system());
+        for muscle in assembly.contracting() {
+            let fibres = assembly.fibres(muscle)?;
+            let searched = |u: &Unknown| u.quantity == Quantity::Tension { muscle: fibres[0] };
+            if fibres.len() > 1 && self.unknowns.iter().any(searched) {
+                let why = "a fit needs one line for each tension; give its tension (with_tension), or name the fibres apart";
+                return Err(Error::Fibres { muscle: muscle.to_owned(), fibres: fibres.len(), why });
+            }
+        }
+        let mut unknowns = self.unknowns.clone();
+        for unknown in unknowns.iter_mut().filter(|u| u.upper == f64::INFINITY) {
+            unknown.upper = self.settings.upper_bound;
+        }
+        let tissue = Tissue {
+            mesh: &assembly.body().mesh,
+            model: *assembly.model(),
+            contracting: system.contracting(),
+        };
+        let mut inverse = Inverse::new(system, self.observations.fitted.clone(), unknowns.clone());
+        inverse.others.clone_from(&self.observations.others);
+        inverse.bones = &self.bones;
+        inverse.tensions.clone_from(&self.tensions);
+        if unknowns.iter().any(|u| matches!(u.quantity, Quantity::Constant(_))) {
+            inverse.tissue = Some(&tissue);
+        }
+        let answer = <Space as Once<D>>::fit(&inverse, &self.settings)?;
+        Ok(Estimate::new(assembly, answer, unknowns, self.bone_names.clone(), &self.observations.fitted))
+    }
+}
+
+const POSITIVE: &str = "positive and finite";
+
+/// One over a standard deviation.
+fn weight(name: &str, sd: f64) -> Result<f64, Error> {
+    let what = format!("the standard deviation of {name}");
+    checked(&what, sd, sd.is_finite() && sd > 0.0, POSITIVE).map(|sd| 1.0 / sd)
+}

@@ -1,0 +1,44 @@
+//! What is seen of a body in motion.
+
+use nalgebra::SVector;
+
+use tongue_core::dynamics::{self, Control, Method, Motion, Observer, Outcome, Tensions};
+use tongue_core::system::System;
+
+use super::Error;
+
+/// Error that a step may make, m.
+const TOLERANCE: f64 = 1e-6;
+
+/// Follows the motion of a system from rest: how it ended, the part of its way to equilibrium that it went, and what was seen.
+pub(super) fn follow<const D: usize>(
+    system: &System<D>,
+    tensions: Tensions,
+    t_end_s: f64,
+    samples: usize,
+) -> Result<(Outcome, Option<f64>, Samples<D>), Error> {
+    let motion = Motion::new(system, tensions)?;
+    let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(TOLERANCE))?;
+    let mut state = motion.at_rest();
+    let start = state.positions.clone();
+    let mut seen = Samples::default();
+    let times = dynamics::sample_times(t_end_s, samples);
+    let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, t_end_s, &times, &mut seen);
+    Ok((outcome, motion.part_of_way(&start, &state), seen))
+}
+
+/// What is seen of a motion.
+#[derive(Debug, Default)]
+pub struct Samples<const D: usize> {
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Positions of all nodes at each of them, m.
+    pub positions: Vec<Vec<SVector<f64, D>>>,
+}
+
+impl<const D: usize> Observer<D> for Samples<D> {
+    fn sample(&mut self, time: f64, positions: &[SVector<f64, D>]) {
+        self.times.push(time);
+        self.positions.push(positions.to_vec());
+    }
+}

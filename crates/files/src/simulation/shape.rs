@@ -1,0 +1,169 @@
+//! A shape of a body: where its nodes are, and how it was found.
+
+use nalgebra::SVector;
+
+use crate::report::{self, AlarmRecord, BranchRecord, ReportError, Section, SimulationRecord, Svg, Vtu};
+use tongue_core::statics::{Connection, Solution, Status, Trace};
+use tongue_infer::inverse::alarms;
+
+use super::{Assembly, Error};
+
+/// A shape of a body under tensions, which lives on when the solver has gone to the next.
+#[derive(Debug, Clone)]
+pub struct Shape<const D: usize> {
+    /// How the solve ended, and what it cost.
+    pub solution: Solution,
+    /// The branch of equilibria from rest, where it was followed.
+    pub trace: Option<Trace>,
+    assembly: Assembly<D>,
+    tensions: Vec<f64>,
+    positions: Vec<SVector<f64, D>>,
+}
+
+impl<const D: usize> Shape<D> {
+    pub(super) fn new(
+        assembly: &Assembly<D>,
+        solution: Solution,
+        tensions: Vec<f64>,
+        positions: Vec<SVector<f64, D>>,
+    ) -> Self {
+        Self { solution, trace: None, assembly: assembly.clone(), tensions, positions }
+    }
+
+    /// The body under these tensions.
+    pub fn assembly(&self) -> &Assembly<D> {
+        &self.assembly
+    }
+
+    /// Whether it is an equilibrium; if not, `solution.status` says why.
+    pub fn is_converged(&self) -> bool {
+        self.solution.status == Status::Converged
+    }
+
+    /// Whether it is known to lie on the branch of equilibria that begins at rest.
+    pub fn is_traced(&self) -> bool {
+        self.solution.connection == Connection::Traced
+    }
+
+    /// Number of elements in which the barrier against inversion acts: where there are any, the shape is not that of the published
+    /// law.
+    pub fn guarded(&self) -> usize {
+        self.solution.guarded
+    }
+
+    /// Positions of all nodes, m, in the order of the body's.
+    pub fn positions(&self) -> &[SVector<f64, D>] {
+        &self.positions
+    }
+
+    /// The tension of a muscle, N (2D: per metre of thickness).
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMuscle`].
+    pub fn tension(&self, muscle: &str) -> Result<f64, Error> {
+        Ok(self.tensions[self.assembly.fibres(muscle)?[0]])
+    }
+
+    /// The tensions of all chains of the body, in its order, N (2D: per metre of thickness).
+    pub(super) fn all_tensions(&self) -> &[f64] {
+        &self.tensions
+    }
+
+    /// The length of a muscle, the straight distance between its ends, m; of several fibres the mean.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMuscle`].
+    pub fn length(&self, muscle: &str) -> Result<f64, Error> {
+        self.mean_length(muscle, &self.positions)
+    }
+
+    /// The length of a muscle at rest, m.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMuscle`].
+    pub fn rest_length(&self, muscle: &str) -> Result<f64, Error> {
+        self.mean_length(muscle, self.assembly.system().rest())
+    }
+
+    fn mean_length(&self, muscle: &str, positions: &[SVector<f64, D>]) -> Result<f64, Error> {
+        let fibres = self.assembly.fibres(muscle)?;
+        let sum: f64 = fibres.iter().map(|&m| self.assembly.system().length(positions, m)).sum();
+        Ok(sum / fibres.len() as f64)
+    }
+
+    /// The length of a muscle over its length at rest: below 1 where it shortened.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMuscle`].
+    pub fn stretch(&self, muscle: &str) -> Result<f64, Error> {
+        Ok(self.length(muscle)? / self.rest_length(muscle)?)
+    }
+
+    /// The length of a muscle over another's.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMuscle`].
+    pub fn ratio(&self, muscle: &str, over: &str) -> Result<f64, Error> {
+        Ok(self.length(muscle)? / self.length(over)?)
+    }
+
+    /// Smallest and largest ratio of a cell's area or volume to that at rest.
+    pub fn cell_ratios(&self) -> (f64, f64) {
+        self.assembly.system().cell_ratios(&self.positions)
+    }
+
+    /// All of it, to be written as JSON ([`report::Json`]): what `tongue-fit simulate --json` prints, without the time it took.
+    pub fn record(&self) -> SimulationRecord {
+        let names = self.assembly.body().mesh.muscle_names();
+        let (system, positions) = (self.assembly.system(), &self.positions);
+        let record =
+            SimulationRecord::new(system, &names, &self.solution, &self.tensions, positions, f64::NAN);
+        let alarms = match &self.trace {
+            Some(trace) => alarms::of_equilibrium(&self.solution, trace.critical),
+            None => alarms::barrier(self.solution.guarded).into_iter().collect(),
+        };
+        SimulationRecord {
+            branch: self.trace.as_ref().map(BranchRecord::new),
+            alarms: alarms.iter().map(AlarmRecord::from).collect(),
+            ..record
+        }
+    }
+
+    /// Shape and tensions for ParaView.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a shape that is not finite.
+    pub fn vtu(&self) -> Result<Vtu<'_, D>, ReportError> {
+        Vtu::new(&self.assembly.body().mesh, &self.positions, &self.tensions)
+    }
+}
+
+impl Shape<2> {
+    /// A picture: the tissue at rest and deformed, and the muscles with their names.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a shape that is not finite.
+    pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
+        let body = self.assembly.body();
+        report::tongue(&Section {
+            mesh: &body.mesh,
+            positions: &self.positions,
+            tensions: &self.tensions,
+            palate: body.palate.as_deref().unwrap_or(&[]),
+            contact: false,
+            stretch: false,
+            grey: "rest",
+            title,
+        })
+    }
+}
+
+impl Shape<3> {
+    /// A picture: the surface, shaded, over the edges of the body at rest.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a shape that is not finite.
+    pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
+        report::solid(&self.assembly.body().mesh, &self.positions, title)
+    }
+}

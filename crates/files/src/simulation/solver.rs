@@ -1,0 +1,114 @@
+//! Equilibria by name.
+
+use nalgebra::SVector;
+
+use tongue_core::statics::{Settings, Workspace};
+
+use super::error::checked;
+use super::once::Once;
+use super::{Assembly, Dimension, Error, Shape, Space};
+
+/// Solves equilibria of an [`Assembly`], one after another; what it writes to is its own, so every thread needs one.
+#[derive(Debug)]
+pub struct Solver<const D: usize> {
+    /// When a solve stops.
+    pub settings: Settings,
+    assembly: Assembly<D>,
+    workspace: Workspace<D>,
+}
+
+impl<const D: usize> Solver<D>
+where
+    Space: Dimension<D>,
+{
+    /// A solver of this assembly.
+    pub fn new(assembly: &Assembly<D>) -> Self {
+        let workspace = <Space as Once<D>>::workspace(assembly.system());
+        Self { settings: Settings::default(), assembly: assembly.clone(), workspace }
+    }
+
+    /// The equilibrium at these tensions (N; 2D: per metre of thickness), from rest. Muscles that are not named have none. The same
+    /// bits whatever was solved before.
+    ///
+    /// # Errors
+    /// A name that the body does not have or that was not assembled, or is given twice; a tension that is negative or not finite.
+    /// Whether there is an equilibrium says [`Shape::is_converged`].
+    pub fn equilibrium(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, Error> {
+        let tensions = self.assembly.tensions(tensions)?;
+        self.workspace.start_from_rest(self.assembly.system());
+        Ok(self.solve(tensions))
+    }
+
+    /// As [`Solver::equilibrium`], from a shape that was solved before: for tensions that change little. Where there are several
+    /// equilibria, the one found is near that shape.
+    ///
+    /// # Errors
+    /// As [`Solver::equilibrium`], and [`Error::OtherBody`].
+    pub fn equilibrium_from(
+        &mut self,
+        start: &Shape<D>,
+        tensions: &[(&str, f64)],
+    ) -> Result<Shape<D>, Error> {
+        let tensions = self.assembly.tensions(tensions)?;
+        self.check_body(start)?;
+        self.workspace.start_from_rest(self.assembly.system());
+        self.workspace.start_from(start.positions());
+        Ok(self.solve(tensions))
+    }
+
+    /// As [`Solver::equilibrium`], and follows the equilibria from rest as the tensions grow, which tells whether the shape lies on
+    /// the branch that begins at rest ([`Shape::is_traced`]). Costs about forty solves.
+    ///
+    /// # Errors
+    /// As [`Solver::equilibrium`].
+    pub fn follow_from_rest(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, Error> {
+        let tensions = self.assembly.tensions(tensions)?;
+        let (system, w) = (self.assembly.system(), &mut self.workspace);
+        w.start_from_rest(system);
+        let trace = <Space as Once<D>>::trace(system, w, &tensions, &self.settings);
+        let positions = w.positions().to_vec();
+        let mut shape = Shape::new(&self.assembly, trace.solution, tensions, positions);
+        shape.trace = Some(trace);
+        Ok(shape)
+    }
+
+    /// How the nodes of an equilibrium move for a unit of each tension, m/N (2D: per newton per metre of thickness): a list for each
+    /// contracting muscle, in their order, with an entry for each node. `None` where the shape is not a stable equilibrium.
+    ///
+    /// # Errors
+    /// [`Error::OtherBody`].
+    pub fn position_rates(&mut self, shape: &Shape<D>) -> Result<Option<Vec<Vec<SVector<f64, D>>>>, Error> {
+        self.check_body(shape)?;
+        if !shape.is_converged() {
+            return Ok(None);
+        }
+        let muscles = self.assembly.contracting().into_iter().map(|m| self.assembly.fibres(m));
+        let muscles = muscles.collect::<Result<Vec<_>, _>>()?;
+        let (system, at) = (self.assembly.system(), (shape.positions(), shape.all_tensions()));
+        Ok(<Space as Once<D>>::rates(system, &mut self.workspace, at, &muscles))
+    }
+
+    fn check_body(&self, shape: &Shape<D>) -> Result<(), Error> {
+        let (given, nodes) = (shape.positions().len(), self.workspace.positions().len());
+        if given == nodes { Ok(()) } else { Err(Error::OtherBody { given, nodes }) }
+    }
+
+    /// Has every later solve bring a bone to where it is at rest, and `shift` (m) from there.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchBone`] with the nearest name, [`Error::Value`] for a shift that is not finite.
+    pub fn shift_bone(&mut self, bone: &str, shift: SVector<f64, D>) -> Result<(), Error> {
+        let nodes = self.assembly.bone(bone)?;
+        for &part in shift.iter() {
+            checked(&format!("the shift of {bone}"), part, part.is_finite(), "finite")?;
+        }
+        self.workspace.carry_bone(self.assembly.system(), nodes, shift);
+        Ok(())
+    }
+
+    fn solve(&mut self, tensions: Vec<f64>) -> Shape<D> {
+        let solution =
+            <Space as Once<D>>::solve(self.assembly.system(), &mut self.workspace, &tensions, &self.settings);
+        Shape::new(&self.assembly, solution, tensions, self.workspace.positions().to_vec())
+    }
+}

@@ -1,0 +1,43 @@
+//! Tensions as they are typed: `GGa=12`.
+
+use tongue_core::body::Body;
+
+use super::{Error, check_tension};
+
+/// A word that is no muscle with its tension.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{word}: {why}")]
+pub struct BadTension {
+    /// The word.
+    pub word: String,
+    /// What is wrong with it, and what to do.
+    pub why: String,
+}
+
+/// Reads words such as `GGa=12`: numbers of the body's muscles and their tensions, N (2D: per metre of thickness).
+///
+/// # Errors
+/// [`BadTension`] for the first word that is none: no number, no muscle of the body, a muscle for the second time.
+pub fn read_tensions<const D: usize>(
+    words: &[String],
+    body: &Body<D>,
+) -> Result<Vec<(usize, f64)>, BadTension> {
+    let mut out: Vec<(usize, f64)> = Vec::new();
+    for word in words {
+        let bad = |why: String| BadTension { word: word.clone(), why };
+        let (name, value) =
+            word.split_once('=').ok_or_else(|| bad("write MUSCLE=NEWTONS, like GGa=12".to_owned()))?;
+        let muscle = body.muscle(name.trim()).map_err(|e| bad(e.to_string()))?;
+        let name = &body.mesh.muscles[muscle].name;
+        let tension: f64 = value
+            .trim()
+            .parse()
+            .map_err(|_| bad(format!("\"{value}\" is not a number; write newtons, like {name}=12")))?;
+        check_tension(name, tension).map_err(|e| bad(e.to_string()))?;
+        if out.iter().any(|(m, _)| *m == muscle) {
+            return Err(bad(Error::Repeated { name: name.clone() }.to_string()));
+        }
+        out.push((muscle, tension));
+    }
+    Ok(out)
+}

@@ -1,0 +1,378 @@
+//! Where a body lies in the frame of a recording: shifted, turned and scaled by least squares on all that was seen.
+//!
+//! ```text
+//! minimise  sum (d_i / 3 mm)² + (spine / 2.5 mm)² + (hyoid / 5 mm)² + (turn / 20°)² + (ln scale / 0.15)²
+//! ```
+//! with `d_i` the distances of the mean contour from the surface at rest. Almost any body can be pulled to a contour by its muscles, so
+//! how well frames are met afterwards says nothing about a placement. The turn stays open by some 9°, the shift by 5 mm and
+//! the scale by a tenth: whoever uses a placement has to count with that.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::track::Surface;
+use tongue_core::body::{Body, HYOID, MANDIBLE};
+use tongue_core::geometry::{Point, Similarity};
+use tongue_input::measured::recording::Seen;
+
+use super::least_squares::minimise;
+use super::{RestError, mark_of};
+
+/// Points to which a mean contour is brought, evenly along it, so that it counts the same however densely it was sampled.
+const POINTS: usize = 11;
+/// Standard deviation of the mean contour about the surface at rest, m.
+const CONTOUR_SD_M: f64 = 3e-3;
+/// Of the mental spine about where it is seen, m.
+const SPINE_SD_M: f64 = 2.5e-3;
+/// Of the hyoid, m.
+const HYOID_SD_M: f64 = 5e-3;
+/// Of the turn from where the axes of the recording have it, rad: of contours, of coils.
+const TURN_SD: [f64; 2] = [20.0 * std::f64::consts::PI / 180.0, 15.0 * std::f64::consts::PI / 180.0];
+/// Of the logarithm of the scale.
+const LN_SCALE_SD: [f64; 2] = [0.15, 0.10];
+/// Turns from which the search begins, rad.
+const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
+/// A shift of one unit of the search, m.
+const SHIFT_M: f64 = 10e-3;
+/// How far behind the tip the foremost coil is, and its standard deviation, m.
+const FIRST_COIL_M: [f64; 2] = [8e-3, 4e-3];
+/// The way along the surface from coil to coil is this much longer than the straight one between their mean places,
+const LONGER: f64 = 1.03;
+/// with this standard deviation, m.
+const GAP_SD_M: f64 = 2e-3;
+/// Standard deviation of the mean posture of coils about the shape at rest, the length over which neighbours move together, and what
+/// each coil does by itself, m.
+const POSTURE_M: [f64; 3] = [5e-3, 20e-3, 1e-3];
+/// Where on the surface a contour begins and how far before the tip it ends, m; only to begin the search.
+const SEEN_FROM_M: f64 = 8e-3;
+
+/// What was seen of a speaker, over all frames, m.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sight {
+    /// The mean contour from the root to the tip.
+    pub contour: Vec<Point>,
+    /// The median place of the mental spine.
+    pub spine: Option<Point>,
+    /// The median place of the hyoid.
+    pub hyoid: Option<Point>,
+}
+
+/// Mean places of coils, from the foremost to the rearmost, m.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Coils {
+    /// Where each is in the mean.
+    pub means: Vec<Point>,
+    /// How far behind the tip each is along the surface at rest, m, where that was measured.
+    pub behind: Vec<Option<f64>>,
+}
+
+/// Where a body was placed.
+#[derive(Debug, Clone)]
+pub struct Placed {
+    /// Brings the body into the frame of the recording.
+    pub similarity: Similarity,
+    /// How far behind the tip each coil is along the surface of the placed body, m; empty without coils.
+    pub behind: Vec<f64>,
+    /// Root mean square distance of the mean contour, or of the coils, from the body at rest, m.
+    pub rms_m: f64,
+}
+
+impl Sight {
+    /// Of recordings of one speaker; `hide` are contour points that are not looked at.
+    pub fn of(seen: &[&Seen], hide: &[String]) -> Self {
+        let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
+        for one in seen {
+            let shown: Vec<usize> =
+                (0..one.contour.len()).filter(|&i| !hide.contains(&one.contour[i])).collect();
+            let means: Vec<Point> = shown
+                .iter()
+                .filter_map(|&i| mean(one.frames.iter().filter_map(|f| f.contour.get(i)?.map(|m| m.at))))
+                .collect();
+            all.extend(evenly(&means, POINTS).map(|points| (points, one.frames.len())));
+        }
+        let frames: usize = all.iter().map(|(_, n)| n).sum();
+        let contour = (0..if all.is_empty() { 0 } else { POINTS })
+            .map(|i| all.iter().map(|(p, n)| p[i] * (*n as f64 / frames as f64)).sum())
+            .collect();
+        Self {
+            contour,
+            spine: super::speaker::median(seen, MANDIBLE),
+            hyoid: super::speaker::median(seen, HYOID),
+        }
+    }
+
+    /// A contour that was drawn, brought to the same number of points.
+    pub fn drawn(contour: &[Point], spine: Option<Point>, hyoid: Option<Point>) -> Self {
+        Self { contour: evenly(contour, POINTS).unwrap_or_default(), spine, hyoid }
+    }
+
+    /// Places a body where this was seen of it.
+    ///
+    /// # Errors
+    /// [`RestError::Body`]: a body without an outline, or neither a contour nor both bones.
+    pub fn place(&self, body: &Body<2>) -> Result<Placed, RestError> {
+        if self.contour.is_empty() && (self.spine.is_none() || self.hyoid.is_none()) {
+            return Err(RestError::Body(
+                "neither a contour nor the mental spine and the hyoid were seen, by which it would be placed"
+                    .to_owned(),
+            ));
+        }
+        let surface = outline(body)?;
+        let bones: Vec<(Point, Point, f64)> =
+            [(MANDIBLE, self.spine, SPINE_SD_M), (HYOID, self.hyoid, HYOID_SD_M)]
+                .into_iter()
+                .filter_map(|(bone, seen, sd)| Some((mark_of(body, bone)?, seen?, sd)))
+                .collect();
+        let distances = |similarity: &Similarity| -> Vec<f64> {
+            let scale = similarity.scale();
+            let one = |p: &Point| scale * surface.distance(similarity.back(*p), &body.mesh.nodes);
+            self.contour.iter().map(one).collect()
+        };
+        let residuals = |x: &DVector<f64>| {
+            let similarity = similarity(x, 0);
+            let mut out: Vec<f64> = distances(&similarity).iter().map(|d| d / CONTOUR_SD_M).collect();
+            for (mark, seen, sd) in &bones {
+                let away = (similarity.place(*mark) - seen) / *sd;
+                out.extend([away.x, away.y]);
+            }
+            out.extend([x[2], x[3]]);
+            Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
+        };
+        // What is seen first lies on what it is: the spine, else the middle of the contour.
+        let anchor = match (bones.first(), mean(self.contour.iter().copied())) {
+            (Some((mark, seen, _)), _) => (*mark, *seen),
+            (None, Some(middle)) => (middle_of(&surface, body), middle),
+            (None, None) => (Point::zeros(), Point::zeros()),
+        };
+        let best = TURNS
+            .iter()
+            .filter_map(|turn| {
+                let start = started(*turn / TURN_SD[0], anchor, 0);
+                minimise(start, &residuals, &|_| true, 1e-5, 1e-7)
+            })
+            .min_by(|a, b| a.residuals.norm_squared().total_cmp(&b.residuals.norm_squared()));
+        let best = best
+            .ok_or_else(|| RestError::Body("no place of it can be compared with what was seen".to_owned()))?;
+        let similarity = similarity(&best.x, 0);
+        let squares: f64 = distances(&similarity).iter().map(|d| d * d).sum();
+        let rms_m = (squares / self.contour.len().max(1) as f64).sqrt();
+        Ok(Placed { similarity: exact(similarity, &bones, rms_m), behind: Vec::new(), rms_m })
+    }
+}
+
+impl Coils {
+    /// Places a body where coils were seen on it, with their places on its surface where these were not measured.
+    ///
+    /// # Errors
+    /// [`RestError::Body`]: a body without an outline, fewer than two coils.
+    pub fn place(&self, body: &Body<2>) -> Result<Placed, RestError> {
+        let count = self.means.len();
+        if count < 2 {
+            return Err(RestError::Body(format!(
+                "{count} coils were seen on the tongue; to place it at least two are needed"
+            )));
+        }
+        let surface = outline(body)?;
+        let measured = |i: usize| self.behind.get(i).copied().flatten();
+        // Coils after one another along the surface: the first behind the tip, the others behind the one before.
+        let expected: Vec<[f64; 2]> = (0..count)
+            .map(|i| match (measured(i), i.checked_sub(1)) {
+                (Some(at), _) => [at, GAP_SD_M / 4.0],
+                (None, None) => FIRST_COIL_M,
+                (None, Some(before)) => [LONGER * (self.means[i] - self.means[before]).norm(), GAP_SD_M],
+            })
+            .collect();
+        let places = |x: &DVector<f64>| -> Vec<f64> {
+            let mut at = 0.0;
+            (0..count)
+                .map(|i| {
+                    let by = expected[i][0] + expected[i][1] * x[4 + i];
+                    at = if measured(i).is_some() { by } else { at + by };
+                    at
+                })
+                .collect()
+        };
+        let on_body = |behind: f64, scale: f64| -> Point {
+            let at = (surface.tip - behind / scale).clamp(0.0, surface.curve.length());
+            surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
+        };
+        let away = |x: &DVector<f64>| -> (Vec<f64>, Vec<Point>) {
+            let (similarity, behind) = (similarity(x, 1), places(x));
+            let scale = similarity.scale();
+            let away = behind.iter().zip(&self.means);
+            let away = away.map(|(b, seen)| similarity.place(on_body(*b, scale)) - seen).collect();
+            (behind, away)
+        };
+        // The whitening of the posture is that of the expected places: neighbours stay neighbours.
+        let (at, _) = away(&DVector::zeros(4 + count));
+        let [sd, together, alone] = POSTURE_M;
+        let covariance = DMatrix::from_fn(count, count, |i, j| {
+            let apart = (at[i] - at[j]) / together;
+            sd * sd * (-0.5 * apart * apart).exp() + if i == j { alone * alone } else { 0.0 }
+        });
+        let factor = covariance.cholesky().ok_or_else(|| RestError::Body("coils coincide".to_owned()))?.l();
+        let residuals = |x: &DVector<f64>| {
+            let (_, away) = away(x);
+            let mut out = Vec::with_capacity(3 * count + 2);
+            for axis in 0..2 {
+                let column = DVector::from_iterator(count, away.iter().map(|a| a[axis]));
+                out.extend(factor.solve_lower_triangular(&column)?.iter().copied());
+            }
+            out.extend(x.iter().skip(2).copied());
+            Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
+        };
+        let middle: Point = at.iter().map(|b| on_body(*b, 1.0)).sum::<Point>() / count as f64;
+        let seen: Point = self.means.iter().sum::<Point>() / count as f64;
+        let best = TURNS
+            .iter()
+            .filter_map(|turn| {
+                let start = started(*turn / TURN_SD[1], (middle, seen), count);
+                minimise(start, &residuals, &|_| true, 1e-5, 1e-7)
+            })
+            .min_by(|a, b| a.residuals.norm_squared().total_cmp(&b.residuals.norm_squared()));
+        let best = best.ok_or_else(|| RestError::Body("its coils cannot be compared with it".to_owned()))?;
+        let (behind, away) = away(&best.x);
+        let rms_m = (away.iter().map(|a| a.norm_squared()).sum::<f64>() / count as f64).sqrt();
+        Ok(Placed { similarity: similarity(&best.x, 1), behind, rms_m })
+    }
+}
+
+/// The similarity of a search's unknowns: two shifts, the turn and the logarithm of the scale over their standard deviations.
+fn similarity(x: &DVector<f64>, kind: usize) -> Similarity {
+    Similarity::new((LN_SCALE_SD[kind] * x[3]).exp(), TURN_SD[kind] * x[2], Point::new(x[0], x[1]) * SHIFT_M)
+}
+
+/// The unknowns at a turn (over its standard deviation) that bring a point of the body to where it is seen, and `more` behind them.
+fn started(turn: f64, (mark, seen): (Point, Point), more: usize) -> DVector<f64> {
+    let mut x = DVector::zeros(4 + more);
+    x[2] = turn;
+    let shift = (seen - similarity(&x, usize::from(more > 0)).place(mark)) / SHIFT_M;
+    (x[0], x[1]) = (shift.x, shift.y);
+    x
+}
+
+/// A recording in the frame of the body changes no bit of it.
+fn exact(found: Similarity, bones: &[(Point, Point, f64)], rms_m: f64) -> Similarity {
+    const SAME_M: f64 = 1e-9;
+    let same = bones.iter().all(|(mark, seen, _)| (mark - seen).norm() <= SAME_M);
+    if same && !bones.is_empty() && rms_m <= SAME_M { Similarity::IDENTITY } else { found }
+}
+
+fn outline(body: &Body<2>) -> Result<Surface, RestError> {
+    Surface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))
+}
+
+fn middle_of(surface: &Surface, body: &Body<2>) -> Point {
+    let at = |i: usize| SEEN_FROM_M + (surface.tip - SEEN_FROM_M) * i as f64 / (POINTS - 1) as f64;
+    let point = |i| surface.curve.weights(at(i)).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>();
+    (0..POINTS).map(point).sum::<Point>() / POINTS as f64
+}
+
+fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
+    let (sum, count) = points.fold((Point::zeros(), 0_usize), |(s, n), p| (s + p, n + 1));
+    (count > 0).then(|| sum / count as f64)
+}
+
+/// So many points evenly along a polyline; `None` for fewer than two points that differ.
+fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
+    let steps: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
+    let whole: f64 = steps.iter().sum();
+    if points.len() < 2 || whole.is_nan() || whole <= 0.0 {
+        return None;
+    }
+    let at = |i: usize| {
+        let (mut left, mut piece) = (whole * i as f64 / (count - 1) as f64, 0);
+        while piece + 1 < steps.len() && left > steps[piece] {
+            left -= steps[piece];
+            piece += 1;
+        }
+        let part = if steps[piece] > 0.0 { (left / steps[piece]).min(1.0) } else { 0.0 };
+        points[piece] + (points[piece + 1] - points[piece]) * part
+    };
+    Some((0..count).map(at).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn body() -> Body<2> {
+        Body::tongue(5.5e-3).unwrap()
+    }
+
+    fn on_surface(body: &Body<2>, behind: f64) -> Point {
+        let surface = Surface::of(body).unwrap();
+        let at = surface.tip - behind;
+        surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
+    }
+
+    fn contour(body: &Body<2>, count: usize) -> Vec<Point> {
+        (0..count).map(|i| on_surface(body, 95e-3 - 92e-3 * i as f64 / (count - 1) as f64)).collect()
+    }
+
+    /// Largest distance between the places of a node of the outline.
+    fn apart(a: &Similarity, b: &Similarity, body: &Body<2>) -> f64 {
+        let surface = body.mesh.surface_nodes().into_iter().map(|n| body.mesh.nodes[n]);
+        surface.map(|p| (a.place(p) - b.place(p)).norm()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_body_that_was_turned_scaled_and_shifted_is_found_again() {
+        let body = body();
+        // Far from where the search begins, a face that looks up by 25 degrees in an image's frame.
+        let truth = Similarity::new(1.08, -0.43, Point::new(0.09, -0.05));
+        let seen = |bone: &str| Some(truth.place(mark_of(&body, bone).unwrap()));
+        for count in [11, 100] {
+            let drawn: Vec<Point> = contour(&body, count).iter().map(|p| truth.place(*p)).collect();
+            let found = Sight::drawn(&drawn, seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
+            // The priors of turn and scale draw it back a little.
+            assert!(apart(&found.similarity, &truth, &body) < 1.5e-3, "{found:?}");
+            assert!(found.rms_m < 0.5e-3);
+            let alone = Sight::drawn(&drawn, None, None).place(&body).unwrap();
+            let far = apart(&alone.similarity, &truth, &body);
+            assert!(far < 12e-3, "{far} {alone:?}");
+        }
+    }
+
+    #[test]
+    fn a_hyoid_that_is_elsewhere_does_not_turn_the_tongue() {
+        let body = body();
+        let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
+        // Another neck: the hyoid 12 mm lower. Two landmarks alone would turn the body by 17 degrees.
+        let low = hyoid - Point::new(0.0, 12e-3);
+        let found = Sight::drawn(&contour(&body, 11), Some(spine), Some(low)).place(&body).unwrap();
+        assert!(found.similarity.angle().abs() < 0.1, "{}", found.similarity.angle());
+        assert!((found.similarity.scale() - 1.0).abs() < 0.06);
+        let by_two = super::super::by_bones(&body, |b| Some(if b == HYOID { low } else { spine })).unwrap();
+        assert!(by_two.angle().abs() > 0.25);
+    }
+
+    #[test]
+    fn a_recording_in_the_frame_of_the_body_leaves_it_there() {
+        let body = body();
+        let seen = |bone: &str| mark_of(&body, bone);
+        let found = Sight::drawn(&contour(&body, 300), seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
+        assert!(apart(&found.similarity, &Similarity::IDENTITY, &body) < 0.1e-3);
+        let told = Sight::default().place(&body).unwrap_err().to_string();
+        assert!(told.contains("mental spine and the hyoid"), "{told}");
+    }
+
+    #[test]
+    fn coils_of_unknown_place_are_found_on_the_surface() {
+        let body = body();
+        let behind = [10e-3, 24e-3, 40e-3];
+        let truth = Similarity::new(0.95, 0.15, Point::new(-0.03, 0.02));
+        let means: Vec<Point> = behind.iter().map(|b| truth.place(on_surface(&body, b / 0.95))).collect();
+        let coils = Coils { means: means.clone(), behind: vec![None; 3] };
+        let found = coils.place(&body).unwrap();
+        assert!((found.similarity.angle() - 0.15).abs() < 0.1, "{found:?}");
+        assert!((found.similarity.scale() - 0.95).abs() < 0.1 && found.rms_m < 1.5e-3, "{found:?}");
+        for (a, b) in found.behind.iter().zip(behind) {
+            assert!((a - b).abs() < 5e-3, "{:?}", found.behind);
+        }
+        // Places that were measured are kept to half a millimetre.
+        let measured = Coils { means, behind: behind.map(Some).to_vec() }.place(&body).unwrap();
+        assert!(measured.behind.iter().zip(behind).all(|(a, b)| (a - b).abs() < 1e-3));
+        let told = Coils { means: vec![Point::zeros()], behind: vec![None] }.place(&body).unwrap_err();
+        assert!(told.to_string().contains("at least two"), "{told}");
+    }
+}

@@ -1,0 +1,243 @@
+//! A body whose rest shape is changed by the displacements of control points.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::track::Surface;
+use tongue_core::body::{Body, HYOID, MANDIBLE};
+use tongue_core::geometry::simplex;
+use tongue_core::geometry::{Point, Similarity, ThinPlate};
+use tongue_core::observe::{Contour, Observable};
+use tongue_input::measured::recording::Mark;
+
+use super::least_squares::{by_differences, minimise};
+use super::mark_of;
+
+/// Control points of the built-in tongue, mm: around its outline, and one in its middle.
+const CONTROLS_MM: [[f64; 2]; 13] = [
+    [0.0, 0.0],
+    [-2.9, 8.8],
+    [-9.6, 24.9],
+    [-11.3, 30.0],
+    [-3.0, 38.9],
+    [10.4, 45.8],
+    [28.9, 50.1],
+    [42.9, 39.4],
+    [46.7, 24.5],
+    [47.0, 9.1],
+    [37.6, -3.1],
+    [16.1, -2.1],
+    [20.0, 22.0],
+];
+/// Distance between the mental spine and the hyoid's mark in the built-in tongue, m, by which other bodies are measured.
+const SPINE_TO_HYOID_M: f64 = 37.75e-3;
+/// Prior of a displacement: standard deviation, that of bones, length over which neighbours move together, and what each point does by
+/// itself, m.
+const SD_M: f64 = 5e-3;
+const BONE_SD_M: f64 = 2e-3;
+const TOGETHER_M: f64 = 15e-3;
+const ALONE_M: f64 = 0.7e-3;
+/// A cell whose area changes by the factor e^0.4 costs as much as a standard deviation; all cells together have this weight.
+const AREA_LOG: f64 = 0.4;
+const AREA_WEIGHT: f64 = 40.0;
+/// A cell with less of its area than this has folded.
+pub(super) const LEAST_AREA_RATIO: f64 = 0.15;
+/// Displacements below this are none, m.
+const NOTHING_M: f64 = 1e-9;
+
+/// Why a body cannot be adapted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RestError {
+    /// No outline, no bones, or control points in one line.
+    #[error("this body cannot be adapted: {0}")]
+    Body(String),
+    /// Cells would fold.
+    #[error(
+        "the rest shape would fold the tissue: a cell would keep {ratio:.2} of its area (at least {LEAST_AREA_RATIO} is needed)"
+    )]
+    Folds {
+        /// Smallest ratio of areas.
+        ratio: f64,
+    },
+}
+
+/// Control points, and how sure it is that they stay.
+#[derive(Debug, Clone)]
+pub struct ControlPoints {
+    /// Where they are at rest, m.
+    pub points: Vec<Point>,
+    /// The inverse of the covariance of their displacements along an axis, 1/m².
+    pub precision: DMatrix<f64>,
+}
+
+impl ControlPoints {
+    /// Those of a tongue: the built-in ones, brought to the body by its spine and hyoid.
+    ///
+    /// # Errors
+    /// [`RestError::Body`] for a body without these bones.
+    pub fn of(body: &Body<2>) -> Result<Self, RestError> {
+        let missing = || RestError::Body(format!("it needs the bones \"{MANDIBLE}\" and \"{HYOID}\""));
+        let spine = mark_of(body, MANDIBLE).ok_or_else(missing)?;
+        let hyoid = mark_of(body, HYOID).ok_or_else(missing)?;
+        let built_in: Vec<Point> = CONTROLS_MM.iter().map(|p| Point::from(*p) * 1e-3).collect();
+        let place = Similarity::between(&[built_in[0], built_in[10]], &[spine, hyoid])
+            .ok_or_else(|| RestError::Body("its spine and hyoid coincide".to_owned()))?;
+        // The built-in points to a tenth of a millimetre are the built-in tongue's own.
+        let near = (spine - built_in[0]).norm() < 1e-4 && (hyoid - built_in[10]).norm() < 1e-4;
+        let points: Vec<Point> =
+            if near { built_in } else { built_in.iter().map(|p| place.place(*p)).collect() };
+        let size = (hyoid - spine).norm() / SPINE_TO_HYOID_M;
+        let sd = |i: usize| size * if matches!(i, 0 | 10) { BONE_SD_M } else { SD_M };
+        let covariance = DMatrix::from_fn(points.len(), points.len(), |i, j| {
+            let apart = (points[i] - points[j]).norm_squared();
+            let alone = if i == j { (size * ALONE_M).powi(2) } else { 0.0 };
+            sd(i) * sd(j) * (-0.5 * apart / (size * TOGETHER_M).powi(2)).exp() + alone
+        });
+        let precision =
+            covariance.try_inverse().ok_or_else(|| RestError::Body("control points coincide".to_owned()))?;
+        Ok(Self { points, precision })
+    }
+}
+
+/// A body that can be changed at rest.
+#[derive(Debug, Clone)]
+pub struct Rest<'a> {
+    body: &'a Body<2>,
+    controls: ControlPoints,
+    /// Of every node, with which weights the displacements carry it.
+    weights: Vec<Vec<f64>>,
+    /// Where the changed body is brought.
+    pub similarity: Similarity,
+}
+
+impl<'a> Rest<'a> {
+    /// Of a body, which is changed first and brought to its place after.
+    ///
+    /// # Errors
+    /// [`RestError::Body`].
+    pub fn new(body: &'a Body<2>, similarity: Similarity) -> Result<Self, RestError> {
+        let controls = ControlPoints::of(body)?;
+        let plate = ThinPlate::new(&controls.points)
+            .ok_or_else(|| RestError::Body("its control points lie in one line".to_owned()))?;
+        let weights = body.mesh.nodes.iter().map(|p| plate.weights(*p)).collect();
+        Ok(Self { body, controls, weights, similarity })
+    }
+
+    /// Number of unknowns: two a control point, x and y in turn.
+    pub fn unknowns(&self) -> usize {
+        2 * self.controls.points.len()
+    }
+
+    /// Where displacements (m, in the frame of the body before the similarity) bring a point.
+    pub fn place(&self, p: Point, displacements: &DVector<f64>) -> Point {
+        let Some(plate) = ThinPlate::new(&self.controls.points) else { return self.similarity.place(p) };
+        self.similarity.place(moved(p, &plate.weights(p), displacements))
+    }
+
+    /// The nodes before the similarity, m.
+    fn changed(&self, displacements: &DVector<f64>) -> Vec<Point> {
+        self.body.mesh.nodes.iter().zip(&self.weights).map(|(p, w)| moved(*p, w, displacements)).collect()
+    }
+
+    /// The body with these displacements, m.
+    pub fn body(&self, displacements: &DVector<f64>) -> Body<2> {
+        let mut body = self.body.clone();
+        body.mesh.nodes = self.changed(displacements).iter().map(|p| self.similarity.place(*p)).collect();
+        straighten(&mut body, &self.body.mesh.nodes);
+        body.palate = None;
+        body
+    }
+
+    /// Prior and price of cells, as weighted residuals.
+    pub fn price(&self, displacements: &DVector<f64>) -> DVector<f64> {
+        let n = self.controls.points.len();
+        let factor = self.controls.precision.clone().cholesky().map(|c| c.l().transpose());
+        let mut out = Vec::with_capacity(2 * n + self.body.mesh.cells.len());
+        for axis in 0..2 {
+            let d = DVector::from_fn(n, |i, _| displacements[2 * i + axis]);
+            out.extend(factor.as_ref().map_or_else(|| d.clone(), |f| f * &d).iter().copied());
+        }
+        let weight = (AREA_WEIGHT / self.body.mesh.cells.len().max(1) as f64).sqrt() / AREA_LOG;
+        // Beyond folding the logarithm has no value; such a shape is refused anyway.
+        out.extend(self.area_ratios(displacements).map(|ratio| weight * ratio.max(1e-6).ln()));
+        DVector::from_vec(out)
+    }
+
+    fn area_ratios(&self, displacements: &DVector<f64>) -> impl Iterator<Item = f64> {
+        let nodes = self.changed(displacements);
+        let measure = |x: &[Point], cell: &[usize]| simplex::measure(&simplex::corners(x, cell));
+        self.body
+            .mesh
+            .cells
+            .iter()
+            .map(move |cell| measure(&nodes, cell) / measure(&self.body.mesh.nodes, cell))
+    }
+
+    /// Smallest ratio of a cell's area to that before.
+    pub fn least_area_ratio(&self, displacements: &DVector<f64>) -> f64 {
+        self.area_ratios(displacements).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Displacements without what is none.
+    pub fn cleaned(displacements: &DVector<f64>) -> DVector<f64> {
+        displacements.map(|d| if d.abs() < NOTHING_M { 0.0 } else { d })
+    }
+}
+
+fn moved(p: Point, weights: &[f64], displacements: &DVector<f64>) -> Point {
+    let mut d = Point::zeros();
+    for (i, w) in weights.iter().enumerate() {
+        d += Point::new(displacements[2 * i], displacements[2 * i + 1]) * *w;
+    }
+    // Where nothing moves not even the sign of a zero does.
+    if d == Point::zeros() { p } else { p + d }
+}
+
+/// Puts the nodes of muscles outside the tissue on straight lines again, parted as they were.
+fn straighten(body: &mut Body<2>, before: &[Point]) {
+    let inside = body.mesh.in_tissue();
+    let fixed = body.mesh.fixed.clone();
+    let free = |n: usize| !inside[n] && fixed.binary_search(&n).is_err();
+    for muscle in body.mesh.muscles.clone() {
+        let stops: Vec<usize> = (0..muscle.nodes.len()).filter(|&i| !free(muscle.nodes[i])).collect();
+        for stop in stops.windows(2).filter(|s| s[1] - s[0] > 1) {
+            let ends = [muscle.nodes[stop[0]], muscle.nodes[stop[1]]];
+            let whole = (before[ends[1]] - before[ends[0]]).norm();
+            let (from, to) = (body.mesh.nodes[ends[0]], body.mesh.nodes[ends[1]]);
+            if from == before[ends[0]] && to == before[ends[1]] {
+                continue;
+            }
+            for &node in &muscle.nodes[stop[0] + 1..stop[1]] {
+                let part = (before[node] - before[ends[0]]).norm() / whole;
+                body.mesh.nodes[node] = from + (to - from) * part;
+            }
+        }
+    }
+}
+
+/// The displacements with which the body at rest, with nothing pulling, meets contour points (m) best.
+///
+/// # Errors
+/// [`RestError::Folds`].
+pub fn resting(rest: &Rest<'_>, contour: &[Mark]) -> Result<DVector<f64>, RestError> {
+    let residuals = |d: &DVector<f64>| {
+        let body = rest.body(d);
+        let surface = Surface::of(&body)?;
+        let away = |m: &Mark| Contour::new(surface.curve.clone(), m.at).value(&body.mesh.nodes) / m.sd;
+        let seen = contour.iter().map(away).chain(rest.price(d).iter().copied()).collect();
+        Some(DVector::from_vec(seen)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
+    };
+    let none = || RestError::Body("it has no outline".to_owned());
+    let allowed = |d: &DVector<f64>| rest.least_area_ratio(d) >= LEAST_AREA_RATIO;
+    let start = DVector::zeros(rest.unknowns());
+    let d = minimise(start, &residuals, &allowed, STEP_M, 1e-6).ok_or_else(none)?.x;
+    let ratio = rest.least_area_ratio(&d);
+    if ratio < LEAST_AREA_RATIO { Err(RestError::Folds { ratio }) } else { Ok(Rest::cleaned(&d)) }
+}
+
+/// Step of a central difference in displacements, m.
+pub(super) const STEP_M: f64 = 1e-6;
+
+/// The derivative of [`Rest::price`].
+pub(super) fn price_slope(rest: &Rest<'_>, d: &DVector<f64>) -> Option<DMatrix<f64>> {
+    by_differences(d, &|d| Some(rest.price(d)), STEP_M)
+}

@@ -1,0 +1,394 @@
+//! A speaker's body from recordings or from landmarks.
+
+use serde::{Deserialize, Serialize};
+
+use crate::track::{self, Followed, Prior, Surface};
+use tongue_core::body::{Anatomy, Body};
+use tongue_core::geometry::{Point, Similarity};
+use tongue_core::parallel;
+use tongue_core::system::{Model, System};
+use tongue_input::measured::recording::{Mark, Seen};
+
+use super::{
+    Adaptation, JointFit, JointSettings, Landmarks, Rest, RestError, by_bones, followed, joint, learned,
+    resting,
+};
+
+/// How the rest shape is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum How {
+    /// Turned, scaled and shifted only.
+    Similarity,
+    /// The shape that one frame shows: of several the one with which all frames cost least.
+    Frame,
+    /// The shape that explains many frames at once.
+    Joint,
+    /// The shape of a contour that was drawn at rest.
+    Contour,
+}
+
+/// Frames that the joint rest shape is made of.
+const JOINT_FRAMES: usize = 20;
+/// Frames that are tried as the one rest frame.
+const REST_FRAMES: usize = 8;
+/// Most rounds of a joint fit.
+const ROUNDS: usize = 14;
+/// A frame counts as whole with this part of its points.
+const WHOLE: f64 = 0.8;
+/// Contour points that lie nearer to the outline than this say nothing new, m.
+const ON_OUTLINE_M: f64 = 1e-6;
+
+/// A body adapted to a speaker.
+#[derive(Debug, Clone)]
+pub struct Speaker {
+    /// The body.
+    pub body: Body<2>,
+    /// The bones that follow what is seen of them.
+    pub followed: Vec<Followed>,
+    /// The prior of tensions, learned from the frames where there were some.
+    pub prior: Prior,
+    /// How the rest shape was found.
+    pub how: How,
+    /// Where the body was brought before its shape was changed.
+    pub similarity: Similarity,
+    /// Smallest ratio of a cell's area to that of the similar body.
+    pub least_area_ratio: f64,
+    /// Root mean square distance of the contours that it was made of, m.
+    pub rms_m: Option<f64>,
+    /// What has to be known: what was refused, what is missing.
+    pub notes: Vec<String>,
+    /// The anatomy file, where the changed anatomy is one.
+    pub anatomy: Option<String>,
+}
+
+/// What is adapted, and on what assumptions.
+#[derive(Debug, Clone)]
+pub struct Basis<'a> {
+    /// The body to begin with.
+    pub body: &'a Body<2>,
+    /// The anatomy that it was meshed of, if it was.
+    pub anatomy: Option<&'a Anatomy>,
+    /// The material.
+    pub model: Model,
+    /// Numbers of the muscles that contract.
+    pub contracting: Vec<usize>,
+    /// The prior of their tensions.
+    pub prior: Prior,
+}
+
+impl Basis<'_> {
+    /// Where the body is brought so that its spine and hyoid are where recordings show them in the median.
+    ///
+    /// # Errors
+    /// [`RestError::Body`]: recordings that do not show both.
+    pub fn place(&self, seen: &[&Seen]) -> Result<Similarity, RestError> {
+        by_bones(self.body, |bone| median(seen, bone)).ok_or_else(|| {
+            RestError::Body(
+                "the recordings do not show the mental spine and the hyoid, to which it would be scaled; name their channels in \
+                 a map, or give a body that fits the speaker (--mesh, --anatomy, or --as-is for the built-in one)"
+                    .to_owned(),
+            )
+        })
+    }
+
+    /// Adapts the body to recordings; `hide` are points that are not looked at.
+    ///
+    /// # Errors
+    /// [`RestError`]: recordings that do not show the mental spine and the hyoid, and as [`joint`].
+    pub fn to_recordings(
+        &self,
+        seen: &[&Seen],
+        how: How,
+        hide: &[String],
+        progress: &dyn Fn(usize, usize),
+    ) -> Result<Speaker, RestError> {
+        let similarity = self.place(seen)?;
+        let rest = Rest::new(self.body, similarity)?;
+        let none = nalgebra::DVector::zeros(rest.unknowns());
+        let similar = rest.body(&none);
+        let mut bones: Vec<String> = seen.iter().flat_map(|s| s.bones.iter().cloned()).collect();
+        bones.sort();
+        bones.dedup();
+        let followed = followed(&similar, &bones);
+        let settings = JointSettings {
+            prior: self.prior.clone(),
+            rounds: ROUNDS,
+            model: self.model,
+            contracting: self.contracting.clone(),
+            start: None,
+        };
+        let fit = match how {
+            How::Similarity | How::Contour => None,
+            How::Joint => {
+                // Once with the prior that is given, and once more with what these frames say of their tensions.
+                let taken = chosen(seen, hide, JOINT_FRAMES);
+                let first =
+                    joint(&rest, &taken, &followed, hide, &settings, &|round| progress(round, 2 * ROUNDS))?;
+                let settings = JointSettings {
+                    prior: learned(&self.prior, &first.scores, &first.covariances),
+                    start: Some(first.displacements),
+                    ..settings
+                };
+                Some(joint(&rest, &taken, &followed, hide, &settings, &|round| {
+                    progress(ROUNDS + round, 2 * ROUNDS);
+                })?)
+            }
+            How::Frame => Some(self.best_frame(&rest, seen, &followed, hide, &settings, progress)?),
+        };
+        let displacements = fit.as_ref().map_or(none, |f| f.displacements.clone());
+        let prior = fit.as_ref().map_or_else(
+            || self.prior.clone(),
+            |f| match how {
+                How::Joint => learned(&self.prior, &f.scores, &f.covariances),
+                _ => self.prior.clone(),
+            },
+        );
+        Ok(self.speaker(&rest, &displacements, followed, prior, how, fit.map(|f| f.rms_m)))
+    }
+
+    /// Adapts the body to landmarks of one posture at rest, and to the contour there.
+    ///
+    /// # Errors
+    /// [`RestError::Body`]: the mental spine or the hyoid is missing.
+    pub fn to_landmarks(&self, landmarks: &Landmarks) -> Result<Speaker, RestError> {
+        let at = |bone: &str| landmarks.named.get(bone).copied();
+        let similarity = by_bones(self.body, at).ok_or_else(|| {
+            let known: Vec<&str> = landmarks.named.keys().map(String::as_str).collect();
+            RestError::Body(format!(
+                "it needs the landmarks \"mental_spine\" and \"hyoid\", apart from each other (given: {})",
+                if known.is_empty() { "none".to_owned() } else { known.join(", ") }
+            ))
+        })?;
+        let rest = Rest::new(self.body, similarity)?;
+        let none = nalgebra::DVector::zeros(rest.unknowns());
+        let followed = followed(&rest.body(&none), &landmarks.named.keys().cloned().collect::<Vec<_>>());
+        let marks: Vec<Mark> = landmarks.contour.iter().map(|&at| Mark { at, sd: CONTOUR_SD_M }).collect();
+        // A contour that is the body's own changes nothing, not even by the rounding of a curve through nodes.
+        let own = self.anatomy.is_some_and(|a| {
+            let back = Similarity::between(
+                &[similarity.place(Point::zeros()), similarity.place(Point::x())],
+                &[Point::zeros(), Point::x()],
+            );
+            back.is_some_and(|b| marks.iter().all(|m| a.outline().nearest(b.place(m.at)).1 < ON_OUTLINE_M))
+        });
+        let mut notes = Vec::new();
+        let (displacements, how) = match marks.len() {
+            0..3 => (none, How::Similarity),
+            _ if own => (none, How::Contour),
+            _ => match resting(&rest, &marks) {
+                Ok(found) => (found, How::Contour),
+                Err(refused @ RestError::Folds { .. }) => {
+                    notes.push(format!("{refused}; the body is turned, scaled and shifted only"));
+                    (none, How::Similarity)
+                }
+                Err(other) => return Err(other),
+            },
+        };
+        let body = rest.body(&displacements);
+        let rms_m = Surface::of(&body).filter(|_| !marks.is_empty()).map(|surface| {
+            let squares = marks.iter().map(|m| surface.distance(m.at, &body.mesh.nodes).powi(2)).sum::<f64>();
+            (squares / marks.len() as f64).sqrt()
+        });
+        let mut out = self.speaker(&rest, &displacements, followed, self.prior.clone(), how, rms_m);
+        out.notes.extend(notes);
+        Ok(out)
+    }
+
+    fn speaker(
+        &self,
+        rest: &Rest<'_>,
+        displacements: &nalgebra::DVector<f64>,
+        followed: Vec<Followed>,
+        prior: Prior,
+        how: How,
+        rms_m: Option<f64>,
+    ) -> Speaker {
+        let mut body = rest.body(displacements);
+        let same = rest.similarity == Similarity::IDENTITY && displacements.iter().all(|d| *d == 0.0);
+        body.what =
+            if same { self.body.what.clone() } else { format!("{}, adapted to a speaker", self.body.what) };
+        if same {
+            body.palate.clone_from(&self.body.palate);
+        }
+        let mut notes = Vec::new();
+        let anatomy = self.anatomy.and_then(|anatomy| {
+            let text = anatomy_text(anatomy, |p| rest.place(p, displacements));
+            match Anatomy::from_toml(&text, "the adapted anatomy") {
+                Ok(_) => Some(text),
+                Err(error) => {
+                    notes.push(format!(
+                        "the changed anatomy is no anatomy file, because its lines must be straight ({}); take the body (.json)",
+                        error.problem
+                    ));
+                    None
+                }
+            }
+        });
+        Speaker {
+            least_area_ratio: rest.least_area_ratio(displacements),
+            body,
+            followed,
+            prior,
+            how,
+            similarity: rest.similarity,
+            rms_m,
+            notes,
+            anatomy,
+        }
+    }
+
+    /// The rest shape of one frame, of some frames tried the one with which all frames cost least.
+    fn best_frame(
+        &self,
+        rest: &Rest<'_>,
+        seen: &[&Seen],
+        followed: &[Followed],
+        hide: &[String],
+        settings: &JointSettings,
+        progress: &dyn Fn(usize, usize),
+    ) -> Result<JointFit, RestError> {
+        let tried: Vec<(Seen, Vec<usize>)> = chosen(seen, hide, REST_FRAMES)
+            .into_iter()
+            .flat_map(|(s, frames)| frames.into_iter().map(move |f| (s.clone(), vec![f])))
+            .collect();
+        let judged = chosen(seen, hide, JOINT_FRAMES);
+        let one = |candidate: &(Seen, Vec<usize>)| {
+            let fit = joint(rest, std::slice::from_ref(candidate), followed, hide, settings, &|_| {}).ok()?;
+            let cost = self.cost(&rest.body(&fit.displacements), &judged, followed, hide)?;
+            Some((cost, fit))
+        };
+        let found = parallel::map(&tried, one);
+        progress(1, 1);
+        let best = found.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, fit)| fit)
+            .ok_or_else(|| RestError::Body("no frame of the recordings can be its rest shape".to_owned()))
+    }
+
+    /// What frames cost on a body, all together.
+    fn cost(
+        &self,
+        body: &Body<2>,
+        judged: &[(Seen, Vec<usize>)],
+        followed: &[Followed],
+        hide: &[String],
+    ) -> Option<f64> {
+        let system = System::new(&body.mesh, &self.model, &self.contracting).ok()?;
+        let surface = Surface::of(body)?;
+        let precision = self.prior.precision();
+        let mut solver = track::Solver::new(&system, followed, self.prior.scale_n);
+        let mut sum = 0.0;
+        for (seen, taken) in judged {
+            let frames = track::frames(seen, &surface, followed, hide);
+            for &t in taken {
+                // A frame without an equilibrium costs what no other does.
+                const UNREACHED: f64 = 1e4;
+                let found = solver.settle(
+                    frames.get(t)?,
+                    &self.prior.mean,
+                    None,
+                    &self.prior,
+                    &precision,
+                    (8, track::ARRIVED),
+                );
+                sum += found.map_or(UNREACHED, |(_, _, cost)| cost);
+            }
+        }
+        Some(sum)
+    }
+}
+
+/// Standard deviation of a drawn contour, m.
+const CONTOUR_SD_M: f64 = 0.5e-3;
+
+/// The median place of a bone over all frames of recordings.
+pub(super) fn median(seen: &[&Seen], bone: &str) -> Option<Point> {
+    let all: Vec<Point> = seen
+        .iter()
+        .filter_map(|s| Some((s, s.bone(bone)?)))
+        .flat_map(|(s, b)| s.frames.iter().filter_map(move |f| f.bones[b]))
+        .collect();
+    let middle = |axis: usize| {
+        let mut values: Vec<f64> = all.iter().map(|p| p[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        let n = values.len();
+        (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
+    };
+    Some(Point::new(middle(0)?, middle(1)?))
+}
+
+/// About `most` whole frames of all recordings together, evenly chosen.
+fn chosen(seen: &[&Seen], hide: &[String], most: usize) -> Vec<(Seen, Vec<usize>)> {
+    let shown = |s: &Seen| s.contour.iter().filter(|n| !hide.contains(n)).count() + s.sensors.len();
+    let whole: Vec<Vec<usize>> = seen
+        .iter()
+        .map(|s| {
+            let wanted = WHOLE * shown(s) as f64;
+            let count = |t: &usize| {
+                let f = &s.frames[*t];
+                let contour = f
+                    .contour
+                    .iter()
+                    .zip(&s.contour)
+                    .filter(|(m, n)| m.is_some() && !hide.contains(n))
+                    .count();
+                (contour + f.sensors.iter().flatten().count()) as f64 >= wanted
+            };
+            (0..s.frames.len()).filter(count).collect()
+        })
+        .collect();
+    let all: usize = whole.iter().map(Vec::len).sum();
+    let every = all.div_ceil(most).max(1);
+    let mut number = 0;
+    seen.iter()
+        .zip(whole)
+        .map(|(s, frames)| {
+            let taken = frames.into_iter().filter(|_| {
+                number += 1;
+                (number - 1) % every == every / 2
+            });
+            ((*s).clone(), taken.collect())
+        })
+        .collect()
+}
+
+/// An anatomy file whose points are carried away, in millimetres to the nanometre.
+fn anatomy_text(anatomy: &Anatomy, place: impl Fn(Point) -> Point) -> String {
+    use std::fmt::Write as _;
+    let mm = |p: Point| {
+        let p = place(p);
+        let round = |v: f64| (v * 1e9).round() / 1e6;
+        format!("[{:?}, {:?}]", round(p.x), round(p.y))
+    };
+    let mut text =
+        "# Made by `tongue-fit adapt`. Millimetres; x to the back of the head, y up.\noutline = [\n"
+            .to_owned();
+    for p in anatomy.outline().points() {
+        let _ = writeln!(text, "  {},", mm(*p));
+    }
+    text += "]\n\n[muscles]\n";
+    for m in anatomy.muscles() {
+        let _ = writeln!(text, "{:?} = [{}, {}]", m.name, mm(m.ends[0]), mm(m.ends[1]));
+    }
+    text += "\n[bones]\n";
+    for b in anatomy.bones() {
+        let points: Vec<String> = b.points.iter().map(|p| mm(*p)).collect();
+        let _ = writeln!(text, "{:?} = [{}]", b.name, points.join(", "));
+    }
+    text
+}
+
+impl Speaker {
+    /// What a file of the body says of the adaptation.
+    pub fn adaptation(&self, muscles: &[String]) -> Adaptation {
+        let n = self.prior.mean.len();
+        Adaptation {
+            rest: self.how,
+            marks_m: self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y])).collect(),
+            scale_n: Some(self.prior.scale_n),
+            muscles: muscles.to_vec(),
+            mean: self.prior.mean.iter().copied().collect(),
+            covariance: (0..n).map(|i| self.prior.covariance.row(i).iter().copied().collect()).collect(),
+        }
+    }
+}

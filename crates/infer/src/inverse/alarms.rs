@@ -1,0 +1,227 @@
+//! What should make a reader doubt a fit.
+
+use nalgebra::SVector;
+use serde::Serialize;
+
+use tongue_core::body::Mesh;
+use tongue_core::statics::{self, Connection, Critical, Solution};
+use tongue_input::measured::muscles::Muscles;
+
+use super::uncertainty::Intervals;
+use super::{AT_BOUND, Fit, Settings, Status};
+
+/// Thickness of the tongue over which a tension per metre acts, m: by it a published force (left and right together) becomes
+/// comparable. About the width of an adult tongue body; the choice is the user's.
+pub const DEFAULT_THICKNESS_M: f64 = 0.04;
+/// A contracting muscle's shortening counts as missed when it is off by more than this, points of a per cent.
+const MISSED_PERCENT: f64 = 5.0;
+/// A chain that turns by so much more than at rest at one of its nodes is folded, radians (60 degrees).
+const FOLD: f64 = std::f64::consts::FRAC_PI_3;
+
+/// A reason for doubt.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Alarm {
+    /// A muscle that should contract ended without tension.
+    AtLowerBound {
+        /// The muscle.
+        muscle: String,
+    },
+    /// A tension ended at the upper bound.
+    AtUpperBound {
+        /// The muscle.
+        muscle: String,
+    },
+    /// More force than the muscle can give.
+    BeyondCapacity {
+        /// The muscle, portions together.
+        muscle: String,
+        /// Tension times thickness, N.
+        force_n: f64,
+        /// Published capacity, N.
+        capacity_n: f64,
+        /// Thickness assumed, m.
+        thickness_m: f64,
+    },
+    /// The fitted muscles miss the target.
+    TargetNotMet {
+        /// Root mean square residual of the fitted muscles.
+        misfit: f64,
+    },
+    /// A muscle that should contract shortens by much more or less than was measured.
+    ShorteningMissed {
+        /// The muscle.
+        muscle: String,
+        /// By how much it shortens here, per cent of the model's length in the baseline.
+        simulated_percent: f64,
+        /// By how much it was measured to, per cent of its length in the baseline.
+        measured_percent: f64,
+    },
+    /// Elements are so far compressed that the law is no longer the published one.
+    BarrierActs {
+        /// How many.
+        elements: usize,
+    },
+    /// The branch of equilibria that begins at rest does not lead to the shape.
+    NotOnBranch {
+        /// Part of the tensions at which that branch ends, where it is known.
+        ends_at: Option<f64>,
+    },
+    /// Whether the muscle contracts is decided within the rounding of the data.
+    DecidedWithinRounding {
+        /// The muscle.
+        muscle: String,
+    },
+    /// A muscle's chain of connections has folded.
+    FoldedChain {
+        /// The muscle.
+        muscle: String,
+        /// Sharpest turn beyond that at rest, degrees.
+        turn_degrees: f64,
+    },
+    /// The draws ended elsewhere than the answer: there are several shapes for the same tensions, or several optima.
+    IntervalMissesAnswer {
+        /// The muscle.
+        muscle: String,
+    },
+    /// The posterior of the row is not told, though it was asked for.
+    NoPosterior {
+        /// Why.
+        reason: String,
+    },
+    /// The shape may not be the one that the tensions lead to.
+    EquilibriumNotCertain {
+        /// Why.
+        reason: &'static str,
+    },
+}
+
+impl Alarm {
+    /// One line for a reader.
+    pub fn text(&self) -> String {
+        match self {
+            Self::AtLowerBound { muscle } => format!("{muscle} is shorter but ends without tension"),
+            Self::AtUpperBound { muscle } => format!("the tension of {muscle} ends at the upper bound"),
+            Self::BeyondCapacity { muscle, force_n, capacity_n, thickness_m } => format!(
+                "{muscle} pulls {force_n:.1} N over {:.0} mm of thickness, more than its published {capacity_n:.0} N",
+                1e3 * thickness_m
+            ),
+            Self::TargetNotMet { misfit } => {
+                format!("the target is missed by {misfit:.3} (root mean square)")
+            }
+            Self::ShorteningMissed { muscle, simulated_percent, measured_percent } => {
+                format!("{muscle} shortens {simulated_percent:.0} %, measured {measured_percent:.0} %")
+            }
+            Self::BarrierActs { elements } => format!(
+                "the barrier against inversion acts in {elements} element{}: the published law does not hold there",
+                if *elements == 1 { "" } else { "s" }
+            ),
+            Self::NotOnBranch { ends_at } => match ends_at {
+                Some(load) => format!(
+                    "the branch of equilibria from rest ends at {load:.3} of these tensions; the shape lies beyond"
+                ),
+                None => "it is not known whether the branch of equilibria from rest leads to this shape"
+                    .to_owned(),
+            },
+            Self::DecidedWithinRounding { muscle } => {
+                format!("whether {muscle} contracts is decided within the rounding of the data")
+            }
+            Self::FoldedChain { muscle, turn_degrees } => {
+                format!("the chain of {muscle} folds by {turn_degrees:.0} degrees")
+            }
+            Self::IntervalMissesAnswer { muscle } => format!(
+                "the interval of {muscle} does not hold the answer: redrawn lengths lead to another optimum"
+            ),
+            Self::NoPosterior { reason } => format!("no posterior can be told: {reason}"),
+            Self::EquilibriumNotCertain { reason } => format!("equilibrium not certain: {reason}"),
+        }
+    }
+}
+
+/// All alarms of a fit, in a fixed order. `known` is what is known of muscles: their force capacities.
+pub fn alarms<const D: usize>(
+    mesh: &Mesh<D>,
+    fit: &Fit<D>,
+    known: &Muscles,
+    intervals: Option<&Intervals>,
+    settings: &Settings,
+    thickness_m: f64,
+) -> Vec<Alarm> {
+    let mut out = Vec::new();
+    let name = |m: usize| fit.muscles[m].clone();
+    if fit.misfit.is_finite() && fit.misfit > fit.misfit_tolerance {
+        out.push(Alarm::TargetNotMet { misfit: fit.misfit });
+    }
+    for &m in &fit.target.active {
+        if fit.tensions[m] < AT_BOUND {
+            out.push(Alarm::AtLowerBound { muscle: name(m) });
+        } else if fit.tensions[m] > settings.upper_bound - AT_BOUND {
+            out.push(Alarm::AtUpperBound { muscle: name(m) });
+        }
+    }
+    for &m in &fit.target.active {
+        let shortens = |length: f64, over: f64| 100.0 * (1.0 - length / over);
+        let simulated_percent = shortens(fit.lengths[m], fit.baseline_lengths[m]);
+        let measured_percent = shortens(fit.target.measured_mm[m], fit.target.baseline_mm[m]);
+        if (simulated_percent - measured_percent).abs() > MISSED_PERCENT {
+            out.push(Alarm::ShorteningMissed { muscle: name(m), simulated_percent, measured_percent });
+        }
+    }
+    out.extend(of_equilibrium(&fit.replay.solution, fit.replay.critical));
+    for capacity in known.capacities(&fit.muscles) {
+        let force_n = thickness_m * capacity.portions.iter().map(|&m| fit.tensions[m]).sum::<f64>();
+        if force_n > capacity.capacity_n {
+            let (muscle, capacity_n) = (capacity.muscle, capacity.capacity_n);
+            out.push(Alarm::BeyondCapacity { muscle, force_n, capacity_n, thickness_m });
+        }
+    }
+    let uncertain = (0..fit.target.muscles.len()).filter(|&m| fit.target.activation[m].uncertain);
+    out.extend(uncertain.map(|m| Alarm::DecidedWithinRounding { muscle: name(m) }));
+    for muscle in &fit.muscles {
+        let turn = sharpest_turn(mesh, &fit.positions, muscle);
+        if turn > FOLD {
+            out.push(Alarm::FoldedChain { muscle: muscle.clone(), turn_degrees: turn.to_degrees() });
+        }
+    }
+    let missed = intervals.iter().flat_map(|i| fit.target.active.iter().zip(&i.tensions));
+    out.extend(
+        missed
+            .filter(|(m, i)| fit.tensions[**m] < i.low - AT_BOUND || fit.tensions[**m] > i.high + AT_BOUND)
+            .map(|(m, _)| Alarm::IntervalMissesAnswer { muscle: name(*m) }),
+    );
+    let doubts = [
+        (fit.status == Status::ReplayDiffers, "solving again from rest gives another shape"),
+        (fit.status == Status::NoEquilibrium, "none was found"),
+        (fit.status == Status::IterationLimit, "the search stopped at its iteration limit"),
+        (fit.identifiability.is_none(), "the stiffness there is singular or not positive definite"),
+    ];
+    out.extend(
+        doubts.iter().filter(|(holds, _)| *holds).map(|(_, reason)| Alarm::EquilibriumNotCertain { reason }),
+    );
+    out
+}
+
+/// What speaks against an equilibrium that was followed from rest as its tensions grew: that it is not that of the published law, or
+/// not known to lie on the branch that begins at rest. `critical` is where that branch ends.
+pub fn of_equilibrium(solution: &Solution, critical: Option<Critical>) -> Vec<Alarm> {
+    let mut out: Vec<Alarm> = barrier(solution.guarded).into_iter().collect();
+    if solution.connection != Connection::Traced && solution.status == statics::Status::Converged {
+        out.push(Alarm::NotOnBranch { ends_at: critical.map(|c| c.load) });
+    }
+    out
+}
+
+/// The alarm for a shape in which the barrier acts in so many elements, if it is in any.
+pub fn barrier(elements: usize) -> Option<Alarm> {
+    (elements > 0).then_some(Alarm::BarrierActs { elements })
+}
+
+/// By how much more than at rest a muscle's chain turns at the node where it does so most, radians.
+fn sharpest_turn<const D: usize>(mesh: &Mesh<D>, positions: &[SVector<f64, D>], muscle: &str) -> f64 {
+    let Some(chain) = mesh.muscles.iter().find(|c| c.name.eq_ignore_ascii_case(muscle)) else { return 0.0 };
+    let turn = |at: &[SVector<f64, D>], n: &[usize]| match (at.get(n[0]), at.get(n[1]), at.get(n[2])) {
+        (Some(a), Some(b), Some(c)) => (b - a).angle(&(c - b)),
+        _ => 0.0,
+    };
+    chain.nodes.windows(3).map(|n| turn(positions, n) - turn(&mesh.nodes, n)).fold(0.0, f64::max)
+}

@@ -1,0 +1,336 @@
+//! Every row of a table: which fits it asks for, and one fit with all that is to be said of it.
+
+use std::collections::BTreeMap;
+
+use tongue_core::body::Mesh;
+use tongue_core::system::{Model, System};
+use tongue_input::measured::lengths::rest_distance::{self, RestDistance};
+use tongue_input::measured::lengths::{self, Lengths};
+use tongue_input::measured::muscles::Muscles;
+use tongue_input::measured::published_patterns::{PatternCheck, Patterns};
+use tongue_input::measured::{Dataset, Target, TargetKind, Vowel};
+
+use super::alarms::{self, Alarm};
+use super::alternatives::{self, Optimum, Subset};
+use super::forward::Forward;
+use super::rounding::{self, RoundingSegment};
+use super::uncertainty::{self, Intervals};
+use super::{Fit, FitError, Matched, Settings, Setup};
+
+/// The baseline of a subject that has no /ɯ/: rest in other published models.
+pub const SUBSTITUTE_BASELINE: &str = "e";
+
+/// Which rows are fitted, and against what.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Selection {
+    /// Only these subjects, where given.
+    pub subjects: Option<Vec<String>>,
+    /// Only these vowels, where given.
+    pub vowels: Option<Vec<Vowel>>,
+    /// The quantities to fit.
+    pub kinds: Vec<TargetKind>,
+    /// The baseline of all subjects that [`Selection::baseline_of`] does not name; by default /ɯ/, and /e/ for who has no /ɯ/.
+    pub baseline: Option<Vowel>,
+    /// The baselines of single subjects.
+    pub baseline_of: BTreeMap<String, Vowel>,
+}
+
+/// One fit to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    /// Line of the row in its file.
+    pub line: u64,
+    /// Whether the baseline stands in for a missing /ɯ/.
+    pub substitute: bool,
+    /// What is to be hit.
+    pub target: Target,
+}
+
+/// A row that is a baseline itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BaselineRow {
+    /// Line of the row in its file.
+    pub line: u64,
+    /// The subject.
+    pub subject: String,
+    /// The vowel.
+    pub vowel: Vowel,
+    /// Whether it stands in for a missing /ɯ/.
+    pub substitute: bool,
+}
+
+/// A row that cannot be fitted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refusal {
+    /// Line of the row in its file.
+    pub line: u64,
+    /// The subject.
+    pub subject: String,
+    /// The vowel.
+    pub vowel: Vowel,
+    /// The quantity, where the other one can be fitted.
+    pub kind: Option<TargetKind>,
+    /// Why, and what to do.
+    pub message: String,
+}
+
+/// What a selection asks for, in the order of the rows, for each the kinds in their order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plan {
+    /// The fits.
+    pub jobs: Vec<Job>,
+    /// The rows that are baselines.
+    pub baselines: Vec<BaselineRow>,
+    /// The rows that cannot be fitted.
+    pub refusals: Vec<Refusal>,
+}
+
+/// Sorts the rows of `data` into fits, baselines and refusals.
+///
+/// # Errors
+/// [`lengths::Error::UnknownSubject`] for a subject that is selected or given a baseline and has no row.
+pub fn plan(data: &Dataset, selection: &Selection) -> Result<Plan, lengths::Error> {
+    for subject in selection.subjects.iter().flatten().chain(selection.baseline_of.keys()) {
+        data.vowels(subject)?;
+    }
+    let mut plan = Plan::default();
+    for row in data.rows() {
+        let lengths = &row.lengths;
+        let (subject, vowel, line) = (&lengths.subject, &lengths.vowel, row.line);
+        if selection.subjects.as_ref().is_some_and(|s| !s.contains(subject))
+            || selection.vowels.as_ref().is_some_and(|v| !v.contains(vowel))
+        {
+            continue;
+        }
+        let refused = |kind, message: String| Refusal {
+            line,
+            subject: subject.clone(),
+            vowel: vowel.clone(),
+            kind,
+            message,
+        };
+        let (baseline, substitute) = match baseline(data, selection, subject) {
+            Ok(found) => found,
+            Err(e) => {
+                plan.refusals.push(refused(None, e.to_string()));
+                continue;
+            }
+        };
+        if baseline.vowel == *vowel {
+            let (subject, vowel) = (subject.clone(), vowel.clone());
+            plan.baselines.push(BaselineRow { line, subject, vowel, substitute });
+            continue;
+        }
+        for &kind in &selection.kinds {
+            match Target::from_lengths(lengths, baseline, kind, None) {
+                Ok(target) => plan.jobs.push(Job { line, substitute, target }),
+                Err(e) => plan.refusals.push(refused(Some(kind), e.to_string())),
+            }
+        }
+    }
+    Ok(plan)
+}
+
+/// The baseline of a subject, and whether it stands in for a missing /ɯ/.
+fn baseline<'a>(
+    data: &'a Dataset,
+    selection: &Selection,
+    subject: &str,
+) -> Result<(&'a Lengths, bool), lengths::Error> {
+    if let Some(vowel) = selection.baseline_of.get(subject).or(selection.baseline.as_ref()) {
+        return data.baseline_vowel(subject, vowel).map(|l| (l, false));
+    }
+    match data.baseline(subject) {
+        Ok(own) => Ok((own, false)),
+        // The first refusal names /ɯ/, which is what the user has to supply.
+        Err(missing) => {
+            let substitute = Vowel::new(SUBSTITUTE_BASELINE).ok();
+            let other = substitute.and_then(|vowel| data.baseline_vowel(subject, &vowel).ok());
+            other.map(|other| (other, true)).ok_or(missing)
+        }
+    }
+}
+
+/// How a fit is made and what is found out about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Thoroughness {
+    /// The search.
+    pub settings: Settings,
+    /// Draws of every length within its rounding; 0 for no intervals.
+    pub draws: usize,
+    /// Seed of the draws; every fit has its own stream of it.
+    pub seed: u64,
+    /// Other subsets of contracting muscles differ from the rule's in at most this many muscles; 0 tries none.
+    pub subset_changes: u32,
+    /// Thickness over which tensions act, m, to compare them with published forces.
+    pub thickness_m: f64,
+}
+
+impl Default for Thoroughness {
+    fn default() -> Self {
+        Self {
+            settings: Settings::default(),
+            draws: 200,
+            seed: 1,
+            subset_changes: 2,
+            thickness_m: alarms::DEFAULT_THICKNESS_M,
+        }
+    }
+}
+
+/// A fit and all that is said of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assessment<const D: usize = 2> {
+    /// The fit.
+    pub fit: Fit<D>,
+    /// How far the tensions may move within the rounding of the data; `None` where the equilibrium is singular.
+    pub segments: Option<Vec<RoundingSegment>>,
+    /// 95 % intervals, where they were asked for.
+    pub intervals: Option<Intervals>,
+    /// Other local optima.
+    pub optima: Vec<Optimum>,
+    /// Other subsets of muscles, best first.
+    pub subsets: Vec<Subset>,
+    /// Beside the published pattern of the vowel, where there is one.
+    pub pattern: Option<PatternCheck>,
+    /// How far the model in its baseline (at rest, where that has no tone) is from the row's; `None` where they have no ratio in common.
+    pub rest: Option<RestDistance>,
+    /// Reasons for doubt.
+    pub alarms: Vec<Alarm>,
+}
+
+/// Fits a target and finds out what is to be said of the answer; `setup` is the body under premises other than the thesis's. The same bits for any number of threads and whatever else is
+/// fitted.
+///
+/// # Errors
+/// [`FitError`] when the fit cannot begin.
+pub fn assess<const D: usize>(
+    mesh: &Mesh<D>,
+    model: &Model,
+    setup: Option<&Setup<D>>,
+    target: &Target,
+    known: &Known,
+    how: &Thoroughness,
+) -> Result<Assessment<D>, FitError> {
+    let matched = Matched::new(mesh, target)?;
+    let own;
+    let setup = match setup {
+        Some(setup) => setup,
+        None => {
+            own = Setup::at_rest(System::new(mesh, model, &matched.contracting())?);
+            &own
+        }
+    };
+    let settings = &setup.settings(&how.settings);
+    let fit = super::fit_in(setup, &matched, settings)?;
+    let inverse = matched.inverse(setup, settings);
+    let mut forward = Forward::new(&inverse, settings);
+    forward.begin_at(&fit.unknowns, &fit.positions);
+    let segments = rounding::segments(&mut forward, &fit.unknowns);
+    let intervals = match how.draws {
+        0 => None,
+        draws => {
+            let seed = stream(how.seed, target);
+            uncertainty::intervals(setup, &matched, &fit, settings, draws, seed)
+        }
+    };
+    Ok(Assessment {
+        segments,
+        optima: alternatives::optima(&fit),
+        subsets: alternatives::subsets(mesh, model, setup, &matched, &fit, settings, how.subset_changes)?,
+        pattern: known.patterns.check(&target.vowel, &fit.muscles, &fit.tensions, &known.muscles),
+        rest: rest_distance(&fit),
+        alarms: alarms::alarms(mesh, &fit, &known.muscles, intervals.as_ref(), settings, how.thickness_m),
+        intervals,
+        fit,
+    })
+}
+
+/// What is known of muscles and vowels, to compare answers with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Known {
+    /// Muscles by name.
+    pub muscles: Muscles,
+    /// Published patterns of activation.
+    pub patterns: Patterns,
+}
+
+impl Known {
+    /// What the program brings.
+    ///
+    /// # Errors
+    /// Damaged tables; a test holds that the built-in ones are whole.
+    pub fn reference() -> Result<Self, csv::Error> {
+        Ok(Self { muscles: Muscles::reference()?, patterns: Patterns::reference()? })
+    }
+}
+
+/// How far the body in its baseline is from the target's.
+fn rest_distance<const D: usize>(fit: &Fit<D>) -> Option<RestDistance> {
+    let t = &fit.target;
+    let baseline = Lengths {
+        subject: t.subject.clone(),
+        vowel: t.baseline.clone(),
+        muscles: t.muscles.clone().into(),
+        length_mm: t.baseline_mm.iter().copied().map(Some).collect(),
+        half_width_mm: t.baseline_half_width_mm.clone(),
+    };
+    rest_distance::distance(
+        &t.muscles,
+        &fit.baseline_lengths[..t.muscles.len()],
+        &baseline,
+        &t.muscles[t.reference],
+    )
+}
+
+/// A seed for one fit, from that of the batch and what is fitted (FNV-1a, 64 bits), so that a row's draws do not depend on
+/// the rows around it.
+fn stream(seed: u64, target: &Target) -> u64 {
+    let name = format!("{seed}\n{}\n{}\n{}\n{}", target.subject, target.vowel, target.baseline, target.kind);
+    name.bytes().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn both() -> Selection {
+        Selection { kinds: TargetKind::ALL.to_vec(), ..Selection::default() }
+    }
+
+    #[test]
+    fn the_published_table_is_fifteen_rows_twice_and_four_baselines() {
+        let plan = plan(&Dataset::reference().unwrap(), &both()).unwrap();
+        assert_eq!(plan.jobs.len(), 30);
+        assert!(plan.refusals.is_empty());
+        let baselines: Vec<_> =
+            plan.baselines.iter().map(|b| (b.subject.as_str(), b.vowel.label(), b.substitute)).collect();
+        assert_eq!(
+            baselines,
+            [("S1", "ɯ", false), ("S2", "ɯ", false), ("S3", "ɯ", false), ("S4", "e", true)]
+        );
+        for job in &plan.jobs {
+            assert_eq!(job.substitute, job.target.subject == "S4");
+        }
+    }
+
+    #[test]
+    fn a_named_baseline_is_no_substitute_and_a_missing_one_refuses_every_row_of_its_subject() {
+        let data = Dataset::reference().unwrap();
+        let vowel = |label| Vowel::new(label).unwrap();
+        let of = BTreeMap::from([("S4".to_owned(), vowel("i"))]);
+        let s4 = Selection { subjects: Some(vec!["S4".into()]), baseline_of: of, ..both() };
+        let found = plan(&data, &s4).unwrap();
+        assert_eq!(found.baselines.len(), 1);
+        assert!(found.jobs.iter().all(|j| j.target.baseline == vowel("i") && !j.substitute));
+
+        let all = Selection { baseline: Some(Vowel::unrounded_u()), ..both() };
+        let found = plan(&data, &all).unwrap();
+        assert_eq!((found.jobs.len(), found.refusals.len()), (24, 4));
+        assert!(found.refusals[0].message.starts_with("S4 has no row for the baseline vowel /ɯ/"));
+        assert!(found.refusals.iter().all(|r| r.line >= 17));
+
+        let unknown = Selection { subjects: Some(vec!["S9".into()]), ..both() };
+        assert!(plan(&data, &unknown).unwrap_err().to_string().starts_with("unknown subject \"S9\""));
+    }
+}

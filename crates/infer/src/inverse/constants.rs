@@ -1,0 +1,102 @@
+//! Constants of the tissue that a fit searches for.
+
+use nalgebra::SVector;
+
+use tongue_core::body::Mesh;
+use tongue_core::effect::Configuration;
+use tongue_core::material::Constants;
+use tongue_core::system::{Model, System, SystemError};
+
+use super::unknown::{Constant, Quantity, Unknown};
+
+/// What makes a system anew with other constants.
+#[derive(Debug, Clone)]
+pub struct Tissue<'a, const D: usize> {
+    /// The mesh.
+    pub mesh: &'a Mesh<D>,
+    /// The model, whose constants are replaced.
+    pub model: Model,
+    /// Numbers of the muscles that can pull.
+    pub contracting: &'a [usize],
+}
+
+impl<'a, const D: usize> Tissue<'a, D> {
+    fn with(&self, constants: Constants) -> Result<System<D>, SystemError> {
+        System::new(self.mesh, &Model { constants, ..self.model }, self.contracting)
+    }
+
+    /// Constants of a candidate.
+    pub(super) fn constants(&self, unknowns: &[Unknown], x: &[f64]) -> Constants {
+        let mut constants = self.model.constants;
+        for (unknown, value) in unknowns.iter().zip(x) {
+            match unknown.quantity {
+                Quantity::Constant(Constant::YoungModulus) => constants.young_modulus = value * unknown.unit,
+                Quantity::Constant(Constant::PoissonRatio) => constants.poisson_ratio = value * unknown.unit,
+                _ => {}
+            }
+        }
+        constants
+    }
+
+    /// The system of a candidate.
+    ///
+    /// # Errors
+    /// As [`System::new`].
+    pub(super) fn system(&self, unknowns: &[Unknown], x: &[f64]) -> Result<System<D>, SystemError> {
+        self.with(self.constants(unknowns, x))
+    }
+
+    /// How the forces change with a constant, from its present value.
+    pub(super) fn derivative(
+        &self,
+        unknowns: &[Unknown],
+        x: &[f64],
+        constant: Constant,
+    ) -> Option<Derivative<D>> {
+        let here = self.constants(unknowns, x);
+        let (e, nu) = (here.young_modulus, here.poisson_ratio);
+        // λ = E ν / ((1 + ν)(1 - 2ν)) and μ = E / (2 (1 + ν)).
+        let (lambda, mu) = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
+        let slope = match constant {
+            Constant::YoungModulus => (lambda / e, mu / e),
+            Constant::PoissonRatio => {
+                let square = ((1.0 + nu) * (1.0 - 2.0 * nu)).powi(2);
+                (e * (1.0 + 2.0 * nu * nu) / square, -mu / (1.0 + nu))
+            }
+        };
+        // All coefficients of the tissue are linear in λ and μ, so three systems tell the derivative without error.
+        let other = |e: f64, nu: f64| {
+            let constants = Constants { young_modulus: e, poisson_ratio: nu, ..here };
+            let lame = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
+            self.with(constants).ok().map(|system| (system, (lame.0 - lambda, lame.1 - mu)))
+        };
+        let base = self.with(here).ok()?;
+        let stiffer = other(1.5 * e, nu)?;
+        let otherwise = other(e, if nu > 0.37 { 0.3 } else { 0.45 })?;
+        let ((a1, a2), (b1, b2)) = (stiffer.1, otherwise.1);
+        let determinant = a1 * b2 - a2 * b1;
+        let weights =
+            ((slope.0 * b2 - slope.1 * b1) / determinant, (a1 * slope.1 - a2 * slope.0) / determinant);
+        Some(Derivative { base, others: [(stiffer.0, weights.0), (otherwise.0, weights.1)] })
+    }
+}
+
+/// The derivative of all forces with respect to a constant, as a combination of systems.
+#[derive(Debug)]
+pub(super) struct Derivative<const D: usize> {
+    base: System<D>,
+    others: [(System<D>, f64); 2],
+}
+
+impl<const D: usize> Derivative<D> {
+    /// Adds the change of the force on every node, N for a unit of the constant.
+    pub fn add_force(&self, at: Configuration<'_, D>, change: &mut [SVector<f64, D>]) {
+        let mut here = vec![SVector::zeros(); change.len()];
+        self.base.force(at, &mut here);
+        let mut there = here.clone();
+        for (system, weight) in &self.others {
+            system.force(at, &mut there);
+            change.iter_mut().zip(&there).zip(&here).for_each(|((c, t), h)| *c += (t - h) * *weight);
+        }
+    }
+}

@@ -1,0 +1,377 @@
+//! The fit of measured muscle lengths: who contracts is known, and what their ratios or stretches are to be.
+
+use nalgebra::SVector;
+
+use tongue_core::body::{Body, Mesh};
+use tongue_core::observe::{Length, Observation, Ratio, Sense, Stretch};
+use tongue_core::statics::Connection;
+use tongue_core::system::{Model, System};
+use tongue_input::measured::{Target, TargetKind};
+
+use super::forward::{Forward, Inverse};
+use super::premises::{MovedBone, Premises, STRETCH_SD, Setup, standard_deviations};
+use super::problem::Problem;
+use super::solve::{Replay, solve};
+use super::start::Start;
+use super::unknown::{Quantity, Unknown};
+use super::valley::Valley;
+use super::{AT_BOUND, Answer, FitError, Identifiability, Settings, Status, Tone};
+
+/// A target and the muscles of a body that it speaks of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matched {
+    /// The target, without measured muscles that the body lacks.
+    pub target: Target,
+    /// Names of the body's muscles: those of the target in its order, then the others, each once.
+    pub muscles: Vec<String>,
+    /// The number of each in the body; of several chains of one name the first.
+    pub numbers: Vec<usize>,
+}
+
+impl Matched {
+    /// Finds the muscles of a target in a body.
+    ///
+    /// # Errors
+    /// [`FitError::MissingMuscle`] names a muscle that the fit cannot do without and the body lacks.
+    pub fn new<const D: usize>(mesh: &Mesh<D>, target: &Target) -> Result<Self, FitError> {
+        let number = |name: &str| mesh.muscles.iter().position(|m| m.name.eq_ignore_ascii_case(name));
+        let has = |name: &str| number(name).is_some();
+        let target = target.of_body(has).map_err(|muscle| FitError::MissingMuscle { muscle })?;
+        let mut muscles = target.muscles.clone();
+        for chain in &mesh.muscles {
+            if !muscles.iter().any(|m| m.eq_ignore_ascii_case(&chain.name)) {
+                muscles.push(chain.name.clone());
+            }
+        }
+        let numbers = muscles.iter().filter_map(|m| number(m)).collect();
+        Ok(Self { target, muscles, numbers })
+    }
+
+    /// Numbers in the body of the muscles that contract.
+    pub fn contracting(&self) -> Vec<usize> {
+        self.target.active.iter().map(|&m| self.numbers[m]).collect()
+    }
+
+    /// What the target says of muscles of the body, at these positions in it, with lengths counted from those in `baseline` (of all
+    /// chains of the body, m).
+    fn observations_of<const D: usize>(
+        &self,
+        system: &System<D>,
+        baseline: &[f64],
+        muscles: impl IntoIterator<Item = usize>,
+    ) -> Vec<Observation<D>> {
+        let target = &self.target;
+        let length = |m: usize| Length::new(system.muscle_ends(self.numbers[m]));
+        let seen = muscles.into_iter().map(|m| {
+            let (low, high) = target.rounding_range(m);
+            let observation = match target.kind {
+                TargetKind::Ratio => {
+                    Observation::new(Ratio::new(length(m), length(target.reference)), target.values[m])
+                }
+                TargetKind::Stretch => {
+                    Observation::new(Stretch::new(length(m), baseline[self.numbers[m]]), target.values[m])
+                }
+            };
+            observation.between(low, high)
+        });
+        seen.collect()
+    }
+
+    /// An observation for every fitted muscle, and one for every other that was measured, with lengths counted from those in
+    /// `baseline` (of all chains of the body, m).
+    pub fn observations<const D: usize>(
+        &self,
+        system: &System<D>,
+        baseline: &[f64],
+    ) -> [Vec<Observation<D>>; 2] {
+        let fitted = self.target.fitted.iter().copied();
+        let others = self.target.compared().filter(|m| !self.target.fitted.contains(m));
+        [self.observations_of(system, baseline, fitted), self.observations_of(system, baseline, others)]
+    }
+
+    /// The problem that the target sets for a body in which its active muscles can contract.
+    pub fn inverse<'a, const D: usize>(&self, setup: &'a Setup<D>, settings: &Settings) -> Inverse<'a, D> {
+        let (system, target) = (&setup.system, &self.target);
+        let [observations, others] = self.observations(system, &setup.lengths);
+        let unknowns = self.contracting().into_iter().map(|m| Unknown::tension(m, settings.upper_bound));
+        let mut inverse = Inverse { others, ..Inverse::new(system, observations, unknowns.collect()) };
+        // What was measured and does not contract has no tension; of what was not measured nothing is known to have changed.
+        inverse.tensions.clone_from(&setup.tensions);
+        let measured = |name: &str| target.muscles.iter().any(|m| m.eq_ignore_ascii_case(name));
+        for (chain, name) in setup.muscles.iter().enumerate() {
+            if measured(name) {
+                inverse.tensions[chain] = 0.0;
+            }
+        }
+        if !setup.bones.is_empty() {
+            self.free_bones(setup, &mut inverse);
+        }
+        inverse
+    }
+
+    /// Adds displacements of the freed bones, and what holds them: the signs of the changes of muscles that do not contract, and
+    /// priors.
+    fn free_bones<'a, const D: usize>(&self, setup: &'a Setup<D>, inverse: &mut Inverse<'a, D>) {
+        let (premises, target) = (&setup.premises, &self.target);
+        for unknown in &mut inverse.unknowns {
+            if let Quantity::Tension { muscle } = unknown.quantity {
+                *unknown = unknown.with_prior(setup.tensions[muscle], STRETCH_SD / premises.tension_sd);
+            }
+        }
+        for (number, bone) in premises.bones.iter().enumerate() {
+            inverse.unknowns.extend(bone.axes.iter().map(|&axis| {
+                let unknown = Unknown::bone(number, axis, 1.0);
+                let [most, sd] = [setup.most_m(), premises.bone_sd_m].map(|m| m / unknown.unit);
+                Unknown { lower: -most, upper: most, ..unknown.with_prior(0.0, STRETCH_SD / sd) }
+            }));
+        }
+        inverse.bones = &setup.bones;
+        let lengthened = |m: &usize| !target.active.contains(m) && !target.activation[*m].contracting;
+        inverse.signs = (0..target.muscles.len())
+            .filter(lengthened)
+            .map(|m| {
+                let number = self.numbers[m];
+                let length = Length::new(setup.system.muscle_ends(number));
+                let stretch = Stretch::new(length, setup.lengths[number]);
+                Observation { sense: Sense::AtLeast, ..Observation::new(stretch, 1.0) }
+            })
+            .collect();
+    }
+
+    /// The values for this target's muscles of values for all muscles of the body.
+    pub fn pick(&self, of_body: &[f64]) -> Vec<f64> {
+        self.numbers.iter().map(|&n| of_body[n]).collect()
+    }
+}
+
+/// Fits a target in a body of the plane under premises.
+///
+/// # Errors
+/// As [`fit`] and [`Setup::new`].
+pub fn fit_under(
+    body: &Body<2>,
+    model: &Model,
+    target: &Target,
+    premises: Premises,
+    settings: &Settings,
+) -> Result<Fit, FitError> {
+    if premises.is_thesis() {
+        return fit(&body.mesh, model, target, settings);
+    }
+    let setup = Setup::new(body, model, premises)?;
+    fit_in(&setup, &Matched::new(&body.mesh, target)?, settings)
+}
+
+/// A fit and all that is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit<const D: usize = 2> {
+    /// What was to be hit.
+    pub target: Target,
+    /// Names of the body's muscles: those of the target in its order, then the others. The lists of tensions and lengths run
+    /// parallel to it.
+    pub muscles: Vec<String>,
+    /// The number of each in the body.
+    pub numbers: Vec<usize>,
+    /// How it ended.
+    pub status: Status,
+    /// Tensions, N per metre of thickness; zero for muscles that do not contract.
+    pub tensions: Vec<f64>,
+    /// The same for all chains of the body, in its order.
+    pub body_tensions: Vec<f64>,
+    /// Lengths at the answer, m.
+    pub lengths: Vec<f64>,
+    /// Lengths of the model at rest, m.
+    pub rest_lengths: Vec<f64>,
+    /// Lengths of the model in the baseline, m: changes are counted from them. Those at rest where the baseline has no tone.
+    pub baseline_lengths: Vec<f64>,
+    /// Positions of all nodes in the baseline, m.
+    pub baseline_positions: Vec<SVector<f64, D>>,
+    /// Tensions in the baseline, N per metre of thickness.
+    pub tone: Tone,
+    /// Where the freed bones were found.
+    pub bones: Vec<MovedBone<D>>,
+    /// All unknowns: tensions of the active muscles, then displacements of the freed bones, mm.
+    pub unknowns: Vec<f64>,
+    /// Simulated ratio or stretch of every muscle of the target.
+    pub simulated: Vec<f64>,
+    /// Simulated less measured ratio or stretch of every muscle of the target.
+    pub residuals: Vec<f64>,
+    /// Root mean square of the residuals of the fitted muscles.
+    pub misfit: f64,
+    /// The misfit up to which the target counts as met.
+    pub misfit_tolerance: f64,
+    /// Equilibria solved during the search.
+    pub evaluations: usize,
+    /// Where each start ended, in order.
+    pub starts: Vec<Start>,
+    /// What the data determine.
+    pub identifiability: Option<Identifiability>,
+    /// The answer solved once more from rest.
+    pub replay: Replay,
+    /// Positions of all nodes at the answer, m.
+    pub positions: Vec<SVector<f64, D>>,
+}
+
+impl<const D: usize> Fit<D> {
+    /// Root mean square residual of the measured muscles that the fit does not see: those that do not contract (and, for ratios, are
+    /// not the reference, whose ratio is 1 by definition). `None` where there is none.
+    pub fn passive_rms(&self) -> Option<f64> {
+        let unseen: Vec<f64> = self
+            .target
+            .compared()
+            .filter(|m| !self.target.active.contains(m))
+            .map(|m| self.residuals[m])
+            .collect();
+        let squares: f64 = unseen.iter().map(|r| r * r).sum();
+        (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
+    }
+
+    /// Whether muscle `m` of [`Fit::muscles`] contracts: whether it has a tension to speak of.
+    pub fn contracts(&self, m: usize) -> bool {
+        self.tensions[m] >= AT_BOUND
+    }
+
+    /// Muscles of the table or of the body of which nothing was measured in one of the two rows.
+    pub fn not_measured(&self) -> Vec<String> {
+        let mut names = self.target.not_measured.clone();
+        for name in &self.muscles[self.target.muscles.len()..] {
+            if !names.iter().any(|n| n.eq_ignore_ascii_case(name)) {
+                names.push(name.clone());
+            }
+        }
+        names
+    }
+
+    /// Whether the answer meets its target and is the shape to which its tensions lead from rest, under the published law.
+    pub fn is_trustworthy(&self) -> bool {
+        let solution = &self.replay.solution;
+        self.status == Status::Converged && solution.guarded == 0 && solution.connection == Connection::Traced
+    }
+
+    /// The curve of all tensions that fit as well, where just one direction is undetermined.
+    pub fn valley(&self) -> Option<&Valley> {
+        match self.identifiability.as_ref()?.null_directions.as_slice() {
+            [one] => one.valley.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// The values for [`Fit::muscles`] of values for all chains of the body.
+    pub fn of_body(&self, values: &[f64]) -> Vec<f64> {
+        self.numbers.iter().map(|&n| values[n]).collect()
+    }
+
+    /// Tensions of the active muscles, in their order, N per metre of thickness.
+    pub fn active_tensions(&self) -> Vec<f64> {
+        self.target.active.iter().map(|&m| self.tensions[m]).collect()
+    }
+}
+
+/// Fits the tensions of the target's active muscles. The same bits for any number of threads.
+///
+/// # Errors
+/// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
+///
+/// # Example
+/// ```
+/// use crate::inverse::{self, Method, Settings, Status};
+/// use tongue_core::body::{self, Anatomy};
+/// use tongue_core::system::Model;
+/// use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+///
+/// let mesh = body::build(&Anatomy::reference()?, body::DEFAULT_SPACING_M)?;
+/// let data = Dataset::reference()?;
+/// let target = Target::new(&data, "S2", &Vowel::new("a")?, TargetKind::Ratio, &TargetOptions::default())?;
+/// let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+/// let fit = inverse::fit(&mesh, &Model::default(), &target, &settings)?;
+/// assert_eq!(fit.status, Status::Converged);
+/// // Two ratios do not determine three tensions, and the fit says so.
+/// assert_eq!(fit.identifiability.map(|i| i.null_directions.len()), Some(1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn fit<const D: usize>(
+    mesh: &Mesh<D>,
+    model: &Model,
+    target: &Target,
+    settings: &Settings,
+) -> Result<Fit<D>, FitError> {
+    let matched = Matched::new(mesh, target)?;
+    let system = System::new(mesh, model, &matched.contracting())?;
+    fit_in(&Setup::at_rest(system), &matched, settings)
+}
+
+/// As [`fit`], in a body at hand: one in which all of the target's active muscles can contract. What it assumes beside the target
+/// are its premises.
+///
+/// # Errors
+/// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
+pub fn fit_in<const D: usize>(
+    setup: &Setup<D>,
+    matched: &Matched,
+    settings: &Settings,
+) -> Result<Fit<D>, FitError> {
+    let (target, system) = (&matched.target, &setup.system);
+    let settings = &setup.settings(settings);
+    let inverse = matched.inverse(setup, settings);
+    let answer = solve(&inverse, settings)?;
+    let bones = moved_bones(setup, &inverse, settings, &answer);
+    let lengths = matched.pick(&answer.lengths);
+    let rest_lengths = matched.pick(&system.lengths(system.rest()));
+    let baseline_lengths = matched.pick(&setup.lengths);
+    let measured = target.muscles.len();
+    let simulated = target.simulated(&lengths[..measured], &baseline_lengths[..measured]);
+    Ok(Fit {
+        target: target.clone(),
+        muscles: matched.muscles.clone(),
+        numbers: matched.numbers.clone(),
+        status: answer.status,
+        tensions: matched.pick(&answer.tensions),
+        body_tensions: answer.tensions,
+        lengths,
+        rest_lengths,
+        baseline_lengths,
+        baseline_positions: setup.positions.clone(),
+        tone: setup.premises.tone.clone(),
+        bones,
+        unknowns: answer.x,
+        residuals: simulated.iter().zip(&target.values).map(|(s, m)| s - m).collect(),
+        simulated,
+        misfit: answer.misfit,
+        misfit_tolerance: settings.misfit_tolerance,
+        evaluations: answer.evaluations,
+        starts: answer.starts,
+        identifiability: answer.identifiability,
+        replay: answer.replay,
+        positions: answer.positions,
+    })
+}
+
+/// The freed bones at an answer.
+fn moved_bones<const D: usize>(
+    setup: &Setup<D>,
+    inverse: &Inverse<'_, D>,
+    settings: &Settings,
+    answer: &Answer<D>,
+) -> Vec<MovedBone<D>> {
+    if setup.bones.is_empty() {
+        return Vec::new();
+    }
+    let mut forward = Forward::new(inverse, settings);
+    forward.begin_at(&answer.x, &answer.positions);
+    let sds = forward.linearise(&answer.x).and_then(|linear| standard_deviations(&linear.jacobian));
+    let none = || SVector::<f64, D>::zeros();
+    let names = setup.premises.bones.iter().map(|b| b.name.clone());
+    let mut bones: Vec<MovedBone<D>> =
+        names.map(|name| MovedBone { name, shift: none(), half_width: none() }).collect();
+    for (i, unknown) in inverse.unknowns.iter().enumerate() {
+        if let Quantity::Bone { bone, axis } = unknown.quantity {
+            bones[bone].shift[axis] = answer.x[i] * unknown.unit;
+            let sd = sds.as_ref().map_or(f64::NAN, |sds| sds[i] * unknown.unit);
+            bones[bone].half_width[axis] = TWO_SIDED_95 * sd;
+        }
+    }
+    bones
+}
+
+/// Standard deviations on either side that hold 95 % of a normal distribution.
+const TWO_SIDED_95: f64 = 1.959_963_984_540_054;

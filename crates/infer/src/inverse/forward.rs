@@ -1,0 +1,441 @@
+//! From candidate values of the unknowns to residuals, by an equilibrium each.
+
+use nalgebra::{DMatrix, DVector, SVector};
+
+use tongue_core::observe::Observation;
+use tongue_core::parallel;
+use tongue_core::statics::{self, Critical, Solution, Status, Workspace};
+use tongue_core::system::{System, SystemError, TissueModel};
+
+use super::constants::Tissue;
+use super::freed::FreedBone;
+use super::known::{BestKnown, Known, distance_squared};
+use super::problem::{Counts, Linear, Problem};
+use super::unknown::{Quantity, Unknown};
+use super::{FitError, Settings};
+
+/// Steps in which the branch from rest is followed.
+const TRACE_STEPS: usize = 10;
+
+/// A body, what was seen of it, and what is unknown of it: all that a search does not change.
+#[derive(Debug, Clone)]
+pub struct Inverse<'a, const D: usize> {
+    /// The body; every muscle whose tension is unknown can contract in it.
+    pub system: &'a System<D>,
+    /// What was seen of it; at least one.
+    pub observations: Vec<Observation<D>>,
+    /// What else was seen and is not fitted: of answers that meet the observations equally well, it tells the best.
+    pub others: Vec<Observation<D>>,
+    /// What is known of others in words such as "not shorter": inequalities that count in the objective, but are no measurements.
+    pub signs: Vec<Observation<D>>,
+    /// What is searched for; at least one.
+    pub unknowns: Vec<Unknown>,
+    /// The bones whose displacement is searched for.
+    pub bones: &'a [FreedBone<D>],
+    /// What makes the system anew, where constants of the tissue are searched for.
+    pub tissue: Option<&'a Tissue<'a, D>>,
+    /// Tensions of all muscles of the body, N; those searched for are put in their places.
+    pub tensions: Vec<f64>,
+}
+
+impl<'a, const D: usize> Inverse<'a, D> {
+    /// A body of which only tensions are unknown, all others being zero.
+    pub fn new(system: &'a System<D>, observations: Vec<Observation<D>>, unknowns: Vec<Unknown>) -> Self {
+        let tensions = vec![0.0; system.muscle_count()];
+        let (others, signs) = (Vec::new(), Vec::new());
+        Self { system, observations, others, signs, unknowns, bones: &[], tissue: None, tensions }
+    }
+
+    /// Observations and signs.
+    fn seen(&self) -> impl Iterator<Item = &Observation<D>> {
+        self.observations.iter().chain(&self.signs)
+    }
+
+    /// Whether the observations leave directions open that no prior closes.
+    pub fn is_undetermined(&self) -> bool {
+        self.observations.len() + self.unknowns.iter().filter(|u| u.prior.is_some()).count()
+            < self.unknowns.len()
+    }
+
+    /// Checks that unknowns, bones and observations go together.
+    ///
+    /// # Errors
+    /// [`FitError::Unknown`] says what does not.
+    pub fn check(&self) -> Result<(), FitError> {
+        let wrong = |what: String| Err(FitError::Unknown { what });
+        if self.observations.is_empty() || self.unknowns.is_empty() {
+            return wrong("a fit needs at least one observation and one unknown".to_owned());
+        }
+        for u in &self.unknowns {
+            if !(u.lower.is_finite() && u.upper.is_finite() && u.lower < u.upper) {
+                return wrong(format!(
+                    "the bounds {} and {} of an unknown must be finite and in order",
+                    u.lower, u.upper
+                ));
+            }
+            match u.quantity {
+                Quantity::Tension { muscle } if !self.system.contracting().contains(&muscle) => {
+                    return wrong(format!(
+                        "muscle {muscle} is to be fitted, but does not contract in this system"
+                    ));
+                }
+                Quantity::Bone { bone, axis } if bone >= self.bones.len() || axis >= D => {
+                    return wrong(format!("bone {bone}, axis {axis} is to be fitted, but was not freed"));
+                }
+                Quantity::Constant(_) if self.tissue.is_none() => {
+                    return wrong(
+                        "a constant of the tissue is to be fitted, but nothing makes the tissue anew"
+                            .to_owned(),
+                    );
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An equilibrium.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape<const D: usize> {
+    /// What the solver did.
+    pub solution: Solution,
+    /// Where the branch from rest ends before the candidate, if it does.
+    pub critical: Option<Critical>,
+    /// Whether solving directly gives the same shape.
+    pub same: bool,
+    /// Lengths of all muscles of the body, m.
+    pub lengths: Vec<f64>,
+    /// Smallest and largest ratio of a cell's area or volume to that at rest.
+    pub cell_ratios: (f64, f64),
+    /// Positions of all nodes, m.
+    pub positions: Vec<SVector<f64, D>>,
+}
+
+/// Solves candidates one after another, each from the nearest of the best ones solved before.
+#[derive(Debug)]
+pub struct Forward<'a, const D: usize> {
+    /// What is asked.
+    pub(super) inverse: &'a Inverse<'a, D>,
+    /// How.
+    pub(super) settings: &'a Settings,
+    /// The system with other constants, where these are searched for.
+    own: Option<System<D>>,
+    /// Scratch space; holds the equilibrium of the last candidate.
+    workspace: Workspace<D>,
+    tensions: Vec<f64>,
+    effort: f64,
+    known: BestKnown<D>,
+    /// Whether candidates start from their nearest solved neighbour; else all start from rest.
+    from_neighbours: bool,
+    /// Whether candidates are followed from rest.
+    traced: bool,
+    /// The candidate whose equilibrium the workspace holds.
+    last: Option<Vec<f64>>,
+    /// The shape (positions of all nodes, m) from which candidates are solved, where it is but one.
+    held: Option<Vec<SVector<f64, D>>>,
+    counts: Counts,
+}
+
+impl<'a, const D: usize> Forward<'a, D> {
+    /// A solver of candidates.
+    pub fn new(inverse: &'a Inverse<'a, D>, settings: &'a Settings) -> Self {
+        Self {
+            inverse,
+            settings,
+            own: None,
+            workspace: Workspace::new(inverse.system),
+            tensions: inverse.tensions.clone(),
+            effort: if inverse.is_undetermined() { settings.effort } else { 0.0 },
+            known: BestKnown::new(inverse.unknowns.len()),
+            from_neighbours: settings.warm_start,
+            traced: false,
+            last: None,
+            held: None,
+            counts: Counts::default(),
+        }
+    }
+
+    /// The system of the last candidate.
+    pub fn system(&self) -> &System<D> {
+        self.own.as_ref().unwrap_or(self.inverse.system)
+    }
+
+    /// Positions of all nodes at the last candidate, m.
+    pub fn positions(&self) -> &[SVector<f64, D>] {
+        self.workspace.positions()
+    }
+
+    /// Offers a solved shape (positions of all nodes, m) and its unknowns as a start for what comes.
+    pub fn begin_at(&mut self, x: &[f64], positions: &[SVector<f64, D>]) {
+        self.known = BestKnown::new(x.len());
+        self.known.remember(x, f64::INFINITY, positions);
+    }
+
+    /// Positions of all nodes, m, at the last candidate, if that was this one and it is worth while to keep them.
+    pub(super) fn kept_shape(&self, x: &[f64]) -> Option<Vec<SVector<f64, D>>> {
+        (self.is_dear() && self.last.as_deref() == Some(x)).then(|| self.positions().to_vec())
+    }
+
+    /// Whether an equilibrium costs so much that what is known of others is used where it changes the last digits.
+    pub(super) fn is_dear(&self) -> bool {
+        self.inverse.system.tissue() == TissueModel::Continuum
+    }
+
+    /// Tensions of all muscles of the body at a candidate, N.
+    pub fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
+        let mut all = self.inverse.tensions.clone();
+        for (unknown, value) in self.inverse.unknowns.iter().zip(x) {
+            if let Quantity::Tension { muscle } = unknown.quantity {
+                all[muscle] = value * unknown.unit;
+            }
+        }
+        all
+    }
+
+    /// From now on every candidate is where its tensions lead from rest, as they grow together.
+    pub fn traced(mut self) -> Self {
+        self.traced = true;
+        self
+    }
+
+    /// A candidate solved anew from rest, on nothing that was solved before, directly and once more as its tensions grow together;
+    /// not counted. Where the two differ, the latter is the shape.
+    pub fn follow_from_rest(&self, x: &[f64]) -> Shape<D> {
+        let mut own = Forward::new(self.inverse, self.settings);
+        let mut shape = Shape {
+            solution: Solution::NONE,
+            critical: None,
+            same: false,
+            lengths: Vec::new(),
+            cell_ratios: (f64::NAN, f64::NAN),
+            positions: Vec::new(),
+        };
+        if own.set(x).is_ok() {
+            let system = own.own.as_ref().unwrap_or(self.inverse.system);
+            let settings = &self.settings.equilibrium;
+            own.workspace.start_from_rest(system);
+            let found =
+                statics::solve_and_trace(system, &mut own.workspace, &own.tensions, settings, TRACE_STEPS);
+            (shape.solution, shape.critical, shape.same) = (found.solution, found.critical, found.same);
+        }
+        shape.lengths = own.lengths();
+        shape.cell_ratios = own.system().cell_ratios(own.positions());
+        shape.positions = own.positions().to_vec();
+        shape
+    }
+
+    /// Puts a candidate into the system and the workspace.
+    fn set(&mut self, x: &[f64]) -> Result<(), SystemError> {
+        let inverse = self.inverse;
+        self.counts.evaluations += 1;
+        for (unknown, value) in inverse.unknowns.iter().zip(x) {
+            if let Quantity::Tension { muscle } = unknown.quantity {
+                self.tensions[muscle] = value * unknown.unit;
+            }
+        }
+        if let Some(tissue) = inverse.tissue {
+            self.own = Some(tissue.system(&inverse.unknowns, x)?);
+        }
+        for (number, bone) in inverse.bones.iter().enumerate() {
+            let mut shift = SVector::<f64, D>::zeros();
+            for (unknown, value) in inverse.unknowns.iter().zip(x) {
+                match unknown.quantity {
+                    Quantity::Bone { bone, axis } if bone == number => shift[axis] = value * unknown.unit,
+                    _ => {}
+                }
+            }
+            self.workspace.carry_bone(inverse.system, bone.nodes(), shift);
+        }
+        Ok(())
+    }
+
+    /// Weighted residuals of the observations, then of the signs, then of the priors, at the shape in the workspace.
+    fn residuals_here(&self, x: &[f64]) -> Option<DVector<f64>> {
+        let inverse = self.inverse;
+        let seen = inverse.seen().map(|o| o.residual(self.positions()));
+        let priors =
+            inverse.unknowns.iter().zip(x).filter_map(|(u, x)| u.prior.map(|p| (x - p.mean) * p.weight));
+        let all: Vec<f64> = seen.chain(priors).collect();
+        all.iter().all(|r| r.is_finite()).then(|| DVector::from_vec(all))
+    }
+
+    fn solve_from_held(&mut self) -> bool {
+        let Some(positions) = &self.held else { return false };
+        self.workspace.start_from(positions);
+        self.solve()
+    }
+
+    fn solve_from_nearest(&mut self, x: &[f64]) -> bool {
+        if self.traced {
+            return false;
+        }
+        let Some(nearest) = self.known.nearest(x) else { return false };
+        // With the factor of the last equilibrium the first step is the linear answer to the change.
+        let is_nearer = |last: &[f64]| distance_squared(last, x) <= distance_squared(&nearest.x, x);
+        if !(self.is_dear() && self.last.as_deref().is_some_and(is_nearer)) {
+            self.workspace.start_from(&nearest.positions);
+        }
+        self.solve()
+    }
+
+    fn solve_from_rest(&mut self) -> bool {
+        self.workspace.start_from_rest(self.inverse.system);
+        if !self.traced {
+            return self.solve();
+        }
+        let system = self.own.as_ref().unwrap_or(self.inverse.system);
+        let settings = &self.settings.equilibrium;
+        let trace = statics::trace(system, &mut self.workspace, &self.tensions, settings, TRACE_STEPS);
+        self.counts.factorisations += trace.solution.factorisations;
+        trace.solution.status == Status::Converged
+    }
+
+    fn solve(&mut self) -> bool {
+        let system = self.own.as_ref().unwrap_or(self.inverse.system);
+        let solution =
+            statics::solve(system, &mut self.workspace, &self.tensions, &self.settings.equilibrium);
+        self.counts.factorisations += solution.factorisations;
+        solution.status == Status::Converged
+    }
+
+    /// What the last solve came to.
+    fn outcome(&mut self, x: &[f64], solved: bool) -> Option<DVector<f64>> {
+        let residuals = if solved { self.residuals_here(x) } else { None };
+        self.last = solved.then(|| x.to_vec());
+        self.counts.failures += usize::from(!solved);
+        residuals
+    }
+
+    /// How every observation answers to every unknown, one factorisation for all of them.
+    fn rates(&mut self, x: &[f64], jacobian: &mut DMatrix<f64>, others: &mut DMatrix<f64>) -> Option<()> {
+        self.counts.factorisations += 1;
+        let inverse = self.inverse;
+        let system = self.own.as_ref().unwrap_or(inverse.system);
+        let mut response = statics::Response::new(system, &mut self.workspace).ok()?;
+        for (column, unknown) in inverse.unknowns.iter().enumerate() {
+            match unknown.quantity {
+                Quantity::Tension { muscle } => response.to_tension(muscle),
+                Quantity::Bone { bone, axis } => {
+                    let bone = &inverse.bones[bone];
+                    let other = inverse.tissue.map(|t| t.constants(&inverse.unknowns, x));
+                    response.to_load(|at, load| bone.add_force(at, axis, other, load));
+                    response.carry(bone.nodes(), axis);
+                }
+                Quantity::Constant(constant) => {
+                    let derivative = inverse.tissue?.derivative(&inverse.unknowns, x, constant)?;
+                    response.to_load(|at, load| derivative.add_force(at, load));
+                }
+            }
+            response.scale(unknown.unit);
+            for (row, observation) in inverse.seen().enumerate() {
+                jacobian[(row, column)] = observation.rate(response.positions(), response.motion());
+            }
+            for (row, observation) in inverse.others.iter().enumerate() {
+                others[(row, column)] = observation.rate(response.positions(), response.motion());
+            }
+        }
+        Some(())
+    }
+}
+
+impl<const D: usize> Problem for Forward<'_, D> {
+    fn unknowns(&self) -> &[Unknown] {
+        &self.inverse.unknowns
+    }
+
+    fn measurements(&self) -> usize {
+        self.inverse.observations.len()
+    }
+
+    fn other_residuals(&self) -> DVector<f64> {
+        let all = self.inverse.others.iter().map(|o| o.residual(self.positions()));
+        DVector::from_vec(all.collect())
+    }
+
+    fn lengths(&self) -> Vec<f64> {
+        self.system().lengths(self.positions())
+    }
+
+    fn effort(&self) -> f64 {
+        self.effort
+    }
+
+    fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
+        let possible = self.set(x).is_ok();
+        if self.held.is_some() {
+            let solved = possible && self.solve_from_held();
+            return self.outcome(x, solved);
+        }
+        let warm = possible && self.settings.warm_start && self.from_neighbours;
+        let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_from_rest());
+        let residuals = self.outcome(x, solved)?;
+        let cost = self.cost(x, Some(&residuals));
+        self.known.remember(x, cost, self.workspace.positions());
+        Some(residuals)
+    }
+
+    fn residuals_from_rest(&mut self, x: &[f64]) -> Option<DVector<f64>> {
+        let solved = self.set(x).is_ok() && self.solve_from_rest();
+        self.outcome(x, solved)
+    }
+
+    fn linearise(&mut self, x: &[f64]) -> Option<Linear> {
+        let residuals = self.residuals(x)?;
+        let inverse = self.inverse;
+        let mut jacobian = DMatrix::zeros(residuals.len(), inverse.unknowns.len());
+        let mut other_jacobian = DMatrix::zeros(inverse.others.len(), inverse.unknowns.len());
+        let other_residuals = self.other_residuals();
+        self.rates(x, &mut jacobian, &mut other_jacobian)?;
+        let priors = inverse.unknowns.iter().enumerate().filter_map(|(i, u)| u.prior.map(|p| (i, p.weight)));
+        for (row, (column, weight)) in priors.enumerate() {
+            jacobian[(inverse.seen().count() + row, column)] = weight;
+        }
+        Some(Linear { jacobian, residuals, other_jacobian, other_residuals })
+    }
+
+    /// Each from rest on its own workspace, and kept as a start.
+    fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
+        let solved: Vec<(Option<DVector<f64>>, usize, Option<Known<D>>)> = parallel::map(candidates, |x| {
+            let mut own = Forward::new(self.inverse, self.settings);
+            let residuals = own.residuals(x);
+            (residuals, own.counts.factorisations, own.known.best().cloned())
+        });
+        let mut out = Vec::with_capacity(candidates.len());
+        for (residuals, factorisations, known) in solved {
+            self.counts.evaluations += 1;
+            self.counts.failures += usize::from(known.is_none());
+            self.counts.factorisations += factorisations;
+            if let Some(known) = known {
+                self.known.remember(&known.x, known.cost, &known.positions);
+            }
+            out.push(residuals);
+        }
+        out
+    }
+
+    fn trace(&mut self, trace: bool) -> bool {
+        std::mem::replace(&mut self.traced, trace)
+    }
+
+    fn hold(&mut self, hold: bool) {
+        self.held = hold.then(|| self.workspace.positions().to_vec());
+    }
+
+    fn forget_neighbours(&mut self) {
+        self.from_neighbours = false;
+        self.known.clear();
+    }
+
+    fn keep_best(&mut self) {
+        self.known.keep_best();
+    }
+
+    fn spread(&self) -> f64 {
+        self.known.spread()
+    }
+
+    fn counts(&self) -> Counts {
+        self.counts
+    }
+}

@@ -1,0 +1,92 @@
+//! Bones whose displacement a fit searches for.
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+
+use tongue_core::body::{Body, Mesh};
+use tongue_core::effect::{Configuration, Tangent};
+use tongue_core::material::Constants;
+use tongue_core::sparse::BlockMatrix;
+use tongue_core::system::{Model, System, SystemError};
+
+use super::FitError;
+
+/// A bone that may be displaced: its nodes, and the system in which they are free, which knows how the tissue pulls at them.
+#[derive(Debug, Clone)]
+pub struct FreedBone<const D: usize> {
+    nodes: Vec<usize>,
+    mesh: Mesh<D>,
+    model: Model,
+    contracting: Vec<usize>,
+    loose: Arc<System<D>>,
+}
+
+impl<const D: usize> FreedBone<D> {
+    /// Frees nodes that a bone holds.
+    ///
+    /// # Errors
+    /// [`SystemError::NotOnBone`] for a node that no bone holds; [`SystemError::Loose`] where nothing else holds the body.
+    pub fn new(
+        mesh: &Mesh<D>,
+        model: &Model,
+        contracting: &[usize],
+        nodes: &[usize],
+    ) -> Result<Self, SystemError> {
+        if let Some(&node) = nodes.iter().find(|n| !mesh.fixed.contains(n)) {
+            return Err(SystemError::NotOnBone { node });
+        }
+        let mut mesh = mesh.clone();
+        mesh.fixed.retain(|n| !nodes.contains(n));
+        let loose = Arc::new(System::new(&mesh, model, contracting)?);
+        Ok(Self { nodes: nodes.to_vec(), mesh, model: *model, contracting: contracting.to_vec(), loose })
+    }
+
+    /// Frees a bone of a body by its name.
+    ///
+    /// # Errors
+    /// [`FitError::Unknown`] for a bone that the body does not name; otherwise as [`FreedBone::new`].
+    pub fn of(body: &Body<D>, model: &Model, contracting: &[usize], name: &str) -> Result<Self, FitError> {
+        let nodes = body.bone(name);
+        if nodes.is_empty() {
+            let known: Vec<&str> = body.bones.iter().map(|b| b.name.as_str()).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            let what = format!("the bone \"{name}\" cannot be freed: the bones of this body are {known}");
+            return Err(FitError::Unknown { what });
+        }
+        Ok(Self::new(&body.mesh, model, contracting, nodes)?)
+    }
+
+    /// Its nodes.
+    pub fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    /// Adds the force that the tissue puts on every node when the bone moves along an axis and all other nodes stay, N/m; `other` are
+    /// constants of the tissue in place of the model's.
+    pub(crate) fn add_force(
+        &self,
+        at: Configuration<'_, D>,
+        axis: usize,
+        other: Option<Constants>,
+        force: &mut [SVector<f64, D>],
+    ) {
+        let with = |constants| System::new(&self.mesh, &Model { constants, ..self.model }, &self.contracting);
+        let anew = other.and_then(|constants| with(constants).ok());
+        let loose = anew.as_ref().unwrap_or(&self.loose);
+        let pattern = loose.pattern();
+        let mut stiffness = BlockMatrix::zeros(pattern);
+        loose.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
+        let moved = |node: &usize| {
+            let mut v = SVector::<f64, D>::zeros();
+            if self.nodes.contains(node) {
+                v[axis] = 1.0;
+            }
+            v
+        };
+        let motion: Vec<_> = pattern.nodes().iter().map(moved).collect();
+        let mut image = vec![SVector::zeros(); motion.len()];
+        stiffness.multiply(pattern, &motion, &mut image);
+        pattern.nodes().iter().zip(image).for_each(|(&node, f)| force[node] -= f);
+    }
+}

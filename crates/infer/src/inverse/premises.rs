@@ -1,0 +1,345 @@
+//! What a fit assumes of the baseline, and what it frees beside the tensions.
+//!
+//! The thesis takes the baseline vowel for rest. It is a posture itself: muscles pull in it too, with a **tone** `F0`. A stretch is
+//! then `L(F) / L(F0)`; muscles that are shorter than in the baseline have a tension to be found, longer ones none, and muscles of
+//! which nothing was measured keep their tone. A freed **bone** is displaced by `d`. Then
+//!
+//! ```text
+//! minimise  sum over shorter (s - s_measured)²  +  sum over the others max(0, 1 - s)²
+//!           +  sum over shorter (σ/σ_F)² (F - F0)²  +  (σ/σ_d)² |d|²           σ = 0.01, σ_F = 17 N/m, σ_d = 5 mm
+//! ```
+//!
+//! the second sum being the signs of the changes, which hold `d`, and the last two priors. How strong they are was found on the
+//! data of Takano and Honda (2007): `tongue-fit validate`.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, SVector};
+use serde::Serialize;
+
+use tongue_core::body::{Body, HYOID};
+use tongue_core::statics::{self, Workspace};
+use tongue_core::system::{Model, System};
+use tongue_input::measured::TargetKind;
+
+use super::{FitError, FreedBone, Settings};
+
+/// Tension of muscles in the baseline, N (2D: per metre of thickness).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Tone {
+    /// The same in all.
+    Uniform(f64),
+    /// By the names of the muscles; others have none.
+    ByMuscle(#[serde(serialize_with = "by_name")] Vec<(String, f64)>),
+}
+
+impl Tone {
+    /// That of a muscle, case aside.
+    pub fn of(&self, muscle: &str) -> f64 {
+        match self {
+            Self::Uniform(tone) => *tone,
+            Self::ByMuscle(all) => {
+                all.iter().find(|(m, _)| m.eq_ignore_ascii_case(muscle)).map_or(0.0, |(_, tone)| *tone)
+            }
+        }
+    }
+
+    /// Whether no muscle has any, as in the thesis.
+    pub fn is_none(&self) -> bool {
+        match self {
+            Self::Uniform(tone) => *tone == 0.0,
+            Self::ByMuscle(all) => all.iter().all(|(_, tone)| *tone == 0.0),
+        }
+    }
+
+    /// The posture from which changes are counted, in words.
+    pub fn posture(&self) -> String {
+        match self {
+            _ if self.is_none() => "at rest".to_owned(),
+            Self::Uniform(tone) => format!("in the baseline with {tone} N/m in every muscle"),
+            Self::ByMuscle(_) => "in the baseline with its tone by muscle".to_owned(),
+        }
+    }
+}
+
+fn by_name<S: serde::Serializer>(all: &[(String, f64)], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(all.iter().map(|(muscle, tone)| (muscle, tone)))
+}
+
+impl Default for Tone {
+    fn default() -> Self {
+        Self::Uniform(0.0)
+    }
+}
+
+/// A bone whose displacement is searched for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LooseBone {
+    /// Its name in the body.
+    pub name: String,
+    /// The coordinates along which it may move, from 0.
+    pub axes: Vec<usize>,
+}
+
+/// How the hyoid may move in a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HyoidMotion {
+    /// Anywhere in the plane, near its place.
+    Free,
+    /// Forward and back only.
+    Forward,
+    /// Not.
+    Fixed,
+}
+
+/// What a user says of a fit's premises; the rest follows from the quantity that is fitted.
+#[derive(Debug, Clone, Default)]
+pub struct Said<'a> {
+    /// The thesis's assumptions are the default.
+    pub thesis: bool,
+    /// Tensions in the baseline. Default: [`TONE`] where stretches are fitted, none where ratios are.
+    pub tone: Option<Tone>,
+    /// How the hyoid may move. Default: free where stretches are fitted and the body names it, fixed where ratios are.
+    pub hyoid: Option<HyoidMotion>,
+    /// Other bones that may move.
+    pub free_bones: &'a [String],
+}
+
+/// What holds beside a target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Premises {
+    /// Tensions in the baseline.
+    pub tone: Tone,
+    /// The bones that may be displaced.
+    pub bones: Vec<LooseBone>,
+    /// Standard deviation of a bone's displacement along an axis, m.
+    pub bone_sd_m: f64,
+    /// Standard deviation of a tension from its tone, N (2D: per metre of thickness); it counts where a bone is freed.
+    pub tension_sd: f64,
+}
+
+/// The tone that explains most and is flat from 6 to 12, N per metre of thickness.
+pub const TONE: f64 = 8.0;
+/// Standard deviation of a measured stretch, against which those of tensions and displacements are weighed.
+pub const STRETCH_SD: f64 = 0.01;
+/// Standard deviation of the displacement of a bone, m.
+pub const BONE_SD_M: f64 = 5e-3;
+/// Standard deviation of a tension from its tone, N per metre of thickness.
+const TENSION_SD: f64 = STRETCH_SD / 6e-4;
+const NO_BASELINE: &str = "there is no equilibrium of the baseline at this tone; take a smaller one";
+/// Steps in which the branch from rest is followed.
+const TRACE_STEPS: usize = 10;
+/// No bone goes further than so many standard deviations.
+const MOST_SDS: f64 = 4.0;
+
+impl Default for Premises {
+    /// Those of the thesis: the baseline is rest, and bones stay where they are.
+    fn default() -> Self {
+        Self { tone: Tone::default(), bones: Vec::new(), bone_sd_m: BONE_SD_M, tension_sd: TENSION_SD }
+    }
+}
+
+impl Premises {
+    /// A baseline with [`TONE`] in every muscle, and a hyoid that may move.
+    pub fn active_baseline(dimension: usize) -> Self {
+        let hyoid = LooseBone { name: HYOID.to_owned(), axes: (0..dimension).collect() };
+        Self { tone: Tone::Uniform(TONE), bones: vec![hyoid], ..Self::default() }
+    }
+
+    /// What is assumed where a quantity is fitted in a body of the plane.
+    ///
+    /// # Errors
+    /// [`FitError::Unknown`] for a bone that is freed twice.
+    pub fn of(kind: TargetKind, body: &Body<2>, said: &Said<'_>) -> Result<Self, FitError> {
+        let active = kind == TargetKind::Stretch && !said.thesis;
+        let tone = said.tone.clone().unwrap_or(Tone::Uniform(if active { TONE } else { 0.0 }));
+        let named = body.bones.iter().any(|b| b.name == HYOID);
+        let axes = match said.hyoid {
+            Some(HyoidMotion::Free) => 0..2,
+            None if active && named => 0..2,
+            Some(HyoidMotion::Forward) => 0..1,
+            Some(HyoidMotion::Fixed) | None => 0..0,
+        };
+        let mut bones = vec![LooseBone { name: HYOID.to_owned(), axes: axes.collect() }];
+        for name in said.free_bones {
+            if bones.iter().any(|b| b.name == *name && !(b.name == HYOID && b.axes.is_empty())) {
+                let what = format!("the bone {name} is free already; give each bone once");
+                return Err(FitError::Unknown { what });
+            }
+            bones.push(LooseBone { name: name.clone(), axes: vec![0, 1] });
+        }
+        bones.retain(|b| !b.axes.is_empty());
+        Ok(Self { tone, bones, ..Self::default() })
+    }
+
+    /// Whether they are those of the thesis.
+    pub fn is_thesis(&self) -> bool {
+        self.tone.is_none() && self.bones.is_empty()
+    }
+}
+
+/// A body in which targets are fitted: ready to be solved, and in its baseline posture.
+#[derive(Debug, Clone)]
+pub struct Setup<const D: usize = 2> {
+    /// What is assumed.
+    pub premises: Premises,
+    /// The body; every muscle that a fit gives a tension can contract in it.
+    pub system: Arc<System<D>>,
+    /// Names of all chains of the body.
+    pub muscles: Vec<String>,
+    /// The freed bones, as in the premises.
+    pub bones: Arc<Vec<FreedBone<D>>>,
+    /// Tensions of all chains of the body in the baseline, N (2D: per metre of thickness).
+    pub tensions: Vec<f64>,
+    /// Positions of all nodes in the baseline, m.
+    pub positions: Vec<SVector<f64, D>>,
+    /// Lengths of all chains of the body in the baseline, m: changes are counted from them.
+    pub lengths: Vec<f64>,
+}
+
+impl<const D: usize> Setup<D> {
+    /// A body that is at rest in the baseline and whose bones stay where they are.
+    pub fn at_rest(system: impl Into<Arc<System<D>>>) -> Self {
+        let system = system.into();
+        Self {
+            premises: Premises::default(),
+            muscles: Vec::new(),
+            bones: Arc::default(),
+            tensions: vec![0.0; system.muscle_count()],
+            positions: system.rest().to_vec(),
+            lengths: system.lengths(system.rest()),
+            system,
+        }
+    }
+
+    /// A body under premises, in which every muscle can contract.
+    ///
+    /// # Errors
+    /// As [`System::new`] and [`Setup::in_system`]; [`FitError::Unknown`] for a bone that the body does not name, or where nothing
+    /// else would hold it.
+    pub fn new(body: &Body<D>, model: &Model, premises: Premises) -> Result<Self, FitError> {
+        let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
+        let mut freed = Vec::new();
+        for LooseBone { name, axes } in &premises.bones {
+            if axes.iter().any(|a| *a >= D) {
+                let what = format!("the bone \"{name}\" cannot be freed along an axis that the body has not");
+                return Err(FitError::Unknown { what });
+            }
+            freed.push(FreedBone::of(body, model, &all, name)?);
+        }
+        let names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
+        Ok(Self {
+            bones: Arc::new(freed),
+            ..Self::in_system(System::new(&body.mesh, model, &all)?, &names, premises)?
+        })
+    }
+
+    /// The same in a system at hand, in which every muscle that has a tone can contract; its bones are not freed.
+    ///
+    /// # Errors
+    /// [`FitError::Setting`] for a tone or a standard deviation out of range; [`FitError::Unknown`] where there is no equilibrium
+    /// at the tone, or the tone is of no muscle of the body.
+    pub fn in_system(
+        system: impl Into<Arc<System<D>>>,
+        muscles: &[&str],
+        premises: Premises,
+    ) -> Result<Self, FitError> {
+        let system = system.into();
+        for (name, sd) in [
+            ("the standard deviation of a bone", premises.bone_sd_m),
+            ("that of a tension", premises.tension_sd),
+        ] {
+            if !(sd.is_finite() && sd > 0.0) {
+                return Err(FitError::Setting { name, value: sd, must: "positive and finite" });
+            }
+        }
+        let muscles: Vec<String> = muscles.iter().map(|m| (*m).to_owned()).collect();
+        let tensions: Vec<f64> = muscles.iter().map(|m| premises.tone.of(m)).collect();
+        if let Some(&value) = tensions.iter().find(|t| !(t.is_finite() && **t >= 0.0)) {
+            return Err(FitError::Setting { name: "the tone", value, must: "finite and not negative" });
+        }
+        if let Tone::ByMuscle(all) = &premises.tone
+            && let Some((name, _)) =
+                all.iter().find(|(name, _)| !muscles.iter().any(|m| m.eq_ignore_ascii_case(name)))
+        {
+            let what = format!("the tone names {name}, a muscle that this body does not have; leave it out");
+            return Err(FitError::Unknown { what });
+        }
+        if tensions.iter().all(|t| *t == 0.0) {
+            return Ok(Self { premises, muscles, ..Self::at_rest(system) });
+        }
+        let mut w = Workspace::new(&system);
+        let settings = statics::Settings::default();
+        let found = statics::solve_and_trace(&system, &mut w, &tensions, &settings, TRACE_STEPS).solution;
+        if found.status != statics::Status::Converged || found.guarded > 0 {
+            return Err(FitError::Unknown { what: NO_BASELINE.to_owned() });
+        }
+        let positions = w.positions().to_vec();
+        Ok(Self {
+            premises,
+            muscles,
+            bones: Arc::default(),
+            tensions,
+            lengths: system.lengths(&positions),
+            positions,
+            system,
+        })
+    }
+
+    /// The same body under other premises about the same bones (or none): only its baseline is solved anew, from the present one.
+    ///
+    /// # Errors
+    /// As [`Setup::in_system`]; [`FitError::Unknown`] for other bones.
+    pub fn under(&self, premises: Premises) -> Result<Self, FitError> {
+        let bones = if premises.bones.is_empty() { Arc::default() } else { Arc::clone(&self.bones) };
+        if premises.bones.len() != bones.len() {
+            let what = "premises about the same bones are needed here".to_owned();
+            return Err(FitError::Unknown { what });
+        }
+        let tensions = self.muscles.iter().map(|m| premises.tone.of(m)).collect::<Vec<_>>();
+        if tensions == self.tensions {
+            return Ok(Self { premises, bones, ..self.clone() });
+        }
+        let mut w = Workspace::new(&self.system);
+        w.start_from(&self.positions);
+        let solution = statics::solve(&self.system, &mut w, &tensions, &statics::Settings::default());
+        if solution.status != statics::Status::Converged {
+            return Err(FitError::Unknown { what: NO_BASELINE.to_owned() });
+        }
+        let positions = w.positions().to_vec();
+        let lengths = self.system.lengths(&positions);
+        Ok(Self { premises, bones, tensions, positions, lengths, ..self.clone() })
+    }
+
+    /// The settings of fits here: where priors hold an answer beside its target, the target counts as met within the standard
+    /// deviation of a stretch.
+    pub fn settings(&self, settings: &Settings) -> Settings {
+        let tolerance = if self.bones.is_empty() { 0.0 } else { STRETCH_SD };
+        Settings { misfit_tolerance: settings.misfit_tolerance.max(tolerance), ..*settings }
+    }
+
+    /// The most that a freed bone is displaced, m.
+    pub fn most_m(&self) -> f64 {
+        MOST_SDS * self.premises.bone_sd_m
+    }
+}
+
+/// Where a freed bone was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovedBone<const D: usize> {
+    /// Its name.
+    pub name: String,
+    /// Its displacement, m.
+    pub shift: SVector<f64, D>,
+    /// Half of the 95 % interval of each coordinate, m: linearised at the answer, from the standard deviation of a stretch and the
+    /// priors. 0 where it was not freed.
+    pub half_width: SVector<f64, D>,
+}
+
+/// Standard deviations of the unknowns, in their units, where residuals have [`STRETCH_SD`]; `None` where the Jacobian has not full
+/// rank.
+pub(super) fn standard_deviations(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let inverse = (jacobian.tr_mul(jacobian)).cholesky()?.inverse();
+    Some(inverse.diagonal().iter().map(|v| STRETCH_SD * v.sqrt()).collect())
+}

@@ -1,0 +1,149 @@
+//! How far the tensions may move before the targets leave what the rounding of the data allows.
+
+use nalgebra::{DMatrix, DVector};
+
+use tongue_core::observe::Certainty;
+
+use super::directions::decompose;
+use super::forward::Forward;
+use super::on_target::room;
+use super::problem::Problem;
+
+/// Most evaluations that look for one end of a segment.
+const MOST_TRIES: usize = 12;
+/// An end is found when the nearest target is as near as this to the edge of its range, as part of half the range.
+const AT_EDGE: f64 = 0.01;
+
+/// A straight segment of tensions through the answer, along one singular direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoundingSegment {
+    /// How strongly the targets answer along it, 1/N.
+    pub singular_value: f64,
+    /// Unit vector over the active muscles; its largest entry is positive.
+    pub direction: Vec<f64>,
+    /// Tensions at the end against the direction, N.
+    pub from_n: Vec<f64>,
+    /// Tensions at the end along the direction, N.
+    pub to_n: Vec<f64>,
+}
+
+/// For every singular direction of d(target)/d(tension) at `tensions`, how far one can go along it until a fitted value leaves
+/// the range that ±0.5 mm on each length allows, or a tension its bounds. Where the answer itself lies outside that range
+/// the segment is the answer. `None` where the equilibrium is singular.
+pub fn segments<const D: usize>(
+    forward: &mut Forward<'_, D>,
+    tensions: &[f64],
+) -> Option<Vec<RoundingSegment>> {
+    let jacobian = forward.linearise(tensions)?.jacobian;
+    let (values, directions) = decompose(&jacobian)?;
+    let here = DVector::from_column_slice(tensions);
+    let out = values.into_iter().zip(directions).map(|(singular_value, direction)| RoundingSegment {
+        singular_value,
+        from_n: end(forward, &jacobian, &here, &-&direction),
+        to_n: end(forward, &jacobian, &here, &direction),
+        direction: direction.iter().copied().collect(),
+    });
+    Some(out.collect())
+}
+
+/// The last point along `direction` that is still within bounds and rounding: sought from where the linear model has it, outwards
+/// until it is passed, then by false position. The targets are taken to leave their ranges once and for all.
+fn end<const D: usize>(
+    forward: &mut Forward<'_, D>,
+    jacobian: &DMatrix<f64>,
+    here: &DVector<f64>,
+    direction: &DVector<f64>,
+) -> Vec<f64> {
+    let unknowns = forward.unknowns().to_vec();
+    let room = room(here, direction, &unknowns).max(0.0);
+    let at = |way: f64| {
+        let there = here + direction * way;
+        DVector::from_iterator(there.len(), there.iter().zip(&unknowns).map(|(x, u)| x.max(u.lower)))
+    };
+    let mut inside = (0.0, outside_by(forward, here.as_slice()));
+    if inside.1 > 0.0 {
+        return here.iter().copied().collect();
+    }
+    let change = jacobian * direction;
+    let linear =
+        forward.inverse.observations.iter().zip(change.iter()).filter_map(|(o, slope)| match o.certainty {
+            Certainty::Between(low, high) => Some(0.5 * (high - low) / slope.abs()),
+            _ => None,
+        });
+    let mut way = linear.fold(room, f64::min);
+    let mut outside: Option<(f64, f64)> = None;
+    for _ in 0..MOST_TRIES {
+        let by = outside_by(forward, at(way).as_slice());
+        if by > 0.0 {
+            outside = Some((way, by));
+        } else {
+            inside = (way, by);
+            if way >= room || by > -AT_EDGE {
+                break;
+            }
+        }
+        way = match outside {
+            None => (2.0 * way).min(room),
+            // Where no equilibrium was found there is nothing to interpolate.
+            Some((far, by)) if by.is_finite() => {
+                let part = (AT_EDGE / 2.0 + inside.1) / (inside.1 - by);
+                inside.0 + (far - inside.0) * part.clamp(0.05, 0.95)
+            }
+            Some((far, _)) => 0.5 * (inside.0 + far),
+        };
+    }
+    at(inside.0).iter().copied().collect()
+}
+
+/// How far the fitted value that is farthest out lies outside its range, as part of half that range: negative inside, infinite
+/// where no equilibrium is found.
+fn outside_by<const D: usize>(forward: &mut Forward<'_, D>, tensions: &[f64]) -> f64 {
+    if forward.residuals(tensions).is_none() {
+        return f64::INFINITY;
+    }
+    let each = forward.inverse.observations.iter().filter_map(|o| match o.certainty {
+        Certainty::Between(low, high) => {
+            let half = 0.5 * (high - low);
+            Some(((o.observable.value(forward.positions()) - 0.5 * (low + high)).abs() - half) / half)
+        }
+        _ => None,
+    });
+    each.fold(f64::NEG_INFINITY, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inverse::{Matched, Settings, Setup, fit};
+    use tongue_core::body::{self, Anatomy};
+    use tongue_core::system::{Model, System};
+    use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+
+    #[test]
+    fn segments_end_where_a_target_leaves_its_rounding_or_a_tension_its_bounds() {
+        let mesh = body::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap();
+        let data = Dataset::reference().unwrap();
+        let settings = Settings { method: crate::inverse::Method::GaussNewton, ..Settings::default() };
+        for kind in TargetKind::ALL {
+            let vowel = Vowel::new("a").unwrap();
+            let target = Target::new(&data, "S2", &vowel, kind, &TargetOptions::default()).unwrap();
+            let found = fit(&mesh, &Model::default(), &target, &settings).unwrap();
+            let matched = Matched::new(&mesh, &target).unwrap();
+            let system = System::new(&mesh, &Model::default(), &matched.contracting()).unwrap();
+            let setup = Setup::at_rest(system);
+            let inverse = matched.inverse(&setup, &settings);
+            let mut forward = Forward::new(&inverse, &settings);
+            let answer = found.active_tensions();
+            let all = segments(&mut forward, &answer).unwrap();
+            assert_eq!(all.len(), 3);
+            for (end, sign, direction) in
+                all.iter().flat_map(|s| [(&s.from_n, -1.0, &s.direction), (&s.to_n, 1.0, &s.direction)])
+            {
+                let by = outside_by(&mut forward, end);
+                let beyond: Vec<f64> = end.iter().zip(direction).map(|(t, d)| t + sign * 1e-6 * d).collect();
+                let at_bound = beyond.iter().any(|t| *t < 0.0 || *t > settings.upper_bound);
+                assert!(by <= 0.0 && (by > -0.02 || at_bound), "{kind}: {by} at {end:?}");
+            }
+        }
+    }
+}

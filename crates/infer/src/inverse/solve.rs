@@ -1,0 +1,217 @@
+//! One fit from beginning to end: searches from several starts, and what is to be said of the best answer.
+
+use nalgebra::SVector;
+use serde::Serialize;
+
+use tongue_core::body::largest_distance;
+use tongue_core::parallel;
+use tongue_core::statics::{self, Critical, Solution};
+
+use super::forward::{Forward, Inverse};
+use super::identifiability::{self, Identifiability};
+use super::on_target::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
+use super::problem::Problem;
+use super::start::Start;
+use super::unknown::Unknown;
+use super::valley::Valley;
+use super::{AT_BOUND, Among, FitError, Method, Settings, Status, gauss_newton, nelder_mead, valley};
+
+/// The shape to which the tensions lead from rest must be the search's within this, m.
+const SAME_SHAPE: f64 = 1e-8;
+
+/// The answer followed once more from rest, as all tensions grow together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Replay {
+    /// What the solver did; its connection says whether the branch from rest leads there.
+    pub solution: Solution,
+    /// Where the branch from rest ends before the answer, if it does.
+    pub critical: Option<Critical>,
+    /// Largest distance of a node from the search's shape, m.
+    pub largest_difference: f64,
+    /// Smallest ratio of a cell's area or volume to that at rest.
+    pub min_area_ratio: f64,
+    /// Largest such ratio.
+    pub max_area_ratio: f64,
+}
+
+/// Values of the unknowns that meet the observations best, and all that is known of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer<const D: usize> {
+    /// How the fit ended.
+    pub status: Status,
+    /// The unknowns, in their units and order.
+    pub x: Vec<f64>,
+    /// Tensions of all muscles of the body, N (2D: per metre of thickness).
+    pub tensions: Vec<f64>,
+    /// Lengths of all muscles of the body, m.
+    pub lengths: Vec<f64>,
+    /// Root mean square residual of the observations.
+    pub misfit: f64,
+    /// Equilibria solved during the search.
+    pub evaluations: usize,
+    /// Where each start ended, in order.
+    pub starts: Vec<Start>,
+    /// What the data determine.
+    pub identifiability: Option<Identifiability>,
+    /// The answer solved once more from rest.
+    pub replay: Replay,
+    /// Positions of all nodes at the answer, m.
+    pub positions: Vec<SVector<f64, D>>,
+}
+
+/// Searches the unknowns that meet the observations best. The same bits for any number of threads.
+///
+/// # Errors
+/// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
+pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> Result<Answer<D>, FitError> {
+    settings.check()?;
+    inverse.check()?;
+    let numbers: Vec<_> = (0..settings.starts).collect();
+    let searched = parallel::map(&numbers, |&number| {
+        let mut forward = Forward::new(inverse, settings);
+        let start = match settings.method {
+            Method::NelderMead => nelder_mead::run(&mut forward, settings, number)?,
+            Method::GaussNewton => gauss_newton::run(&mut forward, settings, number),
+        };
+        Ok::<_, FitError>((forward.kept_shape(&start.x), start))
+    });
+    let (shapes, starts): (Vec<_>, Vec<Start>) =
+        searched.into_iter().collect::<Result<Vec<_>, FitError>>()?.into_iter().unzip();
+    // The first of equals, whatever the order in which they finished.
+    let (best, shape) = starts
+        .iter()
+        .zip(&shapes)
+        .min_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost))
+        .ok_or_else(|| FitError::Search("no start was made".into()))?;
+
+    let mut forward = Forward::new(inverse, settings);
+    if let Some(shape) = shape {
+        forward.begin_at(&best.x, shape);
+    }
+    let mut x = snap_to_lower_bound(&mut forward, best);
+    let mut followed = None;
+    if inverse.is_undetermined() && best.solved {
+        (x, followed) = settle(&mut forward, settings, &x);
+    }
+    for (x, unknown) in x.iter_mut().zip(&inverse.unknowns) {
+        // What rounding leaves of a muscle that is slack.
+        if unknown.is_tension() && *x < unknown.lower + ON_BOUND {
+            *x = unknown.lower;
+        }
+    }
+    let mut spent = starts.iter().map(|s| s.evaluations).sum::<usize>();
+    let mut shape = forward.follow_from_rest(&x);
+    if !shape.same {
+        // The tensions found belong to a shape to which they do not lead from rest: the search goes on among those to which they do.
+        let mut traced = Forward::new(inverse, settings).traced();
+        if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
+            spent += std::mem::replace(&mut forward, traced).counts().evaluations;
+            x = other;
+            followed = None;
+            shape = forward.follow_from_rest(&x);
+        }
+    }
+    let residuals = forward.residuals(&x);
+    let misfit = forward.misfit(residuals.as_ref());
+    let largest_difference = match residuals {
+        Some(_) => largest_distance(forward.positions(), &shape.positions),
+        None => f64::INFINITY,
+    };
+    let followed = followed.filter(|_| forward.is_dear());
+    let identifiability = identifiability::analyse_on(&mut forward, settings, &x, followed);
+    let evaluations = spent + forward.counts().evaluations;
+
+    let (min_area_ratio, max_area_ratio) = shape.cell_ratios;
+    let (solution, critical) = (shape.solution, shape.critical);
+    let replay = Replay { solution, critical, largest_difference, min_area_ratio, max_area_ratio };
+    let at_upper_bound = |(u, x): (&Unknown, &f64)| *x > u.upper - AT_BOUND;
+    let status = if solution.status != statics::Status::Converged {
+        Status::NoEquilibrium
+    } else if largest_difference > SAME_SHAPE {
+        Status::ReplayDiffers
+    } else if inverse.unknowns.iter().zip(&x).any(at_upper_bound) {
+        Status::AtUpperBound
+    } else if misfit > settings.misfit_tolerance {
+        Status::TargetNotMet
+    } else if !best.converged {
+        Status::IterationLimit
+    } else {
+        Status::Converged
+    };
+    let again = shape;
+    Ok(Answer {
+        status,
+        tensions: forward.tensions_of(&x),
+        lengths: again.lengths,
+        misfit,
+        evaluations,
+        identifiability,
+        replay,
+        positions: again.positions,
+        starts,
+        x,
+    })
+}
+
+/// Values that the search left within a hair of a lower bound are on it, unless the fit would be worse for it.
+fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Start) -> Vec<f64> {
+    let near = |(x, u): (&f64, &Unknown)| if *x < u.lower + AT_BOUND { u.lower } else { *x };
+    let snapped: Vec<f64> = best.x.iter().zip(forward.unknowns()).map(near).collect();
+    let residuals = forward.residuals(&snapped);
+    if forward.cost(&snapped, residuals.as_ref()) <= best.cost + f64::EPSILON {
+        snapped
+    } else {
+        best.x.clone()
+    }
+}
+
+/// Of all that meets an undetermined target, the answer that is to be reported: `x` brought onto the target, and along it to where the
+/// other measurements are met best. With the curve that was followed to it, where there is but one.
+pub(super) fn settle<const D: usize>(
+    forward: &mut Forward<'_, D>,
+    settings: &Settings,
+    x: &[f64],
+) -> (Vec<f64>, Option<Valley>) {
+    let mut x = onto_target(forward, x);
+    let residuals = forward.residuals(&x);
+    if forward.misfit(residuals.as_ref()) > ON_TARGET {
+        // Corrections of least size did not get there; without the effort a search does, if the target can be met.
+        let free = Settings { effort: 0.0, ..*settings };
+        let mut without = Forward::new(forward.inverse, &free);
+        if let Some((better, residuals)) = gauss_newton::refit(&mut without, &free, &x)
+            && without.misfit(Some(&residuals)) <= settings.misfit_tolerance
+        {
+            x = onto_target(forward, &better);
+        }
+    }
+    if settings.among == Among::LeastTotal || forward.inverse.others.is_empty() {
+        return (x, None);
+    }
+    // The best point of the curve is where the least squares begin, so that no hill lies between.
+    let open = identifiability::analyse(forward, settings, &x).map(|i| i.null_directions);
+    let mut valleys: Vec<Valley> = open.into_iter().flatten().filter_map(|n| n.valley).collect();
+    let rms = |p: &valley::Point| p.other_rms.unwrap_or(f64::INFINITY);
+    let begin = valleys.iter().flat_map(|v| &v.points).min_by(|a, b| rms(a).total_cmp(&rms(b)));
+    let x = nearest_to_others(forward, begin.map_or(&x, |p| &p.x));
+    (x, if valleys.len() == 1 { valleys.pop() } else { None })
+}
+
+/// The best answer on the branch from rest, searched from where the starts ended and from `x`. `None` where none has a shape there.
+fn search_on_branch<const D: usize>(
+    traced: &mut Forward<'_, D>,
+    settings: &Settings,
+    starts: &[Start],
+    x: &[f64],
+) -> Option<Vec<f64>> {
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for from in starts.iter().map(|s| s.x.as_slice()).chain([x]) {
+        if let Some((found, residuals)) = gauss_newton::refit(traced, settings, from) {
+            let cost = traced.cost(&found, Some(&residuals));
+            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                best = Some((cost, found));
+            }
+        }
+    }
+    let (_, found) = best?;
+    Some(if traced.inverse.is_undetermined() { settle(traced, settings, &found).0 } else { found })
+}

@@ -1,0 +1,75 @@
+//! Whether shapes are where their tensions lead from rest as these grow together: each is followed from there anew, in lanes. A body may
+//! snap on its way there, which only [`tongue_core::statics::trace()`] would tell.
+//!
+//! Nearly always one step leads there. Where it does not, tensions and bones grow in more and more steps, each from the shape before.
+
+use nalgebra::SVector;
+
+use tongue_core::statics::Connection;
+use tongue_core::statics::lanes::{Group, Load};
+
+use super::density::{Density, Meaning, is_found};
+
+/// Steps in which the loads grow from nothing: the first number of them that leads to a shape says that loads lead there.
+const STEPS: [usize; 3] = [1, 5, 25];
+/// Lengths that differ by less are those of one shape, m.
+pub const SAME_M: f64 = 1e-7;
+
+/// The load of what was drawn, begun from given positions.
+pub type LoadOf<'d, 'l> = dyn Fn(&Meaning, Option<&'l [SVector<f64, 2>]>) -> Load<'l, 2> + 'd;
+
+/// Of every shape, given with its lengths (m), whether it is where `load` leads from rest.
+pub fn on_branch<'l>(
+    density: &'l Density<'_>,
+    group: &mut Group<'_, 2>,
+    shapes: &[(&Meaning, &[f64])],
+    load: &LoadOf<'_, 'l>,
+) -> Vec<bool> {
+    let mut found = vec![false; shapes.len()];
+    for steps in STEPS {
+        let left: Vec<usize> = (0..shapes.len()).filter(|i| !found[*i]).collect();
+        if left.is_empty() {
+            break;
+        }
+        let meanings: Vec<&Meaning> = left.iter().map(|&i| shapes[i].0).collect();
+        for (&i, lengths) in left.iter().zip(follow(density, group, &meanings, load, steps)) {
+            let close = |(a, b): (&f64, &f64)| (a - b).abs() < SAME_M;
+            found[i] = lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(close));
+        }
+    }
+    found
+}
+
+/// Lengths at the end of the way from rest; `None` where the way ends before.
+fn follow<'l>(
+    density: &'l Density<'_>,
+    group: &mut Group<'_, 2>,
+    meanings: &[&Meaning],
+    load: &LoadOf<'_, 'l>,
+    steps: usize,
+) -> Vec<Option<Vec<f64>>> {
+    let system = &density.ground.system;
+    let mut shapes: Vec<Vec<SVector<f64, 2>>> = vec![system.rest().to_vec(); meanings.len()];
+    let mut good = vec![true; meanings.len()];
+    for step in 1..=steps {
+        let part = step as f64 / steps as f64;
+        let loads: Vec<Load<'_, 2>> = meanings
+            .iter()
+            .zip(&shapes)
+            .map(|(m, shape)| {
+                let scaled = |all: &[f64]| all.iter().map(|t| t * part).collect();
+                let meaning =
+                    Meaning { tensions: scaled(&m.tensions), tones: scaled(&m.tones), hyoid: m.hyoid * part };
+                Load { start: (step > 1).then_some(shape.as_slice()), ..load(&meaning, None) }
+            })
+            .collect();
+        let answers = group.solve(&loads, density.settings()).to_vec();
+        for ((shape, good), answer) in shapes.iter_mut().zip(&mut good).zip(answers) {
+            // Lanes leave no ridge downhill; who does may be on another branch, and is followed in more steps.
+            let strayed = answer.solution.connection == Connection::Downhill;
+            *good &= is_found(&answer) && (density.ground.is_of_springs() || !strayed);
+            *shape = answer.positions;
+        }
+    }
+    shapes.iter().zip(good).map(|(shape, good)| good.then(|| system.lengths(shape))).collect()
+}

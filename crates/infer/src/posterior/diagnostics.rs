@@ -1,0 +1,152 @@
+//! Whether chains have mixed: rank-normalised split R-hat, bulk and tail effective sample size, after Vehtari, Gelman, Simpson, Carpenter
+//! and Bürkner (Bayesian Analysis 16, 2021).
+
+use crate::track::scores::normal_quantile;
+
+/// What is said of one quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mixing {
+    /// Rank-normalised split R-hat: the larger of that of the values and that of their distances from the median.
+    pub r_hat: f64,
+    /// Effective sample size of the rank-normalised values.
+    pub bulk: f64,
+    /// The smaller one of those of the 5 % and the 95 % quantile.
+    pub tail: f64,
+}
+
+/// Chains of equal length, at least four draws each.
+pub fn mixing(chains: &[Vec<f64>]) -> Mixing {
+    let split = halves(chains);
+    let ranked = rank_normalised(&split);
+    let mut all: Vec<f64> = split.iter().flatten().copied().collect();
+    all.sort_by(f64::total_cmp);
+    let at = |p: f64| all[((all.len() - 1) as f64 * p).round() as usize];
+    let median = at(0.5);
+    let folded: Vec<Vec<f64>> =
+        split.iter().map(|c| c.iter().map(|x| (x - median).abs()).collect()).collect();
+    let below = |limit: f64| -> Vec<Vec<f64>> {
+        split.iter().map(|c| c.iter().map(|x| f64::from(u8::from(*x <= limit))).collect()).collect()
+    };
+    Mixing {
+        r_hat: r_hat(&ranked).max(r_hat(&rank_normalised(&folded))),
+        bulk: effective(&ranked),
+        tail: effective(&below(at(0.05))).min(effective(&below(at(0.95)))),
+    }
+}
+
+fn halves(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let half = chains.iter().map(Vec::len).min().unwrap_or(0) / 2;
+    chains.iter().flat_map(|c| [c[..half].to_vec(), c[c.len() - half..].to_vec()]).collect()
+}
+
+/// Every value by the normal score of its rank among all; ties have the mean of their ranks.
+fn rank_normalised(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let length = chains.first().map_or(0, Vec::len);
+    let all: Vec<f64> = chains.iter().flatten().copied().collect();
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    order.sort_by(|a, b| all[*a].total_cmp(&all[*b]));
+    let mut out = vec![0.0; all.len()];
+    let mut first = 0;
+    while first < order.len() {
+        let ties = order[first..].iter().take_while(|&&i| all[i] == all[order[first]]).count();
+        let rank = first as f64 + 0.5 * (ties as f64 + 1.0);
+        let score = normal_quantile((rank - 0.375) / (all.len() as f64 + 0.25));
+        order[first..first + ties].iter().for_each(|&i| out[i] = score);
+        first += ties;
+    }
+    out.chunks(length.max(1)).map(<[f64]>::to_vec).collect()
+}
+
+/// Mean within chains of their variances, and the variance that chains of infinite length would have.
+fn variances(chains: &[Vec<f64>]) -> (f64, f64) {
+    let n = chains.first().map_or(0, Vec::len) as f64;
+    let means: Vec<f64> = chains.iter().map(|c| c.iter().sum::<f64>() / n).collect();
+    let variance = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)
+    };
+    let within = chains.iter().map(|c| variance(c)).sum::<f64>() / chains.len() as f64;
+    let between = if means.len() > 1 { variance(&means) } else { 0.0 };
+    (within, within * (n - 1.0) / n + between)
+}
+
+fn r_hat(chains: &[Vec<f64>]) -> f64 {
+    let (within, whole) = variances(chains);
+    // Values that are all the same have mixed.
+    if whole <= 0.0 { 1.0 } else { (whole / within).sqrt() }
+}
+
+/// Effective sample size, by Geyer's initial monotone sequence (1992).
+fn effective(chains: &[Vec<f64>]) -> f64 {
+    let (m, n) = (chains.len(), chains.first().map_or(0, Vec::len));
+    let total = (m * n) as f64;
+    let (within, whole) = variances(chains);
+    if n < 4 || whole <= 0.0 {
+        return total;
+    }
+    let centred: Vec<Vec<f64>> = chains
+        .iter()
+        .map(|c| {
+            let mean = c.iter().sum::<f64>() / n as f64;
+            c.iter().map(|x| x - mean).collect()
+        })
+        .collect();
+    let correlation = |lag: usize| {
+        let sum = |c: &Vec<f64>| c.iter().zip(&c[lag..]).map(|(a, b)| a * b).sum::<f64>() / n as f64;
+        let covariance = centred.iter().map(sum).sum::<f64>() / m as f64;
+        1.0 - (within - covariance) / whole
+    };
+    let (mut sum, mut least) = (0.0, f64::INFINITY);
+    for pair in 0..(n - 1) / 2 {
+        let both = if pair == 0 { 1.0 } else { correlation(2 * pair) } + correlation(2 * pair + 1);
+        if both <= 0.0 {
+            break;
+        }
+        least = both.min(least);
+        sum += least;
+    }
+    let time = (2.0 * sum - 1.0).max(1.0 / total.log10());
+    total / time
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tongue_core::random::normal;
+
+    fn autoregressive(chains: usize, n: usize, rho: f64, shift: f64) -> Vec<Vec<f64>> {
+        let mut random = fastrand::Rng::with_seed(4);
+        let mut chain = |c: usize| {
+            let mut x = normal(&mut random);
+            (0..n)
+                .map(|_| {
+                    x = rho * x + (1.0 - rho * rho).sqrt() * normal(&mut random);
+                    x + shift * c as f64
+                })
+                .collect()
+        };
+        (0..chains).map(&mut chain).collect()
+    }
+
+    #[test]
+    fn independent_draws_count_fully_and_correlated_ones_by_their_time() {
+        let m = mixing(&autoregressive(4, 5000, 0.0, 0.0));
+        assert!(m.r_hat < 1.003 && (m.bulk / 20_000.0 - 1.0).abs() < 0.1, "{m:?}");
+        // The integrated autocorrelation time of a first-order process is (1 + rho)/(1 - rho).
+        let m = mixing(&autoregressive(4, 50_000, 0.8, 0.0));
+        assert!((m.bulk / (200_000.0 / 9.0) - 1.0).abs() < 0.1, "{m:?}");
+        let anti = mixing(&autoregressive(4, 50_000, -0.5, 0.0));
+        assert!((anti.bulk / (200_000.0 * 3.0) - 1.0).abs() < 0.15, "{anti:?}");
+        assert!(anti.tail < anti.bulk);
+    }
+
+    #[test]
+    fn chains_elsewhere_or_of_another_width_have_not_mixed() {
+        let apart = mixing(&autoregressive(4, 1000, 0.0, 0.5));
+        assert!(apart.r_hat > 1.05 && apart.bulk < 100.0, "{apart:?}");
+        let mut wide = autoregressive(4, 1000, 0.0, 0.0);
+        wide[0].iter_mut().for_each(|x| *x *= 3.0);
+        let wide = mixing(&wide);
+        assert!(wide.r_hat > 1.05, "the distances from the median tell: {wide:?}");
+    }
+}

@@ -1,0 +1,195 @@
+//! What all posteriors in one body have in common: the body, its hyoid, and the random fields that displace it at rest.
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+
+use tongue_core::body::{Body, ContinuumSettings, HYOID};
+use tongue_core::geometry::Point;
+use tongue_core::material::Constants;
+use tongue_core::system::{Model, System, TissueModel};
+
+use super::PosteriorError;
+use super::differences::Sides;
+use super::priors::Priors;
+
+/// Points nearer to each other than this are one, m.
+const SAME_POINT_M: f64 = 1e-6;
+/// Distance between the points that carry the field of the outline, in units of its reach.
+const CARRIERS_APART: f64 = 1.0;
+
+/// A way in which the body at rest may be other than it is: displacements of all nodes, m, for one standard deviation.
+#[derive(Debug, Clone)]
+pub struct Field {
+    /// Of every node.
+    pub displacement: Vec<SVector<f64, 2>>,
+}
+
+/// A body made ready for posteriors; shared between threads.
+#[derive(Debug)]
+pub struct Ground {
+    /// What is believed.
+    pub priors: Priors,
+    /// The body.
+    pub body: Body<2>,
+    /// With the Poisson's ratio of the priors; every muscle can contract.
+    pub system: Arc<System<2>>,
+    /// Its model.
+    pub model: Model,
+    /// Names of the muscles.
+    pub muscles: Vec<String>,
+    /// Nodes of the hyoid; none where the body has none.
+    pub hyoid: Vec<usize>,
+    /// The ends of the muscles: two fields an end.
+    pub ends: Vec<Field>,
+    /// The outline.
+    pub outline: Vec<Field>,
+    /// Of bodies that are not of springs alone: the sources that are no fields, each a pair of bodies to either side.
+    pub(super) sides: Option<Sides>,
+}
+
+impl Ground {
+    /// A body under priors.
+    ///
+    /// # Errors
+    /// [`PosteriorError`] for priors out of range, and muscles that the body does not have.
+    pub fn new(body: &Body<2>, model: &Model, priors: &Priors) -> Result<Self, PosteriorError> {
+        priors.check()?;
+        let muscles = body.mesh.muscle_names();
+        if let Some(name) = priors.unknown_muscle(&muscles) {
+            return Err(PosteriorError::Priors(format!(
+                "the priors fix {name}, a muscle that this body does not have; it has {}",
+                muscles.join(", ")
+            )));
+        }
+        let mut model = *model;
+        if !priors.compressibility.off {
+            let poisson_ratio = priors.compressibility.poisson_ratio;
+            model.constants = Constants { poisson_ratio, ..model.constants };
+        }
+        let body = match &body.mesh.continuum {
+            Some(continuum) => laid_anew(body, &priors.continuum(&continuum.settings))?,
+            None => body.clone(),
+        };
+        let all: Vec<usize> = (0..muscles.len()).collect();
+        let system = Arc::new(System::new(&body.mesh, &model, &all)?);
+        let hyoid = body.bone(HYOID).to_vec();
+        let (ends, outline) = (ends(&body, priors), outline(&body, priors));
+        let springs = model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none();
+        let sides = if springs { None } else { Some(Sides::new(&body, &model, priors)?) };
+        let priors = priors.clone();
+        Ok(Self { priors, body, system, model, muscles, hyoid, ends, outline, sides })
+    }
+
+    /// Whether it is made of springs, whose answers to their geometry have formulas.
+    pub fn is_of_springs(&self) -> bool {
+        self.sides.is_none()
+    }
+
+    /// The body at rest displaced by fields, each by so many standard deviations; inner nodes of muscle parts outside the tissue are put
+    /// on straight lines again. `None` where a cell would fold.
+    pub fn displaced(&self, ends: &[f64], outline: &[f64]) -> Option<Body<2>> {
+        let mut body = self.body.clone();
+        let fields = self.ends.iter().zip(ends).chain(self.outline.iter().zip(outline));
+        for (field, by) in fields {
+            body.mesh.nodes.iter_mut().zip(&field.displacement).for_each(|(x, d)| *x += d * *by);
+        }
+        for path in self.system.paths() {
+            let [a, b] = path.ends();
+            let before = &self.body.mesh.nodes;
+            let whole = (before[b] - before[a]).norm();
+            let (from, to) = (body.mesh.nodes[a], body.mesh.nodes[b]);
+            for node in path.inner_nodes() {
+                body.mesh.nodes[node] = from + (to - from) * ((before[node] - before[a]).norm() / whole);
+            }
+        }
+        if let Some(continuum) = &mut body.mesh.continuum {
+            *continuum = Arc::new(continuum.moved(&self.body.mesh.nodes, &mut body.mesh.nodes));
+        }
+        body.palate = None;
+        let (low, _) = self.system.cell_ratios(&body.mesh.nodes);
+        (low > LEAST_RATIO).then_some(body)
+    }
+}
+
+/// A continuum with these settings.
+pub(super) fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, PosteriorError> {
+    if body.mesh.continuum.as_ref().is_some_and(|c| c.settings == *settings) {
+        return Ok(body.clone());
+    }
+    let Some(laid) = body.with_continuum(settings) else {
+        let why = "this continuum cannot be given other muscles and patches; leave them as they are in the priors ([bundle_width] off = true, [bone_patch] off = true)";
+        return Err(PosteriorError::Body(why.to_owned()));
+    };
+    laid.map_err(|e| PosteriorError::Body(e.to_string()))
+}
+
+/// A cell that keeps less than this part of its area has folded.
+const LEAST_RATIO: f64 = 0.1;
+
+fn bell(apart_m: f64, reach_m: f64) -> f64 {
+    (-0.5 * (apart_m / reach_m).powi(2)).exp()
+}
+
+/// Every distinct end of a muscle along every axis by one standard deviation, all other ends staying where they are.
+fn ends(body: &Body<2>, priors: &Priors) -> Vec<Field> {
+    if priors.muscle_ends.off {
+        return Vec::new();
+    }
+    let nodes = &body.mesh.nodes;
+    let mut places: Vec<Point> = Vec::new();
+    for node in body.mesh.muscles.iter().flat_map(|m| m.ends()) {
+        if !places.iter().any(|p| (p - nodes[node]).norm() < SAME_POINT_M) {
+            places.push(nodes[node]);
+        }
+    }
+    let (sd, reach) = (1e-3 * priors.muscle_ends.sd_mm, 1e-3 * priors.muscle_ends.reach_mm);
+    let n = places.len();
+    let kernel = nalgebra::DMatrix::from_fn(n, n, |i, j| bell((places[i] - places[j]).norm(), reach));
+    // Weights that are one at an end and zero at all others.
+    let Some(inverse) = kernel.try_inverse() else { return Vec::new() };
+    fields(nodes, &places, reach, |i| inverse.column(i) * sd)
+}
+
+/// A smooth random displacement with this covariance on the outline, by independent parts.
+fn outline(body: &Body<2>, priors: &Priors) -> Vec<Field> {
+    if priors.outline.off {
+        return Vec::new();
+    }
+    let (sd, reach) = (1e-3 * priors.outline.sd_mm, 1e-3 * priors.outline.reach_mm);
+    let nodes = &body.mesh.nodes;
+    let mut places: Vec<Point> = Vec::new();
+    for node in body.mesh.outlines().into_iter().flatten() {
+        if places.iter().all(|p| (p - nodes[node]).norm() > CARRIERS_APART * reach) {
+            places.push(nodes[node]);
+        }
+    }
+    let n = places.len();
+    let kernel = nalgebra::DMatrix::from_fn(n, n, |i, j| bell((places[i] - places[j]).norm(), reach));
+    // u(x) = k(x, c) K⁻¹ u_c with u_c ~ N(0, sd² K): the columns of the inverse of the transposed Cholesky factor.
+    let Some(factor) = kernel.cholesky().map(|c| c.l()) else { return Vec::new() };
+    let Some(parts) = factor.transpose().solve_upper_triangular(&nalgebra::DMatrix::identity(n, n)) else {
+        return Vec::new();
+    };
+    fields(nodes, &places, reach, |i| parts.column(i) * sd)
+}
+
+/// Sums of bells at `places`, one for each place and axis; `weights` are those of the bells, m.
+fn fields(
+    nodes: &[Point],
+    places: &[Point],
+    reach: f64,
+    weights: impl Fn(usize) -> nalgebra::DVector<f64>,
+) -> Vec<Field> {
+    let mut out = Vec::with_capacity(2 * places.len());
+    for i in 0..places.len() {
+        let weights = weights(i);
+        let way =
+            |x: &Point| places.iter().zip(weights.iter()).map(|(p, w)| w * bell((x - p).norm(), reach)).sum();
+        let ways: Vec<f64> = nodes.iter().map(way).collect();
+        for axis in [SVector::x(), SVector::y()] {
+            out.push(Field { displacement: ways.iter().map(|w| axis * *w).collect() });
+        }
+    }
+    out
+}

@@ -1,0 +1,410 @@
+//! Hamiltonian Monte Carlo (Neal 2011) with chains side by side: as many in a group as there are lanes, all with the same step and the
+//! same number of steps, each with its own momenta and its own decisions. Groups are fixed by the number of a chain, so the bits do not
+//! depend on threads.
+//!
+//! Coordinates are whitened by a given matrix; in the first half of the warm-up all chains together learn a better one, in both halves the
+//! step is found by dual averaging (Hoffman and Gelman 2014, section 3.2). Both are then kept.
+
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::{DMatrix, DVector};
+
+use tongue_core::parallel;
+use tongue_core::random::{normals, seed_of};
+use tongue_core::statics::lanes::LANES;
+
+/// What is sampled: a density of which up to [`LANES`] points are evaluated at once.
+pub trait Target {
+    /// What a point leaves for its neighbours to begin at.
+    type Place: Clone + Send + Sync;
+
+    /// The logarithm of the density and its derivatives at each point, begun from the place beside it; `None` where the density is
+    /// zero.
+    fn evaluate(&mut self, points: &[(&DVector<f64>, &Self::Place)]) -> Vec<Option<Point<Self::Place>>>;
+
+    /// Of points with a density whether they are allowed at the end of a trajectory: where they are not, it is refused.
+    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Self::Place>)]) -> Vec<bool> {
+        vec![true; points.len()]
+    }
+
+    /// What is kept of a draw.
+    fn keep(&self, at: &DVector<f64>, point: &Point<Self::Place>) -> Vec<f64>;
+}
+
+/// An evaluated point.
+#[derive(Debug, Clone)]
+pub struct Point<P> {
+    /// Logarithm of the density, up to a constant.
+    pub log: f64,
+    /// Its derivatives.
+    pub gradient: DVector<f64>,
+    /// Where neighbours can begin.
+    pub place: P,
+}
+
+/// How long is sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Number of chains.
+    pub chains: usize,
+    /// Draws of each half of the warm-up of each chain, which are thrown away.
+    pub warm_up: usize,
+    /// Draws of each chain that are kept.
+    pub draws: usize,
+    /// Of so many draws one is kept.
+    pub thin: usize,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// A chain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// What was kept of every draw.
+    pub draws: Vec<Vec<f64>>,
+    /// Trajectories, after the warm-up, whose energy went wrong by more than [`DIVERGED`].
+    pub divergences: usize,
+    /// Trajectories, after the warm-up, that ended where the density is zero.
+    pub zero: usize,
+    /// Trajectories, after the warm-up, that ended where it is not allowed.
+    pub refused: usize,
+    /// Mean probability of acceptance after the warm-up.
+    pub acceptance: f64,
+    /// Evaluations.
+    pub evaluations: usize,
+}
+
+impl Chain {
+    /// Nothing.
+    const EMPTY: Self =
+        Self { draws: Vec::new(), divergences: 0, zero: 0, refused: 0, acceptance: 0.0, evaluations: 0 };
+}
+
+/// An energy that is off by more than this is that of a trajectory that diverged (as in Stan).
+pub const DIVERGED: f64 = 1000.0;
+/// Acceptance that the step is made for.
+const WANTED: f64 = 0.8;
+/// First step, and the longest that makes sense in whitened coordinates.
+const FIRST_STEP: f64 = 0.5;
+const LONGEST_STEP: f64 = 1.6;
+/// Most steps of a trajectory.
+const MOST_STEPS: usize = 100;
+
+/// Coordinates in which the density is nearly a round normal one: `x = centre + spread z`.
+#[derive(Debug, Clone)]
+pub struct Whitened {
+    /// The middle.
+    pub centre: DVector<f64>,
+    /// A square root of the covariance.
+    pub spread: DMatrix<f64>,
+}
+
+/// Samples. Every chain begins at a draw of the whitened normal distribution, evaluated from `place`; chains that find no such draw
+/// with a density begin in the middle.
+pub fn sample<T: Target>(
+    make: impl Fn() -> T + Sync,
+    whitened: &Whitened,
+    place: &T::Place,
+    settings: &Settings,
+) -> Vec<Chain> {
+    let firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
+    let groups = parallel::map(&firsts, |&first| {
+        let chains = (settings.chains - first).min(LANES);
+        Group::new(make(), whitened, place, settings, first, chains).warmed_up(settings.warm_up)
+    });
+    let Some(learned) = whitened.learned(&groups) else {
+        return vec![Chain::EMPTY; settings.chains];
+    };
+    let sampled = parallel::map(&groups, |group| group.go_on(make(), &learned).run(settings));
+    sampled.into_iter().flatten().collect()
+}
+
+/// Where a chain is.
+struct State<P> {
+    z: DVector<f64>,
+    x: DVector<f64>,
+    point: Point<P>,
+    /// Derivatives by the whitened coordinates.
+    slope: DVector<f64>,
+}
+
+impl<P: Clone> Clone for State<P> {
+    fn clone(&self) -> Self {
+        Self { z: self.z.clone(), x: self.x.clone(), point: self.point.clone(), slope: self.slope.clone() }
+    }
+}
+
+/// Chains that go on side by side, and what they have learned.
+struct Group<'a, T: Target> {
+    target: T,
+    whitened: &'a Whitened,
+    states: Vec<State<T::Place>>,
+    /// One a chain.
+    random: Vec<fastrand::Rng>,
+    /// What the chains have in common: lengths of trajectories.
+    common: fastrand::Rng,
+    evaluations: usize,
+    step: DualAveraging,
+}
+
+/// Where chains are after the first half of the warm-up.
+struct Warm<P> {
+    /// Where each is; fewer than `random` where some could not begin.
+    states: Vec<State<P>>,
+    random: Vec<fastrand::Rng>,
+    common: fastrand::Rng,
+    evaluations: usize,
+    /// Where they have been.
+    seen: Vec<DVector<f64>>,
+}
+
+impl<P: Clone> Warm<P> {
+    /// The same chains, in other coordinates.
+    fn go_on<'a, T: Target<Place = P>>(&self, target: T, whitened: &'a Whitened) -> Group<'a, T> {
+        let state =
+            |s: &State<P>| State::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone());
+        Group {
+            target,
+            whitened,
+            states: self.states.iter().map(state).collect(),
+            random: self.random.clone(),
+            common: self.common.clone(),
+            evaluations: self.evaluations,
+            step: DualAveraging::new(),
+        }
+    }
+}
+
+impl<'a, T: Target> Group<'a, T> {
+    fn new(
+        mut target: T,
+        whitened: &'a Whitened,
+        place: &T::Place,
+        settings: &Settings,
+        first: usize,
+        chains: usize,
+    ) -> Self {
+        let n = whitened.centre.len();
+        let mut random: Vec<fastrand::Rng> = (first..first + chains)
+            .map(|chain| fastrand::Rng::with_seed(seed_of(settings.seed, chain)))
+            .collect();
+        let common = fastrand::Rng::with_seed(seed_of(settings.seed, (1 << 20) + first));
+        let mut states: Vec<Option<State<T::Place>>> = (0..chains).map(|_| None).collect();
+        let mut evaluations = 0;
+        // Draws ever nearer to the middle, until all have a density.
+        for attempt in 0..12 {
+            if states.iter().all(Option::is_some) {
+                break;
+            }
+            let part = if attempt == 11 { 0.0 } else { 0.8f64.powi(attempt) };
+            let z: Vec<DVector<f64>> = random.iter_mut().map(|r| normals(n, r) * part).collect();
+            let x: Vec<DVector<f64>> = z.iter().map(|z| whitened.at(z)).collect();
+            let points: Vec<_> = x.iter().map(|x| (x, place)).collect();
+            evaluations += points.len();
+            for ((state, point), (z, x)) in
+                states.iter_mut().zip(target.evaluate(&points)).zip(z.into_iter().zip(&x))
+            {
+                if let (None, Some(point)) = (state.as_ref(), point)
+                    && target.allowed(&[(x, &point)])[0]
+                {
+                    *state = Some(State::new(whitened, z, x.clone(), point));
+                }
+            }
+        }
+        let states = states.into_iter().flatten().collect();
+        Self { target, whitened, states, random, common, evaluations, step: DualAveraging::new() }
+    }
+
+    /// Goes through the first half of the warm-up.
+    fn warmed_up(mut self, warm_up: usize) -> Warm<T::Place> {
+        let mut seen = Vec::new();
+        if self.states.len() == self.random.len() {
+            for draw in 0..warm_up {
+                self.warm();
+                // What comes first is still far away.
+                if draw >= warm_up / 3 {
+                    seen.extend(self.states.iter().map(|s| s.x.clone()));
+                }
+            }
+        }
+        let Self { states, random, common, evaluations, .. } = self;
+        Warm { states, random, common, evaluations, seen }
+    }
+
+    /// One trajectory, from which the step is learned.
+    fn warm(&mut self) {
+        let ends = self.trajectory(self.step.trial);
+        self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
+    }
+
+    fn run(mut self, settings: &Settings) -> Vec<Chain> {
+        let count = self.states.len();
+        let mut chains = vec![Chain::EMPTY; self.random.len()];
+        if count < chains.len() {
+            // Not even the middle has a density.
+            return chains;
+        }
+        for _ in 0..settings.warm_up {
+            self.warm();
+        }
+        for draw in 0..settings.draws * settings.thin {
+            let ends = self.trajectory(self.step.found);
+            for ((chain, end), state) in chains.iter_mut().zip(&ends).zip(&self.states) {
+                chain.divergences += usize::from(end.diverged);
+                chain.zero += usize::from(end.zero);
+                chain.refused += usize::from(end.refused);
+                chain.acceptance += end.probability / (settings.draws * settings.thin) as f64;
+                if draw % settings.thin == settings.thin - 1 {
+                    chain.draws.push(self.target.keep(&state.x, &state.point));
+                }
+            }
+        }
+        chains.iter_mut().for_each(|c| c.evaluations = self.evaluations / count);
+        chains
+    }
+
+    /// One trajectory of every chain.
+    fn trajectory(&mut self, size: f64) -> Vec<End> {
+        let (n, count) = (self.whitened.centre.len(), self.states.len());
+        let length = FRAC_PI_2 * (0.7 + 0.6 * self.common.f64());
+        let steps = ((length / size).round() as usize).clamp(1, MOST_STEPS);
+        let mut momenta: Vec<DVector<f64>> = self.random.iter_mut().map(|r| normals(n, r)).collect();
+        let energy = |state: &State<T::Place>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
+        let before: Vec<f64> = self.states.iter().zip(&momenta).map(|(s, p)| energy(s, p)).collect();
+        let mut moved = self.states.clone();
+        let mut alive = vec![true; count];
+        for _ in 0..steps {
+            for (p, s) in momenta.iter_mut().zip(&moved) {
+                *p += &s.slope * (0.5 * size);
+            }
+            // A chain that has left the density waits where it was.
+            let z: Vec<DVector<f64>> = (0..count)
+                .map(|i| if alive[i] { &moved[i].z + &momenta[i] * size } else { moved[i].z.clone() })
+                .collect();
+            let x: Vec<DVector<f64>> = z.iter().map(|z| self.whitened.at(z)).collect();
+            let points: Vec<_> = x.iter().zip(&moved).map(|(x, s)| (x, &s.point.place)).collect();
+            let found = self.target.evaluate(&points);
+            self.evaluations += count;
+            for (i, (point, (z, x))) in found.into_iter().zip(z.into_iter().zip(&x)).enumerate() {
+                match point {
+                    Some(point) if alive[i] => {
+                        moved[i] = State::new(self.whitened, z, x.clone(), point);
+                        let push = &moved[i].slope * (0.5 * size);
+                        momenta[i] += push;
+                    }
+                    _ => alive[i] = false,
+                }
+            }
+            if alive.iter().all(|a| !a) {
+                break;
+            }
+        }
+        let mut ends = Vec::with_capacity(count);
+        for (i, after) in moved.iter().enumerate() {
+            let gain = before[i] - energy(after, &momenta[i]);
+            let diverged = alive[i] && (gain.is_nan() || gain < -DIVERGED);
+            let probability = if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
+            // The number is drawn in any case, so that a chain does not depend on what became of others.
+            let taken = self.random[i].f64() < probability;
+            ends.push(End { probability, diverged, zero: !alive[i], taken, refused: false });
+        }
+        let taken: Vec<usize> = (0..count).filter(|i| ends[*i].taken).collect();
+        let points: Vec<_> = taken.iter().map(|&i| (&moved[i].x, &moved[i].point)).collect();
+        for (&i, allowed) in taken.iter().zip(self.target.allowed(&points)) {
+            ends[i].refused = !allowed;
+            if allowed {
+                self.states[i] = moved[i].clone();
+            }
+        }
+        ends
+    }
+}
+
+/// How a trajectory ended.
+struct End {
+    probability: f64,
+    diverged: bool,
+    zero: bool,
+    /// Whether it would be taken if it is allowed.
+    taken: bool,
+    refused: bool,
+}
+
+impl<P> State<P> {
+    fn new(whitened: &Whitened, z: DVector<f64>, x: DVector<f64>, point: Point<P>) -> Self {
+        let slope = whitened.spread.tr_mul(&point.gradient);
+        Self { z, x, point, slope }
+    }
+}
+
+impl Whitened {
+    /// The point of coordinates.
+    pub(super) fn at(&self, z: &DVector<f64>) -> DVector<f64> {
+        &self.centre + &self.spread * z
+    }
+
+    /// The coordinates of a point.
+    fn scores_of(&self, x: &DVector<f64>) -> DVector<f64> {
+        let away = x - &self.centre;
+        self.spread.clone().lu().solve(&away).unwrap_or_else(|| DVector::zeros(x.len()))
+    }
+
+    /// What chains have learned of the middle and the covariance, drawn towards these by so many draws as there are coordinates. `None`
+    /// where a chain could not begin.
+    fn learned<P>(&self, groups: &[Warm<P>]) -> Option<Self> {
+        if groups.iter().any(|g| g.states.len() < g.random.len()) {
+            return None;
+        }
+        let seen: Vec<&DVector<f64>> = groups.iter().flat_map(|g| &g.seen).collect();
+        let n = self.centre.len();
+        if seen.len() < 10 * n {
+            return Some(self.clone());
+        }
+        let (count, own) = (seen.len() as f64, n as f64);
+        let centre = seen.iter().copied().sum::<DVector<f64>>() / count;
+        let mut covariance = &self.spread * self.spread.transpose() * own;
+        for x in seen {
+            let away = x - &centre;
+            covariance += &away * away.transpose();
+        }
+        let spread = (covariance / (count + own)).cholesky()?.l();
+        Some(Self { centre, spread })
+    }
+
+    /// From the middle and the inverse of the covariance; `None` where this is not positive definite.
+    pub fn new(centre: DVector<f64>, precision: DMatrix<f64>) -> Option<Self> {
+        let n = centre.len();
+        let factor = precision.cholesky()?.unpack();
+        let spread = factor.transpose().solve_upper_triangular(&DMatrix::identity(n, n))?;
+        Some(Self { centre, spread })
+    }
+}
+
+/// The step for an acceptance wanted, after Hoffman and Gelman (2014), with their constants.
+struct DualAveraging {
+    trial: f64,
+    found: f64,
+    count: f64,
+    error: f64,
+    mean_ln: f64,
+}
+
+impl DualAveraging {
+    fn new() -> Self {
+        Self { trial: FIRST_STEP, found: FIRST_STEP, count: 0.0, error: 0.0, mean_ln: FIRST_STEP.ln() }
+    }
+
+    fn learn(&mut self, acceptance: f64) {
+        const GAMMA: f64 = 0.05;
+        const DELAY: f64 = 10.0;
+        const KAPPA: f64 = 0.75;
+        self.count += 1.0;
+        let weight = 1.0 / (self.count + DELAY);
+        self.error = (1.0 - weight) * self.error + weight * (WANTED - acceptance);
+        let ln = ((10.0 * FIRST_STEP).ln() - self.error * self.count.sqrt() / GAMMA)
+            .clamp((1e-3_f64).ln(), LONGEST_STEP.ln());
+        let part = self.count.powf(-KAPPA);
+        self.mean_ln = part * ln + (1.0 - part) * self.mean_ln;
+        (self.trial, self.found) = (ln.exp(), self.mean_ln.exp());
+    }
+}

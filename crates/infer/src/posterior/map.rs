@@ -1,0 +1,229 @@
+//! The most probable scores, by a damped Gauss-Newton method with exact derivatives, and the covariance of geometry.
+//!
+//! How stretches answer to the geometry depends on the tensions: the harder muscles pull, the more it matters where they end. So that
+//! covariance is the mean over draws of the posterior, of its normal approximation at the mode (a covariance at the mode alone, where tensions
+//! that nothing resolves are small, is too small). In bodies other than those of springs, where geometry costs more
+//! than all else, it is that at the mode.
+
+use nalgebra::{DMatrix, DVector};
+
+use tongue_core::random::{normals, seed_of};
+use tongue_core::statics::lanes::LANES;
+
+use super::PosteriorError;
+use super::density::{Density, Place};
+use super::differences::Answers;
+use super::evaluator::{Evaluator, Linear};
+use super::hmc::Whitened;
+
+/// Covariance of the stretches of all muscles of the body by geometry and constants.
+#[derive(Debug, Clone)]
+pub struct Geometry {
+    /// By the ends of the muscles.
+    pub ends: DMatrix<f64>,
+    /// The outline.
+    pub outline: DMatrix<f64>,
+    /// Kappa.
+    pub kappa: DMatrix<f64>,
+    /// The width of muscles.
+    pub width: DMatrix<f64>,
+    /// The patches of bones.
+    pub patch: DMatrix<f64>,
+}
+
+impl Geometry {
+    /// The mean of some; `None` of none.
+    fn mean(all: &[Linear]) -> Option<Self> {
+        let count = all.first()?.stretches.len();
+        let mean = |of: fn(&Answers) -> &DMatrix<f64>| {
+            let sum = |sum, linear: &Linear| sum + of(&linear.geometry) * of(&linear.geometry).transpose();
+            all.iter().fold(DMatrix::zeros(count, count), sum) / all.len() as f64
+        };
+        let (ends, outline, kappa) = (mean(|a| &a.ends), mean(|a| &a.outline), mean(|a| &a.kappa));
+        Some(Self { ends, outline, kappa, width: mean(|a| &a.width), patch: mean(|a| &a.patch) })
+    }
+
+    /// All together.
+    fn covariance(&self) -> DMatrix<f64> {
+        &self.ends + &self.outline + &self.kappa + &self.width + &self.patch
+    }
+}
+
+/// The most probable point.
+#[derive(Debug, Clone)]
+pub struct Mode {
+    /// Scores.
+    pub scores: DVector<f64>,
+    /// Where it was solved.
+    pub place: Place,
+    /// How the stretches answer there.
+    pub linear: Linear,
+    /// Covariance by geometry and constants, the mean over the posterior.
+    pub geometry: Geometry,
+    /// `I + Jᵀ C⁻¹ J` there.
+    pub precision: DMatrix<f64>,
+    /// Logarithm of the density there, up to a constant.
+    pub log: f64,
+    /// Linearisations.
+    pub evaluations: usize,
+}
+
+/// Most steps from one point.
+const MOST_STEPS: usize = 40;
+/// A step that is shorter, in scores, has arrived.
+const ARRIVED: f64 = 1e-4;
+/// No step is longer, in scores: tensions answer in straight lines only so far.
+const LONGEST: f64 = 2.0;
+/// Times that the covariance of geometry is taken about the mode and the mode sought anew.
+const ROUNDS: usize = 2;
+/// Draws over which it is averaged: each with the one on the other side of the mode.
+const DRAWS: usize = 64;
+/// Their seed.
+const SEED: u64 = 3;
+
+impl Mode {
+    /// Finds the mode; leaves in the density the covariance of geometry about it.
+    ///
+    /// # Errors
+    /// [`PosteriorError::NoMode`] where no equilibrium is found.
+    pub fn find(density: &mut Density<'_>) -> Result<Self, PosteriorError> {
+        // From the medians, or below them where there is no equilibrium at such tensions.
+        let (n, rest) = (density.parameters.len(), density.rest());
+        let begin = [0.0, -1.0, -2.0, -3.0, -4.0].into_iter().find_map(|score| {
+            let start = DVector::from_element(n, score);
+            let (linear, place) = Evaluator::new(density).linearise(&start, &rest)?;
+            Some((start, linear, place))
+        });
+        let (start, linear, place) = begin.ok_or(PosteriorError::NoMode)?;
+        let geometry = Geometry::mean(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?;
+        density.set_geometry(geometry.covariance())?;
+        let mut mode = Self::at(density, start, linear, geometry, place, 1);
+        for _ in 0..ROUNDS {
+            mode.climb(density);
+            mode.average(density)?;
+        }
+        Ok(mode.settled(density))
+    }
+
+    /// The same where the mode of much the same stretches is known.
+    ///
+    /// # Errors
+    /// As [`Mode::find`].
+    pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
+        density.set_geometry(near.geometry.covariance())?;
+        let Self { scores, linear, geometry, place, .. } = near.clone();
+        let mut mode = Self::at(density, scores, linear, geometry, place, 0);
+        mode.climb(density);
+        mode.average(density)?;
+        Ok(mode.settled(density))
+    }
+
+    /// With the covariance as it is. In bodies other than those of springs, where the linear answers are wanted with their geometry, at the same
+    /// point.
+    fn settled(mut self, density: &Density<'_>) -> Self {
+        if density.ground.is_of_springs() {
+            self.climb(density);
+            return self;
+        }
+        Self::at(density, self.scores, self.linear, self.geometry, self.place, self.evaluations)
+    }
+
+    /// Takes the covariance of geometry about this point.
+    fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
+        let mean = if density.ground.is_of_springs() {
+            Geometry::mean(&self.about(density)?)
+        } else {
+            // Steps to here did without the answers to geometry.
+            let found = Evaluator::new(density).linearise(&self.scores, &self.place);
+            (self.linear, self.place) = found.ok_or(PosteriorError::NoMode)?;
+            Geometry::mean(std::slice::from_ref(&self.linear))
+        };
+        if let Some(geometry) = mean {
+            density.set_geometry(geometry.covariance())?;
+            self.geometry = geometry;
+        }
+        Ok(())
+    }
+
+    /// How the stretches answer at draws about the mode; where there is no equilibrium there is no draw.
+    fn about(&self, density: &Density<'_>) -> Result<Vec<Linear>, PosteriorError> {
+        let whitened = self.whitened().ok_or(PosteriorError::Covariance)?;
+        let draws: Vec<DVector<f64>> = (0..DRAWS / 2)
+            .flat_map(|i| {
+                let z = normals(self.scores.len(), &mut fastrand::Rng::with_seed(seed_of(SEED, i)));
+                [whitened.at(&z), whitened.at(&-z)]
+            })
+            .collect();
+        let mut evaluator = Evaluator::new(density);
+        let group = |draws: &[DVector<f64>]| {
+            let points: Vec<_> = draws.iter().map(|x| (x, &self.place)).collect();
+            evaluator.linearise_all(&points, true)
+        };
+        Ok(draws.chunks(LANES).flat_map(group).flatten().map(|(linear, _)| linear).collect())
+    }
+
+    fn at(
+        density: &Density<'_>,
+        scores: DVector<f64>,
+        linear: Linear,
+        geometry: Geometry,
+        place: Place,
+        evaluations: usize,
+    ) -> Self {
+        let jacobian = linear.jacobian.select_rows(&density.seen.muscles);
+        let n = scores.len();
+        let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor().solve(&jacobian));
+        let residuals = density.residuals(&place.lengths, &place.baseline_lengths);
+        let log = -0.5 * (residuals.dot(&density.factor().solve(&residuals)) + scores.norm_squared());
+        Self { scores, place, linear, geometry, precision, log, evaluations }
+    }
+
+    /// Goes to the mode with the covariance as it is.
+    fn climb(&mut self, density: &Density<'_>) {
+        let mut evaluator = Evaluator::new(density);
+        let again = |linear, scores: &DVector<f64>, place, evaluations| {
+            Self::at(density, scores.clone(), linear, self.geometry.clone(), place, evaluations)
+        };
+        let mut scores = self.scores.clone();
+        let mut here = again(self.linear.clone(), &scores, self.place.clone(), self.evaluations);
+        let mut damping = 0.0;
+        for _ in 0..MOST_STEPS {
+            let jacobian = here.linear.jacobian.select_rows(&density.seen.muscles);
+            let residuals = density.residuals(&here.place.lengths, &here.place.baseline_lengths);
+            let gradient = jacobian.tr_mul(&density.factor().solve(&residuals)) - &scores;
+            let mut matrix = here.precision.clone();
+            (0..scores.len()).for_each(|i| matrix[(i, i)] += damping);
+            let Some(factor) = matrix.cholesky() else { break };
+            let mut step = factor.solve(&gradient);
+            let longest = step.amax();
+            if longest > LONGEST {
+                step *= LONGEST / longest;
+            }
+            if step.amax() < ARRIVED {
+                break;
+            }
+            let next = &scores + &step;
+            let found = evaluator.linearise_all(&[(&next, &here.place)], false).pop().flatten();
+            here.evaluations += 1;
+            let found = found.map(|(linear, place)| again(linear, &next, place, here.evaluations));
+            match found {
+                Some(there) if there.log > here.log => {
+                    (scores, here) = (next, there);
+                    damping *= 0.2;
+                }
+                _ => {
+                    damping = (4.0 * damping).max(0.5);
+                    if damping > 1e8 {
+                        break;
+                    }
+                }
+            }
+        }
+        *self = here;
+    }
+
+    /// Coordinates in which the posterior is nearly a round normal distribution.
+    pub fn whitened(&self) -> Option<Whitened> {
+        Whitened::new(self.scores.clone(), self.precision.clone())
+    }
+}

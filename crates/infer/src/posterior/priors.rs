@@ -1,0 +1,354 @@
+//! What is believed before anything is measured: one entry for every source of uncertainty, each of which can be fixed or left out.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::PosteriorError;
+use tongue_core::body::ContinuumSettings;
+
+/// The name that stands for every muscle that is not named itself.
+const EVERY: &str = "*";
+
+/// All priors. The defaults were fixed before `tongue-fit validate --posterior` was run, and are not tuned on it; that of the discrepancy and the scales of
+/// the tensions had been found on the same three speakers, by marginal likelihood.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Priors {
+    /// Tension F of every muscle in the vowel.
+    pub tension: TensionPrior,
+    /// Tension F0 of every muscle in the baseline.
+    pub baseline: BaselinePrior,
+    /// How far the hyoid is from where the body has it.
+    pub hyoid: HyoidPrior,
+    /// How far the ends of the muscles are from where the body has them.
+    pub muscle_ends: MuscleEndsPrior,
+    /// How far the outline is from where the body has it.
+    pub outline: OutlinePrior,
+    /// How nearly incompressible the tissue is.
+    pub compressibility: CompressibilityPrior,
+    /// How wide muscles are; only of a continuum.
+    pub bundle_width: BundleWidthPrior,
+    /// How far around their points bones hold the tissue; only of a continuum.
+    pub bone_patch: BonePatchPrior,
+    /// The model's own error.
+    pub discrepancy: DiscrepancyPrior,
+    /// Rounding of the measured lengths.
+    pub rounding: RoundingPrior,
+    /// Young's modulus.
+    pub young_modulus: YoungModulusPrior,
+}
+
+/// Half-normal, independently for each muscle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TensionPrior {
+    /// Scale of the half-normal distribution, N per metre of thickness.
+    pub scale_n_per_m: f64,
+    /// Tensions that are known, N per metre of thickness, by muscle; "*" is every muscle not named.
+    pub fixed_n_per_m: BTreeMap<String, f64>,
+}
+
+/// Half-normal, independently for each muscle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BaselinePrior {
+    /// Scale of the half-normal distribution, N per metre of thickness.
+    pub scale_n_per_m: f64,
+    /// Tensions that are known, N per metre of thickness, by muscle; "*" is every muscle not named.
+    pub fixed_n_per_m: BTreeMap<String, f64>,
+    /// The baseline is rest, as in the thesis.
+    pub off: bool,
+}
+
+/// Normal about the body's own place, independently for each axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct HyoidPrior {
+    /// Standard deviation along an axis, mm.
+    pub sd_mm: f64,
+    /// A displacement that is known, x and y, mm.
+    pub fixed_mm: Option<[f64; 2]>,
+    /// The hyoid stays where the body has it.
+    pub off: bool,
+}
+
+/// Normal, independently for each end and axis; the tissue around an end goes along.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MuscleEndsPrior {
+    /// Standard deviation along an axis, mm.
+    pub sd_mm: f64,
+    /// How far around an end the tissue goes along, mm (the standard deviation of a bell).
+    pub reach_mm: f64,
+    /// The ends are where the body has them.
+    pub off: bool,
+}
+
+/// A smooth random displacement of the outline, and of the tissue with it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutlinePrior {
+    /// Standard deviation along an axis, mm.
+    pub sd_mm: f64,
+    /// Distance over which neighbours move together, mm (the standard deviation of a bell).
+    pub reach_mm: f64,
+    /// The outline is where the body has it.
+    pub off: bool,
+}
+
+/// Log-normal kappa, the coefficient that keeps areas.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct CompressibilityPrior {
+    /// Poisson's ratio at the median, which the body then has.
+    pub poisson_ratio: f64,
+    /// Standard deviation of the logarithm of kappa.
+    pub sd_ln_kappa: f64,
+    /// The body keeps its own Poisson's ratio, which is taken for exact.
+    pub off: bool,
+}
+
+/// Log-normal, of all muscles alike. Chosen, not measured: 4 to 9 mm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BundleWidthPrior {
+    /// Median, which the body then has, mm.
+    pub median_mm: f64,
+    /// Standard deviation of its logarithm.
+    pub sd_ln: f64,
+    /// A width that is known, mm.
+    pub fixed_mm: Option<f64>,
+    /// The body keeps its own, which is taken for exact.
+    pub off: bool,
+}
+
+/// Log-normal radius of the patch around a point of bone, of all bones alike. Chosen, not measured: 7 to 14 mm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BonePatchPrior {
+    /// Median, which the body then has, mm.
+    pub median_mm: f64,
+    /// Standard deviation of its logarithm.
+    pub sd_ln: f64,
+    /// A radius that is known, mm.
+    pub fixed_mm: Option<f64>,
+    /// The body keeps its own, which is taken for exact.
+    pub off: bool,
+}
+
+/// Normal, independently for each stretch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DiscrepancyPrior {
+    /// Standard deviation of a stretch, dimensionless.
+    pub sd: f64,
+    /// The model is right.
+    pub off: bool,
+}
+
+/// Uniform within half a unit of the last digit, or what the table says; taken for normal of the same variance.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RoundingPrior {
+    /// The lengths are exact.
+    pub off: bool,
+}
+
+/// Log-normal. It scales all tensions, and nothing measured says anything about it, so it is reported apart.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct YoungModulusPrior {
+    /// Standard deviation of its logarithm.
+    pub sd_ln: f64,
+    /// The body's own is exact.
+    pub off: bool,
+}
+
+impl Default for TensionPrior {
+    fn default() -> Self {
+        Self { scale_n_per_m: 20.0, fixed_n_per_m: BTreeMap::new() }
+    }
+}
+
+impl Default for BaselinePrior {
+    fn default() -> Self {
+        Self { scale_n_per_m: 15.0, fixed_n_per_m: BTreeMap::new(), off: false }
+    }
+}
+
+impl Default for HyoidPrior {
+    fn default() -> Self {
+        Self { sd_mm: 5.0, fixed_mm: None, off: false }
+    }
+}
+
+impl Default for MuscleEndsPrior {
+    fn default() -> Self {
+        Self { sd_mm: 3.0, reach_mm: 8.0, off: false }
+    }
+}
+
+impl Default for OutlinePrior {
+    fn default() -> Self {
+        Self { sd_mm: 1.5, reach_mm: 15.0, off: false }
+    }
+}
+
+impl Default for CompressibilityPrior {
+    fn default() -> Self {
+        // One and a half times the logarithm of 5.
+        Self { poisson_ratio: 0.499, sd_ln_kappa: 2.414, off: false }
+    }
+}
+
+impl Default for BundleWidthPrior {
+    fn default() -> Self {
+        Self { median_mm: 6.0, sd_ln: 0.2, fixed_mm: None, off: false }
+    }
+}
+
+impl Default for BonePatchPrior {
+    fn default() -> Self {
+        Self { median_mm: 10.0, sd_ln: 0.18, fixed_mm: None, off: false }
+    }
+}
+
+impl Default for DiscrepancyPrior {
+    fn default() -> Self {
+        Self { sd: 0.03, off: false }
+    }
+}
+
+impl Default for YoungModulusPrior {
+    fn default() -> Self {
+        // A factor of 1.5 either way.
+        Self { sd_ln: 0.405, off: false }
+    }
+}
+
+impl Priors {
+    /// Reads priors from TOML; what is not named keeps its default. `origin` is what messages call the text.
+    ///
+    /// # Errors
+    /// [`PosteriorError::Priors`] with the line for text that is not of this form, and as [`Priors::check`].
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, PosteriorError> {
+        let priors: Self = toml::from_str(text).map_err(|e| {
+            let line = e.span().map_or(1, |s| text.get(..s.start).unwrap_or("").matches('\n').count() + 1);
+            PosteriorError::Priors(format!("{origin}:{line}: {}", e.message()))
+        })?;
+        priors.check().map_err(|e| PosteriorError::Priors(format!("{origin}: {e}")))?;
+        Ok(priors)
+    }
+
+    /// Checks that every number is in its range.
+    ///
+    /// # Errors
+    /// [`PosteriorError::Priors`] names the first that is not.
+    pub fn check(&self) -> Result<(), PosteriorError> {
+        let wrong = |what: String| Err(PosteriorError::Priors(what));
+        let positive = [
+            ("tension.scale_n_per_m", self.tension.scale_n_per_m, 1e4),
+            ("baseline.scale_n_per_m", self.baseline.scale_n_per_m, 1e4),
+            ("hyoid.sd_mm", self.hyoid.sd_mm, 50.0),
+            ("muscle_ends.sd_mm", self.muscle_ends.sd_mm, 50.0),
+            ("muscle_ends.reach_mm", self.muscle_ends.reach_mm, 1e3),
+            ("outline.sd_mm", self.outline.sd_mm, 50.0),
+            ("outline.reach_mm", self.outline.reach_mm, 1e3),
+            ("compressibility.sd_ln_kappa", self.compressibility.sd_ln_kappa, 10.0),
+            ("bundle_width.median_mm", self.bundle_width.median_mm, 50.0),
+            ("bundle_width.fixed_mm", self.bundle_width.fixed_mm.unwrap_or(1.0), 50.0),
+            ("bundle_width.sd_ln", self.bundle_width.sd_ln, 1.0),
+            ("bone_patch.median_mm", self.bone_patch.median_mm, 50.0),
+            ("bone_patch.fixed_mm", self.bone_patch.fixed_mm.unwrap_or(1.0), 50.0),
+            ("bone_patch.sd_ln", self.bone_patch.sd_ln, 1.0),
+            ("discrepancy.sd", self.discrepancy.sd, 1.0),
+            ("young_modulus.sd_ln", self.young_modulus.sd_ln, 3.0),
+        ];
+        for (name, value, most) in positive {
+            if !(value > 0.0 && value <= most) {
+                return wrong(format!(
+                    "{name} is {value}; it must be above 0 and at most {most} (`off = true` leaves a source out)"
+                ));
+            }
+        }
+        let nu = self.compressibility.poisson_ratio;
+        if !(0.25..0.5).contains(&nu) {
+            return wrong(format!(
+                "compressibility.poisson_ratio is {nu}; it must lie from 0.25 to below 0.5"
+            ));
+        }
+        for (name, all) in
+            [("tension", &self.tension.fixed_n_per_m), ("baseline", &self.baseline.fixed_n_per_m)]
+        {
+            if let Some((muscle, value)) = all.iter().find(|(_, v)| !(v.is_finite() && **v >= 0.0)) {
+                return wrong(format!(
+                    "{name}.fixed_n_per_m.{muscle} is {value}; muscles pull, so it must not be negative"
+                ));
+            }
+        }
+        if let Some(&value) = self.hyoid.fixed_mm.iter().flatten().find(|v| !(-50.0..=50.0).contains(*v)) {
+            return wrong(format!("hyoid.fixed_mm has {value}; it must lie within 50 mm"));
+        }
+        if self.discrepancy.off && self.rounding.off {
+            return wrong(
+                "discrepancy and rounding are both off; one of them is needed, or the data would be exact"
+                    .to_owned(),
+            );
+        }
+        Ok(())
+    }
+
+    /// The JSON schema of a file of priors.
+    pub fn schema() -> schemars::Schema {
+        schemars::schema_for!(Self)
+    }
+
+    /// The fixed tension of a muscle in the vowel, N per metre of thickness; `None` where it is unknown.
+    pub fn fixed_tension(&self, muscle: &str) -> Option<f64> {
+        of(&self.tension.fixed_n_per_m, muscle)
+    }
+
+    /// The same in the baseline.
+    pub fn fixed_tone(&self, muscle: &str) -> Option<f64> {
+        if self.baseline.off { Some(0.0) } else { of(&self.baseline.fixed_n_per_m, muscle) }
+    }
+
+    /// What they say of a continuum with these settings.
+    pub fn continuum(&self, own: &ContinuumSettings) -> ContinuumSettings {
+        let of = |off: bool, fixed: Option<f64>, median: f64, own: f64| {
+            if off { own } else { fixed.unwrap_or(median) / 1e3 }
+        };
+        let (width, patch) = (&self.bundle_width, &self.bone_patch);
+        ContinuumSettings {
+            bundle_width_m: of(width.off, width.fixed_mm, width.median_mm, own.bundle_width_m),
+            patch_radius_m: of(patch.off, patch.fixed_mm, patch.median_mm, own.patch_radius_m),
+            ..*own
+        }
+    }
+
+    /// Standard deviation of the logarithm of the width of muscles; zero where it is known.
+    pub fn sd_ln_width(&self) -> f64 {
+        let prior = &self.bundle_width;
+        if prior.off || prior.fixed_mm.is_some() { 0.0 } else { prior.sd_ln }
+    }
+
+    /// The same of the radius of a bone's patch.
+    pub fn sd_ln_patch(&self) -> f64 {
+        let prior = &self.bone_patch;
+        if prior.off || prior.fixed_mm.is_some() { 0.0 } else { prior.sd_ln }
+    }
+
+    /// The name of a muscle that is fixed and that a body with these does not have.
+    pub fn unknown_muscle(&self, muscles: &[String]) -> Option<&str> {
+        let named = self.tension.fixed_n_per_m.keys().chain(self.baseline.fixed_n_per_m.keys());
+        let known = |n: &&String| *n == EVERY || muscles.iter().any(|m| m.eq_ignore_ascii_case(n));
+        named.into_iter().find(|n| !known(n)).map(String::as_str)
+    }
+}
+
+fn of(fixed: &BTreeMap<String, f64>, muscle: &str) -> Option<f64> {
+    let own = fixed.iter().find(|(name, _)| name.eq_ignore_ascii_case(muscle)).map(|(_, v)| *v);
+    own.or_else(|| fixed.get(EVERY).copied())
+}

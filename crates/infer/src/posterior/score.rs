@@ -1,0 +1,113 @@
+//! What weighted normal parts say of a measured stretch.
+
+use nalgebra::DVector;
+use serde::Serialize;
+
+use tongue_core::random::normal;
+
+use super::density::Density;
+use super::spread::{Spread, effective};
+
+/// How a prediction without the muscle's own measurement was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum How {
+    /// From draws of the whole posterior, weighed.
+    Weighed,
+    /// From pairs of postures and baselines, weighed.
+    Pairs,
+    /// From draws of its own.
+    Sampled,
+}
+
+/// What is predicted of a stretch by what it was not measured for.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// Of the measured stretch, with all errors.
+    pub spread: Spread,
+    /// Logarithm of the density of what was measured.
+    pub log_score: f64,
+    /// Continuous ranked probability score (Gneiting and Raftery 2007).
+    pub crps: f64,
+    /// How it was made.
+    pub how: How,
+    /// Effective draws.
+    pub effective: f64,
+}
+
+/// A normal distribution of a stretch, given a draw, and the weight of the draw.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    /// Mean.
+    pub mean: f64,
+    /// Weight.
+    pub weight: f64,
+}
+
+/// What weighted normal parts of one standard deviation say of a measured stretch.
+pub fn left_out(parts: &[Part], sd: f64, measured: f64, how: How, seed: u64) -> LeftOut {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let draws: Vec<(f64, f64)> =
+        parts.iter().map(|p| (p.mean + sd * normal(&mut random), p.weight)).collect();
+    let total: f64 = parts.iter().map(|p| p.weight).sum();
+    let density = |p: &Part| {
+        let z = (measured - p.mean) / sd;
+        p.weight * (-0.5 * z * z).exp() / (sd * std::f64::consts::TAU.sqrt())
+    };
+    let density = parts.iter().map(density).sum::<f64>() / total;
+    let weights: Vec<f64> = parts.iter().map(|p| p.weight).collect();
+    LeftOut {
+        crps: crps(&draws, measured),
+        spread: Spread::weighted(draws),
+        log_score: density.max(f64::MIN_POSITIVE).ln(),
+        how,
+        effective: effective(&weights),
+    }
+}
+
+/// `E|x - y| - E|x - x'|/2` of weighted draws.
+fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
+    let mut sorted = draws.to_vec();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = sorted.iter().map(|d| d.1).sum();
+    let near = sorted.iter().map(|d| d.1 * (d.0 - measured).abs()).sum::<f64>() / total;
+    // Of all pairs: the distance between neighbours times the weights on both sides.
+    let (mut below, mut apart) = (0.0, 0.0);
+    for pair in sorted.windows(2) {
+        below += pair[0].1 / total;
+        apart += (pair[1].0 - pair[0].0) * below * (1.0 - below);
+    }
+    near - apart
+}
+
+/// How the stretch of a muscle that `density` has not seen goes with the residuals of those that it has, given the tensions; and its
+/// standard deviation about that.
+pub fn about(density: &Density<'_>, muscle: usize, rounding: f64) -> (DVector<f64>, f64) {
+    let across = DVector::from_iterator(
+        density.seen.muscles.len(),
+        density.seen.muscles.iter().map(|&m| density.geometry[(m, muscle)]),
+    );
+    let gain = density.factor().solve(&across);
+    let own = density.geometry[(muscle, muscle)] + density.discrepancy() + density.rounding(rounding);
+    let variance = own - gain.dot(&across);
+    (gain, variance.max(f64::MIN_POSITIVE).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scores_of_a_normal_distribution_are_the_exact_ones() {
+        let parts = vec![Part { mean: 1.0, weight: 1.0 }; 40_000];
+        let found = left_out(&parts, 0.2, 1.1, How::Weighed, 1);
+        let z: f64 = 0.5;
+        let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
+        assert!((found.log_score - (density / 0.2).ln()).abs() < 1e-12);
+        // sd (z (2 Phi(z) - 1) + 2 phi(z) - 1/sqrt(pi)), Gneiting and Raftery 2007; Phi(0.5) = 0.69146.
+        let exact =
+            0.2 * (z * (2.0 * 0.691_462_5 - 1.0) + 2.0 * density - std::f64::consts::PI.sqrt().recip());
+        assert!((found.crps / exact - 1.0).abs() < 0.02, "{} {exact}", found.crps);
+        assert!((found.spread.interval_95[1] - (1.0 + 0.2 * 1.96)).abs() < 0.01);
+    }
+}

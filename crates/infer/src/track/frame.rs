@@ -1,0 +1,352 @@
+//! One frame: what was seen of it as observations of a body, and how they answer to the scores of the tensions.
+
+use nalgebra::{DMatrix, DVector, SVector};
+
+use crate::inverse::{BONE_SD_M, FreedBone};
+use tongue_core::body::{Body, HYOID, MANDIBLE};
+use tongue_core::geometry::Point;
+use tongue_core::observe::{Contour, Curve, Observable, Observation, Point as Place};
+use tongue_core::statics::{self, Connection, Response, Settings, Status, Workspace};
+use tongue_core::system::System;
+use tongue_input::measured::recording::{Seen, SeenFrame};
+
+use super::scores;
+
+/// Contour points nearer to each other than this are not independent: a contour drawn through many pixels knows no more than one with a
+/// point so far apart, m.
+const INDEPENDENT_M: f64 = 4e-3;
+/// Frames over which the place of a bone is averaged: its keypoint is no surer than those of the tongue.
+pub const BONE_WINDOW: usize = 7;
+
+/// The surface of a body that is seen: from the hyoid over root, dorsum and tip to the mental spine, and where the tip is.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    /// The curve, tissue to its left.
+    pub curve: Curve,
+    /// Distance along the curve of the foremost point at rest, m.
+    pub tip: f64,
+}
+
+impl Surface {
+    /// Of a body; the whole outline where the bones are not on it. `None` for a body without an outline.
+    pub fn of(body: &Body<2>) -> Option<Self> {
+        let mesh = &body.mesh;
+        let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len)?;
+        let on = |bone: &str| {
+            let nodes = body.bone(bone);
+            outline.iter().position(|n| nodes.contains(n))
+        };
+        match (on(HYOID), on(MANDIBLE)) {
+            (Some(hyoid), Some(spine)) if hyoid != spine => {
+                outline.rotate_left(hyoid);
+                let last = (spine + outline.len() - hyoid) % outline.len();
+                outline.truncate(last + 1);
+            }
+            _ => {
+                let seam = outline.iter().position(|n| mesh.fixed.binary_search(n).is_ok()).unwrap_or(0);
+                outline.rotate_left(seam);
+                outline.extend(outline.first().copied());
+            }
+        }
+        let foremost = (0..outline.len())
+            .min_by(|&a, &b| mesh.nodes[outline[a]].x.total_cmp(&mesh.nodes[outline[b]].x))?;
+        let tip = outline[..=foremost].windows(2).map(|w| (mesh.nodes[w[1]] - mesh.nodes[w[0]]).norm()).sum();
+        Some(Self { curve: Curve::through(outline, &mesh.nodes)?, tip })
+    }
+}
+
+impl Surface {
+    /// Signed distance of a point from the surface, m: positive outside.
+    pub fn distance(&self, point: Point, positions: &[Point]) -> f64 {
+        Contour::new(self.curve.clone(), point).value(positions)
+    }
+}
+
+/// A bone of a body that follows what was seen of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Followed {
+    /// Its name.
+    pub name: String,
+    /// Its nodes.
+    pub nodes: Vec<usize>,
+    /// Where its mark is seen when the bone is where it is at rest, m.
+    pub mark: Point,
+}
+
+/// What was seen at one time, made ready.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// Time, s.
+    pub time_s: f64,
+    /// Observations that are fitted, in metres, with their standard deviations.
+    pub observations: Vec<Observation<2>>,
+    /// The names of their points.
+    pub names: Vec<String>,
+    /// Contour points that are kept back: their signed distances are told.
+    pub hidden: Vec<(String, Contour)>,
+    /// Of every followed bone, the shift from where it is at rest, m.
+    pub shifts: Vec<SVector<f64, 2>>,
+}
+
+/// The frames of a recording for a body. `hide` are names of contour points that are not to be fitted.
+pub fn frames(seen: &Seen, surface: &Surface, followed: &[Followed], hide: &[String]) -> Vec<Frame> {
+    let means: Vec<Vec<Option<Point>>> = followed
+        .iter()
+        .map(|f| {
+            seen.bone(&f.name)
+                .map_or_else(|| vec![None; seen.frames.len()], |b| seen.bone_means(b, BONE_WINDOW))
+        })
+        .collect();
+    let frame = |(t, frame): (usize, &SeenFrame)| {
+        let shifts = followed
+            .iter()
+            .zip(&means)
+            .map(|(f, m)| m[t].map_or_else(Point::zeros, |at| at - f.mark))
+            .collect();
+        one(seen, frame, surface, shifts, hide)
+    };
+    seen.frames.iter().enumerate().map(frame).collect()
+}
+
+fn one(
+    seen: &Seen,
+    frame: &SeenFrame,
+    surface: &Surface,
+    shifts: Vec<SVector<f64, 2>>,
+    hide: &[String],
+) -> Frame {
+    let mut out = Frame {
+        time_s: frame.time_s,
+        observations: Vec::new(),
+        names: Vec::new(),
+        hidden: Vec::new(),
+        shifts,
+    };
+    let marks: Vec<_> =
+        seen.contour.iter().zip(&frame.contour).filter_map(|(n, m)| Some((n, (*m)?))).collect();
+    let shown = marks.iter().filter(|(n, _)| !hide.contains(n)).count();
+    let length: f64 = marks.windows(2).map(|w| (w[1].1.at - w[0].1.at).norm()).sum();
+    let crowded = (shown as f64 * INDEPENDENT_M / length.max(INDEPENDENT_M)).max(1.0).sqrt();
+    for (name, mark) in marks {
+        let contour = Contour::new(surface.curve.clone(), mark.at);
+        if hide.contains(name) {
+            out.hidden.push((name.clone(), contour));
+        } else {
+            out.observations.push(Observation::new(contour, 0.0).with_standard_deviation(mark.sd * crowded));
+            out.names.push(name.clone());
+        }
+    }
+    for ((name, behind), mark) in seen.sensors.iter().zip(&frame.sensors) {
+        let Some(mark) = mark.filter(|_| !hide.contains(name)) else { continue };
+        let at = (surface.tip - behind).clamp(0.0, surface.curve.length());
+        for (axis, direction) in [SVector::x(), SVector::y()].into_iter().enumerate() {
+            let place = Place::on_curve(&surface.curve, at, direction);
+            out.observations.push(Observation::new(place, mark.at[axis]).with_standard_deviation(mark.sd));
+            out.names.push(name.clone());
+        }
+    }
+    out
+}
+
+/// What a frame says at some scores.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// Simulated less measured over the standard deviation.
+    pub residuals: DVector<f64>,
+    /// Their derivative by the scores.
+    pub jacobian: DMatrix<f64>,
+    /// Positions of all nodes, m.
+    pub positions: Vec<SVector<f64, 2>>,
+}
+
+/// Solves frames of one body, one after another.
+pub struct Solver<'a> {
+    pub system: &'a System<2>,
+    pub followed: &'a [Followed],
+    freed: &'a [FreedBone<2>],
+    pub scale_n: f64,
+    pub settings: Settings,
+    workspace: Workspace<2>,
+    tensions: Vec<f64>,
+}
+
+impl<'a> Solver<'a> {
+    pub fn new(system: &'a System<2>, followed: &'a [Followed], scale_n: f64) -> Self {
+        let workspace = Workspace::new(system);
+        let tensions = vec![0.0; system.muscle_count()];
+        let settings = Settings::default();
+        Self { system, followed, freed: &[], scale_n, settings, workspace, tensions }
+    }
+
+    /// With bones whose displacement is unknown: two more scores each, behind those of the tensions.
+    pub fn with_freed(mut self, freed: &'a [FreedBone<2>]) -> Self {
+        self.freed = freed;
+        self
+    }
+
+    /// Tensions of all muscles of the body, N, at the scores of the contracting ones.
+    pub fn tensions_of(&self, x: &DVector<f64>) -> Vec<f64> {
+        let mut all = vec![0.0; self.system.muscle_count()];
+        for (&muscle, g) in self.system.contracting().iter().zip(x.iter()) {
+            all[muscle] = self.scale_n * scores::tension(*g).0;
+        }
+        all
+    }
+
+    /// Brings the body to its equilibrium at these scores with the bones of this frame, from given positions or from rest.
+    pub fn solve(
+        &mut self,
+        frame: &Frame,
+        x: &DVector<f64>,
+        from: Option<&[SVector<f64, 2>]>,
+    ) -> Option<&[SVector<f64, 2>]> {
+        self.tensions = self.tensions_of(x);
+        self.carry(frame, x);
+        let warm = from.is_some_and(|positions| {
+            self.workspace.start_from(positions);
+            self.is_solved()
+        });
+        if !warm {
+            self.workspace.start_from_rest(self.system);
+            if !self.is_solved() {
+                return None;
+            }
+        }
+        Some(self.workspace.positions())
+    }
+
+    fn is_solved(&mut self) -> bool {
+        let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
+        done.status == Status::Converged
+    }
+
+    /// Whether the equilibrium lies on the branch that begins at rest with the bones of this frame. `relaxed` is where the body rests
+    /// with the bones of the frame before, and then with those of this one.
+    pub fn is_on_branch(
+        &mut self,
+        frame: &Frame,
+        x: &DVector<f64>,
+        positions: &[SVector<f64, 2>],
+        relaxed: &mut Option<Vec<SVector<f64, 2>>>,
+    ) -> bool {
+        const SAME_SHAPE_M: f64 = 1e-8;
+        const STEPS: usize = 10;
+        /// Parts of the tensions at which the body is solved on its way.
+        const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
+        let apart = |a: &[SVector<f64, 2>]| tongue_core::body::largest_distance(a, positions);
+        self.carry(frame, x);
+        self.tensions.fill(0.0);
+        let from = relaxed.take();
+        let rests = from.is_some_and(|from| {
+            self.workspace.start_from(&from);
+            self.is_solved()
+        });
+        let rests = rests || {
+            self.workspace.start_from_rest(self.system);
+            self.is_solved()
+        };
+        if rests {
+            *relaxed = Some(self.workspace.positions().to_vec());
+            let whole = self.tensions_of(x);
+            // Without a way downhill at any of the loads the branch has not been left.
+            let followed = LOADS.iter().all(|load| {
+                self.tensions = whole.iter().map(|f| f * load).collect();
+                let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
+                done.status == Status::Converged && done.connection == Connection::Direct
+            });
+            if followed && apart(self.workspace.positions()) <= SAME_SHAPE_M {
+                return true;
+            }
+        }
+        let tensions = self.tensions_of(x);
+        self.workspace.start_from_rest(self.system);
+        let trace = statics::trace(self.system, &mut self.workspace, &tensions, &self.settings, STEPS);
+        trace.critical.is_none() && apart(self.workspace.positions()) <= SAME_SHAPE_M
+    }
+
+    fn carry(&mut self, frame: &Frame, x: &DVector<f64>) {
+        for (bone, shift) in self.followed.iter().zip(&frame.shifts) {
+            self.workspace.carry_bone(self.system, &bone.nodes, *shift);
+        }
+        for (bone, shift) in self.freed.iter().zip(self.displacements(x)) {
+            self.workspace.carry_bone(self.system, bone.nodes(), shift);
+        }
+    }
+
+    /// Displacements of the freed bones at these scores, m.
+    fn displacements(&self, x: &DVector<f64>) -> impl Iterator<Item = SVector<f64, 2>> + use<> {
+        let of_bones = x.as_slice().get(self.system.contracting().len()..).unwrap_or_default();
+        let pairs: Vec<_> =
+            of_bones.chunks_exact(2).map(|c| SVector::from([c[0], c[1]]) * BONE_SD_M).collect();
+        pairs.into_iter()
+    }
+
+    /// Weighted residuals and positions at these scores.
+    pub fn residuals(
+        &mut self,
+        frame: &Frame,
+        x: &DVector<f64>,
+        from: Option<&[SVector<f64, 2>]>,
+    ) -> Option<(DVector<f64>, Vec<SVector<f64, 2>>)> {
+        let positions = self.solve(frame, x, from)?;
+        let residuals = residuals(frame, positions);
+        let positions = positions.to_vec();
+        residuals.iter().all(|r| r.is_finite()).then_some((residuals, positions))
+    }
+
+    /// The same with the derivative by the scores: one factorisation.
+    pub fn linearise(
+        &mut self,
+        frame: &Frame,
+        x: &DVector<f64>,
+        from: Option<&[SVector<f64, 2>]>,
+    ) -> Option<Linear> {
+        let (residuals, positions) = self.residuals(frame, x, from)?;
+        let slopes = slopes(frame, &positions);
+        let mut jacobian = DMatrix::zeros(residuals.len(), x.len());
+        let mut response = Response::new(self.system, &mut self.workspace).ok()?;
+        let muscles = self.system.contracting();
+        for column in 0..x.len() {
+            let by_score = if let Some(&muscle) = muscles.get(column) {
+                response.to_tension(muscle);
+                self.scale_n * scores::tension(x[column]).1
+            } else {
+                let (number, axis) = ((column - muscles.len()) / 2, (column - muscles.len()) % 2);
+                let bone = &self.freed[number];
+                response.to_load(|at, load| bone.add_force(at, axis, None, load));
+                response.carry(bone.nodes(), axis);
+                BONE_SD_M
+            };
+            for (row, slope) in slopes.iter().enumerate() {
+                let rate: f64 = slope.iter().map(|(node, s)| s.dot(&response.motion()[*node])).sum();
+                jacobian[(row, column)] = rate * by_score;
+            }
+        }
+        jacobian.iter().all(|v| v.is_finite()).then_some(Linear { residuals, jacobian, positions })
+    }
+
+    /// The factorised response at the last equilibrium that was solved.
+    pub fn response(&mut self) -> Option<Response<'_, 2>> {
+        Response::new(self.system, &mut self.workspace).ok()
+    }
+}
+
+/// Simulated less measured over the standard deviation, of every observation.
+pub fn residuals(frame: &Frame, positions: &[SVector<f64, 2>]) -> DVector<f64> {
+    DVector::from_iterator(frame.observations.len(), frame.observations.iter().map(|o| o.residual(positions)))
+}
+
+/// Of every weighted residual the nodes that it depends on, and the derivative by their positions.
+pub fn slopes(frame: &Frame, positions: &[SVector<f64, 2>]) -> Vec<Vec<(usize, SVector<f64, 2>)>> {
+    let of = |o: &Observation<2>| {
+        let mut slope = Vec::with_capacity(4);
+        o.observable.gradient(positions, &mut |node, s| slope.push((node, s * o.weight)));
+        slope
+    };
+    frame.observations.iter().map(of).collect()
+}
+
+/// Signed distances of the hidden points from the surface, m.
+pub fn hidden(frame: &Frame, positions: &[SVector<f64, 2>]) -> Vec<(String, f64)> {
+    frame.hidden.iter().map(|(name, contour)| (name.clone(), contour.value(positions))).collect()
+}

@@ -1,0 +1,161 @@
+//! Points that are kept back, and who else could have told where they are: a spline through the other points, principal components
+//! and a Gaussian of the speaker's other recordings. Two of them saw this speaker and know nothing else; the model is not there for
+//! interpolation but for tensions, and whether it loses is said plainly.
+//!
+//! All are judged alike: by the distance of the hidden point from the contour that an opponent draws.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use tongue_core::geometry::{NaturalSpline, Point};
+use tongue_input::measured::recording::{Seen, SeenFrame};
+
+use super::Tracked;
+
+/// Principal components that are kept.
+const COMPONENTS: usize = 4;
+/// Beyond its last point a contour goes on straight, so far, m: hidden tips lie there.
+const BEYOND_M: f64 = 30e-3;
+/// Part of the largest variance that is added to each, so that a Gaussian of few frames can be solved for.
+const RIDGE: f64 = 1e-3;
+
+/// How well one of them tells where hidden points are.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Opponent {
+    /// Who.
+    pub name: String,
+    /// Points that were told.
+    pub points: usize,
+    /// Median distance, mm.
+    pub median_mm: f64,
+    /// Root mean square distance, mm.
+    pub pooled_mm: f64,
+}
+
+/// What became of the points that were kept back.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// Which points.
+    pub points: Vec<String>,
+    /// Of which recordings each was learned before it was told: `others` (leave one recording out) or `the same`, where there is only one.
+    pub trained_on: &'static str,
+    /// The model first.
+    pub opponents: Vec<Opponent>,
+}
+
+impl Opponent {
+    fn new(name: &str, mut distances_m: Vec<f64>) -> Option<Self> {
+        distances_m.retain(|d| d.is_finite());
+        distances_m.iter_mut().for_each(|d| *d = d.abs());
+        distances_m.sort_by(f64::total_cmp);
+        let n = distances_m.len();
+        let median = 0.5 * (distances_m.get(n.checked_sub(1)? / 2)? + distances_m[n / 2]);
+        let pooled = (distances_m.iter().map(|d| d * d).sum::<f64>() / n as f64).sqrt();
+        Some(Self { name: name.to_owned(), points: n, median_mm: median * 1e3, pooled_mm: pooled * 1e3 })
+    }
+}
+
+/// The model and its opponents on hidden points. Of every recording: what was seen, what the model (which did not see the hidden
+/// points) made of it, and from which recordings the others learn.
+pub fn opponents(seen: &[&Seen], tracked: &[Vec<Tracked>], hide: &[String]) -> Vec<Opponent> {
+    let model = tracked.iter().flatten().flat_map(|t| t.hidden.iter().map(|(_, d)| *d)).collect();
+    let names: Vec<String> = seen.first().map(|s| s.contour.clone()).unwrap_or_default();
+    let hidden: Vec<usize> = (0..names.len()).filter(|&i| hide.contains(&names[i])).collect();
+    let shown: Vec<usize> = (0..names.len()).filter(|&i| !hide.contains(&names[i])).collect();
+    let (mut by_spline, mut by_components, mut by_gaussian) = (Vec::new(), Vec::new(), Vec::new());
+    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| s.contour == names) {
+        let others = |other: usize| other != nth || seen.len() == 1;
+        let training: Vec<DVector<f64>> = seen
+            .iter()
+            .enumerate()
+            .filter(|(o, s)| others(*o) && s.contour == names)
+            .flat_map(|(_, s)| s.frames.iter().filter_map(whole))
+            .collect();
+        let learned = Learned::of(&training);
+        for frame in &one.frames {
+            let at = |i: &usize| frame.contour[*i].map(|m| m.at);
+            let Some(visible) = shown.iter().map(at).collect::<Option<Vec<Point>>>() else { continue };
+            let told: Vec<Point> = hidden.iter().filter_map(at).collect();
+            let judge = |contour: &[Point], into: &mut Vec<f64>| {
+                if let Some(curve) = NaturalSpline::through(contour).map(|c| c.extended(BEYOND_M)) {
+                    into.extend(told.iter().map(|p| curve.distance(*p)));
+                }
+            };
+            judge(&visible, &mut by_spline);
+            if let Some(learned) = &learned {
+                judge(&learned.by_components(&shown, &visible), &mut by_components);
+                judge(&learned.by_gaussian(&shown, &visible), &mut by_gaussian);
+            }
+        }
+    }
+    let all = [
+        Opponent::new("the model", model),
+        Opponent::new("natural spline through the other points", by_spline),
+        Opponent::new("4 principal components of the speaker", by_components),
+        Opponent::new("Gaussian of the speaker's points", by_gaussian),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// All coordinates of a frame in which every point was seen.
+fn whole(frame: &SeenFrame) -> Option<DVector<f64>> {
+    let points = frame.contour.iter().map(|m| m.map(|m| m.at)).collect::<Option<Vec<Point>>>()?;
+    Some(DVector::from_iterator(2 * points.len(), points.iter().flat_map(|p| [p.x, p.y])))
+}
+
+/// Mean and covariance of whole frames.
+struct Learned {
+    mean: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl Learned {
+    fn of(frames: &[DVector<f64>]) -> Option<Self> {
+        if frames.len() < 2 * COMPONENTS {
+            return None;
+        }
+        let mean = frames.iter().sum::<DVector<f64>>() / frames.len() as f64;
+        let mut covariance = DMatrix::zeros(mean.len(), mean.len());
+        for f in frames {
+            let away = f - &mean;
+            covariance += &away * away.transpose() / frames.len() as f64;
+        }
+        Some(Self { mean, covariance })
+    }
+
+    fn rows(shown: &[usize]) -> Vec<usize> {
+        shown.iter().flat_map(|i| [2 * i, 2 * i + 1]).collect()
+    }
+
+    fn away(&self, rows: &[usize], visible: &[Point]) -> DVector<f64> {
+        let seen = visible.iter().flat_map(|p| [p.x, p.y]);
+        DVector::from_iterator(rows.len(), rows.iter().zip(seen).map(|(r, v)| v - self.mean[*r]))
+    }
+
+    /// The whole contour from the components that fit the visible points best.
+    fn by_components(&self, shown: &[usize], visible: &[Point]) -> Vec<Point> {
+        let eigen = self.covariance.clone().symmetric_eigen();
+        let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        let basis = eigen.eigenvectors.select_columns(&order[..COMPONENTS.min(order.len())]);
+        let rows = Self::rows(shown);
+        let seen = basis.select_rows(&rows);
+        let weights = (seen.tr_mul(&seen)).lu().solve(&seen.tr_mul(&self.away(&rows, visible)));
+        points(&weights.map_or_else(|| self.mean.clone(), |w| &self.mean + basis * w))
+    }
+
+    /// The whole contour as it is to be expected where the visible points are known.
+    fn by_gaussian(&self, shown: &[usize], visible: &[Point]) -> Vec<Point> {
+        let rows = Self::rows(shown);
+        let mut seen = self.covariance.select_rows(&rows).select_columns(&rows);
+        let ridge = RIDGE * seen.diagonal().amax();
+        (0..rows.len()).for_each(|i| seen[(i, i)] += ridge);
+        let gain = seen.lu().solve(&self.away(&rows, visible));
+        let across = self.covariance.select_columns(&rows);
+        points(&gain.map_or_else(|| self.mean.clone(), |g| &self.mean + across * g))
+    }
+}
+
+fn points(coordinates: &DVector<f64>) -> Vec<Point> {
+    coordinates.as_slice().chunks_exact(2).map(|c| Point::new(c[0], c[1])).collect()
+}

@@ -1,0 +1,172 @@
+//! Why a Gmsh file is refused, where, and what to do.
+
+use std::fmt;
+
+use tongue_core::body::MeshFault;
+
+/// A Gmsh file that cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{origin}{place}: {problem}")]
+pub struct GmshError {
+    /// The file, or what stands for it.
+    pub origin: String,
+    /// Where in it.
+    pub place: Place,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+/// A place in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    Whole,
+    /// A line, from 1.
+    Line(usize),
+    /// A byte of a binary file, from 0.
+    Byte(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole => Ok(()),
+            Self::Line(line) => write!(f, ":{line}"),
+            Self::Byte(byte) => write!(f, " (byte {byte})"),
+        }
+    }
+}
+
+/// What is wrong with a Gmsh file. Nodes and elements are named by their Gmsh tags.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say it")]
+pub enum Problem {
+    #[error("this is no Gmsh mesh: it does not begin with $MeshFormat; save it as .msh (gmsh my.geo -2)")]
+    NotGmsh,
+    #[error(
+        "the format is {found}; 4.1 and 2.2 are read: save it with -format msh41, or with Mesh.MshFileVersion = 4.1"
+    )]
+    Version { found: String },
+    #[error(
+        "numbers have {found} bytes; 8 are read: save it with -format msh41 by Gmsh on a 64-bit computer"
+    )]
+    DataSize { found: String },
+    #[error("the order of the bytes is neither first to last nor last to first; save the file again")]
+    ByteOrder,
+    #[error("the file ends where {what} was expected: it was cut off; save it again")]
+    Ended { what: String },
+    #[error("{what} is not UTF-8 text; save the file again")]
+    NotText { what: String },
+    #[error(
+        "\"{found}\" stands where {what} was expected; correct it, or save the file again (are there as many \
+         entries as the section announces?)"
+    )]
+    NotANumber { what: String, found: String },
+    #[error("\"{found}\" stands where a section (like $Nodes) was expected; save the file again")]
+    NoSection { found: String },
+    #[error(
+        "\"{found}\" stands where $End{section} was expected: the section has more entries than it announces; \
+         save the file again"
+    )]
+    NoEnd { section: &'static str, found: String },
+    #[error(
+        "there is no section ${section}; mesh the model before it is saved (gmsh my.geo -2, or -3 in space)"
+    )]
+    NoSuchSection { section: &'static str },
+    #[error("the section ${section} comes twice; keep one")]
+    SectionTwice { section: &'static str },
+    #[error("the mesh is partitioned; save it whole (Mesh.NbPartitions = 0)")]
+    Partitioned,
+    #[error("physical group without dimension, number and quoted name, like `1 2 \"GGa\"`: \"{found}\"")]
+    PhysicalName { found: String },
+    #[error("{what} {number} is out of range; save the file again")]
+    OutOfRange { what: &'static str, number: i64 },
+    #[error("a coordinate of node {node} is not finite; correct the model and mesh it again")]
+    NotFinite { node: u64 },
+    #[error("node {node} is defined twice; keep one")]
+    NodeTwice { node: u64 },
+    #[error("element {element} refers to node {node}, which is not in $Nodes; save the file again")]
+    NoSuchNode { element: u64, node: u64 },
+    #[error("element {element} is a {what}; {remedy}")]
+    Element { element: u64, what: String, remedy: &'static str },
+    #[error(
+        "no triangle or tetrahedron is in a physical group called \"tissue\" ({found}); add \
+         Physical Surface(\"tissue\") = {{...}}; in space Physical Volume(\"tissue\")"
+    )]
+    NoTissue { found: String },
+    #[error(
+        "node {node} lies at z = {z}; a body of triangles lies in the midsagittal plane, z = 0 (x to the back, y up): \
+         turn or shift the model, or mesh a volume of tetrahedra (gmsh -3)"
+    )]
+    OutOfPlane { node: u64, z: f64 },
+    #[error("element {element} (nodes {nodes:?}) has no area or volume; mesh again, or move the nodes apart")]
+    Degenerate { element: u64, nodes: Vec<u64> },
+    #[error(
+        "nodes {a} and {b} lie at the same place but are joined; merge them (gmsh: Coherence Mesh) and mesh again"
+    )]
+    SamePlace { a: u64, b: u64 },
+    #[error(
+        "muscle {name} is given twice, as \"{first}\" and as \"{second}\"; join them to one physical curve"
+    )]
+    MuscleTwice { name: String, first: String, second: String },
+    #[error(
+        "muscle {name} branches at node {node}, where {lines} of its lines meet; a muscle is one chain: leave out the \
+         curves that branch off"
+    )]
+    Branch { name: String, node: u64, lines: usize },
+    #[error(
+        "muscle {name} has gaps: it ends at the nodes {ends:?}; a muscle is one chain with two ends: add the curves \
+         between, or make two groups"
+    )]
+    Gap { name: String, ends: Vec<u64> },
+    #[error(
+        "muscle {name} runs in a circle through node {node}; a muscle is one chain with two ends: leave out one curve"
+    )]
+    Loop { name: String, node: u64 },
+    #[error(
+        "muscle {name} shares no node with the tissue, so it would pull on nothing; embed its curve in the surface \
+         (Curve {{...}} In Surface {{...}}) or fragment both, and mesh again"
+    )]
+    Apart { name: String },
+    #[error(
+        "node {node} of muscle {name} lies in element {element} without being one of its nodes, so the muscle would \
+         slide through the tissue; embed its curve in the surface (Curve {{...}} In Surface {{...}}) or fragment both, \
+         and mesh again"
+    )]
+    NotEmbedded { name: String, node: u64, element: u64 },
+    #[error(
+        "bone \"{name}\" holds node {node}, which belongs to no triangle, tetrahedron or muscle; take a point of them"
+    )]
+    BoneHoldsNothing { name: String, node: u64 },
+    #[error("{0}")]
+    Fault(#[from] MeshFault),
+}
+
+/// A problem and the byte where it shows, if it shows at one.
+#[derive(Debug)]
+pub(super) struct Located {
+    pub at: Option<usize>,
+    pub problem: Problem,
+}
+
+impl Located {
+    pub fn at(at: usize, problem: Problem) -> Self {
+        Self { at: Some(at), problem }
+    }
+
+    pub fn whole(problem: Problem) -> Self {
+        Self { at: None, problem }
+    }
+
+    /// The error for a file of these bytes.
+    pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> GmshError {
+        let place = match self.at {
+            None => Place::Whole,
+            Some(at) if binary => Place::Byte(at),
+            Some(at) => Place::Line(1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
+        };
+        GmshError { origin: origin.to_owned(), place, problem: self.problem }
+    }
+}
+
+pub(super) type Found<T> = Result<T, Located>;

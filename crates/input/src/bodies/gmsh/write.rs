@@ -1,0 +1,128 @@
+//! A mesh as a Gmsh file of format 4.1, as text.
+
+use std::fmt::Write as _;
+
+use nalgebra::SVector;
+
+use crate::measured::muscles::Muscles;
+use tongue_core::body::{Bone, Mesh};
+
+/// The mesh at rest, in metres, with the physical groups that [`super::read`] knows; fixed nodes that are in none of `bones` are in
+/// a group `bone`. Node `n` has the tag `n + 1`; elements
+/// are numbered from 1 on: cells (of a continuum its quadratic elements), then the muscles' lines one muscle after another, then the points on bone. Read again it
+/// is the same mesh to the last bit if its muscles are in the order that [`super::Body::mesh`] tells and every node is used.
+pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
+    let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
+    let names: Vec<String> = mesh.muscles.iter().map(|m| group_name(&m.name)).collect();
+    let nameless =
+        mesh.fixed.iter().filter(|n| !bones.iter().any(|b| b.nodes.contains(n))).copied().collect();
+    let nameless = Bone { name: "bone".to_owned(), nodes: nameless };
+    let bones: Vec<&Bone> = bones.iter().chain([&nameless]).filter(|b| !b.nodes.is_empty()).collect();
+    let _ = writeln!(out, "$PhysicalNames\n{}", bones.len() + names.len() + 1);
+    for (nth, bone) in bones.iter().enumerate() {
+        let of = if bone.name == "bone" { String::new() } else { format!(":{}", plain(&bone.name)) };
+        let _ = writeln!(out, "0 {} \"bone{of}\"", nth + 1);
+    }
+    for (nth, name) in names.iter().enumerate() {
+        let _ = writeln!(out, "1 {} \"{name}\"", nth + 1);
+    }
+    let _ = writeln!(out, "{D} 1 \"tissue\"\n$EndPhysicalNames");
+    entities(&mut out, mesh, &bones);
+
+    let count = mesh.nodes.len();
+    let _ = writeln!(out, "$Nodes\n1 {count} 1 {count}\n{D} 1 0 {count}");
+    for tag in 1..=count {
+        let _ = writeln!(out, "{tag}");
+    }
+    for x in &mesh.nodes {
+        let _ = writeln!(out, "{}", point(x));
+    }
+    out += "$EndNodes\n";
+    elements(&mut out, mesh);
+    out
+}
+
+/// One entity for each group, but a point for each node on bone.
+fn entities<const D: usize>(out: &mut String, mesh: &Mesh<D>, bones: &[&Bone]) {
+    let (surfaces, volumes) = if D == 2 { (1, 0) } else { (0, 1) };
+    let _ = writeln!(out, "$Entities\n{} {} {surfaces} {volumes}", mesh.fixed.len(), mesh.muscles.len());
+    for (nth, &node) in mesh.fixed.iter().enumerate() {
+        let x = mesh.nodes.get(node).map(point).unwrap_or_default();
+        let on = (1..).zip(bones).filter(|(_, b)| b.nodes.contains(&node));
+        let groups: Vec<String> = on.map(|(tag, _)| tag.to_string()).collect();
+        let _ = writeln!(out, "{} {x} {} {}", nth + 1, groups.len(), groups.join(" "));
+    }
+    for (nth, muscle) in mesh.muscles.iter().enumerate() {
+        let nodes = muscle.nodes.iter().filter_map(|&n| mesh.nodes.get(n));
+        let _ = writeln!(out, "{tag} {} 1 {tag} 0", bounds(nodes), tag = nth + 1);
+    }
+    let _ = writeln!(out, "1 {} 1 1 0\n$EndEntities", bounds(mesh.nodes.iter()));
+}
+
+fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
+    let lines = |chain: &[usize]| chain.len().saturating_sub(1);
+    let all_lines: usize = mesh.muscles.iter().map(|m| lines(&m.nodes)).sum();
+    let cells: Vec<&[usize]> = mesh.elements().collect();
+    let total = cells.len() + all_lines + mesh.fixed.len();
+    let blocks = 1 + mesh.muscles.len() + mesh.fixed.len();
+    let _ = writeln!(out, "$Elements\n{blocks} {total} 1 {total}");
+    let kind = match mesh.continuum.is_some() {
+        false => [2, 4][D - 2],
+        true => [9, 11][D - 2],
+    };
+    let _ = writeln!(out, "{D} 1 {kind} {}", cells.len());
+    let mut tag = 0;
+    let mut element = |out: &mut String, nodes: &[usize]| {
+        tag += 1;
+        let _ = write!(out, "{tag}");
+        nodes.iter().for_each(|n| {
+            let _ = write!(out, " {}", n + 1);
+        });
+        out.push('\n');
+    };
+    for cell in cells {
+        let mut nodes = cell.to_vec();
+        if kind == 11 {
+            // Gmsh has the middle of 2-3 before that of 1-3.
+            nodes.swap(8, 9);
+        }
+        element(out, &nodes);
+    }
+    for (nth, muscle) in mesh.muscles.iter().enumerate() {
+        let _ = writeln!(out, "1 {} 1 {}", nth + 1, lines(&muscle.nodes));
+        muscle.nodes.windows(2).for_each(|pair| element(out, pair));
+    }
+    for (nth, &node) in mesh.fixed.iter().enumerate() {
+        let _ = writeln!(out, "0 {} 15 1", nth + 1);
+        element(out, &[node]);
+    }
+    *out += "$EndElements\n";
+}
+
+fn point<const D: usize>(x: &SVector<f64, D>) -> String {
+    format!("{} {} {}", x[0], x[1], x.get(2).unwrap_or(&0.0))
+}
+
+/// The corners of the box around points.
+fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>>) -> String {
+    let around = nodes.fold(None, |around: Option<(SVector<f64, D>, SVector<f64, D>)>, x| match around {
+        None => Some((*x, *x)),
+        Some((low, high)) => Some((low.inf(x), high.sup(x))),
+    });
+    let (low, high) = around.unwrap_or((SVector::zeros(), SVector::zeros()));
+    format!("{} {}", point(&low), point(&high))
+}
+
+/// A name without quotes and line ends, which would end it.
+fn plain(name: &str) -> String {
+    name.chars().map(|c| if c == '"' || c.is_control() { '_' } else { c }).collect()
+}
+
+/// What a muscle's group is called.
+fn group_name(muscle: &str) -> String {
+    let name = plain(muscle);
+    match Muscles::built_in().published(&name) {
+        Some((_, spelling)) => spelling.to_owned(),
+        None => format!("muscle:{name}"),
+    }
+}

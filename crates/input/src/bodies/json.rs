@@ -1,0 +1,124 @@
+//! A body in the plane as JSON: what `tongue-fit mesh --json` prints, written and read.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize, Serializer};
+
+use crate::measured::muscles::Muscles;
+use tongue_core::body::{Body, BodyError, Bone, Cells, Mesh, MuscleChain, Quality};
+
+/// Values by name, written as an object in their order.
+struct ByName<T>(Vec<(String, T)>);
+
+impl<T: Serialize> Serialize for ByName<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+#[derive(Serialize)]
+struct Connection {
+    nodes: [usize; 2],
+    rest_length_m: f64,
+    stiffness_n_per_m: f64,
+}
+
+/// The mesh with its coefficients, as it is written.
+#[derive(Serialize)]
+pub struct MeshRecord {
+    nodes_m: Vec<[f64; 2]>,
+    triangles: Vec<Vec<usize>>,
+    connections: Vec<Connection>,
+    fixed: Vec<usize>,
+    muscles: ByName<Vec<usize>>,
+    bones: ByName<Vec<usize>>,
+    kappa_s_j: f64,
+    node_mass_kg: f64,
+    rest_lengths_mm: ByName<f64>,
+    quality: Quality,
+}
+
+impl MeshRecord {
+    /// The record of a body whose connections have the spring constants `stiffness` (N/m, one each), whose triangles have
+    /// `kappa_s_j` (J) and whose nodes `node_mass_kg`, all per metre of thickness.
+    pub fn new(body: &Body<2>, stiffness: &[f64], kappa_s_j: f64, node_mass_kg: f64) -> Self {
+        let mesh = &body.mesh;
+        let connection = |(&nodes, &stiffness_n_per_m): (&[usize; 2], &f64)| Connection {
+            nodes,
+            rest_length_m: mesh.distance(nodes),
+            stiffness_n_per_m,
+        };
+        let lengths = mesh.muscles.iter().map(|m| (m.name.clone(), mesh.distance(m.ends()) * 1e3));
+        Self {
+            nodes_m: mesh.nodes.iter().map(|p| [p.x, p.y]).collect(),
+            triangles: mesh.cells.iter().map(<[usize]>::to_vec).collect(),
+            connections: mesh.connections.iter().zip(stiffness).map(connection).collect(),
+            fixed: mesh.fixed.clone(),
+            muscles: ByName(mesh.muscles.iter().map(|m| (m.name.clone(), m.nodes.clone())).collect()),
+            bones: ByName(body.bones.iter().map(|b| (b.name.clone(), b.nodes.clone())).collect()),
+            kappa_s_j,
+            node_mass_kg,
+            rest_lengths_mm: ByName(lengths.collect()),
+            quality: Quality::of(mesh),
+        }
+    }
+}
+
+/// What is read of it: the rest follows.
+#[derive(Deserialize)]
+struct MeshText {
+    nodes_m: Vec<[f64; 2]>,
+    triangles: Vec<Vec<usize>>,
+    connections: Vec<ConnectionText>,
+    fixed: Vec<usize>,
+    muscles: BTreeMap<String, Vec<usize>>,
+    #[serde(default)]
+    bones: BTreeMap<String, Vec<usize>>,
+}
+
+#[derive(Deserialize)]
+struct ConnectionText {
+    nodes: [usize; 2],
+}
+
+/// Reads a body; `file` is what messages call the text.
+///
+/// # Errors
+/// [`BodyError::File`] where it is no such text, or where the mesh does not hang together.
+pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
+    let wrong = |problem: String| BodyError::File { file: file.to_owned(), problem };
+    let text: MeshText = serde_json::from_str(text)
+        .map_err(|e| wrong(format!("is not as `tongue-fit mesh --json` prints it: {e}")))?;
+    if text.triangles.is_empty() {
+        let problem = "has no triangles, so there is no tissue; list them under \"triangles\"";
+        return Err(wrong(problem.to_owned()));
+    }
+    let mut cells = Cells::new();
+    for (number, triangle) in text.triangles.iter().enumerate() {
+        if !cells.push(triangle) {
+            return Err(wrong(format!("gives triangle {number} {} nodes; give it three", triangle.len())));
+        }
+    }
+    let mut muscles: Vec<MuscleChain> =
+        text.muscles.into_iter().map(|(name, nodes)| MuscleChain { name, nodes }).collect();
+    // In the order of the tables; muscles of other names after them, by name.
+    let known = Muscles::built_in();
+    muscles.sort_by_key(|m| known.published(&m.name).map_or(usize::MAX, |(place, _)| place));
+    let mesh = Mesh {
+        nodes: text.nodes_m.into_iter().map(Vector2::from).collect(),
+        cells,
+        connections: text.connections.into_iter().map(|c| c.nodes).collect(),
+        muscles,
+        fixed: text.fixed,
+        continuum: None,
+    };
+    mesh.check().map_err(|fault| wrong(format!("is faulty: {fault}")))?;
+    let bones: Vec<Bone> = text.bones.into_iter().map(|(name, nodes)| Bone { name, nodes }).collect();
+    for bone in &bones {
+        if let Some(node) = bone.nodes.iter().find(|n| mesh.fixed.binary_search(n).is_err()) {
+            return Err(wrong(format!("has node {node} on bone \"{}\", but not under \"fixed\"", bone.name)));
+        }
+    }
+    Ok(Body { what: format!("the mesh of \"{file}\""), mesh, bones, ..Body::default() })
+}

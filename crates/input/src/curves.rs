@@ -1,0 +1,205 @@
+//! Tension curves from a CSV file: a column of times and one for each driven muscle.
+
+use std::io::Read;
+use std::path::Path;
+
+use crate::files;
+use crate::measured::lengths::position_of;
+use tongue_core::suggest;
+
+use tongue_core::dynamics::{SHORTEST_S, Tensions};
+
+/// Name of the column of times.
+const TIME: &str = "time_s";
+
+/// Tensions of some muscles at ascending times.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curves {
+    /// Numbers of the driven muscles, in the order of the columns.
+    pub muscles: Vec<usize>,
+    /// The tensions of all muscles, zero where one is not driven.
+    pub tensions: Tensions,
+}
+
+/// Why a file of tension curves is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum CurvesError {
+    /// It cannot be read.
+    #[error("cannot read the tension curves \"{origin}\": {source}")]
+    Unreadable {
+        /// The file.
+        origin: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Its content is wrong.
+    #[error("tension curves \"{origin}\", line {line}{}: {problem}", column.as_ref().map(|c| format!(", column {c}")).unwrap_or_default())]
+    Malformed {
+        /// The file.
+        origin: String,
+        /// Line, from 1.
+        line: u64,
+        /// Number (from 1) and name of the column, where one is to blame.
+        column: Option<String>,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+}
+
+impl Curves {
+    /// Reads the CSV file at `path`; see [`Curves::from_reader`] for the format.
+    ///
+    /// # Errors
+    /// [`CurvesError`], naming the file as `path` shows it.
+    pub fn from_path(path: &Path, names: &[String]) -> Result<Self, CurvesError> {
+        let origin = path.display().to_string();
+        match files::read(path) {
+            Ok(bytes) => Self::from_reader(bytes.as_slice(), &origin, names),
+            Err(source) => Err(CurvesError::Unreadable { origin, source }),
+        }
+    }
+
+    /// Reads a comma-separated table whose header names `time_s` and one or more of the muscles of a body, whose names in the order
+    /// of their numbers are `names`. Columns are in any order. Times are ascending, s; tensions finite and not negative, N (2D: per
+    /// metre of thickness). `origin` names the table in errors.
+    ///
+    /// # Errors
+    /// [`CurvesError`] with line and column.
+    pub fn from_reader(reader: impl Read, origin: &str, names: &[String]) -> Result<Self, CurvesError> {
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).has_headers(true).from_reader(reader);
+        let wrong = |line: u64, column: Option<String>, problem: String| CurvesError::Malformed {
+            origin: origin.to_owned(),
+            line,
+            column,
+            problem,
+        };
+        let broken = |e: csv::Error| {
+            let line = e.position().map_or(1, csv::Position::line);
+            match e.into_kind() {
+                csv::ErrorKind::Io(source) => CurvesError::Unreadable { origin: origin.to_owned(), source },
+                csv::ErrorKind::UnequalLengths { expected_len, len, .. } => wrong(
+                    line,
+                    None,
+                    format!("{len} fields, but the header has {expected_len}; give every column a value"),
+                ),
+                other => wrong(line, None, format!("not a UTF-8 table ({other:?}); save it as CSV")),
+            }
+        };
+        let header = reader.headers().map_err(broken)?.clone();
+        let named = |i: usize| Some(format!("{} ({})", i + 1, header.get(i).unwrap_or_default()));
+        let mut columns: Vec<Option<usize>> = Vec::new();
+        for (i, name) in header.iter().enumerate() {
+            let column = if name == TIME { None } else { position_of(names, name) };
+            if column.is_none() && name != TIME {
+                let known = names.iter().map(String::as_str).chain([TIME]);
+                let problem = format!("unknown muscle \"{name}\"; {}", suggest::hint(name, known));
+                return Err(wrong(1, named(i), problem));
+            }
+            if columns.contains(&column) {
+                return Err(wrong(1, named(i), "comes twice; keep one".to_owned()));
+            }
+            columns.push(column);
+        }
+        if !columns.contains(&None) {
+            return Err(wrong(1, None, format!("no column {TIME}; name the column of times {TIME}")));
+        }
+        let muscles: Vec<usize> = columns.iter().copied().flatten().collect();
+        if muscles.is_empty() {
+            return Err(wrong(1, None, "no column of a muscle; add one named GGa, for instance".to_owned()));
+        }
+        let (mut times, mut values): (Vec<f64>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+        for record in reader.records() {
+            let record = record.map_err(broken)?;
+            let line = record.position().map_or(1, csv::Position::line);
+            let mut row = vec![0.0; names.len()];
+            for (i, (text, column)) in record.iter().zip(&columns).enumerate() {
+                let number = |what: &str| match text.parse::<f64>() {
+                    Ok(value) if value.is_finite() => Ok(value),
+                    Ok(value) => Err(format!("the {what} is {value}; it must be finite")),
+                    Err(_) if text.is_empty() => Err(format!("the {what} is missing; give a number")),
+                    Err(_) => Err(format!("\"{text}\" is not a number; give the {what} as one")),
+                };
+                match column {
+                    None => {
+                        number("time").and_then(|t| after(times.last().copied(), t)).map(|t| times.push(t))
+                    }
+                    Some(m) => number("tension").and_then(|v| pull(&names[*m], v)).map(|v| row[*m] = v),
+                }
+                .map_err(|problem| wrong(line, named(i), problem))?;
+            }
+            values.push(row);
+        }
+        if times.is_empty() {
+            return Err(wrong(1, None, "no row below the header; give at least one time".to_owned()));
+        }
+        Ok(Self { muscles, tensions: Tensions::Table { times, values } })
+    }
+}
+
+/// The time itself, if it comes after the one of the row before by as much as counts.
+fn after(last: Option<f64>, time: f64) -> Result<f64, String> {
+    match last {
+        None if time > 0.0 && time < SHORTEST_S => {
+            Err(format!("the time {time:e} s is too short; take 0 for the start"))
+        }
+        Some(last) if time < last + SHORTEST_S => Err(format!(
+            "the time {time} s does not come after {last} s of the row before by at least {SHORTEST_S:e} s; sort the rows by \
+             time, each time once"
+        )),
+        _ => Ok(time),
+    }
+}
+
+/// The tension itself, unless it pushes.
+fn pull(muscle: &str, tension: f64) -> Result<f64, String> {
+    if tension < 0.0 {
+        return Err(format!(
+            "the tension of {muscle} is {tension} N; it must not be negative (muscles pull, they do not push)"
+        ));
+    }
+    Ok(tension)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Curves, CurvesError> {
+        Curves::from_reader(text.as_bytes(), "t.csv", &["GGa", "GGm", "SGm"].map(String::from))
+    }
+
+    #[test]
+    fn columns_may_come_in_any_order() {
+        let curves = read("SGm, time_s, GGa\n1, 0, 2\n3, 0.5, 4\n").unwrap();
+        assert_eq!(curves.muscles, [2, 0]);
+        let mut out = [0.0; 3];
+        curves.tensions.at(0.25, &mut out);
+        assert_eq!(out, [3.0, 0.0, 2.0]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_line_and_column() {
+        let cases = [
+            (
+                "time_s,GGa\n0,1\n0.2,1\n0.1,1\n",
+                "line 4, column 1 (time_s): the time 0.1 s does not come after 0.2 s",
+            ),
+            ("time_s,GGa\n0,1\n0,2\n", "line 3, column 1 (time_s): the time 0 s does not come after 0 s"),
+            ("time_s,GGa\n0,1\n,1\n", "line 3, column 1 (time_s): the time is missing"),
+            ("time_s,GGa\nnan,1\n", "line 2, column 1 (time_s): the time is NaN"),
+            ("time_s,GGa\n0,inf\n", "line 2, column 2 (GGa): the tension is inf"),
+            ("time_s,GGa\n0,-1\n", "line 2, column 2 (GGa): the tension of GGa is -1 N"),
+            ("time_s,GGa\n0,x\n", "line 2, column 2 (GGa): \"x\" is not a number"),
+            ("time_s,GGa\n0\n", "line 2: 1 fields, but the header has 2"),
+            ("time_s,GGaa\n0,1\n", "line 1, column 2 (GGaa): unknown muscle \"GGaa\"; did you mean \"GGa\"?"),
+            ("time_s,GGa,gga\n0,1,1\n", "line 1, column 3 (gga): comes twice"),
+            ("GGa\n1\n", "line 1: no column time_s"),
+            ("time_s\n1\n", "line 1: no column of a muscle"),
+            ("time_s,GGa\n", "line 1: no row below the header"),
+        ];
+        for (text, expected) in cases {
+            let message = read(text).unwrap_err().to_string();
+            assert!(message.starts_with(&format!("tension curves \"t.csv\", {expected}")), "{message}");
+        }
+    }
+}

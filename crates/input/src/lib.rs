@@ -1,0 +1,7 @@
+//! What tongue-fit reads: measured muscle lengths, recordings of moving tongues and the targets made of them ([`measured`]), bodies
+//! from mesh files ([`bodies`]) and tensions over time ([`curves`]).
+
+pub mod bodies;
+pub mod curves;
+pub mod files;
+pub mod measured;

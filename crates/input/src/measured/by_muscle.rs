@@ -1,0 +1,30 @@
+//! Values of muscles, written by their names.
+
+use serde::{Serialize, Serializer};
+
+/// A value for every muscle of some, written as an object `{GGa: .., ..}` in their order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ByMuscle<T>(pub Vec<(String, T)>);
+
+impl<T> ByMuscle<T> {
+    /// Values by the names of their muscles; as many as there are of both.
+    pub fn new(names: &[String], values: impl IntoIterator<Item = T>) -> Self {
+        Self(names.iter().cloned().zip(values).collect())
+    }
+
+    /// Whether it has no values.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The value of a muscle.
+    pub fn of(&self, muscle: &str) -> Option<&T> {
+        self.0.iter().find(|(name, _)| name == muscle).map(|(_, value)| value)
+    }
+}
+
+impl<T: Serialize> Serialize for ByMuscle<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(muscle, value)| (muscle, value)))
+    }
+}

@@ -1,0 +1,98 @@
+//! Why a target cannot be made of measured lengths.
+
+use super::lengths::{self, Vowel};
+use tongue_core::suggest;
+
+/// Why a target could not be made. Each message is complete: what is wrong, where, and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum TargetError {
+    /// The data cannot be read, or have no such row.
+    #[error(transparent)]
+    Data(#[from] lengths::Error),
+    /// A name that is no vowel's.
+    #[error(transparent)]
+    Vowel(#[from] lengths::BadLabel),
+    /// The row is its own baseline: every change is zero.
+    #[error(
+        "/{vowel}/ of {subject} is the baseline itself, so there is nothing to fit; choose another vowel or \
+         another baseline"
+    )]
+    IsBaseline {
+        /// The subject.
+        subject: String,
+        /// The vowel, which is also the baseline.
+        vowel: Vowel,
+    },
+    /// No muscle is shorter than in the baseline.
+    #[error(
+        "no muscle of {subject} is shorter in /{vowel}/ than in /{baseline}/, so none contracts; name the \
+         contracting muscles yourself"
+    )]
+    NoContraction {
+        /// The subject.
+        subject: String,
+        /// The vowel to fit.
+        vowel: Vowel,
+        /// The vowel it is compared with.
+        baseline: Vowel,
+    },
+    /// An empty choice of contracting muscles.
+    #[error("the list of contracting muscles is empty; name at least one of {}", known.join(", "))]
+    NoMuscles {
+        /// Those of the table.
+        known: Vec<String>,
+    },
+    /// A chosen muscle that the table does not have.
+    #[error("unknown muscle \"{name}\"; {}", suggest::hint(name, known.iter().map(String::as_str)))]
+    UnknownMuscle {
+        /// What was given.
+        name: String,
+        /// Those of the table.
+        known: Vec<String>,
+    },
+    /// A chosen muscle without a length in one of the two rows.
+    #[error(
+        "{muscle} of {subject} was not measured in both /{vowel}/ and /{baseline}/; choose other muscles"
+    )]
+    NotMeasured {
+        /// The muscle.
+        muscle: String,
+        /// The subject.
+        subject: String,
+        /// The vowel to fit.
+        vowel: Vowel,
+        /// The vowel it is compared with.
+        baseline: Vowel,
+    },
+    /// A muscle was chosen twice.
+    #[error("muscle {muscle} is listed twice; name each contracting muscle once")]
+    RepeatedMuscle {
+        /// The muscle.
+        muscle: String,
+    },
+    /// The muscle that ratios are over has no length.
+    #[error(
+        "{reference} of {subject} was not measured in /{vowel}/, and ratios are to it; use the stretch target, or add its length"
+    )]
+    NoReference {
+        /// The muscle.
+        reference: String,
+        /// The subject.
+        subject: String,
+        /// The vowel to fit.
+        vowel: Vowel,
+    },
+    /// Only the muscle that ratios are over contracts, and its ratio to itself is 1 whatever it does.
+    #[error(
+        "only {reference} contracts in /{vowel}/ of {subject}, and its ratio to itself is always 1, so a ratio target \
+         says nothing about it; use the stretch target or name more muscles"
+    )]
+    NoEquation {
+        /// The muscle.
+        reference: String,
+        /// The subject.
+        subject: String,
+        /// The vowel to fit.
+        vowel: Vowel,
+    },
+}

@@ -1,0 +1,103 @@
+//! What is compared between measurement and simulation.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::Serialize;
+
+use tongue_core::suggest;
+
+/// The quantity that measurement and simulation are compared in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TargetKind {
+    /// Length over the length of a reference muscle in the same shape (GGa in the thesis, 4.3.1 and 4.4.1): free of scale.
+    #[default]
+    Ratio,
+    /// Length over the same muscle's length in the baseline shape: free of each muscle's rest length.
+    Stretch,
+}
+
+impl TargetKind {
+    /// Both kinds.
+    pub const ALL: [TargetKind; 2] = [TargetKind::Ratio, TargetKind::Stretch];
+
+    /// The name on the command line and in the outputs.
+    pub const fn name(self) -> &'static str {
+        match self {
+            TargetKind::Ratio => "ratio",
+            TargetKind::Stretch => "stretch",
+        }
+    }
+
+    /// The compared quantity (dimensionless) of a shape with these `lengths`, whose baseline or rest shape has the lengths
+    /// `at_rest`. Both in the same unit and order, all positive; used alike for measurement and simulation. `reference` is the
+    /// position of the muscle that ratios are over.
+    pub fn values(self, lengths: &[f64], at_rest: &[f64], reference: usize) -> Vec<f64> {
+        match self {
+            TargetKind::Ratio => lengths.iter().map(|l| l / lengths[reference]).collect(),
+            TargetKind::Stretch => lengths.iter().zip(at_rest).map(|(l, r)| l / r).collect(),
+        }
+    }
+
+    /// Whether matching the muscle at a position constrains the fit: the ratio of the reference is 1 by definition.
+    pub fn constrains(self, muscle: usize, reference: usize) -> bool {
+        self == TargetKind::Stretch || muscle != reference
+    }
+}
+
+/// Position of the muscle that ratios are over: GGa, as in the thesis (4.3.1), or the first where there is no GGa.
+pub fn reference_muscle(names: &[String]) -> usize {
+    super::lengths::position_of(names, "GGa").unwrap_or(0)
+}
+
+impl fmt::Display for TargetKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A name that is no kind of target.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("unknown target kind \"{name}\"; {}", suggest::hint(name, TargetKind::ALL.map(TargetKind::name)))]
+pub struct UnknownTargetKind {
+    /// What was given.
+    pub name: String,
+}
+
+impl FromStr for TargetKind {
+    type Err = UnknownTargetKind;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        TargetKind::ALL
+            .into_iter()
+            .find(|k| k.name().eq_ignore_ascii_case(name.trim()))
+            .ok_or_else(|| UnknownTargetKind { name: name.to_owned() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_and_written_alike() {
+        for kind in TargetKind::ALL {
+            assert_eq!(kind.name().to_uppercase().parse(), Ok(kind));
+            assert_eq!(serde_json::to_value(kind).unwrap(), kind.name());
+        }
+        let message = "rato".parse::<TargetKind>().unwrap_err().to_string();
+        assert_eq!(message, "unknown target kind \"rato\"; did you mean \"ratio\"? (known: ratio, stretch)");
+    }
+
+    #[test]
+    fn ratios_ignore_scale_and_stretches_are_one_at_rest() {
+        let lengths = [41.0, 62.0, 53.0, 59.0, 23.0, 44.0, 33.0, 35.0];
+        // 1/1024 is a power of two, so the quotients keep every bit.
+        let scaled = lengths.map(|l| l / 1024.0);
+        let ratio = TargetKind::Ratio;
+        assert_eq!(ratio.values(&lengths, &lengths, 0), ratio.values(&scaled, &lengths, 0));
+        assert_eq!(TargetKind::Stretch.values(&lengths, &lengths, 0), [1.0; 8]);
+        assert_eq!(ratio.values(&lengths, &lengths, 4)[4], 1.0);
+    }
+}

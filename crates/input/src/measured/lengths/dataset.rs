@@ -1,0 +1,239 @@
+//! A table of measured muscle lengths, looked up by subject and vowel.
+
+use std::collections::BTreeMap;
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::error::Malformed;
+use super::number::LARGEST_HALF_WIDTH_MM;
+use super::read::{Table, read};
+use super::reading::HalfWidth;
+use super::vowel::nfc;
+use super::{BrokenRow, Error, Lengths, Reading, Row, Vowel};
+use crate::files;
+use tongue_core::suggest;
+
+/// Takano and Honda (2007), from thesis table 4.4.
+const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
+const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
+
+/// No table of lengths is larger, bytes.
+const LARGEST: u64 = 64 << 20;
+
+/// Above this many subjects a message counts them instead of naming them all.
+const NAMED_SUBJECTS: usize = 12;
+
+/// Measured muscle lengths: at least one row that can be used, no subject and vowel twice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dataset {
+    origin: String,
+    muscles: Arc<[String]>,
+    rows: Vec<Row>,
+    reading: Reading,
+    broken: Vec<BrokenRow>,
+    /// Numbers of the rows of each subject.
+    index: BTreeMap<String, Vec<usize>>,
+}
+
+impl Dataset {
+    /// The built-in lengths of Takano and Honda (2007), thesis table 4.4: eight muscles of the subjects S1 to S4, 19 rows (S4
+    /// has no /ɯ/).
+    ///
+    /// # Errors
+    /// As [`Dataset::from_reader`]; a test holds that the built-in table has none.
+    pub fn reference() -> Result<Self, Error> {
+        Self::parse(REFERENCE.as_bytes(), REFERENCE_ORIGIN)
+    }
+
+    /// Reads the table in the file at `path`, or on stdin where `path` is `-`; see [`Dataset::from_reader`] for the format.
+    ///
+    /// # Errors
+    /// As [`Dataset::from_reader`], naming the file as `path` shows it. Folders, pipes and devices are
+    /// [`Error::Unreadable`].
+    pub fn from_path(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        if path.as_os_str() == "-" {
+            return Self::from_reader(io::stdin().lock(), "stdin");
+        }
+        Self::from_input(files::read_up_to(LARGEST, path), &path.display().to_string())
+    }
+
+    /// Reads a table of lengths; `origin` names it in errors.
+    ///
+    /// The text is UTF-8, or UTF-16 behind a byte order mark; fields are separated by commas, semicolons or tabs, decimals
+    /// written with a point or a comma, lines ended in any way; lines in front that begin with `#` are skipped. The header
+    /// names, in any order, the column of subjects (`subject`, `speaker`, `participant`), that of vowels (`vowel`,
+    /// `phoneme`, `segment`) and for each muscle one with its unit: `GGa_mm`, `GGa (mm)`, `GGa_cm`, `GGa_m`. A length is
+    /// 10 to 200 mm (so that a wrong unit is refused); an empty cell, `NA`, `-` or `*` says that it was not measured. Half
+    /// widths of rounding may stand in `GGa_half_width_mm` or, for all muscles, `half_width_mm` or `error_mm`; else they
+    /// are half of the last digit that the lengths show (0.5 mm for whole millimetres). All other columns are set aside.
+    ///
+    /// A row with a fault is left out and told in [`Dataset::broken`].
+    ///
+    /// # Errors
+    /// [`Error::Unreadable`] when reading fails or does not end, [`Error::Malformed`] with line and column where nothing of
+    /// the table can be used.
+    ///
+    /// # Example
+    /// ```
+    /// use crate::measured::lengths::{Dataset, Vowel};
+    ///
+    /// let table = "Speaker;Phoneme;age;GGa (mm);HG (cm)\nX;ɔ;31;46,5;3,6\nX;ə;31;38;-\n";
+    /// let data = Dataset::from_reader(table.as_bytes(), "my.csv")?;
+    /// assert_eq!(data.muscles(), ["GGa", "HG"]);
+    /// assert_eq!(data.row("X", &Vowel::new("ɔ").unwrap())?.length_mm, [Some(46.5), Some(36.0)]);
+    /// assert_eq!(data.row("X", &Vowel::new("ə").unwrap())?.length_mm_of("HG"), None);
+    /// assert_eq!(data.reading().set_aside[0].name, "age");
+    /// # Ok::<(), crate::measured::lengths::Error>(())
+    /// ```
+    pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, Error> {
+        Self::from_input(files::take_up_to(LARGEST, reader), origin)
+    }
+
+    fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, Error> {
+        let bytes = bytes.map_err(|source| Error::Unreadable { origin: origin.to_owned(), source })?;
+        Self::parse(&bytes, origin)
+    }
+
+    fn parse(bytes: &[u8], origin: &str) -> Result<Self, Error> {
+        let Table { muscles, rows, reading, broken } = read(bytes, origin)?;
+        let mut index = BTreeMap::<_, Vec<usize>>::new();
+        for (number, row) in rows.iter().enumerate() {
+            index.entry(row.lengths.subject.clone()).or_default().push(number);
+        }
+        Ok(Self { origin: origin.to_owned(), muscles, rows, reading, broken, index })
+    }
+
+    /// The same lengths with `mm` for the half width of them all, whatever the table says.
+    ///
+    /// # Errors
+    /// [`Error::BadHalfWidth`] where `mm` is not from 0 to 100.
+    pub fn with_half_width_mm(mut self, mm: f64) -> Result<Self, Error> {
+        if !(0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
+            return Err(Error::BadHalfWidth { mm, largest: LARGEST_HALF_WIDTH_MM });
+        }
+        for row in &mut self.rows {
+            row.lengths.half_width_mm.fill(mm);
+        }
+        for column in &mut self.reading.columns {
+            column.half_width = HalfWidth::Given { mm };
+        }
+        Ok(self)
+    }
+
+    /// Where the data came from: the path as given, or what [`Dataset::from_reader`] was told.
+    pub fn origin(&self) -> &str {
+        &self.origin
+    }
+
+    /// The muscles, in the order of their columns.
+    pub fn muscles(&self) -> &[String] {
+        &self.muscles
+    }
+
+    /// All rows that can be used, in the order of the table.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// How the text was understood.
+    pub fn reading(&self) -> &Reading {
+        &self.reading
+    }
+
+    /// The rows that cannot be used, in the order of the table. Of a subject and vowel given twice the first row counts.
+    pub fn broken(&self) -> &[BrokenRow] {
+        &self.broken
+    }
+
+    /// The subjects, in the order of their first rows.
+    pub fn subjects(&self) -> Vec<&str> {
+        let mut by_first_row: Vec<_> =
+            self.index.iter().map(|(name, rows)| (rows.first(), name.as_str())).collect();
+        by_first_row.sort_unstable();
+        by_first_row.into_iter().map(|(_, name)| name).collect()
+    }
+
+    /// The vowels of `subject`, in the order of the table.
+    ///
+    /// # Errors
+    /// [`Error::UnknownSubject`].
+    pub fn vowels(&self, subject: &str) -> Result<Vec<Vowel>, Error> {
+        Ok(self.of_subject(subject)?.map(|lengths| lengths.vowel.clone()).collect())
+    }
+
+    /// The lengths of `subject` saying `vowel`; upper and lower case of the vowel count where they tell two rows apart.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] where that row is broken, [`Error::UnknownSubject`] with the nearest name, or
+    /// [`Error::MissingRow`] with the vowels that exist.
+    pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, Error> {
+        self.find(subject, vowel)?.ok_or_else(|| Error::MissingRow {
+            origin: self.origin.clone(),
+            subject: subject.to_owned(),
+            vowel: vowel.clone(),
+            has: self.vowels(subject).unwrap_or_default(),
+        })
+    }
+
+    /// The lengths that `subject`'s other vowels are compared with: its own /ɯ/, as in thesis 4.3.2.
+    ///
+    /// # Errors
+    /// As [`Dataset::baseline_vowel`].
+    pub fn baseline(&self, subject: &str) -> Result<&Lengths, Error> {
+        self.baseline_vowel(subject, &Vowel::unrounded_u())
+    }
+
+    /// The lengths of `subject` in the baseline vowel `vowel`.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] where that row is broken, [`Error::UnknownSubject`], or [`Error::MissingBaseline`] with the
+    /// vowels to choose from instead.
+    pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, Error> {
+        self.find(subject, vowel)?.ok_or_else(|| Error::MissingBaseline {
+            origin: self.origin.clone(),
+            subject: subject.to_owned(),
+            vowel: vowel.clone(),
+            has: self.vowels(subject).unwrap_or_default(),
+        })
+    }
+
+    fn find(&self, subject: &str, vowel: &Vowel) -> Result<Option<&Lengths>, Error> {
+        if let Ok(mut rows) = self.of_subject(subject) {
+            let rows: Vec<&Lengths> = rows.by_ref().collect();
+            let alike: Vec<&Lengths> = rows.iter().copied().filter(|l| l.vowel.is_like(vowel)).collect();
+            let same = alike.iter().find(|l| l.vowel == *vowel);
+            if let Some(lengths) = same.or(if let [only] = &alike[..] { Some(only) } else { None }) {
+                return Ok(Some(lengths));
+            }
+        }
+        if let Some(fault) = self.broken_row(subject, vowel) {
+            return Err(fault.clone().into());
+        }
+        self.of_subject(subject).map(|_| None)
+    }
+
+    fn broken_row(&self, subject: &str, vowel: &Vowel) -> Option<&Malformed> {
+        let subject = nfc(subject);
+        let asked = |row: &&BrokenRow| {
+            row.subject.as_ref() == Some(&subject) && row.vowel.as_ref().is_some_and(|v| v.is_like(vowel))
+        };
+        self.broken.iter().find(asked).map(|row| &row.fault)
+    }
+
+    fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, Error> {
+        let numbers = self.index.get(&nfc(subject)).ok_or_else(|| {
+            let known = self.subjects();
+            let hint = match suggest::nearest(subject, known.iter().copied()) {
+                Some(near) if known.len() > NAMED_SUBJECTS => {
+                    format!("did you mean \"{near}\"? (one of {} subjects)", known.len())
+                }
+                None if known.len() > NAMED_SUBJECTS => format!("it has {} other subjects", known.len()),
+                _ => suggest::hint(subject, known.iter().copied()),
+            };
+            Error::UnknownSubject { origin: self.origin.clone(), name: subject.to_owned(), hint }
+        })?;
+        Ok(numbers.iter().filter_map(|n| self.rows.get(*n)).map(|row| &row.lengths))
+    }
+}

@@ -1,0 +1,151 @@
+//! Vowels are labels: whatever the table writes.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use unicode_normalization::UnicodeNormalization;
+
+/// More characters than this are no label of a vowel.
+const LONGEST: usize = 40;
+
+/// The label of a vowel: what stands in the table without spaces and slashes around it, in Unicode's form NFC (so that
+/// letters with accents compare as they look), with `ɯ` for `u`. Ordered as text.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Vowel(String);
+
+impl Vowel {
+    /// Reads `a`, `/a/` or `[a]`; `u` stands for `ɯ`, which few keyboards have.
+    ///
+    /// # Errors
+    /// [`BadLabel`] for an empty label, one with control characters, or one of more than 40 characters.
+    ///
+    /// # Example
+    /// ```
+    /// use crate::measured::lengths::Vowel;
+    ///
+    /// assert_eq!(Vowel::new(" /u/ ")?, Vowel::unrounded_u());
+    /// assert_eq!(Vowel::new("o\u{303}")?.label(), "õ"); // o and a tilde are one letter
+    /// # Ok::<(), crate::measured::lengths::BadLabel>(())
+    /// ```
+    pub fn new(label: &str) -> Result<Self, BadLabel> {
+        let bare = label.trim();
+        let within = |open, close| bare.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
+        let bare = within('/', '/').or_else(|| within('[', ']')).unwrap_or(bare).trim();
+        if bare.is_empty() || bare.contains(char::is_control) || bare.chars().nth(LONGEST).is_some() {
+            return Err(BadLabel { label: clip(label) });
+        }
+        Ok(if bare == "u" { Self::unrounded_u() } else { Self(nfc(bare)) })
+    }
+
+    /// /ɯ/, the baseline where no other is asked for, as in thesis 4.3.2.
+    pub fn unrounded_u() -> Self {
+        Self("ɯ".to_owned())
+    }
+
+    /// The label, without slashes.
+    pub fn label(&self) -> &str {
+        &self.0
+    }
+
+    /// Whether the two differ in upper and lower case at most.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        let folded = |v: &Self| match v.0.to_lowercase() {
+            u if u == "u" => "ɯ".to_owned(),
+            other => other,
+        };
+        folded(self) == folded(other)
+    }
+
+    /// `vowels` as a reader sees them in a message: `/i/, /e/`.
+    pub(super) fn list(vowels: &[Vowel]) -> String {
+        match vowels {
+            [] => "no row that can be used".to_owned(),
+            some => some.iter().map(|v| format!("/{v}/")).collect::<Vec<_>>().join(", "),
+        }
+    }
+}
+
+impl fmt::Display for Vowel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&self.0)
+    }
+}
+
+impl FromStr for Vowel {
+    type Err = BadLabel;
+
+    fn from_str(label: &str) -> Result<Self, Self::Err> {
+        Self::new(label)
+    }
+}
+
+impl TryFrom<String> for Vowel {
+    type Error = BadLabel;
+
+    fn try_from(label: String) -> Result<Self, Self::Error> {
+        Self::new(&label)
+    }
+}
+
+impl From<Vowel> for String {
+    fn from(vowel: Vowel) -> Self {
+        vowel.0
+    }
+}
+
+/// What is no label of a vowel.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{label:?} is no label of a vowel; write one of 1 to {LONGEST} printable characters, like a, ɔ or ə")]
+pub struct BadLabel {
+    /// What was given, its start where it is long.
+    pub label: String,
+}
+
+/// The form of a text in which equal letters are equal characters.
+pub(super) fn nfc(text: &str) -> String {
+    text.nfc().collect()
+}
+
+/// The start of a field, so that a message stays one line whatever the file holds.
+pub(super) fn clip(field: &str) -> String {
+    match field.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", field.get(..end).unwrap_or_default()),
+        None => field.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_label_is_a_vowel_and_u_is_unrounded() {
+        for (written, label) in [
+            ("a", "a"),
+            (" /ɔ/ ", "ɔ"),
+            ("[æ]", "æ"),
+            ("u", "ɯ"),
+            ("/u/", "ɯ"),
+            ("ɯ", "ɯ"),
+            ("A", "A"),
+            ("iː", "iː"),
+            ("a\u{308}", "ä"),
+            ("schwa", "schwa"),
+            ("あ", "あ"),
+        ] {
+            let vowel: Vowel = written.parse().unwrap();
+            assert_eq!(vowel.label(), label);
+            assert_eq!(
+                serde_json::from_str::<Vowel>(&serde_json::to_string(&vowel).unwrap()).unwrap(),
+                vowel
+            );
+        }
+        for wrong in ["", " ", "//", "[ ]", "a\nb", &"a".repeat(41)] {
+            assert!(wrong.parse::<Vowel>().is_err(), "{wrong}");
+        }
+        assert!(Vowel::new("U").unwrap().is_like(&Vowel::unrounded_u()));
+        assert!(!Vowel::new("E").unwrap().is_like(&Vowel::new("ɛ").unwrap()));
+    }
+}

@@ -1,0 +1,27 @@
+//! What a fit has to hit: measured muscle lengths, which muscles contract, and the numbers to match.
+//!
+//! ```text
+//! targets/*.csv -> Dataset -> who shortened -> Target (ratios or stretches) -> observations of a body
+//! ```
+//!
+//! The built-in lengths are those of Takano and Honda (2007), printed in table 4.4 of the thesis (Kato 2014) to 1 mm. Any
+//! table of any muscles takes their place ([`lengths`]). What is known of muscles by name is data too: [`muscles`],
+//! [`published_patterns`], [`thesis`], [`tone`].
+
+mod by_muscle;
+mod error;
+mod kind;
+pub mod lengths;
+pub mod muscles;
+pub mod published_patterns;
+pub mod recording;
+mod target;
+pub mod thesis;
+pub mod tone;
+
+pub use by_muscle::ByMuscle;
+pub use error::TargetError;
+pub use kind::{TargetKind, UnknownTargetKind, reference_muscle};
+pub use lengths::{Dataset, Lengths, Vowel};
+pub use recording::Recording;
+pub use target::{Target, TargetOptions};

@@ -1,0 +1,214 @@
+//! What is known of muscles by their names: anatomy, groups, force, colours. Data, in `targets/takano2007_muscles.csv`.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::lengths::position_of;
+
+const REFERENCE: &str = include_str!("../../../../targets/takano2007_muscles.csv");
+
+/// A colour of a drawing, as red, green and blue; written `#D55E00`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Colour(pub u8, pub u8, pub u8);
+
+/// Colours that colour-blind readers tell apart (Okabe and Ito 2008), for muscles of which nothing is known.
+pub const PALETTE: [Colour; 8] = [
+    Colour(0xD5, 0x5E, 0x00), // vermillion
+    Colour(0xE6, 0x9F, 0x00), // orange
+    Colour(0xF0, 0xE4, 0x42), // yellow
+    Colour(0x56, 0xB4, 0xE9), // sky blue
+    Colour(0x00, 0x72, 0xB2), // blue
+    Colour(0xCC, 0x79, 0xA7), // reddish purple
+    Colour(0x00, 0x9E, 0x73), // bluish green
+    Colour(0x00, 0x00, 0x00), // black
+];
+
+/// What is known of one muscle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MuscleInfo {
+    /// Its name in tables and bodies.
+    #[serde(rename = "muscle")]
+    pub name: String,
+    /// Its anatomical name.
+    pub full_name: String,
+    /// The muscle that it is a portion of, as published patterns of activation name it.
+    pub group: String,
+    /// The muscle that it shares a force capacity with, which all portions have in common.
+    pub capacity_group: Option<String>,
+    /// The force that this muscle can give, all portions and both sides together, N.
+    pub capacity_n: Option<f64>,
+    /// Its colour in drawings.
+    pub colour: Colour,
+}
+
+/// The force that the portions of one muscle can give together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Capacity {
+    /// The muscle.
+    pub muscle: String,
+    /// Its portions: positions in the names asked for.
+    pub portions: Vec<usize>,
+    /// Left and right together, N.
+    pub capacity_n: f64,
+}
+
+/// What is known of muscles, looked up by name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Muscles(Vec<MuscleInfo>);
+
+impl Muscles {
+    /// The eight portions that Takano and Honda (2007) measured; capacities from the public ArtiSynth tongue model.
+    ///
+    /// # Errors
+    /// A damaged table; a test holds that the built-in one is whole.
+    pub fn reference() -> Result<Self, csv::Error> {
+        csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
+    }
+
+    /// As [`Muscles::reference`]; of a damaged table nothing is known.
+    pub fn built_in() -> Self {
+        Self::reference().unwrap_or(Self(Vec::new()))
+    }
+
+    /// All that are known, in the order of the published tables.
+    pub fn all(&self) -> &[MuscleInfo] {
+        &self.0
+    }
+
+    /// What is known of the muscle `name`; case does not count.
+    pub fn get(&self, name: &str) -> Option<&MuscleInfo> {
+        self.0.iter().find(|m| m.name.eq_ignore_ascii_case(name))
+    }
+
+    /// The published spelling of a muscle's name (case does not count), and its place in the published tables.
+    pub fn published(&self, name: &str) -> Option<(usize, &str)> {
+        let place = self.0.iter().position(|m| m.name.eq_ignore_ascii_case(name.trim()))?;
+        Some((place, &self.0[place].name))
+    }
+
+    /// What is known of `names`, in their order. A muscle that is not known has its own name, is a group of its own, has no
+    /// capacity, and takes a colour of [`PALETTE`] that no other has, as long as there are any.
+    ///
+    /// # Example
+    /// ```
+    /// let muscles = crate::measured::muscles::Muscles::reference()?;
+    /// let [gga, mine] = &muscles.of(&["GGa".to_owned(), "mylohyoid".to_owned()])[..] else { unreachable!() };
+    /// assert_eq!((gga.full_name.as_str(), gga.capacity_n), ("genioglossus, anterior", Some(18.0)));
+    /// assert_eq!((mine.group.as_str(), mine.capacity_n), ("mylohyoid", None));
+    /// assert_ne!(gga.colour, mine.colour);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of(&self, names: &[String]) -> Vec<MuscleInfo> {
+        let taken: Vec<Colour> = names.iter().filter_map(|n| self.get(n)).map(|m| m.colour).collect();
+        let free = PALETTE.into_iter().filter(|c| !taken.contains(c));
+        let mut colours = free.chain(PALETTE.into_iter().cycle());
+        let info = |name: &String| match self.get(name) {
+            Some(known) => MuscleInfo { name: name.clone(), ..known.clone() },
+            None => MuscleInfo {
+                name: name.clone(),
+                full_name: name.clone(),
+                group: name.clone(),
+                capacity_group: None,
+                capacity_n: None,
+                colour: colours.next().unwrap_or(PALETTE[0]),
+            },
+        };
+        names.iter().map(info).collect()
+    }
+
+    /// The known force capacities of the muscles whose portions are among `names`, in the order of the published tables.
+    pub fn capacities(&self, names: &[String]) -> Vec<Capacity> {
+        let mut all: Vec<Capacity> = Vec::new();
+        for info in &self.0 {
+            let (Some(group), Some(capacity_n)) = (&info.capacity_group, info.capacity_n) else { continue };
+            let Some(portion) = position_of(names, &info.name) else { continue };
+            match all.iter_mut().find(|c| c.muscle == *group) {
+                Some(capacity) => capacity.portions.push(portion),
+                None => all.push(Capacity { muscle: group.clone(), portions: vec![portion], capacity_n }),
+            }
+        }
+        all
+    }
+}
+
+impl fmt::Display for Colour {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(red, green, blue) = self;
+        write!(f, "#{red:02X}{green:02X}{blue:02X}")
+    }
+}
+
+impl From<Colour> for String {
+    fn from(colour: Colour) -> Self {
+        colour.to_string()
+    }
+}
+
+impl TryFrom<String> for Colour {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii());
+        let channel = |at: usize| u8::from_str_radix(digits?.get(at..at + 2)?, 16).ok();
+        match (channel(0), channel(2), channel(4)) {
+            (Some(red), Some(green), Some(blue)) => Ok(Self(red, green, blue)),
+            _ => Err(format!("{text:?} is no colour like #D55E00")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(of: &[&str]) -> Vec<String> {
+        of.iter().map(|n| (*n).to_owned()).collect()
+    }
+
+    #[test]
+    fn the_built_in_table_has_the_eight_portions_and_the_capacities_of_their_muscles() {
+        let muscles = Muscles::reference().unwrap();
+        let all: Vec<String> = muscles.all().iter().map(|m| m.name.clone()).collect();
+        assert_eq!(all, ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"]);
+        assert!(muscles.all().iter().zip(PALETTE).all(|(info, colour)| info.colour == colour));
+        let capacities: Vec<_> =
+            muscles.capacities(&all).into_iter().map(|c| (c.muscle, c.portions, c.capacity_n)).collect();
+        let expected = [
+            ("GGa", vec![0], 18.0),
+            ("GGm", vec![1], 12.0),
+            ("GGp", vec![2], 37.0),
+            ("styloglossus", vec![3, 4, 5], 24.0),
+            ("hyoglossus", vec![6, 7], 65.0),
+        ];
+        assert_eq!(capacities, expected.map(|(m, p, n)| (m.to_owned(), p, n)));
+        assert_eq!(muscles.published(" hGA "), Some((6, "HGa")));
+        assert_eq!(muscles.published("mylohyoid"), None);
+    }
+
+    #[test]
+    fn unknown_muscles_have_names_and_colours_of_their_own() {
+        let muscles = Muscles::reference().unwrap();
+        let asked = names(&["T1", "gga", "T2", "SGm", "T3", "T4", "T5", "T6", "T7", "T8", "T9"]);
+        let infos = muscles.of(&asked);
+        assert_eq!(infos.iter().map(|i| &i.name).collect::<Vec<_>>(), asked.iter().collect::<Vec<_>>());
+        let mut colours: Vec<String> = infos[..8].iter().map(|i| i.colour.to_string()).collect();
+        colours.sort();
+        colours.dedup();
+        assert_eq!(colours.len(), 8);
+        assert!(muscles.get("T1").is_none());
+        let capacities = muscles.capacities(&asked);
+        assert_eq!(capacities.iter().map(|c| &c.portions[..]).collect::<Vec<_>>(), [&[1][..], &[3]]);
+    }
+
+    #[test]
+    fn colours_are_read_and_written_alike() {
+        for colour in PALETTE {
+            assert_eq!(Colour::try_from(colour.to_string()), Ok(colour));
+        }
+        for wrong in ["D55E00", "#D55E0", "#D55E0G", "#ééé"] {
+            assert!(Colour::try_from(wrong.to_owned()).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,361 @@
+//! Which channel is what: a TOML file beside the recording. Without one the names say it.
+//!
+//! ```toml
+//! unit_mm = 10.0      # millimetres in a unit of the file, where the format does not say it
+//! rate_hz = 60.0      # frames a second, where the file has no times
+//! back = "-x"         # the axis that grows towards the back of the head, and the one that grows upwards
+//! up = "y"
+//! noise_mm = 0.5      # standard deviation of a point
+//! scale = 1.05        # brings the recording into the body's frame: multiplied by this,
+//! turn_deg = -12.0    # turned by this (from the axis to the back towards the one upwards),
+//! shift_mm = [4, -2]  # and shifted by this, to the back and upwards
+//!
+//! [points]
+//! T1 = { coil = 1 }                          # a sensor on the tongue: the first from the tip
+//! T2 = { surface_mm = 30.0, noise_mm = 0.3 } # a sensor so far behind the tip, along the surface at rest
+//! T3 = "coil"                                # a sensor on the tongue, behind those that are in front of it
+//! rim_1 = "contour"                          # somewhere on the surface
+//! jaw = { bone = "mental_spine" }            # moves with a bone of the body
+//! incisor = "reference"                      # moves with the head: every frame is brought back to it
+//! lip = "ignore"
+//! ```
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use tongue_core::geometry::{Point, Similarity};
+use tongue_core::suggest;
+
+use super::{Format, Recording, Times, names};
+
+/// Standard deviation of a contour point, m: keypoints of DeepLabCut on ultrasound (AAA's models: 0.93 mm from human labels).
+pub const CONTOUR_SD_M: f64 = 0.93e-3;
+/// Standard deviation of an electromagnetic sensor, m (AG500; newer ones are better).
+pub const SENSOR_SD_M: f64 = 0.5e-3;
+const LARGEST_MM: f64 = 1e4;
+
+/// What a channel is of the body.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Role {
+    /// A point somewhere on the surface of the tongue.
+    Contour,
+    /// A material point of the surface, so far behind the tip along it at rest, m.
+    Surface(f64),
+    /// A material point of the surface, not known how far behind the tip: the so-manieth coil from there, where that is known.
+    Coil(Option<u32>),
+    /// Moves with the bone of this name.
+    Bone(String),
+    /// Moves with the head.
+    Reference,
+    /// Not used.
+    Ignored,
+}
+
+/// Which channel is what, and in which axes and unit.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Map {
+    file: File,
+    entries: BTreeMap<String, Entry>,
+    origin: String,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    unit_mm: Option<f64>,
+    rate_hz: Option<f64>,
+    back: Option<String>,
+    up: Option<String>,
+    noise_mm: Option<f64>,
+    scale: Option<f64>,
+    turn_deg: Option<f64>,
+    shift_mm: Option<[f64; 2]>,
+    #[serde(default)]
+    points: BTreeMap<String, toml::Value>,
+}
+
+/// What a map says of a point.
+#[derive(Debug, Clone, PartialEq)]
+struct Entry {
+    role: Role,
+    noise_mm: Option<f64>,
+}
+
+const KEYS: [&str; 9] =
+    ["unit_mm", "rate_hz", "back", "up", "noise_mm", "scale", "turn_deg", "shift_mm", "points"];
+const WORDS: [&str; 4] = ["contour", "coil", "reference", "ignore"];
+const ROLE_KEYS: [&str; 5] = ["surface_mm", "coil", "bone", "contour", "noise_mm"];
+/// What a point of a map can be, as messages say it.
+const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
+/// Coils farther behind the tip than this are on no tongue, mm.
+const FARTHEST_COIL_MM: f64 = 150.0;
+/// A recording may be brought into the body's frame with a scale in this range,
+const SCALES: std::ops::RangeInclusive<f64> = 0.5..=2.0;
+/// and a shift of at most so much, mm.
+const FARTHEST_SHIFT_MM: f64 = 1e4;
+/// The usual way from coil to coil, mm: it tells metres, centimetres, millimetres, their hundredths and thousandths apart.
+const USUAL_GAP_MM: f64 = 15.0;
+
+/// What is wrong with a map, or with a recording that needs one.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum MapError {
+    /// The text is no map.
+    #[error("the map {origin}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
+    Text {
+        /// Its file.
+        origin: String,
+        /// Line, from 1, where it is known.
+        line: Option<usize>,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// The recording cannot be used with it, or without one.
+    #[error("the recording {recording:?}: {problem}")]
+    Recording {
+        /// Its name.
+        recording: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+}
+
+/// An axis of a file and its sign.
+pub(super) type Axis = (usize, f64);
+
+impl Map {
+    /// Reads a map; `origin` is what messages call it.
+    ///
+    /// # Errors
+    /// [`MapError::Text`] with the line.
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, MapError> {
+        let wrong = |line: Option<usize>, problem: String| MapError::Text {
+            origin: origin.to_owned(),
+            line,
+            problem,
+        };
+        let file: File = toml::from_str(text).map_err(|e| {
+            let line =
+                e.span().and_then(|s| text.get(..s.start)).map(|before| before.matches('\n').count() + 1);
+            wrong(line, key_problem(e.message()))
+        })?;
+        let line_of = |word: &str| text.lines().position(|l| l.trim_start().starts_with(word)).map(|n| n + 1);
+        let positive = |name: &str, value: Option<f64>, most: f64| match value {
+            Some(v) if !(v > 0.0 && v <= most) => {
+                Err(wrong(line_of(name), format!("{name} is {v}; it must be above 0 and at most {most}")))
+            }
+            _ => Ok(()),
+        };
+        positive("unit_mm", file.unit_mm, LARGEST_MM)?;
+        positive("rate_hz", file.rate_hz, 1e5)?;
+        positive("noise_mm", file.noise_mm, 100.0)?;
+        if let Some(scale) = file.scale.filter(|s| !SCALES.contains(s)) {
+            let most = format!("it must be from {} to {}", SCALES.start(), SCALES.end());
+            return Err(wrong(line_of("scale"), format!("scale is {scale}; {most}")));
+        }
+        if let Some(turn) = file.turn_deg.filter(|t| t.is_nan() || t.abs() > 180.0) {
+            return Err(wrong(
+                line_of("turn_deg"),
+                format!("turn_deg is {turn}; it must be from -180 to 180"),
+            ));
+        }
+        if file.shift_mm.is_some_and(|s| !s.iter().all(|v| v.abs() <= FARTHEST_SHIFT_MM)) {
+            let problem = format!("shift_mm must be two numbers of at most {FARTHEST_SHIFT_MM} mm");
+            return Err(wrong(line_of("shift_mm"), problem));
+        }
+        for (name, text) in [("back", &file.back), ("up", &file.up)] {
+            if text.as_ref().is_some_and(|t| axis(t).is_none()) {
+                return Err(wrong(line_of(name), format!("{name} must be one of x, y, z, -x, -y, -z")));
+            }
+        }
+        if let (Some(back), Some(up)) = (&file.back, &file.up)
+            && axis(back).map(|a| a.0) == axis(up).map(|a| a.0)
+        {
+            return Err(wrong(line_of("up"), "back and up are the same axis; give two".to_owned()));
+        }
+        let mut entries = BTreeMap::new();
+        for (name, value) in &file.points {
+            let fail = |problem: String| wrong(line_of(name), format!("{name}: {problem}"));
+            entries.insert(name.clone(), entry(value).map_err(fail)?);
+        }
+        Ok(Self { file, entries, origin: origin.to_owned() })
+    }
+
+    /// Brings a point of the recordings, in metres and the axes of the body, into the body's frame; `None` where the map says nothing
+    /// of it.
+    pub fn placement(&self) -> Option<Similarity> {
+        let File { scale, turn_deg, shift_mm, .. } = &self.file;
+        if scale.is_none() && turn_deg.is_none() && shift_mm.is_none() {
+            return None;
+        }
+        let shift = Point::from(shift_mm.unwrap_or_default()) * 1e-3;
+        Some(Similarity::new(scale.unwrap_or(1.0), turn_deg.unwrap_or(0.0).to_radians(), shift))
+    }
+
+    /// Names in the map that no channel of the recording has.
+    pub(super) fn unknown<'a>(&'a self, channels: &'a [String]) -> Option<String> {
+        let name = self.entries.keys().find(|name| !channels.contains(name))?;
+        Some(format!(
+            "the map {} names the point {name:?}; {}",
+            self.origin,
+            suggest::hint(name, channels.iter().map(String::as_str))
+        ))
+    }
+
+    /// What a channel is, by the map or by its name.
+    pub(super) fn role(&self, channel: &str) -> Role {
+        self.entries.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())
+    }
+
+    /// Standard deviation of a channel, m: of the map's point, the map, the file, or what is usual.
+    pub(super) fn sd(&self, channel: &str, role: &Role, in_file: Option<f64>) -> f64 {
+        let own = self.entries.get(channel).and_then(|e| e.noise_mm);
+        own.map(|mm| mm * 1e-3).or(in_file).or(self.file.noise_mm.map(|mm| mm * 1e-3)).unwrap_or(match role {
+            Role::Surface(_) | Role::Coil(_) => SENSOR_SD_M,
+            _ => CONTOUR_SD_M,
+        })
+    }
+
+    /// Metres in a unit of the file, and what to tell of it. Where neither the map nor the format says it, it is the power of ten
+    /// with which neighbouring coils lie some 15 mm apart.
+    pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), MapError> {
+        if let Some(metres) = self.file.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
+            return Ok((metres, None));
+        }
+        let coils = recording.channels.iter().enumerate();
+        let coils: Vec<usize> = coils
+            .filter(|(_, c)| matches!(self.role(c), Role::Coil(_) | Role::Surface(_)))
+            .map(|(n, _)| n)
+            .collect();
+        let gap = recording.middle_gap(&coils).ok_or_else(|| MapError::Recording {
+            recording: recording.name.clone(),
+            problem: "its format does not say in which unit it is; write `unit_mm = ..` (millimetres in a unit, or \
+                      in a pixel) into a map and give that with --map"
+                .to_owned(),
+        })?;
+        let off = |mm: &f64| (gap * mm / USUAL_GAP_MM).ln().abs();
+        let mm =
+            [1e3, 10.0, 1.0, 1e-2, 1e-3].into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(1.0);
+        let told = format!(
+            "its format does not say in which unit it is; taken as {mm} mm, with which its coils lie {:.0} mm apart (unit_mm in a \
+             map says it)",
+            gap * mm
+        );
+        Ok((mm * 1e-3, Some(told)))
+    }
+
+    /// Seconds in a unit of the file's time.
+    pub(super) fn seconds(&self, recording: &Recording) -> Result<f64, MapError> {
+        let wrong = |problem: &str| {
+            Err(MapError::Recording { recording: recording.name.clone(), problem: problem.to_owned() })
+        };
+        match (self.file.rate_hz, recording.times) {
+            (Some(_), Times::InFile) => wrong("the file has its own times; take rate_hz out of the map"),
+            (Some(rate), Times::Usual(usual)) => Ok(usual / rate),
+            (Some(rate), Times::Frames) => Ok(1.0 / rate),
+            (None, Times::Frames) if recording.samples.len() > 1 => {
+                wrong("its format has no times; write `rate_hz = ..` (frames a second) into a map")
+            }
+            _ => Ok(1.0),
+        }
+    }
+
+    /// The axes towards the back and upwards; `None` for what is not given. `flat`: whether all x are zero, as where a track has only
+    /// y and z.
+    pub(super) fn axes(&self, format: Format, flat: bool) -> (Option<Axis>, Axis) {
+        let axis_of = |text: &Option<String>| text.as_deref().and_then(axis);
+        let (back, up) = match format {
+            Format::Ag50x | Format::Mview => (None, (2, 1.0)),
+            Format::Edgetrak | Format::DeepLabCut => (None, (1, -1.0)),
+            // Its x grows to the front.
+            Format::Microbeam => (Some((0, -1.0)), (1, 1.0)),
+            Format::Est if flat => (None, (2, 1.0)),
+            _ => (None, (1, 1.0)),
+        };
+        (axis_of(&self.file.back).or(back), axis_of(&self.file.up).unwrap_or(up))
+    }
+}
+
+/// What a map says of a point, or what is wrong with that.
+fn entry(value: &toml::Value) -> Result<Entry, String> {
+    let table = match value {
+        toml::Value::String(word) => {
+            let role = match word.as_str() {
+                "contour" => Role::Contour,
+                "coil" => Role::Coil(None),
+                "reference" => Role::Reference,
+                "ignore" => Role::Ignored,
+                _ => {
+                    let hint = suggest::hint(word, WORDS);
+                    return Err(format!("{word:?} is no role; {hint}; {ROLES}"));
+                }
+            };
+            return Ok(Entry { role, noise_mm: None });
+        }
+        toml::Value::Table(table) => table,
+        other => return Err(format!("{other} is no role; {ROLES}")),
+    };
+    if let Some(key) = table.keys().find(|k| !ROLE_KEYS.contains(&k.as_str())) {
+        return Err(format!("there is no {key:?}; {}; {ROLES}", suggest::hint(key, ROLE_KEYS)));
+    }
+    let number = |key: &str| -> Result<Option<f64>, String> {
+        let Some(value) = table.get(key) else { return Ok(None) };
+        let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64));
+        number.map(Some).ok_or_else(|| format!("{key} is {value}; give a number"))
+    };
+    let mut roles: Vec<Role> = Vec::new();
+    if let Some(mm) = number("surface_mm")? {
+        if !(0.0..=FARTHEST_COIL_MM).contains(&mm) {
+            return Err(format!("surface_mm is {mm}; it must be from 0 (the tip) to {FARTHEST_COIL_MM}"));
+        }
+        roles.push(Role::Surface(mm * 1e-3));
+    }
+    if let Some(nth) = number("coil")? {
+        if !(1.0..=99.0).contains(&nth) || nth.fract() != 0.0 {
+            return Err(format!("coil is {nth}; count the coils from the tip backwards: 1, 2, 3"));
+        }
+        roles.push(Role::Coil(Some(nth as u32)));
+    }
+    match table.get("bone") {
+        None => {}
+        Some(toml::Value::String(bone)) if !bone.is_empty() => roles.push(Role::Bone(bone.clone())),
+        Some(other) => return Err(format!("bone is {other}; give its name, like \"hyoid\"")),
+    }
+    match table.get("contour") {
+        None => {}
+        Some(toml::Value::Boolean(true)) => roles.push(Role::Contour),
+        Some(other) => return Err(format!("contour is {other}; write contour = true")),
+    }
+    let noise_mm = number("noise_mm")?;
+    if noise_mm.is_some_and(|mm| !(mm > 0.0 && mm <= 100.0)) {
+        return Err("noise_mm must be above 0 and at most 100".to_owned());
+    }
+    let [role] = &roles[..] else {
+        return Err("give one of surface_mm, coil, bone and contour = true".to_owned());
+    };
+    Ok(Entry { role: role.clone(), noise_mm })
+}
+
+/// What is wrong with the keys of a map, from what the parser says.
+fn key_problem(message: &str) -> String {
+    let unknown = message.strip_prefix("unknown field `").and_then(|rest| rest.split_once('`'));
+    match unknown {
+        Some((key, _)) => {
+            let role = "points are named in [points]";
+            format!(
+                "there is no {key:?}; {}; a map has {} ({role})",
+                suggest::hint(key, KEYS),
+                KEYS.join(", ")
+            )
+        }
+        None => format!("{message} (a map has {})", KEYS.join(", ")),
+    }
+}
+
+fn axis(text: &str) -> Option<Axis> {
+    let (sign, letter) = match text.strip_prefix('-') {
+        Some(rest) => (-1.0, rest),
+        None => (1.0, text.strip_prefix('+').unwrap_or(text)),
+    };
+    Some((["x", "y", "z"].iter().position(|a| *a == letter)?, sign))
+}

@@ -1,0 +1,252 @@
+//! Recordings of a tongue over time: points of its contour, sensors glued to it, and bones, as laboratories export them.
+//!
+//! | format | what | unit |
+//! |---|---|---|
+//! | AAA's table of splines (`.tsv`, `.txt`) | DeepLabCut keypoints of ultrasound (Wrench and Balch-Tomes 2022) | mm |
+//! | tidy CSV `recording,time_s,point,x_mm,y_mm[,sigma_mm]` | anything | mm |
+//! | AAA's fans without a header (`.txt`) | a spline on 42 fan lines | mm |
+//! | Carstens AG50x (`.pos`), with or without a header | electromagnetic sensors | mm |
+//! | Edinburgh Speech Tools' track (`.ema`) | electromagnetic sensors (mngu0, MOCHA) | not in the file |
+//! | MOCHA as text (`.ema`) | electromagnetic sensors | 0.01 mm |
+//! | X-ray microbeam (`.txy`) | gold pellets | 0.001 mm |
+//! | MVIEW's structures (MATLAB 5 `.mat`) | electromagnetic sensors (HPRC) | mm |
+//! | DeepLabCut (`.csv`) | keypoints with their likelihood | pixels |
+//! | EdgeTrak (`.con`) | contours of ultrasound | pixels |
+//!
+//! ```text
+//! bytes -> Recording (channels by name, in the axes and unit of the file) -> Map -> Seen (what each is of the body, m)
+//! ```
+
+mod aaa;
+mod ag50x;
+mod budget;
+mod deeplabcut;
+mod edgetrak;
+mod est;
+mod fan;
+mod map;
+mod matlab;
+mod mocha;
+mod mview;
+mod names;
+mod numbers;
+mod screen;
+mod seen;
+mod template;
+mod tidy;
+mod txy;
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::lengths::Malformed;
+use super::lengths::error::Place;
+
+use budget::Budget;
+pub use budget::{MOST_CHANNELS, MOST_FRAMES};
+pub use map::{CONTOUR_SD_M, Map, MapError, Role};
+pub use screen::{Fault, FaultKind, Screened, screen};
+pub use seen::{Mark, Seen, SeenFrame};
+
+/// Coordinates beyond this (in the unit of the file) are no place on a head.
+const FARTHEST: f64 = 1e9;
+
+/// A file format of recordings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Format {
+    /// Articulate Assistant Advanced's export of splines.
+    Aaa,
+    /// One row a point.
+    Tidy,
+    /// Carstens AG500 and AG501, head-corrected positions.
+    Ag50x,
+    /// Edinburgh Speech Tools' track.
+    Est,
+    /// EdgeTrak's contours.
+    Edgetrak,
+    /// Articulate Assistant Advanced's export of a spline on a fan, without a header.
+    AaaFan,
+    /// The X-ray microbeam's pellets.
+    Microbeam,
+    /// MATLAB structures as MVIEW has them.
+    Mview,
+    /// DeepLabCut's tables.
+    DeepLabCut,
+}
+
+impl Format {
+    /// The names on a command line.
+    pub const NAMES: [(&'static str, Format); 9] = [
+        ("aaa", Format::Aaa),
+        ("csv", Format::Tidy),
+        ("pos", Format::Ag50x),
+        ("ema", Format::Est),
+        ("con", Format::Edgetrak),
+        ("fan", Format::AaaFan),
+        ("txy", Format::Microbeam),
+        ("mat", Format::Mview),
+        ("dlc", Format::DeepLabCut),
+    ];
+
+    /// What the content, and failing that the name of the file, looks like.
+    pub fn of(bytes: &[u8], origin: &str) -> Self {
+        let begins = |text: &str| bytes.starts_with(text.as_bytes());
+        if begins("AG50xDATA_V00") {
+            return Self::Ag50x;
+        }
+        if begins("EST_File") {
+            return Self::Est;
+        }
+        if begins("MATLAB ") {
+            return Self::Mview;
+        }
+        let ends = |end: &str| Path::new(origin).extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
+        if ends("con") {
+            return Self::Edgetrak;
+        }
+        // A header that UTF-16 spreads out still has its letters.
+        let head: Vec<u8> = bytes.iter().take(65536).copied().filter(|b| *b != 0 && *b != b'"').collect();
+        let line = head.split(|b| *b == b'\n').next().unwrap_or_default();
+        let has = |word: &[u8]| line.windows(word.len()).any(|w| w == word);
+        match () {
+            () if has(b"Time of sample") || has(b"X0 ") => Self::Aaa,
+            () if line.starts_with(b"scorer,") => Self::DeepLabCut,
+            () if fan::is_row(&String::from_utf8_lossy(line)) => Self::AaaFan,
+            () if ends("txy") => Self::Microbeam,
+            () if ends("mat") => Self::Mview,
+            () if ends("pos") => Self::Ag50x,
+            () if ends("ema") => Self::Est,
+            () => Self::Tidy,
+        }
+    }
+}
+
+/// What was seen at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// Time, s.
+    pub time_s: f64,
+    /// Place of every channel, in the axes and unit of the file; `None` where it was not seen.
+    pub places: Vec<Option<[f64; 3]>>,
+    /// How likely each place is right, 0 to 1; empty where the format does not say it.
+    pub likelihood: Vec<f32>,
+}
+
+impl Sample {
+    fn new(time_s: f64, places: Vec<Option<[f64; 3]>>) -> Self {
+        Self { time_s, places, likelihood: Vec::new() }
+    }
+}
+
+/// Where the times of a recording come from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Times {
+    /// The file has them.
+    InFile,
+    /// The file has none; its instrument usually has this rate, Hz.
+    Usual(f64),
+    /// The file counts frames: the samples' times are their numbers.
+    Frames,
+}
+
+/// A recording: channels by name, over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// What tells it from others of the same file.
+    pub name: String,
+    /// Names of the channels: each is a point.
+    pub channels: Vec<String>,
+    /// Standard deviation of every channel, unit of the file, where the file has it.
+    pub sigma: Vec<Option<f64>>,
+    /// Frames in the order of time.
+    pub samples: Vec<Sample>,
+    /// Metres in a unit of the file, where the format says it.
+    pub metres: Option<f64>,
+    /// Where the times come from.
+    pub times: Times,
+    /// From which format.
+    pub format: Format,
+}
+
+/// Why a recording cannot be used. Each message is complete: what is wrong, where, and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// The file cannot be read.
+    #[error("cannot read {origin}: {source}; {}", crate::files::advice(source))]
+    Unreadable {
+        /// File name.
+        origin: String,
+        /// What the operating system said, or that it is no file or too large.
+        source: std::io::Error,
+    },
+    /// It is no recording of its format.
+    #[error(transparent)]
+    Malformed(#[from] Malformed),
+    /// It cannot be understood as points of a tongue.
+    #[error(transparent)]
+    Map(#[from] MapError),
+}
+
+impl Recording {
+    /// All recordings of a file; its format is found from its content and name unless it is given.
+    ///
+    /// # Errors
+    /// [`RecordingError`] with the place.
+    pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, RecordingError> {
+        let origin = path.display().to_string();
+        match crate::files::read(path) {
+            Ok(bytes) => Ok(Self::from_bytes(&bytes, &origin, format)?),
+            Err(source) => Err(RecordingError::Unreadable { origin, source }),
+        }
+    }
+
+    /// All recordings in the bytes of a file; `origin` is what messages call it, usually its path.
+    ///
+    /// # Errors
+    /// [`Malformed`] with line and column; of binary data the column is the byte.
+    pub fn from_bytes(bytes: &[u8], origin: &str, format: Option<Format>) -> Result<Vec<Self>, Malformed> {
+        let found = match format.unwrap_or_else(|| Format::of(bytes, origin)) {
+            Format::Aaa => aaa::read(bytes, origin),
+            Format::Tidy => tidy::read(bytes, origin),
+            Format::Ag50x => ag50x::read(bytes, origin).map(|r| vec![r]),
+            Format::Est => est::read(bytes, origin).map(|r| vec![r]),
+            Format::Edgetrak => edgetrak::read(bytes, origin).map(|r| vec![r]),
+            Format::AaaFan => fan::read(bytes, origin),
+            Format::Microbeam => txy::read(bytes, origin).map(|r| vec![r]),
+            Format::Mview => mview::read(bytes, origin),
+            Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
+        }?;
+        match found.iter().any(|r| !r.samples.is_empty()) {
+            true => Ok(found),
+            false => Err(Place { origin, line: 1, column: 1 }
+                .error("the file has no frame", "give a recording with at least one")),
+        }
+    }
+
+    /// The middle distance between neighbouring channels of these, in the unit of the file.
+    fn middle_gap(&self, channels: &[usize]) -> Option<f64> {
+        let gaps = channels.windows(2).flat_map(|w| {
+            self.samples.iter().filter_map(move |s| {
+                let (a, b) = s.places[w[0]].zip(s.places[w[1]])?;
+                Some((0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt())
+            })
+        });
+        tongue_core::statistics::upper_median(gaps).filter(|g| *g > 0.0)
+    }
+
+    /// Its name from that of its file.
+    fn stem(origin: &str) -> String {
+        Path::new(origin).file_stem().map_or_else(|| origin.to_owned(), |s| s.to_string_lossy().into_owned())
+    }
+}
+
+/// A finite number that can be a coordinate.
+fn coordinate(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|v| is_coordinate(*v))
+}
+
+fn is_coordinate(v: f64) -> bool {
+    v.is_finite() && v.abs() <= FARTHEST
+}

@@ -1,0 +1,56 @@
+//! What channels usually are, by the names that laboratories give them.
+
+use tongue_core::body::{HYOID, MANDIBLE};
+
+use super::Role;
+
+/// Coils on the tongue of MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and NDI's and Carstens' usual protocols.
+const COILS: [&str; 21] = [
+    "t1",
+    "t2",
+    "t3",
+    "t4",
+    "t5",
+    "tt",
+    "tb",
+    "tm",
+    "td",
+    "tr",
+    "tonguetip",
+    "tongueblade",
+    "tonguebody",
+    "tonguemid",
+    "tonguedorsum",
+    "tongueback",
+    "tonguerear",
+    "tongueroot",
+    "ttip",
+    "tbody",
+    "tdorsum",
+];
+/// Those of them that are foremost wherever they are.
+const TIPS: [&str; 4] = ["t1", "tt", "tonguetip", "ttip"];
+
+/// A name without case and marks.
+fn plain(channel: &str) -> String {
+    channel.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
+}
+
+/// What a channel is by its name; [`Role::Ignored`] where that says nothing.
+pub(super) fn role(channel: &str) -> Role {
+    if channel == HYOID || channel == MANDIBLE {
+        return Role::Bone(channel.to_owned());
+    }
+    if channel.strip_prefix("tongue_").is_some_and(|n| n.parse::<u32>().is_ok()) {
+        return Role::Contour;
+    }
+    match COILS.contains(&plain(channel).as_str()) {
+        true => Role::Coil(None),
+        false => Role::Ignored,
+    }
+}
+
+/// Whether a coil of this name is in front of all others.
+pub(super) fn is_tip(channel: &str) -> bool {
+    TIPS.contains(&plain(channel).as_str())
+}

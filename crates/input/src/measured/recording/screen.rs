@@ -1,0 +1,192 @@
+//! What no tongue does: points that jump, points in the wrong order, points beyond the palate. They are taken out before anything is
+//! fitted, and told.
+
+use serde::{Deserialize, Serialize};
+
+use tongue_core::geometry::Point;
+
+use super::Seen;
+
+/// What is wrong with a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultKind {
+    /// A point is far from where it is in the frames around.
+    Jumped,
+    /// Two points of the contour are in each other's place.
+    OutOfOrder,
+    /// A point lies beyond the palate.
+    BeyondPalate,
+    /// A bone was not seen; its place is that of the nearest frames.
+    BoneMissing,
+    /// A point is farther from the fitted surface than its noise explains.
+    FarFromFit,
+}
+
+impl FaultKind {
+    /// In words.
+    pub fn said(self) -> &'static str {
+        match self {
+            Self::Jumped => "jumped",
+            Self::OutOfOrder => "in each other's place",
+            Self::BeyondPalate => "beyond the palate",
+            Self::BoneMissing => "not seen",
+            Self::FarFromFit => "far from the fit, left out",
+        }
+    }
+}
+
+/// A fault of a frame, and the points that have it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fault {
+    /// What.
+    pub kind: FaultKind,
+    /// Which points, by name.
+    pub points: Vec<String>,
+}
+
+/// Faults of every frame.
+pub type Screened = Vec<Vec<Fault>>;
+
+/// Frames on either side that tell where a point should be.
+const AROUND: usize = 3;
+/// A point that is farther than this from there has jumped, m,
+const JUMP_M: f64 = 12e-3;
+/// or farther than it can have gone in the time between two frames at this speed, m/s: the tip reaches some 0.5.
+const FASTEST_M_S: f64 = 1.2;
+/// Standard deviations beyond which noise is no explanation.
+const MOST_SD: f64 = 4.0;
+/// Contours with more points than this are not keypoints, and their order is not looked at.
+const MOST_ORDERED: usize = 40;
+
+/// Takes out of a recording what cannot be right, and says what. `palate`: a line of points from the front to the back, m.
+pub fn screen(seen: &mut Seen, palate: Option<&[Point]>) -> Screened {
+    let mut faults: Screened = vec![Vec::new(); seen.frames.len()];
+    for (frame, fault) in ordered(seen).into_iter().zip(&mut faults) {
+        fault.extend(frame);
+    }
+    let apply = |seen: &mut Seen, faults: &[Vec<Fault>]| {
+        for (frame, found) in seen.frames.iter_mut().zip(faults) {
+            let named = |name: &String| found.iter().any(|f| f.points.contains(name));
+            for (mark, _) in frame.contour.iter_mut().zip(&seen.contour).filter(|(_, n)| named(n)) {
+                *mark = None;
+            }
+            for (mark, _) in frame.sensors.iter_mut().zip(&seen.sensors).filter(|(_, (n, _))| named(n)) {
+                *mark = None;
+            }
+        }
+    };
+    apply(seen, &faults);
+    let points = seen.contour.len() + seen.sensors.len();
+    let name = |p: usize| match seen.contour.get(p) {
+        Some(name) => name.clone(),
+        None => seen.sensors[p - seen.contour.len()].0.clone(),
+    };
+    let mut found: Vec<Vec<Fault>> = vec![Vec::new(); faults.len()];
+    for (f, fault) in found.iter_mut().enumerate() {
+        let jumped: Vec<String> = (0..points).filter(|&p| has_jumped(seen, f, p)).map(name).collect();
+        if !jumped.is_empty() {
+            fault.push(Fault { kind: FaultKind::Jumped, points: jumped });
+        }
+        let beyond = |p: &usize| {
+            let (Some(palate), Some(Some(mark))) = (palate, seen.frames[f].contour.get(*p)) else {
+                return false;
+            };
+            above(palate, mark.at).is_some_and(|by| by > 2.0 * mark.sd)
+        };
+        let beyond: Vec<String> = (0..seen.contour.len()).filter(beyond).map(name).collect();
+        if !beyond.is_empty() {
+            fault.push(Fault { kind: FaultKind::BeyondPalate, points: beyond });
+        }
+    }
+    apply(seen, &found);
+    for (f, (fault, more)) in faults.iter_mut().zip(found).enumerate() {
+        fault.extend(more);
+        let missing: Vec<String> = (0..seen.bones.len())
+            .filter(|&b| seen.frames[f].bones[b].is_none())
+            .map(|b| seen.bones[b].clone())
+            .collect();
+        if !missing.is_empty() {
+            fault.push(Fault { kind: FaultKind::BoneMissing, points: missing });
+        }
+    }
+    faults
+}
+
+fn mark(seen: &Seen, frame: usize, point: usize) -> Option<super::Mark> {
+    let frame = &seen.frames[frame];
+    match frame.contour.get(point) {
+        Some(mark) => *mark,
+        None => frame.sensors.get(point - frame.contour.len()).copied().flatten(),
+    }
+}
+
+fn has_jumped(seen: &Seen, frame: usize, point: usize) -> bool {
+    let Some(here) = mark(seen, frame, point) else { return false };
+    let before = (0..frame).rev().filter_map(|f| Some((f, mark(seen, f, point)?))).take(AROUND);
+    let after = (frame + 1..seen.frames.len()).filter_map(|f| Some((f, mark(seen, f, point)?))).take(AROUND);
+    let near: Vec<(usize, super::Mark)> = before.chain(after).collect();
+    if near.len() < 2 {
+        return false;
+    }
+    let middle = |axis: usize| {
+        let mut values: Vec<f64> = near.iter().map(|(_, m)| m.at[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        0.5 * (values[(values.len() - 1) / 2] + values[values.len() / 2])
+    };
+    let apart = |f: usize| (seen.frames[f].time_s - seen.frames[frame].time_s).abs();
+    let nearest = near.iter().map(|(f, _)| apart(*f)).fold(f64::INFINITY, f64::min);
+    let away = (here.at - Point::new(middle(0), middle(1))).norm();
+    away > JUMP_M.max(FASTEST_M_S * nearest) + MOST_SD * here.sd
+}
+
+/// Frames in which the contour becomes shorter by more than noise when two of its points change places.
+fn ordered(seen: &Seen) -> Vec<Option<Fault>> {
+    let fault = |frame: &super::SeenFrame| {
+        let at: Vec<(usize, super::Mark)> =
+            frame.contour.iter().enumerate().filter_map(|(i, m)| Some((i, (*m)?))).collect();
+        if !(4..=MOST_ORDERED).contains(&at.len()) {
+            return None;
+        }
+        let mut places: Vec<Point> = at.iter().map(|(_, m)| m.at).collect();
+        let length = |p: &[Point]| p.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>();
+        let now = length(&places);
+        let mut best: Option<(f64, usize, usize)> = None;
+        for i in 0..places.len() {
+            for j in i + 1..places.len() {
+                places.swap(i, j);
+                let gain = now - length(&places);
+                places.swap(i, j);
+                if best.is_none_or(|(g, _, _)| gain > g) {
+                    best = Some((gain, i, j));
+                }
+            }
+        }
+        let (gain, i, j) = best?;
+        // A point that jumped makes the contour long whatever it is called: it is told as a jump.
+        let noise = at[i].1.sd.max(at[j].1.sd);
+        let mut swapped = places.clone();
+        swapped.swap(i, j);
+        let steps: Vec<f64> = swapped.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
+        let regular =
+            steps.iter().fold(0.0, |a: f64, b| a.max(*b)) < 4.0 * length(&swapped) / steps.len() as f64;
+        (gain > MOST_SD * noise && regular).then(|| Fault {
+            kind: FaultKind::OutOfOrder,
+            points: vec![seen.contour[at[i].0].clone(), seen.contour[at[j].0].clone()],
+        })
+    };
+    seen.frames.iter().map(fault).collect()
+}
+
+/// By how much a point lies above a palate at its x, m; `None` before and behind it.
+fn above(palate: &[Point], p: Point) -> Option<f64> {
+    let heights = palate.windows(2).filter_map(|w| {
+        let (a, b) = if w[0].x <= w[1].x { (w[0], w[1]) } else { (w[1], w[0]) };
+        if !(a.x..=b.x).contains(&p.x) || a.x == b.x {
+            return None;
+        }
+        Some(a.y + (p.x - a.x) / (b.x - a.x) * (b.y - a.y))
+    });
+    let roof = heights.fold(f64::NEG_INFINITY, f64::max);
+    roof.is_finite().then(|| p.y - roof)
+}

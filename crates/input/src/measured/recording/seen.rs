@@ -1,0 +1,271 @@
+//! What was seen of a tongue, in the frame of a body: metres, x to the back of the head, y up.
+
+use tongue_core::geometry::{Point, Similarity};
+use tongue_core::statistics::upper_median;
+
+use super::map::Axis;
+use super::{Format, Map, MapError, Recording, Role, names};
+
+/// A point, and how sure it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mark {
+    /// Where, m.
+    pub at: Point,
+    /// Standard deviation, m.
+    pub sd: f64,
+}
+
+/// What was seen at one time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SeenFrame {
+    /// Time, s.
+    pub time_s: f64,
+    /// Contour points, in the order of [`Seen::contour`].
+    pub contour: Vec<Option<Mark>>,
+    /// Sensors, in the order of [`Seen::sensors`].
+    pub sensors: Vec<Option<Mark>>,
+    /// Bones, in the order of [`Seen::bones`].
+    pub bones: Vec<Option<Point>>,
+}
+
+/// A recording in the frame of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Which recording.
+    pub name: String,
+    /// Names of the contour points.
+    pub contour: Vec<String>,
+    /// Names of the sensors, and how far behind the tip each is along the surface at rest, m; from the tip backwards where that is not
+    /// measured.
+    pub sensors: Vec<(String, f64)>,
+    /// Whether the place of each sensor was measured; else it is what is usual.
+    pub measured: Vec<bool>,
+    /// Names of the bones that were seen.
+    pub bones: Vec<String>,
+    /// Channels that are not used.
+    pub ignored: Vec<String>,
+    /// Whether the axis to the back is against that of the file: the face looks to the right there.
+    pub mirrored: bool,
+    /// What was taken for granted and should be told.
+    pub notes: Vec<String>,
+    /// Frames in the order of time.
+    pub frames: Vec<SeenFrame>,
+}
+
+impl Seen {
+    /// A recording as its map understands it.
+    ///
+    /// Where no map says which axis leads to the back of the head, x does, and it is turned round if the mental spine lies at larger
+    /// x than the hyoid (without them: if the contour, which runs from the root to the tip, ends at larger x than it begins; of
+    /// coils: if the one at the tip lies at larger x than the others).
+    ///
+    /// # Errors
+    /// [`MapError`]: a point of the map that the recording lacks, a unit or rate that nobody gives, nothing to be used.
+    pub fn new(recording: &Recording, map: &Map) -> Result<Self, MapError> {
+        let wrong = |problem: String| MapError::Recording { recording: recording.name.clone(), problem };
+        if let Some(problem) = map.unknown(&recording.channels) {
+            return Err(wrong(problem));
+        }
+        let ((metres, note), seconds) = (map.metres(recording)?, map.seconds(recording)?);
+        let roles: Vec<Role> = recording.channels.iter().map(|c| map.role(c)).collect();
+        let of = |wanted: fn(&Role) -> bool| -> Vec<usize> {
+            (0..roles.len()).filter(|&c| wanted(&roles[c])).collect()
+        };
+        let mut contour = of(|r| *r == Role::Contour);
+        // By number where names end in one, so that rows of a table may come in any order.
+        contour.sort_by_key(|&c| number(&recording.channels[c]));
+        let mut sensors = of(|r| matches!(r, Role::Surface(_) | Role::Coil(_)));
+        let bones = of(|r| matches!(r, Role::Bone(_)));
+        let references = of(|r| *r == Role::Reference);
+        if contour.is_empty() && sensors.is_empty() {
+            let known = recording.channels.join(", ");
+            return Err(wrong(format!(
+                "no channel is a point of the tongue (channels: {known}); say with --map which is one"
+            )));
+        }
+        let flat_file = recording.samples.iter().flat_map(|s| s.places.iter().flatten()).all(|p| p[0] == 0.0);
+        let (back, up) = map.axes(recording.format, flat_file);
+        let guessed = back.is_none();
+        let usual = if recording.format == Format::Est && flat_file { 1 } else { 0 };
+        let back = back.unwrap_or((usual, 1.0));
+        if back.0 == up.0 {
+            return Err(wrong(
+                "the axes to the back and upwards are the same; give both in a map".to_owned(),
+            ));
+        }
+        let mut frames: Vec<Vec<Option<Point>>> = recording
+            .samples
+            .iter()
+            .map(|s| s.places.iter().map(|p| p.map(|p| flat(p, back, up) * metres)).collect())
+            .collect();
+        hold_head(&mut frames, &references);
+        let bone = |wanted: &str| {
+            bones.iter().copied().find(|&c| matches!(&roles[c], Role::Bone(name) if name == wanted))
+        };
+        // The front end must have the smaller x: of the bones, or of the contour where these are not seen.
+        let medians = |(front, rear): (usize, usize)| median_x(&frames, front).zip(median_x(&frames, rear));
+        let of_bones =
+            bone(tongue_core::body::MANDIBLE).zip(bone(tongue_core::body::HYOID)).and_then(medians);
+        let of_contour = || contour.last().copied().zip(contour.first().copied()).and_then(medians);
+        let of_coils = || ends(&sensors, &roles, &recording.channels, &frames);
+        let apart = of_bones.or_else(of_contour).or_else(of_coils);
+        if guessed && apart.is_none() && !sensors.is_empty() && contour.is_empty() {
+            return Err(wrong(
+                "which axis leads to the back of the head is not known: no coil is called a tip and no bone was seen; give back = \
+                 \"x\" or \"-x\" in a map, or { coil = 1 } for the coil at the tip"
+                    .to_owned(),
+            ));
+        }
+        let mirrored = guessed && apart.is_some_and(|(front, rear)| front > rear);
+        if mirrored {
+            frames.iter_mut().flatten().flatten().for_each(|p| p.x = -p.x);
+        }
+        if let Some(placement) = map.placement() {
+            frames.iter_mut().flatten().flatten().for_each(|p| *p = placement.place(*p));
+        }
+        let behind = places_of_coils(&mut sensors, &roles, &frames);
+        let marks = |places: &[Option<Point>], likelihood: &[f32], of: &[usize]| -> Vec<Option<Mark>> {
+            let mark = |&c: &usize| {
+                let sd = map.sd(&recording.channels[c], &roles[c], recording.sigma[c].map(|s| s * metres));
+                // Half as likely is worth half as much.
+                let sd = sd / likelihood.get(c).map_or(1.0, |l| f64::from(*l)).sqrt();
+                places[c].map(|at| Mark { at, sd })
+            };
+            of.iter().map(mark).collect()
+        };
+        let names =
+            |of: &[usize]| -> Vec<String> { of.iter().map(|&c| recording.channels[c].clone()).collect() };
+        let bone_names = bones.iter().filter_map(|&c| match &roles[c] {
+            Role::Bone(name) => Some(name.clone()),
+            _ => None,
+        });
+        let frames = recording.samples.iter().zip(&frames).map(|(sample, places)| SeenFrame {
+            time_s: sample.time_s * seconds,
+            contour: marks(places, &sample.likelihood, &contour),
+            sensors: marks(places, &sample.likelihood, &sensors),
+            bones: bones.iter().map(|&c| places[c]).collect(),
+        });
+        Ok(Self {
+            name: recording.name.clone(),
+            contour: names(&contour),
+            sensors: sensors.iter().zip(behind).map(|(&c, m)| (recording.channels[c].clone(), m)).collect(),
+            measured: sensors.iter().map(|&c| matches!(roles[c], Role::Surface(_))).collect(),
+            bones: bone_names.collect(),
+            ignored: names(&of(|r| *r == Role::Ignored)),
+            mirrored: mirrored != (back.1 < 0.0),
+            notes: note.into_iter().collect(),
+            frames: frames.collect(),
+        })
+    }
+
+    /// The number of a bone among those that were seen.
+    pub fn bone(&self, name: &str) -> Option<usize> {
+        self.bones.iter().position(|b| b == name)
+    }
+
+    /// Whether a bone was seen in any frame.
+    pub fn shows_bone(&self, name: &str) -> bool {
+        self.bone(name).is_some_and(|b| self.frames.iter().any(|f| f.bones[b].is_some()))
+    }
+
+    /// Where a bone was seen, m, as the mean over `window` frames around each (fewer at the ends and where it was not seen); where it
+    /// was not seen in any of them, the nearest in time; `None` where it was never seen.
+    pub fn bone_means(&self, bone: usize, window: usize) -> Vec<Option<Point>> {
+        let at = |f: usize| self.frames[f].bones.get(bone).copied().flatten();
+        let seen: Vec<usize> = (0..self.frames.len()).filter(|&f| at(f).is_some()).collect();
+        let half = window / 2;
+        (0..self.frames.len())
+            .map(|f| {
+                let (low, high) = (f.saturating_sub(half), (f + half + 1).min(self.frames.len()));
+                let near: Vec<Point> = (low..high).filter_map(at).collect();
+                match near.is_empty() {
+                    false => Some(near.iter().sum::<Point>() / near.len() as f64),
+                    true => seen.iter().min_by_key(|&&s| s.abs_diff(f)).and_then(|&s| at(s)),
+                }
+            })
+            .collect()
+    }
+}
+
+/// How far the first coil usually is behind the tip, m.
+const FIRST_COIL_M: f64 = 10e-3;
+/// The way along the surface from coil to coil is so much longer than the straight one.
+const LONGER: f64 = 1.03;
+
+/// The median x of the coil at the tip, and of the one that is farthest from it.
+fn ends(
+    sensors: &[usize],
+    roles: &[Role],
+    channels: &[String],
+    frames: &[Vec<Option<Point>>],
+) -> Option<(f64, f64)> {
+    let tip = |c: &&usize| names::is_tip(&channels[**c]) && matches!(roles[**c], Role::Coil(None));
+    let behind = |c: &usize| match roles[*c] {
+        Role::Surface(at) => Some(at),
+        Role::Coil(Some(nth)) => Some(f64::from(nth)),
+        _ => None,
+    };
+    let known = sensors.iter().filter(|c| behind(c).is_some());
+    let front = known.min_by(|a, b| behind(a).unwrap_or(0.0).total_cmp(&behind(b).unwrap_or(0.0)));
+    let front = *front.or_else(|| sensors.iter().find(tip))?;
+    let x = median_x(frames, front)?;
+    let others = sensors.iter().filter(|c| **c != front).filter_map(|c| median_x(frames, *c));
+    let rear = others.max_by(|a, b| (a - x).abs().total_cmp(&(b - x).abs()))?;
+    Some((x, rear))
+}
+
+/// Puts coils in the order from the tip backwards and says how far behind the tip each is, m: as it was measured, or as is usual.
+fn places_of_coils(sensors: &mut [usize], roles: &[Role], frames: &[Vec<Option<Point>>]) -> Vec<f64> {
+    let nth = |c: usize| match roles[c] {
+        Role::Coil(Some(nth)) => f64::from(nth),
+        _ => f64::INFINITY,
+    };
+    let x = |c: usize| median_x(frames, c).unwrap_or(f64::INFINITY);
+    if sensors.iter().any(|&c| matches!(roles[c], Role::Coil(_))) {
+        sensors.sort_by(|&a, &b| nth(a).total_cmp(&nth(b)).then(x(a).total_cmp(&x(b))));
+    }
+    let mut out: Vec<f64> = Vec::with_capacity(sensors.len());
+    for (n, &c) in sensors.iter().enumerate() {
+        let usual = || match n.checked_sub(1) {
+            None => FIRST_COIL_M,
+            Some(before) => {
+                let gaps = frames.iter().filter_map(|f| Some((f[sensors[before]]? - f[c]?).norm()));
+                out[before] + LONGER * upper_median(gaps).unwrap_or(FIRST_COIL_M)
+            }
+        };
+        let at = match roles[c] {
+            Role::Surface(at) => at,
+            _ => usual(),
+        };
+        out.push(at);
+    }
+    out
+}
+
+/// The number that a name ends in.
+fn number(name: &str) -> u64 {
+    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)
+}
+
+fn flat(p: [f64; 3], back: Axis, up: Axis) -> Point {
+    Point::new(back.1 * p[back.0], up.1 * p[up.0])
+}
+
+fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
+    upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.x))
+}
+
+/// Brings every frame to where the reference points are in the first one that has all of them: shifted by one point, shifted and
+/// turned by several. Frames that lack one are lost.
+fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
+    if references.is_empty() {
+        return;
+    }
+    let held = |frame: &[Option<Point>]| references.iter().map(|&r| frame[r]).collect::<Option<Vec<_>>>();
+    let Some(base) = frames.iter().find_map(|f| held(f)) else { return };
+    for frame in frames {
+        let motion = held(frame).and_then(|here| Similarity::rigid(&here, &base));
+        frame.iter_mut().for_each(|p| *p = p.zip(motion.as_ref()).map(|(p, m)| m.place(p)));
+    }
+}

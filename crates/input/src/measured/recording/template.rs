@@ -1,0 +1,95 @@
+//! A map to begin with: every channel of a recording with what it seems to be, where it is and how much it moves.
+
+use std::fmt::Write as _;
+
+use tongue_core::statistics::upper_median;
+
+use super::{Map, Recording, Role, Times};
+
+impl Map {
+    /// A map (TOML) for a recording, for its user to correct: what the names of channels say is filled in, and beside every channel
+    /// stands where it is and how far it moves.
+    pub fn template(recording: &Recording) -> String {
+        let map = Self::default();
+        let mut text = String::new();
+        let name = recording.name.replace(char::is_control, " ");
+        let _ = writeln!(text, "# Which channel of \"{name}\" is what; give this file with --map.");
+        let _ = writeln!(
+            text,
+            "# Lines that begin with # are not read: take the # away where a line is needed.\n"
+        );
+        match (recording.metres, map.metres(recording)) {
+            (Some(metres), _) => {
+                let _ = writeln!(
+                    text,
+                    "# unit_mm = {}  # millimetres in a unit of the file: the format says it",
+                    metres * 1e3
+                );
+            }
+            (None, Ok((metres, _))) => {
+                let mm = metres * 1e3;
+                let _ = writeln!(
+                    text,
+                    "unit_mm = {mm}  # millimetres in a unit of the file: guessed from the way from coil to coil"
+                );
+            }
+            (None, Err(_)) => {
+                let _ = writeln!(
+                    text,
+                    "unit_mm = 1.0  # millimetres in a unit of the file (in a pixel): WRITE YOURS"
+                );
+            }
+        }
+        let _ = match recording.times {
+            Times::InFile => writeln!(text, "# The file has its own times: no rate_hz."),
+            Times::Usual(hz) => {
+                writeln!(text, "# rate_hz = {hz}  # frames a second: usual with this instrument")
+            }
+            Times::Frames => writeln!(text, "rate_hz = 60.0  # frames a second: WRITE YOURS"),
+        };
+        text += "# back = \"x\"  # the axis that grows to the back of the head (x, y, z, -x, -y, -z), where it is not found\n\
+                 # up = \"y\"  # the axis that grows upwards\n\
+                 # noise_mm = 0.5  # standard deviation of a point\n\
+                 # scale = 1.0  # these three bring the recording into the body's frame: multiplied,\n\
+                 # turn_deg = 0.0  # turned (from the axis to the back towards the one upwards),\n\
+                 # shift_mm = [0.0, 0.0]  # and shifted (to the back, upwards); without them the body is placed by itself\n\n\
+                 # A point can be:\n\
+                 #   \"coil\"                  a sensor glued to the tongue; { coil = 1 } for the first from the tip, 2 for the next\n\
+                 #   { surface_mm = 10.0 }   a sensor so far behind the tip, measured along the tongue at rest\n\
+                 #   \"contour\"               somewhere on the surface of the tongue\n\
+                 #   { bone = \"hyoid\" }      moves with this bone of the body (hyoid, mental_spine)\n\
+                 #   \"reference\"             moves with the head alone: every frame is brought back to where it was\n\
+                 #   \"ignore\"                not used\n\
+                 # In braces also noise_mm = 0.3, the standard deviation of this point.\n[points]\n";
+        for (nth, channel) in recording.channels.iter().enumerate() {
+            let key = toml::Value::String(channel.clone());
+            let role = match map.role(channel) {
+                Role::Contour => "\"contour\"".to_owned(),
+                Role::Coil(_) => "\"coil\"".to_owned(),
+                Role::Bone(bone) => format!("{{ bone = \"{bone}\" }}"),
+                _ => "\"ignore\"".to_owned(),
+            };
+            let _ = writeln!(text, "{key} = {role}  # {}", course(recording, nth));
+        }
+        text
+    }
+}
+
+/// Where a channel is in the middle of the recording, and how far it moves, in the unit of the file.
+fn course(recording: &Recording, channel: usize) -> String {
+    let places = || recording.samples.iter().filter_map(|s| s.places[channel]);
+    let middle: Option<Vec<f64>> = (0..3).map(|axis| upper_median(places().map(|p| p[axis]))).collect();
+    let Some(middle) = middle else { return "never seen".to_owned() };
+    let away = places().map(|p| (0..3).map(|a| (p[a] - middle[a]).powi(2)).sum::<f64>().sqrt());
+    let moves = upper_median(away).unwrap_or(0.0);
+    let missing = recording.samples.len() - places().count();
+    let gone = if missing > 0 {
+        format!(", not seen in {missing} of {} frames", recording.samples.len())
+    } else {
+        String::new()
+    };
+    format!(
+        "at x {:.4}, y {:.4}, z {:.4}, half of the time within {moves:.3} of there{gone}",
+        middle[0], middle[1], middle[2]
+    )
+}

@@ -1,0 +1,92 @@
+//! What the thesis (Kato 2014) published, by muscle, to compare with. Data, in `targets/kato2014_tables.csv`.
+
+use serde::Deserialize;
+
+use super::Target;
+
+const REFERENCE: &str = include_str!("../../../../targets/kato2014_tables.csv");
+
+/// What the thesis prints of one muscle.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct ThesisRow {
+    /// The muscle.
+    pub muscle: String,
+    /// Table 4.5: length of the model's muscle at rest, mm, printed to 0.1 mm.
+    #[serde(rename = "table4_5_rest_length_mm")]
+    pub rest_length_mm: f64,
+    /// Table 4.7: measured length over that of GGa, /a/ of S2, printed to 0.01.
+    #[serde(rename = "table4_7_measured_ratio_a")]
+    pub measured_ratio_a: f64,
+    /// Table 4.8: simulated length over that of GGa at the tensions of section 4.4.1, printed to 0.01.
+    #[serde(rename = "table4_8_simulated_ratio_a")]
+    pub simulated_ratio_a: f64,
+    /// Section 4.4.1: tension found by hand for /a/ of S2, N per metre of thickness; `None` for passive muscles.
+    #[serde(rename = "section4_4_1_tension_a_n_per_m")]
+    pub tension_a_n_per_m: Option<f64>,
+}
+
+/// The thesis's tables, looked up by muscle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Thesis(Vec<ThesisRow>);
+
+impl Thesis {
+    /// The built-in tables.
+    ///
+    /// # Errors
+    /// A damaged table; a test holds that the built-in one is whole.
+    pub fn reference() -> Result<Self, csv::Error> {
+        csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
+    }
+
+    /// All muscles, in the order of the tables.
+    pub fn rows(&self) -> &[ThesisRow] {
+        &self.0
+    }
+
+    /// What it prints of a muscle; case does not count.
+    pub fn of(&self, muscle: &str) -> Option<&ThesisRow> {
+        self.0.iter().find(|row| row.muscle.eq_ignore_ascii_case(muscle))
+    }
+
+    /// The tensions found by hand for /a/ of S2, N per metre of thickness (section 4.4.1): one point of many answers, because
+    /// two ratios do not determine three tensions.
+    pub fn tensions_a(&self) -> Vec<(&str, f64)> {
+        self.0.iter().filter_map(|row| Some((row.muscle.as_str(), row.tension_a_n_per_m?))).collect()
+    }
+
+    /// Whether it simulated what this target is of: /a/ of S2 against its /ɯ/.
+    pub fn simulated(&self, target: &Target) -> bool {
+        (target.subject.as_str(), target.vowel.label(), target.baseline.label()) == ("S2", "a", "ɯ")
+    }
+
+    /// Its simulated ratios to GGa of muscles (table 4.8); `None` where one is none of its own.
+    pub fn ratios_a(&self, muscles: &[String]) -> Option<Vec<f64>> {
+        muscles.iter().map(|m| Some(self.of(m)?.simulated_ratio_a)).collect()
+    }
+
+    /// The same as stretches of its own rest lengths (table 4.5), taking GGa as stretched as it is elsewhere.
+    pub fn stretches_a(&self, muscles: &[String], stretch_of_gga: f64) -> Option<Vec<f64>> {
+        let gga_mm = stretch_of_gga * self.of("GGa")?.rest_length_mm;
+        muscles
+            .iter()
+            .map(|m| self.of(m).map(|row| row.simulated_ratio_a * gga_mm / row.rest_length_mm))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_tables_are_those_of_the_thesis() {
+        let thesis = Thesis::reference().unwrap();
+        let column = |of: fn(&ThesisRow) -> f64| thesis.rows().iter().map(of).collect::<Vec<_>>();
+        assert_eq!(column(|r| r.rest_length_mm), [42.7, 57.8, 47.9, 56.3, 23.0, 33.2, 31.0, 32.9]);
+        assert_eq!(column(|r| r.measured_ratio_a), [1.00, 1.51, 1.29, 1.44, 0.56, 1.07, 0.80, 0.85]);
+        assert_eq!(column(|r| r.simulated_ratio_a), [1.00, 1.52, 1.31, 1.54, 0.56, 0.97, 0.80, 0.91]);
+        assert_eq!(thesis.tensions_a(), [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)]);
+        assert_eq!(thesis.of("sgm").unwrap().rest_length_mm, 23.0);
+        assert!(thesis.of("mylohyoid").is_none());
+    }
+}

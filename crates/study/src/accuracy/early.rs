@@ -1,0 +1,60 @@
+//! Axis 3: what stopping early leaves from equilibrium.
+
+use serde::Serialize;
+
+use crate::{Pulled, StudyError};
+use tongue_core::dynamics::{Control, Method};
+
+use super::ladder::Effort;
+use super::march::march;
+
+const TIMES: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
+/// Tolerance of each step, m: its error is far below what stopping leaves.
+const TOLERANCE: f64 = 1e-9;
+
+/// A trajectory cut off.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stopped {
+    /// Where it was cut, s.
+    pub t_end_s: f64,
+    /// Largest distance of a node from its place at equilibrium, mm.
+    pub left_mm: f64,
+    /// The same as a part of the largest displacement at equilibrium.
+    pub left_part: f64,
+    /// Largest difference of a ratio from that at equilibrium.
+    pub ratio_error: f64,
+    /// Wall-clock time to there, s (median).
+    pub seconds: f64,
+    /// Steps.
+    pub steps: u64,
+    /// Factorisations.
+    pub factorisations: u64,
+}
+
+/// The shape at each of the times, against equilibrium; integrated by TR-BDF2 at a tight tolerance.
+///
+/// # Errors
+/// [`StudyError`] where there is no reference or no trajectory.
+pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<Vec<Stopped>, StudyError> {
+    let (reference, _) = scene.reference()?;
+    let motion = scene.motion()?;
+    let whole = Effort { longest_run_s: f64::INFINITY, ..*effort };
+    let marched = march(&motion, Method::TrBdf2, Control::Adaptive(TOLERANCE), &TIMES, &whole);
+    if let Some(why) = marched.missing {
+        return Err(StudyError::Trajectory(why.words()));
+    }
+    let (moved, _) = scene.apart(scene.system.rest(), &reference);
+    let stopped = marched.stops.into_iter().map(|stop| {
+        let (left_mm, ratio_error) = scene.apart(&stop.positions, &reference);
+        Stopped {
+            t_end_s: stop.time,
+            left_mm,
+            left_part: left_mm / moved,
+            ratio_error,
+            seconds: stop.seconds,
+            steps: stop.counts.steps,
+            factorisations: stop.counts.factorisations,
+        }
+    });
+    Ok(stopped.collect())
+}

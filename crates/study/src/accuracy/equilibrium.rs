@@ -1,0 +1,117 @@
+//! Axis 1: ways to the equilibrium.
+
+use nalgebra::SVector;
+
+use crate::{Pulled, StudyError};
+use tongue_core::dynamics::{Control, Counts, Method, Motion};
+use tongue_core::statics::Workspace;
+
+use super::ladder::{Effort, Ended, Run, measure};
+use super::march::{march, rungs, words};
+use super::scene::shortfall;
+use super::{lbfgs, relaxation};
+
+/// Newton's method, as it is called in the tables.
+pub const NEWTON: &str = "Newton";
+
+/// Largest residual force at which a solve stops, N.
+const TOLERANCES: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
+/// Times at which integrators are asked how far they are, s.
+const TIMES: [f64; 11] = [1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 60.0, 100.0];
+/// The same for explicit methods: by the last they are within 1e-2 mm, and each second costs them a million steps.
+const EXPLICIT_TIMES: [f64; 5] = [1.0, 3.0, 5.0, 8.0, 10.0];
+/// Steps of backward Euler, s.
+const IMPLICIT_STEPS: [f64; 4] = [0.1, 0.5, 2.0, 10.0];
+/// Tolerances of the adaptive methods, m.
+const STEP_TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-8];
+/// Parts of the step limit that explicit methods step with; two is refused.
+const PARTS: [f64; 3] = [2.0, 0.99, 0.01];
+const MOST_ITERATIONS: u64 = 200_000;
+
+/// Positions, what they cost, and why the search for them stopped short of its tolerance, if it did.
+type Answer = (Vec<SVector<f64, 2>>, Counts, Option<String>);
+/// A way to the equilibrium: its name, what its tolerance is one of, and itself, given that tolerance, N.
+type Way<'a> = (&'a str, &'a str, &'a mut dyn FnMut(f64) -> Answer);
+
+/// The ladder of every method, and the force that is left at the reference, N.
+///
+/// # Errors
+/// [`StudyError`] where there is no reference.
+pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
+    let (reference, residual) = scene.reference()?;
+    let (system, tensions) = (&scene.system, &scene.tensions);
+    let mut workspace = Workspace::new(system);
+    let cost = |steps, force_evaluations, factorisations| Counts {
+        steps,
+        force_evaluations,
+        factorisations,
+        ..Counts::default()
+    };
+    let mut newton = |tolerance| -> Answer {
+        let s = scene.solve(&mut workspace, tolerance);
+        let counts = cost(s.iterations as u64, s.energy_evaluations as u64, s.factorisations as u64);
+        (workspace.positions().to_vec(), counts, shortfall(s.status).map(str::to_owned))
+    };
+    let mut lbfgs = |tolerance| -> Answer {
+        let done = lbfgs::minimise(system, tensions, tolerance, MOST_ITERATIONS);
+        (done.positions, cost(done.iterations, done.evaluations, 0), done.shortfall)
+    };
+    let mut relaxation = |tolerance| -> Answer {
+        let done = relaxation::relax(system, tensions, tolerance, MOST_ITERATIONS);
+        let short = (!done.converged).then(|| "step limit".to_owned());
+        (done.positions, cost(done.steps, done.steps, 0), short)
+    };
+    let ways: [Way<'_>; 3] = [
+        (NEWTON, "force", &mut newton),
+        ("L-BFGS", "gradient", &mut lbfgs),
+        ("dynamic relaxation", "force", &mut relaxation),
+    ];
+    let mut runs = Vec::new();
+    for (method, what, solve) in ways {
+        for tolerance in TOLERANCES {
+            let timed = measure(effort, || solve(tolerance));
+            let (positions, counts, short) = timed.result;
+            let run = Run::new(method, format!("{what} tolerance {tolerance:.0e} N"));
+            let run =
+                run.measured(scene.apart(&positions, &reference), (timed.seconds, timed.repeats), counts);
+            runs.push(run.ended(short.map_or(Ended::Done, Ended::Short)));
+        }
+    }
+    let motion = scene.motion()?;
+    for method in Method::ALL {
+        for control in rungs(method, &motion, (&STEP_TOLERANCES, &PARTS, &IMPLICIT_STEPS)) {
+            runs.extend(to_rest(scene, &motion, (method, control), &reference, effort));
+        }
+    }
+    Ok((runs, residual))
+}
+
+fn to_rest(
+    scene: &Pulled,
+    motion: &Motion<'_, 2>,
+    (method, control): (Method, Control),
+    reference: &[SVector<f64, 2>],
+    effort: &Effort,
+) -> Vec<Run> {
+    // A fixed implicit step is not cut: only multiples of it are looked at.
+    let falls_on = |t: f64| match control {
+        Control::Fixed(dt) => (t / dt - (t / dt).round()).abs() < 1e-9,
+        Control::Adaptive(_) => true,
+    };
+    let times: Vec<f64> = match method.is_explicit() {
+        true => EXPLICIT_TIMES.to_vec(),
+        false => TIMES.into_iter().filter(|t| falls_on(*t)).collect(),
+    };
+    let marched = march(motion, method, control, &times, effort);
+    let to = |time: f64| Run::new(method.name(), format!("{}, to {time} s", words(control)));
+    let mut runs: Vec<Run> = Vec::new();
+    for stop in &marched.stops {
+        let errors = scene.apart(&stop.positions, reference);
+        runs.push(to(stop.time).measured(errors, (stop.seconds, marched.repeats), stop.counts));
+    }
+    if let Some(why) = marched.missing {
+        let next = if runs.is_empty() { times.last() } else { times.get(runs.len()) };
+        runs.push(to(next.copied().unwrap_or_default()).ended(why));
+    }
+    runs
+}

@@ -1,0 +1,104 @@
+//! The study as files: a table for each axis, and the diagrams.
+
+use crate::StudyError;
+use tongue_files::report::{Curve, Export, Rows, work_precision};
+use tongue_infer::inverse::{Method, Settings};
+use tongue_input::measured::TargetKind;
+
+use super::Study;
+use super::ladder::Run;
+use super::mesh::MeshRun;
+use super::search::FitRun;
+use super::tissue::TISSUES;
+
+/// Names and contents.
+pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
+
+/// Every file but the page.
+///
+/// # Errors
+/// [`StudyError::Report`], which is not expected.
+pub fn files(study: &Study) -> Result<Files<'_>, StudyError> {
+    let time = "time, s (median)";
+    let error = "largest position error, mm";
+    let equilibrium = work_precision("To equilibrium", time, error, &best_curves(&study.equilibrium))?;
+    let curves = best_curves(&study.trajectory);
+    let trajectory = work_precision("Along the trajectory to t = 3 s", time, error, &curves)?;
+    let meshes = work_precision(
+        "/a/: change of a ratio from one mesh spacing to the next finer one",
+        "time of one equilibrium, s",
+        "largest change of a ratio",
+        &mesh_curves(&study.meshes),
+    )?;
+    let title = "Fit of /a/: Nelder-Mead's simplex from the nearest solved candidate (warm) or from rest (cold), and Gauss-Newton";
+    let fits =
+        work_precision(title, "time of a fit, s", "largest tension error, N", &fit_curves(&study.fits))?;
+    Ok(vec![
+        ("1-equilibrium.csv", Box::new(Rows(&study.equilibrium))),
+        ("2-trajectory.csv", Box::new(Rows(&study.trajectory))),
+        ("3-early.csv", Box::new(Rows(&study.early))),
+        ("4-mesh.csv", Box::new(Rows(&study.meshes))),
+        ("4-ratios.csv", Box::new(Rows(&study.ratios))),
+        ("5-patch.csv", Box::new(Rows(&study.patches))),
+        ("6-fit.csv", Box::new(Rows(&study.fits))),
+        ("1-equilibrium.svg", Box::new(equilibrium)),
+        ("2-trajectory.svg", Box::new(trajectory)),
+        ("4-mesh.svg", Box::new(meshes)),
+        ("6-fit.svg", Box::new(fits)),
+    ])
+}
+
+/// For every method the runs that no other run of it beats in both time and error.
+fn best_curves(runs: &[Run]) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for run in runs {
+        let Some(point) = run.point() else { continue };
+        match curves.iter_mut().find(|c| c.name == run.method) {
+            Some(curve) => curve.points.push(point),
+            None => curves.push(Curve { name: run.method.clone(), points: vec![point] }),
+        }
+    }
+    for curve in &mut curves {
+        curve.points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut least = f64::INFINITY;
+        curve.points.retain(|p| {
+            p.1 < least && {
+                least = p.1;
+                true
+            }
+        });
+    }
+    curves
+}
+
+fn mesh_curves(runs: &[MeshRun]) -> Vec<Curve> {
+    let curve = |tissue: &&str| Curve {
+        name: (*tissue).to_owned(),
+        points: runs
+            .iter()
+            .filter(|r| r.tissue == *tissue && r.scene == "/a/")
+            .filter_map(|r| Some((r.solve_s, r.change_from_next_coarser?)))
+            .collect(),
+    };
+    TISSUES.iter().map(curve).collect()
+}
+
+fn fit_curves(runs: &[FitRun]) -> Vec<Curve> {
+    let mut curves = Vec::new();
+    for kind in [TargetKind::Stretch, TargetKind::Ratio] {
+        for (method, warm, name) in [
+            (Method::NelderMead, true, "simplex, warm"),
+            (Method::NelderMead, false, "simplex, cold"),
+            (Method::GaussNewton, true, "Gauss-Newton"),
+        ] {
+            let starts = Settings::default().starts;
+            let ladder = runs
+                .iter()
+                .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, starts));
+            let mut points: Vec<(f64, f64)> = ladder.map(|r| (r.seconds, r.error_n)).collect();
+            points.sort_by(|a, b| b.1.total_cmp(&a.1));
+            curves.push(Curve { name: format!("{name}, {}", kind.name()), points });
+        }
+    }
+    curves
+}

@@ -1,0 +1,137 @@
+//! A trajectory with a clock: states at given times, and what it had cost to get there.
+
+use std::time::Instant;
+
+use nalgebra::SVector;
+
+use tongue_core::dynamics::{self, Control, Counts, Method, Motion, Status};
+
+use super::ladder::{Effort, Ended, median};
+use crate::table::duration;
+
+/// Measurements of the cost of a step.
+const MEASUREMENTS: usize = 5;
+
+/// The body at one of the times asked for.
+#[derive(Debug, Clone)]
+pub struct Stop {
+    /// Time, s.
+    pub time: f64,
+    /// Positions of all nodes, m.
+    pub positions: Vec<SVector<f64, 2>>,
+    /// Median wall-clock time from the start, s.
+    pub seconds: f64,
+    /// What it had cost.
+    pub counts: Counts,
+}
+
+/// How far a trajectory came.
+#[derive(Debug, Clone)]
+pub struct Marched {
+    /// The stops that were reached.
+    pub stops: Vec<Stop>,
+    /// How often it was run.
+    pub repeats: usize,
+    /// Why the later stops were not reached: refused or failed.
+    pub missing: Option<Ended>,
+}
+
+/// Integrates to each of the ascending `times`, s, in turn, several times over, and never longer than the effort allows: an
+/// explicit method that needs more is stopped where it is, with an estimate.
+pub fn march(
+    motion: &Motion<'_, 2>,
+    method: Method,
+    control: Control,
+    times: &[f64],
+    effort: &Effort,
+) -> Marched {
+    // The refusal of an unstable step costs a spectrum, which is no part of the run.
+    if let Err(error) = method.checked(motion, control) {
+        return Marched { stops: Vec::new(), repeats: 0, missing: Some(Ended::Refused(error.to_string())) };
+    }
+    let begin = Instant::now();
+    let mut marched = once(motion, method, control, times, effort);
+    let mut seconds: Vec<Vec<f64>> = marched.stops.iter().map(|s| vec![s.seconds]).collect();
+    while marched.missing.is_none()
+        && marched.repeats < effort.repeats
+        && begin.elapsed().as_secs_f64() < effort.repeat_within_s
+    {
+        let again = once(motion, method, control, times, effort);
+        seconds.iter_mut().zip(&again.stops).for_each(|(all, s)| all.push(s.seconds));
+        marched.repeats += 1;
+    }
+    for (stop, all) in marched.stops.iter_mut().zip(&mut seconds) {
+        stop.seconds = median(all).unwrap_or(stop.seconds);
+    }
+    marched
+}
+
+/// A step or tolerance in words.
+pub fn words(control: Control) -> String {
+    match control {
+        Control::Fixed(dt) => format!("step {dt:.2e} s"),
+        Control::Adaptive(tolerance) => format!("tolerance {:.0e} mm", tolerance * 1e3),
+    }
+}
+
+/// The rungs of a method: tolerances, m, where it has error control, parts of its step limit where it has one, else steps, s.
+pub fn rungs(
+    method: Method,
+    motion: &Motion<'_, 2>,
+    (tolerances, parts, steps): (&[f64], &[f64], &[f64]),
+) -> Vec<Control> {
+    match method.step_limit(motion) {
+        _ if method.is_adaptive() => tolerances.iter().map(|t| Control::Adaptive(*t)).collect(),
+        Some(limit) => parts.iter().map(|p| Control::Fixed(p * limit)).collect(),
+        None => steps.iter().map(|dt| Control::Fixed(*dt)).collect(),
+    }
+}
+
+fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64], effort: &Effort) -> Marched {
+    let mut marched = Marched { stops: Vec::new(), repeats: 1, missing: None };
+    let mut integrator = match method.integrator(motion, control) {
+        Ok(integrator) => integrator,
+        Err(error) => return Marched { missing: Some(Ended::Refused(error.to_string())), ..marched },
+    };
+    let mut state = motion.at_rest();
+    let mut counts = Counts::default();
+    if let Control::Fixed(dt) = control {
+        let end = times.last().copied().unwrap_or(0.0);
+        let steps = end / dt;
+        // The quickest of several measurements: what other programs take of the machine must not refuse a run.
+        let price = (0..MEASUREMENTS).filter_map(|_| {
+            let mut trial = method.integrator(motion, control).ok()?;
+            Some(dynamics::cost_per_step(motion, trial.as_mut(), &state, end).as_secs_f64())
+        });
+        let estimate = steps * price.fold(f64::INFINITY, f64::min);
+        if estimate > effort.longest_run_s || steps > effort.most_steps {
+            let why = format!(
+                "{steps:.1e} steps to t = {end} s, about {}, are more than this study sets for one run; take tr-bdf2",
+                duration(estimate)
+            );
+            return Marched { missing: Some(Ended::Refused(why)), ..marched };
+        }
+    }
+    let clock = Instant::now();
+    for &time in times {
+        let so_far = clock.elapsed().as_secs_f64();
+        if so_far > effort.longest_run_s {
+            let why = format!("cut off after {}", duration(so_far));
+            marched.missing = Some(Ended::Refused(why));
+            return marched;
+        }
+        let outcome = dynamics::run(motion, integrator.as_mut(), &mut state, time, &[], &mut ());
+        counts.steps += outcome.counts.steps;
+        counts.rejected += outcome.counts.rejected;
+        counts.force_evaluations += outcome.counts.force_evaluations;
+        counts.factorisations += outcome.counts.factorisations;
+        if outcome.status != Status::Completed {
+            let why = format!("{:?} at t = {:.3} s", outcome.status, outcome.time_s);
+            marched.missing = Some(Ended::Failed(why));
+            return marched;
+        }
+        let seconds = clock.elapsed().as_secs_f64();
+        marched.stops.push(Stop { time, positions: state.positions.clone(), seconds, counts });
+    }
+    marched
+}

@@ -1,0 +1,172 @@
+//! Axis 4: finer meshes; every tissue of axis 5 on each of them.
+
+use nalgebra::SVector;
+use serde::Serialize;
+
+use crate::{Pulled, StudyError};
+use tongue_core::body::{Body, Mesh};
+use tongue_core::effect::{Configuration, Tangent};
+use tongue_core::sparse::BlockMatrix;
+use tongue_core::sparse::cholesky::Factor;
+use tongue_core::statics::Workspace;
+
+use super::ladder::{Effort, Ended, measure, observed_order};
+use super::scene::{largest_difference, shortfall};
+use super::tissue::{PatchRun, SCENES, TISSUES, model, patch};
+
+const FORCE_TOLERANCE: f64 = 1e-9;
+
+/// One scene on one mesh with one tissue.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MeshRun {
+    /// Which tensions.
+    pub scene: &'static str,
+    /// Which tissue: one of [`TISSUES`].
+    pub tissue: &'static str,
+    /// Spacing, mm.
+    pub h_mm: f64,
+    /// Nodes that are solved for.
+    pub unknown_nodes: usize,
+    /// Triangles.
+    pub triangles: usize,
+    /// Ratio of every muscle to GGa; a table of its own.
+    #[serde(skip)]
+    pub ratios: Vec<f64>,
+    /// Largest change of a ratio from the next coarser mesh.
+    pub change_from_next_coarser: Option<f64>,
+    /// Largest difference of a ratio from finite elements on the finest mesh.
+    pub difference_from_finest_fe: f64,
+    /// Time to build the mesh, s (median; the same mesh serves every tissue and scene).
+    pub mesh_s: f64,
+    /// Time to make the system, ordering included, s (median).
+    pub setup_s: f64,
+    /// Time of one equilibrium from rest, s (median).
+    pub solve_s: f64,
+    /// Time of one evaluation of energy and force, s (median).
+    pub force_s: f64,
+    /// Time of one stiffness, assembled and factorised, s (median).
+    pub factor_s: f64,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Factorisations.
+    pub factorisations: usize,
+    /// Bytes of the matrix and its factor.
+    pub matrix_bytes: usize,
+    /// How it ended.
+    pub ended: Ended,
+}
+
+/// The ratio of a muscle's length to that of GGa in one of the runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RatioRow {
+    scene: &'static str,
+    tissue: &'static str,
+    h_mm: f64,
+    muscle: String,
+    ratio: f64,
+}
+
+/// Every scene, tissue and spacing, coarsest first.
+///
+/// # Errors
+/// [`StudyError`] where a mesh or model cannot be made.
+pub fn ladder(
+    effort: &Effort,
+    progress: &mut dyn FnMut(&str),
+) -> Result<(Vec<MeshRun>, Vec<PatchRun>), StudyError> {
+    let (mut runs, mut patches) = (Vec::new(), Vec::new());
+    for &h in effort.spacings {
+        progress(&format!("mesh of {:.2} mm", h * 1e3));
+        let meshed = measure(effort, || Body::tongue(h));
+        let mesh = meshed.result?.mesh;
+        for tissue in TISSUES {
+            for (name, pull) in SCENES {
+                runs.push(one(&mesh, (name, pull), tissue, (h, meshed.seconds), effort)?);
+            }
+            patches.push(PatchRun { tissue, h_mm: h * 1e3, error_mm: patch(&mesh, h, tissue)? });
+        }
+    }
+    compare(&mut runs);
+    Ok((runs, patches))
+}
+
+fn one(
+    mesh: &Mesh<2>,
+    (name, pull): (&'static str, &[(&str, f64)]),
+    tissue: &'static str,
+    (h, mesh_s): (f64, f64),
+    effort: &Effort,
+) -> Result<MeshRun, StudyError> {
+    let made = measure(effort, || Pulled::new(mesh, &model(tissue), pull));
+    let scene = made.result?;
+    let system = &scene.system;
+    let mut workspace = Workspace::new(system);
+    let solved = measure(effort, || scene.solve(&mut workspace, FORCE_TOLERANCE));
+    let at = Configuration { positions: workspace.positions(), tensions: &scene.tensions };
+    let mut force = vec![SVector::zeros(); at.positions.len()];
+    let forced = measure(effort, || {
+        system.force(at, &mut force);
+        std::hint::black_box(system.energy(at))
+    });
+    let mut matrix = BlockMatrix::zeros(system.pattern());
+    let mut factor = Factor::new(system.pattern());
+    let factored = measure(effort, || {
+        matrix.clear();
+        system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut matrix));
+        factor.factorise(system.pattern(), &matrix)
+    });
+    let solution = solved.result;
+    Ok(MeshRun {
+        scene: name,
+        tissue,
+        h_mm: h * 1e3,
+        unknown_nodes: system.pattern().unknowns(),
+        triangles: mesh.cells.len(),
+        ratios: scene.ratios(workspace.positions()),
+        change_from_next_coarser: None,
+        difference_from_finest_fe: 0.0,
+        mesh_s,
+        setup_s: made.seconds,
+        solve_s: solved.seconds,
+        force_s: forced.seconds,
+        factor_s: factored.seconds,
+        iterations: solution.iterations,
+        factorisations: solution.factorisations,
+        matrix_bytes: 2 * (system.pattern().blocks() + 1) * size_of::<[[f64; 2]; 2]>(),
+        ended: shortfall(solution.status).map_or(Ended::Done, |why| Ended::Short(why.into())),
+    })
+}
+
+/// The ratios of all runs, a row a muscle.
+pub fn ratio_rows(runs: &[MeshRun], muscles: &[String]) -> Vec<RatioRow> {
+    let of_run = |r: &MeshRun| {
+        let row = |(muscle, ratio): (&String, &f64)| RatioRow {
+            scene: r.scene,
+            tissue: r.tissue,
+            h_mm: r.h_mm,
+            muscle: muscle.clone(),
+            ratio: *ratio,
+        };
+        muscles.iter().zip(&r.ratios).map(row).collect::<Vec<_>>()
+    };
+    runs.iter().flat_map(of_run).collect()
+}
+
+/// Fills in the comparisons between spacings.
+fn compare(runs: &mut [MeshRun]) {
+    let known = runs.to_vec();
+    for run in runs {
+        let same = known.iter().filter(|r| r.scene == run.scene);
+        let coarser = same.clone().rev().find(|r| r.tissue == run.tissue && r.h_mm > run.h_mm);
+        run.change_from_next_coarser = coarser.map(|c| largest_difference(&c.ratios, &run.ratios));
+        let finest = same.rev().find(|r| r.tissue == TISSUES[2]);
+        run.difference_from_finest_fe = finest.map_or(0.0, |f| largest_difference(&f.ratios, &run.ratios));
+    }
+}
+
+/// The order in h at which the ratios of a scene settle, from their changes between neighbouring meshes; near zero or below,
+/// they do not settle.
+pub fn order(runs: &[MeshRun], scene: &str, tissue: &str) -> Option<f64> {
+    let changes = runs.iter().filter(|r| r.scene == scene && r.tissue == tissue);
+    observed_order(&changes.filter_map(|r| Some((r.h_mm, r.change_from_next_coarser?))).collect::<Vec<_>>())
+}

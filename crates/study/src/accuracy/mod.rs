@@ -1,0 +1,90 @@
+//! What accuracy costs in time: ladders of settings for every way to get an answer.
+//!
+//! | axis | file | error against |
+//! |---|---|---|
+//! | 1 to equilibrium | [`equilibrium`] | Newton's method stopped by rounding alone |
+//! | 2 along the trajectory to 3 s | [`trajectory`] | TR-BDF2 at a tolerance a thousand times tighter |
+//! | 3 stopping early | [`early`] | the equilibrium |
+//! | 4 the mesh | [`mesh`] | the next coarser mesh: there is no limit to compare with |
+//! | 5 springs or finite elements | [`tissue`] | an exact solution (patch test), and the finest mesh |
+//! | 6 the fit | [`search`] | Gauss-Newton at the tightest tolerances |
+//!
+//! Times are medians and belong to one machine; steps, evaluations of the force and factorisations belong to none. Runs
+//! that failed or were refused are rows like the others.
+
+mod axes;
+pub mod early;
+pub mod equilibrium;
+mod files;
+pub mod ladder;
+pub mod lbfgs;
+pub mod march;
+pub mod mesh;
+mod page;
+pub mod relaxation;
+mod scene;
+pub mod search;
+pub mod tissue;
+pub mod trajectory;
+
+use super::{PUBLISHED_A, Pulled, StudyError};
+use tongue_core::body::{Body, DEFAULT_SPACING_M};
+use tongue_core::system::Model;
+
+pub use files::files;
+pub use ladder::Effort;
+pub use page::{Circumstances, page};
+
+/// All that was measured.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Axis 1.
+    pub equilibrium: Vec<ladder::Run>,
+    /// The force that is left at the reference of axis 1, N.
+    pub reference_residual_n: f64,
+    /// Axis 2.
+    pub trajectory: Vec<ladder::Run>,
+    /// How far the reference of axis 2 is from one of ten times its tolerance, mm.
+    pub reference_doubt_mm: f64,
+    /// Axis 3.
+    pub early: Vec<early::Stopped>,
+    /// Axes 4 and 5.
+    pub meshes: Vec<mesh::MeshRun>,
+    /// The ratios of every muscle in those.
+    pub ratios: Vec<mesh::RatioRow>,
+    /// Axis 5, the patch test.
+    pub patches: Vec<tissue::PatchRun>,
+    /// Axis 6.
+    pub fits: Vec<search::FitRun>,
+}
+
+/// Measures everything; `progress` is told what comes next.
+///
+/// # Errors
+/// [`StudyError`] where a reference cannot be had; what goes wrong on a rung is a row.
+pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Study, StudyError> {
+    let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
+    let body = Body::tongue(spacing)?.mesh;
+    let scene = Pulled::new(&body, &Model::default(), &PUBLISHED_A)?;
+    progress("axis 6, the fit");
+    let fits = search::ladder(&body, effort)?;
+    progress("axis 3, stopping early");
+    let early = early::ladder(&scene, effort)?;
+    progress("axes 4 and 5, meshes and tissues");
+    let (meshes, patches) = mesh::ladder(effort, progress)?;
+    progress("axis 2, along the trajectory");
+    let (trajectory, reference_doubt_mm) = trajectory::ladder(&scene, effort)?;
+    progress("axis 1, to equilibrium");
+    let (equilibrium, reference_residual_n) = equilibrium::ladder(&scene, effort)?;
+    Ok(Study {
+        equilibrium,
+        reference_residual_n,
+        trajectory,
+        reference_doubt_mm,
+        early,
+        ratios: mesh::ratio_rows(&meshes, &scene.muscles),
+        meshes,
+        patches,
+        fits,
+    })
+}

@@ -1,0 +1,184 @@
+//! The study as a page of Markdown, every figure of which comes from the measurements.
+
+use std::fmt::Write as _;
+
+use crate::StudyError;
+use crate::table::{duration, number};
+use tongue_core::dynamics;
+use tongue_infer::inverse::{Method, Settings};
+use tongue_input::measured::TargetKind;
+
+use super::Study;
+use super::axes::{mesh_verdict, sections, tissue_verdict};
+use super::equilibrium::NEWTON;
+use super::ladder::{Run, fastest_within, fastest_within_ratio};
+use super::search::FitRun;
+
+/// Where and how a study was made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Circumstances {
+    /// The command line.
+    pub command: String,
+    /// Processor, number of threads, operating system.
+    pub machine: String,
+}
+
+/// One per cent of a ratio of one.
+const ONE_PER_CENT: f64 = 0.01;
+
+/// Writes the page.
+///
+/// # Errors
+/// [`StudyError::Csv`]; not expected.
+pub fn page(study: &Study, made: &Circumstances) -> Result<String, StudyError> {
+    let mut p = format!(
+        "# What accuracy costs in time\n\n\
+         Made by `{}` on {}. Every figure on this page is filled in from the measurements of that run; the tables behind it \
+         are the CSV files beside it. Times are medians of repeats and hold for that machine as busy as it was; \
+         steps, evaluations of the force and factorisations hold for every machine.\n\n\
+         The scene, unless said otherwise: the mesh of 5.5 mm, the tensions published for /a/ (GGa 12.0, SGm 11.5, HGa 4.5 N per \
+         metre of thickness), consistent constants. A ratio is a muscle's length over that of GGa.\n\n",
+        made.command, made.machine
+    );
+    conclusions(&mut p, study);
+    goals(&mut p, study);
+    Ok(p + &sections(study)?)
+}
+
+/// A run in words: how, how long, what it needs.
+fn told(run: &Run) -> String {
+    format!(
+        "{} ({}): {}, {} steps, {} force evaluations, {} factorisations",
+        run.method,
+        run.setting,
+        duration(run.seconds.unwrap_or(f64::NAN)),
+        run.steps,
+        run.force_evaluations,
+        run.factorisations
+    )
+}
+
+fn of<'a>(runs: &'a [Run], methods: &[&str]) -> impl Iterator<Item = &'a Run> + Clone {
+    runs.iter().filter(|r| methods.contains(&r.method.as_str()))
+}
+
+fn integrators() -> [&'static str; 5] {
+    dynamics::Method::ALL.map(dynamics::Method::name)
+}
+
+fn stretch_fits(study: &Study, method: Method) -> impl Iterator<Item = &FitRun> {
+    study.fits.iter().filter(move |r| r.method == method && r.target == TargetKind::Stretch)
+}
+
+fn conclusions(p: &mut String, study: &Study) {
+    let _ = writeln!(p, "## In short\n");
+    if let Some(r) = fastest_within_ratio(&study.equilibrium, ONE_PER_CENT) {
+        let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", told(r));
+    }
+    let newton = of(&study.equilibrium, &[NEWTON]);
+    let seconds = |error_mm| fastest_within(newton.clone(), error_mm).and_then(|r| r.seconds);
+    if let (Some(rough), Some(tight)) = (seconds(1e-2), seconds(1e-9)) {
+        let (rough, tight) = (duration(rough), duration(tight));
+        let _ = writeln!(
+            p,
+            "- More digits cost next to nothing there: Newton's method is within 1e-2 mm after {rough} and within 1e-9 mm after {tight}."
+        );
+    }
+    let _ = match fastest_within_ratio(of(&study.equilibrium, &integrators()), ONE_PER_CENT) {
+        Some(r) => {
+            writeln!(p, "- For 1 % of a ratio at equilibrium by following the motion take {}.", told(r))
+        }
+        None => {
+            writeln!(p, "- No integrator came within 1 % of a ratio at equilibrium in the time it was given.")
+        }
+    };
+    if let Some(r) = fastest_within_ratio(&study.trajectory, ONE_PER_CENT) {
+        let _ = writeln!(p, "- For 1 % of a ratio all along the motion to t = 3 s take {}.", told(r));
+    }
+    if let Some(s) = study.early.iter().find(|s| s.t_end_s == 3.0) {
+        let _ = writeln!(
+            p,
+            "- Stopping at t = 3 s, as the thesis does, leaves {} mm ({:.1} % of the largest displacement) and {} of a ratio; \
+             no integrator, however accurate, can mend that.",
+            number(s.left_mm),
+            100.0 * s.left_part,
+            number(s.ratio_error)
+        );
+    }
+    for verdict in [mesh_verdict(&study.meshes), tissue_verdict(study)].into_iter().flatten() {
+        let _ = writeln!(p, "- {verdict}");
+    }
+    let good = |method| {
+        let runs = stretch_fits(study, method).filter(|r| r.error_n <= 1e-2);
+        runs.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+    };
+    if let (Some(gn), Some(nm)) = (good(Method::GaussNewton), good(Method::NelderMead)) {
+        let _ = writeln!(
+            p,
+            "- For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria (--starts {}), \
+             Nelder-Mead {} and {} (--starts {}): {:.0} times as long.",
+            duration(gn.seconds),
+            gn.equilibria,
+            gn.starts,
+            duration(nm.seconds),
+            nm.equilibria,
+            nm.starts,
+            nm.seconds / gn.seconds
+        );
+    }
+    p.push('\n');
+}
+
+fn goals(p: &mut String, study: &Study) {
+    let _ = writeln!(p, "## The goals, and what was measured\n\n| goal | measured | met |\n|---|---|---|");
+    let mut goal = |what: &str, measured: String, met: Option<bool>| {
+        let met = met.map_or("not measured", |met| if met { "yes" } else { "**no**" });
+        let _ = writeln!(p, "| {what} | {measured} | {met} |");
+    };
+    let time = |run: Option<&Run>| run.and_then(|r| r.seconds);
+    let say = |t: Option<f64>| t.map_or_else(|| "not reached".to_owned(), duration);
+    let newton = time(fastest_within(of(&study.equilibrium, &[NEWTON]), 1e-9));
+    let best = fastest_within(of(&study.equilibrium, &integrators()), 1e-2);
+    let by = best.map_or_else(String::new, |r| format!(" ({})", r.method));
+    goal(
+        "Newton to 1e-9 mm in less time than the best integrator to 1e-2 mm",
+        format!("{} against {}{by}", say(newton), say(time(best))),
+        newton.zip(time(best)).map(|(n, b)| n < b),
+    );
+    let verlet = time(fastest_within(of(&study.equilibrium, &["verlet"]), 1e-2));
+    let factor = newton.zip(verlet).map(|(n, v)| v / n);
+    let too_long =
+        of(&study.equilibrium, &["verlet"]).map(|r| r.ended.words()).find(|w| w.contains("steps to"));
+    goal(
+        "by at least 1000 times against Velocity Verlet",
+        match (factor, too_long) {
+            (Some(factor), _) => format!("{} for 1e-2 mm: {factor:.0} times", say(verlet)),
+            (None, Some(words)) => format!("Verlet: {words}"),
+            (None, None) => "Verlet did not get there".into(),
+        },
+        factor.map(|f| f >= 1000.0),
+    );
+    let run = fastest_within(of(&study.trajectory, &["tr-bdf2"]), 1e-4);
+    goal(
+        "adaptive implicit trajectory to t = 3 s, 1e-4 mm, under 0.2 s",
+        run.map_or_else(|| "not reached".into(), told),
+        Some(time(run).is_some_and(|t| t < 0.2)),
+    );
+    let standard = Settings::default();
+    let gn = stretch_fits(study, Method::GaussNewton)
+        .find(|r| r.starts == standard.starts && r.tolerance_n == standard.tension_tolerance && r.warm);
+    let nm = stretch_fits(study, Method::NelderMead).min_by(|a, b| a.tolerance_n.total_cmp(&b.tolerance_n));
+    if let (Some(gn), Some(nm)) = (gn, nm) {
+        goal(
+            "Gauss-Newton fit of /a/ with stretch targets under 20 ms",
+            format!("{} with {} starts", duration(gn.seconds), gn.starts),
+            Some(gn.seconds < 0.02),
+        );
+        goal(
+            "agreeing with Nelder-Mead to 1e-3 N",
+            format!("at most {} N apart", number(gn.error_n + nm.error_n)),
+            Some(gn.error_n + nm.error_n < 1e-3),
+        );
+    }
+    p.push('\n');
+}

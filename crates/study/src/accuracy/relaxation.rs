@@ -1,0 +1,85 @@
+//! Dynamic relaxation: explicit motion with made-up masses and kinetic damping (Cundall 1976; Barnes 1999), the classical
+//! way to an equilibrium without a matrix.
+
+use nalgebra::SVector;
+
+use tongue_core::effect::{Configuration, Tangent};
+use tongue_core::sparse::BlockMatrix;
+use tongue_core::system::System;
+
+/// Masses this much above the stability limit of Gershgorin's theorem.
+const SAFETY: f64 = 1.1;
+
+/// How a relaxation went.
+#[derive(Debug, Clone)]
+pub struct Relaxed<const D: usize> {
+    /// Positions of all nodes, m.
+    pub positions: Vec<SVector<f64, D>>,
+    /// Whether the largest residual force came below the tolerance.
+    pub converged: bool,
+    /// Steps, each with one evaluation of the force.
+    pub steps: u64,
+}
+
+/// Relaxes `system` from rest until no free node has a residual force above `tolerance`, N, or the steps are used up.
+///
+/// With steps of one, every node has the mass `1/4 sum_j |K_ij|` of its row of the stiffness, which keeps every mode stable
+/// (Underwood 1983), made anew whenever the kinetic energy passes a peak and all velocities are set to zero.
+pub fn relax<const D: usize>(
+    system: &System<D>,
+    tensions: &[f64],
+    tolerance: f64,
+    most_steps: u64,
+) -> Relaxed<D> {
+    let mut positions = system.rest().to_vec();
+    let mut velocities = vec![SVector::<f64, D>::zeros(); positions.len()];
+    let mut force = velocities.clone();
+    let mut matrix = BlockMatrix::zeros(system.pattern());
+    let mut mass = masses(system, &positions, tensions, &mut matrix);
+    let (mut steps, mut kinetic_before) = (0, 0.0);
+    let mut converged = false;
+    while steps < most_steps {
+        steps += 1;
+        system.force(Configuration { positions: &positions, tensions }, &mut force);
+        let nodes = system.pattern().nodes();
+        let largest = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
+        let residual = nodes.iter().map(|&n| force[n].norm_squared()).fold(0.0, largest).sqrt();
+        if residual <= tolerance {
+            converged = true;
+            break;
+        }
+        if !residual.is_finite() {
+            break;
+        }
+        // From rest half a step's pull gives the velocity in the middle of the step.
+        let part = if kinetic_before > 0.0 { 1.0 } else { 0.5 };
+        let mut kinetic = 0.0;
+        for (&n, m) in nodes.iter().zip(&mass) {
+            velocities[n] += force[n] * (part / *m);
+            kinetic += m * velocities[n].norm_squared();
+        }
+        if kinetic < kinetic_before {
+            velocities.fill(SVector::zeros());
+            mass = masses(system, &positions, tensions, &mut matrix);
+            kinetic_before = 0.0;
+            continue;
+        }
+        kinetic_before = kinetic;
+        nodes.iter().for_each(|&n| positions[n] += velocities[n]);
+    }
+    system.place_path_nodes(&mut positions);
+    Relaxed { positions, converged, steps }
+}
+
+/// A mass for each unknown, in the pattern's order.
+fn masses<const D: usize>(
+    system: &System<D>,
+    positions: &[SVector<f64, D>],
+    tensions: &[f64],
+    matrix: &mut BlockMatrix<D>,
+) -> Vec<f64> {
+    let at = Configuration { positions, tensions };
+    matrix.clear();
+    system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Convex, matrix));
+    matrix.row_sums(system.pattern()).into_iter().map(|sum| 0.25 * SAFETY * sum).collect()
+}

@@ -1,0 +1,65 @@
+//! What every axis measures on a body that is pulled: its equilibrium, its ratios, and how far shapes are from each other.
+
+use nalgebra::SVector;
+
+use crate::{Pulled, StudyError};
+use tongue_core::statics::{self, Settings, Solution, Status, Workspace};
+use tongue_input::measured::{TargetKind, reference_muscle};
+
+/// Newton iterations for a reference: it goes on until rounding stops it.
+const TO_THE_END: Settings =
+    Settings { tolerance: 0.0, max_iterations: 100, load_steps: 0, certify: false, most_solves: 0 };
+
+impl Pulled {
+    /// Where Newton's method ends when only rounding stops it, and the force left there, N.
+    ///
+    /// # Errors
+    /// [`StudyError::Reference`] where that is no equilibrium.
+    pub fn reference(&self) -> Result<(Vec<SVector<f64, 2>>, f64), StudyError> {
+        let mut workspace = Workspace::new(&self.system);
+        let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &TO_THE_END);
+        if solution.max_residual_force.is_nan() || solution.max_residual_force > Settings::default().tolerance
+        {
+            return Err(StudyError::Reference(solution.max_residual_force));
+        }
+        Ok((workspace.positions().to_vec(), solution.max_residual_force))
+    }
+
+    /// One equilibrium from rest.
+    pub fn solve(&self, workspace: &mut Workspace<2>, tolerance: f64) -> Solution {
+        workspace.start_from_rest(&self.system);
+        let settings = Settings { tolerance, ..Settings::default() };
+        statics::solve(&self.system, workspace, &self.tensions, &settings)
+    }
+
+    /// Ratio of every muscle's length to that of GGa.
+    pub fn ratios(&self, positions: &[SVector<f64, 2>]) -> Vec<f64> {
+        let rest = self.system.lengths(self.system.rest());
+        let reference = reference_muscle(&self.muscles);
+        TargetKind::Ratio.values(&self.system.lengths(positions), &rest, reference)
+    }
+
+    /// Largest distance of an unknown node between two shapes, mm, and largest difference of a ratio.
+    pub fn apart(&self, a: &[SVector<f64, 2>], b: &[SVector<f64, 2>]) -> (f64, f64) {
+        let nodes = self.system.pattern().nodes();
+        let distance = nodes.iter().map(|&n| (a[n] - b[n]).norm()).fold(0.0, f64::max);
+        (1e3 * distance, largest_difference(&self.ratios(a), &self.ratios(b)))
+    }
+}
+
+/// Largest absolute difference of two sets of ratios.
+pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Why a solve did not end at its tolerance, if it did not.
+pub fn shortfall(status: Status) -> Option<&'static str> {
+    match status {
+        Status::Converged => None,
+        Status::IterationLimit => Some("iteration limit"),
+        Status::Stalled => Some("rounding stops the descent before the force tolerance"),
+        Status::Inverted => Some("a cell is turned over"),
+        Status::Unstable => Some("an unstable equilibrium"),
+        Status::NotFinite => Some("a number is not finite"),
+    }
+}

@@ -1,0 +1,124 @@
+//! Axis 6: the fit.
+
+use serde::{Serialize, Serializer};
+
+use crate::StudyError;
+use tongue_core::body::Mesh;
+use tongue_core::system::Model;
+use tongue_infer::inverse::{self, Fit, Method, Settings};
+use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+
+use super::ladder::{Effort, Ended, measure};
+
+/// Tension tolerances of Nelder-Mead, N.
+const SIMPLEX_TOLERANCES: [f64; 5] = [1.0, 1e-1, 1e-2, 1e-4, 1e-6];
+/// The same of Gauss-Newton.
+const STEP_TOLERANCES: [f64; 4] = [1.0, 1e-1, 1e-2, 1e-4];
+/// Starts beside the default of four.
+const STARTS: [usize; 3] = [1, 2, 8];
+
+/// One fit with one setting.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitRun {
+    /// Ratios or stretches.
+    #[serde(serialize_with = "kind_name")]
+    pub target: TargetKind,
+    /// What searched.
+    pub method: Method,
+    /// Number of starts.
+    pub starts: usize,
+    /// Tension tolerance, N.
+    pub tolerance_n: f64,
+    /// Whether candidates were solved from the nearest solved one.
+    pub warm: bool,
+    /// Largest difference of a tension from the reference, N.
+    pub error_n: f64,
+    /// Root mean square misfit of the fitted values.
+    pub misfit: f64,
+    /// Wall-clock time of the whole fit, identifiability and replay included, s (median).
+    pub seconds: f64,
+    /// How often it was timed.
+    pub repeats: usize,
+    /// Equilibria solved by the search.
+    pub equilibria: usize,
+    /// Factorisations made by the search.
+    pub factorisations: usize,
+    /// Iterations over all starts.
+    pub iterations: u64,
+    /// How it ended.
+    pub ended: Ended,
+}
+
+fn kind_name<S: Serializer>(kind: &TargetKind, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(kind.name())
+}
+
+/// /a/ of S2 with both kinds of target.
+///
+/// The reference is Gauss-Newton's with the tightest tolerances; how far Nelder-Mead at its tightest is from it is a row.
+///
+/// # Errors
+/// [`StudyError`] where a fit cannot begin.
+pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, StudyError> {
+    let data = Dataset::reference()?;
+    let vowel = Vowel::new("a")?;
+    let mut runs = Vec::new();
+    for kind in [TargetKind::Stretch, TargetKind::Ratio] {
+        let target = Target::new(&data, "S2", &vowel, kind, &TargetOptions::default())?;
+        let tight = Settings {
+            method: Method::GaussNewton,
+            tension_tolerance: 1e-8,
+            cost_tolerance: 1e-24,
+            starts: 8,
+            equilibrium: tongue_core::statics::Settings { tolerance: 1e-11, ..Default::default() },
+            ..Settings::default()
+        };
+        let reference = inverse::fit(mesh, &Model::default(), &target, &tight)?;
+        for settings in rungs() {
+            let timed = measure(effort, || inverse::fit(mesh, &Model::default(), &target, &settings));
+            runs.push(row(&settings, &timed.result?, &reference, (timed.seconds, timed.repeats)));
+        }
+    }
+    Ok(runs)
+}
+
+/// One setting changed at a time.
+fn rungs() -> Vec<Settings> {
+    let simplex = Settings::default();
+    let derivative = Settings { method: Method::GaussNewton, ..simplex };
+    let mut rungs = Vec::new();
+    rungs.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| Settings { tension_tolerance, ..simplex }));
+    rungs.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| Settings {
+        tension_tolerance,
+        warm_start: false,
+        ..simplex
+    }));
+    rungs.extend(STARTS.map(|starts| Settings { starts, ..simplex }));
+    rungs.extend(STEP_TOLERANCES.map(|tension_tolerance| Settings { tension_tolerance, ..derivative }));
+    rungs.push(Settings { warm_start: false, ..derivative });
+    rungs.extend(STARTS.map(|starts| Settings { starts, ..derivative }));
+    rungs
+}
+
+fn row(settings: &Settings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> FitRun {
+    let off = fit.tensions.iter().zip(&reference.tensions).map(|(a, b)| (a - b).abs());
+    let ended = match fit.status {
+        inverse::Status::Converged => Ended::Done,
+        other => Ended::Short(format!("{other:?}")),
+    };
+    FitRun {
+        target: fit.target.kind,
+        method: settings.method,
+        starts: settings.starts,
+        tolerance_n: settings.tension_tolerance,
+        warm: settings.warm_start,
+        error_n: off.fold(0.0, f64::max),
+        misfit: fit.misfit,
+        seconds,
+        repeats,
+        equilibria: fit.starts.iter().map(|s| s.evaluations).sum(),
+        factorisations: fit.starts.iter().map(|s| s.factorisations).sum(),
+        iterations: fit.starts.iter().map(|s| s.iterations).sum(),
+        ended,
+    }
+}

@@ -1,0 +1,62 @@
+//! Axis 5: springs or finite elements. "More accurate and slower", thesis 2.3 says of the latter.
+
+use nalgebra::Matrix2;
+use serde::Serialize;
+
+use crate::{PUBLISHED_A, StudyError};
+use tongue_core::body::Mesh;
+use tongue_core::material::Spread;
+use tongue_core::statics::{self, Settings, Workspace};
+use tongue_core::system::{Model, System, TissueModel};
+
+/// Tissues in the order of the tables.
+pub const TISSUES: [&str; 3] = ["springs, per connection", "springs, assembled", "finite elements"];
+/// Scenes of axis 5: /a/ as published, and a muscle of the back and one of the tip alone.
+pub const SCENES: [(&str, &[(&str, f64)]); 3] =
+    [("/a/", &PUBLISHED_A), ("GGp 10 N", &[("GGp", 10.0)]), ("SGp 10 N", &[("SGp", 10.0)])];
+
+/// A homogeneous deformation forced on the outline, which the inside should follow.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PatchRun {
+    /// Which tissue.
+    pub tissue: &'static str,
+    /// Spacing, mm.
+    pub h_mm: f64,
+    /// Largest distance of an inner node from where the deformation puts it, mm.
+    pub error_mm: f64,
+}
+
+/// The model of one of [`TISSUES`].
+pub fn model(tissue: &str) -> Model {
+    let standard = Model::default();
+    match tissue {
+        "springs, assembled" => Model { spread: Spread::Assembled, ..standard },
+        "finite elements" => Model { tissue: TissueModel::FiniteElement, ..standard },
+        _ => standard,
+    }
+}
+
+/// Moves the outline (and what lies outside it) by a homogeneous deformation and solves for the inside; `h` is the spacing, m.
+///
+/// # Errors
+/// [`StudyError`] where the model cannot be made.
+pub fn patch(mesh: &Mesh<2>, h: f64, tissue: &str) -> Result<f64, StudyError> {
+    let deformation = Matrix2::new(1.1, 0.05, 0.0, 0.95);
+    let mut inner = mesh.in_tissue();
+    mesh.surface_nodes().into_iter().for_each(|n| inner[n] = false);
+    let held: Vec<usize> = (0..mesh.nodes.len()).filter(|&n| !inner[n]).collect();
+    let held_mesh = Mesh { fixed: held, ..mesh.clone() };
+    let system = System::new(&held_mesh, &model(tissue), &[])?;
+    let moved: Vec<_> = mesh.nodes.iter().map(|p| deformation * p).collect();
+    // Inner nodes start off their places, so that finding them is an achievement.
+    let mut start = moved.clone();
+    for (i, p) in start.iter_mut().enumerate().filter(|(i, _)| inner[*i]) {
+        p.x += 0.05 * h * (1.7 * i as f64).sin();
+    }
+    let mut workspace = Workspace::new(&system);
+    workspace.start_from(&start);
+    let slack = vec![0.0; system.muscle_count()];
+    statics::solve(&system, &mut workspace, &slack, &Settings::default());
+    let off = workspace.positions().iter().zip(&moved).map(|(a, b)| (a - b).norm());
+    Ok(1e3 * off.fold(0.0, f64::max))
+}

@@ -1,0 +1,90 @@
+//! Axis 2: the way there, to t = 3 s, where the thesis stops.
+
+use crate::{Pulled, StudyError};
+use tongue_core::dynamics::{Control, Method};
+
+use super::ladder::{Effort, Ended, Run};
+use super::march::{Marched, Stop, march, rungs, words};
+
+/// Times at which trajectories are compared, s; the last is their end.
+const TIMES: [f64; 7] = [0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 3.0];
+/// Steps of backward Euler, s.
+const IMPLICIT_STEPS: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
+/// Tolerances of the adaptive methods, m.
+const STEP_TOLERANCES: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+/// Tolerances of the reference and of the one that it is checked against, m. The error along the way goes with the power 2/3 of
+/// the tolerance of a step, so the reference is a hundred times better than the tightest rung.
+const REFERENCE: [f64; 2] = [1e-12, 1e-11];
+/// Parts of the stability limit that explicit methods step with; two is refused.
+const PARTS: [f64; 3] = [2.0, 0.99, 0.05];
+
+/// The ladder of every method, and how far the reference is from one of ten times its tolerance, mm.
+///
+/// # Errors
+/// [`StudyError`] where there is no reference.
+pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
+    let motion = scene.motion()?;
+    let once = Effort { repeats: 1, longest_run_s: f64::INFINITY, ..*effort };
+    let [reference, check] =
+        REFERENCE.map(|t| march(&motion, Method::TrBdf2, Control::Adaptive(t), &TIMES, &once));
+    if let Some(why) = reference.missing.or(check.missing) {
+        return Err(StudyError::Trajectory(why.words()));
+    }
+    let (doubt, _) = along(scene, &check.stops, &reference.stops);
+    let mut runs = Vec::new();
+    for method in Method::ALL {
+        for control in rungs(method, &motion, (&STEP_TOLERANCES, &PARTS, &IMPLICIT_STEPS)) {
+            let Marched { stops, repeats, missing } = march(&motion, method, control, &TIMES, effort);
+            let run = Run::new(method.name(), words(control));
+            runs.push(match (missing, stops.last()) {
+                (None, Some(last)) => {
+                    let errors = along(scene, &stops, &reference.stops);
+                    run.measured(errors, (last.seconds, repeats), last.counts)
+                }
+                (why, _) => run.ended(why.unwrap_or_else(|| Ended::Failed("no state".into()))),
+            });
+        }
+    }
+    Ok((runs, doubt))
+}
+
+/// Largest errors over all times: of a node's position, mm, and of a ratio.
+fn along(scene: &Pulled, stops: &[Stop], reference: &[Stop]) -> (f64, f64) {
+    let errors = stops.iter().zip(reference).map(|(a, b)| scene.apart(&a.positions, &b.positions));
+    errors.fold((0.0, 0.0), |(e, r): (f64, f64), (error, ratio)| (e.max(error), r.max(ratio)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PUBLISHED_A;
+    use crate::accuracy::ladder::observed_order;
+    use tongue_core::body::Body;
+    use tongue_core::system::Model;
+
+    #[test]
+    fn on_a_coarse_tongue_the_ladder_shows_the_known_orders_and_lists_what_was_refused() {
+        let mesh = Body::tongue(11e-3).unwrap().mesh;
+        let scene = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A).unwrap();
+        let (runs, doubt) = ladder(&scene, &Effort::TINY).unwrap();
+        let errors = |method: &str| -> Vec<f64> {
+            runs.iter().filter(|r| r.method == method).filter_map(|r| r.error_mm).collect()
+        };
+        let euler: Vec<(f64, f64)> = IMPLICIT_STEPS.into_iter().zip(errors("backward-euler")).collect();
+        let order = observed_order(&euler[2..5]).unwrap();
+        assert!((order - 1.0).abs() < 0.1, "backward Euler: order {order}");
+        let adaptive = errors("tr-bdf2");
+        let order =
+            observed_order(&STEP_TOLERANCES.into_iter().zip(adaptive.clone()).collect::<Vec<_>>()).unwrap();
+        assert!((order - 2.0 / 3.0).abs() < 0.1, "TR-BDF2: power {order} of the tolerance");
+        // The error of the looser of the two references is nearly all of their difference, and 10^(2/3) times the other's.
+        assert!(
+            doubt / 4.6 * 50.0 < adaptive[adaptive.len() - 1],
+            "the reference is not tight enough: {doubt}"
+        );
+        let verlet: Vec<_> = runs.iter().filter(|r| r.method == "verlet").collect();
+        assert_eq!(verlet.len(), PARTS.len(), "refused runs are rows too");
+        let words = verlet[0].ended.words();
+        assert!(words.starts_with("refused: ") && words.contains("stability limit"), "{words}");
+    }
+}

@@ -1,0 +1,106 @@
+//! Case 9: two equilibria at one load, with critical loads that are known.
+
+use std::time::Instant;
+
+use tongue_core::body::Mesh;
+use tongue_core::statics::{CriticalKind, Settings, Status, Trace, Workspace, smallest_eigenvalue, trace};
+use tongue_core::system::{Model, System, coefficients};
+
+use super::{Row, StudyError, bodies, name_of};
+
+const STEPS: usize = 20;
+/// The critical load found must agree with the exact one to this part of it.
+const AGREEMENT: f64 = 1e-6;
+
+/// A strut that buckles and a truss that snaps through, below and above their critical loads.
+pub(super) fn two_equilibria() -> Result<Vec<Row>, StudyError> {
+    let (strut, truss) = (bodies::strut(0.02, 0.3, 11), bodies::truss(0.02, 0.01, 0.03, 40));
+    let k = coefficients(&strut, &Model::default()).map_err(tongue_core::system::SystemError::from)?;
+    let k = k.tissue_stiffness;
+    let buckling = buckling_load(k, 0.02, 0.3, 11);
+    let snapping = snapping_load(k, 0.02, 0.01, 0.03, 40);
+    let mut rows = Vec::new();
+    for (name, mesh, exact, kind) in [
+        ("braced strut", &strut, buckling, CriticalKind::Bifurcation),
+        ("von Mises truss", &truss, snapping, CriticalKind::LimitPoint),
+    ] {
+        for part in [0.9, 1.5] {
+            let (found, row) = one(format!("{name} at {part} of its critical load"), mesh, part * exact)?;
+            let (agrees, note) = match found.critical {
+                Some(c) => {
+                    let error = c.load * part - 1.0;
+                    let text = format!(
+                        "critical load {:.9} N, exact {exact:.9} N, {}",
+                        c.load * part * exact,
+                        name_of(&c.kind)
+                    );
+                    (part > 1.0 && c.kind == kind && error.abs() < AGREEMENT, text)
+                }
+                None => (part < 1.0, "on the branch from rest".to_owned()),
+            };
+            let other = if found.another { "another equilibrium exists" } else { "no other equilibrium met" };
+            rows.push(Row { kept: row.kept && agrees, ..row }.also(&note).also(other));
+        }
+    }
+    Ok(rows)
+}
+
+fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), StudyError> {
+    let system = System::new(mesh, &Model::default(), &[0])?;
+    let mut workspace = Workspace::new(&system);
+    let clock = Instant::now();
+    let found = trace(&system, &mut workspace, &[load], &Settings::default(), STEPS);
+    let wall_s = clock.elapsed().as_secs_f64();
+    let smallest_eigenvalue = smallest_eigenvalue(&system, &mut workspace);
+    let s = found.solution;
+    let converged = s.status == Status::Converged;
+    let row = Row {
+        converged,
+        kept: converged,
+        iterations: s.iterations,
+        load_reached: s.load_reached,
+        smallest_eigenvalue_n_per_m: smallest_eigenvalue,
+        guarded: s.guarded,
+        wall_s,
+        ..Row::new(9, variant, "trace", name_of(&s.status))
+    };
+    Ok((found, row))
+}
+
+/// The axial load at which the braced strut's lateral stiffness vanishes.
+///
+/// With the head at `(x, 0)`: strut `N = k (x - l)`, muscle of `n` links `M = k/n (x - l) + F`, braces of length
+/// `s = sqrt(d² + (x - l)²)` with tension `B = k (s - d)`. Axial balance `N + M + 2 B (x - l)/s = 0` gives `F(x)`; lateral
+/// stiffness `N/x + M/(x + l) + 2 (k (d/s)² + B/s ((x - l)/s)²)`; its root in `x` by bisection.
+pub fn buckling_load(k: f64, l: f64, d: f64, links: usize) -> f64 {
+    let at = |x: f64| {
+        let e = x - l;
+        let s = d.hypot(e);
+        let (strut, brace) = (k * e, k * (s - d));
+        let muscle = -strut - 2.0 * brace * e / s;
+        let lateral =
+            strut / x + muscle / (x + l) + 2.0 * (k * (d / s).powi(2) + brace / s * (e / s).powi(2));
+        (lateral, muscle - k / links as f64 * e)
+    };
+    at(bisect(|x| at(x).0, 0.05 * l, l)).1
+}
+
+/// The pull at which the truss's apex has no stable height any more: the first maximum of
+/// `F(y) = 2 k (L - s)/s y - k/n (y - h)`, `s = sqrt(a² + y²)`, `L = sqrt(a² + h²)`, where its slope vanishes.
+pub fn snapping_load(k: f64, a: f64, h: f64, depth: f64, links: usize) -> f64 {
+    let rest = a.hypot(h);
+    debug_assert!(depth > 0.0, "the muscle pulls downwards");
+    let load = |y: f64| 2.0 * k * (rest / a.hypot(y) - 1.0) * y - k / links as f64 * (y - h);
+    let slope = |y: f64| 2.0 * k * (rest * a * a / a.hypot(y).powi(3) - 1.0) - k / links as f64;
+    load(bisect(slope, h, 0.0))
+}
+
+/// The root of `f` between two points where its signs differ.
+fn bisect(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
+    let sign = f(a) > 0.0;
+    for _ in 0..200 {
+        let middle = 0.5 * (a + b);
+        if (f(middle) > 0.0) == sign { a = middle } else { b = middle }
+    }
+    0.5 * (a + b)
+}

@@ -1,0 +1,88 @@
+//! Case 10: the answer does not depend on how the body is numbered, where it lies, or how many threads there are.
+
+use std::time::Instant;
+
+use nalgebra::SVector;
+
+use crate::pulled::{PUBLISHED_A, Pulled, tongue};
+use tongue_core::body::{Mesh, largest_distance};
+use tongue_core::parallel;
+use tongue_core::statics::Workspace;
+use tongue_core::system::Model;
+use tongue_infer::inverse::{self, Settings};
+use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+
+use super::search::of_fit;
+use super::{Row, StudyError, bodies, equilibrium_row};
+
+/// Answers must agree to this, m.
+pub(super) const SAME: f64 = 1e-9;
+
+/// The published load on the tongue renumbered, mirrored, turned and moved; the fit on 1, 2 and 4 threads.
+pub(super) fn same_answers() -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
+    let (_, reference) = published("as it is".to_owned(), &mesh)?;
+    let mut rows = Vec::new();
+    let zero = SVector::zeros();
+    for seed in 0..5 {
+        let name = bodies::shuffled(mesh.nodes.len(), seed);
+        let (row, shape) =
+            published(format!("renumbered at random, {seed}"), &bodies::renumbered(&mesh, &name))?;
+        let back: Vec<_> = name.iter().map(|&n| shape[n]).collect();
+        rows.push(compared(row, &back, &reference));
+    }
+    let motions = [
+        ("mirrored", 0.0, true, zero),
+        ("turned by 1 rad", 1.0, false, zero),
+        ("turned by 3 rad and mirrored", 3.0, true, zero),
+        ("moved by a kilometre", 0.0, false, SVector::from([1000.0, -300.0])),
+        ("turned, mirrored and moved by a kilometre", 2.0, true, SVector::from([-700.0, 700.0])),
+    ];
+    for (variant, angle, mirrored, shift) in motions {
+        let (row, shape) = published(variant.to_owned(), &bodies::moved(&mesh, angle, mirrored, shift))?;
+        let expected: Vec<_> = reference.iter().map(|p| bodies::place(p, angle, mirrored, shift)).collect();
+        rows.push(compared(row, &shape, &expected));
+    }
+    rows.extend(threads(&mesh)?);
+    Ok(rows)
+}
+
+type Shape = Vec<SVector<f64, 2>>;
+
+fn published(variant: String, mesh: &Mesh<2>) -> Result<(Row, Shape), StudyError> {
+    let Pulled { system, tensions, .. } = Pulled::new(mesh, &Model::default(), &PUBLISHED_A)?;
+    let mut workspace = Workspace::new(&system);
+    let (_, row) = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
+    Ok((row, workspace.positions().to_vec()))
+}
+
+fn compared(row: Row, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -> Row {
+    let apart = largest_distance(shape, expected);
+    Row { kept: row.kept && row.converged && apart <= SAME, ..row }.also(&format!("differs by {apart:.1e} m"))
+}
+
+fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StudyError> {
+    let data = Dataset::reference()?;
+    let target =
+        Target::new(&data, "S2", &"a".parse::<Vowel>()?, TargetKind::Ratio, &TargetOptions::default())?;
+    let settings = Settings { starts: 4, ..Settings::default() };
+    let mut first: Option<Vec<u64>> = None;
+    let mut rows = Vec::new();
+    for count in [1, 2, 4] {
+        let clock = Instant::now();
+        let fit = || inverse::fit(mesh, &Model::default(), &target, &settings);
+        let found = parallel::with_threads(count, fit).map_err(StudyError::Threads)??;
+        let bits: Vec<u64> = found
+            .tensions
+            .iter()
+            .chain(&found.lengths)
+            .chain(found.positions.iter().flatten())
+            .map(|v| v.to_bits())
+            .collect();
+        let same = *first.get_or_insert_with(|| bits.clone()) == bits;
+        let variant = format!("fit of S2 /a/ on {count} threads");
+        let note = if same { "same bits" } else { "other bits than with 1 thread" }.to_owned();
+        rows.push(of_fit(10, variant, &found, same, clock.elapsed().as_secs_f64(), note));
+    }
+    Ok(rows)
+}

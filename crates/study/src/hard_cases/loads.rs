@@ -1,0 +1,107 @@
+//! Cases 2, 4 and 11: loads far beyond muscle, and chains that fold.
+
+use crate::pulled::{Pulled, tongue};
+use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
+use tongue_core::statics::{Settings, Workspace, trace};
+use tongue_core::system::{Model, OutsidePath, System, TissueModel};
+
+use super::{Extent, Row, StudyError, equilibrium_row, name_of};
+
+/// Equal steps in which the branch from rest is followed.
+const TRACE_STEPS: usize = 10;
+
+/// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N: all of them, or every 16th; each solved directly, and reached
+/// once more along the branch that begins at rest.
+pub(super) fn subsets(extent: Extent) -> Result<Vec<Row>, StudyError> {
+    subsets_of(2, &tongue()?, &Model::default(), f64::INFINITY, extent)
+}
+
+/// Spacing of the continuum of case 11, m.
+const CONTINUUM_M: f64 = 8e-3;
+/// The largest load, N, to which the branch of a continuum is followed: at ten times as much its end takes hours to find.
+const FOLLOWED_N: f64 = 100.0;
+
+/// Case 11: the same of a continuum.
+pub(super) fn subsets_of_continuum(extent: Extent) -> Result<Vec<Row>, StudyError> {
+    let body = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?;
+    let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
+    subsets_of(11, &body.mesh, &model, FOLLOWED_N, extent)
+}
+
+fn subsets_of(
+    case: u8,
+    mesh: &Mesh<2>,
+    model: &Model,
+    followed_n: f64,
+    extent: Extent,
+) -> Result<Vec<Row>, StudyError> {
+    let names = mesh.muscle_names();
+    let all: Vec<&str> = names.iter().map(String::as_str).collect();
+    let stride = if extent == Extent::Full { 1 } else { 16 };
+    let mut rows = Vec::new();
+    // Ends with the set of all.
+    for set in (1..1u32 << all.len()).rev().step_by(stride) {
+        let active: Vec<&str> = (0..all.len()).filter(|m| set >> m & 1 == 1).map(|m| all[m]).collect();
+        for load in [1.0, 10.0, 100.0, 1000.0] {
+            let variant = format!("{} at {load} N", active.join(" "));
+            let Pulled { system, tensions, .. } = all_at(mesh, model, &active, load)?;
+            let mut workspace = Workspace::new(&system);
+            let (_, row) = equilibrium_row(case, variant, &system, &mut workspace, &tensions);
+            rows.push(match load <= followed_n {
+                true => beside_branch(row, &system, &mut workspace, &tensions),
+                false => row,
+            });
+        }
+    }
+    Ok(rows)
+}
+
+/// The body with some of its muscles pulling equally hard.
+fn all_at(mesh: &Mesh<2>, model: &Model, muscles: &[&str], load: f64) -> Result<Pulled, StudyError> {
+    Pulled::new(mesh, model, &muscles.iter().map(|m| (*m, load)).collect::<Vec<_>>())
+}
+
+/// Follows the branch from rest to the load of a row whose answer is in the workspace, and sets the two side by side.
+fn beside_branch(row: Row, system: &System<2>, workspace: &mut Workspace<2>, tensions: &[f64]) -> Row {
+    let direct = workspace.positions().to_vec();
+    let found = trace(system, workspace, tensions, &Settings::default(), TRACE_STEPS);
+    let ends_at = found.critical.map(|c| c.load).or(found.stopped).unwrap_or(1.0);
+    let apart = largest_distance(&direct, workspace.positions());
+    let row = Row { branch_ends_at: Some(ends_at), apart_from_branch_m: Some(apart), ..row };
+    if row.is_on_branch() {
+        return row;
+    }
+    let text = match found.critical {
+        Some(c) => format!("the branch from rest ends at {:.4} of the load ({})", c.load, name_of(&c.kind)),
+        None => "the branch from rest leads elsewhere".to_owned(),
+    };
+    row.also(&text).also(&format!("{apart:.1e} m from there"))
+}
+
+/// Case 4: SGp and HGp passive and contracting, alone and with the rest, as straight paths and as chains.
+pub(super) fn folding_chains() -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
+    let names = mesh.muscle_names();
+    let all: Vec<&str> = names.iter().map(String::as_str).collect();
+    let others: Vec<&str> = all.iter().copied().filter(|m| !["SGp", "HGp"].contains(m)).collect();
+    let sets: [(&str, &[&str]); 6] = [
+        ("SGp", &["SGp"]),
+        ("HGp", &["HGp"]),
+        ("SGp HGp", &["SGp", "HGp"]),
+        ("passive beside GGa SGm HGa", &["GGa", "SGm", "HGa"]),
+        ("passive, pushed by all others", &others),
+        ("with all the rest", &all),
+    ];
+    let mut rows = Vec::new();
+    for outside in [OutsidePath::Straight, OutsidePath::Chain] {
+        for (name, set) in sets {
+            for load in [5.0, 50.0, 500.0] {
+                let variant = format!("{name} at {load} N, {}", name_of(&outside));
+                let model = Model { outside, ..Model::default() };
+                let Pulled { system, tensions, .. } = all_at(&mesh, &model, set, load)?;
+                rows.push(equilibrium_row(4, variant, &system, &mut Workspace::new(&system), &tensions).1);
+            }
+        }
+    }
+    Ok(rows)
+}

@@ -1,0 +1,79 @@
+//! Case 3: materials at the edges of their ranges.
+
+use crate::pulled::{PUBLISHED_A, Pulled, tongue};
+use tongue_core::body::Mesh;
+use tongue_core::effect::spring::Spring;
+use tongue_core::effect::{Contraction, Effect, Incompressibility, Tissue};
+use tongue_core::geometry::topology;
+use tongue_core::material::Constants;
+use tongue_core::statics::Workspace;
+use tongue_core::system::{Model, System, SystemError, TissueModel, coefficients};
+
+use super::{Row, StudyError, equilibrium_row};
+
+/// Poisson's ratio up to 0.4999999, kappa_s from none to a million times the identified one, and neighbours a million times as
+/// stiff as each other, all at the published tensions.
+pub(super) fn extremes() -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
+    let mut rows = Vec::new();
+    let mut solved = |variant: String, system: &System<2>, tensions: &[f64]| {
+        rows.push(equilibrium_row(3, variant, system, &mut Workspace::new(system), tensions).1);
+    };
+    let of = |poisson_ratio| Model {
+        constants: Constants { poisson_ratio, ..Constants::TONGUE },
+        ..Model::default()
+    };
+    for nu in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
+        let Pulled { system, tensions, .. } = Pulled::new(&mesh, &of(nu), &PUBLISHED_A)?;
+        solved(format!("nu = {nu}"), &system, &tensions);
+    }
+    for nu in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
+        let model = Model { tissue: TissueModel::FiniteElement, ..of(nu) };
+        let Pulled { system, tensions, .. } = Pulled::new(&mesh, &model, &PUBLISHED_A)?;
+        solved(format!("nu = {nu}, finite elements"), &system, &tensions);
+    }
+    let Pulled { system, tensions, .. } = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A)?;
+    for factor in [0.0, 1e-6, 1e-3, 1e3, 1e6] {
+        let changed = uneven(&mesh, system.contracting(), factor, 1.0)?;
+        solved(format!("kappa_s x {factor:e}"), &changed, &tensions);
+    }
+    for contrast in [1e-6, 1e-3, 1e3, 1e6] {
+        let changed = uneven(&mesh, system.contracting(), 1.0, contrast)?;
+        solved(format!("every second connection's k x {contrast:e}"), &changed, &tensions);
+    }
+    for nu in [0.0, 0.5] {
+        let refused = Pulled::new(&mesh, &of(nu), &PUBLISHED_A).err().map(|e| e.to_string());
+        rows.push(Row::refusal(3, &format!("nu = {nu}"), "system", refused));
+    }
+    Ok(rows)
+}
+
+/// The body with kappa_s times a factor, and every second connection's stiffness times another.
+fn uneven(
+    mesh: &Mesh<2>,
+    contracting: &[usize],
+    kappa_factor: f64,
+    contrast: f64,
+) -> Result<System<2>, SystemError> {
+    let c = coefficients(mesh, &Model::default())?;
+    let mut springs: Vec<Option<Spring>> = Vec::new();
+    for (i, &[a, b]) in mesh.connections.iter().enumerate() {
+        let k = c.tissue_stiffness * if i % 2 == 0 { 1.0 } else { contrast };
+        springs.push(Some(Spring::new([a, b], k, (mesh.nodes[b] - mesh.nodes[a]).norm())));
+    }
+    let mut effects: Vec<Box<dyn Effect<2>>> = Vec::new();
+    for &muscle in contracting {
+        let mut own = Vec::new();
+        for pair in mesh.muscles[muscle].nodes.windows(2) {
+            if let Ok(i) = mesh.connections.binary_search(&topology::pair(pair[0], pair[1])) {
+                own.extend(springs[i].take());
+            }
+        }
+        effects.push(Box::new(Contraction::new(muscle, own, Vec::new(), 1.0)));
+    }
+    effects.push(Box::new(Tissue::new(springs.into_iter().flatten().collect(), 0.0)));
+    if kappa_factor > 0.0 {
+        effects.push(Box::new(Incompressibility::new(c.kappa * kappa_factor, &mesh.cells, &mesh.nodes)));
+    }
+    System::from_effects(mesh, c, effects, contracting)
+}

@@ -1,0 +1,213 @@
+//! Hard cases: what the solvers do at loads, materials, meshes and targets far from the ordinary, one row for each.
+//!
+//! The promise under test: for any valid mesh, finite tensions and materials in range, a solve ends in a stable equilibrium
+//! or in a status that says what happened and at which load; never in a NaN, a panic, a hang, or an inverted cell that is not
+//! reported. A row's [`Row::kept`] says whether the promise was kept there; a solve that did not converge can still keep it.
+
+pub mod bodies;
+mod branches;
+mod invariance;
+mod loads;
+mod materials;
+mod meshes;
+mod motion;
+mod search;
+mod table;
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::StudyError;
+use tongue_core::statics::{Settings, Solution, Stability, Status, Workspace, smallest_eigenvalue, solve};
+use tongue_core::system::System;
+
+pub use table::markdown;
+
+/// Which of the cases' variants are run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// A sample that takes seconds.
+    Sample,
+    /// All: every subset of muscles, the mesh of 50 000 nodes.
+    Full,
+}
+
+/// What one solver did in one variant of a case.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Number of the case.
+    pub case: u8,
+    /// Which variant.
+    pub variant: String,
+    /// What was run: `equilibrium`, `trace`, `fit`, `system`, or a method of integration.
+    pub solver: &'static str,
+    /// How it ended.
+    pub status: String,
+    /// Whether it converged to a stable equilibrium (or a fit ended as it should).
+    pub converged: bool,
+    /// Whether the promise was kept.
+    pub kept: bool,
+    /// Newton iterations; of fits the equilibria solved, of motions the steps.
+    pub iterations: usize,
+    /// Part of the load at which the state left behind is an equilibrium.
+    pub load_reached: f64,
+    /// Smallest ratio of a cell's measure to that at rest.
+    pub min_area_ratio: Option<f64>,
+    /// Smallest eigenvalue of the stiffness, N/m.
+    pub smallest_eigenvalue_n_per_m: Option<f64>,
+    /// Elements in which the barrier against inversion acts.
+    pub guarded: usize,
+    /// Part of the load at which the branch of equilibria that begins at rest ends, 1 where it reaches all of it; none where it was
+    /// not followed.
+    pub branch_ends_at: Option<f64>,
+    /// Largest distance of a node between the answer, found directly, and the one that the body comes to along the branch (and,
+    /// where that ends, beyond it), m.
+    pub apart_from_branch_m: Option<f64>,
+    /// Wall-clock time, s.
+    pub wall_s: f64,
+    /// What else there is to say.
+    pub note: String,
+}
+
+impl Row {
+    fn new(case: u8, variant: impl Into<String>, solver: &'static str, status: impl Into<String>) -> Self {
+        Self {
+            case,
+            variant: variant.into(),
+            solver,
+            status: status.into(),
+            converged: false,
+            kept: false,
+            iterations: 0,
+            load_reached: 1.0,
+            min_area_ratio: None,
+            smallest_eigenvalue_n_per_m: None,
+            guarded: 0,
+            branch_ends_at: None,
+            apart_from_branch_m: None,
+            wall_s: 0.0,
+            note: String::new(),
+        }
+    }
+
+    /// About something that was refused: the promise is kept when there was a message.
+    fn refusal(case: u8, variant: &str, solver: &'static str, message: Option<String>) -> Self {
+        let kept = message.is_some();
+        let status = if kept { "refused" } else { "accepted" };
+        let note = message.unwrap_or_else(|| "should have been refused".to_owned());
+        Self { kept, load_reached: 0.0, note, ..Self::new(case, variant, solver, status) }
+    }
+
+    /// With one thing more to say.
+    fn also(mut self, text: &str) -> Self {
+        let separator = if self.note.is_empty() { "" } else { "; " };
+        self.note += separator;
+        self.note += text;
+        self
+    }
+
+    /// Whether the branch from rest was followed and reaches the whole load, and the answer lies on it, to 1e-9 m.
+    pub fn is_on_branch(&self) -> bool {
+        self.branch_ends_at == Some(1.0) && self.is_where_branch_leads()
+    }
+
+    /// Whether the answer is the one that the body comes to along the branch from rest, to 1e-9 m.
+    pub fn is_where_branch_leads(&self) -> bool {
+        self.apart_from_branch_m.is_some_and(|apart| apart <= invariance::SAME)
+    }
+}
+
+/// The numbers of the cases that can be run.
+pub const CASES: [u8; 11] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+
+/// Runs one case; no rows for a number that is not in [`CASES`].
+///
+/// # Errors
+/// [`StudyError`] where a case cannot begin.
+pub fn run(case: u8, extent: Extent) -> Result<Vec<Row>, StudyError> {
+    match case {
+        1 => motion::printed_table(),
+        2 => loads::subsets(extent),
+        3 => materials::extremes(),
+        4 => loads::folding_chains(),
+        5 => meshes::broken_and_large(extent),
+        6 => search::targets(),
+        7 => search::simplices(),
+        8 => motion::steps(extent),
+        9 => branches::two_equilibria(),
+        10 => invariance::same_answers(),
+        11 => loads::subsets_of_continuum(extent),
+        _ => Ok(Vec::new()),
+    }
+}
+
+/// Solves from rest with the stability certified, and reports it.
+fn equilibrium_row<const D: usize>(
+    case: u8,
+    variant: impl Into<String>,
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+) -> (Solution, Row) {
+    workspace.start_from_rest(system);
+    let clock = Instant::now();
+    let solution = solve(system, workspace, tensions, &Settings { certify: true, ..Settings::default() });
+    let wall_s = clock.elapsed().as_secs_f64();
+    let found = matches!(solution.status, Status::Converged | Status::Unstable);
+    let smallest_eigenvalue = if found { smallest_eigenvalue(system, workspace) } else { None };
+    let (smallest, _) = system.cell_ratios(workspace.positions());
+    let finite = workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite()));
+    let stable = matches!(solution.stability, Stability::Stable | Stability::Neutral);
+    let converged = solution.status == Status::Converged && stable;
+    let row = Row {
+        converged,
+        // A cell turned over is reported as such or not at all.
+        kept: finite
+            && (smallest > 0.0) != (solution.status == Status::Inverted)
+            && (converged || solution.status != Status::Converged),
+        iterations: solution.iterations,
+        load_reached: solution.load_reached,
+        min_area_ratio: smallest.is_finite().then_some(smallest),
+        smallest_eigenvalue_n_per_m: smallest_eigenvalue,
+        guarded: solution.guarded,
+        wall_s,
+        note: note_of(&solution),
+        ..Row::new(case, variant, "equilibrium", name_of(&solution.status))
+    };
+    (solution, row)
+}
+
+fn note_of(solution: &Solution) -> String {
+    let mut notes = Vec::new();
+    if solution.stability == Stability::Neutral {
+        notes.push("neutral: some part moves without work".to_owned());
+    }
+    if solution.load_steps > 0 {
+        notes.push(format!("{} load steps", solution.load_steps));
+    }
+    if solution.escapes > 0 {
+        notes.push(format!("left {} unstable equilibria: another branch exists", solution.escapes));
+    }
+    if solution.guarded > 0 {
+        notes.push("barrier active: not the published law".to_owned());
+    }
+    if solution.max_residual_force > Settings::default().tolerance {
+        notes.push(format!("residual {:.1e} N", solution.max_residual_force));
+    }
+    if solution.status == Status::Inverted {
+        notes.push("no area term: springs alone let cells turn over".to_owned());
+    } else if solution.status != Status::Converged {
+        notes.push(format!("{:.3} of the load reached", solution.load_reached));
+        notes.push(format!("rounding alone makes {:.1e} N", solution.rounding_force));
+    }
+    notes.join("; ")
+}
+
+/// A status as it stands in JSON.
+fn name_of<T: Serialize>(status: &T) -> String {
+    match serde_json::to_value(status) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::from("unnamed"),
+    }
+}

@@ -1,0 +1,157 @@
+//! Cases 6 and 7: targets that cannot be met, and searches that begin or run badly.
+
+use std::time::Instant;
+
+use tongue_core::body::Mesh;
+use tongue_core::statics;
+use tongue_core::system::Model;
+use tongue_infer::inverse::{self, Fit, Settings, Status};
+use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+
+use super::{Row, StudyError, name_of};
+use crate::pulled::tongue;
+
+/// What a fit must not say: that it met a target that cannot be met (`Some(false)`), or that it missed one that can.
+type Reachable = Option<bool>;
+
+/// Case 6.
+pub(super) fn targets() -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
+    let data = Dataset::reference()?;
+    let target = |subject: &str, vowel: &str, kind, muscles: Option<&[&str]>| {
+        let muscles = muscles.map(|names| names.iter().map(|m| (*m).to_owned()).collect());
+        let options = TargetOptions { muscles, ..TargetOptions::default() };
+        Ok::<_, StudyError>(Target::new(&data, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
+    };
+    let changed = |mut t: Target, values: &[(&str, f64)]| {
+        for (name, value) in values {
+            t.muscles.iter().position(|m| m == name).into_iter().for_each(|m| t.values[m] = *value);
+        }
+        t
+    };
+    let eight: Vec<&str> = data.muscles().iter().map(String::as_str).collect();
+    let a = || target("S2", "a", TargetKind::Stretch, None);
+    let one = target("S2", "a", TargetKind::Stretch, Some(&["HGa"]))?;
+    let pair = target("S1", "o", TargetKind::Stretch, Some(&["GGa", "SGa"]))?;
+    let cases: Vec<(&str, Target, Reachable)> = vec![
+        ("S2 /a/, ratios", target("S2", "a", TargetKind::Ratio, None)?, Some(true)),
+        (
+            "unreachable: HGa to a hundredth of its length",
+            changed(one.clone(), &[("HGa", 0.01)]),
+            Some(false),
+        ),
+        ("unreachable: HGa three times as long", changed(one.clone(), &[("HGa", 3.0)]), Some(false)),
+        ("at the bound: HGa as at rest", changed(one.clone(), &[("HGa", 1.0)]), Some(true)),
+        (
+            "contradictory: GGa half, SGm double, HGa half",
+            changed(a()?, &[("GGa", 0.5), ("SGm", 2.0), ("HGa", 0.5)]),
+            Some(false),
+        ),
+        ("one muscle", one, None),
+        ("all eight", target("S2", "a", TargetKind::Stretch, Some(&eight))?, None),
+        ("S1 /o/ with GGa at 0.70 and SGa at 1.29", changed(pair, &[("GGa", 0.70), ("SGa", 1.29)]), None),
+    ];
+    let settings = Settings { starts: 2, ..Settings::default() };
+    cases.into_iter().map(|(name, t, reachable)| row(6, name, &mesh, &t, &settings, reachable)).collect()
+}
+
+/// Case 7.
+pub(super) fn simplices() -> Result<Vec<Row>, StudyError> {
+    let mesh = tongue()?;
+    let data = Dataset::reference()?;
+    let vowel: Vowel = "a".parse()?;
+    let target = Target::new(&data, "S2", &vowel, TargetKind::Ratio, &TargetOptions::default())?;
+    let mut at_rest = Target::new(&data, "S2", &vowel, TargetKind::Stretch, &TargetOptions::default())?;
+    at_rest.values.fill(1.0);
+    let usual = Settings { starts: 2, ..Settings::default() };
+    let few = |max_iterations| statics::Settings { max_iterations, load_steps: 0, ..Default::default() };
+    // The larger the tensions, the more iterations a solve from rest takes: with a limit some candidates can be solved and those
+    // beyond cannot, so that searches begin among failures or run into them.
+    let in_part = |max_iterations, upper_bound| Settings {
+        equilibrium: few(max_iterations),
+        warm_start: false,
+        upper_bound,
+        ..usual
+    };
+    let cases: [(&str, &Target, Settings, Reachable); 10] = [
+        (
+            "degenerate simplex: a box of 1e-9 N",
+            &target,
+            Settings { upper_bound: 1e-9, ..usual },
+            Some(false),
+        ),
+        ("start on a bound: a box of 1 N", &target, Settings { upper_bound: 1.0, ..usual }, Some(false)),
+        ("plateau: nothing ever converges", &target, Settings { equilibrium: few(0), ..usual }, Some(false)),
+        (
+            "every solve fails: 4 iterations a solve",
+            &target,
+            Settings { equilibrium: few(4), ..usual },
+            Some(false),
+        ),
+        (
+            "failures in the middle: 10 iterations a solve, loads to 300 N",
+            &target,
+            in_part(10, 300.0),
+            Some(true),
+        ),
+        (
+            "failures in the middle: 13 iterations a solve, loads to 1000 N",
+            &target,
+            in_part(13, 1e3),
+            Some(true),
+        ),
+        ("loads to 1e6 N", &target, Settings { upper_bound: 1e6, ..usual }, None),
+        ("a target already met: the rest shape", &at_rest, usual, Some(true)),
+        ("one iteration of the search", &target, Settings { max_iterations: 1, ..usual }, None),
+        ("cost tolerance 0", &target, Settings { cost_tolerance: 0.0, ..usual }, Some(true)),
+    ];
+    cases
+        .into_iter()
+        .map(|(name, t, settings, reachable)| row(7, name, &mesh, t, &settings, reachable))
+        .collect()
+}
+
+fn row(
+    case: u8,
+    variant: &str,
+    mesh: &Mesh<2>,
+    target: &Target,
+    settings: &Settings,
+    reachable: Reachable,
+) -> Result<Row, StudyError> {
+    let clock = Instant::now();
+    let found = inverse::fit(mesh, &Model::default(), target, settings)?;
+    let wall_s = clock.elapsed().as_secs_f64();
+    let finite = found.tensions.iter().chain(&found.lengths).all(|v| v.is_finite());
+    let kept = finite && reachable.is_none_or(|r| r == (found.status == Status::Converged));
+    Ok(of_fit(case, variant.to_owned(), &found, kept, wall_s, note(&found)))
+}
+
+/// The row of a fit.
+pub(super) fn of_fit(case: u8, variant: String, found: &Fit, kept: bool, wall_s: f64, note: String) -> Row {
+    Row {
+        converged: found.status == Status::Converged,
+        kept,
+        iterations: found.evaluations,
+        load_reached: found.replay.solution.load_reached,
+        min_area_ratio: Some(found.replay.min_area_ratio),
+        guarded: found.replay.solution.guarded,
+        wall_s,
+        note,
+        ..Row::new(case, variant, "fit", name_of(&found.status))
+    }
+}
+
+fn note(found: &Fit) -> String {
+    let pulls = found.target.active.iter().map(|&m| format!("{} {:.2}", found.muscles[m], found.tensions[m]));
+    let mut note = format!("{} N; misfit {:.1e}", pulls.collect::<Vec<_>>().join(", "), found.misfit);
+    let failures: usize = found.starts.iter().map(|s| s.failures).sum();
+    if failures > 0 {
+        note += &format!("; {failures} candidates had no equilibrium");
+    }
+    if found.status == Status::TargetNotMet && found.replay.solution.guarded > 0 {
+        note += "; the search began and ended among bodies crushed to the barrier, because starts lie at up to 0.3 of the bound: \
+                 there the misfit hardly changes with the tensions. The answer lies at a few newtons";
+    }
+    note
+}

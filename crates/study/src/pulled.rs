@@ -1,0 +1,76 @@
+//! A body some of whose muscles pull.
+
+use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh};
+use tongue_core::dynamics::{Motion, MotionError, Tensions};
+use tongue_core::system::{Model, System};
+use tongue_infer::inverse::FitError;
+
+use super::StudyError;
+
+/// The tensions published for /a/ (thesis 4.4.1), N per metre of thickness.
+pub const PUBLISHED_A: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)];
+
+/// A system at given tensions.
+#[derive(Debug)]
+pub struct Pulled {
+    /// The system; the muscles that pull contract.
+    pub system: System<2>,
+    /// Tensions of all muscles of the mesh, N per metre of thickness.
+    pub tensions: Vec<f64>,
+    /// Names of all muscles of the mesh.
+    pub muscles: Vec<String>,
+}
+
+/// Numbers of the muscles that pull, and the tensions of all muscles of a mesh, N.
+///
+/// # Errors
+/// [`FitError::MissingMuscle`].
+pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<f64>), FitError> {
+    let mut tensions = vec![0.0; mesh.muscles.len()];
+    let mut numbers = Vec::with_capacity(pull.len());
+    for (name, tension) in pull {
+        let number = mesh.muscles.iter().position(|m| m.name == *name);
+        let number = number.ok_or_else(|| FitError::MissingMuscle { muscle: (*name).to_owned() })?;
+        tensions[number] = *tension;
+        numbers.push(number);
+    }
+    Ok((numbers, tensions))
+}
+
+impl Pulled {
+    /// `mesh` with some of its muscles pulling, N per metre of thickness.
+    ///
+    /// # Errors
+    /// [`StudyError`] for a muscle that the mesh does not have, and where the system cannot be made.
+    pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, StudyError> {
+        let (contracting, tensions) = pulling(mesh, pull)?;
+        Ok(Self { system: System::new(mesh, model, &contracting)?, tensions, muscles: mesh.muscle_names() })
+    }
+
+    /// Its motion from rest, the tensions applied at once.
+    ///
+    /// # Errors
+    /// As [`Motion::new`].
+    pub fn motion(&self) -> Result<Motion<'_, 2>, MotionError> {
+        Motion::new(&self.system, Tensions::Constant(self.tensions.clone()))
+    }
+}
+
+/// The reference tongue at the published spacing.
+///
+/// # Errors
+/// [`StudyError::Body`]; not expected.
+pub fn tongue() -> Result<Mesh<2>, StudyError> {
+    Ok(Body::tongue(DEFAULT_SPACING_M)?.mesh)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tongue_input::measured::thesis::Thesis;
+
+    #[test]
+    fn the_published_tensions_are_those_of_the_table() {
+        assert_eq!(Thesis::reference().unwrap().tensions_a(), PUBLISHED_A);
+    }
+}

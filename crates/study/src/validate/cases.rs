@@ -1,0 +1,82 @@
+//! What is to be predicted: the muscles of a vowel that do not contract, from those that do.
+
+use tongue_core::body::Mesh;
+use tongue_infer::inverse::Matched;
+use tongue_input::measured::{Dataset, Lengths, Target, TargetKind, Vowel};
+
+/// A vowel of a subject against a baseline, in a body.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// The subject.
+    pub subject: String,
+    /// The vowel.
+    pub vowel: Vowel,
+    /// What was measured, and where it is in the body.
+    pub matched: Matched,
+    /// Positions in the target of the muscles that are to be predicted.
+    pub unseen: Vec<usize>,
+}
+
+impl Case {
+    /// The case of a target whose passive muscles are unseen; `None` where the body lacks a muscle that is needed.
+    pub fn new(mesh: &Mesh<2>, target: &Target) -> Option<Self> {
+        let matched = Matched::new(mesh, target).ok()?;
+        let target = &matched.target;
+        let unseen = (0..target.muscles.len()).filter(|m| !target.active.contains(m)).collect();
+        Some(Self { subject: target.subject.clone(), vowel: target.vowel.clone(), unseen, matched })
+    }
+
+    /// What was measured.
+    pub fn target(&self) -> &Target {
+        &self.matched.target
+    }
+
+    /// Measured stretch of a muscle by its name.
+    pub fn stretch_of(&self, muscle: &str) -> Option<f64> {
+        let at = self.target().muscles.iter().position(|m| m == muscle)?;
+        Some(self.target().values[at])
+    }
+
+    /// Mean square error of predicted stretches (of all muscles of the target) over the unseen muscles.
+    pub fn error(&self, predicted: &[f64]) -> f64 {
+        let squares = self.unseen.iter().map(|&m| (predicted[m] - self.target().values[m]).powi(2));
+        squares.sum::<f64>() / self.unseen.len() as f64
+    }
+
+    /// That of predicting no change.
+    pub fn no_change(&self) -> f64 {
+        self.error(&vec![1.0; self.target().muscles.len()])
+    }
+}
+
+/// Every vowel of every subject that has the baseline, in the order of the table, where there is something to predict.
+pub fn cases(data: &Dataset, mesh: &Mesh<2>, baseline: &Vowel) -> Vec<Case> {
+    of_rows(data, mesh, baseline, |lengths| lengths.clone())
+}
+
+/// The same of lengths that something was done to.
+pub fn of_rows(
+    data: &Dataset,
+    mesh: &Mesh<2>,
+    baseline: &Vowel,
+    make: impl Fn(&Lengths) -> Lengths,
+) -> Vec<Case> {
+    let rows = data.rows().iter().map(|row| &row.lengths);
+    let case = |lengths: &Lengths| {
+        let own = data.baseline_vowel(&lengths.subject, baseline).ok()?;
+        let target = Target::from_lengths(&make(lengths), &make(own), TargetKind::Stretch, None).ok()?;
+        Case::new(mesh, &target).filter(|case| !case.unseen.is_empty())
+    };
+    rows.filter_map(case).collect()
+}
+
+/// The subjects of cases, each once, in their order.
+pub fn subjects(cases: &[Case]) -> Vec<&str> {
+    let mut all: Vec<&str> = Vec::new();
+    for case in cases {
+        if !all.contains(&case.subject.as_str()) {
+            all.push(&case.subject);
+        }
+    }
+    all
+}

@@ -1,0 +1,387 @@
+//! How well muscles are predicted that were not fitted, beside opponents that know no mechanics.
+//!
+//! A fit sees the muscles that are shorter than in the baseline; the others are predicted. Each opponent predicts a subject from the
+//! other ones (leave one subject out): whatever it is tuned by is tuned on them, and how strongly to believe them is chosen by
+//! leaving each of them out in turn. The error of a fit is the root mean square over its passive muscles, that of an opponent the
+//! root mean square over fits. Same data and seed, same bits, for any number of threads.
+
+mod by_muscle;
+mod cases;
+mod levers;
+mod page;
+mod posterior;
+mod record;
+mod robustness;
+mod statistics;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use tongue_core::body::Body;
+use tongue_core::material::Constants;
+use tongue_core::parallel;
+use tongue_core::system::Model;
+use tongue_files::report::{ByMuscle, ReportError};
+use tongue_infer::inverse::{FitError, Tone};
+use tongue_infer::posterior::PosteriorError;
+use tongue_input::measured::{Dataset, Vowel};
+
+use cases::{Case, subjects};
+use levers::{Bench, Levers, best_column, errors};
+use statistics::{best_shrunk, bootstraps, constant, correlation, gaussian, middle, root_mean, vowel_means};
+
+pub use page::{files, page};
+pub use posterior::{Evidence, PosteriorStudy, Scored, ScoredBaseline};
+pub use record::{LeftOut, Opponent, OtherBaseline, Permuted, Prediction, Score, Study};
+
+/// Poisson's ratio from which on predictions no longer depend on it.
+const NEARLY_INCOMPRESSIBLE: f64 = 0.499;
+/// Draws of a bootstrap.
+const DRAWS: usize = 2000;
+
+/// What is validated, and how thoroughly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The vowel that others are compared with.
+    pub baseline: Vowel,
+    /// Permutations of the names of muscles.
+    pub permutations: u64,
+    /// Seed of permutations and bootstraps.
+    pub seed: u64,
+    /// Whether the posterior is among the opponents, which takes longer than all others together.
+    pub posterior: bool,
+}
+
+/// Why nothing can be validated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The body or a tone.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// Too few subjects.
+    #[error(
+        "{subjects} subject{} of {origin} {} a row for /{baseline}/ and another vowel with passive muscles; two or more are needed to \
+         predict one from the others (--baseline names another vowel)",
+        if *subjects == 1 { "" } else { "s" },
+        if *subjects == 1 { "has" } else { "have" }
+    )]
+    Subjects {
+        /// How many can be used.
+        subjects: usize,
+        /// The table.
+        origin: String,
+        /// The baseline.
+        baseline: Vowel,
+    },
+    /// The posterior.
+    #[error(transparent)]
+    Posterior(#[from] PosteriorError),
+    /// A picture.
+    #[error("a picture cannot be drawn: {0}")]
+    Picture(String),
+}
+
+impl From<ReportError> for Error {
+    fn from(error: ReportError) -> Self {
+        Self::Picture(error.to_string())
+    }
+}
+
+/// How far a study is.
+pub struct Progress<'a> {
+    done: AtomicUsize,
+    total: usize,
+    tell: &'a (dyn Fn(usize, usize, &str) + Sync),
+}
+
+impl Progress<'_> {
+    fn add(&self, units: usize, what: &str) {
+        let done = self.done.fetch_add(units, Ordering::Relaxed) + units;
+        (self.tell)(done.min(self.total), self.total, what);
+    }
+}
+
+/// An opponent at work: stretches of all muscles of every case, and what was chosen.
+struct Entry {
+    name: &'static str,
+    what: &'static str,
+    tuned_parameters: usize,
+    unknowns_a_fit: usize,
+    predicted: Vec<Vec<f64>>,
+    chosen: Vec<String>,
+}
+
+/// Validates; `tell` is told how many of how many units of work are done, and at what the work is.
+///
+/// # Errors
+/// [`Error`] where it cannot begin.
+pub fn run(
+    data: &Dataset,
+    body: &Body<2>,
+    model: &Model,
+    plan: &Plan,
+    tell: &(dyn Fn(usize, usize, &str) + Sync),
+) -> Result<Study, Error> {
+    let (mesh, baseline) = (&body.mesh, &plan.baseline);
+    let bench = Bench::new(body, model)?;
+    let all = cases::cases(data, mesh, baseline);
+    let names: Vec<String> = subjects(&all).into_iter().map(str::to_owned).collect();
+    if names.len() < 2 {
+        let (subjects, origin) = (names.len(), data.origin().to_owned());
+        return Err(Error::Subjects { subjects, origin, baseline: baseline.clone() });
+    }
+    // In units of about the same work: a case through the grid, a spread tuned in a fold, a permutation, a case judged.
+    let rows = data.rows().len();
+    let total = all.len() * 4 + (names.len() + 1) * 12 + 2 * plan.permutations as usize + rows * 8;
+    let progress = Progress { done: AtomicUsize::new(0), total, tell };
+
+    let mut entries = statistical(&all);
+    let thesis = bench.setup(&Levers::uniform(0.0, false))?;
+    entries.push(Entry {
+        name: "thesis",
+        what: "the thesis's model: the baseline is rest, bones are fixed",
+        tuned_parameters: 0,
+        unknowns_a_fit: 0,
+        predicted: robustness::judged(&bench, &thesis, &all.iter().collect::<Vec<_>>()),
+        chosen: Vec::new(),
+    });
+    let tone = tuned(&bench, &all, &names, Levers::tones(false), &progress)?;
+    entries.push(Entry {
+        name: "tone",
+        what: "one tone in the baseline; bones are fixed",
+        tuned_parameters: 1,
+        unknowns_a_fit: 0,
+        predicted: tone.predicted,
+        chosen: told(&names, &tone.levers),
+    });
+    let hyoid = tuned(&bench, &all, &names, Levers::grid(), &progress)?;
+    entries.push(Entry {
+        name: "tone_hyoid",
+        what: "one tone, and a hyoid that may move",
+        tuned_parameters: 3,
+        unknowns_a_fit: 2,
+        predicted: hyoid.predicted.clone(),
+        chosen: told(&names, &hyoid.levers),
+    });
+    // How nearly incompressible the tissue is, is one lever more.
+    let constants = Constants { poisson_ratio: NEARLY_INCOMPRESSIBLE, ..model.constants };
+    let firm = Bench::new(body, &Model { constants, ..*model })?;
+    let other = tuned(&firm, &all, &names, Levers::grid(), &progress)?;
+    let fold = |case: &Case| names.iter().position(|n| *n == case.subject).unwrap_or(0);
+    if model.constants.poisson_ratio < NEARLY_INCOMPRESSIBLE {
+        let is_firm: Vec<bool> = (0..names.len())
+            .map(|i| {
+                let sum = |tuned: &Tuned| -> f64 {
+                    let training = (0..all.len()).filter(|&row| fold(&all[row]) != i);
+                    training.map(|row| tuned.errors[row][tuned.best[i]]).sum()
+                };
+                sum(&other) < sum(&hyoid)
+            })
+            .collect();
+        let of = |i: usize| if is_firm[i] { &other } else { &hyoid };
+        let nu = |i: usize| if is_firm[i] { NEARLY_INCOMPRESSIBLE } else { model.constants.poisson_ratio };
+        let chosen = |i: usize| format!("{}: ν {}, {}", names[i], nu(i), of(i).levers[i].told());
+        entries.push(Entry {
+            name: "tone_hyoid_nu",
+            what: "the same, with Poisson's ratio chosen too: the body's or 0.499",
+            tuned_parameters: 4,
+            unknowns_a_fit: 2,
+            predicted: (0..all.len()).map(|row| of(fold(&all[row])).predicted[row].clone()).collect(),
+            chosen: (0..names.len()).map(chosen).collect(),
+        });
+        entries.push(Entry {
+            name: "tone_hyoid_nu_0.499",
+            what: "one tone, and a hyoid that may move, in a body of ν 0.499",
+            tuned_parameters: 3,
+            unknowns_a_fit: 2,
+            predicted: other.predicted.clone(),
+            chosen: told(&names, &other.levers),
+        });
+    }
+    let (mut chosen, mut predicted) = (Vec::new(), vec![Vec::new(); all.len()]);
+    for (i, name) in names.iter().enumerate() {
+        let training: Vec<&Case> = all.iter().filter(|c| c.subject != *name).collect();
+        let spread = by_muscle::best_spread(&firm, &training, &other.levers[i])?;
+        let levers = by_muscle::tune(&firm, &training, &other.levers[i], spread)?;
+        chosen.push(format!("{name}: {} (spread {spread})", levers.told()));
+        let rows: Vec<usize> = (0..all.len()).filter(|&row| fold(&all[row]) == i).collect();
+        let setup = firm.setup(&levers)?;
+        let judged = parallel::map(&rows, |&row| firm.judge(&setup, &all[row]));
+        rows.into_iter().zip(judged).for_each(|(row, p)| predicted[row] = p);
+        progress.add(12, "tone by muscle");
+    }
+    entries.push(Entry {
+        name: "tone_by_muscle_hyoid",
+        what: "a tone for each muscle near that one tone, in a body of ν 0.499; how near is chosen by leaving out each of the others",
+        tuned_parameters: bench.setup.muscles.len() + 4,
+        unknowns_a_fit: 2,
+        predicted,
+        chosen,
+    });
+    let leave_one_muscle_out = robustness::left_out(&bench, &all, &progress)?;
+    let other_baselines = robustness::other_baselines(&bench, data, mesh, &progress)?;
+    let permuted_labels =
+        robustness::permuted(&bench, data, mesh, baseline, [plan.permutations, plan.seed], &progress)?;
+    let seeds = [plan.permutations, plan.seed];
+    let posterior = || posterior::study(body, model, data, baseline, seeds, &progress);
+    let posterior = match plan.posterior.then(posterior) {
+        Some(Ok(study)) => Some(study),
+        // Of a continuum there is none.
+        None | Some(Err(Error::Posterior(PosteriorError::Body(_)))) => None,
+        Some(Err(error)) => return Err(error),
+    };
+    let tones = fitted_to_all(&bench, &all, &progress)?;
+    progress.add(total, "done");
+    Ok(Study {
+        data: data.origin().to_owned(),
+        baseline: baseline.clone(),
+        poisson_ratio: model.constants.poisson_ratio,
+        subjects: names,
+        fits: all.len(),
+        seed: plan.seed,
+        predictions: predictions(&all, &entries),
+        opponents: summary(&all, &entries, plan.seed),
+        permuted_labels,
+        other_baselines,
+        leave_one_muscle_out,
+        posterior,
+        tone_by_muscle_n_per_m: ByMuscle(tones),
+    })
+}
+
+fn told(names: &[String], levers: &[Levers]) -> Vec<String> {
+    names.iter().zip(levers).map(|(name, levers)| format!("{name}: {}", levers.told())).collect()
+}
+
+/// What others say of each case without any model.
+fn statistical(all: &[Case]) -> Vec<Entry> {
+    let others = |case: &Case| all.iter().filter(|c| c.subject != case.subject).collect::<Vec<&Case>>();
+    let count = all.iter().map(|c| c.target().muscles.len()).max().unwrap_or(0);
+    let mut vowels: Vec<&Vowel> = all.iter().map(|c| &c.vowel).collect();
+    vowels.sort_unstable();
+    vowels.dedup();
+    let entry = |name, what, tuned_parameters, predict: &dyn Fn(&Case) -> Vec<f64>| Entry {
+        name,
+        what,
+        tuned_parameters,
+        unknowns_a_fit: 0,
+        predicted: all.iter().map(predict).collect(),
+        chosen: Vec::new(),
+    };
+    let flat = |case: &Case| vec![constant(others(case)); case.target().muscles.len()];
+    vec![
+        entry("no_change", "no muscle changes its length", 0, &|c| vec![1.0; c.target().muscles.len()]),
+        entry("constant", "the mean passive stretch of the other subjects", 1, &flat),
+        entry(
+            "vowel_means",
+            "the other subjects' mean of each muscle in the vowel",
+            vowels.len() * count,
+            &|c| vowel_means(&others(c), c),
+        ),
+        entry(
+            "gaussian",
+            "a normal distribution of the other subjects' stretches, given those of the shorter muscles, at least 1; mean and shrinkage chosen inside the fold",
+            count + count * (count + 1) / 2 + 2,
+            &|c| {
+                let others = others(c);
+                let not_shorter = |p: Vec<f64>| p.into_iter().map(|s| f64::max(s, 1.0)).collect::<Vec<f64>>();
+                let how = best_shrunk(&others, |case| vec![case.clone()], not_shorter);
+                gaussian(&others, c, how).map_or_else(|| flat(c), not_shorter)
+            },
+        ),
+    ]
+}
+
+/// What is best for the others, for every subject.
+struct Tuned {
+    /// Mean square errors: a row a case, a column for each levers that were tried.
+    errors: Vec<Vec<f64>>,
+    /// The best column, for each subject.
+    best: Vec<usize>,
+    /// The same as levers.
+    levers: Vec<Levers>,
+    /// What whole fits with them predict of each case.
+    predicted: Vec<Vec<f64>>,
+}
+
+fn tuned(
+    bench: &Bench,
+    all: &[Case],
+    names: &[String],
+    tried: Vec<Levers>,
+    progress: &Progress<'_>,
+) -> Result<Tuned, Error> {
+    let setups = tried.iter().map(|l| bench.setup(l)).collect::<Result<Vec<_>, _>>()?;
+    let errors = errors(bench, all, &setups, || progress.add(1, "tone and priors"));
+    let best: Vec<usize> =
+        names.iter().map(|name| best_column(&errors, |row| all[row].subject != *name)).collect();
+    let fold = |case: &Case| best[names.iter().position(|n| *n == case.subject).unwrap_or(0)];
+    let predicted = parallel::map(all, |case| bench.judge(&setups[fold(case)], case));
+    Ok(Tuned { levers: best.iter().map(|&b| tried[b].clone()).collect(), errors, best, predicted })
+}
+
+/// A tone for each muscle, fitted to all cases near the default, with the priors as they are by default.
+fn fitted_to_all(bench: &Bench, all: &[Case], progress: &Progress<'_>) -> Result<Vec<(String, f64)>, Error> {
+    let training: Vec<&Case> = all.iter().collect();
+    let levers = Levers::uniform(tongue_infer::inverse::TONE, true);
+    let spread = by_muscle::best_spread(bench, &training, &levers)?;
+    let found = by_muscle::tune(bench, &training, &levers, spread)?;
+    progress.add(12, "tone by muscle");
+    Ok(match found.tone {
+        Tone::ByMuscle(all) => all,
+        Tone::Uniform(tone) => bench.setup.muscles.iter().map(|m| (m.clone(), tone)).collect(),
+    })
+}
+
+fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<Opponent> {
+    let errors: Vec<Vec<f64>> = entries
+        .iter()
+        .map(|e| all.iter().zip(&e.predicted).map(|(case, predicted)| case.error(predicted)).collect())
+        .collect();
+    let draws = bootstraps(all.len(), DRAWS, seed);
+    let drawn: Vec<Vec<f64>> = errors
+        .iter()
+        .map(|e| draws.iter().map(|d| root_mean(&d.iter().map(|&i| e[i]).collect::<Vec<_>>())).collect())
+        .collect();
+    let position = |name: &str| entries.iter().position(|e| e.name == name).unwrap_or(0);
+    let (none, constant) = (position("no_change"), position("constant"));
+    let one = |(i, e): (usize, &Entry)| {
+        let [low, high] = middle(drawn[i].clone());
+        let better = drawn[i].iter().zip(&drawn[constant]).filter(|(a, b)| a < b).count();
+        let pairs: Vec<(f64, f64)> = all
+            .iter()
+            .zip(&e.predicted)
+            .flat_map(|(case, p)| case.unseen.iter().map(|&m| (p[m], case.target().values[m])))
+            .collect();
+        Opponent {
+            name: e.name.to_owned(),
+            what: e.what.to_owned(),
+            tuned_parameters: e.tuned_parameters,
+            unknowns_a_fit: e.unknowns_a_fit,
+            rms: root_mean(&errors[i]),
+            low,
+            high,
+            worse_than_no_change: errors[i].iter().zip(&errors[none]).filter(|(a, b)| a > b).count(),
+            better_than_constant: better as f64 / DRAWS as f64,
+            correlation: correlation(&pairs),
+            chosen: e.chosen.clone(),
+        }
+    };
+    entries.iter().enumerate().map(one).collect()
+}
+
+fn predictions(all: &[Case], entries: &[Entry]) -> Vec<Prediction> {
+    let mut out = Vec::new();
+    for (row, case) in all.iter().enumerate() {
+        for &m in &case.unseen {
+            let predicted = entries.iter().map(|e| (e.name.to_owned(), e.predicted[row][m])).collect();
+            out.push(Prediction {
+                subject: case.subject.clone(),
+                vowel: case.vowel.clone(),
+                muscle: case.target().muscles[m].clone(),
+                measured: case.target().values[m],
+                predicted: ByMuscle(predicted),
+            });
+        }
+    }
+    out
+}
