@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use tongue_fit::body::{self, Anatomy, AnyBody, BodyError, ContinuumSettings, Unit};
 use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::simulation;
+use tongue_fit::simulation::Assemble;
 use tongue_fit::system::{self, OutsidePath, TissueModel};
 
 use super::answer::{numbers, points, table};
@@ -53,7 +54,9 @@ impl Body {
     #[pyo3(signature = (path, unit = "m"))]
     fn read(py: Python<'_>, path: PathBuf, unit: &str) -> PyResult<Self> {
         let unit = named("unit", unit, &[("m", Unit::M), ("mm", Unit::Mm)])?;
-        aside(py, move || AnyBody::read(&path, unit).and_then(AnyBody::flat))?.map(Self).map_err(refused)
+        aside(py, move || AnyBody::read(&path, unit).and_then(|body| Ok(body.flat()?)))?
+            .map(Self)
+            .map_err(refused)
     }
 
     /// What it is, in words.
