@@ -1,4 +1,5 @@
-//! Ctrl-C: no half-written file stays behind, and the program ends as a shell expects of one that was interrupted.
+//! Signals: after Ctrl-C no half-written file stays behind, and the program ends as a shell expects of one that was interrupted; a
+//! file that reaches the limit of file sizes is an error with a message.
 
 #[cfg(unix)]
 use std::io::IsTerminal;
@@ -37,6 +38,19 @@ pub fn tidy_up_when_told_to_stop() {
         }
     });
 }
+
+/// From now on a write beyond the limit of file sizes (`ulimit -f`) fails with an error, which is reported like any other. Without it the
+/// signal SIGXFSZ would end the program without a word.
+#[cfg(unix)]
+pub fn report_files_that_become_too_large() {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+    // That the signal has a handler is all that is wanted; the flag is read by nobody.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)));
+}
+
+#[cfg(not(unix))]
+pub fn report_files_that_become_too_large() {}
 
 #[cfg(not(unix))]
 pub fn tidy_up_when_told_to_stop() {}

@@ -96,8 +96,11 @@ fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> 
             }
         }
     }
-    // As the folder lists them is no order.
-    found.values_mut().for_each(|paths| paths.sort());
+    for paths in found.values_mut() {
+        // Folders are listed in no order, and one folder may have been named twice.
+        paths.sort();
+        paths.dedup_by_key(|path| path.canonicalize().unwrap_or_else(|_| path.clone()));
+    }
     Ok(found)
 }
 

@@ -4,6 +4,7 @@ mod accuracy;
 mod adapt;
 mod batch;
 mod body;
+mod clean;
 mod fit;
 mod fit_table;
 mod install;
@@ -175,6 +176,7 @@ pub fn main() -> ExitCode {
     }
     output::begin(cli.global.volume());
     interrupt::tidy_up_when_told_to_stop();
+    interrupt::report_files_that_become_too_large();
     let result = set_threads(cli.global.threads).and_then(|()| match &cli.command {
         None => fit::run(&cli.fit, &cli.global),
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),

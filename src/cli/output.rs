@@ -10,6 +10,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 
+use super::clean::Clean;
+
 /// How much is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Volume {
@@ -55,7 +57,7 @@ pub fn summary(text: &str, files: &[PathBuf]) -> miette::Result<()> {
 /// # Errors
 /// As [`print`].
 pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::Result<()> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = Clean::new(io::BufWriter::new(io::stdout().lock()));
     match write(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result.into_diagnostic().wrap_err("cannot write to stdout"),
@@ -127,5 +129,5 @@ pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
 
 /// If even stderr cannot be written to there is nobody to tell.
 fn line(what: impl Display) {
-    let _ = writeln!(io::stderr().lock(), "{what}");
+    let _ = writeln!(Clean::new(io::stderr().lock()), "{what}");
 }

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use super::cells;
 use super::export::{Export, Provenance};
 
 /// Records as CSV: a column for each field, then `version`, `command` and, where it is known, `tissue`.
@@ -12,7 +13,7 @@ pub struct Rows<'a, T>(pub &'a [T]);
 
 impl<T: Serialize> Export for Rows<'_, T> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let mut writer = ::csv::Writer::from_writer(out);
+        let mut writer = cells::writer(out);
         self.0.iter().try_for_each(|row| writer.serialize((row, by)))?;
         writer.flush()
     }
@@ -31,7 +32,7 @@ pub struct Table {
 impl Export for Table {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
-        let mut writer = ::csv::Writer::from_writer(out);
+        let mut writer = cells::writer(out);
         writer.write_record(self.columns.iter().map(String::as_str).chain(names))?;
         for row in &self.rows {
             writer.write_record(row.iter().chain(&values))?;

@@ -33,7 +33,7 @@ pub enum ReportError {
         source: io::Error,
     },
     /// A journal that cannot be gone on with or read.
-    #[error("cannot use the journal \"{}\": {source}", path.display())]
+    #[error("cannot use the journal \"{}\": {source}{}", path.display(), remedy_of_journal(source))]
     Journal {
         /// Its file.
         path: PathBuf,
@@ -132,11 +132,26 @@ pub enum ReportError {
     },
 }
 
+/// What helps where a journal cannot grow; its other refusals say it themselves.
+fn remedy_of_journal(refusal: &io::Error) -> String {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    match refusal.kind() {
+        StorageFull | QuotaExceeded | FileTooLarge => {
+            format!(
+                "; {}. The fits that it has are kept: the same command goes on after them",
+                remedy(refusal)
+            )
+        }
+        _ => String::new(),
+    }
+}
+
 /// What helps against a refusal of the operating system.
 fn remedy(refusal: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
     match refusal.kind() {
-        StorageFull | QuotaExceeded | FileTooLarge => "free some space or choose another folder",
+        StorageFull | QuotaExceeded => "free some space or choose another folder",
+        FileTooLarge => "raise the limit of file sizes (ulimit -f) or choose another folder",
         PermissionDenied | ReadOnlyFilesystem => "choose another folder, or make this one writable",
         // EMFILE and ENFILE, which have no kind of their own.
         _ if matches!(refusal.raw_os_error(), Some(23 | 24)) => {

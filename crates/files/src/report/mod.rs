@@ -6,6 +6,7 @@
 #[cfg(feature = "files")]
 pub mod batch;
 mod by_muscle;
+mod cells;
 mod csv;
 mod draws;
 mod error;

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::Provenance;
 use super::record::{AssessedRecord, IntervalsRecord};
 use crate::report::ByMuscle;
+use crate::report::cells::{self, AsText};
 use tongue_infer::inverse::Tone;
 use tongue_infer::inverse::batch::{BaselineRow, Refusal};
 use tongue_infer::inverse::uncertainty::Interval;
@@ -60,7 +61,7 @@ struct MuscleRow<'a> {
 pub fn muscle_lines(r: &AssessedRecord, p: &Provenance, with_header: bool) -> csv::Result<String> {
     let f = &r.fit;
     let reference_mm = f.lengths_mm.of(&f.reference).copied().unwrap_or(f64::NAN);
-    let mut writer = csv::WriterBuilder::new().has_headers(with_header).from_writer(Vec::new());
+    let mut writer = csv::WriterBuilder::new().has_headers(with_header).from_writer(AsText::new(Vec::new()));
     for (i, (muscle, tension)) in f.tensions_n.0.iter().enumerate() {
         let of = |values: &ByMuscle<f64>| values.of(muscle).copied();
         let (target_ratio, target_stretch) = (of(&f.target_ratios), of(&f.target_stretches));
@@ -153,7 +154,7 @@ struct PosteriorRow<'a> {
 pub fn posterior_lines(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
     let Some(posterior) = &r.fit.posterior else { return Ok(String::new()) };
     let summary = posterior.summary.as_ref();
-    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut writer = cells::writer(Vec::new());
     for (muscle, shrinkage) in &posterior.shrinkage.0 {
         let change = summary.and_then(|s| s.changes_n.of(muscle));
         let tension = summary.and_then(|s| s.tensions_n.of(muscle));
@@ -360,7 +361,7 @@ fn shortest(value: f64) -> String {
 }
 
 fn line(fields: impl IntoIterator<Item = String>) -> csv::Result<String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut writer = cells::writer(Vec::new());
     writer.write_record(fields.into_iter().collect::<Vec<_>>())?;
     finish(writer)
 }
@@ -370,7 +371,7 @@ pub(super) fn name(value: &impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-fn finish(writer: csv::Writer<Vec<u8>>) -> csv::Result<String> {
-    let bytes = writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
-    String::from_utf8(bytes).map_err(|e| std::io::Error::other(e).into())
+fn finish(writer: csv::Writer<AsText<Vec<u8>>>) -> csv::Result<String> {
+    let cells = writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
+    String::from_utf8(cells.into_inner()).map_err(|e| std::io::Error::other(e).into())
 }

@@ -1,0 +1,91 @@
+//! What is printed holds no commands to the terminal: names in tables and recordings are other people's.
+
+use std::io::{self, Write};
+
+/// Passes UTF-8 on, with `\u001b` in place of a control character. Line ends and tabs are kept. The escapes are those of JSON, so that JSON
+/// stays what it was.
+#[derive(Debug)]
+pub struct Clean<W: Write> {
+    out: W,
+    /// The first bytes of a character whose other bytes are still to come.
+    begun: Vec<u8>,
+}
+
+impl<W: Write> Clean<W> {
+    /// Passes on to `out`.
+    pub fn new(out: W) -> Self {
+        Self { out, begun: Vec::new() }
+    }
+}
+
+impl<W: Write> Write for Clean<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut all = std::mem::take(&mut self.begun);
+        all.extend_from_slice(bytes);
+        let mut passed = Vec::with_capacity(all.len());
+        for part in all.utf8_chunks() {
+            for character in part.valid().chars() {
+                if is_command(character) {
+                    passed.extend(format!("\\u{:04x}", u32::from(character)).into_bytes());
+                } else {
+                    passed.extend(character.encode_utf8(&mut [0; 4]).as_bytes());
+                }
+            }
+            self.begun = part.invalid().to_vec();
+            // What more bytes cannot complete is passed on as it is.
+            if !is_incomplete(&self.begun) {
+                passed.append(&mut self.begun);
+            }
+        }
+        self.out.write_all(&passed)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// Whether a terminal would act on the character: control characters (ESC, and those of C1, which some terminals take for ESC and a
+/// letter), and those that reverse the direction of the text behind them.
+fn is_command(character: char) -> bool {
+    (character.is_control() && !matches!(character, '\n' | '\t'))
+        || matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Whether further bytes could make a character of these.
+fn is_incomplete(bytes: &[u8]) -> bool {
+    std::str::from_utf8(bytes).is_err_and(|e| e.error_len().is_none())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clean(text: &str, cut: usize) -> String {
+        let mut out = Vec::new();
+        let mut writer = Clean::new(&mut out);
+        text.as_bytes().chunks(cut).for_each(|part| writer.write_all(part).unwrap());
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn commands_to_the_terminal_are_shown_and_not_obeyed() {
+        let name = "\u{1b}]0;title\u{7}\u{9b}2J\r\u{202e}x\u{7f}";
+        for cut in 1..=4 {
+            let text = clean(name, cut);
+            assert_eq!(text, r"\u001b]0;title\u0007\u009b2J\u000d\u202ex\u007f");
+        }
+    }
+
+    #[test]
+    fn everything_else_is_as_it_was_and_json_says_the_same() {
+        let text = "| ɯ†  –\t|\n\u{1f445}";
+        for cut in 1..=4 {
+            assert_eq!(clean(text, cut), text);
+        }
+        let json = serde_json::to_string("\u{1b}[2J \u{9b} \u{7f}").unwrap();
+        let printed: String = serde_json::from_str(&clean(&json, 3)).unwrap();
+        assert_eq!(printed, "\u{1b}[2J \u{9b} \u{7f}");
+    }
+}

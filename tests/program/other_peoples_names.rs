@@ -1,0 +1,96 @@
+//! Names in tables and recordings are other people's: no terminal and no spreadsheet is told by them what to do. And limits of the
+//! system end a run with a message.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use assert_cmd::cargo::cargo_bin;
+
+/// Exit status, and all that is printed.
+fn run(folder: &Path, line: &str) -> (Option<i32>, String) {
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("{line} 2>&1")]).current_dir(folder);
+    let output = command.env("TONGUE_FIT", cargo_bin("tongue-fit")).output().unwrap();
+    (output.status.code(), String::from_utf8(output.stdout).unwrap())
+}
+
+/// A recording of three coils by this name.
+fn record(folder: &Path, name: &str) {
+    let coils = format!(
+        "recording,time_s,point,x_mm,y_mm\n{name},0,T1,-5.6,37.5\n{name},0,T2,9.4,46.0\n{name},0,T3,28.2,50.6\n"
+    );
+    let map = "back = \"x\"\nup = \"y\"\nnoise_mm = 0.5\n[points]\n\
+               T1 = { surface_mm = 9.0 }\nT2 = { surface_mm = 26.0 }\nT3 = { surface_mm = 47.0 }\n";
+    fs::write(folder.join("coils.csv"), coils).unwrap();
+    fs::write(folder.join("coils.toml"), map).unwrap();
+}
+
+const TRACK: &str = "\"$TONGUE_FIT\" track coils.csv --map coils.toml --as-is --frames 0 --out track";
+
+#[test]
+fn escapes_in_names_are_shown_and_not_obeyed() {
+    let folder = tempfile::tempdir().unwrap();
+    record(folder.path(), "o\u{1b}]0;title\u{7}ne");
+    let (status, printed) = run(folder.path(), TRACK);
+    assert_eq!(status, Some(0), "{printed}");
+    assert!(printed.contains("o\\u001b]0;title\\u0007ne: the hyoid was never seen"), "{printed}");
+    // JSON holds the name itself.
+    let (_, printed) = run(folder.path(), &format!("{TRACK} --json 2>/dev/null | cat"));
+    assert!(!printed.contains(['\u{1b}', '\u{7}']), "{printed}");
+    let record: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    assert!(record.to_string().contains("o\\u001b]0;title\\u0007ne"));
+    // The name of a file in a message.
+    let (status, printed) =
+        run(folder.path(), "\"$TONGUE_FIT\" --vowel a --lengths \"$(printf 'a\\033[31mb')\"");
+    assert_eq!(
+        (status, printed.contains('\u{1b}'), printed.contains("a\\u001b[31mb")),
+        (Some(1), false, true)
+    );
+}
+
+#[test]
+fn names_that_a_spreadsheet_would_run_are_text() {
+    let folder = tempfile::tempdir().unwrap();
+    record(folder.path(), "=cmd|x");
+    let (status, printed) = run(folder.path(), TRACK);
+    assert_eq!(status, Some(0), "{printed}");
+    let lengths = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\n@SUM(1),u,46,25,36\n@SUM(1),a,38,21,33\n";
+    fs::write(folder.path().join("my.csv"), lengths).unwrap();
+    let (status, printed) =
+        run(folder.path(), "\"$TONGUE_FIT\" batch --lengths my.csv --draws 0 --subsets 0 --out batch");
+    assert!(matches!(status, Some(0 | 3)), "{printed}");
+    let mut seen = 0;
+    for file in ["track/track.csv", "batch/fits.csv", "batch/muscles.csv"] {
+        let text = fs::read_to_string(folder.path().join(file)).unwrap();
+        for line in text.lines().skip(1) {
+            assert!(line.starts_with("'=cmd|x,") || line.starts_with("'@SUM(1),"), "{file}: {line}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 10, "{seen}");
+}
+
+#[test]
+fn a_file_that_reaches_the_limit_of_file_sizes_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (status, printed) = run(folder.path(), "ulimit -f 4; \"$TONGUE_FIT\" --vowel a --out fit");
+    assert_eq!((status, printed.contains("raise the limit of file sizes")), (Some(1), true), "{printed}");
+    assert_eq!(fs::read_dir(folder.path().join("fit")).unwrap().count(), 0, "nothing half-written");
+    let batch = "\"$TONGUE_FIT\" batch --subjects S2 --draws 0 --subsets 0 --out batch";
+    let (status, printed) = run(folder.path(), &format!("ulimit -f 64; {batch}"));
+    assert_eq!((status, printed.contains("the same command goes on")), (Some(1), true), "{printed}");
+    let (status, printed) = run(folder.path(), batch);
+    assert!(matches!(status, Some(0 | 3)) && printed.contains("going on after"), "{printed}");
+}
+
+#[test]
+fn a_folder_of_shards_may_be_named_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    let shard =
+        "\"$TONGUE_FIT\" batch --subjects S2 --vowels a,u --draws 0 --subsets 0 --shard 1/1 --out shards";
+    assert_eq!(run(folder.path(), shard).0, Some(0));
+    let (status, printed) = run(folder.path(), "\"$TONGUE_FIT\" merge shards ./shards shards --out batch");
+    assert!(matches!(status, Some(0 | 3)) && printed.contains("batch.json"), "{printed}");
+}
