@@ -13,7 +13,7 @@ use std::process::Command;
 use assert_cmd::cargo::cargo_bin;
 
 /// Commands that would install something or need another tool; every other must be tongue-fit.
-const NOT_RUN: [&str; 2] = ["cargo ", "man "];
+const NOT_RUN: [&str; 3] = ["cargo ", "man ", ".ci/"];
 
 struct Block<'a> {
     /// What follows the backquotes.
@@ -123,6 +123,7 @@ fn pages() -> Vec<PathBuf> {
         fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path()).collect();
     pages.sort();
     pages.push(root().join("README.md"));
+    pages.push(root().join("CONTRIBUTING.md"));
     pages
 }
 
@@ -184,6 +185,18 @@ fn every_file_and_heading_that_the_pages_link_to_exists() {
             }
         }
     }
+}
+
+#[test]
+fn every_path_that_contributors_are_sent_to_exists() {
+    let text = fs::read_to_string(root().join("CONTRIBUTING.md")).unwrap();
+    let prose: String = text.split("```").step_by(2).collect();
+    let mut seen = 0;
+    for path in prose.split('`').skip(1).step_by(2).filter(|c| c.contains('/') && !c.contains(' ')) {
+        assert!(root().join(path).exists(), "{path}");
+        seen += 1;
+    }
+    assert!(seen >= 30, "{seen}");
 }
 
 /// A manual page is written for every command, which makes these pages the program's own list of its commands.
