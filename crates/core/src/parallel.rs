@@ -1,7 +1,7 @@
-//! Work on many items at once: on the threads of rayon's pool where the feature `parallel` is on, one after the other where it is
-//! not. The results and their order are the same.
+//! Work on many items at once: on the threads of rayon's pool where the feature `parallel` is on, one after
+//! the other where it is not. The results and their order are the same.
 
-/// What `work` makes of every item, in the order of the items.
+/// Calls `work` with every item; returns its results in the order of the items.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     #[cfg(feature = "parallel")]
     {
@@ -12,7 +12,7 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
     items.iter().map(work).collect()
 }
 
-/// The same where the work changes the items; it is given the number of each, too.
+/// As [`map`], for work that changes the items. It gets the number of each item too.
 pub(crate) fn map_mut<T: Send, R: Send>(items: &mut [T], work: impl Fn(usize, &mut T) -> R + Sync) -> Vec<R> {
     #[cfg(feature = "parallel")]
     {
@@ -23,10 +23,11 @@ pub(crate) fn map_mut<T: Send, R: Send>(items: &mut [T], work: impl Fn(usize, &m
     items.iter_mut().enumerate().map(|(number, item)| work(number, item)).collect()
 }
 
-/// Does `work` with this number of threads for [`map`]; with one where the feature `parallel` is off.
+/// Runs `work` with this number of threads for [`map`]. Where the feature `parallel` is off there is one
+/// thread.
 ///
 /// # Errors
-/// The message of the operating system where it starts no more threads.
+/// The message of the operating system if it cannot start the threads.
 pub fn with_threads<R: Send>(count: usize, work: impl FnOnce() -> R + Send) -> Result<R, String> {
     #[cfg(feature = "parallel")]
     {

@@ -1,4 +1,4 @@
-//! Normal random numbers, and seeds that have nothing in common.
+//! Normal random numbers, and independent seeds.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ pub fn normals(count: usize, random: &mut fastrand::Rng) -> DVector<f64> {
     DVector::from_fn(count, |_, _| normal(random))
 }
 
-/// A way to mix the seed with a number so that neighbours have nothing in common (splitmix64).
+/// Mixes the seed with a number so that the seeds of neighbouring numbers are independent (splitmix64).
 pub fn seed_of(seed: u64, number: usize) -> u64 {
     let mut z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number as u64 + 1));
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

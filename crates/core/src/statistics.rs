@@ -1,6 +1,6 @@
-//! Figures of lists of numbers.
+//! Statistics of lists of numbers.
 
-/// The middle value, of two middle ones the larger; `None` of nothing.
+/// The middle value; the larger one of two middle values. `None` of an empty list.
 pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut all: Vec<f64> = values.into_iter().collect();
     all.sort_by(f64::total_cmp);

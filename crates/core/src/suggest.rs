@@ -14,7 +14,7 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, c)| c)
 }
 
-/// The tail of an error message: `; did you mean "GGa"?` where a name is near, and the names that exist.
+/// The end of an error message: `; did you mean "GGa"?` if a name is near, and the names that exist.
 pub fn hint<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str> + Clone) -> String {
     let known = candidates.clone().into_iter().collect::<Vec<_>>().join(", ");
     match nearest(name, candidates) {

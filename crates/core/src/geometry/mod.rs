@@ -1,4 +1,5 @@
-//! Shapes without anatomy: simplices and who shares what of them, straight lines and closed curves in the plane.
+//! Geometry without anatomy: simplices and their shared edges and faces, straight lines and closed curves in
+//! the plane.
 
 mod natural_spline;
 pub(crate) mod plane;

@@ -2,19 +2,19 @@
 
 use super::plane::{self, Point};
 
-/// A natural cubic spline through points with their distances as its parameter (de Boor 1978, chapter IV): its second derivative is
-/// zero at both ends.
+/// A natural cubic spline through points with their distances as its parameter (de Boor 1978, chapter IV):
+/// its second derivative is zero at both ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NaturalSpline {
     /// A fine polygon.
     samples: Vec<Point>,
 }
 
-/// Straight pieces by which a span is measured.
+/// Number of straight pieces with which the length of a span is measured.
 const PIECES: usize = 16;
 
 impl NaturalSpline {
-    /// Through at least two points, neighbours apart. `None` where there is no such curve.
+    /// The curve through at least two points. `None` if there are fewer, or if neighbours coincide.
     pub fn through(points: &[Point]) -> Option<Self> {
         let n = points.len();
         let lengths: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
@@ -47,7 +47,7 @@ impl NaturalSpline {
         Some(Self { samples })
     }
 
-    /// The curve with straight ends of this length, along its tangents: it has no bend there.
+    /// The curve, extended at both ends by straight pieces of this length along its tangents.
     #[must_use]
     pub fn extended(mut self, length: f64) -> Self {
         let n = self.samples.len();
@@ -82,7 +82,7 @@ mod tests {
         };
         let worst = |n: usize| {
             let curve = NaturalSpline::through(&arc(n)).unwrap();
-            // Away from the ends, whose bend is not the arc's.
+            // The ends are left out: the spline does not bend there, the arc does.
             let inner = |p: &&Point| (0.8..2.2).contains(&p.y.atan2(p.x));
             curve.polygon().iter().filter(inner).map(|p| (p.norm() - 1.0).abs()).fold(0.0, f64::max)
         };

@@ -1,16 +1,18 @@
 //! Quadratic simplices with straight sides: a node at each corner and one in the middle of each edge.
 //!
-//! Corners come first, then the middles of `EDGES`: the order of VTK. In barycentric coordinates `l` the shape functions are
-//! `l_i (2 l_i - 1)` and `4 l_i l_j` (Zienkiewicz and Taylor, The Finite Element Method, 6th ed., vol. 1, 4.7 and 4.9).
+//! Corners come first, then the middles of `EDGES`: the order of VTK. In barycentric coordinates `l` the
+//! shape functions are `l_i (2 l_i - 1)` and `4 l_i l_j` (Zienkiewicz and Taylor, The Finite Element Method,
+//! 6th ed., vol. 1, 4.7 and 4.9).
 
 use nalgebra::SVector;
 
 use super::simplex::{Corners, MAX_CORNERS};
 
-/// Most nodes that a quadratic simplex can have (a tetrahedron's ten); a triangle uses the first six of such an array.
+/// Largest number of nodes of a quadratic simplex: the ten of a tetrahedron. A triangle uses the first six
+/// of such an array.
 pub const MAX_NODES: usize = 10;
 
-/// The corners between which node `corners + n` lies.
+/// Edge `n` joins these two corners; node `corners + n` lies in its middle.
 const EDGES: [[[usize; 2]; 6]; 2] =
     [[[0, 1], [1, 2], [2, 0], [0, 0], [0, 0], [0, 0]], [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]];
 
@@ -29,7 +31,8 @@ const PARTS: [&[&[usize]]; 2] = [
     ],
 ];
 
-/// Interior points at which quadratic polynomials are integrated exactly, each with the same weight (Hammer and Stroud 1956).
+/// Interior points at which quadratic polynomials are integrated exactly, each with the same weight (Hammer
+/// and Stroud 1956).
 const POINTS: [&[[f64; MAX_CORNERS]]; 2] = {
     const P: f64 = 1.0 / 6.0;
     const Q: f64 = 2.0 / 3.0;
@@ -87,7 +90,8 @@ pub fn values<const D: usize>(at: &[f64; MAX_CORNERS]) -> [f64; MAX_NODES] {
     out
 }
 
-/// Gradients of the shape functions at barycentric coordinates, 1/m, from those of the coordinates themselves.
+/// Gradients of the shape functions at barycentric coordinates, 1/m, from those of the coordinates
+/// themselves.
 pub fn gradients<const D: usize>(
     at: &[f64; MAX_CORNERS],
     of_coordinates: &Corners<D>,
@@ -127,7 +131,7 @@ mod tests {
         let x = corners::<D>();
         let nodes = all_nodes(&x);
         assert_eq!(nodes.len(), super::nodes::<D>());
-        // A quadratic field is met everywhere, with its gradient.
+        // Shape functions reproduce a quadratic field and its gradient everywhere.
         let field = |p: &SVector<f64, D>| 1.0 + 2.0 * p[0] - p[1] + 3.0 * p[0] * p[1] - p[1] * p[1];
         let slope = |p: &SVector<f64, D>| {
             let mut g = SVector::<f64, D>::zeros();

@@ -1,4 +1,4 @@
-//! Similarities of the plane: turned, scaled and shifted.
+//! Similarities of the plane: a rotation, a scale and a shift.
 
 use super::plane::Point;
 
@@ -10,7 +10,7 @@ pub struct Similarity {
 }
 
 impl Similarity {
-    /// The one that changes nothing.
+    /// The identity.
     pub const IDENTITY: Self = Self { turn: [1.0, 0.0], shift: Point::new(0.0, 0.0) };
 
     /// Turns by an angle (rad, from x towards y) and scales about the origin, then shifts (m).
@@ -18,14 +18,15 @@ impl Similarity {
         Self { turn: [scale * angle.cos(), scale * angle.sin()], shift }
     }
 
-    /// Where the point comes from that [`place`](Self::place) brings to `p`.
+    /// The point that [`place`](Self::place) carries to `p`.
     pub fn back(&self, p: Point) -> Point {
         let ([c, s], q) = (self.turn, p - self.shift);
         Point::new(c * q.x + s * q.y, c * q.y - s * q.x) / (c * c + s * s)
     }
 
-    /// The one that brings `from` nearest to `to` in the mean square (Umeyama 1991; in the plane a quotient of complex numbers).
-    /// Points that already agree to 1 nm give the identity to the bit. `None` for fewer than two points or points that coincide.
+    /// The similarity that brings `from` nearest to `to` by least squares (Umeyama 1991; in the plane a
+    /// quotient of complex numbers). Points that already agree to 1 nm give the identity to the bit. `None`
+    /// for fewer than two points or points that coincide.
     pub fn between(from: &[Point], to: &[Point]) -> Option<Self> {
         if from.len() != to.len() || from.len() < 2 {
             return None;
@@ -61,17 +62,17 @@ impl Similarity {
         Some(Self { shift: mean(to) - turned.place(mean(from)), ..turned })
     }
 
-    /// By what lengths are multiplied.
+    /// The scale: lengths are multiplied by it.
     pub fn scale(&self) -> f64 {
         self.turn[0].hypot(self.turn[1])
     }
 
-    /// By what it turns, from x towards y, rad.
+    /// The angle of the rotation, from x towards y, rad.
     pub fn angle(&self) -> f64 {
         self.turn[1].atan2(self.turn[0])
     }
 
-    /// Where a point comes to lie.
+    /// The place that a point is carried to.
     pub fn place(&self, p: Point) -> Point {
         if *self == Self::IDENTITY {
             return p;
@@ -80,7 +81,7 @@ impl Similarity {
         Point::new(c * p.x - s * p.y, s * p.x + c * p.y) + self.shift
     }
 
-    /// What a displacement becomes.
+    /// A displacement, turned and scaled.
     pub fn turned(&self, d: Point) -> Point {
         self.place(d) - self.place(Point::zeros())
     }

@@ -1,11 +1,13 @@
 //! Signed area of a triangle and signed volume of a tetrahedron, with first and second derivatives.
 //!
-//! The thesis puts absolute values around the components of the gradient (eqs. 3.22, 3.34); taken literally, the
-//! force always pushes towards +x, +y. Here everything is signed: the measure of an inverted cell is negative.
+//! The thesis puts absolute values around the components of the gradient (eqs. 3.22, 3.34); taken literally,
+//! the force always pushes towards +x, +y. Here everything is signed: the measure of an inverted cell is
+//! negative.
 
 use nalgebra::{SMatrix, SVector};
 
-/// Most corners a cell can have (a tetrahedron's four); a triangle uses the first three of such an array.
+/// Largest number of corners of a cell: the four of a tetrahedron. A triangle uses the first three of such
+/// an array.
 pub const MAX_CORNERS: usize = 4;
 
 /// Positions of the `D + 1` corners of a cell, m; entries beyond are zero.
@@ -52,7 +54,8 @@ pub fn gradient<const D: usize>(x: &Corners<D>) -> Corners<D> {
     g
 }
 
-/// Second derivative of [`measure`] with respect to corners `a` (rows) and `b` (columns), dimensionless (2D) or m (3D).
+/// Second derivative of [`measure`] with respect to corners `a` (rows) and `b` (columns), dimensionless (2D)
+/// or m (3D).
 #[inline]
 pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f64, D, D> {
     let mut h = SMatrix::zeros();
@@ -65,8 +68,8 @@ pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f6
         h[(1, 0)] = -sign;
         return h;
     }
-    // For corners a, b the block is the cross-product matrix of the edge between the other two corners, c -> d,
-    // against the sign of the permutation (a, b, c, d).
+    // For corners a, b the block is the cross-product matrix of the edge between the other two corners, c ->
+    // d, against the sign of the permutation (a, b, c, d).
     let [c, d] = others(a, b);
     let sign = if permutation_is_even([a, b, c, d]) { -1.0 } else { 1.0 };
     let e = (x[d] - x[c]) * (sign / 6.0);
@@ -79,12 +82,13 @@ pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f6
     h
 }
 
-/// Largest `t <= 1` found such that the measure stays above `floor` along the whole straight way `x + s p`, `0 <= s <= t`.
+/// Largest `t <= 1` found such that the measure stays above `floor` along the whole straight way `x + s p`,
+/// `0 <= s <= t`.
 ///
-/// The measure along a straight way is a polynomial of degree `D`. Its Bernstein coefficients bound it from below, so the
-/// answer is safe; it is sharpened by halving, to within about a hundredth of the way.
+/// The measure along a straight way is a polynomial of degree `D`. Its Bernstein coefficients bound it from
+/// below, so the answer is safe; it is sharpened by halving, to within about a hundredth of the way.
 ///
-/// Inlined, since it is half of what a solve spends on its step limits.
+/// Inlined, because it takes half of the time that a solve spends on its step limits.
 #[inline(always)]
 pub fn way_above<const D: usize>(x: &Corners<D>, p: &Corners<D>, floor: f64) -> f64 {
     let at = |t: f64| {
@@ -130,8 +134,9 @@ pub fn way_above<const D: usize>(x: &Corners<D>, p: &Corners<D>, floor: f64) -> 
     safe
 }
 
-/// The part of the straight line from `a` to `b` that lies in the cell, or outside it by no more than `slack` in barycentric coordinates,
-/// as fractions of the way; `None` where it passes by. Without slack rounding takes a line along a face for one outside.
+/// The part of the straight line from `a` to `b` that lies in the cell, or outside it by no more than
+/// `slack` in barycentric coordinates, as fractions of the way; `None` if it misses the cell. Without slack,
+/// rounding would put a line along a face outside.
 pub fn part_inside<const D: usize>(
     x: &Corners<D>,
     a: &SVector<f64, D>,
@@ -250,12 +255,14 @@ mod tests {
     #[test]
     fn a_step_stops_before_the_cell_turns_over_even_if_it_would_turn_back() {
         let x = some_corners::<2>();
-        // Corner C goes through the opposite edge: inverted from about half the way.
+        // Corner C goes through the opposite edge, so that the triangle is inverted from about half the way
+        // on.
         let mut p = [SVector::zeros(); MAX_CORNERS];
         p[2][1] = -2.0 * x[2][1];
         let t = way_above(&x, &p, 0.0);
         assert!(t > 0.3 && t < 0.6, "{t}");
-        // Turning by half a turn along straight ways: the area is positive at both ends and negative or zero between.
+        // Each corner goes straight to where half a turn would bring it: the area is positive at both ends,
+        // negative or zero between.
         let mut spin = [SVector::zeros(); MAX_CORNERS];
         let centre = (x[0] + x[1] + x[2]) / 3.0;
         for a in 0..3 {

@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::plane::{self, Point};
 
-/// Straight pieces by which a span of the curve is measured. At 8 mm a span and a radius of 3 mm the curve then
-/// leaves its pieces by 3 µm.
+/// Number of straight pieces with which a span of the curve is measured. With spans of 8 mm and a radius of
+/// 3 mm the curve is then at most 3 µm away from its pieces.
 const PIECES: usize = 32;
 
 /// A closed cubic spline through given points, twice continuously differentiable, with the distance between
@@ -22,8 +22,8 @@ pub struct ClosedSpline {
 }
 
 impl ClosedSpline {
-    /// The curve through `points` (m; at least three, consecutive ones apart), counter-clockwise whichever way they
-    /// were given. `None` where no such curve exists.
+    /// The curve through `points` (m; at least three, consecutive ones apart), counter-clockwise whichever
+    /// way they were given. `None` where no such curve exists.
     pub fn through(mut points: Vec<Point>) -> Option<Self> {
         if plane::polygon_area(&points) < 0.0 {
             points.get_mut(1..)?.reverse();
@@ -55,7 +55,8 @@ impl ClosedSpline {
         &self.samples
     }
 
-    /// The area inside, m²: half the integral of x dy - y dx, which Gauss's rule with three points a span gives exactly.
+    /// The area inside, m²: half the integral of x dy - y dx, which Gauss's rule with three points a span
+    /// gives exactly.
     pub fn area(&self) -> f64 {
         let reach = (0.6_f64).sqrt() / 2.0;
         let rule = [(0.5 - reach, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + reach, 5.0 / 18.0)];
@@ -67,7 +68,8 @@ impl ClosedSpline {
             .sum()
     }
 
-    /// The point `distance` (m) along the curve from its first point; the curve is closed, so any distance is on it.
+    /// The point `distance` (m) along the curve from its first point; the curve is closed, so any distance
+    /// is on it.
     pub fn at(&self, distance: f64) -> Point {
         let distance = distance.rem_euclid(self.perimeter);
         let i = self.distances.partition_point(|d| *d <= distance).saturating_sub(1);

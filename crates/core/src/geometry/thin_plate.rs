@@ -1,10 +1,11 @@
-//! Thin-plate splines: the smoothest way to carry the plane so that some points come to given places (Bookstein 1989).
+//! Thin-plate splines: the smoothest deformation of the plane that brings some points to given places
+//! (Bookstein 1989).
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::plane::Point;
 
-/// Control points, and what carries the plane with them. Linear in their displacements.
+/// A deformation of the plane by control points, linear in their displacements.
 #[derive(Debug, Clone)]
 pub struct ThinPlate {
     controls: Vec<Point>,
@@ -13,7 +14,7 @@ pub struct ThinPlate {
 }
 
 impl ThinPlate {
-    /// With these control points, m. `None` where two coincide or all lie in one line.
+    /// The deformation by these control points, m. `None` if two coincide or all lie on one line.
     pub fn new(controls: &[Point]) -> Option<Self> {
         let n = controls.len();
         let unit = super::extent(controls).max(f64::MIN_POSITIVE);
@@ -33,7 +34,8 @@ impl ThinPlate {
         (n >= 3 && least > 1e-10 * scale).then(|| Self { controls: controls.to_vec(), unit, factors })
     }
 
-    /// The weights with which the displacements of the control points carry a point: exactly one and zeros at a control point.
+    /// The weights of the control points' displacements in that of a point. At a control point one weight is
+    /// exactly 1, the others 0.
     pub fn weights(&self, p: Point) -> Vec<f64> {
         let n = self.controls.len();
         let mut row = DVector::zeros(n + 3);

@@ -1,14 +1,14 @@
-//! Who shares what in a mesh: edges, faces and outlines of cells that are lists of node numbers.
+//! Topology of a mesh: shared edges and faces, and outlines, of cells that are lists of node numbers.
 
 use std::collections::BTreeMap;
 
-/// Two nodes as a pair, the lower number first: one name for both directions.
+/// An edge as a pair of nodes with the lower number first, so that both directions have one name.
 pub fn pair(a: usize, b: usize) -> [usize; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Every edge of the cells, ascending, with the number of cells that share it. The cells are simplices: every corner is joined to
-/// every other.
+/// Every edge of the cells, ascending, with the number of cells that share it. The cells are simplices:
+/// every corner is joined to every other.
 pub fn edges<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<[usize; 2], usize> {
     let mut edges = BTreeMap::new();
     for cell in cells {
@@ -34,11 +34,11 @@ pub fn surface<'a>(cells: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usize>> 
     faces.into_iter().filter(|(_, cells)| *cells == 1).map(|(face, _)| face).collect()
 }
 
-/// The outlines of counter-clockwise triangles as closed loops of nodes, with the tissue to the left: outer ones run
-/// counter-clockwise, holes clockwise. Each begins at its lowest node, and the loops come in ascending order of it. The last node is
-/// joined to the first, which is not repeated.
+/// The outlines of counter-clockwise triangles as closed loops of nodes, with the tissue to the left: outer
+/// ones run counter-clockwise, holes clockwise. Each begins at its lowest node, and the loops come in
+/// ascending order of it. The last node is joined to the first, which is not repeated.
 pub fn outlines<'a>(triangles: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usize>> {
-    // A side that another triangle runs along in the other direction lies inside.
+    // A side lies inside if another triangle has it in the opposite direction.
     let mut sides: BTreeMap<[usize; 2], [usize; 2]> = BTreeMap::new();
     for triangle in triangles {
         for (&a, &b) in triangle.iter().zip(triangle.iter().cycle().skip(1)) {
@@ -66,7 +66,8 @@ pub fn outlines<'a>(triangles: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usi
 mod tests {
     use super::*;
 
-    /// A ring of 16 triangles around a square hole: corners 0..8 outside and 8..16 inside, counter-clockwise.
+    /// A ring of 16 triangles around a square hole: corners 0..8 outside and 8..16 inside,
+    /// counter-clockwise.
     fn ring() -> Vec<[usize; 3]> {
         (0..8).flat_map(|i| [[i, (i + 1) % 8, 8 + i], [(i + 1) % 8, 8 + (i + 1) % 8, 8 + i]]).collect()
     }

@@ -21,7 +21,7 @@ impl Constants {
         Self { density: 1.0e3, young_modulus: 6.9e3, poisson_ratio: 0.49, viscosity: 3.0e3 };
 }
 
-/// Material constants out of their range, or a cell without extent.
+/// A material constant is out of its range, or a cell has no area or volume.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say it")]
 pub enum MaterialError {
@@ -37,14 +37,14 @@ pub enum MaterialError {
     Degenerate(f64),
 }
 
-/// Constants above this, SI, are errors: with them lengths and forces would overflow.
+/// Largest constant that is accepted, SI. With larger ones lengths and forces would overflow.
 const LARGEST: f64 = 1e12;
 
 impl Constants {
     /// Checks that all constants are in their physical range.
     ///
     /// # Errors
-    /// Names the first constant that is not.
+    /// Names the first constant that is out of range.
     pub fn check(&self) -> Result<(), MaterialError> {
         let positive = |v: f64| v > 0.0 && v <= LARGEST;
         if !positive(self.young_modulus) {

@@ -1,10 +1,11 @@
-//! The law of a continuum: energy density, stress and tangent in the deformation gradient. What has a mesh calls it; it knows none.
+//! The law of a continuum: energy density, stress and tangent as functions of the deformation gradient. It
+//! knows no mesh.
 
 use nalgebra::{SMatrix, SVector};
 
 use super::Constants;
 
-/// Components of a deformation gradient in space; in the plane the first four are used.
+/// Number of components of a deformation gradient in space. In the plane the first four are used.
 const COMPONENTS: usize = 9;
 
 /// `dP/dF`; component `(i, j)` of `F` has number `i + D j`.
@@ -13,8 +14,9 @@ pub type Moduli = SMatrix<f64, COMPONENTS, COMPONENTS>;
 /// A compressible neo-Hookean solid: `W = μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²`
 /// (Bonet and Wood, Nonlinear Continuum Mechanics, 2nd ed., eq. 6.27).
 ///
-/// Valid for `J > 0`; an inverted state has the energy `+∞`, so that a line search refuses it, and its stress is not a number. At small
-/// strain it is linear elasticity of the same λ and μ. In the plane it is plane strain: the third principal stretch is 1.
+/// Valid for `J > 0`; an inverted state has the energy `+∞`, so that a line search refuses it, and its
+/// stress is not a number. At small strain it is linear elasticity of the same λ and μ. In the plane it is
+/// plane strain: the third principal stretch is 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeoHookean {
     /// Lamé's first constant λ, Pa (2D: per metre of thickness).
@@ -49,7 +51,7 @@ pub struct Stress<const D: usize> {
 }
 
 impl<const D: usize> Stress<D> {
-    /// From Cauchy's stress and what goes with it, all as in the fields.
+    /// A state from Cauchy's stress and the other fields.
     fn new(strain: SMatrix<f64, D, D>, cauchy_pa: SMatrix<f64, D, D>, across_pa: f64) -> Self {
         let mean = (cauchy_pa.trace() + across_pa) / 3.0;
         let beyond = if D == 2 { (across_pa - mean).powi(2) } else { 0.0 };
@@ -58,7 +60,7 @@ impl<const D: usize> Stress<D> {
         Self { strain, cauchy_pa, across_pa, von_mises_pa }
     }
 
-    /// The mean over places of equal measure; von Mises's stress is that of the mean.
+    /// The mean over places of equal area or volume. Von Mises's stress is computed from the mean stress.
     pub fn mean(of: &[Self]) -> Self {
         let share = 1.0 / of.len().max(1) as f64;
         let [strain, cauchy] = [|s: &Self| s.strain, |s: &Self| s.cauchy_pa].map(|part| {
@@ -71,12 +73,14 @@ impl<const D: usize> Stress<D> {
         }
     }
 
-    /// Pressure, Pa: minus a third of the trace of Cauchy's stress, with what plane strain needs across the plane.
+    /// Pressure, Pa: minus a third of the trace of Cauchy's stress, with what plane strain needs across the
+    /// plane.
     pub fn pressure_pa(&self) -> f64 {
         -(self.cauchy_pa.trace() + self.across_pa) / 3.0
     }
 
-    /// Cauchy's stress along a unit direction of the deformed shape, Pa: positive where the body is pulled apart along it.
+    /// Cauchy's stress along a unit direction of the deformed shape, Pa: positive where the body is pulled
+    /// apart along it.
     pub fn along(&self, direction: &SVector<f64, D>) -> f64 {
         direction.dot(&(self.cauchy_pa * direction))
     }
@@ -106,9 +110,9 @@ impl NeoHookean {
 
     /// Energy density `W` at the displacement gradient `H = F - I`, J/m³ of the body at rest.
     ///
-    /// From `F` itself it is the small difference of large numbers: its rounding is that of `μ`, and where a body has hardly
-    /// moved a line search cannot tell a step forward from one back. Here every term is of the second order in `H`:
-    /// `μ/2 |H|² + μ ((J - 1 - ln J) - (J - 1 - tr H)) + λ/2 (ln J)²`.
+    /// Computed from `F` itself, the energy would be a small difference of large numbers, with the rounding
+    /// of `μ`: where a body has hardly moved, a line search could not tell descent from ascent. Here every
+    /// term is of the second order in `H`: `μ/2 |H|² + μ ((J - 1 - ln J) - (J - 1 - tr H)) + λ/2 (ln J)²`.
     #[inline(always)]
     pub fn displaced_energy<const D: usize>(self, h: &SMatrix<f64, D, D>) -> f64 {
         let beyond = beyond_trace(h);
@@ -134,8 +138,8 @@ fn beyond_trace<const D: usize>(h: &SMatrix<f64, D, D>) -> f64 {
     minor(0, 1) + minor(0, 2) + minor(1, 2) + third
 }
 
-/// `ln(1 + x)` and `x - ln(1 + x)`, the second without the cancellation that the difference has for small `x`: with `r = x/(2 + x)`
-/// the logarithm is `2 (r + r³/3 + ..)`, and `x - 2 r` is `x r`.
+/// `ln(1 + x)` and `x - ln(1 + x)`, the second without the cancellation that the difference has for small
+/// `x`: with `r = x/(2 + x)` the logarithm is `2 (r + r³/3 + ..)`, and `x - 2 r` is `x r`.
 #[inline(always)]
 fn log_and_rest(x: f64) -> (f64, f64) {
     if x.abs() > 0.1 {
@@ -151,7 +155,7 @@ fn log_and_rest(x: f64) -> (f64, f64) {
 }
 
 impl<const D: usize> Deformed<D> {
-    /// The volume (in the plane: area) to that at rest, `J`.
+    /// `J`: the volume (in the plane: area) over that at rest.
     #[inline(always)]
     pub fn volume_ratio(&self) -> f64 {
         self.ratio
@@ -169,8 +173,8 @@ impl<const D: usize> Deformed<D> {
         shear + (0.5 * lambda * self.log - mu) * self.log
     }
 
-    /// `P G`, with the first Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, on a direction at rest `rest` (G), for which
-    /// `deformed` is `F⁻ᵀ G`.
+    /// `P G`, with the first Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, on a direction at rest
+    /// `rest` (G), for which `deformed` is `F⁻ᵀ G`.
     #[inline(always)]
     pub fn stress(&self, rest: &SVector<f64, D>, deformed: &SVector<f64, D>) -> SVector<f64, D> {
         let NeoHookean { lambda, mu } = self.law;
@@ -183,8 +187,8 @@ impl<const D: usize> Deformed<D> {
         self.gradient * self.law.mu - turned * self.turn()
     }
 
-    /// The block `μ Ga·Gb I + λ ga gbᵀ + (μ - λ ln J) gb gaᵀ` of `dP/dF` between two directions at rest `Ga`, `Gb` and what the
-    /// deformation makes of them, `g = F⁻ᵀ G`.
+    /// The block `μ Ga·Gb I + λ ga gbᵀ + (μ - λ ln J) gb gaᵀ` of `dP/dF` between two directions at rest
+    /// `Ga`, `Gb` and what the deformation makes of them, `g = F⁻ᵀ G`.
     #[inline(always)]
     pub fn tangent(
         &self,
@@ -198,21 +202,23 @@ impl<const D: usize> Deformed<D> {
             + gb * ga.transpose() * (mu - lambda * self.log)
     }
 
-    /// What the tangent has before `gb gaᵀ`: `μ - λ ln J`, Pa.
+    /// The factor of `gb gaᵀ` in the tangent: `μ - λ ln J`, Pa.
     #[inline(always)]
     pub fn turn(&self) -> f64 {
         self.law.mu - self.law.lambda * self.log
     }
 
-    /// Where in the plane no eigenvalue of `dP/dF` but that of the twist can be negative, a matrix `T` such that the block `(T Ga)(T Gb)ᵀ`
-    /// added to [`Deformed::tangent`] makes that one zero; the zero matrix where it is positive already.
+    /// Where in the plane no eigenvalue of `dP/dF` but that of the twist can be negative, a matrix `T` such
+    /// that the block `(T Ga)(T Gb)ᵀ` added to [`Deformed::tangent`] makes that one zero; the zero matrix
+    /// where it is positive already.
     ///
-    /// With principal stretches `s` and `t = μ - λ ln J` the eigenvalues are `μ - t/J` of the twist `Q = R₉₀ R/√2`, `μ + t/J` of the flip, and
-    /// those of `μ + (λ + t)/sᵢ²` and, beside the diagonal, `λ/J` (Smith, De Goes and Kim 2019, 4): `t >= 0` is enough.
+    /// With principal stretches `s` and `t = μ - λ ln J` the eigenvalues are `μ - t/J` of the twist `Q = R₉₀
+    /// R/√2`, `μ + t/J` of the flip, and those of `μ + (λ + t)/sᵢ²` and, beside the diagonal, `λ/J` (Smith,
+    /// De Goes and Kim 2019, 4): `t >= 0` is enough.
     #[inline(always)]
     pub fn untwisting(&self) -> Option<SMatrix<f64, D, D>> {
         let (f, turn) = (&self.gradient, self.turn());
-        // Written so that what is not a number is left to others.
+        // The comparison is written so that NaN is left to the general case.
         if D != 2 || !(turn >= 0.0 && self.ratio > 0.0) {
             return None;
         }
@@ -232,8 +238,8 @@ impl<const D: usize> Deformed<D> {
         eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
     }
 
-    /// The same; `None` where there are no negative eigenvalues. In the plane that of the four components there alone: several times
-    /// as fast, with other roundings.
+    /// As [`Deformed::convex_moduli`]; `None` if there are no negative eigenvalues. In the plane only the
+    /// four components there are used, which is several times as fast and rounds differently.
     pub fn nearest_convex_moduli(&self) -> Option<Moduli> {
         let mut moduli = self.moduli();
         if D != 2 {
@@ -253,7 +259,7 @@ impl<const D: usize> Deformed<D> {
     /// `dP/dF`.
     fn moduli(&self) -> Moduli {
         let mut moduli = Moduli::zeros();
-        // An inverse that does not exist belongs to a cell without measure, where the energy is infinite already.
+        // The inverse does not exist for a cell without area or volume, whose energy is infinite already.
         let inverse = self.gradient.try_inverse().unwrap_or_else(SMatrix::zeros);
         let NeoHookean { lambda, mu } = self.law;
         let turn = mu - lambda * self.log;
@@ -284,7 +290,7 @@ fn indices<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
     (0..D).flat_map(|j| (0..D).map(move |i| (i, j)))
 }
 
-/// The block that moduli make between two shape functions with gradients `ga` and `gb`.
+/// The stiffness block of the given moduli between two shape functions with gradients `ga` and `gb`.
 pub fn contract<const D: usize>(
     moduli: &Moduli,
     ga: &SVector<f64, D>,
@@ -343,7 +349,7 @@ mod tests {
             let (direct, other) = (LAW.at(f, determinant(&f)), LAW.displaced(&h));
             assert!((LAW.displaced_energy(&h) / direct.energy() - 1.0).abs() < 1e-11);
             assert!((other.log - direct.log).abs() < 1e-15 && (other.ratio - direct.ratio).abs() < 1e-15);
-            // Of the second order: the energy of a small strain is that of linear elasticity, to the next order.
+            // To second order the energy of a small strain is that of linear elasticity.
             for small in [1e-4, 1e-7, 1e-12] {
                 let (strain, trace) = ((h + h.transpose()) * (0.5 * small), h.trace() * small);
                 let linear = LAW.mu * strain.norm_squared() + 0.5 * LAW.lambda * trace * trace;

@@ -1,8 +1,10 @@
-//! From the physical constants of tissue to the coefficients of springs and area terms (Kato 2014, 3.3.4 and table 4.2).
+//! From the physical constants of tissue to the coefficients of springs and area terms (Kato 2014, 3.3.4 and
+//! table 4.2).
 //!
-//! Lloyd, Székely and Harders (2007) choose the spring constant so that the stiffness matrix of a simplex made of springs
-//! (and of a term that keeps its area or volume) comes as near as can be, in least squares, to that of the linear finite
-//! element of the same shape: minimise `|K_CST - k K_springs - kappa K_measure|²` over `k` and `kappa`.
+//! Lloyd, Székely and Harders (2007) choose the spring constant so that the stiffness matrix of a simplex
+//! made of springs (and of a term that keeps its area or volume) comes as near as can be, in least squares,
+//! to that of the linear finite element of the same shape: minimise `|K_CST - k K_springs - kappa
+//! K_measure|²` over `k` and `kappa`.
 
 use nalgebra::{SMatrix, SVector};
 use schemars::JsonSchema;
@@ -15,21 +17,23 @@ use crate::geometry::simplex::{self, Corners};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
-    /// Identified from the constants; masses that add up to the body's.
+    /// Identified from the constants, with masses that add up to the mass of the body.
     #[default]
     Consistent,
-    /// Table 4.2 of the thesis to the letter, its factor of 1000 in kappa_s and of 1/100 in the mass included.
+    /// Table 4.2 of the thesis to the letter, its factor of 1000 in kappa_s and of 1/100 in the mass
+    /// included.
     AsPrinted,
 }
 
-/// How the stiffness identified on one cell is laid on the connections.
+/// How the stiffness identified on one cell is given to the connections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Spread {
     /// `k` on every connection, as the thesis does; only this reproduces its results.
     #[default]
     PerConnection,
-    /// `k` for every cell that a connection belongs to, as finite elements are assembled: `2 k` between two triangles.
+    /// `k` for every cell that a connection belongs to, as finite elements are assembled: `2 k` between two
+    /// triangles.
     Assembled,
 }
 
@@ -50,26 +54,28 @@ pub struct Coefficients {
     pub contractile_damping: f64,
     /// Mass of a node, kg.
     pub node_mass: f64,
-    /// How k is laid on the connections.
+    /// How k is given to the connections.
     pub spread: Spread,
 }
 
-/// What the matching of stiffness matrices found.
+/// Result of the stiffness matching.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Matched {
     /// Spring constant of each edge, N/m (2D: per metre of thickness).
     pub stiffness: f64,
     /// kappa_s or kappa_v, J (2D: per metre of thickness).
     pub kappa: f64,
-    /// What is left of the finite element's stiffness, relative to it (Frobenius norm): 0 where springs can stand for it.
+    /// Relative residual of the finite element's stiffness (Frobenius norm); 0 if springs represent it
+    /// exactly.
     pub relative_residual: f64,
 }
 
 /// Identifies k and kappa on one cell: eq. 3.49, with `l0²` in eq. 3.44 and `1/S0²` in eq. 3.48 (slip 4).
 ///
-/// 2D is plane strain (eqs. 3.38-3.42); 3D takes the full elasticity matrix. On an equilateral triangle the fit is exact. In space
-/// the cell is a regular tetrahedron of the mesh's mean connection length, which cubes cut into tetrahedra are not made of: a
-/// block of them is stiffer than asked for, by 4 % in E and half in the bulk modulus, and softer, by 29 %, in shear (ν = 0.49).
+/// 2D is plane strain (eqs. 3.38-3.42); 3D takes the full elasticity matrix. On an equilateral triangle the
+/// fit is exact. In space the cell is a regular tetrahedron of the mesh's mean connection length, which
+/// cubes cut into tetrahedra are not made of: a block of them is stiffer than asked for, by 4 % in E and
+/// half in the bulk modulus, and softer, by 29 %, in shear (ν = 0.49).
 ///
 /// # Errors
 /// [`MaterialError`] for constants out of range or a cell without positive measure.
@@ -84,8 +90,8 @@ pub fn match_stiffness<const D: usize>(
     }
     let (lambda, mu) = constants.lame();
     let gradient = simplex::gradient(cell);
-    // The gradient of the shape function of corner a is (dS/da)/S; the block of corners a, b of the linear element is
-    // S (λ ga gbᵀ + μ (ga·gb I + gb gaᵀ)).
+    // The gradient of the shape function of corner a is (dS/da)/S; the block of corners a, b of the linear
+    // element is S (λ ga gbᵀ + μ (ga·gb I + gb gaᵀ)).
     let element = |a: usize, b: usize| {
         let (ga, gb) = (gradient[a] / measure, gradient[b] / measure);
         (ga * gb.transpose() * lambda + (SMatrix::identity() * ga.dot(&gb) + gb * ga.transpose()) * mu)
@@ -143,8 +149,8 @@ pub fn regular_simplex<const D: usize>(side: f64) -> Corners<D> {
 }
 
 impl Coefficients {
-    /// Coefficients for a body whose connections have the mean length `side`, m, whose cells add up to `measure` (m² or m³),
-    /// and whose tissue has `nodes` nodes (thesis 4.1.1).
+    /// Coefficients for a body whose connections have the mean length `side`, m, whose cells add up to
+    /// `measure` (m² or m³), and whose tissue has `nodes` nodes (thesis 4.1.1).
     ///
     /// # Errors
     /// [`MaterialError`] for constants out of range.
@@ -161,7 +167,8 @@ impl Coefficients {
             return Ok(Self { spread, ..Self::AS_PRINTED });
         }
         let matched = match_stiffness::<D>(constants, &regular_simplex(side))?;
-        // In the plane b = eta is per metre of thickness; in space a connection is about as thick as it is long.
+        // In the plane b = eta is per metre of thickness; in space a connection is about as thick as it is
+        // long.
         let damping = constants.viscosity * if D == 2 { 1.0 } else { side };
         Ok(Self {
             tissue_stiffness: matched.stiffness,

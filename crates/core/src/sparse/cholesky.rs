@@ -1,5 +1,6 @@
-//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ` on a pattern made once: left-looking and ours for the few hundred unknowns of
-//! the plane, faer's where the factor is so full that dense blocks pay.
+//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ` on a pattern made once. The few hundred unknowns of the
+//! plane are factorised here, left-looking; where the factor is so full that dense blocks are faster, faer
+//! does it.
 
 use nalgebra::{SMatrix, SVector};
 use pulp::{Arch, NullaryFnOnce};
@@ -17,14 +18,16 @@ pub struct NotPositiveDefinite {
     pub pivot: f64,
 }
 
-/// A factor and the scratch space to make it; allocates nothing after its creation.
+/// A factor and the scratch space to compute it. It allocates nothing after its creation.
 #[derive(Debug)]
 pub struct Factor<const D: usize> {
-    /// faer's way, where it is the faster one. What it refuses, ours decides, since that tells where it fails.
+    /// faer's factor, where that is faster. A matrix that faer refuses is factorised here too, to find the
+    /// pivot that fails.
     supernodal: Option<Supernodal>,
     /// Whether the last factorisation is in `supernodal`.
     is_supernodal: bool,
-    /// Below the diagonal the blocks of `L`; on it the inverses of the diagonal blocks of `L` (lower triangular).
+    /// Below the diagonal the blocks of `L`; on it the inverses of the diagonal blocks of `L` (lower
+    /// triangular).
     lower: Vec<SMatrix<f64, D, D>>,
     place_of_row: Vec<u32>,
 }
@@ -33,13 +36,13 @@ pub struct Factor<const D: usize> {
 const SMALLEST_PIVOT: f64 = 1e-13;
 
 impl<const D: usize> Factor<D> {
-    /// Space for the factor of any matrix on `pattern`, made in the way that is faster there.
+    /// Space for the factor of any matrix on `pattern`, by the method that is faster there.
     pub fn new(pattern: &Pattern) -> Self {
         let supernodal = Supernodal::if_worthwhile::<D>(pattern);
         Self { supernodal, ..Self::block_by_block(pattern) }
     }
 
-    /// The same, never in supernodes: for comparison.
+    /// As [`Self::new`], but never with faer's supernodes, to compare the two.
     pub fn block_by_block(pattern: &Pattern) -> Self {
         Self {
             supernodal: None,
@@ -52,8 +55,8 @@ impl<const D: usize> Factor<D> {
     /// Factorises `matrix`.
     ///
     /// # Errors
-    /// [`NotPositiveDefinite`] where a pivot is below 1e-13 of the largest diagonal entry (or is not a number); the factor is
-    /// then not to be used.
+    /// [`NotPositiveDefinite`] where a pivot is below 1e-13 of the largest diagonal entry (or is not a
+    /// number); the factor is then not to be used.
     pub fn factorise(
         &mut self,
         pattern: &Pattern,
@@ -68,7 +71,7 @@ impl<const D: usize> Factor<D> {
         self.factorise_blocks(pattern, matrix, floor)
     }
 
-    // Not inlined: among other code the loops come out some per cent slower.
+    // Not inlined, because the loops are some per cent slower when they are compiled among other code.
     #[inline(never)]
     fn factorise_blocks(
         &mut self,
@@ -80,11 +83,11 @@ impl<const D: usize> Factor<D> {
         Arch::new().dispatch(Blocks { pattern, matrix: &matrix.blocks, lower, place_of_row, floor })
     }
 
-    /// After a factorisation that failed: a direction `d`, one vector for each unknown, with `dᵀ K d` not above zero (but for
-    /// the floor of the pivots).
+    /// A direction `d` of negative or no curvature, after a factorisation that failed: one vector for each
+    /// unknown, with `dᵀ K d <= 0` up to the floor of the pivots.
     ///
-    /// `d` is zero after the unknown where it failed, the eigenvector `v` of that pivot's smallest eigenvalue at it, and
-    /// `-A⁻¹ b v` before it, `A` the part factorised and `b` the column beside it.
+    /// `d` is zero after the unknown where it failed, the eigenvector `v` of that pivot's smallest
+    /// eigenvalue at it, and `-A⁻¹ b v` before it, `A` the part factorised and `b` the column beside it.
     pub fn negative_curvature(
         &self,
         pattern: &Pattern,
@@ -137,7 +140,8 @@ impl<const D: usize> Factor<D> {
     }
 }
 
-/// The factorisation, for the processor at hand: with wide registers it takes two thirds of the time, and gives the same bits.
+/// The factorisation, for the processor at hand: with wide registers it takes two thirds of the time, and
+/// gives the same bits.
 struct Blocks<'a, const D: usize> {
     pattern: &'a Pattern,
     matrix: &'a [SMatrix<f64, D, D>],
@@ -203,8 +207,8 @@ fn product<const D: usize>(a: &SMatrix<f64, D, D>, b: &SMatrix<f64, D, D>) -> SM
     out
 }
 
-/// The inverse of the Cholesky factor of a small matrix (of which only the lower triangle is read), or the pivot that is
-/// not above `floor`.
+/// The inverse of the Cholesky factor of a small matrix (of which only the lower triangle is read), or the
+/// pivot that is not above `floor`.
 #[inline(always)]
 fn invert_lower_cholesky<const D: usize>(
     a: &SMatrix<f64, D, D>,
@@ -217,7 +221,7 @@ fn invert_lower_cholesky<const D: usize>(
         for k in 0..j {
             pivot -= l[(j, k)] * l[(j, k)];
         }
-        // Written so that a pivot that is not a number fails too.
+        // The comparison is written so that a pivot that is NaN fails too.
         if !(pivot > floor && pivot.is_finite()) {
             return Err(pivot);
         }
@@ -242,8 +246,8 @@ fn invert_lower_cholesky<const D: usize>(
     Ok(inverse)
 }
 
-/// The eigenvector of the smallest eigenvalue of a small symmetric matrix (of which only the lower triangle is read), by the
-/// power method on `c I - A`, which is enough for a direction of descent.
+/// The eigenvector of the smallest eigenvalue of a small symmetric matrix (of which only the lower triangle
+/// is read), by the power method on `c I - A`, which is enough for a direction of descent.
 fn lowest_mode<const D: usize>(a: &SMatrix<f64, D, D>) -> SVector<f64, D> {
     let mut whole = *a;
     for r in 0..D {

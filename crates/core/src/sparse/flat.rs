@@ -1,6 +1,8 @@
-//! Block Cholesky factorisation `K = L Lᵀ` of one matrix of 2 x 2 blocks, or of those of several lanes at once.
+//! Block Cholesky factorisation `K = L Lᵀ` of one matrix of 2 x 2 blocks, or of several matrices at once,
+//! one in each lane.
 //!
-//! In dot form: each block of `L` is written once, from a flat list of the products that go into it, so the sums stay in registers.
+//! Each block of `L` is written once, from a flat list of its products, so that the sums stay in registers
+//! (dot form).
 
 use pulp::NullaryFnOnce;
 
@@ -16,14 +18,15 @@ pub(crate) type Block<const L: usize> = [Wide<L>; 4];
 /// The lower triangle of a block: entries (0,0), (1,0), (1,1).
 pub(crate) type Lower<const L: usize> = [Wide<L>; 3];
 
-/// Which products make which block. Blocks below the diagonal are counted column by column.
+/// The products of each block. Blocks below the diagonal are numbered column by column.
 #[derive(Debug)]
 pub(crate) struct Symbolic {
     columns: usize,
     /// First block of every column.
     start: Vec<u32>,
     row: Vec<u32>,
-    /// Pair whose block of the matrix it starts from; [`FILL`] where the matrix has none.
+    /// For each block, the pair of unknowns whose block of the matrix the sum starts from; [`FILL`] if the
+    /// matrix has none.
     source: Vec<u32>,
     /// End of the products of every block.
     products_end: Vec<u32>,
@@ -42,8 +45,9 @@ pub(crate) struct Factor<const L: usize> {
 }
 
 impl Symbolic {
-    /// For matrices whose blocks are those of pairs of unknowns, the later one of the pattern's order first, and no others; pairs that
-    /// begin with something else are passed over. `None` where the pattern does not couple a pair.
+    /// For matrices whose blocks are those of pairs of unknowns, the later one of the pattern's order first,
+    /// and no others; pairs that begin with something else are passed over. `None` where the pattern does
+    /// not couple a pair.
     pub fn new(pattern: &Pattern, pairs: impl Iterator<Item = [u32; 2]>) -> Option<Self> {
         let n = pattern.unknowns();
         let (mut start, mut row) = (vec![0], Vec::new());
@@ -97,8 +101,8 @@ impl Symbolic {
     }
 }
 
-/// Factorises the matrices with these blocks: one for every pair, and one for every unknown on the diagonal. Tells in which lanes all
-/// pivots are safely above zero; in the others the factor is not to be used.
+/// Factorises the matrices with these blocks: one for every pair, and one for every unknown on the diagonal.
+/// Tells in which lanes all pivots are safely above zero; in the others the factor is not to be used.
 pub(crate) struct Factorise<'a, const L: usize> {
     pub symbolic: &'a Symbolic,
     pub pairs: &'a [Block<L>],
@@ -191,7 +195,8 @@ impl<const L: usize> NullaryFnOnce for Solve<'_, L> {
     }
 }
 
-/// One over the root of a pivot, and where it is above the floor; 1 where it is not, which keeps what follows finite.
+/// One over the root of a pivot, and the lanes where the pivot is above the floor. The other lanes get 1, so
+/// that they stay finite.
 #[inline(always)]
 fn pivot<const L: usize>(value: Wide<L>, floor: Wide<L>) -> (Wide<L>, [bool; L]) {
     let safe = value.above(floor);
@@ -199,7 +204,7 @@ fn pivot<const L: usize>(value: Wide<L>, floor: Wide<L>) -> (Wide<L>, [bool; L])
     (Wide(std::array::from_fn(|lane| if safe[lane] { root.0[lane] } else { 1.0 })), safe)
 }
 
-/// Largest entry on the diagonal, but for its sign.
+/// Largest absolute entry on the diagonal.
 #[inline(always)]
 pub(crate) fn largest_diagonal<const L: usize>(diagonal: &[Lower<L>]) -> Wide<L> {
     diagonal.iter().fold(Wide::ZERO, |m, d| m.max(d[0].abs()).max(d[2].abs()))

@@ -1,8 +1,9 @@
 //! Sparse symmetric matrices of `D x D` blocks, one block row and column for each unknown node.
 //!
-//! Our own rather than a library's where it was measured faster (`benches/`, `factorise`: beside faer's sparse Cholesky on the
-//! same matrices): an ordering, a pattern, a left-looking factorisation, two triangular solves. From a few hundred unknowns
-//! in space, or a few thousand in the plane, faer's supernodes are the faster ones, and do the work.
+//! This crate has an ordering, a pattern, a left-looking factorisation and two triangular solves of its own,
+//! because they were measured to be faster than faer's sparse Cholesky on the same matrices (`benches/`,
+//! `factorise`). From a few hundred unknowns in space, or a few thousand in the plane, faer's supernodal
+//! factorisation is faster and is used.
 
 pub mod cholesky;
 pub(crate) mod flat;
@@ -15,10 +16,12 @@ use nalgebra::SMatrix;
 
 pub use pattern::{Pattern, Slot};
 
-/// Values of a symmetric block matrix on a [`Pattern`]: the lower triangle, column by column, fill-in included.
+/// Values of a symmetric block matrix on a [`Pattern`]: the lower triangle, column by column, fill-in
+/// included.
 ///
-/// Assembly writes straight into the places that the factorisation will use, so a factorisation starts with one copy.
-/// The last block is a bin for what falls on fixed nodes, so that the assembly loops need not branch.
+/// Assembly writes straight into the places that the factorisation will use, so a factorisation starts with
+/// one copy. The last block is a bin for what falls on fixed nodes, so that the assembly loops need not
+/// branch.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix<const D: usize> {
     pub(crate) blocks: Vec<SMatrix<f64, D, D>>,
@@ -35,8 +38,8 @@ impl<const D: usize> BlockMatrix<D> {
         self.blocks.fill(SMatrix::zeros());
     }
 
-    /// Adds `block` at `slot`; `block` has its rows at the first node and its columns at the second node of the
-    /// pair with which the slot was looked up.
+    /// Adds `block` at `slot`; `block` has its rows at the first node and its columns at the second node of
+    /// the pair with which the slot was looked up.
     #[inline]
     pub fn add(&mut self, slot: Slot, block: &SMatrix<f64, D, D>) {
         let place = &mut self.blocks[slot.position()];
@@ -69,7 +72,7 @@ impl<const D: usize> BlockMatrix<D> {
         }
     }
 
-    /// Largest absolute diagonal entry (of the fixed nodes' bin: not counted).
+    /// Largest absolute diagonal entry; the bin of the fixed nodes does not count.
     pub fn largest_diagonal(&self, pattern: &Pattern) -> f64 {
         (0..pattern.unknowns())
             .flat_map(|j| {
@@ -79,14 +82,16 @@ impl<const D: usize> BlockMatrix<D> {
             .fold(0.0, f64::max)
     }
 
-    /// Smallest trace of a diagonal block: the stiffness of the node that is held least. Infinite where there is no unknown.
+    /// Smallest trace of a diagonal block: the stiffness of the softest node. Infinite if there are no
+    /// unknowns.
     pub fn smallest_trace(&self, pattern: &Pattern) -> f64 {
         (0..pattern.unknowns())
             .map(|j| self.blocks[pattern.column(j).start].trace())
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// For every unknown the largest sum of absolute entries over its rows, a bound of the eigenvalues (Gershgorin).
+    /// For every unknown the largest sum of absolute entries over its rows, a bound of the eigenvalues
+    /// (Gershgorin).
     pub fn row_sums(&self, pattern: &Pattern) -> Vec<f64> {
         let mut sums = vec![nalgebra::SVector::<f64, D>::zeros(); pattern.unknowns()];
         for j in 0..pattern.unknowns() {

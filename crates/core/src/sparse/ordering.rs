@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
-/// Eliminates next, always, the unknown with the fewest neighbours left (exact minimum degree; ties go to the lower
-/// number, so the result is the same on every machine). Returns for each place in the order the unknown that stands there,
-/// and the neighbours not yet eliminated when it is eliminated: the rows below the diagonal of that column of the factor.
+/// Always eliminates the unknown with the fewest neighbours left (exact minimum degree; ties go to the lower
+/// number, so the result is the same on every machine). Returns for each place in the order the unknown that
+/// stands there, and the neighbours not yet eliminated when it is eliminated: the rows below the diagonal of
+/// that column of the factor.
 ///
 /// `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i` itself.
 ///

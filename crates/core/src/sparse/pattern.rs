@@ -1,4 +1,4 @@
-//! Which blocks of the stiffness matrix and of its factor can be other than zero, and where each is stored.
+//! The blocks of the stiffness matrix and of its factor that can be nonzero, and where each is stored.
 
 use std::ops::Range;
 
@@ -29,14 +29,15 @@ impl Slot {
 /// The numbering of the unknown nodes (elimination order) and the places of the factor's blocks.
 #[derive(Debug, Clone)]
 pub struct Pattern {
-    /// Node -> unknown number; `NONE` for nodes that are no unknowns.
+    /// Unknown number of each node; `NONE` for nodes that are not unknowns.
     unknown: Vec<u32>,
-    /// Unknown number -> node.
+    /// Node of each unknown number.
     node: Vec<usize>,
     /// Column `j` occupies places `start[j]..start[j + 1]`, its diagonal block first, then ascending rows.
     start: Vec<usize>,
     row: Vec<u32>,
-    /// Row `i` of the strict lower triangle: `(column, place)` of its blocks, ascending, in `row_start[i]..row_start[i + 1]`.
+    /// Row `i` of the strict lower triangle: `(column, place)` of its blocks, ascending, in
+    /// `row_start[i]..row_start[i + 1]`.
     row_start: Vec<usize>,
     row_blocks: Vec<(u32, u32)>,
     /// Off-diagonal blocks of the matrix itself, fill-in not counted.
@@ -46,8 +47,8 @@ pub struct Pattern {
 const NONE: u32 = u32::MAX;
 
 impl Pattern {
-    /// The pattern for `nodes` nodes in all, of which `is_unknown` are to be solved for, coupled within each of `cliques`
-    /// (node numbers; fixed ones are passed over).
+    /// The pattern for `nodes` nodes in all, of which `is_unknown` are to be solved for, coupled within each
+    /// of `cliques` (node numbers; fixed ones are passed over).
     pub fn new(nodes: usize, is_unknown: &[bool], cliques: impl IntoIterator<Item = Vec<usize>>) -> Self {
         let mut number = vec![NONE; nodes];
         let free: Vec<usize> = (0..nodes).filter(|&i| is_unknown[i]).collect();
@@ -122,18 +123,19 @@ impl Pattern {
         D * D * self.blocks() - D * (D - 1) / 2 * self.unknowns()
     }
 
-    /// Floating-point operations of one factorisation: a multiplication and an addition for each pair of entries in a column
-    /// of the factor, for blocks of `D x D`.
+    /// Floating-point operations of one factorisation: a multiplication and an addition for each pair of
+    /// entries in a column of the factor, for blocks of `D x D`.
     pub fn factor_operations<const D: usize>(&self) -> usize {
         let column = |j: usize| {
             let below = self.column(j).len() - 1;
-            // Block products for every pair of blocks below the diagonal, and one to divide each block by it.
+            // Block products for every pair of blocks below the diagonal, and one to divide each block by
+            // it.
             D * D * D * (below * (below + 1) + 2 * below + 1)
         };
         (0..self.unknowns()).map(column).sum()
     }
 
-    /// The node that unknown `j` stands for.
+    /// The node of unknown `j`.
     #[inline]
     pub fn node(&self, j: usize) -> usize {
         self.node[j]
@@ -145,7 +147,7 @@ impl Pattern {
         &self.node
     }
 
-    /// The unknown that stands for `node`, if it is one.
+    /// The unknown number of `node`, if the node is an unknown.
     pub fn unknown(&self, node: usize) -> Option<usize> {
         let u = self.unknown[node];
         (u != NONE).then_some(u as usize)
@@ -174,13 +176,13 @@ impl Pattern {
         &self.row_blocks[self.row_start[i]..self.row_start[i + 1]]
     }
 
-    /// The place for what belongs to no unknown.
+    /// The bin: the place for blocks that belong to no unknown.
     pub fn bin(&self) -> Slot {
         Slot::new(self.blocks(), false)
     }
 
-    /// Where the block of nodes `a` (rows) and `b` (columns) is stored; pairs with a node that is no unknown, and pairs that
-    /// were never coupled, go to the bin.
+    /// Where the block of nodes `a` (rows) and `b` (columns) is stored; pairs with a node that is no
+    /// unknown, and pairs that were never coupled, go to the bin.
     pub fn slot(&self, a: usize, b: usize) -> Slot {
         let bin = self.bin();
         let (Some(i), Some(j)) = (self.unknown(a), self.unknown(b)) else { return bin };

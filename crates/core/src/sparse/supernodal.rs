@@ -14,11 +14,12 @@ use nalgebra::SVector;
 
 use super::{BlockMatrix, Pattern};
 
-/// Operations for each entry of the factor from which on dense blocks are worth it. Measured (`cargo bench factorise`, results in
-/// `results/scenes`): both ways take as long between 80 and 120, with 450 to 750 unknowns in space or some 4000 in the plane.
+/// From this many operations for each entry of the factor on, dense blocks are faster. Measured (`cargo
+/// bench factorise`, results in `results/scenes`): both take the same time between 80 and 120, with 450 to
+/// 750 unknowns in space or some 4000 in the plane.
 const WORTHWHILE: usize = 80;
 
-/// faer's factor of a matrix on a [`Pattern`], with all the space that it takes to make it.
+/// faer's factor of a matrix on a [`Pattern`], with the scratch space to compute it.
 pub(super) struct Supernodal {
     symbolic: SymbolicCholesky<usize>,
     /// Lower triangle of the matrix, entry by entry: column starts, rows, values.
@@ -37,19 +38,21 @@ impl std::fmt::Debug for Supernodal {
 }
 
 impl Pattern {
-    /// Whether matrices of `D x D` blocks on this pattern are factorised in supernodes, by faer, rather than block by block.
+    /// Whether faer's supernodes are faster than block by block for matrices of `D x D` blocks on this
+    /// pattern.
     pub fn is_for_supernodes<const D: usize>(&self) -> bool {
         self.factor_operations::<D>() > WORTHWHILE * self.factor_entries::<D>()
     }
 }
 
 impl Supernodal {
-    /// Space for the factor, if the pattern is so full that faer's way is the faster one; `None` if it is not.
+    /// Space for the factor; `None` if the pattern is not full enough for faer's factorisation to be the
+    /// faster one.
     pub fn if_worthwhile<const D: usize>(pattern: &Pattern) -> Option<Self> {
         pattern.is_for_supernodes::<D>().then(|| Self::new::<D>(pattern)).flatten()
     }
 
-    /// `None` where faer has no memory for it.
+    /// `None` if faer cannot allocate its memory.
     fn new<const D: usize>(pattern: &Pattern) -> Option<Self> {
         let n = D * pattern.unknowns();
         let (mut start, mut row) = (vec![0], Vec::new());
@@ -89,7 +92,8 @@ impl Supernodal {
         })
     }
 
-    /// Factorises; whether every pivot is above `floor`. If not, the factor cannot be used.
+    /// Factorises the matrix. Returns whether every pivot is above `floor`; if not, the factor cannot be
+    /// used.
     pub fn factorise<const D: usize>(
         &mut self,
         pattern: &Pattern,
@@ -101,7 +105,8 @@ impl Supernodal {
             let blocks = &matrix.blocks[pattern.column(j)];
             for c in 0..D {
                 let column = blocks.iter().flat_map(|b| b.as_slice()[c * D..(c + 1) * D].iter());
-                // The places last: a zip that ends at its second part has taken one too many from its first.
+                // The places come last in the zip: when its second part ends, a zip has already taken one
+                // item too many from its first.
                 column.skip(c).zip(places.by_ref()).for_each(|(value, place)| *place = *value);
             }
         }
@@ -119,7 +124,7 @@ impl Supernodal {
         done.is_ok() && self.pivots_exceed(floor)
     }
 
-    /// Whether every pivot of the factor is above `floor`; one that is not a number is not.
+    /// Whether every pivot of the factor is above `floor`; a pivot that is NaN is not.
     fn pivots_exceed(&self, floor: f64) -> bool {
         let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else { return false };
         let factor = SupernodalLltRef::new(symbolic, &self.factor);
@@ -148,7 +153,8 @@ mod tests {
     use super::*;
     use nalgebra::SMatrix;
 
-    /// Nodes on a line, each coupled to the next: the matrix of a discrete Laplacian, whose inverse is known.
+    /// Nodes on a line, each coupled to the next: the matrix of a discrete Laplacian, whose inverse is
+    /// known.
     #[test]
     fn a_chain_is_solved_exactly_and_an_indefinite_one_refused() {
         let n = 7;
@@ -162,7 +168,7 @@ mod tests {
         }
         let mut faer = Supernodal::new::<3>(&pattern).expect("there is memory for 21 unknowns");
         assert!(faer.factorise(&pattern, &matrix, 1e-9));
-        // Pulled evenly, the deflection is a parabola: x_i = (i + 1)(n - i) / 2.
+        // Under an even load the deflection is a parabola: x_i = (i + 1)(n - i) / 2.
         let mut x = vec![SVector::<f64, 3>::from([1.0, 2.0, -3.0]); n];
         faer.solve(&mut x);
         for (u, x) in x.iter().enumerate() {

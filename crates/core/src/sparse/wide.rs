@@ -1,11 +1,12 @@
-//! Numbers that are worked on at once: one of each of `L` lanes.
+//! `L` numbers that are computed with at once, one in each lane of a vector register.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// Number of lanes: an AVX2 register of double precision, two of SSE2.
+/// Number of lanes: four double-precision numbers fill one AVX2 register, or two of SSE2.
 pub const LANES: usize = 4;
 
-/// One number of each lane. Products are rounded before they are added (no fused multiply-add), so every processor gives the same bits.
+/// One number in each lane. Products are rounded before they are added (no fused multiply-add), so every
+/// processor gives the same bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Wide<const L: usize>(pub [f64; L]);
 
@@ -41,19 +42,19 @@ impl<const L: usize> Wide<L> {
         Self(self.0.map(f64::abs))
     }
 
-    /// Where this is above `floor` and finite.
+    /// The lanes in which this is above `floor` and finite.
     #[inline(always)]
     pub fn above(self, floor: Self) -> [bool; L] {
         std::array::from_fn(|lane| self.0[lane] > floor.0[lane] && self.0[lane] < f64::INFINITY)
     }
 
-    /// The larger one; `other` where this is not a number.
+    /// The larger one in each lane; `other` where this is NaN.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
 
-    /// The smaller one; `other` where this is not a number.
+    /// The smaller one in each lane; `other` where this is NaN.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if a < b { a } else { b })
