@@ -7,10 +7,11 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::{Configuration, Effect, Tangent};
 
-/// `1/2 integral κ |u - v|² ds` over parts of the surface, `u` the displacement of the tissue and `v` that of the bone: for each
-/// [`Tie`] a quadratic form in the displacements of the nodes of both, constant and the same in all directions.
+/// `1/2 integral κ |u - v|² ds` over parts of the surface, with `u` the displacement of the tissue and `v`
+/// that of the bone. Each [`Tie`] is a constant quadratic form in the displacements of the nodes of both,
+/// the same in all directions.
 ///
-/// The force that it leaves on the nodes of the bone is the reaction, as with bones that hold nodes.
+/// Its force on the nodes of the bone is the reaction, as it is where bones hold nodes directly.
 #[derive(Debug, Clone)]
 pub struct Attachment<const D: usize> {
     ties: Vec<(Tie, Vec<Slot>)>,
@@ -20,20 +21,23 @@ pub struct Attachment<const D: usize> {
 }
 
 impl<const D: usize> Attachment<D> {
-    /// Ties whose form is multiplied by `stiffness`, N/m³ (2D: per metre of thickness), between nodes at the given rest positions, m.
+    /// Ties between nodes at the given rest positions, m. Their form is multiplied by `stiffness`, N/m³ (2D:
+    /// per metre of thickness).
     pub fn new(ties: &[Tie], stiffness: f64, rest_positions: &[SVector<f64, D>]) -> Self {
         let ties = ties.iter().map(|tie| (tie.clone(), Vec::new())).collect();
         Self { ties, stiffness, rest: rest_positions.to_vec() }
     }
 
-    /// For each tie: its nodes, and for each of them its displacement and the weighted sum of those of all, in N.
+    /// For each tie: its nodes, and for each node its displacement and the weighted sum of the displacements
+    /// of all, in N.
     fn sums<'a>(
         &'a self,
         positions: &'a [SVector<f64, D>],
     ) -> impl Iterator<Item = (usize, SVector<f64, D>, SVector<f64, D>)> + 'a {
         self.ties.iter().flat_map(move |(tie, _)| {
             let rows = tie.form.chunks_exact(tie.nodes.len());
-            // Displacements, relative to one of them: the form sees neither the shape at rest nor where the whole is.
+            // Displacements relative to one node, because the form depends neither on the shape at rest nor
+            // on a common shift.
             let moved = move |node: usize| positions[node] - self.rest[node];
             let origin = moved(tie.nodes[0]);
             tie.nodes.iter().zip(rows).map(move |(&node, row)| {

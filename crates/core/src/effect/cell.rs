@@ -1,4 +1,5 @@
-//! A cell as an element: its corners, its measure at rest, and where its stiffness goes. What effects on cells have in common.
+//! What effects on cells have in common: corners, area or volume at rest, and the places of the stiffness
+//! blocks.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -6,7 +7,7 @@ use crate::body::Cells;
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-/// A step may take at most this part of what is left of a cell's measure.
+/// A step may reduce the area or volume of a cell by at most this part of it.
 pub(super) const LARGEST_LOSS: f64 = 0.9;
 
 /// A triangle or tetrahedron of tissue.
@@ -44,7 +45,7 @@ impl<const D: usize> Cell<D> {
         simplex::corners(of_nodes, self.nodes())
     }
 
-    /// Looks up where the stiffness blocks go.
+    /// Looks up the places of the stiffness blocks.
     pub fn bind(&mut self, pattern: &Pattern) {
         let mut pair = 0;
         for a in 0..=D {
@@ -56,7 +57,7 @@ impl<const D: usize> Cell<D> {
         }
     }
 
-    /// Adds the blocks of its corners and of its pairs of corners.
+    /// Adds the stiffness blocks of its corners and of its pairs of corners.
     #[inline(always)]
     pub fn add_stiffness(
         &self,
@@ -74,7 +75,7 @@ impl<const D: usize> Cell<D> {
         }
     }
 
-    /// Largest part of `step` up to which all cells keep a tenth of their measure.
+    /// Largest part of `step` that leaves all cells a tenth of their area or volume.
     #[inline(always)]
     pub fn step_limit<'a>(
         cells: impl Iterator<Item = &'a Self>,

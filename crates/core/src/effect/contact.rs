@@ -1,12 +1,13 @@
 //! Contact of the tongue's surface with a rigid outline: palate and teeth.
 //!
-//! A node at distance `d < d̂` of the outline has the energy `b(d) = -κ (d - d̂)² ln(d/d̂)`, which is twice continuously
-//! differentiable at `d̂`, where the wall begins to act, and infinite at the wall (Li et al. 2020, Incremental Potential Contact,
-//! eq. 6). With a step limit that stops short of every crossing no node ever passes, whatever the force.
+//! A node at distance `d < d̂` of the outline has the energy `b(d) = -κ (d - d̂)² ln(d/d̂)`, which is twice
+//! continuously differentiable at `d̂`, where the wall begins to act, and infinite at the wall (Li et al.
+//! 2020, Incremental Potential Contact, eq. 6). With a step limit that stops short of every crossing no node
+//! ever passes, whatever the force.
 //!
-//! Along a polyline the barriers of all segments are added and those of the corners between them taken off again (Li et al. 2023,
-//! Convergent IPC), so that beside a straight run of segments one wall acts on the node, not one for each segment, and the
-//! energy is smooth across corners.
+//! Along a polyline the barriers of all segments are added and those of the corners between them are
+//! subtracted (Li et al. 2023, Convergent IPC). So a straight run of segments acts on a node as one wall,
+//! not as one for each segment, and the energy is smooth across corners.
 
 use nalgebra::{SMatrix, SVector, Vector2};
 
@@ -14,13 +15,14 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::{Configuration, Effect, Tangent};
 
-/// A step goes at most this part of the way to the wall.
+/// A step covers at most this part of the way to the wall.
 const LARGEST_APPROACH: f64 = 0.9;
-/// Segments are taken this much longer (relative) when crossings are sought, so that rounding opens no gap at a corner.
+/// Relative lengthening of the segments when crossings are looked for, so that rounding opens no gap at a
+/// corner.
 const OVERLAP: f64 = 1e-9;
 
-/// A rigid wall along a polyline in the first two coordinates (in space: extended from left to right without end), which
-/// acts on the given nodes.
+/// A rigid wall along a polyline in the first two coordinates (in space: extended from left to right without
+/// end), which acts on the given nodes.
 #[derive(Debug, Clone)]
 pub struct Contact {
     outline: Vec<Vector2<f64>>,
@@ -41,7 +43,8 @@ struct Repulsion {
 }
 
 impl Contact {
-    /// A wall of stiffness `stiffness` (κ, N/m; zero is no wall) that acts on `nodes` nearer than `reach` (d̂, m; positive).
+    /// A wall of stiffness `stiffness` (κ, N/m; with zero it does not act) that acts on `nodes` nearer than
+    /// `reach` (d̂, m; positive).
     pub fn new(outline: Vec<Vector2<f64>>, nodes: &[usize], stiffness: f64, reach: f64) -> Self {
         let unbound = Pattern::new(0, &[], []).bin();
         Self { outline, nodes: nodes.iter().map(|&n| (n, unbound)).collect(), stiffness, reach }
@@ -58,8 +61,8 @@ impl Contact {
         self.segments().map(|s| nearest(p, s).0.norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The first of the straight lines `pairs` (node numbers) that meets the outline at the given positions, m: what lies on
-    /// both sides of a wall has penetrated it.
+    /// The first of the straight lines between `pairs` of nodes that meets the outline at the given
+    /// positions, m. Such a line has an end on each side of the wall, so the body has penetrated it.
     pub fn penetrated<const D: usize>(
         &self,
         positions: &[SVector<f64, D>],
@@ -77,8 +80,8 @@ impl Contact {
         self.outline.windows(2).map(|w| [w[0], w[1]])
     }
 
-    /// Sums over the runs of the outline near `p`: plus every segment that `p` stands beside, and at every corner as many times
-    /// as segments end there for `p`, less one between two segments.
+    /// Sums the barriers of the outline near `p`: that of every segment that `p` is beside, and at every
+    /// corner one for each segment whose nearest point to `p` it is, less one where two segments meet.
     fn repulsion(&self, p: Vector2<f64>) -> Repulsion {
         let mut sum = Repulsion::default();
         let mut ended_before = 1;
@@ -102,7 +105,8 @@ impl Contact {
         sum
     }
 
-    /// Adds `weight` times the barrier at the displacement `way` from the wall; `straight` where the wall is a line, else a point.
+    /// Adds `weight` times the barrier at the displacement `way` from the wall; `straight` where the wall is
+    /// a line, else a point.
     fn add_barrier(&self, sum: &mut Repulsion, way: Vector2<f64>, weight: i32, straight: bool) {
         let squared = way.norm_squared();
         if weight == 0 || squared >= self.reach * self.reach {
@@ -154,13 +158,13 @@ fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, Place) 
     }
 }
 
-/// How far along `p + t step`, `t > 0`, a segment is first met.
+/// The smallest `t > 0` at which `p + t step` meets a segment.
 fn first_meeting(p: Vector2<f64>, step: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> Option<f64> {
     let along = b - a;
     let turn = step.perp(&along);
     let t = (a - p).perp(&along) / turn;
     let s = (a - p).perp(&step) / turn;
-    // Parallel ways give numbers that are not finite and fail.
+    // If step and segment are parallel, these numbers are not finite and the test fails.
     (t >= 0.0 && t.is_finite() && (-OVERLAP..=1.0 + OVERLAP).contains(&s)).then_some(t)
 }
 
@@ -197,7 +201,8 @@ impl<const D: usize> Effect<D> for Contact {
         }
     }
 
-    /// [`Tangent::Convex`] keeps what pushes along the way to the wall and leaves out what a corner takes off.
+    /// [`Tangent::Convex`] keeps the part along the way to the wall and leaves out the part that a corner
+    /// subtracts.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for (n, slot) in &self.nodes {
             let push = self.repulsion(flat(&at.positions[*n]));
@@ -210,7 +215,7 @@ impl<const D: usize> Effect<D> for Contact {
         }
     }
 
-    /// No node may come nearer to the wall, on its straight way, than a tenth of the way to where it would pass.
+    /// Each node keeps at least a tenth of its straight way to the place where it would cross the wall.
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         if self.stiffness == 0.0 {
@@ -231,7 +236,8 @@ mod tests {
     use super::*;
 
     fn corner(stiffness: f64) -> Contact {
-        // A wall with a straight joint, a corner that points away and one that points towards the node's side (below).
+        // A wall with a straight joint, a corner that points away and one that points towards the node's
+        // side (below).
         let at = [[-2.0, 1.0], [-1.0, 1.0], [0.0, 1.0], [0.5, 1.5], [1.0, 1.0], [2.0, 1.0]];
         Contact::new(at.map(Vector2::from).to_vec(), &[0], stiffness, 0.6)
     }

@@ -13,25 +13,28 @@ use super::{Configuration, Effect, Internal, Tangent};
 /// Pairs of nodes of an element, each node with itself among them.
 const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 
-/// A contracting muscle: the tension times `sum w (|y| - |Y|)` over its [`Strand`]s, each with a vector `y = sum c_a x_a` of the
-/// positions, which is `Y` at rest, and its weight `w`.
+/// A contracting muscle: the tension times `sum w (|y| - |Y|)` over its [`Strand`]s, each with a vector `y =
+/// sum c_a x_a` of the positions, which is `Y` at rest, and its weight `w`.
 ///
-/// Of a point of a fibre in the tissue `y` is `F f0`, the fibre's direction at rest carried along, and the energy is that of a tension
-/// which does not depend on the stretch: convex. Of a part outside the tissue `y` is the way from the bone to where it pulls.
-/// What is passive in the muscle is tissue like all other.
+/// For a point of a fibre in the tissue, `y` is `F f0`: the direction of the fibre at rest, deformed with
+/// the tissue. The energy is that of a tension that does not depend on the stretch, and is convex. For a
+/// part outside the tissue, `y` is the way from the bone to the place where it pulls. The passive stiffness
+/// of the muscle is that of the tissue around it.
 ///
-/// A tension that the stretch does not change would pull a part outside the tissue into a point. So below a tenth of its length at
-/// rest a strand gets a [`barrier()`] of `w B |Y| b(|y|/|Y|)` as well, with a tension `B` that belongs to the tissue.
+/// A tension that the stretch does not change would pull a part outside the tissue into a point. So below a
+/// tenth of its length at rest a strand gets a [`barrier()`] of `w B |Y| b(|y|/|Y|)` as well, with a tension
+/// `B` that belongs to the tissue.
 ///
-/// In time the tension follows the one asked for with the time constant of the thesis's contractile element at constant length,
-/// `b_cc/k2`; the series spring itself, which belongs to connections, has no counterpart here.
+/// In time the tension follows the one asked for with the time constant of the thesis's contractile element
+/// at constant length, `b_cc/k2`; the series spring itself, which belongs to connections, has no counterpart
+/// here.
 #[derive(Debug, Clone)]
 pub struct Fibres<const D: usize> {
     muscle: usize,
     groups: Vec<Group<D>>,
     /// b_cc/k2, s.
     contraction_time: f64,
-    /// The tension that the barrier is counted in, N.
+    /// The tension that scales the barrier, N.
     bar: f64,
 }
 
@@ -44,7 +47,7 @@ struct Group<const D: usize> {
     strands: Vec<AtRest<D>>,
     /// The coefficients of all strands, one after another.
     coefficients: Vec<f64>,
-    /// Of each pair of nodes, each with itself among them.
+    /// One number for each pair of nodes, pairs of a node with itself included.
     slots: Vec<Slot>,
 }
 
@@ -56,16 +59,16 @@ struct AtRest<const D: usize> {
     length: f64,
 }
 
-/// How a strand pulls along itself.
+/// The pull of a strand along itself.
 struct Pull {
     /// Tension, N.
     whole: f64,
-    /// How it grows with the length, N/m.
+    /// Its derivative by the length, N/m.
     slope: f64,
 }
 
 impl<const D: usize> AtRest<D> {
-    /// At a length, under a tension and with a barrier of `bar`, both N.
+    /// The pull at a length, under a tension and with a barrier scaled by `bar`, both N.
     #[inline(always)]
     fn pull(&self, length: f64, tension: f64, bar: f64) -> Pull {
         if bar > 0.0 && length < THRESHOLD * self.length {
@@ -77,8 +80,9 @@ impl<const D: usize> AtRest<D> {
 }
 
 impl<const D: usize> Fibres<D> {
-    /// Muscle number `muscle` of the mesh, made of these strands between nodes at the given rest positions, m; its tension follows with
-    /// the time constant `contraction_time`, s, and the barrier is counted in `bar`, N.
+    /// Muscle number `muscle` of the mesh, made of these strands between nodes at the given rest positions,
+    /// m; its tension follows with the time constant `contraction_time`, s, and the barrier is counted in
+    /// `bar`, N.
     pub fn new(
         muscle: usize,
         strands: &[Strand],
@@ -107,7 +111,7 @@ impl<const D: usize> Fibres<D> {
         Self { muscle, groups, contraction_time, bar }
     }
 
-    /// What a unit of tension adds to the energy, m.
+    /// Derivative of the energy by the tension, m.
     fn lengthening(&self, positions: &[SVector<f64, D>]) -> f64 {
         let strands = self.groups.iter().flat_map(|g| g.strands(positions));
         // |Y + d| - |Y| without the cancellation that the difference has where a strand has hardly moved.
@@ -118,15 +122,15 @@ impl<const D: usize> Fibres<D> {
         strands.map(longer).sum()
     }
 
-    /// The strands in which the barrier acts, and their length.
+    /// The strands in which the barrier acts, each with its length.
     fn crushed<'a>(&'a self, positions: &'a [SVector<f64, D>]) -> impl Iterator<Item = (&'a AtRest<D>, f64)> {
         let strands = self.groups.iter().flat_map(|g| g.strands(positions));
         let lengths = strands.map(|(rest, _, by)| (rest, (rest.vector + by).norm()));
         lengths.filter(|(rest, length)| *length < THRESHOLD * rest.length)
     }
 
-    /// `w c_a c_b ((T / |y|) (I - n nᵀ) + dT/d|y| n nᵀ)`, never negative where there is no barrier; with one,
-    /// [`Tangent::Convex`] leaves out the first part where that is.
+    /// `w c_a c_b ((T / |y|) (I - n nᵀ) + dT/d|y| n nᵀ)`, never negative where there is no barrier; with
+    /// one, [`Tangent::Convex`] leaves out the first part where that is.
     fn add_stiffness_of(
         &self,
         positions: &[SVector<f64, D>],
@@ -164,7 +168,7 @@ impl<const D: usize> NullaryFnOnce for Stiffness<'_, D> {
     #[inline(always)]
     fn call(self) {
         for g in self.groups {
-            // What pulls at many nodes at once has one strand, whose blocks need no adding up.
+            // A group with many nodes has one strand, so its blocks need no summing.
             let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
             let few = g.slots.len() <= MAX_PAIRS;
             for (rest, coefficients, by) in g.strands(self.positions) {
@@ -200,7 +204,8 @@ impl<const D: usize> NullaryFnOnce for Stiffness<'_, D> {
     }
 }
 
-/// The length and the unit direction of a vector; of none the zero vector, so that nothing is divided by zero.
+/// The length and the unit direction of a vector. A vector of length zero has the direction zero, so that
+/// nothing is divided by zero.
 #[inline(always)]
 fn length_and_direction<const D: usize>(y: &SVector<f64, D>) -> (f64, SVector<f64, D>) {
     let length = y.norm();
@@ -301,7 +306,8 @@ impl<const D: usize> Effect<D> for Fibres<D> {
     }
 }
 
-/// One state: the tension of the muscle, N (0 at first), which follows the one asked for.
+/// The one internal state is the tension of the muscle, N. It begins at 0 and follows the tension that is
+/// asked for.
 impl<const D: usize> Internal<D> for Fibres<D> {
     fn count(&self) -> usize {
         1

@@ -1,4 +1,5 @@
-//! Tissue as a continuum: linear finite elements of a [`NeoHookean`] solid, in place of springs and area terms.
+//! Tissue as a continuum: linear finite elements of a [`NeoHookean`] solid, in place of springs and area
+//! terms.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -18,7 +19,7 @@ struct Element<const D: usize> {
     shape: Corners<D>,
 }
 
-/// What a deformation makes of an element.
+/// An element in the deformed shape.
 struct Strained<const D: usize> {
     law: Deformed<D>,
     /// Its measure, m² or m³.
@@ -27,15 +28,16 @@ struct Strained<const D: usize> {
     shape: Corners<D>,
 }
 
-/// Energy of a cell: its rest measure times the energy density of the law at the cell's deformation gradient, which is the same
-/// everywhere in a linear simplex. At small strain the cell is the linear element `K_CST` of the same E and ν (thesis eqs.
-/// 3.38-3.42), which the springs are matched to.
+/// Energy of a cell: its rest measure times the energy density of the law at the cell's deformation
+/// gradient, which is the same everywhere in a linear simplex. At small strain the cell is the linear
+/// element `K_CST` of the same E and ν (thesis eqs. 3.38-3.42), which the springs are matched to.
 ///
-/// Linear simplices are too stiff in bending when nearly incompressible (volumetric locking at ν = 0.49); so are the
-/// springs with one area term a triangle that are matched to them.
+/// Linear simplices are too stiff in bending when nearly incompressible (volumetric locking at ν = 0.49); so
+/// are the springs with one area term a triangle that are matched to them.
 ///
-/// In time a Newtonian viscosity acts beside the law (Kelvin-Voigt): Cauchy's stress gains `2 η d`, `d` the rate of deformation
-/// (symmetric part of the velocity's gradient), which resists no rigid motion. At small strain shear relaxes with η/μ.
+/// In time a Newtonian viscosity acts beside the law (Kelvin-Voigt): Cauchy's stress gains `2 η d`, `d` the
+/// rate of deformation (symmetric part of the velocity's gradient), which resists no rigid motion. At small
+/// strain shear relaxes with η/μ.
 #[derive(Debug, Clone)]
 pub struct FiniteElements<const D: usize> {
     law: NeoHookean,
@@ -92,7 +94,8 @@ impl<const D: usize> Effect<D> for FiniteElements<D> {
         self.elements.iter().map(|e| e.cell.rest * e.strained(self.law, at.positions).law.energy()).sum()
     }
 
-    /// `-V0 P G` on each corner, with the first Piola-Kirchhoff stress `P` and the shape function's gradient `G`.
+    /// `-V0 P G` on each corner, with the first Piola-Kirchhoff stress `P` and the shape function's gradient
+    /// `G`.
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for e in &self.elements {
             let s = e.strained(self.law, at.positions);
@@ -102,8 +105,8 @@ impl<const D: usize> Effect<D> for FiniteElements<D> {
         }
     }
 
-    /// `V0` times the block of `dP/dF` between the gradients of two shape functions; [`Tangent::Convex`] leaves out the negative
-    /// eigenvalues of `dP/dF`.
+    /// `V0` times the block of `dP/dF` between the gradients of two shape functions; [`Tangent::Convex`]
+    /// leaves out the negative eigenvalues of `dP/dF`.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for e in &self.elements {
             let s = e.strained(self.law, at.positions);
@@ -120,7 +123,8 @@ impl<const D: usize> Effect<D> for FiniteElements<D> {
         }
     }
 
-    /// `-V 2 η d g` on each corner, `V` the deformed measure and `g` the shape function's gradient in the deformed shape.
+    /// `-V 2 η d g` on each corner, `V` the deformed measure and `g` the shape function's gradient in the
+    /// deformed shape.
     fn add_viscous_force(
         &self,
         at: Configuration<'_, D>,

@@ -13,20 +13,21 @@ struct Load<const D: usize> {
     node: usize,
     /// Its weight, N (2D: per metre of thickness).
     weight: SVector<f64, D>,
-    /// Where its potential energy counts as zero, m.
+    /// The position at which its potential energy is zero, m.
     origin: SVector<f64, D>,
 }
 
-/// `W = - sum m_i g·(x_i - X_i)`, `X` the rest position. Measured from rest, because from a far origin the energy would be large
-/// and its differences, which the line search needs, would be lost in rounding.
+/// `W = - sum m_i g·(x_i - X_i)`, `X` the rest position. Measured from rest, because from a far origin the
+/// energy would be large and its differences, which the line search needs, would be lost in rounding.
 #[derive(Debug, Clone)]
 pub struct Gravity<const D: usize> {
     loads: Vec<Load<D>>,
 }
 
 impl<const D: usize> Gravity<D> {
-    /// Weight of the given masses (node, kg; 2D: per metre of thickness) under an acceleration, m/s²; `rest` are the positions of
-    /// all nodes, m, at which the energy is zero. Masses of nodes that do not exist are left out.
+    /// Weight of the given masses (node, kg; 2D: per metre of thickness) under an acceleration, m/s²; `rest`
+    /// are the positions of all nodes, m, at which the energy is zero. Masses of nodes that do not exist are
+    /// left out.
     pub fn new(masses: &[(usize, f64)], acceleration: SVector<f64, D>, rest: &[SVector<f64, D>]) -> Self {
         let load = |&(node, mass): &(usize, f64)| {
             rest.get(node).map(|&origin| Load { node, weight: acceleration * mass, origin })
@@ -35,10 +36,11 @@ impl<const D: usize> Gravity<D> {
     }
 }
 
-/// The mass of every node of the tissue, kg (2D: per metre of thickness): each cell's, in equal parts to its corners.
+/// The mass of every node of the tissue, kg (2D: per metre of thickness): each cell's, in equal parts to its
+/// corners.
 ///
-/// The thesis gives all nodes the same mass (eq. 4.1). The sum is the same, but a corner of the outline then weighs as much as an
-/// inner node with twice the tissue around it, which a finer mesh would not mend.
+/// The thesis gives all nodes the same mass (eq. 4.1). The sum is the same, but then a corner of the outline
+/// weighs as much as an inner node with twice the tissue around it, and a finer mesh does not correct that.
 pub fn lumped_masses<const D: usize>(mesh: &Mesh<D>, density: f64) -> Vec<(usize, f64)> {
     let mut mass = vec![0.0; mesh.nodes.len()];
     for cell in mesh.cells.iter() {

@@ -1,4 +1,4 @@
-//! Internal states: what a body in motion remembers beside its positions and velocities.
+//! Internal states: variables of a motion other than positions and velocities.
 
 use std::fmt::Debug;
 
@@ -8,12 +8,12 @@ use crate::sparse::BlockMatrix;
 
 use super::{Configuration, Tangent};
 
-/// The part of an effect that acts through internal states `s` with `ds/dt = rate(x, s)`, one equation a state, each linear
-/// in its own state and coupled to others only through the positions. So an implicit step can eliminate them one by one, and
-/// the stiffness keeps its pattern. Equilibria never ask for it.
+/// The part of an effect that acts through internal states `s` with `ds/dt = rate(x, s)`, one equation a
+/// state, each linear in its own state and coupled to others only through the positions. So an implicit step
+/// can eliminate them one by one, and the stiffness keeps its pattern. Equilibria never ask for it.
 ///
-/// In motion this stands in place of what the effect's tension does at rest: the other methods of the effect are then called
-/// with all tensions zero, and the tensions enter here.
+/// In motion this replaces the tension terms of the effect: its other methods are then called with all
+/// tensions zero, and the tensions enter here.
 pub trait Internal<const D: usize>: Debug {
     /// Number of states.
     fn count(&self) -> usize;
@@ -30,8 +30,8 @@ pub trait Internal<const D: usize>: Debug {
     /// Solves `s = known + step rate(x, s)`; `states` holds `known` before and `s` after. `step` in s.
     fn settle(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]);
 
-    /// Adds minus the derivative of the force with respect to the positions, N/m, with the states settled at each position
-    /// as [`Internal::settle`] does; a step of zero holds them.
+    /// Adds minus the derivative of the force with respect to the positions, N/m, with the states settled at
+    /// each position as [`Internal::settle`] does; a step of zero holds them.
     fn add_stiffness(
         &self,
         at: Configuration<'_, D>,

@@ -13,8 +13,8 @@
 //! | [`Gravity`] | `-m g·(x - X)` a node | Newton 1687 |
 //! | [`Contact`] | `-κ (d - d̂)² ln(d/d̂)` a node nearer than `d̂` to the palate | Li et al. 2020, eq. 6 |
 //!
-//! An effect on the nodes adds to energy, force and stiffness; what holds nodes (bones, straight paths) is no effect but a constraint,
-//! and belongs to the [system](crate::system).
+//! An effect adds to energy, force and stiffness of the nodes. Bones and straight paths, which hold nodes,
+//! are constraints and belong to the [system](crate::system).
 
 mod attachment;
 pub mod barrier;
@@ -50,7 +50,7 @@ pub use quadratic_element::QuadraticElements;
 pub use tissue::Tissue;
 pub use upright::Upright;
 
-/// Where an effect is evaluated.
+/// The state at which an effect is evaluated.
 #[derive(Debug, Clone, Copy)]
 pub struct Configuration<'a, const D: usize> {
     /// Positions of all nodes, m.
@@ -59,7 +59,7 @@ pub struct Configuration<'a, const D: usize> {
     pub tensions: &'a [f64],
 }
 
-/// One element of an effect that is made of nothing but straight elements and cells that keep their measure.
+/// One element of an effect that consists of springs and area or volume terms only.
 #[derive(Debug, Clone, Copy)]
 pub enum Part<'a> {
     /// A spring, and the muscle along it whose tension it carries as well.
@@ -91,15 +91,16 @@ pub enum Tangent {
 
 /// Something that acts on the body. Its energy is in J (2D: per metre of thickness).
 ///
-/// A new effect is a file here, which implements what is not zero of this trait, and one line where a plan adds it
-/// ([`crate::system::Additions`]). Force and stiffness are the negative first and second derivatives of the energy:
-/// `tests/library/effects_are_derivatives_of_their_energy.rs` checks it for every effect in 2D and 3D, and fails for one that it is
-/// not given.
+/// A new effect is a file here, which implements what is not zero of this trait, and one line where a plan
+/// adds it ([`crate::system::Additions`]). Force and stiffness are the negative first and second derivatives
+/// of the energy: `tests/library/effects_are_derivatives_of_their_energy.rs` checks it for every effect in
+/// 2D and 3D, and fails for one that it is not given.
 pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Short name, as it stands in plans and reports.
     fn name(&self) -> &'static str;
 
-    /// Calls `couple` with every set of nodes that the stiffness of this effect couples with each other; none for a constant force.
+    /// Calls `couple` with every set of nodes that the stiffness of this effect couples with each other;
+    /// none for a constant force.
     fn stencils(&self, _couple: &mut dyn FnMut(&[usize])) {}
 
     /// Number of elements that every evaluation visits: the measure of what the effect costs.
@@ -114,7 +115,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         false
     }
 
-    /// Looks up where its stiffness blocks go; called once, before any [`Effect::add_stiffness`].
+    /// Looks up the places of its stiffness blocks; called once, before any [`Effect::add_stiffness`].
     fn bind(&mut self, _pattern: &Pattern) {}
 
     /// Potential energy, J.
@@ -135,23 +136,25 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     ) {
     }
 
-    /// Largest part (0 to 1) of `step` that the effect can be trusted for: no cell may turn over on the way.
+    /// Largest part (0 to 1) of `step` along which no cell turns over.
     fn step_limit(&self, _at: Configuration<'_, D>, _step: &[SVector<f64, D>]) -> f64 {
         1.0
     }
 
-    /// Whether no accepted step can turn a cell over, because this effect's [`Effect::step_limit`] forbids it for every cell.
+    /// Whether no accepted step can turn a cell over, because this effect's [`Effect::step_limit`] forbids
+    /// it for every cell.
     fn keeps_cells_upright(&self) -> bool {
         false
     }
 
-    /// Number of elements so far compressed that the [`barrier`] acts in them: there the law is no longer the published one.
+    /// Number of elements that are compressed so far that the [`barrier`] acts in them. Their law is no
+    /// longer the published one.
     fn guarded(&self, _at: Configuration<'_, D>) -> usize {
         0
     }
 
-    /// Adds the force of the effect's dampers on every node, N, at the given velocities, m/s: linear in them. Only a
-    /// trajectory asks for it.
+    /// Adds the force of the effect's dampers on every node, N, at the given velocities, m/s: linear in
+    /// them. Only a trajectory asks for it.
     fn add_viscous_force(
         &self,
         _at: Configuration<'_, D>,
@@ -160,8 +163,8 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     ) {
     }
 
-    /// Adds `weight` times minus the derivative of the viscous force with respect to the velocities, N s/m: symmetric and
-    /// positive semidefinite.
+    /// Adds `weight` times minus the derivative of the viscous force with respect to the velocities, N s/m:
+    /// symmetric and positive semidefinite.
     fn add_damping(&self, _at: Configuration<'_, D>, _weight: f64, _damping: &mut BlockMatrix<D>) {}
 
     /// Strain and stress of every cell that the effect makes a continuum of, in the order of the cells.
@@ -169,7 +172,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// What the effect has of internal states, whose history a trajectory must follow.
+    /// The internal states of the effect, which a trajectory must follow.
     fn internal(&self) -> Option<&dyn Internal<D>> {
         None
     }

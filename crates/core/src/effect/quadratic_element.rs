@@ -15,12 +15,14 @@ use super::{Configuration, Effect, Tangent};
 /// Pairs of nodes of a quadratic simplex, each node with itself among them.
 const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 
-/// The energy density of the law integrated over simplices with a node at each corner and in the middle of each edge, at three interior
-/// points of a triangle and four of a tetrahedron. The pressure follows from the law at each point: no further unknowns.
+/// The energy density of the law integrated over simplices with a node at each corner and in the middle of
+/// each edge, at three interior points of a triangle and four of a tetrahedron. The pressure follows from
+/// the law at each point: no further unknowns.
 ///
-/// With as many points as that a triangle of six nodes has one constraint of incompressibility for each two of its unknowns in a large
-/// mesh, so that it keeps to ν = 0.499 what linear elements lose at 0.49 (Zienkiewicz and Taylor, The Finite Element Method, 6th ed.,
-/// vol. 1, 12.4). The error of displacements falls with the third power of the size of the elements where the solution is smooth.
+/// With three points, a large mesh of six-node triangles has one constraint of incompressibility for every
+/// two unknowns. So it does not lock up to ν = 0.499, where linear elements lock at 0.49 (Zienkiewicz and
+/// Taylor, The Finite Element Method, 6th ed., vol. 1, 12.4). The error of displacements falls with the
+/// third power of the element size where the solution is smooth.
 #[derive(Debug, Clone)]
 pub struct QuadraticElements<const D: usize> {
     law: NeoHookean,
@@ -53,8 +55,9 @@ fn pairs<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
 impl<const D: usize> QuadraticElements<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
-    /// Elements of a law and a viscosity (N s/m², as in [`super::FiniteElements`]) of the given nodes (corners, then the middles of [`quadratic::edges`]) with their shape at the given rest
-    /// positions, m. Their sides are straight: only the corners' positions count.
+    /// Elements of a law and a viscosity (N s/m², as in [`super::FiniteElements`]) of the given nodes
+    /// (corners, then the middles of [`quadratic::edges`]) with their shape at the given rest positions, m.
+    /// Their sides are straight: only the corners' positions count.
     pub fn new<'a>(
         law: NeoHookean,
         viscosity: f64,
@@ -93,7 +96,7 @@ impl<const D: usize> Element<D> {
         &self.shapes[..quadratic::points::<D>().len()]
     }
 
-    /// What its own nodes have of what all have.
+    /// The values at the nodes of the element, out of those at all nodes.
     #[inline(always)]
     fn gather(&self, of_node: impl Fn(usize) -> SVector<f64, D>) -> Shapes<D> {
         let mut own = [SVector::zeros(); MAX_NODES];
@@ -103,7 +106,8 @@ impl<const D: usize> Element<D> {
         own
     }
 
-    /// The law at every point, and the gradients of the shape functions in the deformed shape, `F⁻ᵀ` times those at rest.
+    /// The law at every point, and the gradients of the shape functions in the deformed shape, `F⁻ᵀ` times
+    /// those at rest.
     #[inline(always)]
     fn at_points(
         &self,
@@ -124,7 +128,7 @@ impl<const D: usize> Element<D> {
     }
 }
 
-/// The gradient of what has these values at the nodes of an element whose shape functions have those gradients.
+/// The gradient of a field with these values at the nodes, given the gradients of the shape functions.
 #[inline(always)]
 fn gradient<const D: usize>(shape: &Shapes<D>, of_nodes: &Shapes<D>) -> SMatrix<f64, D, D> {
     let mut gradient = SMatrix::zeros();
@@ -175,7 +179,8 @@ struct Stiffness<'a, const D: usize> {
 impl<const D: usize> NullaryFnOnce for Stiffness<'_, D> {
     type Output = ();
 
-    /// [`Deformed::tangent`] of all points, with what does not change with the shape summed up beforehand.
+    /// The sum of [`Deformed::tangent`] over all points. The part that does not depend on the shape was
+    /// summed beforehand.
     #[inline(always)]
     fn call(self) {
         let NeoHookean { lambda, mu } = self.all.law;
@@ -227,7 +232,7 @@ impl<const D: usize> NullaryFnOnce for Stiffness<'_, D> {
 }
 
 impl<const D: usize> QuadraticElements<D> {
-    /// The convex stiffness of an element whatever its deformation.
+    /// The convex stiffness of an element at any deformation.
     fn add_convex(&self, e: &Element<D>, displaced: &Shapes<D>, stiffness: &mut BlockMatrix<D>) {
         let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
         e.at_points(self.law, displaced, |shape, deformed, law| {
@@ -256,7 +261,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
 
     fn bind(&mut self, pattern: &Pattern) {
         for e in &mut self.elements {
-            // From the last to be eliminated on, no block has to be turned to be stored.
+            // Nodes in descending order of elimination, so that no block has to be transposed to be stored.
             let mut order: Vec<usize> = (0..Self::NODES).collect();
             order.sort_by_key(|&a| std::cmp::Reverse(pattern.unknown(e.nodes[a])));
             let old = e.clone();
@@ -283,7 +288,8 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         energy
     }
 
-    /// `-V0 P G` on each node, with the first Piola-Kirchhoff stress `P` and the shape function's gradient `G`, from each point.
+    /// `-V0 P G` on each node, with the first Piola-Kirchhoff stress `P` and the shape function's gradient
+    /// `G`, from each point.
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for e in &self.elements {
             let displaced = self.displaced(e, at.positions);
@@ -303,13 +309,14 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         }
     }
 
-    /// `V0` times the block of `dP/dF` between the gradients of two shape functions, from each point; [`Tangent::Convex`] leaves out
-    /// the negative eigenvalues of `dP/dF`.
+    /// `V0` times the block of `dP/dF` between the gradients of two shape functions, from each point;
+    /// [`Tangent::Convex`] leaves out the negative eigenvalues of `dP/dF`.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         Arch::new().dispatch(Stiffness { all: self, at, tangent, stiffness });
     }
 
-    /// `-V 2 η d g` on each node, from each point: `V` the deformed measure and `g` the shape function's gradient there.
+    /// `-V 2 η d g` on each node, from each point: `V` the deformed measure and `g` the shape function's
+    /// gradient there.
     fn add_viscous_force(
         &self,
         at: Configuration<'_, D>,
@@ -347,10 +354,12 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         }
     }
 
-    /// Of each element in the middle of each of its linear parts, which are the cells of the mesh.
+    /// For each element, the state in the middle of each of its linear parts, which are the cells of the
+    /// mesh.
     fn stresses(&self, at: Configuration<'_, D>) -> Vec<Stress<D>> {
         let points = quadratic::points::<D>();
-        // Gradients are linear in the element: these weights of those at its points give them in the middle of a part.
+        // Gradients are linear within an element, so a weighted sum of those at its points gives the
+        // gradient in the middle of a part.
         let weights = quadratic::parts::<D>().iter().map(|part| {
             let middle = quadratic::middle::<D>(part);
             let (near, far) = (points[0][0], points[0][1]);
@@ -369,7 +378,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         self.elements.iter().flat_map(of_element).collect()
     }
 
-    /// Up to which the tissue keeps a tenth of its measure at every point.
+    /// Largest part of `step` that leaves the tissue a tenth of its area or volume at every point.
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {

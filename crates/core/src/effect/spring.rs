@@ -1,4 +1,4 @@
-//! A straight element between two nodes: what tissue and muscle have in common.
+//! A straight element between two nodes, as tissue and muscles have them.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -21,7 +21,8 @@ pub struct Spring {
 
 /// Distance between the ends and the unit direction from the first to the second.
 ///
-/// Ends that coincide have no direction; the zero vector then stands for it, so that no force is invented and nothing is divided by zero.
+/// Ends that coincide have no direction. The direction is then the zero vector, so that there is no force
+/// and no division by zero.
 #[inline(always)]
 pub fn length_and_direction<const D: usize>(
     positions: &[SVector<f64, D>],
@@ -39,7 +40,7 @@ impl Spring {
         Self { nodes, stiffness, rest_length, slots: [unbound; 3] }
     }
 
-    /// Looks up where the stiffness blocks go.
+    /// Looks up the places of the stiffness blocks.
     pub fn bind(&mut self, pattern: &Pattern) {
         let [a, b] = self.nodes;
         self.slots = [pattern.slot(a, a), pattern.slot(b, b), pattern.slot(a, b)];
@@ -58,8 +59,8 @@ impl Spring {
         self.stiffness > 0.0 && (positions[b] - positions[a]).norm_squared() < least * least
     }
 
-    /// Energy with an extra constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and below a tenth of the rest length `k l0²`
-    /// times the [`barrier()`].
+    /// Energy with an extra constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and below a tenth of the
+    /// rest length `k l0²` times the [`barrier()`].
     #[inline(always)]
     pub fn energy<const D: usize>(&self, positions: &[SVector<f64, D>], tension: f64) -> f64 {
         let (length, _) = length_and_direction(positions, self.nodes);
@@ -97,8 +98,9 @@ impl Spring {
         force[self.nodes[1]] -= pull;
     }
 
-    /// Adds `k n nᵀ + (T / l) (I - n nᵀ)`, with `T` the whole tension: stiff along its direction, and across it as stiff as
-    /// it is taut. In compression the second part is negative; [`Tangent::Convex`] leaves it out then.
+    /// Adds `k n nᵀ + (T / l) (I - n nᵀ)`, with `T` the whole tension: stiff along its direction, and across
+    /// it as stiff as it is taut. In compression the second part is negative; [`Tangent::Convex`] leaves it
+    /// out then.
     #[inline(always)]
     pub fn add_stiffness<const D: usize>(
         &self,
@@ -117,8 +119,8 @@ impl Spring {
         self.add_line(length, n, slope, whole, tangent, stiffness);
     }
 
-    /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for an element of length `l`, direction `n` and tension `T` that grows by
-    /// `slope` with its length, N/m.
+    /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for an element of length `l`, direction `n` and tension `T`
+    /// that grows by `slope` with its length, N/m.
     #[inline(always)]
     pub fn add_line<const D: usize>(
         &self,

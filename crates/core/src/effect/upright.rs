@@ -1,4 +1,4 @@
-//! What keeps quadratic elements from turning over.
+//! A barrier that keeps quadratic elements from turning over.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -10,14 +10,15 @@ use super::barrier::{self, barrier};
 use super::cell::LARGEST_LOSS;
 use super::{Configuration, Effect, Tangent};
 
-/// A [`barrier()`] in every place of a quadratic element where its law does not look: at its corners, and in the linear parts into
-/// which its nodes divide it.
+/// A [`barrier()`] at the corners of a quadratic element and in the linear parts into which its nodes divide
+/// it, where the law is not evaluated.
 ///
-/// The law sees the deformation at a few interior points only, and at loads far beyond muscle an element whose points are in order turns
-/// over at a corner. Here each corner and each part has a measure `m`, that of the simplex of its edges: from a corner `i` along
-/// the edge to `j` with the middle `k` the tangent `4 x_k - 3 x_i - x_j`, in a part the way from one of its nodes to another. Where
-/// `m` is below a tenth of that at rest `M`, there is the energy `λ V b(m/M)`, with an equal share `V` of the element's measure for
-/// each; above it there is none, and the answer is that of the law alone.
+/// The law is evaluated at a few interior points only. At loads far beyond muscle an element can turn over
+/// at a corner although all of these points are valid. So each corner and each part has a measure `m`, that
+/// of the simplex of its edges: from a corner `i` along the edge to `j` with the middle `k` the tangent `4
+/// x_k - 3 x_i - x_j`, in a part the way from one of its nodes to another. Where `m` is below a tenth of
+/// that at rest `M`, there is the energy `λ V b(m/M)`, with an equal share `V` of the element's measure for
+/// each. Above a tenth there is no such energy, and the answer is that of the law alone.
 #[derive(Debug, Clone)]
 pub struct Upright<const D: usize> {
     /// Lamé's first constant λ, Pa (2D: per metre of thickness).
@@ -30,7 +31,7 @@ struct Element {
     nodes: [usize; MAX_NODES],
     /// Area, m², or volume, m³, at rest.
     measure: f64,
-    /// Of each pair of nodes, each with itself among them.
+    /// One place for each pair of nodes, pairs of a node with itself included.
     slots: Vec<Slot>,
 }
 
@@ -40,7 +41,8 @@ type Edge = [(usize, f64); 3];
 /// The nodes of an element.
 type Nodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 
-/// What is guarded in every element, and which part of the element's measure it has at rest.
+/// The guarded corners and parts of every element, each with its share of the element's area or volume at
+/// rest.
 struct Guards<const D: usize>(Vec<([Edge; 3], f64)>);
 
 impl<const D: usize> Guards<D> {
@@ -51,7 +53,8 @@ impl<const D: usize> Guards<D> {
         };
         let corner = |i: usize| {
             let mut others = (1..=D).map(|step| (i + step) % (D + 1)).collect::<Vec<_>>();
-            // In space every second corner would see the others the wrong way round.
+            // In space the order of the other corners is reversed at every second corner; otherwise its
+            // volume would be negative.
             if D == 3 && i % 2 == 1 {
                 others.swap(0, 1);
             }
@@ -90,8 +93,9 @@ fn halves<const D: usize>(x: &Nodes<D>) -> [SVector<f64, D>; 6] {
     [x[3] - x[0], x[1] - x[3], x[4] - x[1], x[2] - x[4], x[5] - x[2], x[0] - x[5]]
 }
 
-/// For a triangle with these halves of its sides twice the measure of everything that is guarded in it, each as large as that of the triangle
-/// itself where its sides are straight: what [`Guards::of`] tells, in a fraction of the time.
+/// Twice the area of each guarded corner and part of a triangle with these half sides, scaled to the area of
+/// the triangle itself while its sides are straight. The values are those of [`Guards::of`], in a fraction
+/// of the time.
 #[inline(always)]
 fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
     let [p, q, r, s, t, u] = halves;
@@ -107,18 +111,19 @@ fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
     ]
 }
 
-/// Measures this much above where something happens are surely there, whatever the rounding.
+/// A measure that exceeds a threshold by this factor is above it whatever the rounding.
 const SURE: f64 = 1.0 + 1e-9;
 
 impl Element {
-    /// Whether it is a triangle in which surely no barrier acts.
+    /// Whether this is a triangle, and no barrier acts in it whatever the rounding.
     #[inline(always)]
     fn is_free<const D: usize>(&self, x: &Nodes<D>) -> bool {
         let least = 2.0 * self.measure * barrier::THRESHOLD * SURE;
         D == 2 && measures(&halves(x)).iter().all(|m| *m > least)
     }
 
-    /// Whether it is a triangle all of whose guarded parts surely keep enough of their measure along a whole step.
+    /// Whether this is a triangle all of whose guarded parts keep enough of their area along a whole step,
+    /// whatever the rounding.
     #[inline(always)]
     fn may_go<const D: usize>(x: &Nodes<D>, step: &Nodes<D>) -> bool {
         if D != 2 {
@@ -142,15 +147,15 @@ struct Guarded<'a, const D: usize> {
 }
 
 impl<const D: usize> Guarded<'_, D> {
-    /// Its measure to that at rest, if the barrier acts.
+    /// The ratio of its measure to that at rest, if the barrier acts.
     #[inline(always)]
     fn ratio(&self) -> Option<f64> {
         let ratio = simplex::measure(&self.corners) / self.rest;
-        // What is not a number counts as turned over.
+        // NaN counts as turned over.
         (ratio < barrier::THRESHOLD || ratio.is_nan()).then_some(ratio)
     }
 
-    /// How much a node of the element counts in each of the edges.
+    /// The coefficient of a node of the element in each of the edges.
     fn counts(&self) -> [[f64; 3]; MAX_NODES] {
         let mut counts = [[0.0; 3]; MAX_NODES];
         for (d, edge) in self.edges.iter().enumerate().take(D) {
@@ -170,8 +175,8 @@ impl<const D: usize> Guarded<'_, D> {
 impl<const D: usize> Upright<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
-    /// The barrier for elements of the given nodes (corners, then the middles of [`quadratic::edges`]) with their shape at the given
-    /// rest positions, m, in a tissue of `lambda`, Pa.
+    /// The barrier for elements of the given nodes (corners, then the middles of [`quadratic::edges`]) with
+    /// their shape at the given rest positions, m, in a tissue of `lambda`, Pa.
     pub fn new<'a>(
         lambda: f64,
         elements: impl Iterator<Item = &'a [usize]>,
@@ -186,7 +191,8 @@ impl<const D: usize> Upright<D> {
         Self { lambda, elements: elements.map(element).collect() }
     }
 
-    /// Calls `act` for everything in which the barrier acts, with its ratio and the energy that it is counted in, J.
+    /// Calls `act` for every corner and part in which the barrier acts, with its ratio and the energy that
+    /// scales the barrier, J.
     fn each(&self, positions: &[SVector<f64, D>], mut act: impl FnMut(&Element, &Guarded<'_, D>, f64, f64)) {
         let guards = Guards::<D>::new();
         for e in &self.elements {
@@ -247,7 +253,8 @@ impl<const D: usize> Effect<D> for Upright<D> {
         });
     }
 
-    /// `λ V (b'' g gᵀ + b' d²(m/M)/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive semidefinite.
+    /// `λ V (b'' g gᵀ + b' d²(m/M)/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive
+    /// semidefinite.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         self.each(at.positions, |e, guarded, ratio, scale| {
             let b = barrier(ratio);
@@ -386,7 +393,7 @@ mod tests {
             for guarded in guards.of(&element, &x) {
                 assert!((simplex::measure(&guarded.corners) / guarded.rest - 1.0).abs() < 1e-12, "{D}D");
             }
-            // Bent, the fast way for triangles tells the same.
+            // The fast test for triangles gives the same answer for a bent element.
             (D + 1..quadratic::nodes::<D>()).for_each(|n| x[n][n % D] += 0.1 * (n as f64).sin());
             for (guarded, fast) in guards.of(&element, &x).zip(measures(&halves(&x))).filter(|_| D == 2) {
                 let slow = simplex::measure(&guarded.corners) * measure / guarded.rest;

@@ -1,4 +1,4 @@
-//! Why a mesh and a model do not make a system.
+//! Errors of making a system from a mesh and a model.
 
 use crate::body::{MeshFault, TooLarge};
 use crate::material::MaterialError;
@@ -42,12 +42,12 @@ pub enum SystemError {
         /// Poisson's ratio ν.
         poisson_ratio: f64,
     },
-    /// A continuum is asked for, and the body is none.
+    /// A continuum is asked for, but the body is not one.
     #[error(
         "the body is a mesh of linear cells; make it a continuum first (--body continuum, Body::into_continuum)"
     )]
     NotAContinuum,
-    /// The mesh does not hang together.
+    /// The mesh is inconsistent.
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
     /// The body is far larger than any tongue.

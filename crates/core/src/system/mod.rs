@@ -1,7 +1,8 @@
-//! The body made ready to be solved: effects, unknowns and the sparsity pattern, made once and then only read.
+//! A body ready to be solved: effects, unknowns and the sparsity pattern. They are made once and then only
+//! read.
 //!
-//! A system is immutable and may be shared between threads; whatever a solve writes to is in a
-//! [`crate::statics::Workspace`], one a thread.
+//! A system is immutable and may be shared between threads. A solve writes into a
+//! [`crate::statics::Workspace`], of which each thread has its own.
 
 mod additions;
 mod bones;
@@ -33,10 +34,10 @@ pub use path::{OutsidePath, StraightPath};
 
 use elements::{AtRest, Elements};
 
-/// The width that counts where muscles have none, m.
+/// The width that is assumed for muscles without a width, m.
 const LEAST_WIDTH_M: f64 = 1e-3;
 
-/// How many systems were made.
+/// Number of systems that were made, from which each gets its own number.
 static MADE: AtomicU64 = AtomicU64::new(0);
 
 /// A body ready to be solved.
@@ -45,7 +46,7 @@ pub struct System<const D: usize> {
     tissue: TissueModel,
     coefficients: Coefficients,
     rest: Vec<SVector<f64, D>>,
-    /// Bone nodes that are to be elsewhere than at rest, and where, m.
+    /// Bone nodes that are displaced from rest, and their new positions, m.
     carried: Vec<(usize, SVector<f64, D>)>,
     effects: Vec<Box<dyn Effect<D>>>,
     pattern: Pattern,
@@ -55,19 +56,19 @@ pub struct System<const D: usize> {
     contracting: Vec<usize>,
     /// Cells with their measure at rest, m² or m³.
     cells: Vec<(Vec<usize>, f64)>,
-    /// No other system of the program has the same.
+    /// A number that no other system of the program has.
     number: u64,
     elements: OnceLock<Option<Arc<Elements>>>,
     at_rest: OnceLock<Option<AtRest>>,
 }
 
 impl<const D: usize> System<D> {
-    /// Makes the system in which the muscles `contracting` (numbers into `mesh.muscles`) can pull; every other connection is
-    /// plain tissue.
+    /// A system in which the muscles `contracting` (numbers into `mesh.muscles`) can pull. Every other
+    /// connection is plain tissue.
     ///
     /// # Errors
-    /// [`SystemError`] for bad constants, muscles that do not exist, faulty meshes ([`Mesh::check`]), bodies given in
-    /// millimetres, and parts without bone.
+    /// [`SystemError`] for bad constants, muscles that do not exist, faulty meshes ([`Mesh::check`]), bodies
+    /// given in millimetres, and parts without bone.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
         Self::with(mesh, model, contracting, Additions::default())
     }
@@ -88,7 +89,7 @@ impl<const D: usize> System<D> {
         }
         mesh.check_size()?;
         let coefficients = coefficients(mesh, model)?;
-        // The matching leaves a rounding of the stiffness at exactly 1/4.
+        // At exactly 1/4 the matching gives rounding error in place of zero.
         let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
         if let Some(continuum) = &mesh.continuum {
             let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting)
@@ -126,7 +127,7 @@ impl<const D: usize> System<D> {
             connections::effects(mesh, contracting, &coefficients, &stiffness, &paths, replaced);
         match model.tissue {
             _ if mesh.cells.is_empty() => {}
-            // At exactly 1/4 nothing is left of the area term but rounding, of either sign.
+            // At exactly 1/4 the coefficient of the area term is rounding error of either sign.
             TissueModel::MassSpring if !incompressible || coefficients.kappa <= rounding => {}
             TissueModel::MassSpring => {
                 effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
@@ -145,8 +146,8 @@ impl<const D: usize> System<D> {
         Self::assemble(mesh, model.tissue, coefficients, effects, &additions.carried, paths, contracting)
     }
 
-    /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that [`System::new`] cannot
-    /// describe: uneven stiffness, other laws. `coefficients` are only carried along.
+    /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that
+    /// [`System::new`] cannot describe: uneven stiffness, other laws. `coefficients` are only carried along.
     ///
     /// # Errors
     /// [`SystemError::Loose`] for parts without bone.
@@ -246,12 +247,12 @@ impl<const D: usize> System<D> {
         &self.effects
     }
 
-    /// What tells this system from all others.
+    /// A number that tells this system from all others.
     pub(crate) fn number(&self) -> u64 {
         self.number
     }
 
-    /// The effects as flat lists, where they are those of a plain body of the plane; made when first asked for.
+    /// The effects as flat lists, if this is a plain body of the plane; made at the first call.
     pub(crate) fn elements(&self) -> Option<&Arc<Elements>> {
         let make = || {
             let is_small = !self.pattern.is_for_supernodes::<D>();
@@ -260,7 +261,7 @@ impl<const D: usize> System<D> {
         self.elements.get_or_init(make).as_ref()
     }
 
-    /// How the body answers to its muscles at rest; made when first asked for.
+    /// The linear response of the body at rest to its muscles; computed at the first call.
     pub(crate) fn at_rest(&self, make: impl FnOnce() -> Option<AtRest>) -> Option<&AtRest> {
         self.at_rest.get_or_init(make).as_ref()
     }
@@ -270,7 +271,7 @@ impl<const D: usize> System<D> {
         &self.pattern
     }
 
-    /// Straight elements that stand for chains outside the tissue.
+    /// Straight elements in place of chains outside the tissue.
     pub fn paths(&self) -> &[StraightPath] {
         &self.paths
     }
@@ -330,8 +331,8 @@ impl<const D: usize> System<D> {
         self.cells.iter().map(|(cell, _)| simplex::measure(&simplex::corners(positions, cell))).sum()
     }
 
-    /// Strain and stress of every cell at the given positions, m; empty unless the cells are finite elements. What the lines of the
-    /// muscles carry is not in it.
+    /// Strain and stress of every cell at the given positions, m; empty unless the cells are finite
+    /// elements. Stress in the muscle lines is not included.
     pub fn stresses(&self, positions: &[SVector<f64, D>]) -> Vec<Stress<D>> {
         let at = Configuration { positions, tensions: &[] };
         self.effects.iter().flat_map(|e| e.stresses(at)).collect()
@@ -347,30 +348,30 @@ impl<const D: usize> System<D> {
         self.cells.is_empty() || self.effects.iter().any(|e| e.keeps_cells_upright())
     }
 
-    /// Puts nodes that are no unknowns where they belong: the inner nodes of straight paths between the ends of their path, and those
-    /// that follow a continuum.
+    /// Places the nodes that are not unknowns: inner nodes of straight paths go between the ends of their
+    /// path, and nodes that follow a continuum go with it.
     pub fn place_path_nodes(&self, positions: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.place(positions));
         self.continuum.iter().for_each(|c| c.place_followers(positions));
     }
 
-    /// Gives the inner nodes of straight paths the motion that goes with that of their ends, at these positions.
+    /// Computes the motion of the inner nodes of straight paths from that of their ends, at these positions.
     pub fn move_path_nodes(&self, positions: &[SVector<f64, D>], motion: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.carry(positions, motion));
     }
 
-    /// Gives what acts on nodes that follow a continuum to what they follow.
+    /// Moves the forces on nodes that follow a continuum to the nodes that they follow.
     pub fn carry_loads(&self, load: &mut [SVector<f64, D>]) {
         self.continuum.iter().for_each(|c| c.carry_loads(load));
     }
 
-    /// Gives the nodes that follow a continuum the motion that goes with that of the unknowns.
+    /// Computes the motion of the nodes that follow a continuum from that of the unknowns.
     pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
         self.continuum.iter().for_each(|c| c.move_followers(motion));
     }
 }
 
-/// What acts in a continuum: the tissue, the bones' hold on it, and the muscles that contract.
+/// The effects of a continuum: the tissue, the attachment to bones, and the muscles that contract.
 fn continuum_effects<const D: usize>(
     mesh: &Mesh<D>,
     continuum: &Continuum<D>,
@@ -392,7 +393,8 @@ fn continuum_effects<const D: usize>(
         effects.push(Box::new(Attachment::new(&continuum.ties, stiffness, &mesh.nodes)));
     }
     let contraction_time = coefficients.contractile_damping / coefficients.muscle_series_stiffness;
-    // The barrier against strands without length is counted in what the tissue bears over the width of a muscle.
+    // The barrier against collapsing strands is scaled by the force that the tissue bears over the width of
+    // a muscle.
     let bar = mu * settings.bundle_width_m.max(LEAST_WIDTH_M).powi(D as i32 - 1);
     for &muscle in contracting {
         let bundle = &continuum.bundles[muscle];
@@ -401,7 +403,7 @@ fn continuum_effects<const D: usize>(
     effects.into_iter()
 }
 
-/// A node of a part that no chain of couplings joins to a held node, if there is one.
+/// A node of a part of the body that is joined to no held node, if there is one.
 fn loose_node(nodes: usize, cliques: &[Vec<usize>], is_unknown: &[bool], held: &[usize]) -> Option<usize> {
     let mut leader: Vec<usize> = (0..nodes).collect();
     fn find(leader: &mut [usize], mut i: usize) -> usize {

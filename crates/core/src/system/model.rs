@@ -14,7 +14,7 @@ pub struct Model {
     pub constants: Constants,
     /// Where the coefficients come from.
     pub preset: Preset,
-    /// How the identified stiffness is laid on the connections.
+    /// How the identified stiffness is given to the connections.
     pub spread: Spread,
     /// How muscle parts outside the tissue are represented.
     pub outside: OutsidePath,
@@ -22,19 +22,20 @@ pub struct Model {
     pub tissue: TissueModel,
 }
 
-/// What carries the load inside the cells.
+/// The model of the tissue inside the cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TissueModel {
     /// Springs on the connections and a term that keeps each cell's measure, as the thesis does.
     #[default]
     MassSpring,
-    /// Finite elements of E and ν alone: preset and spread are without effect inside the cells. Connections that are edges of
-    /// cells carry no spring then, and a muscle there nothing but its contractile tension, since the continuum already is
-    /// all of the tissue, the muscle's own included; outside the cells everything stays as it is.
+    /// Finite elements of E and ν alone: preset and spread are without effect inside the cells. Connections
+    /// that are edges of cells then carry no spring, and a muscle there carries its contractile tension
+    /// only, because the continuum already includes the passive tissue of the muscle. Outside the cells
+    /// nothing changes.
     FiniteElement,
-    /// Quadratic elements, muscles of finite width and bones that hold patches: of every body that is a continuum, and of no other
-    /// ([`crate::body::continuum`]).
+    /// Quadratic elements, muscles of finite width and bones that hold patches. Every body that is a
+    /// continuum has this model, and no other body has it ([`crate::body::continuum`]).
     Continuum,
 }
 
@@ -50,8 +51,8 @@ impl Default for Model {
     }
 }
 
-/// Coefficients for a mesh: identified on an equilateral cell with the mesh's mean connection length as its side, as in
-/// thesis 4.1.1.
+/// Coefficients for a mesh: identified on an equilateral cell with the mesh's mean connection length as its
+/// side, as in thesis 4.1.1.
 ///
 /// # Errors
 /// [`MaterialError`] for constants out of range.

@@ -1,14 +1,16 @@
-//! Muscle parts that run outside the tissue (styloglossus to the styloid process, hyoglossus to the hyoid bone).
+//! Muscle parts that run outside the tissue (styloglossus to the styloid process, hyoglossus to the hyoid
+//! bone).
 //!
-//! In the mesh such a part is a chain of connections with no cell beside it. Unloaded, a chain has no lateral stiffness (the
-//! stiffness matrix is singular), and pushed it folds: the "unnatural bending" of thesis 4.4.2. In the body a sheath keeps the
-//! part straight. So by default the chain is condensed into one straight two-point element: springs in series with
-//! `1/k = sum 1/k_i`, `l0 = sum l0_i`, and the muscle's tension unchanged. For a straight chain this is exact, and the inner
-//! nodes are placed afterwards where the chain's own equilibrium has them.
+//! In the mesh such a part is a chain of connections with no cell beside it. Unloaded, a chain has no
+//! lateral stiffness (the stiffness matrix is singular), and pushed it folds: the "unnatural bending" of
+//! thesis 4.4.2. In the body a sheath keeps the part straight. So by default the chain is condensed into one
+//! straight two-point element: springs in series with `1/k = sum 1/k_i`, `l0 = sum l0_i`, and the muscle's
+//! tension unchanged. For a straight chain this is exact, and the inner nodes are placed afterwards where
+//! the chain's own equilibrium has them.
 //!
-//! In motion the dampers and the contractile elements are condensed likewise (`1/b = sum 1/b_i`, and so for k2 and b_cc). As
-//! all of a link's coefficients are in the same proportion to each other in every link, the links then keep to one another and
-//! this is exact too, but for the mass of the inner nodes, which is left out.
+//! In motion the dampers and the contractile elements are condensed in the same way (`1/b = sum 1/b_i`,
+//! likewise k2 and b_cc). The coefficients have the same proportions in every link, so this is exact too,
+//! except that the mass of the inner nodes is left out.
 
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
@@ -59,8 +61,8 @@ impl StraightPath {
         self.rest_up_to[self.nodes.len() - 1]
     }
 
-    /// Puts the inner nodes on the straight line between the ends, each where the tension of the chain is the same on both of
-    /// its sides.
+    /// Puts the inner nodes on the straight line between the ends, each where the tension is the same on
+    /// both of its sides.
     pub fn place<const D: usize>(&self, positions: &mut [SVector<f64, D>]) {
         let [a, b] = self.ends();
         let (start, way) = (positions[a], positions[b] - positions[a]);
@@ -76,7 +78,7 @@ impl StraightPath {
         }
     }
 
-    /// Gives the inner nodes the motion that goes with that of the ends, at these positions.
+    /// Computes the motion of the inner nodes from that of the ends, at these positions.
     pub fn carry<const D: usize>(&self, positions: &[SVector<f64, D>], motion: &mut [SVector<f64, D>]) {
         let [a, b] = self.ends();
         let (way, moved) = (positions[b] - positions[a], motion[b] - motion[a]);
@@ -94,7 +96,8 @@ impl StraightPath {
     }
 }
 
-/// All paths outside the tissue: maximal runs of muscle-chain nodes that are in no cell, not fixed and joined to nothing else.
+/// All paths outside the tissue: maximal runs of muscle-chain nodes that are in no cell, not fixed and
+/// joined to nothing else.
 ///
 /// `stiffness` gives the spring constant of every connection, N/m.
 pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPath> {

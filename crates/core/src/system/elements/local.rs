@@ -1,14 +1,15 @@
 //! Energy, force and stiffness in one or more lanes, by one loop over triangles and one over edges.
 //!
-//! With `perp(v) = (-v_y, v_x)` the gradient of a triangle's area at a corner is half of `perp` of the opposite side, and minus half
-//! of the sum of `perp` of the two sides that meet there. So an edge `a -> b` with triangles left and right of it pushes each of its
-//! ends by `(h_left - h_right) perp(b - a)`, `h = kappa (S - S0) / (2 S0²)`, and the block of the stiffness that couples its ends is
+//! With `perp(v) = (-v_y, v_x)` the gradient of a triangle's area at a corner is half of `perp` of the
+//! opposite side, and minus half of the sum of `perp` of the two sides that meet there. So an edge `a -> b`
+//! with triangles left and right of it pushes each of its ends by `(h_left - h_right) perp(b - a)`, `h =
+//! kappa (S - S0) / (2 S0²)`, and the block of the stiffness that couples its ends is
 //!
 //! ```text
 //! -(spring) + sum over both  kappa/(4 S0²) perp(c - b) perp(a - c)ᵀ  + (h_left - h_right) [0 1; -1 0],   c the third corner.
 //! ```
-//! Each block is written once. What the blocks of a row add up to is zero, since a body that is moved as a whole feels nothing; so the
-//! diagonal is minus the others.
+//! Each block is written once. The blocks of a row add up to zero, because shifting the whole body causes no
+//! force; so the diagonal block is minus the sum of the others.
 
 use pulp::NullaryFnOnce;
 
@@ -19,14 +20,15 @@ use crate::sparse::wide::{Pair, Wide, way};
 
 use super::{Elements, Numbers};
 
-/// What an evaluation tells beside the forces.
+/// Results of an evaluation beside the forces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local<const L: usize> {
     /// Energy, J.
     pub energy: Wide<L>,
     /// Square of the largest force on an unknown, N².
     pub residual_squared: Wide<L>,
-    /// Whether every triangle and every spring keeps more than the part of its rest measure below which the barrier acts.
+    /// Whether every triangle and every spring keeps more than the part of its rest measure below which the
+    /// barrier acts.
     pub upright: [bool; L],
 }
 
@@ -89,8 +91,8 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
     }
 }
 
-/// The stiffness where [`Evaluate`] was last called: the exact one, and in lanes that ask for it the convex one. Tells the largest
-/// entry on its diagonal.
+/// Computes the stiffness at the positions of the last [`Evaluate`]: the exact one, or the convex one in
+/// lanes that ask for it. Returns its largest diagonal entry.
 pub(crate) struct Assemble<'a, const L: usize> {
     pub elements: &'a Elements,
     pub numbers: &'a Numbers<L>,
@@ -108,7 +110,8 @@ impl<const L: usize> NullaryFnOnce for Assemble<'_, L> {
     #[inline(always)]
     fn call(self) -> Wide<L> {
         let Self { elements, numbers, tension, x, h, convex, blocks, diagonal } = self;
-        // The convex one has neither the part of compressed springs across them nor that of the triangles' pressure.
+        // The convex stiffness leaves out the lateral part of compressed springs and the part by the
+        // pressure of triangles.
         let keep = Wide(convex.map(|c| if c { 0.0 } else { 1.0 }));
         let least_across = Wide(convex.map(|c| if c { 0.0 } else { f64::NEG_INFINITY }));
         let quarter = Wide::all(0.25);

@@ -1,5 +1,5 @@
-//! A plain body of the plane as flat lists, made once: its edges and triangles in the order of elimination. What a solve goes through
-//! again and again, for one load or for several in lanes.
+//! A plain body of the plane as flat lists: edges and triangles in the order of elimination. The lists are
+//! made once, and every solve loops over them, for one load or for several in lanes.
 
 pub(crate) mod local;
 
@@ -18,9 +18,10 @@ use super::System;
 /// Nodes are numbered anew: unknowns in the order of elimination, then the nodes of bones.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Edge {
-    /// The one that is eliminated later, and the other.
+    /// The node that is eliminated later, then the other one.
     pub nodes: [u32; 2],
-    /// The triangle on its left, seen from the first node to the second, and on its right; [`Elements::cells`] of none.
+    /// The triangles on its left and on its right, seen from the first node to the second; the number of
+    /// cells if there is none.
     pub cells: [u32; 2],
     /// Their third corners; any node where there is no triangle.
     pub opposite: [u32; 2],
@@ -37,39 +38,40 @@ pub(crate) struct Elements {
     /// Edge of every spring, with the spring's own nodes, in the order of the effects.
     springs: Vec<(u32, [usize; 2], Option<usize>)>,
     corners: Vec<Vec<usize>>,
-    /// Node of the mesh of every node here.
+    /// For every node here, its number in the mesh.
     pub node: Vec<usize>,
-    /// Number here of every node of the mesh; none of a path's inner nodes.
+    /// For every node of the mesh, its number here. The inner nodes of paths have none.
     pub number: Vec<Option<u32>>,
     /// How many of them are unknowns: the first ones.
     pub unknowns: usize,
     pub factor: Symbolic,
 }
 
-/// What differs between bodies of the same edges and triangles.
+/// Numbers that differ between bodies of the same edges and triangles.
 #[derive(Debug)]
 pub(crate) struct Numbers<const L: usize> {
     /// Spring constant of every edge, N/m; zero where it is no spring.
     pub stiffness: Vec<Wide<L>>,
     /// Its length at rest, m; zero where it is no spring.
     pub rest: Vec<Wide<L>>,
-    /// kappa of every triangle, J, and of no triangle: zero.
+    /// kappa of every triangle, J, and at the end a zero for "no triangle".
     pub kappa: Vec<Wide<L>>,
     /// One over its area at rest, 1/m².
     pub inverse_area: Vec<Wide<L>>,
 }
 
-/// How a body at rest answers to its muscles.
+/// Linear response of a body at rest to its muscles.
 #[derive(Debug)]
 pub(crate) struct AtRest {
     /// Its energy, J.
     pub energy: f64,
-    /// Of every muscle that can contract the motion of the unknowns, m for a unit of its tension.
+    /// For every muscle that can contract, the motion of the unknowns for a unit of its tension, m.
     pub responses: Vec<(usize, Vec<[f64; 2]>)>,
 }
 
 impl Elements {
-    /// `None` where the system is not of the plane, has other effects, or elements that share nodes in other ways than those of a mesh.
+    /// `None` if the system is not in the plane, has other effects, or has elements that share nodes in
+    /// other ways than those of a mesh.
     pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
         if D != 2 {
             return None;
@@ -120,13 +122,13 @@ impl Elements {
         for edge in &mut edges {
             edge.cells.iter_mut().for_each(|c| *c = (*c).min(cells.len() as u32));
         }
-        // Those that no element has are carried along with their bone.
+        // Nodes without an element move with their bone.
         system.held().into_iter().for_each(|n| _ = number_of(n));
         let factor = Symbolic::new(pattern, edges.iter().map(|e| e.nodes))?;
         is_mesh.then_some(Self { edges, cells, pulls, springs, corners, node, number, unknowns, factor })
     }
 
-    /// Numbers of no body yet.
+    /// Space for the numbers of bodies.
     pub fn numbers<const L: usize>(&self) -> Numbers<L> {
         let zeros = |n| vec![Wide::ZERO; n];
         let (edges, cells) = (self.edges.len(), self.cells.len() + 1);
@@ -138,7 +140,8 @@ impl Elements {
         }
     }
 
-    /// Puts the numbers of a body into a lane; false where it is not made of the same edges, triangles and unknowns.
+    /// Puts the numbers of a body into a lane. Returns false if its edges, triangles or unknowns are
+    /// different.
     pub fn fill<const D: usize, const L: usize>(
         &self,
         system: &System<D>,
@@ -175,7 +178,7 @@ impl Elements {
     }
 }
 
-/// Visits every part of a body; `None` where an effect has none.
+/// Visits every part of a body; `None` if an effect is not made of parts.
 fn each_part<const D: usize>(effects: &[Box<dyn Effect<D>>], mut visit: impl FnMut(Part<'_>)) -> Option<()> {
     effects.iter().all(|e| e.parts(&mut visit)).then_some(())
 }
