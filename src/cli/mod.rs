@@ -7,6 +7,7 @@ mod body;
 mod clean;
 mod fit;
 mod fit_table;
+mod help;
 mod install;
 mod interrupt;
 mod lengths;
@@ -103,6 +104,9 @@ struct Global {
     /// Say on stderr what is done: version, threads, mesh, search, seeds, each after the time since the start
     #[arg(short, long, global = true)]
     verbose: bool,
+    /// Print help with all options, grouped
+    #[arg(long, global = true, action = clap::ArgAction::HelpLong)]
+    help_all: Option<bool>,
 }
 
 impl Global {
@@ -154,7 +158,8 @@ enum Command {
 /// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
 /// usage, 3 done but something did not converge or cannot be trusted.
 pub fn main() -> ExitCode {
-    let matches = Cli::command().get_matches_from(with_points_tracked(std::env::args_os().collect()));
+    let words = with_points_tracked(std::env::args_os().collect());
+    let matches = help::shown(Cli::command(), &words).get_matches_from(words);
     let cli = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
         Err(error) => error.exit(),

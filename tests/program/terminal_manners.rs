@@ -10,7 +10,7 @@ use std::time::Duration;
 use assert_cmd::cargo::cargo_bin;
 
 /// Every command, in a form that takes no time, with the exit status that it has.
-const COMMANDS: [(&str, i32); 19] = [
+const COMMANDS: [(&str, i32); 20] = [
     ("--vowel a", 0),
     ("--vowel a --json", 0),
     ("batch --vowels a,u --subjects S2 --draws 0 --subsets 0", 0),
@@ -28,6 +28,7 @@ const COMMANDS: [(&str, i32); 19] = [
     ("man", 0),
     ("man --out man", 0),
     ("--help", 0),
+    ("--help-all", 0),
     ("--version", 0),
     ("help scene run", 0),
 ];
@@ -293,4 +294,20 @@ fn an_interrupted_batch_leaves_its_journal_and_goes_on_unless_it_was_told_to_ign
     let status = interrupted(start(folder.path(), "ignore", batch), "INT", fitted).unwrap();
     assert!(status.code().is_some(), "{status}");
     assert_eq!(names(&out).len(), 6);
+}
+
+#[test]
+fn help_is_short_and_the_rest_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = |arguments: &str| parts(tongue_fit(folder.path(), arguments).output().unwrap()).1;
+    let (short, long) = (printed("--help"), printed("--help-all"));
+    assert!(
+        short.contains("--vowel") && short.contains("--help-all") && !short.contains("--poisson-ratio"),
+        "{short}"
+    );
+    assert!(long.contains("--poisson-ratio") && long.contains("Body:"), "{long}");
+    assert!(short.lines().count() < 90, "{short}");
+    assert!(printed("batch --help-all").contains("--tone") && !printed("batch --help").contains("--tone"));
+    // What help does not show works as before.
+    assert_eq!(parts(tongue_fit(folder.path(), "mesh --preset thesis -q").output().unwrap()).0, 0);
 }
