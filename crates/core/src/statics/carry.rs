@@ -1,7 +1,8 @@
-//! Bones that are carried away from where they are at rest: a jaw that opens, a hyoid that rises.
+//! Bones that are displaced from rest: a jaw that opens, a hyoid that rises.
 //!
-//! Moved at once, a bone would turn over the cells beside it, and no step of Newton's method could undo that. So it is carried
-//! in parts, each at most half of what the effects can be trusted for, and the body follows after each.
+//! A bone that is moved in one step would turn over the cells beside it, and no step of Newton's method
+//! could undo that. So it is moved in parts, each at most half of the step limit of the effects, and the
+//! body is solved after each.
 
 use nalgebra::SVector;
 
@@ -10,23 +11,23 @@ use crate::system::System;
 
 use super::Workspace;
 
-/// Residual force at which the body has followed well enough for the next part, N.
+/// Residual force below which the next part of the way begins, N.
 pub(super) const FOLLOWED: f64 = 1e-4;
-/// Most parts. The reference tongue's jaw opens by 10 degrees in 12.
+/// Largest number of parts. The reference tongue's jaw opens by 10 degrees in 12.
 pub(super) const MOST_PARTS: usize = 1000;
 
-/// A part of the way left that is not worth going.
+/// Shortest part of the remaining way that is still tried.
 const LEAST_PART: f64 = 1e-6;
 
 /// How far the bones came.
 pub(super) enum Carried {
     There,
     APart,
-    /// Something is in the way at once: too far for the cells beside them, or a wall.
+    /// They could not move at all: the cells beside them or a wall forbid it.
     Nowhere,
 }
 
-/// Moves the bones a part of what is left of their way.
+/// Moves the bones along a part of their remaining way.
 pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> Carried {
     let there = |&(node, to): &(usize, SVector<f64, D>)| w.positions[node] == to;
     if w.carried.iter().all(there) {

@@ -1,4 +1,4 @@
-//! Ways down from where the stiffness has a negative eigenvalue: ridges of the energy and unstable equilibria.
+//! Descent from ridges of the energy and unstable equilibria, where the stiffness has a negative eigenvalue.
 
 use nalgebra::SVector;
 
@@ -7,26 +7,27 @@ use crate::sparse::cholesky::NotPositiveDefinite;
 
 use super::state::State;
 
-/// First way along a direction of negative curvature, as part of the size of the body, and the most doublings of it.
+/// First step along a direction of negative curvature, relative to the size of the body, and the largest
+/// number of doublings.
 const FIRST_WAY: f64 = 1e-7;
 const MOST_DOUBLINGS: usize = 24;
 
 impl<const D: usize> State<'_, D> {
-    /// Remembers the direction of negative curvature that a failed factorisation shows.
+    /// Stores the direction of negative curvature that a failed factorisation gives.
     pub(super) fn find_curvature(&mut self, failure: &NotPositiveDefinite) {
         let w = &mut *self.w;
         w.factor.negative_curvature(self.system.pattern(), failure, &mut w.curvature);
     }
 
-    /// Moves downhill along the direction of negative curvature that `failure` shows.
+    /// Moves downhill along the direction of negative curvature that `failure` gives.
     pub(super) fn leave(&mut self, failure: &NotPositiveDefinite) -> bool {
         self.find_curvature(failure);
         self.done.energy = self.energy();
         self.follow_curvature()
     }
 
-    /// Moves along the remembered direction of negative curvature, to the side on which the force points, as far as doubling
-    /// the way lowers the energy. False when not even the shortest way does.
+    /// Moves along the stored direction of negative curvature, to the side on which the force points, as far
+    /// as doubling the step lowers the energy. Returns false if not even the shortest step does.
     pub(super) fn follow_curvature(&mut self) -> bool {
         let pattern = self.system.pattern();
         let w = &mut *self.w;
@@ -47,7 +48,7 @@ impl<const D: usize> State<'_, D> {
         w.trial.copy_from_slice(&w.positions);
         let (start, mut lowest) = (self.done.energy, self.done.energy);
         let (mut way, mut best) = (1.0, 0.0);
-        // The limit is that of the whole way from the start, so it is asked for at the start.
+        // The limit is that of the whole way, so it is computed at the start of the way.
         for _ in 0..MOST_DOUBLINGS {
             self.place_along(0.0);
             if self.step_limit() < 1.0 {

@@ -8,29 +8,31 @@ use crate::geometry;
 use super::state::State;
 use super::{Connection, Settings, Solution, Stability, Status};
 
-/// Part of the decrease that the slope promises which a step must achieve (Armijo).
+/// A step must achieve this part of the decrease that the slope predicts (Armijo).
 pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
-/// Energies nearer than this, relative to their size, cannot be told apart in double precision.
+/// Energies whose relative difference is smaller than this cannot be told apart in double precision.
 pub(super) const ENERGY_NOISE: f64 = 1e-13;
-/// So many iterations in a row may find the exact stiffness not positive definite before its negative curvature is followed:
-/// it passes by itself far from the solution, but not on the ridge on which a straight pushed chain sits.
+/// Number of iterations in a row with a stiffness that is not positive definite, after which its negative
+/// curvature is followed. Far from the solution the stiffness becomes positive definite by itself, but not
+/// on the ridge of a straight chain that is pushed.
 pub(super) const PATIENCE: usize = 3;
-/// A shorter part of a step than this is no step.
+/// Shortest part of a step that the line search tries.
 const SHORTEST_STEP: f64 = 1e-12;
-/// Rounding errors of coordinates that can come together in one force, as a part of the largest coordinate.
+/// Rounding error of the coordinates that can enter one force, relative to the largest coordinate.
 pub(super) const ROUNDING: f64 = 8.0 * f64::EPSILON;
-/// A residual that rounding may explain is accepted up to this part of the load,
+/// A residual that rounding may explain is accepted if it is below this part of the load.
 pub(super) const NEGLIGIBLE: f64 = 1e-6;
-/// or where an exact Newton step moves no node by more than this part of the body's size.
+/// A residual that rounding may explain is also accepted if an exact Newton step moves no node by more than
+/// this part of the body's size.
 const STILL: f64 = 1e-9;
-/// Most corrections of a whole step.
+/// Largest number of corrections of a whole step.
 const MOST_CORRECTIONS: usize = 3;
-/// The factor at hand serves once more as long as the residual falls to less than this part in an iteration: a new factor costs
-/// about three times what an iteration with the old one does.
+/// The last factor is used again as long as an iteration reduces the residual to less than this part. A new
+/// factor costs about three times as much as an iteration with the old one.
 pub(super) const FAST_ENOUGH: f64 = 0.03;
 
 impl<const D: usize> State<'_, D> {
-    /// One solve from the positions in the workspace at all of the load.
+    /// One solve at the whole load, from the positions in the workspace.
     pub(super) fn run(mut self, tensions: &[f64], settings: &Settings) -> Solution {
         if tensions.len() != self.w.tensions.len() || tensions.iter().any(|t| !t.is_finite()) {
             return Solution { status: Status::NotFinite, ..self.done };
@@ -38,7 +40,7 @@ impl<const D: usize> State<'_, D> {
         self.w.tensions.copy_from_slice(tensions);
         self.done.energy = self.energy();
         self.update_force();
-        // Near a solved neighbour the neighbour's factor is nearly right.
+        // The factor of a solved neighbour is close to the one that is needed.
         let mut reuse = self.w.factor_ready;
         self.done.status = loop {
             let residual = self.done.max_residual_force;
@@ -81,20 +83,20 @@ impl<const D: usize> State<'_, D> {
         self.done
     }
 
-    /// Whether a residual that is above the tolerance, but no larger than what rounding makes, can be neglected: a millionth of the
-    /// load, or too little to move the body. In a very uneven body rounding makes forces as large as the load, and then it says
-    /// nothing that the residual is no larger.
+    /// Whether a residual above the tolerance that rounding can explain may be neglected: it is below a
+    /// millionth of the load, or too small to move the body. In a very uneven body rounding causes forces as
+    /// large as the load, so that a residual of that size proves nothing.
     fn is_settled(&self) -> bool {
         let w = &*self.w;
         let largest = |v: &[SVector<f64, D>]| v.iter().map(SVector::amax).fold(0.0, f64::max);
-        // The reactions of the bones show what loads the body, whatever it is.
+        // The reactions of the bones measure the load, whatever it consists of.
         let load = w.tensions.iter().fold(largest(&w.force), |m, t| m.max(t.abs()));
         self.done.max_residual_force <= NEGLIGIBLE * load
             || (w.factor_is_exact && largest(&w.step) <= STILL * geometry::extent(self.system.rest()))
     }
 
-    /// Factorises the exact stiffness; where that is not positive definite, the convex one, and where that is singular (a
-    /// slack chain), the convex one with a growing multiple of the unit matrix.
+    /// Factorises the exact stiffness; where that is not positive definite, the convex one, and where that
+    /// is singular (a slack chain), the convex one with a growing multiple of the unit matrix.
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
         self.floor = ROUNDING * self.w.stiffness.largest_diagonal(self.system.pattern()) * self.extent;
@@ -114,7 +116,8 @@ impl<const D: usize> State<'_, D> {
         let largest = self.w.stiffness.largest_diagonal(pattern);
         let mut shift = 1e-6 * largest;
         if self.corrected {
-            // In a very uneven body a millionth of the stiffest holds the softest fast.
+            // In a very uneven body a millionth of the largest stiffness would hold the softest nodes in
+            // place.
             shift = shift.min((1e-3 * self.w.stiffness.smallest_trace(pattern)).max(1e-14 * largest));
         }
         self.w.stiffness.shift(pattern, shift);
@@ -144,9 +147,10 @@ impl<const D: usize> State<'_, D> {
         slope
     }
 
-    /// Takes the whole step, and from where it leads up to [`MOST_CORRECTIONS`] more with the same factor, until the energy has
-    /// fallen. In a body that hardly gives way in some directions the way down is curved, and straight steps lower the energy over a
-    /// very short part of it only (Maratos 1978; Nocedal and Wright 2006, 15.5). False, and everything as before, when the energy does not fall.
+    /// Takes the whole step and up to [`MOST_CORRECTIONS`] corrections with the same factor, until the
+    /// energy has fallen. In a body that is very stiff in some directions the descent is curved, so that
+    /// straight steps lower the energy over a very short part of them only (Maratos 1978; Nocedal and Wright
+    /// 2006, 15.5). Returns false and restores everything if the energy does not fall.
     fn take_corrected_step(&mut self, slope: f64) -> bool {
         let (old, residual) = (self.done.energy, self.done.max_residual_force);
         let limit = self.step_limit();
@@ -176,7 +180,8 @@ impl<const D: usize> State<'_, D> {
         false
     }
 
-    /// Moves along the step as far as the energy falls; updates energy and force. False when there is no such way.
+    /// Moves along the step as far as the energy falls, and updates energy and force. Returns false if it
+    /// does not fall.
     fn take_step(&mut self, slope: f64) -> bool {
         let old = self.done.energy;
         let noise = ENERGY_NOISE * old.abs();
@@ -192,7 +197,8 @@ impl<const D: usize> State<'_, D> {
                 let before = self.done.max_residual_force;
                 self.done.energy = energy;
                 self.update_force();
-                // Within the noise of the energy only the force can tell whether the step was one forward.
+                // Within the rounding of the energy, only the force shows whether the step was an
+                // improvement.
                 return -slope * part > noise || self.done.max_residual_force < before;
             }
             part *= 0.5;

@@ -1,4 +1,5 @@
-//! How an equilibrium answers to small changes, exactly: `K dx = df` on the free nodes, one factorisation for all of them.
+//! Exact linear response of an equilibrium to small changes: `K dx = df` on the free nodes, with one
+//! factorisation for all changes.
 
 use nalgebra::{DMatrix, SVector};
 
@@ -8,7 +9,8 @@ use crate::system::System;
 
 use super::Workspace;
 
-/// The equilibrium that the last solve left in a workspace, factorised, and the motion of its nodes for one change after another.
+/// The equilibrium that the last solve left in a workspace, factorised, and the motion of its nodes for one
+/// change after another.
 #[derive(Debug)]
 pub struct Response<'a, const D: usize> {
     system: &'a System<D>,
@@ -53,7 +55,7 @@ impl<'a, const D: usize> Response<'a, D> {
         &self.motion
     }
 
-    /// Answers to a unit of tension in a muscle, 1 N (2D: per metre of thickness).
+    /// Computes the response to a unit of tension in a muscle, 1 N (2D: per metre of thickness).
     pub fn to_tension(&mut self, muscle: usize) {
         let system = self.system;
         self.to_load(|at, load| {
@@ -61,7 +63,8 @@ impl<'a, const D: usize> Response<'a, D> {
         });
     }
 
-    /// Answers to a small load: `add` adds its force on every node, N for a unit of it; what it puts on bone is without effect.
+    /// Computes the response to a small load: `add` adds its force on every node, N for a unit of it. Forces
+    /// on bones have no effect.
     pub fn to_load(&mut self, add: impl FnOnce(Configuration<'_, D>, &mut [SVector<f64, D>])) {
         let (pattern, w) = (self.system.pattern(), &mut *self.w);
         let at = Configuration { positions: &w.positions, tensions: &w.tensions };
@@ -78,12 +81,12 @@ impl<'a, const D: usize> Response<'a, D> {
         self.system.move_followers(&mut self.motion);
     }
 
-    /// Adds a motion of bone nodes themselves, 1 m along an axis.
+    /// Adds the response to a displacement of bone nodes by 1 m along an axis.
     pub fn carry(&mut self, nodes: &[usize], axis: usize) {
         nodes.iter().for_each(|&n| self.motion[n][axis] += 1.0);
     }
 
-    /// Counts the last change in another unit.
+    /// Scales the last response to another unit of the change.
     pub fn scale(&mut self, unit: f64) {
         if unit != 1.0 {
             self.motion.iter_mut().for_each(|m| *m *= unit);
@@ -91,8 +94,8 @@ impl<'a, const D: usize> Response<'a, D> {
     }
 }
 
-/// `d length / d tension`, m/N: a row for every muscle of the mesh, a column for each of the system's contracting muscles, at the
-/// equilibrium that the last solve left in `workspace`.
+/// `d length / d tension`, m/N: a row for every muscle of the mesh, a column for each of the system's
+/// contracting muscles, at the equilibrium that the last solve left in `workspace`.
 ///
 /// # Errors
 /// As [`Response::new`].
@@ -113,9 +116,9 @@ pub fn length_sensitivities<const D: usize>(
     Ok(out)
 }
 
-/// `d position / d tension`, m/N, of every node, the inner ones of straight paths too, at an equilibrium (positions, m, and tensions of
-/// all muscles, N): one list for each of `muscles`, which are fibres that are pulled together. `None` where the equilibrium is not a
-/// stable one, or not one of this system.
+/// `d position / d tension`, m/N, of every node, the inner ones of straight paths too, at an equilibrium
+/// (positions, m, and tensions of all muscles, N): one list for each of `muscles`, which are fibres that are
+/// pulled together. `None` where the equilibrium is not a stable one, or not one of this system.
 pub fn position_rates<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,

@@ -1,18 +1,20 @@
-//! What a solve does where Newton's method alone does not do: putting the load on in steps, and leaving unstable equilibria.
+//! Safeguards for solves in which Newton's method alone fails: load steps, and descent from unstable
+//! equilibria.
 
 use crate::system::System;
 
 use super::state::State;
 use super::{Connection, Settings, Solution, Stability, Status, Workspace};
 
-/// A load step below this part of the load is no step.
+/// Smallest load step, as a part of the load.
 const SHORTEST_LOAD_STEP: f64 = 1e-5;
-/// Most unstable equilibria that a solve leaves downhill before it gives up.
+/// Largest number of unstable equilibria that a solve leaves downhill before it gives up.
 const MOST_ESCAPES: usize = 8;
 
-/// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each solved from the equilibrium
-/// before; a step that fails is halved, one that succeeds doubled. Before it is halved, Newton's steps are corrected where they lead.
-/// Leaves the last equilibrium reached; `failed` is what the direct solve did.
+/// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each
+/// solved from the equilibrium before; a step that fails is halved, one that succeeds doubled. Before it is
+/// halved, Newton's steps are corrected where they lead. Leaves the last equilibrium reached; `failed` is
+/// what the direct solve did.
 pub(super) fn step_load<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -23,7 +25,7 @@ pub(super) fn step_load<const D: usize>(
     let (mut reached, mut step) = (0.0, 0.25);
     let mut held = match workspace.carried.as_slice() {
         [] => system.rest().to_vec(),
-        // The rest shape does not know where carried bones have gone.
+        // The rest shape has the bones at rest, so it is no start for displaced bones.
         _ => workspace.positions.clone(),
     };
     let mut last = *failed;
@@ -74,8 +76,8 @@ pub(super) fn step_load<const D: usize>(
     }
 }
 
-/// Checks the stability of the equilibrium in the workspace by factorising the exact stiffness there; leaves an unstable one
-/// along its negative curvature and solves on, until a stable one is found.
+/// Checks the stability of the equilibrium in the workspace by factorising the exact stiffness there; leaves
+/// an unstable one along its negative curvature and solves on, until a stable one is found.
 pub(super) fn settle<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,

@@ -1,4 +1,4 @@
-//! When a solve stops, and what it says of where it ended.
+//! Settings of a solve, and its result.
 
 use serde::Serialize;
 
@@ -7,15 +7,17 @@ use serde::Serialize;
 pub struct Settings {
     /// Largest residual force on a free node that counts as equilibrium, N. Default 1e-9.
     pub tolerance: f64,
-    /// Most Newton iterations. Default 200; with load steps, of each of them.
+    /// Largest number of Newton iterations, of each load step where there are several. Default 200.
     pub max_iterations: usize,
-    /// Most steps in which the load is put on where the direct solve fails. Default 60; 0 gives up at once.
+    /// Largest number of load steps after a direct solve that failed. Default 60; 0 gives up at once.
     pub load_steps: usize,
-    /// Whether to check the stability of every solution by a factorisation of the exact stiffness at it. Default false: the
-    /// last factorisation, a step or two before the solution, is then taken for it wherever it was exact.
+    /// Whether to check the stability of every solution by a factorisation of the exact stiffness at it.
+    /// Default false: the last factorisation, a step or two before the solution, is then taken for it
+    /// wherever it was exact.
     pub certify: bool,
-    /// Most solves of a [`trace()`](super::trace()), which then stops where it is. Default 600; a branch that reaches the whole load takes about
-    /// two for each of its steps, and finding where one ends about 120 more.
+    /// Most solves of a [`trace()`](super::trace()), which then stops where it is. Default 600; a branch
+    /// that reaches the whole load takes about two for each of its steps, and finding where one ends about
+    /// 120 more.
     pub most_solves: usize,
 }
 
@@ -29,19 +31,20 @@ impl Default for Settings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The residual force is below the tolerance, or as small as rounding lets it be and negligible beside the load, and the
-    /// equilibrium is not known to be unstable.
+    /// The residual force is below the tolerance, or as small as rounding lets it be and negligible beside
+    /// the load, and the equilibrium is not known to be unstable.
     Converged,
     /// An equilibrium was found, but an unstable one, and no way downhill from it led to a stable one.
     Unstable,
-    /// The iteration limit came first. What was reached in load steps is in [`Solution::load_reached`].
+    /// The iteration limit was reached first. [`Solution::load_reached`] has the part of the load that load
+    /// steps reached.
     IterationLimit,
-    /// No step along a descent direction lowers the energy any more, or the steps that keep every cell from turning over
-    /// have become too small; the residual force is still above the tolerance. Where [`Solution::rounding_force`] is of the
-    /// size of the load, the body is too uneven for double precision.
+    /// No step along a descent direction lowers the energy any more, or the steps that keep every cell from
+    /// turning over have become too small; the residual force is still above the tolerance. Where
+    /// [`Solution::rounding_force`] is of the size of the load, the body is too uneven for double precision.
     Stalled,
-    /// An equilibrium, but one in which a cell is turned over: of a body without an effect that keeps its cells upright
-    /// (neither incompressibility nor finite elements), springs alone.
+    /// An equilibrium, but one in which a cell is turned over: of a body without an effect that keeps its
+    /// cells upright (neither incompressibility nor finite elements), springs alone.
     Inverted,
     /// A tension, position or energy is not a finite number, or there are not as many tensions as muscles.
     NotFinite,
@@ -51,7 +54,7 @@ pub enum Status {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stability {
-    /// Nothing: no equilibrium was reached.
+    /// No equilibrium was reached, so nothing is known.
     Unchecked,
     /// All were positive at the last factorisation, a step or two before the solution.
     Near,
@@ -63,18 +66,22 @@ pub enum Stability {
     Unstable,
 }
 
-/// What is known of the way from rest to the solution. Two equilibria at the same load can lie on different branches: one
-/// that the body reaches when the load grows from nothing, and others that it does not reach so.
+/// What is known of the way from rest to the solution. Two equilibria at the same load can lie on different
+/// branches: one that the body reaches when the load grows from nothing, and others that it does not reach
+/// so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Connection {
-    /// Nothing: Newton's method went from its start to the solution at the whole load, and every step lowered the energy.
+    /// Nothing: Newton's method went from its start to the solution at the whole load, and every step
+    /// lowered the energy.
     Direct,
     /// Reached from rest in load steps, each begun at the equilibrium before.
     LoadSteps,
-    /// On the way a ridge or an unstable equilibrium was left downhill, so it may well lie on another branch than rest.
+    /// On the way a ridge or an unstable equilibrium was left downhill, so it may well lie on another branch
+    /// than rest.
     Downhill,
-    /// Followed from rest, there and back, in steps ([`super::trace()`]): it lies on the branch that begins at rest.
+    /// Followed from rest, there and back, in steps ([`super::trace()`]): it lies on the branch that begins
+    /// at rest.
     Traced,
 }
 
@@ -93,8 +100,8 @@ pub struct Solution {
     pub safeguarded: usize,
     /// Largest force on a free node, N.
     pub max_residual_force: f64,
-    /// Force of which nothing is known in double precision, N: the stiffest entry times the rounding of a coordinate. A residual
-    /// below it cannot be made smaller. Zero where nothing was factorised.
+    /// Force of which nothing is known in double precision, N: the stiffest entry times the rounding of a
+    /// coordinate. A residual below it cannot be made smaller. Zero where nothing was factorised.
     pub rounding_force: f64,
     /// Potential energy, J.
     pub energy: f64,
@@ -102,18 +109,19 @@ pub struct Solution {
     pub stability: Stability,
     /// What is known of the way from rest.
     pub connection: Connection,
-    /// Part of the tensions at which the positions left behind are an equilibrium: 1 when converged, less where load stepping
-    /// stopped, 0 where no equilibrium was found.
+    /// Part of the tensions at which the positions left behind are an equilibrium: 1 when converged, less
+    /// where load stepping stopped, 0 where no equilibrium was found.
     pub load_reached: f64,
     /// Load steps taken; 0 where the direct solve succeeded.
     pub load_steps: usize,
-    /// Unstable equilibria that the solve found and left downhill: more than none means that there is another equilibrium, and
-    /// that the branch left is not the one reached. Only looked for where the stability is checked at the solution.
+    /// Unstable equilibria that the solve found and left downhill: more than none means that there is
+    /// another equilibrium, and that the branch left is not the one reached. Only looked for where the
+    /// stability is checked at the solution.
     pub escapes: usize,
     /// Iterations that went on along a direction of negative curvature, off a ridge of the energy.
     pub ridges: usize,
-    /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of the published law
-    /// (see [`crate::effect::barrier`]).
+    /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of
+    /// the published law (see [`crate::effect::barrier`]).
     pub guarded: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Whether an equilibrium is stable.
+//! Stability of an equilibrium.
 
 use nalgebra::SVector;
 
@@ -9,12 +9,13 @@ use crate::system::System;
 use super::state::State;
 use super::{Stability, Workspace};
 
-/// Eigenvalues nearer to zero than this part of the largest diagonal entry count as zero: a slack chain's are not exactly so.
+/// Eigenvalues nearer to zero than this part of the largest diagonal entry count as zero: a slack chain's
+/// are not exactly so.
 const ZERO: f64 = 1e-9;
 
-/// Smallest eigenvalue, N/m, of the exact stiffness of the free nodes at the positions and tensions of the last solve: by
-/// inverse iteration on the stiffness plus the smallest shift found that makes it positive definite. `None` where there is no
-/// unknown or the stiffness is not finite.
+/// Smallest eigenvalue, N/m, of the exact stiffness of the free nodes at the positions and tensions of the
+/// last solve: by inverse iteration on the stiffness plus the smallest shift found that makes it positive
+/// definite. `None` where there is no unknown or the stiffness is not finite.
 pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut Workspace<D>) -> Option<f64> {
     const ITERATIONS: usize = 300;
     let pattern = system.pattern();
@@ -34,7 +35,7 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
     let w = state.w;
     w.factor_ready = false;
     let mut quotient = f64::INFINITY;
-    // A start that no symmetry of a mesh is likely to share.
+    // A start without symmetry, so that it is not orthogonal to a symmetric mode of a symmetric mesh.
     for (i, v) in w.unknowns.iter_mut().enumerate() {
         *v = SVector::from_fn(|d, _| ((i * D + d + 1) as f64 * 0.618_033_988_75).fract() - 0.5);
     }
@@ -57,7 +58,8 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
 }
 
 impl<const D: usize> State<'_, D> {
-    /// What the exact stiffness at the present positions says, and where its factorisation failed if it did.
+    /// Stability by the exact stiffness at the present positions, and where its factorisation failed if it
+    /// did.
     pub(super) fn classify(&mut self) -> (Stability, Option<NotPositiveDefinite>) {
         self.assemble(Tangent::Exact);
         let Err(_) = self.try_factor() else { return (Stability::Stable, None) };

@@ -1,4 +1,4 @@
-//! A solve at its present positions: energy, force, stiffness and its factor there.
+//! State of a solve: energy, force, stiffness and its factor at the present positions.
 
 use nalgebra::SVector;
 
@@ -8,18 +8,20 @@ use crate::system::System;
 
 use super::{Solution, Workspace};
 
-/// A solve at work: where it is, and what it has done so far.
+/// A running solve: its present state and its statistics.
 pub(super) struct State<'a, const D: usize> {
     pub(super) system: &'a System<D>,
     pub(super) w: &'a mut Workspace<D>,
     pub(super) done: Solution,
     /// Iterations in a row in which the exact stiffness was not positive definite.
     pub(super) safeguarded_in_a_row: usize,
-    /// Whether whole steps are corrected where they lead; costs more, so only load steps that fail otherwise ask for it.
+    /// Whether whole steps are corrected afterwards. That costs more, so only load steps that fail otherwise
+    /// do it.
     pub(super) corrected: bool,
     /// Largest coordinate, m.
     pub(super) extent: f64,
-    /// Residual force below which there is only rounding, N: the stiffest entry times the rounding of a coordinate.
+    /// Residual force that rounding alone can cause, N: the largest stiffness times the rounding of a
+    /// coordinate.
     pub(super) floor: f64,
 }
 
@@ -66,14 +68,15 @@ impl<'a, const D: usize> State<'a, D> {
         result
     }
 
-    /// Largest part of the step that no effect forbids.
+    /// Largest part of the step that all effects allow.
     pub(super) fn step_limit(&self) -> f64 {
         let at = self.w.configuration();
         self.system.effects().iter().map(|e| e.step_limit(at, &self.w.step)).fold(1.0, f64::min)
     }
 
-    /// How small the residual force can be made in double precision at these positions, N: the forces that meet in a node are
-    /// only known to a rounding of the largest, and the positions to one of their size, which the stiffness turns into force.
+    /// Smallest residual force that double precision allows at these positions, N. The forces at a node have
+    /// the rounding error of the largest of them, and the positions have a rounding error that the stiffness
+    /// turns into force.
     pub(super) fn rounding_level(&self) -> f64 {
         let w = &*self.w;
         let largest = |v: &[SVector<f64, D>]| v.iter().map(SVector::amax).fold(0.0, f64::max);

@@ -1,4 +1,5 @@
-//! The path from rest to a load: up to which load it stays on one stable branch, how it leaves it, and where it ends.
+//! The path of equilibria from rest to a load: how far it is one stable branch, how that branch ends, and
+//! where the body goes then.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -16,7 +17,8 @@ use super::{Connection, Settings, Solution, Stability, Status, Workspace, smalle
 pub enum CriticalKind {
     /// The path turns back in load: beyond, the body jumps to a state elsewhere (snap-through).
     LimitPoint,
-    /// The path goes on, unstable, and other ones branch off: the load does no work on the critical mode (buckling).
+    /// The path goes on, unstable, and other ones branch off: the load does no work on the critical mode
+    /// (buckling).
     Bifurcation,
 }
 
@@ -29,45 +31,52 @@ pub struct Critical {
     pub kind: CriticalKind,
 }
 
-/// What lies between rest and the load.
+/// Result of following the equilibria from rest to the load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Trace {
     /// The solve that ended at the whole load; its positions are in the workspace.
     pub solution: Solution,
-    /// Where the branch from rest ends; `None` when it reaches the whole load, so that the solution lies on it.
+    /// Where the branch from rest ends; `None` when it reaches the whole load, so that the solution lies on
+    /// it.
     pub critical: Option<Critical>,
-    /// Whether another equilibrium at this same load was met: the branch left behind or its mirror image, or the state in which
-    /// the body stays when it is loaded twice as far and let back.
+    /// Whether another equilibrium at this same load was met: the branch left behind or its mirror image, or
+    /// the state in which the body stays when it is loaded twice as far and let back.
     pub another: bool,
-    /// Whether a direct solve and the branch from rest both converged, and in one shape; not asked by [`trace`] alone.
+    /// Whether a direct solve and the branch from rest both converged, and in one shape; not asked by
+    /// [`trace`] alone.
     pub same: bool,
-    /// Part of the tensions up to which the branch was followed when [`Settings::most_solves`] were used up, so that the solution
-    /// may lie on another one; `None` when the branch was followed to its end or to the whole load.
+    /// Part of the tensions up to which the branch was followed when [`Settings::most_solves`] were used up,
+    /// so that the solution may lie on another one; `None` when the branch was followed to its end or to the
+    /// whole load.
     pub stopped: Option<f64>,
 }
 
-/// Steps in which a branch is followed where nobody asks for others.
+/// Default number of steps along a branch.
 pub const TRACE_STEPS: usize = 20;
 
-/// Most steps of a continuum: a solve costs twenty times what it costs of springs, and a step that is too long is halved.
+/// Largest number of steps of a continuum. A solve costs twenty times as much as of springs, and a step that
+/// is too long is halved.
 const MOST_STEPS_OF_A_CONTINUUM: usize = 4;
 
 /// Shapes that differ by less than this part of the body's size are the same.
 const SAME: f64 = 1e-6;
-/// Residual force at which it shows which shape a body goes back to, N.
+/// Residual force below which it is clear which shape a body goes back to, N.
 const SHOWN: f64 = 1e-6;
 /// Newton iterations after which a step along the branch is too long.
 const MOST_ITERATIONS: usize = 40;
 /// The critical load is found to this part of the load.
 const RESOLUTION: f64 = 1e-9;
-/// A critical mode on which the load does less than this part of its greatest possible work is orthogonal to it.
+/// A critical mode on which the load does less than this part of its greatest possible work is orthogonal to
+/// it.
 const ORTHOGONAL: f64 = 1e-4;
 
-/// Follows the equilibria from rest as the tensions grow to `tensions`, in at least `steps` steps, finds the load at which their
-/// branch ends and goes on from there to the equilibrium that the body falls into. Of a continuum it asks for four steps at most.
+/// Follows the equilibria from rest as the tensions grow to `tensions`, in at least `steps` steps, finds the
+/// load at which their branch ends and goes on from there to the equilibrium that the body falls into. Of a
+/// continuum it asks for four steps at most.
 ///
-/// A step continues the branch if it needed no way downhill from an unstable equilibrium and if letting the load back leads
-/// back to where it started; one that does not is halved, until it is too short to be one. Costs two solves a step.
+/// A step continues the branch if it needed no way downhill from an unstable equilibrium and if letting the
+/// load back leads back to where it started; one that does not is halved, until it is too short to be one.
+/// Costs two solves a step.
 pub fn trace<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -80,7 +89,7 @@ pub fn trace<const D: usize>(
         Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
     let mut shape = system.rest().to_vec();
     if !path.w.carried.is_empty() {
-        // With displaced bones the branch begins where the body rests that nothing pulls at.
+        // With displaced bones the branch begins at the equilibrium without tensions.
         path.at(&shape, 0.0);
         shape.copy_from_slice(&path.w.positions);
     }
@@ -119,8 +128,8 @@ pub fn trace<const D: usize>(
     let solution = path.at(&shape, 1.0);
     let end = path.w.positions.clone();
     let another = match &critical {
-        // At the critical load the branches part; which of them still exist at the whole load, letting go of it tells: a body
-        // that was brought there the other way and stays elsewhere.
+        // Branches meet at the critical load. Whether another one still exists at the whole load shows when
+        // the body is brought there from a larger load and stays in another shape.
         Some(c) => c.kind == CriticalKind::Bifurcation || path.stays_elsewhere(&end, 0.0),
         None => stopped.is_none() && path.stays_elsewhere(&end, 2.0),
     };
@@ -133,12 +142,13 @@ pub fn trace<const D: usize>(
     Trace { solution, critical, another, same: false, stopped }
 }
 
-/// Shapes whose nodes are nearer to each other than this are one, m.
+/// Shapes whose nodes differ by less than this are the same, m.
 const SAME_SHAPE_M: f64 = 1e-9;
 
-/// Solves directly as [`solve`] does and follows the equilibria from rest as [`trace`] does. Where the two end in different shapes the
-/// traced one is the answer, since it is where a body goes whose muscles pull harder and harder; so it is where the direct solve
-/// fails. Where the trace stopped early a direct answer stands, and [`Trace::stopped`] says that its branch is not known.
+/// Solves directly as [`solve`] does and follows the equilibria from rest as [`trace`] does. Where the two
+/// end in different shapes the traced one is the answer, since it is where a body goes whose muscles pull
+/// harder and harder; so it is where the direct solve fails. Where the trace stopped early a direct answer
+/// stands, and [`Trace::stopped`] says that its branch is not known.
 pub fn solve_and_trace<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -169,7 +179,7 @@ struct Path<'a, const D: usize> {
     tensions: &'a [f64],
     settings: &'a Settings,
     solves: usize,
-    /// What they cost.
+    /// Their cost.
     spent: Solution,
 }
 
@@ -179,7 +189,8 @@ impl<const D: usize> Path<'_, D> {
         self.solve(from, load, self.settings)
     }
 
-    /// The same, given up soon and not saved by load steps from rest: a shorter step is better.
+    /// As [`Path::at`], but with few iterations and without load steps from rest, because a shorter step
+    /// along the branch is cheaper.
     fn attempt(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
         let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
         self.solve(from, load, &Settings { max_iterations, load_steps: 0, ..*self.settings })
@@ -190,8 +201,8 @@ impl<const D: usize> Path<'_, D> {
         self.go_on(from, load, settings)
     }
 
-    /// The same with the factor at hand, where that is one of the stiffness at `from`: the first step is then the linear answer to the
-    /// change of the load.
+    /// The same with the factor at hand, where that is one of the stiffness at `from`: the first step is
+    /// then the linear answer to the change of the load.
     fn go_on(&mut self, from: &[SVector<f64, D>], load: f64, settings: &Settings) -> Solution {
         let part: Vec<f64> = self.tensions.iter().map(|t| t * load).collect();
         self.w.positions.copy_from_slice(from);
@@ -201,17 +212,19 @@ impl<const D: usize> Path<'_, D> {
         solution
     }
 
-    /// The solution at the whole load, left in the workspace, if the branch from rest leads there in `steps` even steps and back again
-    /// by the same shapes, and whether the body stays elsewhere when it is let back from twice the load; `None` where the way is not as
-    /// simple as that. It asks what [`Path::continued`] and [`Path::stays_elsewhere`] ask, in an order in which each solve begins with
+    /// The solution at the whole load, left in the workspace, if the branch from rest leads there in `steps`
+    /// even steps and back again by the same shapes, and whether the body stays elsewhere when it is let
+    /// back from twice the load; `None` where the way is not as simple as that. It asks what
+    /// [`Path::continued`] and [`Path::stays_elsewhere`] ask, in an order in which each solve begins with
     /// the factor of the one before, at less than half the cost.
     fn there_and_back(&mut self, rest: &[SVector<f64, D>], steps: usize) -> Option<(Solution, bool)> {
         let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
         let up = Settings { max_iterations, load_steps: 0, ..*self.settings };
-        // Which shape it is shows before the last digits do.
+        // The shape is recognised long before its last digits are known.
         let back = Settings { certify: false, tolerance: up.tolerance.max(SHOWN), ..up };
         let load = |step: usize| step as f64 / steps as f64;
-        // A jump past a fold leads over where the stiffness is not positive definite, and may lead back: shorter steps tell.
+        // A step past a fold crosses shapes whose stiffness is not positive definite, and may come back;
+        // shorter steps show whether it does.
         let is_simple = |s: &Solution| {
             s.status == Status::Converged
                 && s.safeguarded + s.escapes + s.ridges == 0
@@ -269,7 +282,8 @@ impl<const D: usize> Path<'_, D> {
         if work < ORTHOGONAL { CriticalKind::Bifurcation } else { CriticalKind::LimitPoint }
     }
 
-    /// Work of the load on the mode in the workspace's unknowns, as part of the greatest that any mode could get.
+    /// Work of the load on the mode in the workspace's unknowns, as part of the greatest that any mode could
+    /// get.
     fn work_on_mode(&mut self) -> f64 {
         let w = &mut *self.w;
         w.step.fill(SVector::zeros());
@@ -291,7 +305,8 @@ impl<const D: usize> Path<'_, D> {
         if load * mode > 0.0 { work.abs() / (load * mode).sqrt() } else { 0.0 }
     }
 
-    /// Whether the body, brought from `end` to another part of the load and back to all of it, rests elsewhere.
+    /// Whether the body, brought from `end` to another part of the load and back to all of it, rests
+    /// elsewhere.
     fn stays_elsewhere(&mut self, end: &[SVector<f64, D>], via: f64) -> bool {
         let away = self.at(end, via);
         let there = self.w.positions.clone();

@@ -1,4 +1,4 @@
-//! What a solve writes to.
+//! The memory of a solve.
 
 use nalgebra::SVector;
 
@@ -9,7 +9,8 @@ use crate::system::System;
 
 use super::plain::Single;
 
-/// All that a solve writes to. One for each thread and system; reused from solve to solve without allocating.
+/// Everything that a solve writes to. There is one for each thread and system, and it is reused without
+/// allocating.
 #[derive(Debug)]
 pub struct Workspace<const D: usize> {
     /// Positions of all nodes, m: the start before a solve, the result after it.
@@ -23,15 +24,15 @@ pub struct Workspace<const D: usize> {
     pub(super) unknowns: Vec<SVector<f64, D>>,
     pub(super) stiffness: BlockMatrix<D>,
     pub(super) factor: Factor<D>,
-    /// Whether `factor` holds that of a stiffness near the present positions.
+    /// Whether `factor` is that of a stiffness near the present positions.
     pub(super) factor_ready: bool,
     /// Whether the last factorisation in an iteration was one of the exact stiffness.
     pub(super) factor_is_exact: bool,
     /// A direction of negative curvature, one vector for each unknown, in elimination order.
     pub(super) curvature: Vec<SVector<f64, D>>,
-    /// Bone nodes that are to be elsewhere than at rest, and where, m.
+    /// Bone nodes that are displaced from rest, and their new positions, m.
     pub(super) carried: Vec<(usize, SVector<f64, D>)>,
-    /// Of plain bodies: what a solve begins with.
+    /// For plain bodies, the start of a solve.
     pub(super) single: Option<Single>,
 }
 
@@ -61,7 +62,7 @@ impl<const D: usize> Workspace<D> {
         Self { carried: self.carried.clone(), ..Self::new(system) }
     }
 
-    /// Has the next solve bring bone nodes to where they are in the system, and `shift` (m) from there.
+    /// The next solve puts bone nodes at their places in the system, shifted by `shift` (m).
     pub fn carry_bone(&mut self, system: &System<D>, nodes: &[usize], shift: SVector<f64, D>) {
         for &node in nodes {
             let held =
@@ -73,7 +74,8 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
-    /// Takes over an equilibrium that was solved elsewhere; `None` where it is not one of this system.
+    /// Takes over an equilibrium that was solved elsewhere; `None` if it is not an equilibrium of this
+    /// system.
     pub(super) fn set(&mut self, positions: &[SVector<f64, D>], tensions: &[f64]) -> Option<()> {
         if positions.len() != self.positions.len() || tensions.len() != self.tensions.len() {
             return None;
@@ -103,15 +105,15 @@ impl<const D: usize> Workspace<D> {
         self.forget_factor();
     }
 
-    /// Has the next solve begin with a factor of its own.
+    /// The next solve begins with a new factor.
     pub(super) fn forget_factor(&mut self) {
         self.factor_ready = false;
         self.factor_is_exact = false;
         self.single.iter_mut().for_each(Single::forget_factor);
     }
 
-    /// Starts the next solve from given positions, m, one for each node: those of a solved neighbour, whose stiffness is taken
-    /// to be like that of the last solve.
+    /// Starts the next solve from given positions, m, one for each node: those of a solved neighbour, whose
+    /// stiffness is taken to be like that of the last solve.
     ///
     /// # Panics
     /// If there are not as many positions as nodes.

@@ -1,5 +1,5 @@
-//! Derivatives of what is computed from a shape, by what the shape answers to: one back-substitution for each function, however many
-//! tensions, bones and constants there are.
+//! Derivatives of functions of the shape by tensions, bones and constants: one back-substitution for each
+//! function, however many of these there are.
 
 use nalgebra::SVector;
 
@@ -11,24 +11,26 @@ use crate::system::System;
 use super::alone::adjoint_alone;
 use super::{Equilibrium, Group, LANES};
 
-/// How a function of the shape answers, its unit here u.
+/// Derivatives of a function of the shape. Its unit is called u here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adjoint<const D: usize> {
-    /// For every node of the mesh: to a force on it, u/N, or, of a node of a bone, to its place, u/m. With the first, the answer to
-    /// anything else (a rest length, a constant) is its dot product with the force on every node that a unit of it makes.
+    /// By the force on every node, u/N; for a node of a bone by its position, u/m. The derivative by
+    /// anything else (a rest length, a constant) is the dot product of the former with the force on every
+    /// node that a unit of it causes.
     pub by_node: Vec<SVector<f64, D>>,
-    /// To the tension of every muscle of the mesh, u/N; zero of those that cannot contract.
+    /// By the tension of every muscle of the mesh, u/N; zero for muscles that cannot contract.
     pub by_tension: Vec<f64>,
 }
 
 impl<const D: usize> Adjoint<D> {
-    /// To a shift of a bone, given by its nodes, u/m.
+    /// By the displacement of a bone with these nodes, u/m.
     pub fn by_bone(&self, nodes: &[usize]) -> SVector<f64, D> {
         nodes.iter().map(|&n| self.by_node[n]).sum()
     }
 }
 
-/// Derivatives by the positions of all nodes of the length of muscle `muscle`, dimensionless; added, `weight` times.
+/// Derivatives by the positions of all nodes of the length of muscle `muscle`, dimensionless; added,
+/// `weight` times.
 pub fn length_gradient<const D: usize>(
     system: &System<D>,
     positions: &[SVector<f64, D>],
@@ -44,9 +46,9 @@ pub fn length_gradient<const D: usize>(
 }
 
 impl<const D: usize> Group<'_, D> {
-    /// How a function of the shape answers in each of the last equilibria; `gradients` are its derivatives by the positions of all nodes
-    /// there, one for each equilibrium. `None` where the equilibrium is not a stable one, and where the barrier acts in another body
-    /// than the group's.
+    /// How a function of the shape answers in each of the last equilibria; `gradients` are its derivatives
+    /// by the positions of all nodes there, one for each equilibrium. `None` where the equilibrium is not a
+    /// stable one, and where the barrier acts in another body than the group's.
     ///
     /// # Panics
     /// If there are fewer gradients than equilibria, or one has not as many entries as there are nodes.
@@ -85,7 +87,8 @@ impl<const D: usize> Group<'_, D> {
         answers.map(|(lane, (shape, t))| of_lane(lane).or_else(|| alone(lane, shape, t))).collect()
     }
 
-    /// How the lengths of all muscles answer in each of the last equilibria: one [`Adjoint`] a muscle of the mesh, in metres.
+    /// How the lengths of all muscles answer in each of the last equilibria: one [`Adjoint`] a muscle of the
+    /// mesh, in metres.
     pub fn length_rates(&mut self) -> Vec<Option<Vec<Adjoint<D>>>> {
         let muscles = self.system.muscle_count();
         let mut rates = vec![Some(Vec::with_capacity(muscles)); self.answers.len()];
@@ -106,7 +109,7 @@ impl<const D: usize> Group<'_, D> {
         rates
     }
 
-    /// Has every lane hold the factor at its equilibrium; which do.
+    /// Factorises at the equilibrium of every lane. Returns the lanes in which that succeeded.
     fn factorise(&mut self) -> [bool; LANES] {
         if let Some(done) = self.factorised {
             return done;
@@ -118,7 +121,7 @@ impl<const D: usize> Group<'_, D> {
             }
             stable = factorise_group(work, elements);
             for (lane, shape) in self.answers.iter().enumerate() {
-                // Lanes know nothing of the barrier, and those of other bodies hold nothing of them.
+                // Lanes do not have the barrier, and they do not have the stiffness of other bodies.
                 stable[lane] &= shape.solution.guarded == 0 && work.is_set(lane);
             }
         }

@@ -1,4 +1,4 @@
-//! Loads that are none for lanes: each solved by itself, and its derivatives.
+//! Fallback for bodies that the SIMD lanes cannot take: each load is solved by itself, with its derivatives.
 
 use nalgebra::SVector;
 
@@ -9,7 +9,7 @@ use crate::system::System;
 
 use super::{Adjoint, Equilibrium, Load};
 
-/// As [`solve`] does it.
+/// Solves as [`solve`] does.
 pub(super) fn solve_alone<const D: usize>(
     system: &System<D>,
     load: &Load<'_, D>,
@@ -39,12 +39,13 @@ fn solve_in<const D: usize>(
     Equilibrium { solution, positions: w.positions().to_vec(), alone: true }
 }
 
-/// A place for loads of a body of which none is one for lanes: what is solved next begins with the factor of what was solved last.
+/// Workspace for a body whose loads lanes cannot take. Each solve begins with the factor of the solve
+/// before.
 #[derive(Debug)]
 pub(super) struct Alone<const D: usize> {
     w: Workspace<D>,
     held: Vec<usize>,
-    /// Whether no cell touches a bone, so that bones can be put to their places at once.
+    /// Whether no cell touches a bone, so that bones can be moved in one step.
     is_free: bool,
     /// Whether the factor is that of the exact stiffness at the last equilibrium.
     is_factorised: bool,
@@ -84,7 +85,7 @@ impl<const D: usize> Alone<D> {
     }
 }
 
-/// How a function answers at an equilibrium with these positions and tensions.
+/// Derivatives of a function at an equilibrium with these positions and tensions.
 pub(super) fn adjoint_alone<const D: usize>(
     system: &System<D>,
     positions: &[SVector<f64, D>],
@@ -96,7 +97,8 @@ pub(super) fn adjoint_alone<const D: usize>(
     Some(adjoint_of(system, Response::new(system, &mut w).ok()?, gradient, 1e-3))
 }
 
-/// Forces on bones are differenced over this part of the body's size: fibres between a bone and the tissue can be short.
+/// Step of the differences of forces on bones, relative to the size of the body. It is small because fibres
+/// between a bone and the tissue can be short.
 const SHORT: f64 = 1e-4;
 
 fn adjoint_of<const D: usize>(
@@ -117,7 +119,7 @@ fn adjoint_of<const D: usize>(
         system.effects().iter().for_each(|e| e.add_force_per_tension(at, muscle, &mut load));
         by_tension[muscle] = load.iter().zip(motion).map(|(f, u)| f.dot(u)).sum();
     }
-    // On bones: the force that the motion makes there, by differences of fourth order.
+    // For bones, the force that the motion causes there, by differences of fourth order.
     let longest = motion.iter().map(SVector::amax).fold(0.0, f64::max);
     let mut by_node = motion.to_vec();
     let is_held = |n: &usize| system.pattern().unknown(*n).is_none();
