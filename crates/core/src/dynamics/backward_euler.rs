@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use super::stage::StageSolver;
 use super::{Counts, Failure, Integrator, Motion, State, after, cut};
 
-/// Corrections of Newton's method are followed down to this, m.
+/// Newton's method stops at corrections below this, m.
 pub(super) const SOLVED: f64 = 1e-12;
 
 /// Backward Euler with a fixed step.
@@ -42,7 +42,8 @@ impl<const D: usize> Integrator<D> for BackwardEuler<D> {
         StageSolver::predict(motion, stage, way);
         stage.time = after(dt, state.time, until);
         if solver.solve(motion, state, stage, dt, SOLVED, counts).is_err() {
-            // After a long step the velocity throws the body far beyond where it goes; where it was is nearer.
+            // The start is the old shape: after a long step, following the velocity would lead far beyond
+            // the new one.
             counts.rejected += 1;
             stage.clone_from(state);
             stage.time = after(dt, state.time, until);

@@ -35,14 +35,14 @@ pub enum Method {
 pub enum Control {
     /// Always this step, s.
     Fixed(f64),
-    /// So that the error estimated for each step stays below this, m.
+    /// As long as keeps the estimated error of each step below this, m.
     Adaptive(f64),
 }
 
 /// A step or a tolerance that a method cannot work with.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MethodError {
-    /// A step that is not finite, or too short to be one.
+    /// A step that is not finite, or too short.
     #[error("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")]
     Step {
         /// The step given, s.
@@ -75,7 +75,7 @@ pub enum MethodError {
         dt: f64,
         /// The longest stable step, s.
         limit: f64,
-        /// The body that has this limit: at rest, or as its tensions load it.
+        /// The state that has this limit: the body at rest, or as its tensions load it.
         body: &'static str,
         /// Largest angular frequency of the body, rad/s.
         frequency: f64,
@@ -84,7 +84,7 @@ pub enum MethodError {
     },
 }
 
-/// A name that is no method's.
+/// A name that no method has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("unknown method \"{name}\"; {}", suggest::hint(name, Method::ALL.map(Method::name)))]
 pub struct UnknownMethod {
@@ -127,11 +127,11 @@ impl Method {
         matches!(self, Method::Verlet | Method::Rk4 | Method::SymplecticEuler)
     }
 
-    /// Makes the integrator, whatever the step does to its stability; see [`Method::checked`].
+    /// Makes the integrator without checking the stability of its step; see [`Method::checked`].
     ///
     /// # Errors
-    /// [`MethodError`] for a step or tolerance that is not positive and finite or a step below a femtosecond, or a tolerance
-    /// for a method without error control.
+    /// [`MethodError`] for a step or tolerance that is not positive and finite or a step below a
+    /// femtosecond, or a tolerance for a method without error control.
     pub fn integrator<const D: usize>(
         self,
         motion: &Motion<'_, D>,
@@ -157,7 +157,8 @@ impl Method {
         })
     }
 
-    /// Makes the integrator and refuses a step beyond the stability limit of the body at rest or as its tensions load it.
+    /// Makes the integrator and refuses a step beyond the stability limit of the body at rest or as its
+    /// tensions load it.
     ///
     /// # Errors
     /// As [`Method::integrator`], and [`MethodError::Unstable`] naming the limit.
@@ -177,15 +178,16 @@ impl Method {
         Ok(integrator)
     }
 
-    /// The longest stable step, s, of the body at rest and as its tensions load it, whichever is shorter; none for methods
-    /// that are stable at every step.
+    /// The longest stable step, s, of the body at rest and as its tensions load it, whichever is shorter;
+    /// none for methods that are stable at every step.
     pub fn step_limit<const D: usize>(self, motion: &Motion<'_, D>) -> Option<f64> {
         let integrator = self.integrator(motion, Control::Fixed(1.0)).ok()?;
         limit(integrator.as_ref(), motion).map(|(limit, ..)| limit)
     }
 }
 
-/// The longest stable step of an explicit method, s, with the spectrum that it follows from and whose it is.
+/// The longest stable step of an explicit method, s, the spectrum that it follows from, and the state that
+/// has this spectrum.
 fn limit<const D: usize>(
     integrator: &dyn Integrator<D>,
     motion: &Motion<'_, D>,

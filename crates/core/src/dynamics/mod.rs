@@ -6,15 +6,17 @@
 //!   dc/dt = (k2 (e - c) - F(t)) / b_cc      every contracting connection, e = l - l0; c(0) = 0
 //! ```
 //!
-//! `f` is what the effects' energy gives at zero tension, plus the pull `k2 (e - c)` of every contractile branch (eqs. 3.4-3.8);
-//! `d` are the Kelvin-Voigt dampers `b dl/dt` of the tissue (eq. 3.9). Every node that is an unknown of the
-//! [`System`] has the same mass [`Coefficients::node_mass`](crate::material::Coefficients::node_mass): the nodes of the tissue,
-//! and with [`OutsidePath::Chain`](crate::system::OutsidePath::Chain) those outside it too. With straight paths the nodes
-//! inside a path are no unknowns, so their mass is left out; they are placed on the line between the path's ends.
+//! `f` is the force of the effects at zero tension, plus the pull `k2 (e - c)` of every contractile branch
+//! (eqs. 3.4-3.8); `d` are the Kelvin-Voigt dampers `b dl/dt` of the tissue (eq. 3.9). Every node that is an
+//! unknown of the [`System`] has the same mass
+//! [`Coefficients::node_mass`](crate::material::Coefficients::node_mass): the nodes of the tissue, and with
+//! [`OutsidePath::Chain`](crate::system::OutsidePath::Chain) those outside it too. With straight paths the
+//! nodes inside a path are no unknowns, so their mass is left out; they are placed on the line between the
+//! path's ends.
 //!
-//! With the constants of the tongue this is overdamped and very stiff: time scales from microseconds (mass against damper) to
-//! a second (spring against damper). Explicit methods need steps of microseconds throughout; implicit ones only while
-//! something moves that fast.
+//! With the constants of the tongue this is overdamped and very stiff: time scales from microseconds (mass
+//! against damper) to a second (spring against damper). Explicit methods need steps of microseconds
+//! throughout; implicit ones only while something moves that fast.
 //!
 //! | method | order | step | source |
 //! |---|---|---|---|
@@ -52,7 +54,7 @@ pub use tensions::Tensions;
 #[cfg(doc)]
 use crate::system::System;
 
-/// Where a body in motion is.
+/// State of a body in motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State<const D: usize> {
     /// Time, s.
@@ -61,18 +63,20 @@ pub struct State<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
     /// Velocities of all nodes, m/s; zero where the node is no unknown.
     pub velocities: Vec<SVector<f64, D>>,
-    /// Internal states of all effects, in the order of the effects: length changes of the contractile elements, m.
+    /// Internal states of all effects, in the order of the effects: length changes of the contractile
+    /// elements, m.
     pub internal: Vec<f64>,
 }
 
-/// What a trajectory cost, in units that no noisy machine changes.
+/// Cost of a trajectory, in counts that do not depend on the machine.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// Steps taken.
     pub steps: u64,
-    /// Steps tried and given up, for their error or because Newton's method did not converge.
+    /// Steps rejected for their error, or because Newton's method did not converge.
     pub rejected: u64,
-    /// Steps of TR-BDF2 that were made by backward Euler, because its own stages could not be solved at the fixed step.
+    /// Steps of TR-BDF2 that were made by backward Euler, because its own stages could not be solved at the
+    /// fixed step.
     pub damped: u64,
     /// Evaluations of the force.
     pub force_evaluations: u64,
@@ -83,18 +87,19 @@ pub struct Counts {
 /// Why a step could not be taken; the state is then the last good one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
-    /// The error could not be held, or the equations not be solved, with any step worth the name.
+    /// Even the shortest step had too large an error, or could not be solved.
     StepTooSmall,
     /// Newton's method did not converge at the fixed step.
     NotSolved,
 }
 
-/// A way to go from one moment to the next.
+/// A method of time integration.
 ///
-/// An integrator remembers what it may use again (forces, a factor), so it belongs to one trajectory: to start anew, or after
-/// changing the state by hand, make a new one.
+/// An integrator keeps forces and factors from step to step, so it belongs to one trajectory. Make a new one
+/// to start again, or after changing the state by hand.
 pub trait Integrator<const D: usize>: Debug + Send {
-    /// Takes one step, or the part of it that ends at `until` (s, later than the state's time); counts what it cost.
+    /// Takes one step, or the part of it that ends at `until` (s, later than the state's time), and counts
+    /// its cost.
     ///
     /// # Errors
     /// [`Failure`]; the state is then as before.
@@ -111,9 +116,10 @@ pub trait Integrator<const D: usize>: Debug + Send {
         None
     }
 
-    /// For explicit methods the matrix that a step multiplies the state of `x'' = -k x - c x'` by, from which the largest stable
-    /// step follows; none for methods without such a limit. `stiffness` is `k dt²` and `damping` is `c dt`; the state is
-    /// position, velocity times `dt` and so on, so that all numbers are of one size.
+    /// For explicit methods the matrix that a step multiplies the state of `x'' = -k x - c x'` by, from
+    /// which the largest stable step follows; none for methods without such a limit. `stiffness` is `k dt²`
+    /// and `damping` is `c dt`; the state is position, velocity times `dt` and so on, so that all numbers
+    /// are of one size.
     fn amplification(&self, _stiffness: f64, _damping: f64) -> Option<DMatrix<f64>> {
         None
     }
@@ -121,10 +127,10 @@ pub trait Integrator<const D: usize>: Debug + Send {
 
 /// The shortest time that inputs may name, s: nothing in a tongue happens faster.
 pub const SHORTEST_S: f64 = 1e-9;
-/// Steps are no shorter than this, s, and what is left of a run or to a kink of the tensions is passed over if it is.
+/// Shortest step, s. If less than this is left of a run, or to a kink of the tensions, it is skipped.
 const SHORTEST_STEP: f64 = 1e-15;
 
-/// The step from `time` to at most `until`: no sliver of a step is left over at the end.
+/// The step from `time` to at most `until`, chosen so that no very short step is left at the end.
 fn cut(dt: f64, time: f64, until: f64) -> f64 {
     let left = until - time;
     if left <= dt * (1.0 + 1e-9) { left } else { dt }

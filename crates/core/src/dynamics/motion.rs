@@ -12,9 +12,9 @@ use crate::system::System;
 
 use super::{Counts, State, Tensions};
 
-/// Contractile elements are at rest after this time, s.
+/// Time after which contractile elements have settled, s.
 const LONG: f64 = 1e30;
-/// An equilibrium this near to where a body began is no way to go, m.
+/// If the equilibrium is nearer than this to the start of the motion, no part of the way is computed, m.
 const NO_WAY: f64 = 1e-9;
 
 /// A system, and the tensions of its muscles over time.
@@ -28,7 +28,7 @@ pub struct Motion<'a, const D: usize> {
     internal: Vec<Range<usize>>,
 }
 
-/// Why a system cannot be set in motion.
+/// Errors of setting up a motion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MotionError {
     /// Tensions for another number of muscles.
@@ -49,7 +49,7 @@ pub enum MotionError {
     },
 }
 
-/// What the equations of motion give at a state.
+/// The rates of a state by the equations of motion.
 #[derive(Debug, Clone)]
 pub struct Rates<const D: usize> {
     /// Acceleration of every node, m/s²; zero where the node is no unknown.
@@ -127,8 +127,8 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// The state in which the strongest tensions of its course are in balance, found from rest; none where nothing pulls or
-    /// no equilibrium is found.
+    /// The equilibrium under the strongest tensions of the motion, found from rest. `None` if no muscle
+    /// pulls or no equilibrium is found.
     pub fn at_equilibrium(&self) -> Option<State<D>> {
         let tensions = self.tensions.strongest();
         if tensions.iter().all(|t| *t == 0.0) {
@@ -140,9 +140,9 @@ impl<'a, const D: usize> Motion<'a, D> {
         Some(state)
     }
 
-    /// The part of its way to equilibrium that a body has gone since it was at `start` (positions of all nodes, m), from the
-    /// distances of the node that has furthest to go. The equilibrium is that of the tensions at the state's time, found from its
-    /// shape; none where it is not found, or where the body began.
+    /// The part of the way from `start` (positions of all nodes, m) to equilibrium that a body has gone, for
+    /// the node with the longest way. The equilibrium is that of the tensions at the state's time, found
+    /// from its shape. `None` if it is not found, or if the body began there.
     pub fn part_of_way(&self, start: &[SVector<f64, D>], state: &State<D>) -> Option<f64> {
         let mut tensions = self.slack.clone();
         self.tensions.at(state.time, &mut tensions);
@@ -214,8 +214,9 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// `m / step² + C / step + K`, N/m, with the internal states eliminated: the matrix of an implicit step. The change of the
-    /// dampers' directions is left out of it, which keeps it symmetric; Newton's method makes up for that.
+    /// `m / step² + C / step + K`, N/m, with the internal states eliminated: the matrix of an implicit step.
+    /// It leaves out that the dampers change direction, so that it is symmetric; the iterations of Newton's
+    /// method correct for that.
     pub(super) fn add_step_matrix(
         &self,
         state: &State<D>,
@@ -228,7 +229,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         matrix.shift(self.system.pattern(), self.mass / (step * step));
     }
 
-    /// The stiffness, N/m, with the internal states settled over `step`, s (zero: held).
+    /// The stiffness, N/m, with the internal states solved over `step`, s (zero: held fixed).
     pub(super) fn add_stiffness(
         &self,
         state: &State<D>,
@@ -251,7 +252,8 @@ impl<'a, const D: usize> Motion<'a, D> {
         self.system.effects().iter().for_each(|e| e.add_damping(slack, weight, matrix));
     }
 
-    /// Kinetic energy and the energy of all springs (Q2 included) and cells, J. Without tension it can only fall.
+    /// Kinetic energy and the energy of all springs (Q2 included) and cells, J. Without tension it can only
+    /// fall.
     pub fn energy(&self, state: &State<D>) -> f64 {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         let kinetic: f64 = state.velocities.iter().map(|v| 0.5 * self.mass * v.norm_squared()).sum();

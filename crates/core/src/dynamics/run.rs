@@ -1,4 +1,4 @@
-//! From a state to a later one, step by step, looking in at given times.
+//! Runs a motion to its end, step by step, with samples at given times.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -6,9 +6,10 @@ use serde::Serialize;
 use super::step_limit::Growth;
 use super::{Counts, Failure, Integrator, Motion, SHORTEST_STEP, State};
 
-/// A node this many times further from the origin than the body is large has flown away.
+/// A motion has diverged when a node is this many times further from the origin than the body is large.
 const FLOWN: f64 = 100.0;
-/// Explicit steps are tiny: cells are looked at, and progress is told, once in so many.
+/// Number of explicit steps, which are very short, between two checks of the cells and two reports of
+/// progress.
 const STRIDE: u64 = 64;
 
 /// How a trajectory ended.
@@ -17,13 +18,14 @@ const STRIDE: u64 = 64;
 pub enum Status {
     /// It reached its end.
     Completed,
-    /// The error could not be held with any step worth the name.
+    /// Even the shortest step had too large an error.
     StepTooSmall,
     /// Newton's method did not converge at the fixed step; take a smaller one.
     NotSolved,
-    /// The step is beyond the stability limit of the body as it is now: its fastest mode grows instead of dying away.
+    /// The step is beyond the stability limit of the body as it is now: its fastest mode grows instead of
+    /// dying away.
     Unstable,
-    /// A node has flown away: the step is far beyond the stability limit.
+    /// A node has diverged: the step is far beyond the stability limit.
     Diverged,
     /// A position is not a finite number.
     NotFinite,
@@ -31,27 +33,28 @@ pub enum Status {
     InvertedCell,
 }
 
-/// What a run did.
+/// Result of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Outcome {
     /// How it ended.
     pub status: Status,
     /// Where it ended, s; the state is the last good one.
     pub time_s: f64,
-    /// What it cost.
+    /// Its cost.
     pub counts: Counts,
 }
 
-/// Who looks on.
+/// Receives samples and progress.
 pub trait Observer<const D: usize> {
-    /// The positions of all nodes, m, at one of the times asked for, s (cubic Hermite interpolation between steps).
+    /// The positions of all nodes, m, at one of the times asked for, s (cubic Hermite interpolation between
+    /// steps).
     fn sample(&mut self, time: f64, positions: &[SVector<f64, D>]);
 
     /// Called now and then with the time reached, s.
     fn progress(&mut self, _time: f64) {}
 }
 
-/// For who does not look on.
+/// Ignores samples and progress.
 impl<const D: usize> Observer<D> for () {
     fn sample(&mut self, _time: f64, _positions: &[SVector<f64, D>]) {}
 }
@@ -62,8 +65,8 @@ pub fn sample_times(t_end: f64, count: usize) -> Vec<f64> {
     (0..count).map(|i| if i + 1 == count && i > 0 { t_end } else { t_end * i as f64 / last }).collect()
 }
 
-/// Runs from `state` to `t_end`, s, and leaves there the state reached; `samples` are ascending times at which `observer` is
-/// shown the body. Steps end at every kink of the tensions.
+/// Runs from `state` to `t_end`, s, and leaves there the state reached; `samples` are ascending times at
+/// which `observer` is shown the body. Steps end at every kink of the tensions.
 ///
 /// Never panics and never leaves a number that is not finite in the state.
 pub fn run<const D: usize>(
@@ -104,7 +107,7 @@ pub fn run<const D: usize>(
             };
             break;
         }
-        // Written so that a number that is not finite fails too.
+        // The comparison is written so that a number that is not finite fails too.
         if !system.pattern().nodes().iter().all(|&i| state.positions[i].norm_squared() <= far) {
             let finite = state.positions.iter().flatten().all(|x| x.is_finite());
             status = if finite { Status::Diverged } else { Status::NotFinite };

@@ -9,12 +9,12 @@ use super::{Motion, State};
 
 /// The power iteration ends when a round of it changes the estimate by less than this part of it.
 const SETTLED: f64 = 1e-7;
-/// Steps of the power iteration in a round, and the most rounds.
+/// Steps of the power iteration in a round, and the largest number of rounds.
 const ROUND: usize = 20;
 const MOST_ROUNDS: usize = 200;
 
-/// How fast the fastest modes are, by power iteration on `K/m` and `C/m` at a state (internal states held). The tangent
-/// is the convex one, so that both matrices are positive semidefinite.
+/// The fastest modes, by power iteration on `K/m` and `C/m` at a state (internal states held fixed). The
+/// tangent is the convex one, so that both matrices are positive semidefinite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spectrum {
     /// Largest eigenvalue of `K/m`, 1/s²: the square of the largest angular frequency.
@@ -36,7 +36,8 @@ impl Spectrum {
     }
 }
 
-/// Largest eigenvalue of a positive semidefinite matrix, from a start that no symmetry of the body makes blind.
+/// Largest eigenvalue of a positive semidefinite matrix, from a start without symmetry, so that no mode is
+/// orthogonal to it.
 fn largest_eigenvalue<const D: usize>(pattern: &Pattern, matrix: &BlockMatrix<D>) -> f64 {
     let n = pattern.unknowns();
     let mut v: Vec<SVector<f64, D>> =

@@ -6,8 +6,8 @@
 //! x = x0 + g v      v = v0 + g F(x, v, c) / m      c = c0 + g dc/dt(x, c)
 //! ```
 //!
-//! `v` and `c` follow from `x`, so the unknowns are those of the equilibrium and the matrix `m/g² + C/g + K` has its pattern;
-//! every contractile element is eliminated by itself.
+//! `v` and `c` follow from `x`, so the unknowns are those of the equilibrium and the matrix `m/g² + C/g + K`
+//! has its pattern; every contractile element is eliminated by itself.
 
 use nalgebra::SVector;
 
@@ -17,31 +17,32 @@ use crate::sparse::cholesky::Factor;
 
 use super::{Counts, Motion, State};
 
-/// Above this contraction of the corrections an old factor is replaced.
+/// The old factor is replaced when the ratio of two successive corrections is above this.
 const SLOW: f64 = 0.2;
-/// Power with which the contraction found in one solve is taken over to the next.
+/// Exponent with which the ratio found in one solve is used in the next.
 const FORGETTING: f64 = 0.8;
 /// Corrections below this part of the body's size are rounding.
 const ROUNDING: f64 = 1e-15;
-/// Corrections below this part of it that shrink no more are rounding too: at long steps the softest mode magnifies it.
+/// Corrections below this part of the body's size that no longer shrink count as rounding too: at long steps
+/// the softest mode magnifies it.
 const STALLED: f64 = 1e-10;
-/// After this many iterations a solve is given up.
+/// Largest number of iterations of a solve.
 const MOST_ITERATIONS: usize = 25;
-/// A solve whose corrections grow more often than this, with a new factor each time, is given up.
+/// A solve is given up when its corrections grow more often than this, each time with a new factor.
 const MOST_GROWTHS: usize = 3;
 
 /// Newton's method did not converge, or met a number that is not finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct NotSolved;
 
-/// Solves stages; keeps the factor for as long as it serves.
+/// Solves stages. It keeps the factor as long as Newton's method converges fast with it.
 #[derive(Debug)]
 pub(super) struct StageSolver<const D: usize> {
     matrix: BlockMatrix<D>,
     factor: Factor<D>,
-    /// The step for which the factor was made; zero where there is none.
+    /// The step for which the factor was made; zero without a factor.
     factor_step: f64,
-    /// How much smaller a correction was than the one before, lately.
+    /// Recent ratio of a correction to the one before.
     contraction: f64,
     force: Vec<SVector<f64, D>>,
     step: Vec<SVector<f64, D>>,
@@ -69,7 +70,7 @@ impl<const D: usize> StageSolver<D> {
         }
     }
 
-    /// Moves `state` by `way` (m, for each node), less where a cell would turn over.
+    /// Moves `state` by `way` (m, for each node), or by less if a cell would turn over.
     pub(super) fn predict(motion: &Motion<'_, D>, state: &mut State<D>, way: &[SVector<f64, D>]) {
         let at = Configuration { positions: &state.positions, tensions: &[] };
         let part = motion.system().effects().iter().map(|e| e.step_limit(at, way)).fold(1.0, f64::min);
@@ -78,8 +79,8 @@ impl<const D: usize> StageSolver<D> {
         }
     }
 
-    /// Solves for `stage` at its time, starting from its positions; `known` holds x0, v0, c0. Corrections are expected to be
-    /// within `tolerance`, m, of none at the end.
+    /// Solves for `stage` at its time, starting from its positions; `known` holds x0, v0, c0. The last
+    /// correction is to be below `tolerance`, m.
     pub(super) fn solve(
         &mut self,
         motion: &Motion<'_, D>,
@@ -89,7 +90,7 @@ impl<const D: usize> StageSolver<D> {
         tolerance: f64,
         counts: &mut Counts,
     ) -> Result<(), NotSolved> {
-        // What was learnt of the contraction holds less and less (Hairer and Wanner 1996, IV.8).
+        // The ratio of an earlier solve becomes less reliable with time (Hairer and Wanner 1996, IV.8).
         self.contraction = self.contraction.powf(FORGETTING);
         let mut last = f64::INFINITY;
         let mut growths = 0;

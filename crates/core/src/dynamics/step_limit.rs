@@ -1,4 +1,4 @@
-//! How long a step of an explicit method may be, whether its steps grow, and how long a run of it takes.
+//! Explicit methods: the longest stable step, detection of growing steps, and the duration of a run.
 
 use std::time::{Duration, Instant};
 
@@ -6,25 +6,27 @@ use nalgebra::SVector;
 
 use super::{Counts, Integrator, Motion, Spectrum, State};
 
-/// Growth of a step beyond one that is rounding.
+/// Growth above 1 that counts as rounding.
 const ROUNDING: f64 = 1e-7;
-/// Parts of the largest stiffness that are tried with the largest damping, and the other way round.
+/// Parts of the largest stiffness that are tried with the largest damping, and parts of the damping with the
+/// stiffness.
 const PARTS: [f64; 6] = [0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0];
-/// Node speeds are looked at over this many steps,
+/// Number of steps in the window over which node speeds are watched.
 const WINDOW: u64 = 64;
-/// and where they hint at growth, the limit of the body is computed at most once in so many.
+/// Number of steps between two computations of the limit, which speeds that may be growing ask for.
 const BETWEEN_SPECTRA: u64 = 1024;
-/// Squared speeds this many times that of the way gone in a window are no motion but steps that alternate or grow.
+/// If the mean squared speed is this many times that of the net motion in a window, the steps alternate or
+/// grow.
 const ALTERNATING: f64 = 8.0;
-/// Speeds at which a step is a smaller part of the body's size than this are rounding.
+/// Speeds whose step is shorter than this part of the body's size count as rounding.
 const NO_SPEED: f64 = 1e-9;
-/// The limit is known to this part of it.
+/// Relative accuracy of the limit.
 const KNOWN_TO: f64 = 1e-3;
-/// A measurement of the cost takes about this long.
+/// Approximate duration of a measurement of the cost.
 const MEASUREMENT: Duration = Duration::from_millis(10);
 
-/// The longest stable step of an explicit method, s, on modes as stiff and as damped as the stiffest and the most damped one
-/// (`spectrum`); none for methods that are stable at every step.
+/// The longest stable step of an explicit method, s, on modes as stiff and as damped as the stiffest and the
+/// most damped one (`spectrum`); none for methods that are stable at every step.
 pub fn step_limit<const D: usize>(integrator: &dyn Integrator<D>, spectrum: &Spectrum) -> Option<f64> {
     integrator.amplification(0.0, 0.0)?;
     let (k, c) = (spectrum.stiffness, spectrum.damping);
@@ -51,15 +53,15 @@ pub fn step_limit<const D: usize>(integrator: &dyn Integrator<D>, spectrum: &Spe
     Some(low)
 }
 
-/// Watches an explicit run for steps that grow: a body that is pulled becomes stiffer than at rest, and a mode beyond the
-/// limit does not always blow up but may go on swinging from step to step for ever.
+/// Watches an explicit run for growing steps. A body that is pulled becomes stiffer than at rest, and a mode
+/// beyond the limit does not always diverge: it may oscillate from step to step for ever.
 #[derive(Debug)]
 pub(super) struct Growth<const D: usize> {
     /// The fixed step of an explicit method, s; none for the others, which are not watched.
     step: Option<f64>,
     positions: Vec<SVector<f64, D>>,
     time: f64,
-    /// Speed below which nothing moves, m/s.
+    /// Speed below which a body counts as still, m/s.
     no_speed: f64,
     /// Steps until the limit may be computed again.
     wait: u64,
@@ -73,8 +75,9 @@ impl<const D: usize> Growth<D> {
         Self { step, positions: state.positions.clone(), time: state.time, no_speed, wait: 0 }
     }
 
-    /// Called after every step (the number `steps`, from the state `before`), and at the end: whether the steps are seen to
-    /// grow. Alternating steps of Verlet show in the positions alone, growing ones of RK4 in the velocities.
+    /// Called after every step (the number `steps`, from the state `before`), and at the end: whether the
+    /// steps are seen to grow. Alternating steps of Verlet show in the positions alone, growing ones of RK4
+    /// in the velocities.
     pub(super) fn is_seen(
         &mut self,
         motion: &Motion<'_, D>,
@@ -105,8 +108,8 @@ impl<const D: usize> Growth<D> {
     }
 }
 
-/// How long a step takes on this machine now: measured on a copy of the state, for about ten milliseconds, before `t_end` (s).
-/// The integrator is of no use for a trajectory afterwards.
+/// How long a step takes on this machine now: measured on a copy of the state, for about ten milliseconds,
+/// before `t_end` (s). The integrator is of no use for a trajectory afterwards.
 pub fn cost_per_step<const D: usize>(
     motion: &Motion<'_, D>,
     integrator: &mut dyn Integrator<D>,

@@ -1,4 +1,5 @@
-//! TR-BDF2: the trapezoidal rule to an inner point, then the second backward differentiation formula; with error control.
+//! TR-BDF2: the trapezoidal rule to an inner point, then the second backward differentiation formula; with
+//! error control.
 //!
 //! ```text
 //! 0      | 0
@@ -6,15 +7,17 @@
 //! 1      | w  w  g
 //! ```
 //!
-//! Order two, L-stable, both implicit stages with one matrix (Bank, Coughran, Fichtner, Grosse, Rose and Smith 1985). The last
-//! stage is the result, and its derivative serves as the first of the next step; in the stiff limit nothing of that derivative
-//! is left in the next one, so its rounding does not build up. The error of a step is the difference to an embedded
-//! formula of order three (Hosea and Shampine 1996); it is measured in m, as the largest over the nodes of the error of the
-//! position, of `g h` times that of the velocity, and of the contractile elements.
+//! Order two, L-stable, both implicit stages with one matrix (Bank, Coughran, Fichtner, Grosse, Rose and
+//! Smith 1985). The last stage is the result, and its derivative serves as the first of the next step; in
+//! the stiff limit nothing of that derivative is left in the next one, so its rounding does not build up.
+//! The error of a step is the difference to an embedded formula of order three (Hosea and Shampine 1996); it
+//! is measured in m, as the largest over the nodes of the error of the position, of `g h` times that of the
+//! velocity, and of the contractile elements.
 //!
-//! The trapezoidal stage keeps the size of what is out of balance and turns it round: from a body that is pulled suddenly, a
-//! fixed step far beyond the time scale of its motion leads to where no tissue can be. Such a step is made by backward Euler,
-//! which takes it to rest (Rannacher 1984), and counted in [`Counts::damped`]. With error control the step is shortened instead.
+//! The trapezoidal stage keeps the magnitude of an imbalance of forces and reverses its sign. When a body is
+//! pulled suddenly, a fixed step far beyond the time scale of its motion would lead to impossible shapes.
+//! Such a step is made by backward Euler, which damps the imbalance (Rannacher 1984), and counted in
+//! [`Counts::damped`]. With error control the step is shortened instead.
 
 use nalgebra::SVector;
 
@@ -22,17 +25,17 @@ use super::backward_euler::SOLVED;
 use super::stage::StageSolver;
 use super::{Control, Counts, Failure, Integrator, Motion, SHORTEST_STEP, State, after, cut};
 
-/// Newton's method is followed to this part of the error allowed in a step.
+/// Newton's method stops at corrections below this part of the error allowed in a step.
 const SOLVE_PART: f64 = 0.02;
-/// The step is chosen so that the error expected is a little less than allowed.
+/// Safety factor: the step is chosen so that the expected error is a little less than allowed.
 const SAFETY: f64 = 0.9;
 /// Bounds of the change of the step.
 const CHANGE: (f64, f64) = (0.2, 5.0);
-/// A growth of the step that is not worth a new factor.
+/// A step that could grow by less than this is kept, which saves a new factor.
 const IDLE_GROWTH: f64 = 1.2;
 /// The first step tried, as a part of the whole time.
 const FIRST_STEP: f64 = 1e-4;
-/// Below this part of the time reached a step is none.
+/// Shortest step, relative to the time reached.
 const SMALLEST_STEP: f64 = 1e-13;
 
 const ROOT_2: f64 = std::f64::consts::SQRT_2;
@@ -155,7 +158,8 @@ impl<const D: usize> TrBdf2<D> {
         true
     }
 
-    /// A step of backward Euler in place of one whose stages cannot be solved; the result is in `self.stage`.
+    /// A step of backward Euler in place of one whose stages cannot be solved; the result is in
+    /// `self.stage`.
     fn damped(
         &mut self,
         motion: &Motion<'_, D>,
@@ -230,7 +234,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
                 (true, Control::Adaptive(tolerance)) => {
                     let excess = self.error(motion, h) / tolerance;
                     let best = SAFETY * excess.powf(-1.0 / ERROR_POWER);
-                    // An error that is not a number counts as too large.
+                    // An error that is NaN counts as too large.
                     let change = if best >= CHANGE.0 { best.min(CHANGE.1) } else { CHANGE.0 };
                     if excess <= 1.0 { change.max(CHANGE.0) } else { -change }
                 }
@@ -243,7 +247,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
             if change > 0.0 {
                 if let Control::Adaptive(_) = self.control {
                     let next = if (1.0..IDLE_GROWTH).contains(&change) { h } else { h * change };
-                    // A step cut short by the end of the interval says nothing against the longer one before.
+                    // A step that was shortened by the end of the interval does not change the step length.
                     self.step = if h < self.step { next.max(self.step) } else { next };
                 }
                 self.derivatives.swap(0, STAGES - 1);

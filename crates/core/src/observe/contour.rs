@@ -6,14 +6,15 @@ use nalgebra::SVector;
 
 use super::Observable;
 
-/// Places at which every piece of a curve is tried for the nearest one.
+/// Number of places on every piece of a curve from which the nearest is chosen as a start.
 const TRIALS: usize = 4;
-/// Most steps of Newton's method to the nearest place of a piece.
+/// Largest number of steps of Newton's method to the nearest place of a piece.
 const MOST_STEPS: usize = 30;
 
-/// A chain of surface nodes as a smooth curve: between neighbouring nodes a cubic (Hermite's), whose slopes are those of the
-/// parabola through a node and its neighbours (Bessel's; de Boor 1978, IV). Its parameter is the distance along the chain at rest, m,
-/// so that every place is a fixed weighted mean of nodes: a material point.
+/// A chain of surface nodes as a smooth curve: between neighbouring nodes a cubic (Hermite's), whose slopes
+/// are those of the parabola through a node and its neighbours (Bessel's; de Boor 1978, IV). Its parameter
+/// is the distance along the chain at rest, m, so that every place is a fixed weighted mean of nodes: a
+/// material point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     // Shared, because every point of every frame of a recording has its own handle to it.
@@ -23,8 +24,9 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Through these nodes in their order; the tissue lies to the left of the way. `rest` are the rest positions of all nodes,
-    /// m. `None` for fewer than three nodes, a node that does not exist, or neighbours that coincide.
+    /// Through these nodes in their order; the tissue lies to the left of the way. `rest` are the rest
+    /// positions of all nodes, m. `None` for fewer than three nodes, a node that does not exist, or
+    /// neighbours that coincide.
     pub fn through(nodes: Vec<usize>, rest: &[SVector<f64, 2>]) -> Option<Self> {
         let mut knots = vec![0.0];
         for pair in nodes.windows(2) {
@@ -54,8 +56,8 @@ impl Curve {
             .collect()
     }
 
-    /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1) of a piece, in its first derivative by the
-    /// part, and in the second.
+    /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1) of a piece, in its
+    /// first derivative by the part, and in the second.
     fn weights_on(&self, piece: usize, part: f64) -> [[f64; 4]; 3] {
         let t = part;
         let h = self.knots[piece + 1] - self.knots[piece];
@@ -81,7 +83,8 @@ impl Curve {
         })
     }
 
-    /// Weights of the nodes before, at and after `knot` in the slope there, 1/m; at the ends of the curve the straight one.
+    /// Weights of the nodes before, at and after `knot` in the slope there, 1/m; at the ends of the curve
+    /// the straight one.
     fn slope(&self, knot: usize) -> [f64; 3] {
         let k = &self.knots;
         match (knot.checked_sub(1), k.get(knot + 1)) {
@@ -111,7 +114,8 @@ impl Curve {
         let squared = |piece: usize, part: f64| {
             (self.mean(piece, &self.weights_on(piece, part)[0], positions) - point).norm_squared()
         };
-        // A piece bulges from its chord by less than its length, so what lies so much farther than the nearest node is skipped.
+        // A piece bulges from its chord by less than its length, so pieces that are that much farther than
+        // the nearest node are skipped.
         let far: Vec<f64> = self.nodes.iter().map(|&n| (positions[n] - point).norm()).collect();
         let nearest = far.iter().copied().fold(f64::INFINITY, f64::min);
         let mut best = (0, 0.0, f64::INFINITY);
@@ -153,8 +157,8 @@ impl Curve {
     }
 }
 
-/// Signed distance, m, of a measured point from a surface curve: positive outside the tissue, which lies to the left of the curve.
-/// Beyond the ends of the curve the distance is that from the tangent there.
+/// Signed distance, m, of a measured point from a surface curve: positive outside the tissue, which lies to
+/// the left of the curve. Beyond the ends of the curve the distance is that from the tangent there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contour {
     curve: Curve,

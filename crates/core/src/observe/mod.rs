@@ -1,4 +1,4 @@
-//! What can be seen of a body: numbers that follow from where its nodes are, and what was measured of them.
+//! Observables: numbers that follow from the positions of the nodes, and measurements of them.
 //!
 //! | observable | value | unit |
 //! |---|---|---|
@@ -9,7 +9,8 @@
 //! | [`Contour`] | signed distance of a measured point from the surface curve (in the plane) | m |
 //! | [`Surface`] | signed distance of a measured point from the surface (in space) | m |
 //!
-//! Each gives its value and its gradient in the positions; a test compares all of them with differences, in both dimensions.
+//! Each gives its value and its gradient in the positions; a test compares all of them with differences, in
+//! both dimensions.
 
 mod contour;
 mod length;
@@ -31,15 +32,16 @@ pub use ratio::Ratio;
 pub use stretch::Stretch;
 pub use surface::Surface;
 
-/// A number that can be read off the positions of the nodes.
+/// A number that is a function of the positions of the nodes.
 pub trait Observable<const D: usize>: Debug + Send + Sync {
     /// The number at these positions (of all nodes, m).
     fn value(&self, positions: &[SVector<f64, D>]) -> f64;
 
-    /// Calls `part` with every node that the number depends on and the derivative by its position, unit of the value per m.
+    /// Calls `part` with every node that the number depends on and the derivative by its position, unit of
+    /// the value per m.
     fn gradient(&self, positions: &[SVector<f64, D>], part: &mut dyn FnMut(usize, SVector<f64, D>));
 
-    /// How fast the number changes when every node moves with `motion` (m for a unit of what moves them).
+    /// Derivative of the number when every node moves with `motion` (m for a unit of what moves them).
     fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
         let mut rate = 0.0;
         self.gradient(positions, &mut |node, slope| rate += slope.dot(&motion[node]));

@@ -1,4 +1,4 @@
-//! What was seen, and how sure it is.
+//! A measurement and its uncertainty.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::Observable;
 
-/// What a measurement says of an observable.
+/// How a measurement constrains an observable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sense {
     /// It has the measured value.
@@ -18,7 +18,7 @@ pub enum Sense {
     AtMost,
 }
 
-/// How sure a measured value is.
+/// Uncertainty of a measured value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Certainty {
     /// Nothing is known.
@@ -30,26 +30,26 @@ pub enum Certainty {
     StandardDeviation(f64),
 }
 
-/// An observable, its measured value, and how sure that is.
+/// An observable, its measured value and the uncertainty of that.
 #[derive(Debug, Clone)]
 pub struct Observation<const D: usize> {
     /// What was measured.
     pub observable: Arc<dyn Observable<D>>,
     /// The measured value, unit of the observable.
     pub measured: f64,
-    /// What it says.
+    /// How it constrains the observable.
     pub sense: Sense,
-    /// How sure it is.
+    /// Its uncertainty.
     pub certainty: Certainty,
-    /// By what its residual is multiplied in a fit, one over the unit of the observable. For quantities of one kind 1; where kinds
-    /// are mixed, one over the standard deviation.
+    /// Factor of its residual in a fit, in one over the unit of the observable: 1 where all quantities are
+    /// of one kind, one over the standard deviation where kinds are mixed.
     pub weight: f64,
-    /// When, s, where that is known.
+    /// Time of the measurement, s, where it is known.
     pub time_s: Option<f64>,
 }
 
 impl<const D: usize> Observation<D> {
-    /// That the observable has this value; nothing is known of how sure it is, and the weight is 1.
+    /// The observable has this value, with unknown uncertainty and a weight of 1.
     pub fn new(observable: impl Observable<D> + 'static, measured: f64) -> Self {
         Self {
             observable: Arc::new(observable),
@@ -71,7 +71,8 @@ impl<const D: usize> Observation<D> {
         Self { certainty: Certainty::Between(low, high), ..self }
     }
 
-    /// Weighted residual at a shape (positions of all nodes, m): simulated less measured; zero where an inequality holds.
+    /// Weighted residual at a shape (positions of all nodes, m): simulated less measured; zero where an
+    /// inequality holds.
     pub fn residual(&self, positions: &[SVector<f64, D>]) -> f64 {
         let difference = self.observable.value(positions) - self.measured;
         self.weight

@@ -12,19 +12,20 @@ pub struct Point<const D: usize> {
 }
 
 impl<const D: usize> Point<D> {
-    /// Of node number `node`; `direction` is a unit vector, such as an axis.
+    /// The coordinate of node number `node`; `direction` is a unit vector, such as an axis.
     pub fn node(node: usize, direction: SVector<f64, D>) -> Self {
         Self { weights: vec![(node, 1.0)], direction }
     }
 
-    /// Of the point that is the mean of nodes with these weights, whose sum is 1: a place inside an element.
+    /// The coordinate of a weighted mean of nodes, with weights whose sum is 1: a place inside an element.
     pub fn mean(weights: Vec<(usize, f64)>, direction: SVector<f64, D>) -> Self {
         Self { weights, direction }
     }
 }
 
 impl Point<2> {
-    /// Of the place on a surface curve that lies `arc_length` (m, at rest, within the curve) from its beginning.
+    /// The coordinate of the place on a surface curve at `arc_length` (m, at rest, within the curve) from
+    /// its beginning.
     pub fn on_curve(curve: &Curve, arc_length: f64, direction: SVector<f64, 2>) -> Self {
         Self { weights: curve.weights(arc_length), direction }
     }

@@ -4,7 +4,8 @@ use nalgebra::SVector;
 
 use super::{Length, Observable};
 
-/// A length over another in the same shape: free of scale (Kato 2014, 4.3.1 and 4.4.1, where the other is GGa's).
+/// A length over another in the same shape, which does not depend on scale (Kato 2014, 4.3.1 and 4.4.1: over
+/// the length of GGa).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ratio {
     length: Length,

@@ -100,8 +100,8 @@ pub struct Solution {
     pub safeguarded: usize,
     /// Largest force on a free node, N.
     pub max_residual_force: f64,
-    /// Force of which nothing is known in double precision, N: the stiffest entry times the rounding of a
-    /// coordinate. A residual below it cannot be made smaller. Zero where nothing was factorised.
+    /// Rounding error of the force in double precision, N: the largest stiffness times the rounding of a
+    /// coordinate. A residual below it cannot be made smaller. Zero if nothing was factorised.
     pub rounding_force: f64,
     /// Potential energy, J.
     pub energy: f64,
@@ -114,11 +114,11 @@ pub struct Solution {
     pub load_reached: f64,
     /// Load steps taken; 0 where the direct solve succeeded.
     pub load_steps: usize,
-    /// Unstable equilibria that the solve found and left downhill: more than none means that there is
-    /// another equilibrium, and that the branch left is not the one reached. Only looked for where the
-    /// stability is checked at the solution.
+    /// Number of unstable equilibria that the solve found and left downhill. If it is above zero there is
+    /// another equilibrium, and the solution is on another branch than the one that was left. Only counted
+    /// where the stability is checked at the solution.
     pub escapes: usize,
-    /// Iterations that went on along a direction of negative curvature, off a ridge of the energy.
+    /// Iterations along a direction of negative curvature, from a ridge of the energy.
     pub ridges: usize,
     /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of
     /// the published law (see [`crate::effect::barrier`]).
@@ -126,7 +126,7 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Nothing was done, and nothing reached.
+    /// The solution before any work: nothing is reached yet.
     pub const NONE: Self = Self {
         status: Status::IterationLimit,
         iterations: 0,
@@ -145,7 +145,7 @@ impl Solution {
         guarded: 0,
     };
 
-    /// Adds what `other` cost: all that counts work, not where it ended.
+    /// Adds the cost of `other`: all counts of work, but not its result.
     pub(super) fn add_cost(&mut self, other: &Self) {
         self.iterations += other.iterations;
         self.factorisations += other.factorisations;
@@ -156,13 +156,13 @@ impl Solution {
         self.ridges += other.ridges;
     }
 
-    /// This, as the end of what took as much work as `all`.
+    /// This result, with the cost of `all`.
     pub(super) fn with_cost(self, all: &Self) -> Self {
         let Self { iterations, factorisations, energy_evaluations, .. } = *all;
         Self { iterations, factorisations, energy_evaluations, ..self }
     }
 
-    /// This, with what `earlier` cost as well.
+    /// This result, with the cost of `earlier` added.
     pub(super) fn after(mut self, earlier: &Self) -> Self {
         self.add_cost(earlier);
         if earlier.connection == Connection::Downhill {

@@ -1,8 +1,10 @@
-//! Many equilibria at once: four in the lanes of the processor's vector registers, groups of four on every thread.
+//! Many equilibria at once: four in the lanes of the processor's vector registers, groups of four on every
+//! thread.
 //!
-//! What [`solve`](super::solve) does for one load, [`Lanes`] does for any number: draws of a posterior, candidates of a search, frames of a recording.
-//! Each load has its own tensions, displaced bones, start and, if it wants one, its own body of the same edges and triangles; each
-//! solution has its own status, iterations and line search. With AVX2 (found out when the program runs) an equilibrium from a neighbour
+//! What [`solve`](super::solve) does for one load, [`Lanes`] does for any number: draws of a posterior,
+//! candidates of a search, frames of a recording. Each load has its own tensions, displaced bones, start
+//! and, if it wants one, its own body of the same edges and triangles; each solution has its own status,
+//! iterations and line search. With AVX2 (found out when the program runs) an equilibrium from a neighbour
 //! costs less than half of what it costs alone; `cargo bench many` says how much.
 //!
 //! # What is the same, and what is not
@@ -11,9 +13,11 @@
 //! - The bits are the same for any number of threads, since groups are fixed by the number of a load, and on every processor, since
 //!   nothing is fused: they depend on the loads beside a load, and on nothing else.
 //! - Lanes do the plain case: springs, muscles, straight paths and incompressible triangles of the plane. A lane that meets anything else is
-//!   given up, and its load solved by [`solve`](super::solve) from its start: where the barrier acts, where the stiffness stays indefinite, where the
-//!   line search finds no way, where bones cannot be brought to their places. So are all loads of other bodies (in space, of finite
-//!   elements, with contact or weight); of these a group keeps the factor from one solve to the next. [`Equilibrium::alone`] tells; the status is always the one that [`solve`](super::solve) gives.
+//! given up, and its load solved by [`solve`](super::solve) from its start: where the barrier acts, where
+//! the stiffness stays indefinite, where the line search finds no way, where bones cannot be brought to
+//! their places. So are all loads of other bodies (in space, of finite elements, with contact or weight); of
+//! these a group keeps the factor from one solve to the next. [`Equilibrium::alone`] tells; the status is
+//! always the one that [`solve`](super::solve) gives.
 //!
 //! # Example
 //! ```
@@ -78,15 +82,16 @@ pub use crate::sparse::wide::LANES;
 pub use adjoint::{Adjoint, length_gradient};
 use alone::{Alone, solve_alone};
 
-/// Loads that one thread solves one group after another, each group with starts beginning with the factor of the one before.
+/// Loads that one thread solves one group after another, each group with starts beginning with the factor of
+/// the one before.
 const CHUNK: usize = 32 * LANES;
 
-/// What an equilibrium is wanted for. Bones are brought to their places from wherever the start has them.
+/// One load to solve for. Bones are moved to their places from those that they have at the start.
 #[derive(Debug, Clone)]
 pub struct Load<'a, const D: usize> {
     /// Tension of every muscle of the mesh, N (2D: per metre of thickness).
     pub tensions: Vec<f64>,
-    /// Nodes of bones, and how far they are shifted from where the system has them, m.
+    /// Nodes of bones, and their displacement from their places in the system, m.
     pub bones: Vec<(&'a [usize], SVector<f64, D>)>,
     /// Where to start: positions of all nodes, m. Rest if `None`.
     pub start: Option<&'a [SVector<f64, D>]>,
@@ -116,7 +121,7 @@ impl<'a, const D: usize> Load<'a, D> {
         Self { system: Some(system), ..self }
     }
 
-    /// Where a bone node is to be, m.
+    /// Target position of a bone node, m.
     fn place(&self, system: &System<D>, node: usize) -> SVector<f64, D> {
         let carried = system.carried().iter().find(|(n, _)| *n == node);
         let held = carried.map_or(system.rest()[node], |(_, at)| *at);
@@ -128,7 +133,7 @@ impl<'a, const D: usize> Load<'a, D> {
 /// One equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium<const D: usize> {
-    /// What the solver did, and how it ended.
+    /// Result of the solver.
     pub solution: Solution,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
@@ -144,17 +149,18 @@ pub struct Lanes<'s, const D: usize> {
 }
 
 impl<'s, const D: usize> Lanes<'s, D> {
-    /// Makes what lanes need of a system, where it has not been made yet.
+    /// Prepares a system for lanes, unless that was done before.
     pub fn new(system: &'s System<D>) -> Self {
         Self { system, elements: system.elements().map(Arc::as_ref) }
     }
 
-    /// Whether the system is one for lanes; of others every load is solved alone.
+    /// Whether lanes can take the system. If not, every load is solved by itself.
     pub fn are_used(&self) -> bool {
         self.elements.is_some()
     }
 
-    /// What solves up to [`LANES`] loads at once, again and again: one a thread, of chains for example that go on side by side.
+    /// A group that solves up to [`LANES`] loads at once, repeatedly: one for each thread, for example for
+    /// chains that run side by side.
     pub fn group(&self) -> Group<'_, D> {
         let work = self.elements.map(|elements| (elements, Work::new(elements)));
         let (answers, tensions) = (Vec::new(), Vec::new());
@@ -167,8 +173,8 @@ impl<'s, const D: usize> Lanes<'s, D> {
         self.map(loads.len(), settings, |i| loads[i].clone(), |_, shape| shape.clone())
     }
 
-    /// Solves `count` loads and keeps of every equilibrium what `keep` makes of it, in the order of their numbers: a million shapes
-    /// would fill the memory.
+    /// Solves `count` loads and returns the results of `keep` for every equilibrium, in the order of their
+    /// numbers. The shapes themselves are not kept, because a million of them would fill the memory.
     pub fn map<'l, R: Send>(
         &self,
         count: usize,
@@ -181,8 +187,8 @@ impl<'s, const D: usize> Lanes<'s, D> {
         })
     }
 
-    /// As [`Lanes::map`], with what `keep` makes of every group: the number of its first load, and the group, which can be asked for
-    /// derivatives.
+    /// As [`Lanes::map`], with what `keep` makes of every group: the number of its first load, and the
+    /// group, which can be asked for derivatives.
     pub fn map_groups<'l, R: Send>(
         &self,
         count: usize,
@@ -222,8 +228,8 @@ pub struct Group<'a, const D: usize> {
 }
 
 impl<const D: usize> Group<'_, D> {
-    /// Solves the loads, at most [`LANES`]: what comes after these is passed over. If all have starts, Newton's method begins with the
-    /// factor of the last solve.
+    /// Solves the loads, at most [`LANES`]: what comes after these is passed over. If all have starts,
+    /// Newton's method begins with the factor of the last solve.
     pub fn solve(&mut self, loads: &[Load<'_, D>], settings: &Settings) -> &[Equilibrium<D>] {
         let loads = &loads[..loads.len().min(LANES)];
         self.factorised = None;

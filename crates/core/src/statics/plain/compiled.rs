@@ -1,4 +1,5 @@
-//! What the loops are entered by: not generic, so compiled here, optimised as this package is, and not where a generic caller is.
+//! Entry points of the hot loops. They are not generic, so that they are compiled in this package, with its
+//! optimisation, and not in the crate of a generic caller.
 
 use crate::sparse::wide::{LANES, Pair, Wide};
 use crate::statics::Settings;

@@ -1,7 +1,8 @@
-//! Where to begin from rest: half of the way to where the muscles would bring the body if it answered linearly.
+//! The start of a solve from rest: half of the way to the linear answer of the body to its muscles.
 //!
-//! From there Newton's method needs a fifth less work than from rest itself, and meets fewer shapes in which the stiffness is
-//! indefinite. Where that start lies higher than rest or has a cell turned over, the way begins at rest.
+//! From there Newton's method takes a fifth less work than from rest itself, and meets fewer shapes with an
+//! indefinite stiffness. If the energy is higher there than at rest, or a cell is turned over, the solve
+//! begins at rest.
 
 use crate::sparse::flat::Solve;
 use crate::sparse::wide::{Pair, Wide, way};
@@ -10,10 +11,11 @@ use crate::system::elements::{AtRest, Elements};
 
 use super::Work;
 
-/// Part of the linear answer that is gone.
+/// Part of the linear answer at which a solve starts.
 const PART: f64 = 0.5;
 
-/// What the muscles do at rest; `None` where rest is no stable equilibrium. Made when first asked for.
+/// The linear response to the muscles at rest; `None` if rest is not a stable equilibrium. Computed at the
+/// first call.
 pub(in crate::statics) fn at_rest<'a, const D: usize>(
     system: &'a System<D>,
     elements: &Elements,
@@ -35,7 +37,7 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
 }
 
 impl<const L: usize> Work<L> {
-    /// How the unknowns answer to a unit of tension in a muscle, m/N, with the present factor.
+    /// Response of the unknowns to a unit of tension in a muscle, m/N, with the present factor.
     fn response(&self, elements: &Elements, muscle: usize) -> Vec<Pair<L>> {
         let mut u = vec![[Wide::ZERO; 2]; elements.unknowns];
         for &(edge, _) in elements.pulls.iter().filter(|(_, m)| *m as usize == muscle) {
@@ -56,7 +58,7 @@ impl<const L: usize> Work<L> {
         u
     }
 
-    /// Moves a lane that was set at rest.
+    /// Moves a lane from rest to its start.
     pub fn begin_linearly(&mut self, lane: usize, at_rest: &AtRest, tensions: &[f64]) {
         self.lanes[lane].energy_at_rest = Some(at_rest.energy);
         for (x, rest) in self.positions.iter().zip(&mut self.trial) {
@@ -70,12 +72,12 @@ impl<const L: usize> Work<L> {
         }
     }
 
-    /// Takes lanes back to rest whose start was not lower than that; whether there was any.
+    /// Puts lanes back to rest whose energy was not lower at the start. Returns whether there was any.
     pub(super) fn take_back(&mut self, energy: Wide<L>, upright: [bool; L]) -> bool {
         let mut any = false;
         for (i, lane) in self.lanes.iter_mut().enumerate() {
             let Some(at_rest) = lane.energy_at_rest.take() else { continue };
-            // Not so either where it is no number.
+            // Also false if it is NaN.
             if !(upright[i] && energy.0[i] <= at_rest) {
                 any = true;
                 for (x, rest) in self.positions.iter_mut().zip(&self.trial) {

@@ -1,5 +1,6 @@
-//! Equilibria of plain bodies of the plane, one or several in lanes: Newton's method on flat lists of elements, with a line search and a
-//! status in each lane. What it cannot do it gives up, and leaves to the solver for any body.
+//! Equilibria of plain bodies of the plane, one or several in lanes: Newton's method on flat lists of
+//! elements, with a line search and a status in each lane. Loads that it cannot solve are left to the solver
+//! for any body.
 
 mod compiled;
 mod linear;
@@ -20,21 +21,21 @@ pub(super) use compiled::{adjoint_of_group, factorise_group, solve_group};
 pub(super) use linear::at_rest;
 pub(super) use single::{Single, solve_single};
 
-/// A part of a bone's way that is not worth going.
+/// Shortest part of a bone's way that is still tried.
 const LEAST_PART: f64 = 1e-6;
-/// A cell may lose at most this part of its measure when bones are carried.
+/// A cell may lose at most this part of its area when bones are moved.
 const LARGEST_LOSS: f64 = 0.9;
 
-/// Where a lane is.
+/// Status of a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Phase {
     Running,
     Converged,
-    /// Only the solver for one can tell what becomes of it.
+    /// It is left to the solver for any body.
     GivenUp,
 }
 
-/// What a lane has done, and how it stands.
+/// Statistics and state of a lane.
 #[derive(Debug, Clone, Copy)]
 struct Lane {
     phase: Phase,
@@ -49,11 +50,11 @@ struct Lane {
     safeguarded_in_a_row: usize,
     /// Whether its last factor was that of the exact stiffness.
     exact: bool,
-    /// Of one that begins with the linear answer: the energy at rest, J.
+    /// For a lane that begins with the linear answer, the energy at rest, J.
     energy_at_rest: Option<f64>,
 }
 
-/// All that the solves write to.
+/// The memory that the solves write to.
 #[derive(Debug)]
 pub(crate) struct Work<const L: usize> {
     arch: pulp::Arch,
@@ -64,13 +65,13 @@ pub(crate) struct Work<const L: usize> {
     trial: Vec<Pair<L>>,
     force: Vec<Pair<L>>,
     step: Vec<Pair<L>>,
-    /// Of every triangle, where it was last evaluated, and zero of none.
+    /// For every triangle, `h` at the last evaluation, and at the end a zero for "no triangle".
     h: Vec<Wide<L>>,
     blocks: Vec<Block<L>>,
     diagonal: Vec<Lower<L>>,
     factor: Factor<L>,
     factor_ready: bool,
-    /// Where bone nodes are to be.
+    /// Target positions of bone nodes.
     targets: Vec<Pair<L>>,
     lanes: [Lane; L],
 }
@@ -108,12 +109,12 @@ impl<const L: usize> Work<L> {
         }
     }
 
-    /// Puts a body into a lane; false where it is not one of this elements.
+    /// Puts a body into a lane. Returns false if its elements are different.
     pub fn set_body<const D: usize>(&mut self, elements: &Elements, lane: usize, system: &System<D>) -> bool {
         elements.fill(system, lane, &mut self.numbers)
     }
 
-    /// Puts tensions, the start and the places of the bones into a lane, and has it solved next.
+    /// Puts tensions, the start and the places of the bones into a lane, which is solved next.
     pub fn set_load<const D: usize>(
         &mut self,
         elements: &Elements,
@@ -248,7 +249,8 @@ impl<const L: usize> Work<L> {
         }
     }
 
-    /// Moves the bones of a lane to their places, or a part of the way where cells are in it; whether they are there.
+    /// Moves the bones of a lane to their places, or a part of the way where cells are in it; whether they
+    /// are there.
     fn carry(&mut self, elements: &Elements, lane: usize) -> bool {
         let at = |x: &Pair<L>| of_lane(x, lane);
         let bones = &self.positions[elements.unknowns..];
@@ -276,9 +278,9 @@ impl<const L: usize> Work<L> {
         part == 1.0
     }
 
-    /// What [`super::lanes::Adjoint`] says of the function whose derivatives by the positions of all nodes are `gradient`, with the present
-    /// factor; these are made its derivatives by forces on unknowns, and by the places of the others. Returns those by tensions, one
-    /// for each of the elements's pulls.
+    /// What [`super::lanes::Adjoint`] says of the function whose derivatives by the positions of all nodes
+    /// are `gradient`, with the present factor; these are made its derivatives by forces on unknowns, and by
+    /// the places of the others. Returns those by tensions, one for each of the elements's pulls.
     pub fn adjoint(&self, elements: &Elements, gradient: &mut [Pair<L>]) -> Vec<Wide<L>> {
         let (free, held) = gradient.split_at_mut(elements.unknowns);
         self.arch.dispatch(Solve { symbolic: &elements.factor, factor: &self.factor, b: free });
@@ -307,8 +309,8 @@ fn of_lane<const L: usize>(x: &Pair<L>, lane: usize) -> SVector<f64, 2> {
     SVector::from([x[0].0[lane], x[1].0[lane]])
 }
 
-/// Largest part of a step up to which all cells keep a tenth of their measure, as the solver for one has it; `at` tells where a node is
-/// and how far it is to go.
+/// Largest part of a step up to which all cells keep a tenth of their measure, as the solver for one has it;
+/// `at` tells where a node is and how far it is to go.
 fn step_limit(elements: &Elements, at: impl Fn(usize) -> (SVector<f64, 2>, SVector<f64, 2>)) -> f64 {
     let mut limit: f64 = 1.0;
     for cell in &elements.cells {
