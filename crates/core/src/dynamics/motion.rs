@@ -31,7 +31,7 @@ pub struct Motion<'a, const D: usize> {
 /// Errors of setting up a motion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MotionError {
-    /// Tensions for another number of muscles.
+    /// The number of tensions is not that of the muscles.
     #[error("tensions are given for {given} muscles, but the mesh has {muscles}; give one for each")]
     TensionCount {
         /// How many are given.

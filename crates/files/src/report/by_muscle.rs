@@ -7,7 +7,7 @@ pub fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
     ByMuscle::new(names, lengths_m.iter().map(|l| l * 1e3))
 }
 
-/// The values as they are.
+/// The values without a change of unit.
 pub fn by(names: &[String], values: &[f64]) -> ByMuscle<f64> {
     ByMuscle::new(names, values.iter().copied())
 }

@@ -1,4 +1,4 @@
-//! Why an output cannot be made or written.
+//! Errors of making and writing outputs.
 
 use std::io;
 use std::path::PathBuf;

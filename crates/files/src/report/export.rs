@@ -1,4 +1,4 @@
-//! What all files have in common: each is written with who made it.
+//! Files and their provenance: each says by which version and command it was made.
 
 use std::io::{self, Write};
 
@@ -7,24 +7,25 @@ use serde::Serialize;
 use tongue_core::body::ContinuumSettings;
 use tongue_core::system::TissueModel;
 
-/// Who made a file. Every exporter writes it in its format's way: fields of JSON, columns of CSV, metadata of SVG, an instruction of
-/// VTK's XML, comments of Gmsh, header lines of OpenSim.
+/// Version and command that made a file. Every exporter writes them in the way of its format: fields of
+/// JSON, columns of CSV, metadata of SVG, an instruction of VTK's XML, comments of Gmsh, header lines of
+/// OpenSim.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Provenance {
     /// Version of tongue-fit.
     pub version: &'static str,
-    /// The command line, or what a program says of itself.
+    /// The command line, or a description by a program that uses the library.
     pub command: String,
-    /// What the tissue was made of, where there is any: `springs` or `finite_elements`.
+    /// Model of the tissue, if there is any: `springs` or `finite_elements`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tissue: Option<&'static str>,
-    /// The kind of body, where there is any: `springs` or `continuum`.
+    /// The kind of body, if there is any: `springs` or `continuum`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<&'static str>,
-    /// Of a continuum what was chosen, since nobody measured it.
+    /// For a continuum, the widths and patches that were chosen and not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<String>,
-    /// Hash of all inputs (SHA-256, hexadecimal), of what was made of many.
+    /// Hash of all inputs (SHA-256, hexadecimal), for results of many inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inputs_sha256: Option<String>,
 }
@@ -42,7 +43,7 @@ impl Provenance {
         }
     }
 
-    /// The same for results of this tissue.
+    /// Adds the tissue that the results are of.
     #[must_use]
     pub fn with_tissue(mut self, tissue: TissueModel) -> Self {
         self.tissue = Some(match tissue {
@@ -56,13 +57,13 @@ impl Provenance {
         self
     }
 
-    /// The same for a continuum with these settings.
+    /// Adds the settings of the continuum that the results are of.
     #[must_use]
     pub fn with_chosen(self, settings: Option<&ContinuumSettings>) -> Self {
         Self { chosen: settings.map(ContinuumSettings::to_string), ..self }
     }
 
-    /// The same for results of inputs with this hash.
+    /// Adds the hash of the inputs.
     #[must_use]
     pub fn with_inputs(mut self, sha256: &str) -> Self {
         self.inputs_sha256 = Some(sha256.to_owned());
@@ -85,7 +86,7 @@ impl Provenance {
 
 /// Content of a file.
 pub trait Export {
-    /// Writes the content, which says who it is made `by`.
+    /// Writes the content, with the version and command that it is made `by`.
     ///
     /// # Errors
     /// As `out`.
@@ -94,7 +95,7 @@ pub trait Export {
     /// The same as text.
     ///
     /// # Errors
-    /// None that can happen: every format is text, and memory can be written to.
+    /// None in practice: every format is text, and memory can be written to.
     fn text(&self, by: &Provenance) -> io::Result<String> {
         let mut bytes = Vec::new();
         self.write(&mut bytes, by)?;
@@ -102,7 +103,7 @@ pub trait Export {
     }
 }
 
-/// Text that says itself who made it.
+/// Text that contains its provenance already.
 impl Export for String {
     fn write(&self, out: &mut dyn Write, _: &Provenance) -> io::Result<()> {
         out.write_all(self.as_bytes())

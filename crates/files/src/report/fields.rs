@@ -1,4 +1,4 @@
-//! What is known of a deformed body at its nodes, cells and muscle connections; the formats write the same arrays.
+//! Results on the nodes, cells and muscle connections of a deformed body. All formats write these arrays.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -21,7 +21,8 @@ pub(super) struct Fields<'a, const D: usize> {
     pub stresses: Vec<Stress<D>>,
 }
 
-/// Values of the cells, of the connections of the muscles (one muscle after another), and of whatever else a format has.
+/// Values of the cells, of the connections of the muscles (one muscle after another), and of whatever else a
+/// format has.
 pub(super) struct Array {
     pub name: &'static str,
     pub components: usize,
@@ -45,14 +46,17 @@ impl<'a, const D: usize> Fields<'a, D> {
         self.positions.iter().zip(&self.mesh.nodes).map(|(p, rest)| p - rest)
     }
 
-    /// Cells are the elements of a continuum, with the means over their linear parts, and those of the mesh otherwise.
+    /// Cells are the elements of a continuum, with the means over their linear parts, and those of the mesh
+    /// otherwise.
     ///
-    /// The first is `area_ratio` (in space `volume_ratio`), of every cell to that at rest and 1 of lines; then `stretch`, of
-    /// every line to its length at rest and 1 of tissue, and `tension_n_per_m` (in space `tension_n`: the plane is of unit
-    /// thickness), of every line that of its muscle and 0 of tissue.
+    /// The first is `area_ratio` (in space `volume_ratio`), of every cell to that at rest and 1 of lines;
+    /// then `stretch`, of every line to its length at rest and 1 of tissue, and `tension_n_per_m` (in space
+    /// `tension_n`: the plane is of unit thickness), of every line that of its muscle and 0 of tissue.
     ///
-    /// Of finite elements follow Green's `strain` and `cauchy_stress_pa`, in the plane with what is across it, as tensors, row by
-    /// row; `von_mises_pa`; `pressure_pa`, a third of Cauchy's trace with the sign of a pressure; and `fibre_stress_pa`, along the muscle in the cell, 0 where there is none. They are 0 of lines.
+    /// Of finite elements follow Green's `strain` and `cauchy_stress_pa`, in the plane with what is across
+    /// it, as tensors, row by row; `von_mises_pa`; `pressure_pa`, a third of Cauchy's trace with the sign of
+    /// a pressure; and `fibre_stress_pa`, along the muscle in the cell, 0 where there is none. They are 0 of
+    /// lines.
     pub fn arrays(&self) -> Vec<Array> {
         let (mesh, lines) = (self.mesh, self.pairs().count());
         let count = mesh.elements().count();
@@ -111,7 +115,8 @@ impl<'a, const D: usize> Fields<'a, D> {
 
 const NO_TENSOR: &str = "0 0 0 0 0 0 0 0 0";
 
-/// The nine components in space, row by row; `across` is that of the third direction where the tensor is of the plane.
+/// The nine components in space, row by row; `across` is that of the third direction where the tensor is of
+/// the plane.
 fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
     let component = |n: usize| match (n / 3, n % 3) {
         (i, j) if i < D && j < D => of[(i, j)],

@@ -27,8 +27,8 @@ pub struct OutputDir {
 }
 
 impl OutputDir {
-    /// Creates the folder (and its parents) where it is missing and proves by a trial file that it can be written
-    /// to, so that a long run does not end in a refusal. The empty path is the current folder.
+    /// Creates the folder (and its parents) if it is missing, and writes a trial file, so that a long run
+    /// does not fail at its end. The empty path is the current folder.
     ///
     /// # Errors
     /// [`ReportError::Folder`] if it cannot be created or written to.
@@ -66,9 +66,9 @@ impl OutputDir {
 
     /// Writes a set of files, given as name and content, and returns their paths in the same order.
     ///
-    /// All are written in full under temporary names before the first takes its place, so that a full disk or a bad
-    /// name leaves every earlier file as it was. The data is not forced to the disk: a power cut is not guarded
-    /// against.
+    /// All are written in full under temporary names before the first takes its place, so that a full disk
+    /// or a bad name leaves every earlier file as it was. The data is not forced to the disk: a power cut is
+    /// not guarded against.
     ///
     /// # Errors
     /// [`ReportError::Name`] if a name contains a folder; [`ReportError::File`] if a file cannot be written.
@@ -80,7 +80,8 @@ impl OutputDir {
         self.write_streams(&streams)
     }
 
-    /// As [`OutputDir::write_all`], for files that are too large to be held: each is given by what writes it.
+    /// As [`OutputDir::write_all`], for files that are too large for memory: each is given by a function
+    /// that writes it.
     ///
     /// # Errors
     /// As [`OutputDir::write_all`], and whatever the writers report.
@@ -102,7 +103,7 @@ impl OutputDir {
         persist(ready)
     }
 
-    /// As [`OutputDir::write_all`], for files that write themselves and say who they are made `by`.
+    /// As [`OutputDir::write_all`], for exporters, which also write the provenance `by`.
     ///
     /// # Errors
     /// As [`OutputDir::write_all`].
@@ -127,8 +128,8 @@ impl OutputDir {
     }
 }
 
-/// Writes a set of files into a folder, which is made where it is missing: all of them or none. They say that they are made by
-/// `command`: a command line, or what a program says of itself.
+/// Writes a set of files into a folder, which is created if it is missing: all of them or none. They name
+/// `command` as their origin: a command line, or a description by a program that uses the library.
 ///
 /// # Errors
 /// As [`OutputDir::prepare`] and [`OutputDir::write_all`].
@@ -140,7 +141,7 @@ pub fn write(
     OutputDir::prepare(folder)?.export(files, &Provenance::new(command))
 }
 
-/// What writes a file's content.
+/// A function that writes the content of a file.
 pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
-//! What a run leaves behind: figures, tables and files for other programs, whole or not there.
+//! Outputs of a run: figures, tables and files for other programs. Each is written completely or not at all.
 //!
-//! Everything that can be a file is an [`Export`]: it writes itself in its format, with who made it. [`OutputDir`] gives files
-//! their names and knows nothing of their meaning.
+//! Everything that can be a file is an [`Export`]: it writes itself in its format, with its provenance.
+//! [`OutputDir`] gives files their names, whatever they contain.
 
 #[cfg(feature = "files")]
 pub mod batch;

@@ -1,4 +1,4 @@
-//! A body for Gmsh: the mesh at rest, and what is known of a deformed shape as views on it.
+//! A body for Gmsh: the mesh at rest, and results of a deformed shape as views on it.
 
 use std::io::{self, Write};
 
@@ -11,11 +11,12 @@ use tongue_core::body::{Bone, Mesh};
 use tongue_core::material::Stress;
 use tongue_input::bodies::gmsh;
 
-/// A body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`] reads.
+/// A body as a Gmsh file of format 4.1: the mesh at rest as [`gmsh::write`] writes it, which [`gmsh::read`]
+/// reads.
 ///
-/// A deformed shape has the views `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`), `stretch` and
-/// `tension_n_per_m` (in space `tension_n`), with a value for every element as in [`super::Vtu`]: readers like meshio take
-/// a view of some elements for one of all.
+/// A deformed shape has the views `displacement_m` (of nodes), `area_ratio` (in space `volume_ratio`),
+/// `stretch` and `tension_n_per_m` (in space `tension_n`), with a value for every element as in
+/// [`super::Vtu`]: readers like meshio take a view of some elements for one of all.
 #[derive(Debug, Clone)]
 pub struct Msh<'a, const D: usize> {
     mesh: &'a Mesh<D>,
@@ -29,7 +30,8 @@ impl<'a, const D: usize> Msh<'a, D> {
         Self { mesh, bones, fields: None }
     }
 
-    /// The mesh with one group `bone`, and the shape of these positions (m) and tensions (N; in the plane per metre of thickness).
+    /// The mesh with one group `bone`, and the shape of these positions (m) and tensions (N; in the plane
+    /// per metre of thickness).
     ///
     /// # Errors
     /// As [`super::Vtu::new`].
@@ -53,12 +55,12 @@ impl<'a, const D: usize> Msh<'a, D> {
 
 impl<const D: usize> Export for Msh<'_, D> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        // Readers know the format by its first section.
+        // Readers recognise the format by its first section.
         let mesh = gmsh::write(self.mesh, self.bones);
         let (format, rest) = mesh.split_at(mesh.find("$PhysicalNames").unwrap_or(0));
         writeln!(out, "{format}$Comments")?;
         for (name, value) in by.entries() {
-            // Some readers take the end of the section wherever it stands.
+            // Some readers find the end marker of the section anywhere in a line.
             writeln!(out, "tongue-fit {name}: {}", value.replace("$End", "$ End"))?;
         }
         write!(out, "$EndComments\n{rest}")?;
@@ -82,7 +84,8 @@ fn view(
     components: usize,
     values: Vec<String>,
 ) -> io::Result<()> {
-    // One word: the name. One real number: the time. Three whole ones: step, components, values.
+    // One string (the name), one real number (the time), three integers (step, components, number of
+    // values).
     writeln!(out, "${section}\n1\n\"{name}\"\n1\n0\n3\n0\n{components}\n{}", values.len())?;
     for (number, value) in (1..).zip(&values) {
         writeln!(out, "{number} {value}")?;

@@ -1,10 +1,10 @@
-//! What every page has: one HTML file that needs no network, light and dark, with the same style.
+//! Frame of all HTML pages: one file that needs no network, in light and dark, with one style.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("page.css");
 
-/// A whole document of this body.
+/// A complete document with this body.
 pub fn document(title: &str, body: &Markup) -> String {
     html! {
         (DOCTYPE)

@@ -1,4 +1,4 @@
-//! What a result says of itself in JSON and CSV: stable field names, units in the names, muscles by name.
+//! Results as records for JSON and CSV: stable field names, units in the names, muscles by name.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -23,12 +23,13 @@ pub struct BranchRecord {
     pub critical: Option<statics::Critical>,
     /// Whether another equilibrium at this load was met.
     pub another: bool,
-    /// Part of the tensions at which following it was given up, if it was: the answer's branch is then not known.
+    /// Part of the tensions at which following it was given up, if it was: the answer's branch is then not
+    /// known.
     pub stopped: Option<f64>,
 }
 
 impl BranchRecord {
-    /// What a trace found.
+    /// Result of following the branch from rest.
     pub fn new(found: &statics::Trace) -> Self {
         Self { critical: found.critical, another: found.another, stopped: found.stopped }
     }
@@ -43,9 +44,9 @@ pub struct SimulationRecord {
     pub tensions_n: ByMuscle<f64>,
     /// Lengths, mm.
     pub lengths_mm: ByMuscle<f64>,
-    /// Lengths to that of the reference muscle (GGa where there is one).
+    /// Lengths over that of the reference muscle (GGa if there is one).
     pub ratios: ByMuscle<f64>,
-    /// Lengths to those at rest.
+    /// Lengths over those at rest.
     pub stretches: ByMuscle<f64>,
     /// Positions of all nodes, m.
     pub positions_m: Vec<Vec<f64>>,
@@ -53,15 +54,16 @@ pub struct SimulationRecord {
     pub max_residual_force_n: f64,
     /// Part of the tensions at which the positions are an equilibrium.
     pub load_reached: f64,
-    /// What is known of the eigenvalues of the stiffness.
+    /// Stability: what is known of the eigenvalues of the stiffness.
     pub stability: statics::Stability,
     /// What is known of the way from rest.
     pub connection: statics::Connection,
-    /// Elements in which the barrier against inversion acts: where there are any, the published law does not hold there.
+    /// Elements in which the barrier against inversion acts: where there are any, the published law does not
+    /// hold there.
     pub guarded: usize,
     /// The branch of equilibria from rest, where it was followed.
     pub branch: Option<BranchRecord>,
-    /// What speaks against the answer.
+    /// Reasons for doubt.
     pub alarms: Vec<AlarmRecord>,
     /// Newton iterations.
     pub iterations: usize,
@@ -78,7 +80,7 @@ pub struct SimulationRecord {
 }
 
 impl SimulationRecord {
-    /// Collects what a solve left in a system whose muscles have these names: tensions (N) and positions (m).
+    /// The record of a solve: tensions (N) and positions (m) in a system whose muscles have these names.
     pub fn new<const D: usize>(
         system: &System<D>,
         muscles: &[String],
@@ -127,7 +129,8 @@ pub struct IdentifiabilityRecord {
     pub segments: Vec<Segment>,
 }
 
-/// The two ends of a curve of tensions that fit equally well; between them the curve is no straight line ([`ValleyRecord`]).
+/// The two ends of a curve of tensions that fit equally well; between them the curve is no straight line
+/// ([`ValleyRecord`]).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Segment {
     /// One end, N.
@@ -136,13 +139,13 @@ pub struct Segment {
     pub to_n: ByMuscle<f64>,
 }
 
-/// A bone whose displacement was found.
+/// A bone whose displacement was fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoneRecord {
-    /// How far it is displaced, mm by axis.
+    /// Its displacement, mm by axis.
     pub shift_mm: Vec<f64>,
-    /// The 95 % interval of each. In a fit: from a standard deviation of 0.01 of every stretch and the priors, linearised at the answer;
-    /// in a recording as those of the tensions.
+    /// The 95 % interval of each. In a fit: from a standard deviation of 0.01 of every stretch and the
+    /// priors, linearised at the answer; in a recording as those of the tensions.
     pub interval_mm: Vec<[f64; 2]>,
 }
 
@@ -152,14 +155,14 @@ pub struct AlarmRecord {
     /// What and where.
     #[serde(flatten)]
     pub alarm: Alarm,
-    /// For a reader.
+    /// A sentence for readers.
     pub text: String,
 }
 
 /// One fit: `tongue-fit --vowel a --json`, and `fit.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitRecord {
-    /// Who made it: `version`, `command` and, where it is known, `tissue`.
+    /// Provenance: `version`, `command` and, if it is known, `tissue`.
     #[serde(flatten)]
     pub made_by: Provenance,
     /// The subject.
@@ -182,10 +185,10 @@ pub struct FitRecord {
     pub status: inverse::Status,
     /// Tensions found, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
-    /// Tension in the baseline, N per metre of thickness: one number for every muscle, or one for each. Changes are counted from
-    /// the posture that it makes; 0 is rest.
+    /// Tension in the baseline, N per metre of thickness: one number for every muscle, or one for each.
+    /// Changes are counted from the posture that it makes; 0 is rest.
     pub tone_n_per_m: Tone,
-    /// How far the hyoid is displaced, mm by axis (to the back of the head, up); null where it was fixed.
+    /// Displacement of the hyoid, mm by axis (to the back of the head, up); null if it was fixed.
     pub hyoid_mm: Option<Vec<f64>>,
     /// The 95 % interval of each, mm.
     pub hyoid_interval_mm: Option<Vec<[f64; 2]>>,
@@ -195,19 +198,20 @@ pub struct FitRecord {
     pub lengths_mm: ByMuscle<f64>,
     /// Lengths of the model at rest, mm.
     pub rest_lengths_mm: ByMuscle<f64>,
-    /// Lengths of the model in the baseline, mm: stretches are counted from them. Those at rest where there is no tone.
+    /// Lengths of the model in the baseline, mm, which stretches are counted from. Without tone they are
+    /// those at rest.
     pub model_baseline_lengths_mm: ByMuscle<f64>,
     /// Measured lengths, mm.
     pub measured_lengths_mm: ByMuscle<f64>,
     /// Measured lengths in the baseline, mm.
     pub baseline_lengths_mm: ByMuscle<f64>,
-    /// Simulated lengths to that of GGa.
+    /// Simulated lengths over that of GGa.
     pub ratios: ByMuscle<f64>,
-    /// Measured lengths to that of GGa.
+    /// Measured lengths over that of GGa.
     pub target_ratios: ByMuscle<f64>,
-    /// Simulated lengths to those of the model in the baseline.
+    /// Simulated lengths over those of the model in the baseline.
     pub stretches: ByMuscle<f64>,
-    /// Measured lengths to those in the baseline.
+    /// Measured lengths over those in the baseline.
     pub target_stretches: ByMuscle<f64>,
     /// Simulated less measured, in the quantity that was fitted.
     pub residuals: ByMuscle<f64>,
@@ -223,15 +227,17 @@ pub struct FitRecord {
     pub alarms: Vec<AlarmRecord>,
     /// The curve of all tensions that fit as well, where one direction is undetermined.
     pub valley: Option<ValleyRecord>,
-    /// Elements in which the barrier against inversion acts: where there are any, the published law does not hold there.
+    /// Elements in which the barrier against inversion acts: where there are any, the published law does not
+    /// hold there.
     pub guarded: usize,
-    /// What is known of the way from rest to the answer.
+    /// How the answer is connected to rest.
     pub connection: statics::Connection,
     /// What the data leave open; null where the equilibrium is singular.
     pub identifiability: Option<IdentifiabilityRecord>,
     /// Largest residual force of the answer solved again from rest, N.
     pub max_residual_force_n: f64,
-    /// Largest distance of a node between the search's answer and the shape to which its tensions lead from rest, m.
+    /// Largest distance of a node between the search's answer and the shape to which its tensions lead from
+    /// rest, m.
     pub replay_difference_m: f64,
     /// Smallest ratio of a triangle's area to that at rest.
     pub min_area_ratio: f64,
@@ -240,7 +246,7 @@ pub struct FitRecord {
     /// What data and model leave open; left out where it was not asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posterior: Option<tongue_infer::posterior::Report>,
-    /// Time of the whole fit, s; left out of files that are to be the same after every run.
+    /// Time of the whole fit, s; left out of files that must be the same after every run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_s: Option<f64>,
 }
@@ -252,7 +258,8 @@ impl From<&Alarm> for AlarmRecord {
 }
 
 impl FitRecord {
-    /// The record of a fit that took `wall_s` seconds, of who made it, and of `alarms` that say what to doubt.
+    /// The record of a fit that took `wall_s` seconds, of who made it, and of `alarms` that say what to
+    /// doubt.
     pub fn new<const D: usize>(fit: &Fit<D>, alarms: &[Alarm], made_by: Provenance, wall_s: f64) -> Self {
         let (target, all) = (&fit.target, &fit.muscles);
         let measured = &target.muscles;
@@ -328,8 +335,9 @@ impl FitRecord {
         }
     }
 
-    /// Fits a target by its derivatives under the usual premises ([`Premises::of`]), and says what to doubt: what `tongue-fit --vowel`
-    /// with `--method gauss-newton` and nothing else finds, without the time that it took.
+    /// Fits a target by its derivatives under the usual premises ([`Premises::of`]), and says what to doubt:
+    /// what `tongue-fit --vowel` with `--method gauss-newton` and nothing else finds, without the time that
+    /// it took.
     ///
     /// # Errors
     /// As [`inverse::fit`] and [`Setup::new`].
@@ -357,7 +365,7 @@ impl FitRecord {
     /// The same as pretty JSON with a newline at the end.
     ///
     /// # Errors
-    /// None that can happen: every field has a JSON form.
+    /// None in practice: every field has a JSON form.
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self).map(|s| s + "\n")
     }
@@ -365,7 +373,7 @@ impl FitRecord {
     /// A tidy table: one row a muscle.
     ///
     /// # Errors
-    /// None that can happen: memory can be written to.
+    /// None in practice: memory can be written to.
     pub fn to_csv(&self) -> std::io::Result<String> {
         #[derive(Serialize)]
         struct Row<'a> {

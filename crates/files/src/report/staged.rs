@@ -1,5 +1,5 @@
-//! Files on their way: written under a temporary name, then given their own. None is left behind, not even by a program
-//! that is told to stop in the middle.
+//! Files that are written under a temporary name and then renamed. No temporary file is left behind, also
+//! when the program is interrupted.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -18,40 +18,40 @@ fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Keeps files from being begun and from taking their names, for as long as it lives.
+/// While it lives, no file is begun and none is renamed.
 #[derive(Debug)]
 pub struct Standstill {
     _lock: MutexGuard<'static, BTreeSet<PathBuf>>,
 }
 
-/// Removes every file that is not finished, in all folders, and lets none be begun or take its name while the result
-/// lives: for a program that was told to stop and is about to. A set of files that belong together
-/// ([`OutputDir::write_all`](super::OutputDir::write_all)) is then there as a whole or not at all.
+/// Removes every file that is not finished, in all folders, and lets none be begun or take its name while
+/// the result lives: for a program that was told to stop and is about to. A set of files that belong
+/// together ([`OutputDir::write_all`](super::OutputDir::write_all)) is then there as a whole or not at all.
 ///
-/// Whoever is writing a file fails, or waits for the end.
+/// A thread that is writing a file fails, or waits for the end of the program.
 #[must_use = "files are begun again once it is dropped"]
 pub fn discard_unfinished() -> Standstill {
     let mut unfinished = unfinished();
     for path in std::mem::take(&mut *unfinished) {
-        // What cannot be removed stays; there is nobody left to tell.
+        // A file that cannot be removed stays, because the program is about to end.
         let _ = fs::remove_file(path);
     }
     Standstill { _lock: unfinished }
 }
 
-/// A file under a temporary name, which vanishes unless it is given its own.
+/// A file under a temporary name, which is removed unless it is renamed.
 #[derive(Debug)]
 pub(super) struct Staged {
-    /// While it is written.
+    /// Open, and being written.
     file: Option<NamedTempFile>,
-    /// Once it is closed and until it has its name: however many wait for theirs, none takes one of the files that a process may
-    /// have open.
+    /// Closed, and waiting for its name. So files that wait do not count as open, of which a process may
+    /// have only so many.
     closed: Option<TempPath>,
 }
 
 impl Staged {
-    /// Begins a file in the folder. It is made with the permissions of an ordinary file (the umask applies): a temporary
-    /// file's own 0600 would survive the renaming.
+    /// Begins a file in the folder. It is made with the permissions of an ordinary file (the umask applies):
+    /// a temporary file's own 0600 would survive the renaming.
     pub(super) fn begin(folder: &Path) -> io::Result<Self> {
         let mut builder = Builder::new();
         builder.prefix(".tongue-fit-");
@@ -63,7 +63,7 @@ impl Staged {
         Ok(Self { file: Some(file), closed: None })
     }
 
-    /// Closes the file, which is written.
+    /// Closes the file after its content is written.
     pub(super) fn close(&mut self) {
         if let Some(file) = self.file.take() {
             self.closed = Some(file.into_temp_path());
@@ -93,9 +93,9 @@ impl Drop for Staged {
 /// Gives a set of written files their names.
 ///
 /// # Errors
-/// [`ReportError::File`] where one cannot have its name; those before it have theirs.
+/// [`ReportError::File`] if a file cannot be renamed; the files before it are renamed already.
 pub(super) fn persist(mut ready: Vec<(Staged, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
-    // Held throughout, so that no stop comes between two files of a set.
+    // Held throughout, so that an interruption cannot come between two files of a set.
     let mut unfinished = unfinished();
     let mut written = Vec::with_capacity(ready.len());
     for (staged, path) in &mut ready {

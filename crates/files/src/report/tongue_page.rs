@@ -1,4 +1,5 @@
-//! The page in which a tongue moves as its muscles are pulled: `web/tongue.html`, with a table, a body and fits of one's own in it.
+//! The page in which a tongue moves as its muscles are pulled: `web/tongue.html`, with the user's own table,
+//! body and fits in it.
 
 use std::io::{self, Write};
 
@@ -12,23 +13,23 @@ use tongue_core::system::{Model, OutsidePath, TissueModel};
 
 /// The page, made by `web/build.py`.
 const PAGE: &str = include_str!("../../../../web/tongue.html");
-/// Where what is one's own stands in it.
+/// The place in the page for the user's data.
 const OWN: &str = r#"<script type="application/json" id="own">{}</script>"#;
 
-/// A body as a page takes it.
+/// The body of a page.
 #[derive(Debug, Clone)]
 pub struct PageBody {
-    /// Mesh spacing of springs, mm; that of the page where none is given.
+    /// Mesh spacing of springs, mm; the page's own if none is given.
     pub springs_h_mm: Option<f64>,
-    /// The same of a continuum.
+    /// Mesh spacing of a continuum, mm.
     pub continuum_h_mm: Option<f64>,
     /// Whether the page opens with a continuum.
     pub continuum: bool,
     /// Whether fits make the thesis's assumptions.
     pub thesis: bool,
-    /// Of what it is made.
+    /// What the body is made from.
     pub model: Model,
-    /// What messages call its text.
+    /// The name of its text in messages.
     pub file: String,
     /// An anatomy of one's own (TOML).
     pub anatomy: Option<String>,
@@ -39,9 +40,9 @@ pub struct PageBody {
 /// A table of lengths in a page.
 #[derive(Debug, Clone, Serialize)]
 pub struct PageTable {
-    /// What messages call it.
+    /// Its name in messages.
     pub file: String,
-    /// All of it.
+    /// Its text.
     pub text: String,
 }
 
@@ -52,7 +53,7 @@ pub struct TonguePage {
     pub body: PageBody,
     /// The lengths; the built-in ones where there are none.
     pub table: Option<PageTable>,
-    /// Fits that are at hand when the page opens; it makes the others itself.
+    /// Fits that the page has when it opens; it computes the others itself.
     pub fits: Vec<FitRecord>,
 }
 
@@ -93,7 +94,7 @@ fn material(model: &Model) -> Value {
     Value::Object(keys)
 }
 
-/// A fit without what the page does not show.
+/// A fit, without the fields that the page does not show.
 fn shortened(fit: &FitRecord) -> Result<Value, serde_json::Error> {
     let mut value = serde_json::to_value(fit)?;
     if let Some(fields) = value.as_object_mut() {
