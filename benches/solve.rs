@@ -1,9 +1,11 @@
-//! Times of what the program spends its time on: `cargo bench`.
+//! Times of the computations that take most of the program's time: `cargo bench`.
 //!
-//! `equilibrium` one solve, and of the continuum (beside scikit-fem's: `benches/scikit_fem.rs`); `many` a thousand of them, one at a time and in lanes, on one thread, from rest and from the shape at the
-//! middle of loads that differ by 3 %; `factorise` our block Cholesky beside faer's sparse one (which orders the unknowns itself) and
-//! nalgebra's dense one on the same matrices; `factorise_in_space` block by block beside what the program chooses, which is
-//! faer's supernodes in our order from a few hundred unknowns on; `fit` the multi-start on one and two threads.
+//! `equilibrium` one solve, and of the continuum (beside scikit-fem's: `benches/scikit_fem.rs`); `many` a
+//! thousand of them, one at a time and in lanes, on one thread, from rest and from the shape at the middle
+//! of loads that differ by 3 %; `factorise` our block Cholesky beside faer's sparse one (which orders the
+//! unknowns itself) and nalgebra's dense one on the same matrices; `factorise_in_space` block by block
+//! beside what the program chooses, which is faer's supernodes in our order from a few hundred unknowns on;
+//! `fit` the multi-start on one and two threads.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot begin has failed")]
 
 #[path = "../tests/fixtures/mod.rs"]
@@ -65,7 +67,8 @@ mod equilibrium {
         w.start_from_rest(&system);
         solve(&system, &mut w, &PUBLISHED, &Settings::default());
         let here = w.positions().to_vec();
-        // To and fro, so that each solve starts from the other's shape, factor and all.
+        // Alternating between two loads, so that each solve starts from the shape and the factor of the
+        // other.
         let mut forth = false;
         bencher.bench_local(|| {
             forth = !forth;
@@ -100,7 +103,8 @@ mod many {
         System::new(&fixtures::tongue(), &Model::default(), &[0, 1, 2, 3, 4, 5, 6, 7]).unwrap()
     }
 
-    /// The published load with every tension drawn anew, to this part of it or, where it is zero, of a newton.
+    /// The published load with random changes of every tension: up to this part of it, or of 1 N/m if it is
+    /// zero.
     fn loads(part: f64) -> Vec<Vec<f64>> {
         let mut random = fastrand::Rng::with_seed(1);
         let mut draw = |t: f64| (t + part * t.max(1.0) * (2.0 * random.f64() - 1.0)).max(0.0);

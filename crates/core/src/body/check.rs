@@ -1,4 +1,4 @@
-//! What every mesh must be before anything is computed on it.
+//! Checks that every mesh passes before anything is computed on it.
 
 use std::collections::BTreeSet;
 
@@ -6,10 +6,12 @@ use super::Mesh;
 use crate::geometry::simplex;
 use crate::geometry::topology::pair;
 
-/// Cells with less than this part of the area or volume that a cell of their longest edge could have are degenerate.
+/// Cells with less than this part of the area or volume that a cell of their longest edge could have are
+/// degenerate.
 const DEGENERATE: f64 = 1e-9;
 
-/// A larger body than this was given in millimetres: no tongue is 10 m long, and the smallest in millimetres is longer.
+/// A body larger than this must have been given in millimetres: no tongue is 10 m long, and in millimetres
+/// the smallest is longer.
 const LARGEST_M: f64 = 10.0;
 
 /// The body is far larger than any tongue.
@@ -55,8 +57,9 @@ pub enum MeshFault {
 }
 
 impl<const D: usize> Mesh<D> {
-    /// Checks that the mesh hangs together: finite positions, node numbers in range, upright cells, connections in
-    /// ascending order of their nodes and each once, and cells and muscles made of connections.
+    /// Checks that the mesh is consistent: positions are finite, node numbers in range, cells upright;
+    /// connections are unique and in ascending order of their nodes; cells and muscles consist of
+    /// connections.
     ///
     /// # Errors
     /// The first fault found.

@@ -1,4 +1,4 @@
-//! A body as points and who is joined to whom.
+//! A body as nodes and the connections between them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -31,7 +31,8 @@ impl<const D: usize> Cells<D> {
         self.nodes.is_empty()
     }
 
-    /// Adds a cell; returns whether it had the `D + 1` nodes that a cell of this dimension has (otherwise nothing is added).
+    /// Adds a cell; returns whether it had the `D + 1` nodes that a cell of this dimension has (otherwise
+    /// nothing is added).
     pub fn push(&mut self, cell: &[usize]) -> bool {
         let fits = cell.len() == D + 1;
         if fits {
@@ -51,7 +52,8 @@ impl<const D: usize> Cells<D> {
     }
 }
 
-/// A muscle: a chain of nodes from its first end to its second; consecutive nodes are connections of the mesh.
+/// A muscle: a chain of nodes from its first end to its second; consecutive nodes are connections of the
+/// mesh.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MuscleChain {
     /// Abbreviation, e.g. `GGa`.
@@ -83,24 +85,25 @@ pub struct Mesh<const D: usize> {
     pub muscles: Vec<MuscleChain>,
     /// Nodes on bone, in ascending order.
     pub fixed: Vec<usize>,
-    /// What makes it a continuum of quadratic elements; none for springs and linear elements.
+    /// The quadratic elements that make it a continuum; `None` for springs and linear elements.
     pub continuum: Option<Arc<Continuum<D>>>,
 }
 
-/// How far two shapes of one body, positions of the same nodes, are from each other at the node where they differ most, m.
+/// Largest distance of a node between two shapes of one body, m.
 pub fn largest_distance<const D: usize>(a: &[SVector<f64, D>], b: &[SVector<f64, D>]) -> f64 {
     a.iter().zip(b).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
 }
 
 impl<const D: usize> Mesh<D> {
-    /// Sets the connections to what cells and muscles need: the edges of the cells and the steps of the muscles, each once.
+    /// Sets the connections to the edges of the cells and the steps of the muscles, each once.
     pub fn connect(&mut self) {
         let mut connections: BTreeSet<[usize; 2]> = self.cells.edges().into_keys().collect();
         connections.extend(self.muscles.iter().flat_map(|m| m.nodes.windows(2)).map(|w| pair(w[0], w[1])));
         self.connections = connections.into_iter().collect();
     }
 
-    /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one cell only.
+    /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one
+    /// cell only.
     pub fn surface_nodes(&self) -> Vec<usize> {
         self.surface().into_iter().flatten().collect::<BTreeSet<_>>().into_iter().collect()
     }
@@ -110,14 +113,15 @@ impl<const D: usize> Mesh<D> {
         topology::surface(self.cells.iter())
     }
 
-    /// What the tissue is made of: the quadratic elements of a continuum (corners, then the middles of their edges), else the cells.
+    /// The elements of the tissue: the quadratic elements of a continuum (corners, then the middles of their
+    /// edges), otherwise the cells.
     pub fn elements(&self) -> impl Iterator<Item = &[usize]> {
         let cells = self.cells.iter().filter(|_| self.continuum.is_none());
         self.continuum.iter().flat_map(|c| c.elements()).chain(cells)
     }
 
-    /// For every cell the direction of the muscle that runs along one of its edges, at the given positions (m, one a node); of several
-    /// that of the first muscle, and of its steps there the mean. `None` where no muscle runs.
+    /// For every cell the direction of the muscle along one of its edges, at the given positions (m, one for
+    /// each node): the mean over the edges of the first such muscle. `None` for a cell without a muscle.
     pub fn fibres(&self, positions: &[SVector<f64, D>]) -> Vec<Option<SVector<f64, D>>> {
         if let Some(continuum) = &self.continuum {
             return continuum.fibres(positions);
@@ -163,8 +167,9 @@ impl<const D: usize> Mesh<D> {
 }
 
 impl Mesh<2> {
-    /// The outlines of the tissue as closed loops of nodes, with the tissue to the left: outer ones run counter-clockwise, holes
-    /// clockwise. Each begins at its lowest node; the last is joined to the first, which is not repeated.
+    /// The outlines of the tissue as closed loops of nodes, with the tissue to the left: outer ones run
+    /// counter-clockwise, holes clockwise. Each begins at its lowest node; the last is joined to the first,
+    /// which is not repeated.
     pub fn outlines(&self) -> Vec<Vec<usize>> {
         topology::outlines(self.cells.iter())
     }

@@ -1,8 +1,8 @@
 //! The body: a mesh (nodes, connections, cells), its named muscles and its named bones.
 //!
-//! Dimension is a parameter: `D = 2` is the midsagittal plane (cells are triangles), `D = 3` space (tetrahedra). A body comes from
-//! an anatomy ([`Body::from_anatomy`], [`Body::tongue`]), from a file ([`AnyBody::read`]), from [`mod@solid`], or from any mesh of
-//! your own ([`Body::new`]).
+//! Dimension is a parameter: `D = 2` is the midsagittal plane (cells are triangles), `D = 3` space
+//! (tetrahedra). A body comes from an anatomy ([`Body::from_anatomy`], [`Body::tongue`]), from a file
+//! ([`AnyBody::read`]), from [`mod@solid`], or from any mesh of your own ([`Body::new`]).
 
 mod check;
 pub mod continuum;
@@ -28,12 +28,12 @@ pub use tongue::{
     build,
 };
 
-/// The bone that the jaw carries: where the genioglossus and the geniohyoid begin.
+/// The part of the jaw at which the genioglossus and the geniohyoid begin.
 pub const MANDIBLE: &str = "mental_spine";
 /// The hyoid bone.
 pub const HYOID: &str = "hyoid";
 
-/// A bone: nodes that do not move by themselves.
+/// A bone: nodes that are held.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Bone {
     /// Its name, such as [`HYOID`]; `bone` where it has none.
@@ -42,22 +42,22 @@ pub struct Bone {
     pub nodes: Vec<usize>,
 }
 
-/// A body: its mesh with the named muscles, and what is known beyond it.
+/// A body: its mesh with the named muscles, its bones and its palate.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Body<const D: usize> {
-    /// What it is, in words, such as `the reference tongue at 5.5 mm`.
+    /// A description, such as `the reference tongue at 5.5 mm`.
     pub what: String,
     /// Nodes, cells, connections, muscles and fixed nodes.
     pub mesh: Mesh<D>,
-    /// The fixed nodes by bone, each name once. Fixed nodes of no named bone are in none.
+    /// The fixed nodes by bone, each name once. Fixed nodes without a named bone are not listed.
     pub bones: Vec<Bone>,
     /// The palate that goes with the body, as a line of points, m, if one does.
     pub palate: Option<Vec<Point>>,
-    /// Of a continuum what it was laid on.
+    /// For a continuum, the linear mesh that it was made from.
     pub origin: Option<Arc<Origin<D>>>,
 }
 
-/// What a continuum was laid on.
+/// The linear mesh that a continuum was made from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Origin<const D: usize> {
     body: Body<D>,
@@ -81,7 +81,7 @@ fn hint(name: &str, known: &[String]) -> String {
     }
 }
 
-/// Why there is no body.
+/// Errors of making a body.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BodyError {
     /// The anatomy cannot be used.
@@ -104,11 +104,11 @@ pub enum BodyError {
     /// A body of the other dimension than was asked for.
     #[error("{what} is a body of {is}; {wanted} is needed here")]
     Dimension {
-        /// What the body is.
+        /// Description of the body.
         what: String,
-        /// Of what it is made.
+        /// Its cells.
         is: &'static str,
-        /// Of what it should be made.
+        /// The cells that it should have.
         wanted: &'static str,
     },
 }
@@ -119,8 +119,8 @@ impl<const D: usize> Body<D> {
         Self { what: what.into(), mesh, ..Self::default() }
     }
 
-    /// The number of the muscle of this name in `mesh.muscles`; of several that share it the first. Where no name is the same to
-    /// the letter, case does not count.
+    /// The number of the first muscle of this name in `mesh.muscles`. If no name is exactly the same, upper
+    /// and lower case do not count.
     ///
     /// # Errors
     /// [`NoSuchMuscle`], with the nearest name.
@@ -133,13 +133,13 @@ impl<const D: usize> Body<D> {
         })
     }
 
-    /// The numbers of all muscles of this name: solids can have many fibres of one.
+    /// The numbers of all muscles of this name: in a solid many fibres can share a name.
     pub fn muscles_called(&self, name: &str) -> impl Iterator<Item = usize> {
         self.mesh.muscles.iter().enumerate().filter(move |(_, m)| m.name == name).map(|(number, _)| number)
     }
 
-    /// The same body as a continuum ([`continuum`]): quadratic elements, muscles of finite width along their chains, bones that hold
-    /// patches.
+    /// The same body as a continuum ([`continuum`]): quadratic elements, muscles of finite width along their
+    /// chains, bones that hold patches.
     ///
     /// # Errors
     /// As [`continuum::lay`].
@@ -147,8 +147,8 @@ impl<const D: usize> Body<D> {
         Origin { body: self, lines: None }.lay(settings)
     }
 
-    /// A continuum on the same linear cells with other settings; `None` of a body that is none, or was not made by
-    /// [`Body::into_continuum`] and its like.
+    /// A continuum on the same linear cells with other settings; `None` if the body is not a continuum, or
+    /// its linear cells are not known.
     ///
     /// # Errors
     /// As [`continuum::lay`].
@@ -156,7 +156,7 @@ impl<const D: usize> Body<D> {
         self.origin.as_ref().map(|origin| Origin::clone(origin).lay(settings))
     }
 
-    /// The nodes of the bone of this name, ascending; none where there is no such bone.
+    /// The nodes of the bone of this name, ascending; empty if there is no such bone.
     pub fn bone(&self, name: &str) -> &[usize] {
         self.bones.iter().find(|b| b.name == name).map_or(&[], |b| &b.nodes)
     }
@@ -188,8 +188,8 @@ impl Body<2> {
         Ok(Self { what, palate: Some(tongue::palate()?), ..body })
     }
 
-    /// The reference tongue as a continuum at a mesh spacing, m: with the default settings an error of .002 in a ratio at 4 mm, and of .01 at
-    /// 8 mm.
+    /// The reference tongue as a continuum at a mesh spacing, m: with the default settings an error of .002
+    /// in a ratio at 4 mm, and of .01 at 8 mm.
     ///
     /// # Errors
     /// As [`Body::tongue`] and [`continuum::lay`].
@@ -197,7 +197,8 @@ impl Body<2> {
         Self::tongue(spacing_m)?.into_continuum_of(&Anatomy::reference()?, settings)
     }
 
-    /// A body that was meshed from an anatomy as a continuum, whose muscles run along the lines of the anatomy.
+    /// A body that was meshed from an anatomy as a continuum, whose muscles run along the lines of the
+    /// anatomy.
     ///
     /// # Errors
     /// As [`continuum::lay`].
@@ -222,7 +223,7 @@ impl Body<2> {
     }
 }
 
-/// Millimetres to the nanometre, which hides how metres were made of them.
+/// Millimetres, rounded to the nanometre, so that the rounding of the conversion from metres does not show.
 fn rounded_mm(metres: f64) -> f64 {
     (metres * 1e9).round() / 1e6
 }

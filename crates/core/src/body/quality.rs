@@ -1,4 +1,4 @@
-//! How good a mesh is, in the plane in the numbers that the thesis gives for its own.
+//! Quality of a mesh; in the plane by the numbers that the thesis gives for its own mesh.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ use crate::geometry::simplex;
 pub struct Quality {
     /// Nodes.
     pub nodes: usize,
-    /// Nodes of no triangle: those of muscles outside the tissue.
+    /// Nodes that belong to no triangle: those of muscles outside the tissue.
     pub nodes_outside_tissue: usize,
     /// Nodes on the outline of the tissue.
     pub boundary_nodes: usize,
@@ -65,7 +65,7 @@ impl Quality {
 pub struct SolidQuality {
     /// Nodes.
     pub nodes: usize,
-    /// Nodes of no tetrahedron: those of muscles outside the tissue.
+    /// Nodes that belong to no tetrahedron: those of muscles outside the tissue.
     pub nodes_outside_tissue: usize,
     /// Nodes on the surface of the tissue.
     pub surface_nodes: usize,
@@ -125,7 +125,7 @@ fn connections<const D: usize>(mesh: &Mesh<D>) -> [f64; 3] {
     [lengths().fold(f64::INFINITY, f64::min), mean, lengths().fold(0.0, f64::max)].map(or_zero)
 }
 
-/// An extreme of nothing counts as 0.
+/// An extreme of an empty list counts as 0.
 fn or_zero(extreme: f64) -> f64 {
     if extreme.is_finite() { extreme } else { 0.0 }
 }

@@ -1,4 +1,4 @@
-//! Nested meshes: every cell cut into cells half its size.
+//! Nested meshes: every cell is divided into cells of half its size.
 
 use nalgebra::SVector;
 
@@ -8,11 +8,11 @@ use crate::geometry::topology::{self, pair};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl<const D: usize> Mesh<D> {
-    /// The mesh with a node in the middle of every edge of a cell, and four cells (in space eight) in place of each. Nodes keep their
-    /// numbers; muscles run through the middles of the edges that they run along; bones that hold all of a surface edge (in space: face)
-    /// hold its middles too.
+    /// The mesh with a node in the middle of every edge of a cell, and four cells (in space eight) in place
+    /// of each. Nodes keep their numbers; muscles run through the middles of the edges that they run along;
+    /// bones that hold all of a surface edge (in space: face) hold its middles too.
     ///
-    /// Only for springs and linear elements: what lies along edges is refined, not what a continuum makes of it.
+    /// For springs and linear elements only: the elements and muscles of a continuum are not refined.
     pub fn refined(&self) -> Self {
         let mut nodes = self.nodes.clone();
         let mut middles: BTreeMap<[usize; 2], usize> = BTreeMap::new();

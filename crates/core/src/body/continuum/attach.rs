@@ -1,4 +1,4 @@
-//! Where bones hold the tissue: a patch of the surface around each point of bone.
+//! Attachment of the tissue to bones: a patch of the surface around each point of bone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,13 +10,14 @@ use crate::geometry::quadrature::gauss_legendre;
 use crate::geometry::simplex::MAX_CORNERS;
 use crate::geometry::{quadratic, simplex};
 
-/// A surface edge is cut into so many pieces, each with so many points of Gauss's rule: patches end within it.
+/// Number of pieces of a surface edge, and of Gauss points on each piece: the edge of a patch can lie within
+/// a surface edge.
 const PIECES: usize = 8;
 const POINTS: usize = 6;
 
 /// How the bones of a mesh hold its continuum.
 pub(super) struct Held {
-    /// For every fixed node of the mesh that was given the nodes that stand for it.
+    /// For every fixed node of the given mesh, the nodes that replace it.
     pub stand_ins: Vec<(usize, Vec<usize>)>,
     pub ties: Vec<Tie>,
 }
@@ -28,7 +29,8 @@ struct Face {
     corners: Vec<usize>,
 }
 
-/// Adds the bones of `base` to the nodes of `mesh`, whose elements these are; `number` is what its nodes became.
+/// Adds the bones of `base` to the nodes of `mesh`, whose elements these are; `number` gives the new numbers
+/// of the nodes of `base`.
 pub(super) fn bones<const D: usize>(
     base: &Mesh<D>,
     mesh: &mut Mesh<D>,
@@ -43,7 +45,7 @@ pub(super) fn bones<const D: usize>(
     for face in faces.iter().filter(holds_all) {
         held.extend(on_face::<D>(face.opposite).map(|i| elements[face.element][i]));
     }
-    // Bones within the tissue, and all of them where patches have no extent, hold their node.
+    // Bones within the tissue hold their node; so do all bones if patches have no extent.
     let surface_nodes: BTreeSet<usize> = faces.iter().flat_map(|f| f.corners.iter().copied()).collect();
     let is_centre =
         |n: &usize| !held.contains(n) && surface_nodes.contains(n) && settings.patch_radius_m > 0.0;
@@ -107,7 +109,7 @@ fn surface<const D: usize>(elements: &[Vec<usize>]) -> Vec<Face> {
 
 struct Patches<'a, const D: usize> {
     mesh: &'a mut Mesh<D>,
-    /// By centre and node of the surface: the node of the bone that is at the same place.
+    /// For each centre and node of the surface, the node of the bone at the same place.
     copies: BTreeMap<(usize, usize), usize>,
     ties: Vec<Tie>,
 }
@@ -120,7 +122,7 @@ impl<const D: usize> Patches<'_, D> {
         })
     }
 
-    /// Ties a face to the centres that are within reach, each place to the nearest.
+    /// Ties a face to the centres within reach, each place to the nearest centre.
     fn tie(&mut self, face: &Face, element: &[usize], centres: &[usize], radius: f64) {
         let corners = simplex::corners(&self.mesh.nodes, &element[..=D]);
         let on_face: Vec<usize> = on_face::<D>(face.opposite).collect();

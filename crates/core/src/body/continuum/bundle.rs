@@ -18,16 +18,18 @@ pub(super) struct Line<const D: usize> {
     points: Vec<SVector<f64, D>>,
     /// At each end the node of the bone there, if there is one.
     bones: [Option<usize>; 2],
-    /// At each end whether it runs outside the tissue from there.
+    /// For each end, whether the muscle is outside the tissue there.
     outside: [bool; 2],
-    /// At each end whether it fades out there: within the tissue, neither on a bone nor on the surface.
+    /// For each end, whether the muscle fades out there, because the end is in the tissue, neither on a bone
+    /// nor on the surface.
     fades: [bool; 2],
     /// Whether all of it is outside.
     apart: bool,
 }
 
 impl<const D: usize> Line<D> {
-    /// The course of a chain of `base` through `points`; `stand_ins` are the nodes of its bones in the continuum.
+    /// The course of a chain of `base` through `points`; `stand_ins` are the nodes of its bones in the
+    /// continuum.
     pub fn new(
         base: &Mesh<D>,
         chain: &MuscleChain,
@@ -65,7 +67,7 @@ impl<const D: usize> Line<D> {
         self.points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
     }
 
-    /// What pulls when the muscle contracts.
+    /// The strands that pull when the muscle contracts.
     pub fn strands(
         &self,
         locator: &Locator<'_, D>,
@@ -83,7 +85,7 @@ impl<const D: usize> Line<D> {
             let fibre = self.fibre(&offset, settings.bundle_width_m);
             let ends = self.embed(&fibre, share, locator, settings, &mut strands);
             for bone in (0..2).filter(|&i| self.outside[i]) {
-                // A fibre that passes the tissue by has no entry.
+                // A fibre that misses the tissue has no entry.
                 let Some(entry) = ends.map(|ends| ends[bone]) else { continue };
                 let mean = locator.mean(&entry, 0.0).ok_or_else(|| self.dangling())?;
                 strands.push(self.bone_to(bone, mean, share)?);
@@ -101,7 +103,7 @@ impl<const D: usize> Line<D> {
         Ok(Strand { nodes: nodes_of, coefficients, weight })
     }
 
-    /// The line moved aside by `offset`, in half widths; half as far at a bone.
+    /// The line shifted sideways by `offset`, in half widths, and half as far at a bone.
     fn fibre(&self, offset: &[f64; 2], width: f64) -> Vec<SVector<f64, D>> {
         let (length, last) = (self.length(), self.points.len() - 1);
         let mut way = 0.0;
@@ -130,7 +132,8 @@ impl<const D: usize> Line<D> {
         }
     }
 
-    /// The part of the tension that acts at a distance along the line, m: ends in the tissue fade out over a width.
+    /// The part of the tension that acts at a distance along the line, m: ends in the tissue fade out over a
+    /// width.
     fn ramp(&self, way: f64, length: f64, width: f64) -> f64 {
         let fade = |distance: f64| {
             let t = if width > 0.0 { (distance / width).clamp(0.0, 1.0) } else { 1.0 };
@@ -173,7 +176,8 @@ impl<const D: usize> Line<D> {
         ends
     }
 
-    /// The nodes of the muscle in the continuum: its bones, and points that follow the tissue about `spacing` apart, m.
+    /// The nodes of the muscle in the continuum: its bones, and points that follow the tissue about
+    /// `spacing` apart, m.
     pub fn chain(
         &self,
         locator: &Locator<'_, D>,
@@ -219,8 +223,8 @@ impl<const D: usize> Line<D> {
     }
 }
 
-/// Where the fibres are in the cross-section, in half widths, and which share of the tension each has: Gauss's points with the weights
-/// `(1 - t²)²`, in space on rings.
+/// Where the fibres are in the cross-section, in half widths, and which share of the tension each has:
+/// Gauss's points with the weights `(1 - t²)²`, in space on rings.
 fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)> {
     let count = if settings.bundle_width_m > 0.0 { settings.fibres } else { 1 };
     let bump = |t: f64| (1.0 - t * t).powi(2);
@@ -241,7 +245,8 @@ fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)>
     fibres
 }
 
-/// Unit vectors across a direction: in the plane to its left, in space two, as near as can be to those before.
+/// Unit vectors across a direction: in the plane to its left, in space two, as near as can be to those
+/// before.
 fn across<const D: usize>(
     along: &SVector<f64, D>,
     before: Option<&[SVector<f64, D>; 2]>,

@@ -1,4 +1,5 @@
-//! Which element a point lies in, which parts of a line lie in which elements, and means over the surroundings of a point.
+//! Which element a point lies in, which parts of a line lie in which elements, and means over the
+//! surroundings of a point.
 
 use nalgebra::SVector;
 
@@ -6,15 +7,16 @@ use crate::geometry::quadratic;
 use crate::geometry::quadrature::gauss_legendre;
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 
-/// Lines as far outside as this, in barycentric coordinates, still count as inside, and so do points four times as far.
+/// Lines as far outside as this, in barycentric coordinates, still count as inside, and so do points four
+/// times as far.
 const SLACK: f64 = 1e-9;
-/// Parts of a line shorter than this part of it are none.
+/// Parts of a line that are relatively shorter than this are dropped.
 const SHORTEST: f64 = 1e-9;
-/// Points of a mean over a disc: rings, and points on each.
+/// Points of a mean over a disc: number of rings, and of points on each.
 const RINGS: usize = 12;
 const AROUND: usize = 48;
 
-/// The elements with what finding them needs.
+/// The elements, with the data for finding the element of a point.
 pub(super) struct Locator<'a, const D: usize> {
     elements: &'a [Vec<usize>],
     corners: Vec<Corners<D>>,
@@ -73,8 +75,8 @@ impl<'a, const D: usize> Locator<'a, D> {
         (0..self.boxes.len()).filter(|&e| close(&self.boxes[e])).collect()
     }
 
-    /// The mean over the tissue within `radius`, m, of a point, weighted with `(1 - d²/radius²)²`, as weights of nodes; with no radius the
-    /// point itself. `None` where there is no tissue.
+    /// The mean over the tissue within `radius`, m, of a point, weighted with `(1 - d²/radius²)²`, as
+    /// weights of nodes; with no radius the point itself. `None` where there is no tissue.
     pub fn mean(&self, centre: &SVector<f64, D>, radius: f64) -> Option<Vec<(usize, f64)>> {
         let among = self.near(centre, radius);
         let mut weights: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
@@ -89,8 +91,8 @@ impl<'a, const D: usize> Locator<'a, D> {
             .then(|| weights.into_iter().map(|(node, w)| (node, w / sum)).filter(|w| w.1 != 0.0).collect())
     }
 
-    /// The parts of a straight line that lie in the tissue, in order: the element of each and where it begins and ends, as fractions of
-    /// the way. No part of the line is in two.
+    /// The parts of a straight line that lie in the tissue, in order: the element of each and where it
+    /// begins and ends, as fractions of the way. No part of the line is in two.
     pub fn cut(&self, a: &SVector<f64, D>, b: &SVector<f64, D>) -> Vec<(usize, [f64; 2])> {
         let (low, high) = (a.inf(b), a.sup(b));
         let meets = |[l, h]: &[SVector<f64, D>; 2]| (0..D).all(|d| high[d] >= l[d] && low[d] <= h[d]);
@@ -154,7 +156,7 @@ mod tests {
         let across = locator.cut(&SVector::from([0.0, 0.75]), &SVector::from([2.0, 0.25]));
         assert_eq!(across.iter().map(|p| p.0).collect::<Vec<_>>(), [1, 0]);
         assert!((across[0].1[1] - across[1].1[0]).abs() < 1e-8 && (across[1].1[1] - 0.5).abs() < 1e-8);
-        // In a direction that rounding cannot represent.
+        // A direction that floating-point numbers cannot represent exactly.
         let turned: Vec<_> = nodes.iter().map(|p| nalgebra::Rotation2::new(0.3) * p / 3.0).collect();
         let locator = Locator::new(&turned, &elements);
         for part in [0.1, 0.37, 0.6] {

@@ -1,9 +1,11 @@
-//! A body whose answers do not depend on its mesh: quadratic elements, muscles of finite width, bones that hold patches.
+//! A body whose answers do not depend on its mesh: quadratic elements, muscles of finite width, bones that
+//! hold patches.
 //!
-//! Where muscles are lines and bones are points, forces act on places without extent, and the displacement under a point load in a
-//! plane grows with the logarithm of one over the mesh spacing: tensions that are fitted on such a body belong to its mesh. Here each
-//! muscle is a bundle of fibres over a width, cut at the edges of the elements that it passes, and each bone holds a patch of the surface
-//! by springs. Widths, patches and their stiffness are chosen, not measured ([`ContinuumSettings`]).
+//! Where muscles are lines and bones are points, forces act on places without extent, and the displacement
+//! under a point load in a plane grows with the logarithm of one over the mesh spacing: tensions that are
+//! fitted on such a body belong to its mesh. Here each muscle is a bundle of fibres over a width, cut at the
+//! edges of the elements that it passes, and each bone holds a patch of the surface by springs. Widths,
+//! patches and their stiffness are chosen, not measured ([`ContinuumSettings`]).
 
 mod attach;
 mod bundle;
@@ -20,18 +22,21 @@ use crate::geometry::quadratic;
 use bundle::Line;
 use locate::Locator;
 
-/// Most fibres of a muscle.
+/// Largest number of fibres of a muscle.
 const MOST_FIBRES: usize = 256;
 
-/// What has no data: how wide muscles are and how bones hold. Chosen, not measured, and never tuned on what is to be predicted; what
-/// they do to the answers is in `results/continuum`.
+/// Settings without data: the widths of muscles and the attachment to bones. They are chosen, not measured,
+/// and never tuned on what is to be predicted. Their effect on the answers is in `results/continuum`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContinuumSettings {
-    /// Width of a muscle, m; half of it at a bone. 0: one line, for bodies whose muscles are given fibre by fibre.
+    /// Width of a muscle, m; half of it at a bone. 0: one line, for bodies whose muscles are given fibre by
+    /// fibre.
     pub bundle_width_m: f64,
-    /// Fibres across the width, on meshes of a third of the width and coarser; finer ones get more, as many as keep to that.
+    /// Fibres across the width, on meshes of a third of the width and coarser; finer ones get more, as many
+    /// as keep to that.
     pub fibres: usize,
-    /// Radius of the patch around a point of bone, m. 0: the bone holds its node alone, which does not converge.
+    /// Radius of the patch around a point of bone, m. 0: the bone holds its node alone, which does not
+    /// converge.
     pub patch_radius_m: f64,
     /// Stiffness of the patch: `k` in `κ = k μ/r (1 - d²/r²)²` at the distance `d` from the point.
     pub patch_stiffness: f64,
@@ -44,7 +49,7 @@ impl Default for ContinuumSettings {
 }
 
 impl std::fmt::Display for ContinuumSettings {
-    /// For a reader, with where it comes from.
+    /// A sentence for readers, with the origin of the numbers.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
@@ -57,10 +62,10 @@ impl std::fmt::Display for ContinuumSettings {
 }
 
 impl ContinuumSettings {
-    /// Largest and least of everything that makes sense, SI.
+    /// Checks that every setting is within its range, SI.
     ///
     /// # Errors
-    /// [`ContinuumError::Setting`] names the first that does not.
+    /// [`ContinuumError::Setting`] names the first setting that is out of range.
     pub fn check(&self) -> Result<(), ContinuumError> {
         let within = |name, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
             true => Ok(()),
@@ -73,7 +78,7 @@ impl ContinuumSettings {
     }
 }
 
-/// Why a mesh cannot be made a continuum.
+/// Errors of making a mesh a continuum.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ContinuumError {
     /// A setting out of range.
@@ -91,10 +96,10 @@ pub enum ContinuumError {
     /// A mesh of lines only.
     #[error("the mesh has no triangles or tetrahedra, so it cannot be a continuum; take --body springs")]
     NoCells,
-    /// A mesh that is one already.
+    /// A mesh that is a continuum already.
     #[error("the mesh is a continuum already")]
     Already,
-    /// A muscle that ends in the air.
+    /// A muscle with an end that is neither in the tissue nor on a bone.
     #[error(
         "muscle {muscle} ends outside the tissue and on no bone, so it has nothing to pull at; fix its end"
     )]
@@ -102,7 +107,7 @@ pub enum ContinuumError {
         /// Its name.
         muscle: String,
     },
-    /// A muscle that is nowhere in the tissue and not between bones and it.
+    /// A muscle that has no part in the tissue and joins no bone to it.
     #[error(
         "muscle {muscle} leaves the tissue between its ends; only a part from a bone to the tissue may be outside"
     )]
@@ -112,16 +117,18 @@ pub enum ContinuumError {
     },
 }
 
-/// What makes a [`Mesh`] a continuum. The cells of the mesh are then the linear parts of the elements.
+/// The data that make a [`Mesh`] a continuum. The cells of the mesh are then the linear parts of the
+/// elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Continuum<const D: usize> {
-    /// What was chosen.
+    /// The settings.
     pub settings: ContinuumSettings,
     /// Nodes of the elements, one after another ([`Continuum::elements`]).
     elements: Vec<usize>,
-    /// Nodes that are no unknowns but follow the tissue: ends and points of muscles, in ascending order of nodes.
+    /// Nodes that are not unknowns but follow the tissue: ends and points of muscles, in ascending order of
+    /// nodes.
     pub followers: Vec<Follower<D>>,
-    /// For every muscle of the mesh what pulls when it contracts.
+    /// For every muscle of the mesh, the strands that pull when it contracts.
     pub bundles: Vec<Vec<Strand>>,
     /// How the bones hold the tissue, for `μ/r · k = 1` N/m³.
     pub ties: Vec<Tie>,
@@ -133,7 +140,8 @@ impl<const D: usize> Continuum<D> {
         self.elements.chunks_exact(quadratic::nodes::<D>())
     }
 
-    /// For every cell the direction, at these positions, of the fibres in its element: of several muscles those of the first.
+    /// For every cell the direction, at these positions, of the fibres in its element: of several muscles
+    /// those of the first.
     pub fn fibres(&self, positions: &[SVector<f64, D>]) -> Vec<Option<SVector<f64, D>>> {
         let mut along: BTreeMap<&[usize], (usize, SVector<f64, D>)> = BTreeMap::new();
         for (muscle, strands) in self.bundles.iter().enumerate() {
@@ -151,21 +159,21 @@ impl<const D: usize> Continuum<D> {
         self.elements().flat_map(|element| std::iter::repeat_n(fibre(element), parts)).collect()
     }
 
-    /// Puts the nodes that follow the tissue where it takes them.
+    /// Places the nodes that follow the tissue.
     pub fn place_followers(&self, positions: &mut [SVector<f64, D>]) {
         for f in &self.followers {
             positions[f.node] = f.offset + f.mean(positions);
         }
     }
 
-    /// The same for velocities or other motions of the nodes.
+    /// As [`Continuum::place_followers`], for velocities or other motions of the nodes.
     pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
         for f in &self.followers {
             motion[f.node] = f.mean(motion);
         }
     }
 
-    /// Gives what acts on nodes that follow the tissue to what they follow.
+    /// Moves the forces on nodes that follow the tissue to the nodes that they follow.
     pub fn carry_loads(&self, load: &mut [SVector<f64, D>]) {
         for f in &self.followers {
             let own = std::mem::replace(&mut load[f.node], SVector::zeros());
@@ -173,8 +181,9 @@ impl<const D: usize> Continuum<D> {
         }
     }
 
-    /// The same continuum at rest elsewhere: muscles and patches go with the tissue. `nodes` are the new positions of all nodes at rest,
-    /// m, of which those in the middle of edges are put there; `before` are the old ones.
+    /// The same continuum at rest elsewhere: muscles and patches go with the tissue. `nodes` are the new
+    /// positions of all nodes at rest, m, of which those in the middle of edges are put there; `before` are
+    /// the old ones.
     pub fn moved(&self, before: &[SVector<f64, D>], nodes: &mut [SVector<f64, D>]) -> Self {
         for element in self.elements() {
             for (&[i, j], &middle) in quadratic::edges::<D>().iter().zip(&element[D + 1..]) {
@@ -183,14 +192,16 @@ impl<const D: usize> Continuum<D> {
         }
         let mut moved = self.clone();
         for tie in &mut moved.ties {
-            // A place of the surface stays as strongly held, and the surface gets longer or shorter.
+            // The stiffness of the attachment at a place stays the same, while the surface becomes longer or
+            // shorter.
             let longer = attach::face_size(&tie.nodes, nodes) / attach::face_size(&tie.nodes, before);
             tie.form.iter_mut().for_each(|c| *c *= longer);
         }
         for f in &mut moved.followers {
             f.offset = nodes[f.node] - f.mean(nodes);
         }
-        // A strand's vector and its weight answer to its length at rest in opposite ways: it pulls as before.
+        // The vector of a strand and its weight change inversely with its length at rest, so that it pulls
+        // as before.
         moved
     }
 }
@@ -200,7 +211,7 @@ impl<const D: usize> Continuum<D> {
 pub struct Follower<const D: usize> {
     /// The node.
     pub node: usize,
-    /// What it follows, and with which weights; their sum is 1.
+    /// The nodes that it follows, with weights whose sum is 1.
     pub weights: Vec<(usize, f64)>,
     /// Its position less the mean at rest, m.
     pub offset: SVector<f64, D>,
@@ -219,7 +230,7 @@ pub struct Strand {
     pub nodes: Vec<usize>,
     /// The coefficient of each: 1/m for a point of a fibre in the tissue, 1 for a part outside it.
     pub coefficients: Vec<f64>,
-    /// By what its lengthening counts: m for a point of a fibre, 1 for a part outside.
+    /// Weight of its lengthening: m for a point of a fibre, 1 for a part outside.
     pub weight: f64,
 }
 
@@ -232,18 +243,19 @@ pub struct Tie {
     pub form: Vec<f64>,
 }
 
-/// A mesh made a continuum, and where its bones came to be.
+/// A mesh that was made a continuum, and the nodes of its bones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Laid<const D: usize> {
     /// The mesh: corners of the elements first, then the middles of edges, bones, and points of muscles.
     pub mesh: Mesh<D>,
-    /// For every fixed node of the mesh that was given the nodes that stand for it, its own place first.
+    /// For every fixed node of the given mesh, the nodes that replace it, the one at its own place first.
     pub bones: Vec<(usize, Vec<usize>)>,
 }
 
-/// Makes a mesh of linear cells a continuum: a node in the middle of every edge, a bundle of fibres along every muscle, and a patch around
-/// every bone that is a point of the surface. Bones that hold whole edges (in space: faces) of the surface hold them as they are. `lines` are
-/// the muscles' courses, m, where they are known better than by the chains of the mesh.
+/// Makes a mesh of linear cells a continuum: a node in the middle of every edge, a bundle of fibres along
+/// every muscle, and a patch around every bone that is a point of the surface. Bones that hold whole edges
+/// (in space: faces) of the surface hold them as they are. `lines` are the muscles' courses, m, where they
+/// are known better than by the chains of the mesh.
 ///
 /// # Errors
 /// [`ContinuumError`], for a mesh that passed [`Mesh::check`].
@@ -263,7 +275,7 @@ pub fn lay<const D: usize>(
     let held = attach::bones(base, &mut mesh, &elements, &number, settings);
     let locator = Locator::new(&mesh.nodes, &elements);
     let spacing = elements::mean_edge(base);
-    // Where elements are smaller than the gaps between fibres, each fibre would be a load without width.
+    // If elements were smaller than the gaps between fibres, each fibre would be a load without width.
     let many = (3.0 * settings.bundle_width_m / spacing).ceil() as usize;
     let settings = &ContinuumSettings { fibres: settings.fibres.max(many.min(MOST_FIBRES)), ..*settings };
     let (mut followers, mut bundles, mut muscles) = (Vec::new(), Vec::new(), Vec::new());

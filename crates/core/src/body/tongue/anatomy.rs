@@ -1,5 +1,5 @@
-//! What is known of the tongue before it is cut into a mesh: its outline, eight muscle lines, and which points are
-//! on bone. Read from TOML in millimetres, held in metres.
+//! The anatomy of a tongue, from which a mesh is made: its outline, its muscle lines, and the points that
+//! are on bone. It is read from TOML in millimetres and held in metres.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -46,10 +46,10 @@ pub struct OutsidePart {
     pub entry: Point,
 }
 
-/// A bone as points; nodes at them will not move.
+/// A bone as points. Nodes at these points are held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnatomyBone {
-    /// What it is called, e.g. `hyoid`.
+    /// Its name, e.g. `hyoid`.
     pub name: String,
     /// Its points, m: ends of muscles or points of the outline.
     pub points: Vec<Point>,
@@ -59,7 +59,7 @@ pub struct AnatomyBone {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{origin}:{line}:{column}: {problem}")]
 pub struct AnatomyError {
-    /// The file, or what stands for it.
+    /// The file, or a name for the text.
     pub origin: String,
     /// Line, from 1.
     pub line: usize,
@@ -126,8 +126,8 @@ impl Anatomy {
         Self::from_toml(REFERENCE, "targets/anatomy.toml (embedded)")
     }
 
-    /// Reads an anatomy written like `targets/anatomy.toml`, in millimetres. `origin` is what messages call it,
-    /// usually the path.
+    /// Reads an anatomy written like `targets/anatomy.toml`, in millimetres. `origin` is its name in
+    /// messages, usually the path.
     ///
     /// # Errors
     /// Text that is not TOML of that form, or an anatomy that contradicts itself, with line and column.
@@ -243,7 +243,8 @@ fn muscle_line(
     }
     let on_outline = ends.map(|end| outline.nearest(end).1 < ON_OUTLINE_M);
     let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(outline.polygon(), ends[i]));
-    // An end on the outline may lie slightly on either side of it: a crossing there is that end, not another one.
+    // An end on the outline may lie slightly on either side of it: a crossing there is that end, not another
+    // one.
     let margin = |end: usize| if on_outline[end] { 2.0 * ON_OUTLINE_M / length } else { 0.0 };
     let mut meets = outline.crossings(ends);
     meets.retain(|t| (margin(0)..=1.0 - margin(1)).contains(t));

@@ -1,12 +1,13 @@
-//! The points of a mesh that the anatomy dictates: ends of muscles, crossings, bones, and where a muscle enters.
+//! The nodes that the anatomy requires: ends of muscles, crossings, bones, and the places where muscles
+//! enter the tissue.
 
 use super::anatomy::{Anatomy, MuscleLine, ON_OUTLINE_M, SAME_POINT_M};
 use crate::geometry::plane::{self, Point};
 
 /// Crossings nearer than this to another anchor of either line become that anchor, in mesh spacings.
 const MERGE: f64 = 0.4;
-/// Crossings nearer than this to another anchor move this far away from it, in mesh spacings: connections much shorter
-/// than the others would be much stiffer than the tissue around them.
+/// Crossings nearer than this to another anchor move this far away from it, in mesh spacings: connections
+/// much shorter than the others would be much stiffer than the tissue around them.
 const APART: f64 = 0.5;
 
 /// Points that must be nodes.
@@ -58,7 +59,7 @@ impl Anchors {
         anchors
     }
 
-    /// The anchor within `reach` of `point`, made where there is none.
+    /// The anchor within `reach` of `point`; a new one if there is none.
     fn at(&mut self, point: Point, reach: f64) -> usize {
         let near = self.points.iter().position(|p| (p - point).norm() < reach);
         near.unwrap_or_else(|| {
@@ -74,7 +75,7 @@ impl Anchors {
         }
     }
 
-    /// Where a muscle from outside enters the tissue, a node of the outline: one that is there already if it is near.
+    /// The node of the outline where a muscle from outside enters the tissue: an existing one if it is near.
     fn enter(&mut self, anatomy: &Anatomy, line: &MuscleLine, muscle: usize, h: f64) {
         let Some(outside) = line.outside else { return };
         let away = |(_, anchor): &(f64, usize)| (self.points[*anchor] - outside.entry).norm();

@@ -12,16 +12,17 @@ use crate::geometry::plane::{self, Point};
 /// The spacing of the published mesh, m.
 pub const DEFAULT_SPACING_M: f64 = 5.5e-3;
 
-/// The finest and the coarsest spacing as parts of the square root of the tissue's area: 0.2 and 15 mm for the
-/// reference. Coarser has no room for the muscles, finer than 80 000 nodes serves nothing.
+/// The finest and the coarsest spacing as parts of the square root of the tissue's area: 0.2 and 15 mm for
+/// the reference. A coarser mesh has no room for the muscles; one of more than 80 000 nodes has no use.
 const FINEST: f64 = 1.0 / 248.0;
 const COARSEST: f64 = 1.0 / 3.3;
 
 /// Meshes an anatomy with connections about `h` long, m.
 ///
-/// Nodes of the outline come first, then those of muscles in the tissue, then free ones, then those of muscles outside
-/// it. The number of triangles is that of equilateral ones of side `h` on the same area, so the number of nodes
-/// follows from Euler's formula; for the reference at 5.5 mm these are the published 188 and 111.
+/// Nodes of the outline come first, then those of muscles in the tissue, then free ones, then those of
+/// muscles outside it. The number of triangles is that of equilateral ones of side `h` on the same area, so
+/// the number of nodes follows from Euler's formula; for the reference at 5.5 mm these are the published 188
+/// and 111.
 ///
 /// # Errors
 /// A spacing out of range, or one at which the lines of this anatomy cannot be kept apart.
@@ -55,7 +56,8 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, MeshError> {
     Ok(mesh)
 }
 
-/// Nodes of a triangulation with `boundary` nodes around it and about `triangles` triangles (T = 2 V - 2 - B).
+/// Nodes of a triangulation with `boundary` nodes around it and about `triangles` triangles (T = 2 V - 2 -
+/// B).
 fn nodes_for(triangles: f64, boundary: usize) -> usize {
     ((triangles + 2.0 + boundary as f64) / 2.0).round() as usize
 }
@@ -73,7 +75,8 @@ fn assemble(anatomy: &Anatomy, frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<
     let muscles: Vec<MuscleChain> = anatomy.muscles().iter().zip(&frame.chains).map(chain).collect();
 
     let mut cells = Cells::new();
-    // Each triangle starts at its lowest node and the list is sorted: numbering does not depend on the triangulator.
+    // Each triangle starts at its lowest node and the list is sorted: numbering does not depend on the
+    // triangulator.
     let mut triangles: Vec<[usize; 3]> = triangles.to_vec();
     for triangle in &mut triangles {
         let lowest = (0..3).min_by_key(|i| triangle[*i]).unwrap_or(0);

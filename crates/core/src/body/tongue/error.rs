@@ -1,8 +1,8 @@
-//! Why an anatomy cannot be meshed.
+//! Errors of meshing an anatomy.
 
 use crate::body::MeshFault;
 
-/// Why there is no mesh.
+/// The reason why there is no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say it")]
 pub enum MeshError {

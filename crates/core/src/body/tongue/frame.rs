@@ -7,7 +7,8 @@ use super::anchors::Anchors;
 use crate::geometry::plane::{self, Point};
 use crate::geometry::{ClosedSpline, topology};
 
-/// Length of an outline connection in mesh spacings: the published mesh has 32 of them on 182.3 mm at 5.5 mm.
+/// Length of an outline connection in mesh spacings: the published mesh has 32 of them on 182.3 mm at 5.5
+/// mm.
 const OUTLINE_SPACING: f64 = 1.036;
 
 /// How a node may move while the mesh is smoothed.
@@ -53,7 +54,7 @@ pub(crate) enum Site {
 }
 
 impl Frame {
-    /// Lays the lines of an anatomy at spacing `h`, m.
+    /// Makes the lines of an anatomy at spacing `h`, m.
     pub fn lay(anatomy: &Anatomy, h: f64) -> Self {
         let anchors = Anchors::find(anatomy, h);
         let mut frame = Self {
@@ -77,8 +78,9 @@ impl Frame {
         frame
     }
 
-    /// Cuts the outline between its anchors, then moves the nodes between them outwards so that the polygon encloses
-    /// what the curve does: the area enters the stiffness, and its corners alone would cut off up to 2 %.
+    /// Cuts the outline between its anchors, then moves the nodes between them outwards so that the polygon
+    /// encloses the area of the curve. The area enters the stiffness, and a polygon with its corners on the
+    /// curve would lose up to 2 % of it.
     fn lay_outline(
         &mut self,
         curve: &ClosedSpline,
@@ -201,7 +203,8 @@ fn share(wanted: usize, lengths: &[f64]) -> Vec<usize> {
     parts
 }
 
-/// Moves the corners that may move outwards, all by the same distance, until the polygon has the area wanted.
+/// Moves the corners that may move outwards, all by the same distance, until the polygon has the area
+/// wanted.
 fn with_area(polygon: &[Point], moves: &[bool], area: f64) -> Vec<Point> {
     let n = polygon.len();
     let outwards: Vec<Point> = (0..n)
@@ -212,7 +215,8 @@ fn with_area(polygon: &[Point], moves: &[bool], area: f64) -> Vec<Point> {
         })
         .collect();
     let moved = |by: f64| polygon.iter().zip(&outwards).map(|(p, o)| p + o * by).collect::<Vec<_>>();
-    // The area is a quadratic in the distance: a + b d + c d². Its smaller root, in the form that does not cancel.
+    // The area is a quadratic in the distance: a + b d + c d². Its smaller root, in the form that does not
+    // cancel.
     let step = area.abs().sqrt() * 1e-2;
     let [below, here, above] = [-step, 0.0, step].map(|by| plane::polygon_area(&moved(by)));
     let (a, b, c) =

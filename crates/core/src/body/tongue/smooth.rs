@@ -1,8 +1,8 @@
-//! Makes triangles even: nodes move, then everything is triangulated anew.
+//! Smooths a mesh: nodes move, then everything is triangulated anew.
 //!
-//! First every free node goes to the mean of the circumcentres around it, weighted by area, which minimises the error
-//! of linear interpolation (optimal Delaunay triangulation; Chen and Xu 2004, Chen 2004). Then the worst corners that
-//! are left are improved one node at a time.
+//! First every free node goes to the mean of the circumcentres around it, weighted by area, which minimises
+//! the error of linear interpolation (optimal Delaunay triangulation; Chen and Xu 2004, Chen 2004). Then the
+//! worst corners that are left are improved one node at a time.
 
 use super::error::MeshError;
 use super::frame::{Draft, Freedom};
@@ -14,7 +14,8 @@ const EVEN_ROUNDS: usize = 15;
 const POLISH_ROUNDS: usize = 6;
 /// Sweeps of a polish between two triangulations.
 const SWEEPS: usize = 3;
-/// The sine of the smallest angle, and the shortest connection in mesh spacings, that count as one unit of score.
+/// The sine of the smallest angle, and the shortest connection in mesh spacings, that count as one unit of
+/// score.
 const SINE_UNIT: f64 = 0.5;
 const LENGTH_UNIT: f64 = 0.6;
 /// Nodes whose triangles all score this much are left alone.
@@ -83,7 +84,8 @@ fn even(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 2]
     }
 }
 
-/// The worst of a node's triangles, were the node at `at`: 1 is fair, 0 or less has turned over.
+/// The score of the worst triangle around a node if the node were at `at`: 1 is fair, 0 or less is turned
+/// over.
 fn patch_score(points: &[Point], at: Point, patch: &[[usize; 2]], h: f64) -> f64 {
     let score = |[b, c]: &[usize; 2]| {
         let (b, c) = (points[*b], points[*c]);
