@@ -78,7 +78,7 @@ pub use tongue_study as study;
 pub mod body {
     //! Bodies: meshes with named muscles and bones, from an anatomy, from a file, or of your own.
     pub use tongue_core::body::*;
-    pub use tongue_input::bodies::{AnyBody, BodyFileError, Unit, gmsh, json};
+    pub use tongue_input::bodies::{AnyBody, BodyFileError, Unit, artisynth, gmsh, json};
 }
 
 pub mod dynamics {

@@ -9,6 +9,7 @@ use tongue_fit::body::{Anatomy, AnyBody, Body, BodyError, ContinuumSettings, DEF
 use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::report::PageBody;
 use tongue_fit::simulation;
+use tongue_fit::suggest;
 use tongue_fit::system::{self, Model, OutsidePath, TissueModel};
 
 use super::output;
@@ -46,9 +47,9 @@ pub struct Arguments {
     /// Muscle parts outside the tissue: straight, as in a sheath, or a chain that can fold
     #[arg(long, value_enum, default_value = "straight")]
     outside: OutsideName,
-    /// Body: springs on connections (the thesis's), or a continuum of quadratic elements with muscles of finite width, whose answers do not
-    /// depend on the mesh
-    #[arg(long, value_enum, default_value = "springs")]
+    /// Body: springs on connections (the thesis's), a continuum of quadratic elements with muscles of finite width, whose answers do not
+    /// depend on the mesh, or in `simulate` a folder with ArtiSynth's tongue in space [springs, continuum, FOLDER]
+    #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
     /// Tissue: springs and area terms (as the thesis), or finite elements of the same E and nu
     #[arg(long, value_enum, default_value = "springs")]
@@ -74,10 +75,25 @@ enum OutsideName {
     Chain,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 enum BodyName {
     Springs,
     Continuum,
+    /// Files of a body in space.
+    Folder(PathBuf),
+}
+
+/// Reads what stands behind `--body`.
+fn body_name(word: &str) -> Result<BodyName, String> {
+    match word {
+        "springs" => Ok(BodyName::Springs),
+        "continuum" => Ok(BodyName::Continuum),
+        _ if Path::new(word).is_dir() => Ok(BodyName::Folder(PathBuf::from(word))),
+        _ => Err(format!(
+            "it is no folder either, which would be a body in space; {}",
+            suggest::hint(word, ["springs", "continuum"])
+        )),
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -134,9 +150,9 @@ impl Arguments {
     /// far larger than any tongue.
     pub fn body(&self) -> miette::Result<Body<2>> {
         self.check()?;
-        let h = match (&self.h, self.body) {
+        let h = match (&self.h, &self.body) {
             (Some(h), _) => spacing(h)?,
-            (None, BodyName::Springs) => DEFAULT_SPACING_M,
+            (None, BodyName::Springs | BodyName::Folder(_)) => DEFAULT_SPACING_M,
             (None, BodyName::Continuum) => CONTINUUM_SPACING_M,
         };
         let settings = ContinuumSettings::default();
@@ -206,8 +222,40 @@ impl Arguments {
         Ok(page)
     }
 
+    /// The folder of a body in space, where one was given.
+    ///
+    /// # Errors
+    /// Options beside it that say what a body of the plane is made of.
+    pub fn space(&self) -> miette::Result<Option<&Path>> {
+        let BodyName::Folder(folder) = &self.body else { return Ok(None) };
+        let of_the_plane = [
+            ("--h", self.h.is_some()),
+            ("--anatomy", self.anatomy.is_some()),
+            ("--mesh", self.mesh.is_some()),
+            ("--poisson-ratio", self.poisson_ratio != Constants::TONGUE.poisson_ratio),
+            ("--tissue fe", self.tissue == TissueName::Fe),
+            ("--preset", !matches!(self.preset, PresetName::Consistent)),
+            ("--spread assembled", matches!(self.spread, SpreadName::Assembled)),
+            ("--outside chain", matches!(self.outside, OutsideName::Chain)),
+        ];
+        match of_the_plane.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(miette!(
+                "{option} is about bodies in the plane; the body in space in {} has its own mesh and law: leave one of the two out",
+                folder.display()
+            )),
+            None => Ok(Some(folder)),
+        }
+    }
+
     /// What is asked for does not contradict itself.
     fn check(&self) -> miette::Result<()> {
+        if let BodyName::Folder(folder) = &self.body {
+            return Err(miette!(
+                "{} is a body in space, which `simulate` alone answers for; this needs a body in the plane: --body springs, --body \
+                 continuum, or --mesh FILE",
+                folder.display()
+            ));
+        }
         let of_springs = [
             ("--tissue fe", self.tissue == TissueName::Fe),
             ("--preset as-printed", matches!(self.preset, PresetName::AsPrinted)),

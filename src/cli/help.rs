@@ -11,7 +11,7 @@ const OF_EVERY_COMMAND: [&str; 4] = ["out", "threads", "json", "help-all"];
 const USUAL: [(&str, &[&str]); 9] = [
     ("tongue-fit", &["vowel", "subject", "lengths", "target", "points", "posterior", "body"]),
     ("batch", &["lengths", "subjects", "vowels", "target", "draws", "posterior", "shard"]),
-    ("simulate", &["tension", "trajectory", "t-end", "colour-stretch", "body", "mesh", "h"]),
+    ("simulate", &["tension", "activation", "trajectory", "t-end", "colour-stretch", "body", "mesh", "h"]),
     ("adapt", &["example", "map", "map-template", "palate", "landmarks", "contour", "rest"]),
     ("track", &["example", "map", "map-template", "palate", "mesh", "as-is", "hold-out"]),
     ("muscles", &["tension", "body", "mesh", "anatomy", "h"]),

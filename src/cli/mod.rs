@@ -24,6 +24,7 @@ mod recordings;
 mod scene;
 mod scene_table;
 mod simulate;
+mod space;
 mod stability;
 mod table;
 mod track;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use miette::IntoDiagnostic;
+use miette::{IntoDiagnostic, miette};
 
 use tongue_fit::inverse::alarms;
 use tongue_fit::report::{
@@ -11,7 +11,7 @@ use tongue_fit::report::{
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::System;
 
-use super::{Global, Outcome, body, output, table, trajectory};
+use super::{Global, Outcome, body, output, space, table, trajectory};
 
 /// Options of `tongue-fit simulate`.
 #[derive(Debug, Clone, clap::Args)]
@@ -19,7 +19,9 @@ use super::{Global, Outcome, body, output, table, trajectory};
 #[command(after_help = "Example (the published answer for /a/):\n  \
         tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5\n\n\
         Example (its first 3 s):\n  \
-        tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --trajectory")]
+        tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --trajectory\n\n\
+        Example (ArtiSynth's tongue in space, from a folder of its files):\n  \
+        tongue-fit simulate --body path/to/tongue3d --activation GGP=0.1 --activation TRANS=0.1")]
 pub struct Arguments {
     /// Tension of a muscle, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
@@ -35,10 +37,30 @@ pub struct Arguments {
     trajectory: trajectory::Arguments,
     #[command(flatten)]
     body: body::Arguments,
+    #[command(flatten)]
+    space: space::Arguments,
 }
 
 /// Runs it.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    if let Some(folder) = arguments.body.space()? {
+        let of_the_plane = [
+            ("--tension", !arguments.tension.is_empty()),
+            ("--trajectory", arguments.trajectory.is_given()),
+            ("--colour-stretch", arguments.colour_stretch),
+        ];
+        if let Some((option, _)) = of_the_plane.iter().find(|(_, given)| *given) {
+            return Err(miette!(
+                "{option} is about bodies in the plane; muscles in space have strengths, so give activations: --activation GGP=0.1"
+            ));
+        }
+        return space::run(folder, &arguments.space, arguments.direct, global);
+    }
+    if let Some(option) = arguments.space.given() {
+        return Err(miette!(
+            "{option} needs a body in space: --body FOLDER, with the files of ArtiSynth's tongue"
+        ));
+    }
     if arguments.trajectory.is_given() {
         return trajectory::run(&arguments.trajectory, &arguments.tension, &arguments.body, global);
     }

@@ -9,7 +9,7 @@ use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::report::batch::Journal;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
-use tongue_fit::report::{SimulationRecord, TrajectoryRecord};
+use tongue_fit::report::{BranchRecord, SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
 use tongue_fit::study::validate::{LeftOut, Study};
 
@@ -62,29 +62,32 @@ pub fn simulation(record: &SimulationRecord, alarms: &[Alarm], written: &[PathBu
     if record.status == statics::Status::Inverted {
         text += "A CELL IS TURNED OVER: nothing in this model keeps cells upright\n";
     }
-    if let Some(branch) = &record.branch {
-        text += &match (branch.critical, branch.stopped) {
-            (None, None) => {
-                "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
-            }
-            (None, Some(load)) => format!(
-                "the branch of equilibria from rest was followed to {load:.2e} of the tensions, where the solves allowed for it were \
-                 used up: whether the answer lies on it is not known"
-            ),
-            (Some(c), _) => format!(
-                "the branch of equilibria from rest ends at {:.6} of the tensions ({}); the body falls from there to this answer",
-                c.load,
-                match c.kind {
-                    CriticalKind::LimitPoint => "limit point",
-                    CriticalKind::Bifurcation => "bifurcation",
-                }
-            ),
-        };
-        text += if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" };
-    } else {
-        text += way_from_rest(record.connection);
-    }
+    text += &way(record.branch.as_ref(), record.connection);
     text + &self::alarms(alarms.iter().cloned()) + &files(written)
+}
+
+/// What is known of the way from rest to an equilibrium.
+pub(super) fn way(branch: Option<&BranchRecord>, connection: Connection) -> String {
+    let Some(branch) = branch else { return way_from_rest(connection).to_owned() };
+    let mut text = match (branch.critical, branch.stopped) {
+        (None, None) => {
+            "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
+        }
+        (None, Some(load)) => format!(
+            "the branch of equilibria from rest was followed to {load:.2e} of the tensions, where the solves allowed for it were \
+                 used up: whether the answer lies on it is not known"
+        ),
+        (Some(c), _) => format!(
+            "the branch of equilibria from rest ends at {:.6} of the tensions ({}); the body falls from there to this answer",
+            c.load,
+            match c.kind {
+                CriticalKind::LimitPoint => "limit point",
+                CriticalKind::Bifurcation => "bifurcation",
+            }
+        ),
+    };
+    text += if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" };
+    text
 }
 
 /// What is known of the way from rest to an equilibrium whose branch was not followed.

@@ -10,9 +10,9 @@ use std::path::Path;
 use crate::fixtures;
 use nalgebra::{DMatrix, SVector, Vector2};
 use tongue_fit::body::Mesh;
-use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Tangent, lumped_masses};
+use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Mirror, Tangent, lumped_masses};
 use tongue_fit::sparse::BlockMatrix;
-use tongue_fit::system::{Additions, Model, System, TissueModel};
+use tongue_fit::system::{Additions, Model, MusclesAs, SpaceModel, System, TissueModel};
 
 fn stiffness<const D: usize>(
     system: &System<D>,
@@ -32,17 +32,21 @@ fn force<const D: usize>(effect: &dyn Effect<D>, at: Configuration<'_, D>) -> Ve
 }
 
 /// Effects that act from outside: their forces need not cancel.
-const FROM_OUTSIDE: [&str; 2] = ["gravity", "contact"];
+const FROM_OUTSIDE: [&str; 3] = ["gravity", "contact", "mirror"];
 
-/// Weight, and a bent wall close over the highest nodes.
+/// Weight, a plane through three free nodes that holds them, and a bent wall close over the highest nodes.
 fn additions<const D: usize>(mesh: &Mesh<D>, side: f64) -> Additions<D> {
     let [width, height] = [0, 1].map(|d| mesh.nodes.iter().map(|p| p[d]).fold(0.0, f64::max));
     let wall = [[-1.0, 2.0], [0.4 * width / side, 1.2], [0.6 * width / side, 1.3], [width / side + 1.0, 2.0]];
     let wall = wall.map(|[x, up]| Vector2::new(side * x, height + 0.25 * side * up)).to_vec();
     let masses = lumped_masses(mesh, 1e3);
+    let is_free = |n: &usize| mesh.fixed.binary_search(n).is_err();
+    let inside = mesh.in_tissue();
+    let free: Vec<usize> = (0..mesh.nodes.len()).filter(|n| inside[*n]).filter(is_free).collect();
     Additions {
         effects: vec![
             Box::new(Gravity::new(&masses, SVector::repeat(9.81), &mesh.nodes)),
+            Box::new(Mirror::new(D - 1, 1e3, &free[..3], &mesh.nodes)),
             Box::new(Contact::new(wall, &mesh.surface_nodes(), 2.67e3, 0.5 * side)),
         ],
         ..Additions::default()
@@ -52,25 +56,35 @@ fn additions<const D: usize>(mesh: &Mesh<D>, side: f64) -> Additions<D> {
 fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64, tissue: TissueModel) -> Vec<&'static str> {
     let model = Model { tissue, ..Model::default() };
     let system = System::with(mesh, &model, &[0], additions(mesh, side)).unwrap();
-    let tensions = [7.5];
     // Nodes of quadratic elements are half as far from each other.
     let far = if tissue == TissueModel::Continuum { 0.03 } else { 0.08 };
-    let x = fixtures::shaken(mesh, far * side);
-    let at = Configuration { positions: &x, tensions: &tensions };
+    check_system(&system, &fixtures::shaken(mesh, far * side), side, &[7.5], 1.0)
+}
+
+/// Checks every effect of a system at positions and tensions; with the tension of the first muscle `more` larger too.
+fn check_system<const D: usize>(
+    system: &System<D>,
+    x: &[SVector<f64, D>],
+    side: f64,
+    tensions: &[f64],
+    more: f64,
+) -> Vec<&'static str> {
+    let x = x.to_vec();
+    let at = Configuration { positions: &x, tensions };
     let step = 1e-6 * side;
     let nodes = system.pattern().nodes().to_vec();
     for effect in system.effects() {
         let effect = effect.as_ref();
         let here = force(effect, at);
-        let exact = stiffness(&system, effect, at, Tangent::Exact);
+        let exact = stiffness(system, effect, at, Tangent::Exact);
         let scale = exact.amax().max(1.0);
         for (u, &node) in nodes.iter().enumerate() {
             for d in 0..D {
                 let (mut up, mut down) = (x.clone(), x.clone());
                 up[node][d] += step;
                 down[node][d] -= step;
-                let up = Configuration { positions: &up, tensions: &tensions };
-                let down = Configuration { positions: &down, tensions: &tensions };
+                let up = Configuration { positions: &up, tensions };
+                let down = Configuration { positions: &down, tensions };
                 let slope = (effect.energy(up) - effect.energy(down)) / (2.0 * step);
                 let error = (slope + here[node][d]).abs();
                 assert!(error < 1e-5, "{} in {D}D: force off by {error:e} N", effect.name());
@@ -84,17 +98,23 @@ fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64, tissue: TissueModel) -> 
                 }
             }
         }
-        let convex = stiffness(&system, effect, at, Tangent::Convex).symmetric_eigenvalues();
+        let convex = stiffness(system, effect, at, Tangent::Convex).symmetric_eigenvalues();
         assert!(convex.min() > -1e-9 * scale, "{}: convex stiffness is not", effect.name());
 
         let mut per_tension = vec![SVector::zeros(); x.len()];
         effect.add_force_per_tension(at, 0, &mut per_tension);
-        let more = force(effect, Configuration { positions: &x, tensions: &[8.5] });
-        for ((more, here), derivative) in more.iter().zip(&here).zip(&per_tension) {
-            assert!((more - here - derivative).norm() < 1e-12, "{}: tension derivative", effect.name());
+        let mut larger = tensions.to_vec();
+        larger[0] += more;
+        let larger = force(effect, Configuration { positions: &x, tensions: &larger });
+        for ((larger, here), derivative) in larger.iter().zip(&here).zip(&per_tension) {
+            assert!(
+                (larger - here - derivative * more).norm() < 1e-12,
+                "{}: tension derivative",
+                effect.name()
+            );
         }
-        check_damping(&system, effect, at, scale);
-        check_internal(&system, effect, at, step);
+        check_damping(system, effect, at, scale);
+        check_internal(system, effect, at, step);
         let total: SVector<f64, D> = here.iter().sum();
         let outside = FROM_OUTSIDE.contains(&effect.name());
         assert_eq!(outside, total.norm() > 1e-3, "{}: acts on nothing here", effect.name());
@@ -196,13 +216,13 @@ fn check_internal<const D: usize>(
     }
 }
 
-/// The names of all effects, from the files that implement them.
-fn all_effects() -> BTreeSet<String> {
+/// The names of all effects of any dimension, or of those of space only, from the files that implement them.
+fn all_effects(of: &str) -> BTreeSet<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/core/src/effect");
     let mut names = BTreeSet::new();
     for file in std::fs::read_dir(folder).unwrap() {
         let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
-        for effect in text.split("Effect<D> for ").skip(1) {
+        for effect in text.split(&format!("Effect<{of}> for ")).skip(1) {
             let name = effect.split("fn name(&self)").nth(1).and_then(|rest| rest.split('"').nth(1));
             names.insert(name.expect("an effect has a name").to_owned());
         }
@@ -224,8 +244,31 @@ fn all_effects_in_the_plane_and_in_space() {
     let space = fixtures::held_at_a_corner(space, 5.5e-3);
     flat.extend(check_all(&plane, 5.5e-3, TissueModel::Continuum).into_iter().map(str::to_owned));
     solid.extend(check_all(&space, 5.5e-3, TissueModel::Continuum).into_iter().map(str::to_owned));
-    assert_eq!(flat, all_effects(), "an effect is not in the system that is checked: add it to `additions`");
+    assert_eq!(
+        flat,
+        all_effects("D"),
+        "an effect is not in the system that is checked: add it to `additions`"
+    );
     assert_eq!(solid, flat);
+}
+
+#[test]
+fn hexahedra_and_their_muscles() {
+    let (side, mut seen) = (5.5e-3, BTreeSet::new());
+    let body = fixtures::space_block::space_block(side);
+    for muscles in [MusclesAs::Lines, MusclesAs::Stress] {
+        for (stiffening, far) in [(0.0, 0.12), (9.0, 0.12), (9.0, 0.25)] {
+            let factors = vec![1.0, 10.0, 0.5, 1.0];
+            let model = SpaceModel { muscles, stiffening, factors, ..SpaceModel::default() };
+            let system = System::in_space(&body, &model).unwrap();
+            let x = fixtures::shaken(&body.mesh, far * side);
+            seen.extend(check_system(&system, &x, side, &[0.3, 0.2, 0.1], 0.2));
+        }
+    }
+    let only_in_space = all_effects("3");
+    assert!(!only_in_space.is_empty());
+    let missing: Vec<_> = only_in_space.iter().filter(|name| !seen.contains(name.as_str())).collect();
+    assert!(missing.is_empty(), "effects of space that are not checked: {missing:?}");
 }
 
 #[test]

@@ -96,7 +96,15 @@ fn shear_relaxes_with_viscosity_over_shear_modulus() {
     cells.push(&[0, 1, 2]);
     let nodes = [[0.0, 0.0], [5e-3, 0.0], [2e-3, 4e-3]].map(SVector::from).to_vec();
     let connections = vec![[0, 1], [0, 2], [1, 2]];
-    let mesh = Mesh { nodes, cells, connections, muscles: Vec::new(), fixed: vec![0, 1], continuum: None };
+    let mesh = Mesh {
+        nodes,
+        cells,
+        connections,
+        muscles: Vec::new(),
+        fixed: vec![0, 1],
+        continuum: None,
+        hexahedra: Vec::new(),
+    };
     let system = System::new(&mesh, &FE, &[]).unwrap();
     let motion = Motion::with_mass(&system, Tensions::Constant(Vec::new()), 1e-6).unwrap();
     let (_, mu) = Constants::TONGUE.lame();

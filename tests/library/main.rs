@@ -4,6 +4,7 @@
 
 mod batch_findings;
 mod bodies_are_adapted;
+mod bodies_in_space;
 mod continuum;
 mod dynamics_meet_exact_solutions;
 mod dynamics_of_the_tongue;
@@ -28,6 +29,7 @@ mod simulation_by_name;
 mod sparse_cholesky_agrees_with_faer;
 mod tensions_are_tracked;
 mod tone_and_hyoid;
+mod tongue_in_space;
 mod unknowns_are_recovered;
 mod weight_walls_and_carried_bones;
 

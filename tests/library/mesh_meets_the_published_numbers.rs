@@ -125,6 +125,7 @@ fn square() -> Mesh<2> {
         muscles: vec![MuscleChain { name: "M".into(), nodes: vec![0, 2] }],
         fixed: vec![0, 3],
         continuum: None,
+        hexahedra: Vec::new(),
     }
 }
 

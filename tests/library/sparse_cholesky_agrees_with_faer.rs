@@ -71,6 +71,7 @@ fn refuses<const D: usize>(mesh: &Mesh<D>) {
     assert!(factor.factorise(pattern, &k).is_ok());
     k.shift(pattern, -1.0e4);
     let failure = factor.factorise(pattern, &k).unwrap_err();
+    let failure = factor.find_failure(pattern, &k, failure);
     // What it says about the failure is true: a direction along which the matrix is not positive.
     let mut d = vec![SVector::zeros(); pattern.unknowns()];
     factor.negative_curvature(pattern, &failure, &mut d);

@@ -30,6 +30,7 @@ fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
         muscles: Vec::new(),
         fixed: vec![0],
         continuum: None,
+        hexahedra: Vec::new(),
     };
     let model = Model { outside: OutsidePath::Chain, ..Model::default() };
     let k = system::coefficients(&chain, &model).unwrap().tissue_stiffness;

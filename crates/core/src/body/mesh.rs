@@ -7,6 +7,7 @@ use nalgebra::SVector;
 
 use super::Continuum;
 use crate::geometry;
+use crate::geometry::hexahedron;
 use crate::geometry::topology::{self, pair};
 
 /// The cells of a mesh (triangles in 2D, tetrahedra in 3D): `D + 1` node numbers each.
@@ -79,6 +80,9 @@ pub struct Mesh<const D: usize> {
     pub nodes: Vec<SVector<f64, D>>,
     /// Triangles (2D, counter-clockwise) or tetrahedra (3D, positive volume) of tissue.
     pub cells: Cells<D>,
+    /// Hexahedra of tissue, of bodies in space that are made of them ([`super::SpaceBody`]): corners around the bottom, then around the
+    /// top.
+    pub hexahedra: Vec<[usize; 8]>,
     /// Joined pairs of nodes, each once, lower node number first.
     pub connections: Vec<[usize; 2]>,
     /// Muscles as chains of connections.
@@ -98,6 +102,9 @@ impl<const D: usize> Mesh<D> {
     /// Sets the connections to the edges of the cells and the steps of the muscles, each once.
     pub fn connect(&mut self) {
         let mut connections: BTreeSet<[usize; 2]> = self.cells.edges().into_keys().collect();
+        for corners in &self.hexahedra {
+            connections.extend(hexahedron::EDGES.iter().map(|&[a, b]| pair(corners[a], corners[b])));
+        }
         connections.extend(self.muscles.iter().flat_map(|m| m.nodes.windows(2)).map(|w| pair(w[0], w[1])));
         self.connections = connections.into_iter().collect();
     }
@@ -156,7 +163,7 @@ impl<const D: usize> Mesh<D> {
     /// For every node whether it belongs to a cell; the others lie outside the tissue.
     pub fn in_tissue(&self) -> Vec<bool> {
         let mut inside = vec![false; self.nodes.len()];
-        self.cells.iter().flatten().for_each(|&n| inside[n] = true);
+        self.cells.iter().flatten().chain(self.hexahedra.iter().flatten()).for_each(|&n| inside[n] = true);
         inside
     }
 
@@ -191,6 +198,21 @@ impl Mesh<3> {
                 }
             }
         }
+        faces.extend(
+            self.outward_quadrilaterals().into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]),
+        );
         faces
+    }
+
+    /// The faces of hexahedra that belong to one of them only, their corners counter-clockwise as seen from outside.
+    pub fn outward_quadrilaterals(&self) -> Vec<[usize; 4]> {
+        let faces = || self.hexahedra.iter().flat_map(|c| hexahedron::FACES.map(|face| face.map(|i| c[i])));
+        let sorted = |mut face: [usize; 4]| {
+            face.sort_unstable();
+            face
+        };
+        let mut count: BTreeMap<[usize; 4], usize> = BTreeMap::new();
+        faces().for_each(|face| *count.entry(sorted(face)).or_default() += 1);
+        faces().filter(|face| count[&sorted(*face)] == 1).collect()
     }
 }

@@ -10,6 +10,7 @@ mod mesh;
 mod quality;
 mod refine;
 pub mod solid;
+pub mod space;
 pub mod tongue;
 
 use std::sync::Arc;
@@ -23,6 +24,7 @@ pub use check::{MeshFault, TooLarge};
 pub use continuum::{Continuum, ContinuumError, ContinuumSettings, Follower, Strand, Tie};
 pub use mesh::{Cells, Mesh, MuscleChain, largest_distance};
 pub use quality::{Quality, SolidQuality};
+pub use space::{SpaceBody, SpaceFault, SpaceMuscle};
 pub use tongue::{
     Anatomy, AnatomyError, AnatomyProblem, DEFAULT_SPACING_M, MeshError, MuscleLine, OutsidePart, REFERENCE,
     build,

@@ -7,8 +7,10 @@
 //! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
 //! | [`FiniteElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | 2.3 names them |
 //! | [`QuadraticElements`] | the same density in quadratic elements | Bonet and Wood 2008, 6.27 |
+//! | [`Hexahedra`] | `C10 (Ī1 - 3) + C20 (Ī1 - 3)²` a measure, `K/2 V0 (V/V0 - 1)²` an element | Buchaillard et al. 2009; Simo et al. 1985 |
 //! | [`Upright`] | `λ V b(m/M)` a part of a quadratic element below a tenth of its measure | Li et al. 2020, eq. 6 |
 //! | [`Fibres`] | `F ∫ w (|F f0| - 1) ds` of a muscle of finite width | a tension that the stretch does not change |
+//! | [`Mirror`] | `1/2 k (x - x0)²` a node on the plane that halves a body | |
 //! | [`Attachment`] | `1/2 ∫ κ |u - v|² ds` between surface and bone | chosen, not measured |
 //! | [`Gravity`] | `-m g·(x - X)` a node | Newton 1687 |
 //! | [`Contact`] | `-κ (d - d̂)² ln(d/d̂)` a node nearer than `d̂` to the palate | Li et al. 2020, eq. 6 |
@@ -23,8 +25,10 @@ mod contact;
 mod fibres;
 mod finite_element;
 mod gravity;
+mod hexahedra;
 mod incompressibility;
 mod internal;
+mod mirror;
 mod muscle;
 mod quadratic_element;
 pub mod spring;
@@ -43,8 +47,10 @@ pub use contact::Contact;
 pub use fibres::Fibres;
 pub use finite_element::FiniteElements;
 pub use gravity::{Gravity, lumped_masses};
+pub use hexahedra::{Hexahedra, Stiffening};
 pub use incompressibility::Incompressibility;
 pub use internal::Internal;
+pub use mirror::Mirror;
 pub use muscle::Contraction;
 pub use quadratic_element::QuadraticElements;
 pub use tissue::Tissue;

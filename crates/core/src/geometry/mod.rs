@@ -1,6 +1,7 @@
 //! Geometry without anatomy: simplices and their shared edges and faces, straight lines and closed curves in
 //! the plane.
 
+pub mod hexahedron;
 mod natural_spline;
 pub(crate) mod plane;
 pub mod quadratic;

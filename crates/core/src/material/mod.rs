@@ -3,7 +3,9 @@
 mod constants;
 pub mod law;
 mod matching;
+mod mooney_rivlin;
 
 pub use constants::{Constants, MaterialError};
 pub use law::{NeoHookean, Stress};
 pub use matching::{Coefficients, Matched, Preset, Spread, match_stiffness, regular_simplex};
+pub use mooney_rivlin::MooneyRivlin;

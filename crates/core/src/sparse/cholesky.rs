@@ -10,19 +10,32 @@ use super::{BlockMatrix, Pattern};
 
 /// The matrix is not positive definite: the pivot of this unknown is not safely above zero.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("not positive definite at unknown {unknown} (pivot {pivot:e})")]
+#[error("not positive definite{}", self.place())]
 pub struct NotPositiveDefinite {
-    /// Unknown node (elimination order) where the factorisation stopped.
+    /// Unknown node (elimination order) where the factorisation stopped; the largest number where that is not known
+    /// ([`Factor::find_failure`]).
     pub unknown: usize,
     /// The pivot found there.
     pub pivot: f64,
 }
 
+impl NotPositiveDefinite {
+    /// Not positive definite, and not known where.
+    const SOMEWHERE: Self = Self { unknown: usize::MAX, pivot: 0.0 };
+
+    fn place(&self) -> String {
+        match self.unknown {
+            usize::MAX => String::new(),
+            unknown => format!(" at unknown {unknown} (pivot {:e})", self.pivot),
+        }
+    }
+}
+
 /// A factor and the scratch space to compute it. It allocates nothing after its creation.
 #[derive(Debug)]
 pub struct Factor<const D: usize> {
-    /// faer's factor, where that is faster. A matrix that faer refuses is factorised here too, to find the
-    /// pivot that fails.
+    /// faer's factor, where that is faster. A matrix that faer refuses is factorised here too, when somebody asks
+    /// for the pivot that fails ([`Factor::find_failure`]).
     supernodal: Option<Supernodal>,
     /// Whether the last factorisation is in `supernodal`.
     is_supernodal: bool,
@@ -38,8 +51,12 @@ const SMALLEST_PIVOT: f64 = 1e-13;
 impl<const D: usize> Factor<D> {
     /// Space for the factor of any matrix on `pattern`, by the method that is faster there.
     pub fn new(pattern: &Pattern) -> Self {
-        let supernodal = Supernodal::if_worthwhile::<D>(pattern);
-        Self { supernodal, ..Self::block_by_block(pattern) }
+        match Supernodal::if_worthwhile::<D>(pattern) {
+            None => Self::block_by_block(pattern),
+            supernodal => {
+                Self { supernodal, is_supernodal: false, lower: Vec::new(), place_of_row: Vec::new() }
+            }
+        }
     }
 
     /// As [`Self::new`], but never with faer's supernodes, to compare the two.
@@ -63,12 +80,31 @@ impl<const D: usize> Factor<D> {
         matrix: &BlockMatrix<D>,
     ) -> Result<(), NotPositiveDefinite> {
         let floor = SMALLEST_PIVOT * matrix.largest_diagonal(pattern);
-        self.is_supernodal =
-            self.supernodal.as_mut().is_some_and(|faer| faer.factorise(pattern, matrix, floor));
-        if self.is_supernodal {
-            return Ok(());
+        if let Some(faer) = self.supernodal.as_mut() {
+            self.is_supernodal = faer.factorise(pattern, matrix, floor);
+            return if self.is_supernodal { Ok(()) } else { Err(NotPositiveDefinite::SOMEWHERE) };
         }
         self.factorise_blocks(pattern, matrix, floor)
+    }
+
+    /// Where a matrix fails that [`Factor::factorise`] refused: it goes through it block by block, which in large bodies takes many times
+    /// as long as the refusal. Our way may find a matrix whole that is singular but for rounding: then its last pivot counts as the one.
+    pub fn find_failure(
+        &mut self,
+        pattern: &Pattern,
+        matrix: &BlockMatrix<D>,
+        failure: NotPositiveDefinite,
+    ) -> NotPositiveDefinite {
+        if failure != NotPositiveDefinite::SOMEWHERE {
+            return failure;
+        }
+        if self.lower.is_empty() {
+            self.lower = vec![SMatrix::zeros(); pattern.blocks() + 1];
+            self.place_of_row = vec![0; pattern.unknowns()];
+        }
+        let floor = SMALLEST_PIVOT * matrix.largest_diagonal(pattern);
+        let last = NotPositiveDefinite { unknown: pattern.unknowns().saturating_sub(1), pivot: 0.0 };
+        self.factorise_blocks(pattern, matrix, floor).err().unwrap_or(last)
     }
 
     // Not inlined, because the loops are some per cent slower when they are compiled among other code.

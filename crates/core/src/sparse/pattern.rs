@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::ordering::minimum_degree;
+use super::ordering;
 
 /// Where a block lies in a [`super::BlockMatrix`], and whether it must be transposed to be stored there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,7 +71,7 @@ impl Pattern {
         }
         let couplings = neighbours.iter().map(Vec::len).sum::<usize>() / 2;
 
-        let (order, fronts) = minimum_degree(neighbours);
+        let (order, fronts) = ordering::order(neighbours);
         let mut place = vec![0u32; order.len()];
         for (k, &u) in order.iter().enumerate() {
             place[u] = k as u32;

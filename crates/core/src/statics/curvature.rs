@@ -16,7 +16,9 @@ impl<const D: usize> State<'_, D> {
     /// Stores the direction of negative curvature that a failed factorisation gives.
     pub(super) fn find_curvature(&mut self, failure: &NotPositiveDefinite) {
         let w = &mut *self.w;
-        w.factor.negative_curvature(self.system.pattern(), failure, &mut w.curvature);
+        let pattern = self.system.pattern();
+        let failure = w.factor.find_failure(pattern, &w.stiffness, *failure);
+        w.factor.negative_curvature(pattern, &failure, &mut w.curvature);
     }
 
     /// Moves downhill along the direction of negative curvature that `failure` gives.

@@ -95,11 +95,11 @@ pub fn trace<const D: usize>(
     }
     let (mut critical, mut stopped) = (None, None);
     let steps = match system.tissue() {
-        TissueModel::Continuum => steps.min(MOST_STEPS_OF_A_CONTINUUM),
+        TissueModel::Continuum | TissueModel::Hexahedra => steps.min(MOST_STEPS_OF_A_CONTINUUM),
         _ => steps,
     };
     let steps = steps.max(1);
-    if system.tissue() == TissueModel::Continuum
+    if matches!(system.tissue(), TissueModel::Continuum | TissueModel::Hexahedra)
         && let Some((solution, another)) = path.there_and_back(&shape, steps)
     {
         let solution = Solution { connection: Connection::Traced, ..solution.with_cost(&path.spent) };

@@ -1,6 +1,6 @@
 //! Errors of making a system from a mesh and a model.
 
-use crate::body::{MeshFault, TooLarge};
+use crate::body::{MeshFault, SpaceFault, TooLarge};
 use crate::material::MaterialError;
 
 /// Why a system cannot be made.
@@ -50,6 +50,21 @@ pub enum SystemError {
     /// The mesh is inconsistent.
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
+    /// A body in space that cannot be used.
+    #[error("the body is faulty: {0}")]
+    Space(#[from] SpaceFault),
+    /// Constants of a law that make no solid.
+    #[error(
+        "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa make no solid: C10 and K must be positive, C20 not negative"
+    )]
+    Law {
+        /// C10, Pa.
+        c10: f64,
+        /// C20, Pa.
+        c20: f64,
+        /// Bulk modulus, Pa.
+        bulk: f64,
+    },
     /// The body is far larger than any tongue.
     #[error(transparent)]
     TooLarge(#[from] TooLarge),

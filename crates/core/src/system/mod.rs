@@ -11,18 +11,19 @@ pub(crate) mod elements;
 mod error;
 mod model;
 pub mod path;
+mod space;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 
 use crate::body::{Continuum, Mesh};
 use crate::effect::{
     Attachment, Configuration, Effect, Fibres, FiniteElements, Incompressibility, QuadraticElements, Upright,
 };
-use crate::geometry::simplex;
+use crate::geometry::{hexahedron, simplex};
 use crate::material::{Coefficients, Stress};
 use crate::sparse::Pattern;
 
@@ -31,6 +32,7 @@ pub use bones::Carried;
 pub use error::SystemError;
 pub use model::{Model, TissueModel, coefficients, connection_stiffness};
 pub use path::{OutsidePath, StraightPath};
+pub use space::{MusclesAs, SpaceModel};
 
 use elements::{AtRest, Elements};
 
@@ -120,7 +122,7 @@ impl<const D: usize> System<D> {
         let continuum = match model.tissue {
             TissueModel::MassSpring => BTreeMap::new(),
             TissueModel::FiniteElement => mesh.cells.edges(),
-            TissueModel::Continuum => return Err(SystemError::NotAContinuum),
+            TissueModel::Continuum | TissueModel::Hexahedra => return Err(SystemError::NotAContinuum),
         };
         let replaced = |nodes: &[usize; 2]| continuum.contains_key(nodes);
         let mut effects =
@@ -140,7 +142,7 @@ impl<const D: usize> System<D> {
                     &mesh.nodes,
                 )));
             }
-            TissueModel::Continuum => {}
+            TissueModel::Continuum | TissueModel::Hexahedra => {}
         }
         effects.extend(additions.effects);
         Self::assemble(mesh, model.tissue, coefficients, effects, &additions.carried, paths, contracting)
@@ -171,8 +173,8 @@ impl<const D: usize> System<D> {
         contracting: &[usize],
     ) -> Result<Self, SystemError> {
         let rest = mesh.nodes.clone();
-        let measured = |cell: &[usize]| simplex::measure(&simplex::corners(&rest, cell));
-        let cells = mesh.cells.iter().map(|cell| (cell.to_vec(), measured(cell))).collect();
+        let all = mesh.cells.iter().chain(mesh.hexahedra.iter().map(|corners| &corners[..]));
+        let cells = all.map(|cell| (cell.to_vec(), cell_measure(&rest, cell))).collect();
         let mut held: BTreeMap<usize, SVector<f64, D>> = mesh.fixed.iter().map(|&n| (n, rest[n])).collect();
         for &(node, position) in carried {
             *held.get_mut(&node).ok_or(SystemError::NotOnBone { node })? = position;
@@ -316,7 +318,7 @@ impl<const D: usize> System<D> {
     /// Smallest and largest ratio of a cell's measure to that at rest; `(1, 1)` without cells.
     pub fn cell_ratios(&self, positions: &[SVector<f64, D>]) -> (f64, f64) {
         self.cells.iter().fold((f64::INFINITY, 0.0), |(lo, hi): (f64, f64), (cell, rest)| {
-            let ratio = simplex::measure(&simplex::corners(positions, cell)) / rest;
+            let ratio = cell_measure(positions, cell) / rest;
             (lo.min(ratio), hi.max(ratio))
         })
     }
@@ -328,7 +330,7 @@ impl<const D: usize> System<D> {
 
     /// Area, m², or volume, m³, of all cells together.
     pub fn measure(&self, positions: &[SVector<f64, D>]) -> f64 {
-        self.cells.iter().map(|(cell, _)| simplex::measure(&simplex::corners(positions, cell))).sum()
+        self.cells.iter().map(|(cell, _)| cell_measure(positions, cell)).sum()
     }
 
     /// Strain and stress of every cell at the given positions, m; empty unless the cells are finite
@@ -368,6 +370,17 @@ impl<const D: usize> System<D> {
     /// Computes the motion of the nodes that follow a continuum from that of the unknowns.
     pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
         self.continuum.iter().for_each(|c| c.move_followers(motion));
+    }
+}
+
+/// Area, m², or volume, m³, of a triangle, tetrahedron or hexahedron.
+fn cell_measure<const D: usize>(positions: &[SVector<f64, D>], cell: &[usize]) -> f64 {
+    match <&[usize; hexahedron::CORNERS]>::try_from(cell) {
+        Ok(corners) => {
+            let place = |n: usize| Vector3::from_fn(|d, _| positions[n].get(d).copied().unwrap_or(0.0));
+            hexahedron::volume(&corners.map(place))
+        }
+        Err(_) => simplex::measure(&simplex::corners(positions, cell)),
     }
 }
 

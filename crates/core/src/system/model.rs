@@ -37,6 +37,8 @@ pub enum TissueModel {
     /// Quadratic elements, muscles of finite width and bones that hold patches. Every body that is a
     /// continuum has this model, and no other body has it ([`crate::body::continuum`]).
     Continuum,
+    /// Hexahedra with one mean volume each, of every [`crate::body::SpaceBody`], and of no other body.
+    Hexahedra,
 }
 
 impl Default for Model {

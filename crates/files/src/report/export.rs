@@ -50,9 +50,14 @@ impl Provenance {
             TissueModel::MassSpring => "springs",
             TissueModel::FiniteElement => "finite_elements",
             TissueModel::Continuum => "continuum",
+            TissueModel::Hexahedra => "hexahedra",
         });
         let continuum = tissue == TissueModel::Continuum;
-        self.body = Some(if continuum { "continuum" } else { "springs" });
+        self.body = Some(match tissue {
+            TissueModel::Hexahedra => "space",
+            TissueModel::Continuum => "continuum",
+            TissueModel::MassSpring | TissueModel::FiniteElement => "springs",
+        });
         self.chosen = continuum.then(|| ContinuumSettings::default().to_string());
         self
     }

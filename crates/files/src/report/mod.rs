@@ -20,6 +20,7 @@ mod msh;
 #[cfg(feature = "files")]
 mod page;
 mod record;
+mod space;
 #[cfg(feature = "files")]
 mod staged;
 mod sto;
@@ -45,6 +46,7 @@ pub use msh::Msh;
 pub use record::{
     AlarmRecord, BoneRecord, BranchRecord, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord,
 };
+pub use space::{SpaceRecord, SpaceVtu};
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::{Sto, StoTable};

@@ -91,7 +91,7 @@ impl<const D: usize> Export for Vtu<'_, D> {
 
 /// The head of a file. Who made it stands in a processing instruction, which readers pass over, and which unlike a comment can
 /// hold every command line.
-fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
+pub(super) fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
     write!(out, "<?xml version=\"1.0\"?>\n<?tongue-fit")?;
     for (name, value) in by.entries() {
         write!(out, " {name}=\"{}\"", escaped(&value))?;
@@ -99,7 +99,7 @@ fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
     writeln!(out, "?>\n<VTKFile type=\"{kind}\" version=\"0.1\" byte_order=\"LittleEndian\">")
 }
 
-fn array(
+pub(super) fn array(
     out: &mut dyn Write,
     name: &str,
     kind: &str,
@@ -146,6 +146,7 @@ mod tests {
             muscles: vec![MuscleChain { name: "GGa".into(), nodes: vec![0, 1, 2] }],
             fixed: vec![0],
             continuum: None,
+            hexahedra: Vec::new(),
         }
     }
 

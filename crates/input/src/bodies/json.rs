@@ -112,6 +112,7 @@ pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
         muscles,
         fixed: text.fixed,
         continuum: None,
+        hexahedra: Vec::new(),
     };
     mesh.check().map_err(|fault| wrong(format!("is faulty: {fault}")))?;
     let bones: Vec<Bone> = text.bones.into_iter().map(|(name, nodes)| Bone { name, nodes }).collect();

@@ -1,5 +1,6 @@
-//! Bodies from files: meshes of Gmsh ([`gmsh`]) and the program's own JSON ([`json`]).
+//! Bodies from files: meshes of Gmsh ([`gmsh`]), the program's own JSON ([`json`]) and the tongue of ArtiSynth ([`artisynth`]).
 
+pub mod artisynth;
 pub mod gmsh;
 pub mod json;
 

@@ -70,6 +70,7 @@ fn from_parts(
         muscles: vec![MuscleChain { name: "pull".into(), nodes: chain }],
         fixed,
         continuum: None,
+        hexahedra: Vec::new(),
     }
 }
 

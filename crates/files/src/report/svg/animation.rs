@@ -237,8 +237,15 @@ mod tests {
         let nodes = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(SVector::from).to_vec();
         let muscles = vec![MuscleChain { name: "GGa".into(), nodes: vec![0, 1] }];
         let connections = vec![[0, 1], [0, 2], [1, 2]];
-        let mesh =
-            Mesh { nodes: nodes.clone(), cells, connections, muscles, fixed: vec![0], continuum: None };
+        let mesh = Mesh {
+            nodes: nodes.clone(),
+            cells,
+            connections,
+            muscles,
+            fixed: vec![0],
+            continuum: None,
+            hexahedra: Vec::new(),
+        };
         let frames: Vec<Frame> = (0..3)
             .map(|i| {
                 let mut positions = nodes.clone();

@@ -1,0 +1,252 @@
+//! A tongue in space: hexahedra, and muscles as regions with the directions of their fibres.
+//!
+//! A muscle is activated from 0 to 1. What it does then is said by its strength at 1, which a body carries in
+//! two forms: the force of each segment of its fibres, N, for node-to-node lines, and the stress along the
+//! fibres of its region, Pa.
+
+mod direction;
+mod half;
+mod refine;
+
+use nalgebra::Vector3;
+
+use super::{Bone, Mesh};
+use crate::geometry::hexahedron;
+use crate::suggest;
+
+pub use half::Half;
+
+/// On which side of the midsagittal plane a muscle lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Of the speaker; y below zero.
+    Left,
+    /// Of the speaker; y above zero.
+    Right,
+    /// In the middle, once.
+    Middle,
+}
+
+/// A part of a fibre between two nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment {
+    /// The nodes.
+    pub nodes: [usize; 2],
+    /// What it pulls with as a line when its muscle is fully active, N.
+    pub force_n: f64,
+    /// Whether it lies outside the tissue, on its way to a bone.
+    pub outside: bool,
+}
+
+/// A muscle of one side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceMuscle {
+    /// What it is called, with its side, such as `GGP_L`.
+    pub name: String,
+    /// What both sides are called, such as `GGP`.
+    pub group: String,
+    /// Where it lies.
+    pub side: Side,
+    /// Its fibres, cut at the nodes.
+    pub segments: Vec<Segment>,
+    /// Numbers of the elements that it runs through, ascending.
+    pub region: Vec<usize>,
+    /// Stress along its fibres in its region when it is fully active, Pa.
+    pub stress_pa: f64,
+    /// Unit directions of its fibres at the points of Gauss of each element of its region, where they are
+    /// given; empty where they follow from its segments.
+    pub directions: Vec<Directions>,
+}
+
+/// Directions at the points of Gauss of an element; none far from every fibre.
+pub type Directions = [Option<Vector3<f64>>; hexahedron::POINTS];
+
+/// A body in space with its muscles.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SpaceBody {
+    /// What it is, in words.
+    pub what: String,
+    /// Nodes, hexahedra, fixed nodes; of each muscle one fibre, whose ends measure its length.
+    pub mesh: Mesh<3>,
+    /// The fixed nodes by bone.
+    pub bones: Vec<Bone>,
+    /// The muscles, in the order of those of the mesh.
+    pub muscles: Vec<SpaceMuscle>,
+}
+
+/// Why a body in space cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SpaceFault {
+    /// An element refers to a node that does not exist.
+    #[error("element {element} refers to node {node}, but there are {count} nodes (numbered from 1 here)")]
+    NoSuchNode {
+        /// The element, from 1.
+        element: usize,
+        /// The node, from 1.
+        node: usize,
+        /// How many nodes there are.
+        count: usize,
+    },
+    /// An element is turned over or flat at one of its points.
+    #[error(
+        "element {element} (from 1) is turned inside out or flat at one of its points; list its corners around the bottom and \
+         then around the top, or repair the mesh"
+    )]
+    Inverted {
+        /// The element, from 1.
+        element: usize,
+    },
+    /// A segment of a fibre has no length.
+    #[error("a fibre of muscle {muscle} has two nodes at one place (nodes {} and {}, from 1)", nodes[0] + 1, nodes[1] + 1)]
+    NoLength {
+        /// The muscle.
+        muscle: String,
+        /// The nodes, from 0.
+        nodes: [usize; 2],
+    },
+    /// A muscle has no fibres or no region.
+    #[error("muscle {muscle} has no {what}, so nothing can contract; give it some, or leave the muscle out")]
+    Empty {
+        /// The muscle.
+        muscle: String,
+        /// What it lacks.
+        what: &'static str,
+    },
+    /// No node is held.
+    #[error("no node is on bone, so the body could move freely; say which nodes are attached")]
+    NoBone,
+}
+
+/// An activation that cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BadActivation {
+    /// A name that no muscle has.
+    #[error("there is no muscle \"{name}\" in this body; {hint}")]
+    NoSuchMuscle {
+        /// What was asked for.
+        name: String,
+        /// The nearest names.
+        hint: String,
+    },
+    /// A value out of range.
+    #[error("the activation of {name} is {value}; it must lie between 0 and 1")]
+    OutOfRange {
+        /// The muscle.
+        name: String,
+        /// What was asked for.
+        value: f64,
+    },
+    /// A muscle that is named twice.
+    #[error("the activation of {name} is given twice; give it once")]
+    Repeated {
+        /// The muscle.
+        name: String,
+    },
+}
+
+impl SpaceBody {
+    /// Checks elements, fibres and bones.
+    ///
+    /// # Errors
+    /// The first fault found.
+    pub fn check(&self) -> Result<(), SpaceFault> {
+        let Mesh { nodes, hexahedra, fixed, .. } = &self.mesh;
+        for (number, corners) in hexahedra.iter().enumerate() {
+            let element = number + 1;
+            if let Some(&node) = corners.iter().find(|&&n| n >= nodes.len()) {
+                return Err(SpaceFault::NoSuchNode { element, node: node + 1, count: nodes.len() });
+            }
+            let x = hexahedron::corners(nodes, corners);
+            let mut points = hexahedron::points().into_iter();
+            if !points.all(|at| hexahedron::jacobian(&x, at).determinant() > 0.0) {
+                return Err(SpaceFault::Inverted { element });
+            }
+        }
+        for m in &self.muscles {
+            let empty = |what| Err(SpaceFault::Empty { muscle: m.name.clone(), what });
+            if m.segments.is_empty() {
+                return empty("fibres");
+            }
+            if m.region.is_empty() {
+                return empty("elements");
+            }
+            if let Some(s) = m.segments.iter().find(|s| nodes[s.nodes[0]] == nodes[s.nodes[1]]) {
+                return Err(SpaceFault::NoLength { muscle: m.name.clone(), nodes: s.nodes });
+            }
+        }
+        if fixed.is_empty() { Err(SpaceFault::NoBone) } else { Ok(()) }
+    }
+
+    /// The names of the muscles without their sides, each once, in the order of the body.
+    pub fn groups(&self) -> Vec<String> {
+        let mut groups: Vec<String> = Vec::new();
+        for m in &self.muscles {
+            if !groups.contains(&m.group) {
+                groups.push(m.group.clone());
+            }
+        }
+        groups
+    }
+
+    /// The numbers of the muscles that a name stands for: of one side, or of both where the name has none.
+    /// Case does not count.
+    ///
+    /// # Errors
+    /// [`BadActivation::NoSuchMuscle`], with the nearest name.
+    pub fn muscles_called(&self, name: &str) -> Result<Vec<usize>, BadActivation> {
+        let with = |is: &dyn Fn(&SpaceMuscle) -> bool| -> Vec<usize> {
+            self.muscles.iter().enumerate().filter(|(_, m)| is(m)).map(|(number, _)| number).collect()
+        };
+        let mut found = with(&|m| m.name.eq_ignore_ascii_case(name));
+        if found.is_empty() {
+            found = with(&|m| m.group.eq_ignore_ascii_case(name));
+        }
+        if found.is_empty() {
+            let known = self.groups();
+            let hint = suggest::hint(name, known.iter().map(String::as_str));
+            return Err(BadActivation::NoSuchMuscle { name: name.to_owned(), hint });
+        }
+        Ok(found)
+    }
+
+    /// Activations of all muscles from those given by name; every other is 0.
+    ///
+    /// # Errors
+    /// [`BadActivation`]: a name that no muscle has, a value that is not from 0 to 1, a muscle named twice.
+    pub fn activations<N: AsRef<str>>(&self, given: &[(N, f64)]) -> Result<Vec<f64>, BadActivation> {
+        let mut all = vec![None; self.muscles.len()];
+        for (name, value) in given {
+            let name = name.as_ref();
+            if !(0.0..=1.0).contains(value) {
+                return Err(BadActivation::OutOfRange { name: name.to_owned(), value: *value });
+            }
+            for m in self.muscles_called(name)? {
+                if all[m].replace(*value).is_some() {
+                    return Err(BadActivation::Repeated { name: self.muscles[m].name.clone() });
+                }
+            }
+        }
+        Ok(all.into_iter().map(|a| a.unwrap_or(0.0)).collect())
+    }
+
+    /// The volume of each element at rest, m³.
+    pub fn volumes(&self) -> Vec<f64> {
+        let volume = |nodes| hexahedron::volume(&hexahedron::corners(&self.mesh.nodes, nodes));
+        self.mesh.hexahedra.iter().map(volume).collect()
+    }
+
+    /// Unit directions of the fibres of a muscle at the points of Gauss of an element; `None` far from every
+    /// fibre.
+    pub fn directions(&self, muscle: usize, element: usize) -> Directions {
+        let given = &self.muscles[muscle];
+        let place = given.region.binary_search(&element).ok();
+        if let Some(directions) = place.and_then(|place| given.directions.get(place)) {
+            return *directions;
+        }
+        let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
+        hexahedron::points().map(|at| {
+            let place = x.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
+            direction::at(&self.mesh.nodes, &self.muscles[muscle].segments, &place)
+        })
+    }
+}

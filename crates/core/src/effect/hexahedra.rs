@@ -1,0 +1,460 @@
+//! Tissue in space that does not lock: hexahedra with one mean volume each.
+
+use std::array::from_fn;
+
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use pulp::{Arch, NullaryFnOnce};
+
+use crate::geometry::hexahedron::{self, CORNERS, POINTS};
+use crate::geometry::simplex::{self, MAX_CORNERS};
+use crate::material::MooneyRivlin;
+use crate::sparse::{BlockMatrix, Pattern, Slot};
+
+use super::cell::LARGEST_LOSS;
+use super::{Configuration, Effect, Tangent};
+
+/// Pairs of corners, each corner with itself among them.
+const PAIRS: usize = CORNERS * (CORNERS + 1) / 2;
+
+type Corners = hexahedron::Of<Vector3<f64>>;
+
+/// How a muscle that contracts stiffens the tissue that it runs through: all constants of an element are
+/// multiplied by `1 + gain min(1, sum of the activations of its muscles)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stiffening {
+    /// What full activation adds, as a multiple of the passive stiffness (ArtiSynth: 9).
+    pub gain: f64,
+    /// For each element the numbers of the muscles that run through it.
+    pub muscles: Vec<Vec<usize>>,
+}
+
+/// The Q1/P0 element of mean dilatation (Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985): the
+/// distortion `C10 (Ī1 - 3) + C20 (Ī1 - 3)²` is integrated over the eight points of Gauss, and the change of
+/// volume costs `K/2 V0 (V/V0 - 1)²` once for the whole element. With `J` at each point in its place the
+/// element locks.
+///
+/// An element that is turned over at any point has the energy `+∞`, so that a line search refuses it.
+#[derive(Debug, Clone)]
+pub struct Hexahedra {
+    law: MooneyRivlin,
+    rest: Vec<Vector3<f64>>,
+    elements: Vec<Element>,
+    stiffening: Option<Stiffening>,
+}
+
+#[derive(Debug, Clone)]
+struct Element {
+    nodes: [usize; CORNERS],
+    volume: f64,
+    /// Volume at rest that belongs to each point, m³.
+    shares: [f64; POINTS],
+    /// Gradients of the shape functions at rest at each point, 1/m.
+    shapes: [Corners; POINTS],
+    /// By how much the material was made stiffer or softer than the law (scars); 1 as a rule.
+    factor: f64,
+    slots: [Slot; PAIRS],
+}
+
+/// The tissue at one point of an element.
+#[derive(Clone, Copy)]
+struct Point {
+    /// `F`.
+    f: Matrix3<f64>,
+    /// `J - 1`.
+    growth: f64,
+    /// `Ī1 - 3`.
+    distortion: f64,
+    /// `J^(-2/3)`.
+    q: f64,
+    /// `tr FᵀF`.
+    i1: f64,
+}
+
+impl Point {
+    #[inline(always)]
+    fn new(shape: &Corners, moved: &Corners) -> Self {
+        let mut h = Matrix3::zeros();
+        for (u, g) in moved.iter().zip(shape) {
+            h += u * g.transpose();
+        }
+        let minor = |i: usize, j: usize| h[(i, i)] * h[(j, j)] - h[(i, j)] * h[(j, i)];
+        let growth = h.trace() + minor(0, 1) + minor(0, 2) + minor(1, 2) + h.determinant();
+        let less = (-2.0 / 3.0 * growth.ln_1p()).exp_m1();
+        let beyond = 2.0 * h.trace() + h.norm_squared();
+        let q = 1.0 + less;
+        // Without the cancellation that q tr FᵀF - 3 has where the tissue has hardly moved.
+        let distortion = 3.0 * less + q * beyond;
+        Self { f: Matrix3::identity() + h, growth, distortion, q, i1: 3.0 + beyond }
+    }
+
+    /// Whether the tissue is upright here; where it is not a number it is not.
+    #[inline(always)]
+    fn is_upright(&self) -> bool {
+        self.growth > -1.0 && self.growth.is_finite()
+    }
+
+    /// `det F F⁻ᵀ`.
+    #[inline(always)]
+    fn cofactors(&self) -> Matrix3<f64> {
+        let f = &self.f;
+        let [a, b, c] = [0, 1, 2].map(|d| f.column(d).into_owned());
+        Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
+    }
+}
+
+/// `x yᵀ` with coefficients that the second derivative of the energy is made of: with `f = F G` and `g = F⁻ᵀ
+/// G` the block of corners a, b is `ff fa fbᵀ + fg (fa gbᵀ + ga fbᵀ) + gg ga gbᵀ + cross gb gaᵀ + unit
+/// (Ga·Gb) I`.
+#[derive(Clone, Copy)]
+struct Moduli {
+    ff: f64,
+    fg: f64,
+    gg: f64,
+    cross: f64,
+    unit: f64,
+}
+
+impl Moduli {
+    /// At a point under the element's pressure `p = K (V/V0 - 1)`, Pa.
+    #[inline(always)]
+    fn new(law: &MooneyRivlin, point: &Point, pressure: f64) -> Self {
+        let Point { growth, distortion, q, i1, .. } = *point;
+        let slope = 2.0 * q * (law.c10 + 2.0 * law.c20 * distortion);
+        let curvature = 8.0 * law.c20 * q * q;
+        let swelling = pressure * (1.0 + growth);
+        Self {
+            ff: curvature,
+            fg: -curvature * i1 / 3.0 - 2.0 / 3.0 * slope,
+            gg: curvature * i1 * i1 / 9.0 + 2.0 / 9.0 * slope * i1 + swelling,
+            cross: slope * i1 / 3.0 - swelling,
+            unit: slope,
+        }
+    }
+}
+
+impl Hexahedra {
+    /// Elements of a law with their shape at the given rest positions, m; `None` where one of them is turned
+    /// over or has no volume.
+    pub fn new(
+        law: MooneyRivlin,
+        hexahedra: &[[usize; CORNERS]],
+        rest_positions: &[Vector3<f64>],
+    ) -> Option<Self> {
+        let unbound = Pattern::new(0, &[], []).bin();
+        let element = |nodes: &[usize; CORNERS]| {
+            let x = hexahedron::corners(rest_positions, nodes);
+            let (mut shapes, mut shares) = ([[Vector3::zeros(); CORNERS]; POINTS], [0.0; POINTS]);
+            for ((shape, share), at) in shapes.iter_mut().zip(&mut shares).zip(hexahedron::points()) {
+                (*shape, *share) = hexahedron::gradients(&x, at)?;
+            }
+            let volume = shares.iter().sum();
+            let slots = [unbound; PAIRS];
+            Some(Element { nodes: *nodes, volume, shares, shapes, factor: 1.0, slots })
+        };
+        let elements = hexahedra.iter().map(element).collect::<Option<Vec<_>>>()?;
+        Some(Self { law, rest: rest_positions.to_vec(), elements, stiffening: None })
+    }
+
+    /// The same, stiffened by the muscles that contract.
+    pub fn with_stiffening(self, stiffening: Stiffening) -> Self {
+        Self { stiffening: Some(stiffening), ..self }
+    }
+
+    /// The same with the constants of each element multiplied by its factor.
+    pub fn with_factors(mut self, factors: &[f64]) -> Self {
+        self.elements.iter_mut().zip(factors).for_each(|(e, factor)| e.factor = *factor);
+        self
+    }
+
+    /// By what the constants of element `number` are multiplied at these activations.
+    #[inline(always)]
+    fn factor(&self, number: usize, activations: &[f64]) -> f64 {
+        let own = self.elements[number].factor;
+        let Some(s) = &self.stiffening else { return own };
+        let sum: f64 = s.muscles[number].iter().map(|&m| activations[m]).sum();
+        own * (1.0 + s.gain * sum.clamp(0.0, 1.0))
+    }
+
+    #[inline(always)]
+    fn moved(&self, e: &Element, positions: &[Vector3<f64>]) -> Corners {
+        from_fn(|i| positions[e.nodes[i]] - self.rest[e.nodes[i]])
+    }
+
+    #[inline(always)]
+    fn at_points(&self, e: &Element, positions: &[Vector3<f64>]) -> [Point; POINTS] {
+        let moved = self.moved(e, positions);
+        from_fn(|i| Point::new(&e.shapes[i], &moved))
+    }
+
+    /// The law of one element, its constants multiplied.
+    #[inline(always)]
+    fn law_of(&self, number: usize, activations: &[f64]) -> MooneyRivlin {
+        let factor = self.factor(number, activations);
+        let MooneyRivlin { c10, c20, bulk } = self.law;
+        MooneyRivlin { c10: c10 * factor, c20: c20 * factor, bulk: bulk * factor }
+    }
+
+    /// The energy of an element of a law, J.
+    fn energy_of(&self, e: &Element, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> f64 {
+        let points = self.at_points(e, positions);
+        if !points.iter().all(Point::is_upright) {
+            return f64::INFINITY;
+        }
+        let distortion =
+            |(p, share): (&Point, &f64)| share * p.distortion * (law.c10 + law.c20 * p.distortion);
+        let shear: f64 = points.iter().zip(&e.shares).map(distortion).sum();
+        shear + 0.5 * law.bulk * e.volume * e.growth(&points).powi(2)
+    }
+
+    /// The force of an element of a law on its corners, N.
+    #[inline(always)]
+    fn force_of(&self, e: &Element, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> Corners {
+        let points = self.at_points(e, positions);
+        let pressure = law.bulk * e.growth(&points);
+        let mut force = [Vector3::zeros(); CORNERS];
+        for ((point, shape), share) in points.iter().zip(&e.shapes).zip(&e.shares) {
+            let slope = 2.0 * point.q * (law.c10 + 2.0 * law.c20 * point.distortion);
+            let across = pressure - slope * point.i1 / (3.0 * (1.0 + point.growth));
+            let piola = (point.f * slope + point.cofactors() * across) * *share;
+            force.iter_mut().zip(shape).for_each(|(f, g)| *f -= piola * g);
+        }
+        force
+    }
+
+    /// How much larger or smaller each element is than at rest, and the least ratio of volumes at a point of
+    /// it.
+    pub fn volume_ratios(&self, positions: &[Vector3<f64>]) -> Vec<(f64, f64)> {
+        let of = |e: &Element| {
+            let points = self.at_points(e, positions);
+            let least = points.iter().map(|p| 1.0 + p.growth).fold(f64::INFINITY, f64::min);
+            (1.0 + e.growth(&points), least)
+        };
+        self.elements.iter().map(of).collect()
+    }
+}
+
+impl Element {
+    /// Mean of `J - 1`.
+    #[inline(always)]
+    fn growth(&self, points: &[Point; POINTS]) -> f64 {
+        points.iter().zip(&self.shares).map(|(p, share)| share * p.growth).sum::<f64>() / self.volume
+    }
+}
+
+/// The stiffness, for the processor at hand.
+struct Stiffness<'a> {
+    all: &'a Hexahedra,
+    at: Configuration<'a, 3>,
+    tangent: Tangent,
+    stiffness: &'a mut BlockMatrix<3>,
+}
+
+impl NullaryFnOnce for Stiffness<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (number, e) in self.all.elements.iter().enumerate() {
+            let law = self.all.law_of(number, self.at.tensions);
+            let points = self.all.at_points(e, self.at.positions);
+            let pressure = law.bulk * e.growth(&points);
+            let mut blocks = [Matrix3::zeros(); PAIRS];
+            let mut swelling = [Vector3::zeros(); CORNERS];
+            for ((point, shape), &share) in points.iter().zip(&e.shapes).zip(&e.shares) {
+                let cofactors = point.cofactors();
+                let grown = shape.map(|g| cofactors * g * share);
+                swelling.iter_mut().zip(&grown).for_each(|(s, g)| *s += g);
+                let moduli = Moduli::new(&law, point, pressure);
+                match self.tangent {
+                    Tangent::Exact => add_exact(&mut blocks, point, shape, &grown, &moduli, share),
+                    Tangent::Convex => add_convex(&mut blocks, point, shape, &moduli, share),
+                }
+            }
+            let bulk = law.bulk / e.volume;
+            let mut pair = 0;
+            for a in 0..CORNERS {
+                let row = swelling[a] * bulk;
+                for b in a..CORNERS {
+                    blocks[pair] += row * swelling[b].transpose();
+                    self.stiffness.add(e.slots[pair], &blocks[pair]);
+                    pair += 1;
+                }
+            }
+        }
+    }
+}
+
+/// Adds the share of one point to the blocks of all pairs of corners; `grown` has `J share F⁻ᵀ G`.
+#[inline(always)]
+fn add_exact(
+    blocks: &mut [Matrix3<f64>; PAIRS],
+    point: &Point,
+    shape: &Corners,
+    grown: &Corners,
+    m: &Moduli,
+    share: f64,
+) {
+    let scale = 1.0 / (share * (1.0 + point.growth));
+    let stretched = shape.map(|g| point.f * g);
+    let turned = grown.map(|g| g * scale);
+    let with_f: Corners = from_fn(|b| (stretched[b] * m.ff + turned[b] * m.fg) * share);
+    let with_g: Corners = from_fn(|b| (stretched[b] * m.fg + turned[b] * m.gg) * share);
+    let crossed: Corners = from_fn(|a| turned[a] * (m.cross * share));
+    let plain: Corners = from_fn(|a| shape[a] * (m.unit * share));
+    let mut pair = 0;
+    for a in 0..CORNERS {
+        for b in a..CORNERS {
+            let unit = plain[a].dot(&shape[b]);
+            let block = &mut blocks[pair];
+            for c in 0..3 {
+                for r in 0..3 {
+                    block[(r, c)] += stretched[a][r] * with_f[b][c]
+                        + turned[a][r] * with_g[b][c]
+                        + turned[b][r] * crossed[a][c];
+                }
+                block[(c, c)] += unit;
+            }
+            pair += 1;
+        }
+    }
+}
+
+/// The same without the negative eigenvalues of the second derivative in `F` (Smith, de Goes and Kim 2019):
+/// in the axes of the principal stretches it is a block of three by three for the stretches and one of two by
+/// two for each pair of axes.
+#[inline(never)]
+fn add_convex(blocks: &mut [Matrix3<f64>; PAIRS], point: &Point, shape: &Corners, m: &Moduli, share: f64) {
+    let right = SymmetricEigen::new(point.f.transpose() * point.f);
+    let s = right.eigenvalues.map(|x| x.max(f64::MIN_POSITIVE).sqrt());
+    let axes = right.eigenvectors;
+    let turned = Matrix3::from_columns(&[0, 1, 2].map(|i| point.f * axes.column(i) / s[i]));
+    let stretch = Matrix3::from_fn(|i, j| {
+        let (a, b) = (s[i], s[j]);
+        let both = m.ff * a * b + m.fg * (a / b + b / a) + m.gg / (a * b);
+        if i == j { both + m.unit + m.cross / (a * a) } else { both }
+    });
+    let eigen = SymmetricEigen::new(stretch);
+    let stretch = (0..3).fold(Matrix3::zeros(), |sum, i| {
+        let v = eigen.eigenvectors.column(i);
+        sum + v * v.transpose() * eigen.eigenvalues[i].max(0.0)
+    });
+    // Of each pair of axes: what a shear costs, and what couples it with the shear of the two turned around.
+    let mut own = Matrix3::zeros();
+    let mut cross = Matrix3::zeros();
+    for i in 0..3 {
+        for j in (0..3).filter(|&j| j != i) {
+            let coupling = m.cross / (s[i] * s[j]);
+            let (sum, difference) = ((m.unit + coupling).max(0.0), (m.unit - coupling).max(0.0));
+            own[(i, j)] = 0.5 * (sum + difference);
+            cross[(i, j)] = 0.5 * (sum - difference);
+        }
+    }
+    let local = shape.map(|g| axes.tr_mul(&g));
+    let mut pair = 0;
+    for a in 0..CORNERS {
+        for b in a..CORNERS {
+            let (ga, gb) = (&local[a], &local[b]);
+            let mut block = Matrix3::from_fn(|i, k| {
+                let across = if i == k { 0.0 } else { cross[(i, k)] * ga[k] * gb[i] };
+                stretch[(i, k)] * ga[i] * gb[k] + across
+            });
+            for i in 0..3 {
+                block[(i, i)] += (0..3).map(|j| own[(i, j)] * ga[j] * gb[j]).sum::<f64>();
+            }
+            blocks[pair] += turned * block * turned.transpose() * share;
+            pair += 1;
+        }
+    }
+}
+
+impl Effect<3> for Hexahedra {
+    fn name(&self) -> &'static str {
+        "hexahedra"
+    }
+
+    fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
+        self.elements.iter().for_each(|e| couple(&e.nodes));
+    }
+
+    fn bind(&mut self, pattern: &Pattern) {
+        for e in &mut self.elements {
+            // From the last to be eliminated on, no block has to be turned to be stored.
+            let mut order: [usize; CORNERS] = from_fn(|a| a);
+            order.sort_by_key(|&a| std::cmp::Reverse(pattern.unknown(e.nodes[a])));
+            e.nodes = order.map(|a| e.nodes[a]);
+            e.shapes = e.shapes.map(|shape| order.map(|a| shape[a]));
+            let pairs = (0..CORNERS).flat_map(|a| (a..CORNERS).map(move |b| (a, b)));
+            let nodes = e.nodes;
+            e.slots.iter_mut().zip(pairs).for_each(|(slot, (a, b))| *slot = pattern.slot(nodes[a], nodes[b]));
+        }
+    }
+
+    fn energy(&self, at: Configuration<'_, 3>) -> f64 {
+        let of = |(number, e)| self.energy_of(e, &self.law_of(number, at.tensions), at.positions);
+        self.elements.iter().enumerate().map(of).sum()
+    }
+
+    fn add_force(&self, at: Configuration<'_, 3>, force: &mut [Vector3<f64>]) {
+        for (number, e) in self.elements.iter().enumerate() {
+            let own = self.force_of(e, &self.law_of(number, at.tensions), at.positions);
+            e.nodes.iter().zip(own).for_each(|(&node, f)| force[node] += f);
+        }
+    }
+
+    fn add_stiffness(&self, at: Configuration<'_, 3>, tangent: Tangent, stiffness: &mut BlockMatrix<3>) {
+        Arch::new().dispatch(Stiffness { all: self, at, tangent, stiffness });
+    }
+
+    /// With stiffening a muscle acts through the tissue too, as long as the activations of an element add up
+    /// to less than 1.
+    fn add_force_per_tension(
+        &self,
+        at: Configuration<'_, 3>,
+        muscle: usize,
+        derivative: &mut [Vector3<f64>],
+    ) {
+        let Some(s) = &self.stiffening else { return };
+        for (e, muscles) in self.elements.iter().zip(&s.muscles) {
+            let sum: f64 = muscles.iter().map(|&m| at.tensions[m]).sum();
+            if !muscles.contains(&muscle) || !(0.0..1.0).contains(&sum) {
+                continue;
+            }
+            let rate = s.gain * e.factor;
+            let MooneyRivlin { c10, c20, bulk } = self.law;
+            let law = MooneyRivlin { c10: c10 * rate, c20: c20 * rate, bulk: bulk * rate };
+            let own = self.force_of(e, &law, at.positions);
+            e.nodes.iter().zip(own).for_each(|(&node, f)| derivative[node] += f);
+        }
+    }
+
+    /// Up to which the tissue keeps a tenth of its volume at every point.
+    fn step_limit(&self, at: Configuration<'_, 3>, step: &[Vector3<f64>]) -> f64 {
+        let mut limit: f64 = 1.0;
+        for e in &self.elements {
+            let x: Corners = from_fn(|i| at.positions[e.nodes[i]]);
+            let p: Corners = from_fn(|i| step[e.nodes[i]]);
+            for shape in &e.shapes {
+                let x = as_simplex(shape, &x, 1.0);
+                let p = as_simplex(shape, &p, limit);
+                let floor = (1.0 - LARGEST_LOSS) * simplex::measure(&x);
+                limit *= simplex::way_above(&x, &p, floor);
+            }
+        }
+        limit
+    }
+
+    fn keeps_cells_upright(&self) -> bool {
+        true
+    }
+}
+
+/// The columns of the gradient of what has these values at the corners, as corners of a tetrahedron at the
+/// origin.
+#[inline(always)]
+fn as_simplex(shape: &Corners, of: &Corners, scale: f64) -> simplex::Corners<3> {
+    let mut corners = [Vector3::zeros(); MAX_CORNERS];
+    for (of, shape) in of.iter().zip(shape) {
+        (0..3).for_each(|d| corners[d + 1] += of * (shape[d] * scale));
+    }
+    corners
+}

@@ -1,0 +1,118 @@
+//! Hexahedra with eight corners: shape functions, volume, quarters of a side.
+//!
+//! Corners are counted as ANSYS, Gmsh and VTK do: around the bottom, then around the top above them.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Number of corners.
+pub const CORNERS: usize = 8;
+/// Number of points of Gauss's rule that integrates the volume exactly.
+pub const POINTS: usize = 8;
+
+/// Something of each corner.
+pub type Of<T> = [T; CORNERS];
+
+/// Local coordinates of the corners.
+pub const LOCAL: Of<[f64; 3]> = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+
+/// The six faces, corners counter-clockwise as seen from outside.
+pub const FACES: [[usize; 4]; 6] =
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+
+/// The twelve edges.
+pub const EDGES: [[usize; 2]; 12] =
+    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
+
+/// Values of the trilinear shape functions at a local place.
+pub fn values(at: [f64; 3]) -> Of<f64> {
+    LOCAL.map(|[x, y, z]| 0.125 * (1.0 + x * at[0]) * (1.0 + y * at[1]) * (1.0 + z * at[2]))
+}
+
+/// Their gradients in local coordinates.
+pub fn local_gradients(at: [f64; 3]) -> Of<Vector3<f64>> {
+    LOCAL.map(|[x, y, z]| {
+        let (a, b, c) = (1.0 + x * at[0], 1.0 + y * at[1], 1.0 + z * at[2]);
+        Vector3::new(x * b * c, y * a * c, z * a * b) * 0.125
+    })
+}
+
+/// The eight points of Gauss's rule, each with the weight 1.
+pub fn points() -> [[f64; 3]; POINTS] {
+    LOCAL.map(|corner| corner.map(|x| x / 3f64.sqrt()))
+}
+
+/// How the positions change with the local coordinates at a place.
+pub fn jacobian(x: &Of<Vector3<f64>>, at: [f64; 3]) -> Matrix3<f64> {
+    let parts = x.iter().zip(local_gradients(at)).map(|(x, g)| x * g.transpose());
+    parts.fold(Matrix3::zeros(), |sum, part| sum + part)
+}
+
+/// Gradients of the shape functions in space, 1/m, and the volume for each unit of local volume, m³; `None` where that is not above
+/// zero.
+pub fn gradients(x: &Of<Vector3<f64>>, at: [f64; 3]) -> Option<(Of<Vector3<f64>>, f64)> {
+    let jacobian = jacobian(x, at);
+    let determinant = jacobian.determinant();
+    let turned = jacobian.try_inverse().filter(|_| determinant > 0.0)?.transpose();
+    Some((local_gradients(at).map(|g| turned * g), determinant))
+}
+
+/// Volume, m³.
+pub fn volume(x: &Of<Vector3<f64>>) -> f64 {
+    points().iter().map(|&at| jacobian(x, at).determinant()).sum()
+}
+
+/// The positions of the corners of one hexahedron.
+pub fn corners(positions: &[Vector3<f64>], nodes: &[usize; CORNERS]) -> Of<Vector3<f64>> {
+    nodes.map(|n| positions[n])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bent() -> Of<Vector3<f64>> {
+        LOCAL.map(|[x, y, z]| Vector3::new(x + 0.1 * y * z, y - 0.2 * x, 1.5 * z + 0.15 * x * y))
+    }
+
+    #[test]
+    fn shape_functions_add_up_to_one_and_their_gradients_give_back_a_linear_field() {
+        let x = bent();
+        for at in points() {
+            assert!((values(at).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            let (gradients, _) = gradients(&x, at).expect("upright");
+            let slope = Vector3::new(0.3, -1.0, 2.0);
+            let sum: Vector3<f64> = gradients.iter().zip(&x).map(|(g, x)| g * slope.dot(x)).sum();
+            assert!((sum - slope).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_volume_is_that_inside_the_faces() {
+        assert!((volume(&LOCAL.map(Vector3::from)) - 8.0).abs() < 1e-14);
+        // A frustum: the top is half as wide as the bottom.
+        let frustum = LOCAL.map(|[x, y, z]| {
+            let width = 0.75 - 0.25 * z;
+            Vector3::new(width * x, width * y, z)
+        });
+        let exact = 2.0 * (4.0 + 1.0 + 2.0) / 3.0;
+        assert!((volume(&frustum) - exact).abs() < 1e-14);
+    }
+
+    #[test]
+    fn faces_look_outwards() {
+        let x = LOCAL.map(Vector3::from);
+        for [a, b, c, d] in FACES {
+            let normal = (x[b] - x[a]).cross(&(x[c] - x[b]));
+            assert!(normal.dot(&(x[a] + x[b] + x[c] + x[d])) > 0.0);
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Systems of bodies in space: hexahedra, and muscles as stress along fibres or as lines from node to node.
+
+use crate::body::space::Half;
+use crate::body::{SpaceBody, SpaceMuscle, Strand};
+use crate::effect::{Effect, Fibres, Hexahedra, Mirror, Stiffening};
+use crate::geometry::hexahedron;
+use crate::material::{Coefficients, Constants, MooneyRivlin, Preset, Spread};
+
+use super::{Additions, System, SystemError, TissueModel};
+
+/// What the muscles of a body in space are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MusclesAs {
+    /// Stress along the fibres at the points of every element that a muscle runs through, and lines outside
+    /// the tissue. Its answers hold when the mesh is refined.
+    #[default]
+    Stress,
+    /// Forces along the segments of its fibres from node to node, as ArtiSynth has them; refined meshes do
+    /// not bear them.
+    Lines,
+}
+
+/// Choices that make a body in space into a system.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceModel {
+    /// The law of the tissue.
+    pub law: MooneyRivlin,
+    /// What the muscles are made of.
+    pub muscles: MusclesAs,
+    /// By how much full activation stiffens the tissue of a muscle, as a multiple of its passive stiffness; 0
+    /// not at all. ArtiSynth: 9.
+    pub stiffening: f64,
+    /// By what the constants of each element are multiplied (a scar); empty where all are as the law says.
+    pub factors: Vec<f64>,
+}
+
+impl Default for SpaceModel {
+    fn default() -> Self {
+        Self {
+            law: MooneyRivlin::TONGUE,
+            muscles: MusclesAs::default(),
+            stiffening: 0.0,
+            factors: Vec::new(),
+        }
+    }
+}
+
+/// Length below which a strand is held open, counted in its own full force: a barrier that acts below a tenth
+/// of the length at rest.
+const BAR: f64 = 0.1;
+/// Stiffness of the springs that hold nodes in the plane that halves a body, N/m: the forces there move them
+/// by less than 1e-8 m.
+const MIRROR: f64 = 1e7;
+/// Time in which a muscle follows its activation, s.
+const CONTRACTION_TIME_S: f64 = 0.015;
+
+impl System<3> {
+    /// The system of a body in space in which every muscle can contract; its tensions are activations from 0
+    /// to 1.
+    ///
+    /// # Errors
+    /// [`SystemError::Space`] and [`SystemError::Law`] for a faulty body or law, [`SystemError::Loose`] for
+    /// parts without bone.
+    pub fn in_space(body: &SpaceBody, model: &SpaceModel) -> Result<Self, SystemError> {
+        Self::in_space_with(body, model, Additions::default())
+    }
+
+    /// The same of one half of a symmetric body, held in the plane that halves it.
+    ///
+    /// # Errors
+    /// As [`System::in_space`].
+    pub fn of_half(half: &Half, model: &SpaceModel) -> Result<Self, SystemError> {
+        let mirror = Mirror::new(1, MIRROR, &half.plane, &half.body.mesh.nodes);
+        let effects: Vec<Box<dyn Effect<3>>> = vec![Box::new(mirror)];
+        Self::in_space_with(&half.body, model, Additions { effects, ..Additions::default() })
+    }
+
+    /// The same, with what a scene adds.
+    ///
+    /// # Errors
+    /// As [`System::in_space`].
+    pub fn in_space_with(
+        body: &SpaceBody,
+        model: &SpaceModel,
+        additions: Additions<3>,
+    ) -> Result<Self, SystemError> {
+        body.check()?;
+        body.mesh.check_size()?;
+        let law = model.law;
+        if !law.is_sound() {
+            return Err(SystemError::Law { c10: law.c10, c20: law.c20, bulk: law.bulk });
+        }
+        let mesh = &body.mesh;
+        let Some(mut tissue) = Hexahedra::new(law, &mesh.hexahedra, &mesh.nodes) else {
+            return Err(SystemError::Law { c10: law.c10, c20: law.c20, bulk: law.bulk });
+        };
+        if !model.factors.is_empty() {
+            tissue = tissue.with_factors(&model.factors);
+        }
+        if model.stiffening > 0.0 {
+            let mut muscles = vec![Vec::new(); mesh.hexahedra.len()];
+            for (number, muscle) in body.muscles.iter().enumerate() {
+                muscle.region.iter().for_each(|&e| muscles[e].push(number));
+            }
+            tissue = tissue.with_stiffening(Stiffening { gain: model.stiffening, muscles });
+        }
+        let mut effects: Vec<Box<dyn Effect<3>>> = vec![Box::new(tissue)];
+        for (number, muscle) in body.muscles.iter().enumerate() {
+            let strands = match model.muscles {
+                MusclesAs::Lines => lines(&muscle.segments.iter().collect::<Vec<_>>()),
+                MusclesAs::Stress => stresses(body, number, muscle),
+            };
+            effects.push(Box::new(Fibres::new(number, &strands, &mesh.nodes, CONTRACTION_TIME_S, BAR)));
+        }
+        effects.extend(additions.effects);
+        let contracting: Vec<usize> = (0..body.muscles.len()).collect();
+        let coefficients = carried_along(body, law)?;
+        let tissue = TissueModel::Hexahedra;
+        Self::assemble(mesh, tissue, coefficients, effects, &additions.carried, Vec::new(), &contracting)
+    }
+}
+
+/// Segments that pull from node to node.
+fn lines(segments: &[&crate::body::space::Segment]) -> Vec<Strand> {
+    let strand = |s: &&crate::body::space::Segment| Strand {
+        nodes: s.nodes.to_vec(),
+        coefficients: vec![-1.0, 1.0],
+        weight: s.force_n,
+    };
+    segments.iter().map(strand).collect()
+}
+
+/// Stress along the fibres at the points of a muscle's elements, and its lines outside the tissue.
+fn stresses(body: &SpaceBody, number: usize, muscle: &SpaceMuscle) -> Vec<Strand> {
+    let outside: Vec<_> = muscle.segments.iter().filter(|s| s.outside).collect();
+    let mut strands = lines(&outside);
+    for &element in &muscle.region {
+        let nodes = &body.mesh.hexahedra[element];
+        let x = hexahedron::corners(&body.mesh.nodes, nodes);
+        for (direction, at) in body.directions(number, element).into_iter().zip(hexahedron::points()) {
+            let Some((direction, (gradients, share))) = direction.zip(hexahedron::gradients(&x, at)) else {
+                continue;
+            };
+            strands.push(Strand {
+                nodes: nodes.to_vec(),
+                coefficients: gradients.iter().map(|g| g.dot(&direction)).collect(),
+                weight: muscle.stress_pa * share,
+            });
+        }
+    }
+    strands
+}
+
+/// Coefficients of springs that would stand for the tissue; only what moves in time takes the mass of a node
+/// from them.
+fn carried_along(body: &SpaceBody, law: MooneyRivlin) -> Result<Coefficients, SystemError> {
+    let mesh = &body.mesh;
+    let poisson_ratio = law.poisson_ratio();
+    let young_modulus = 4.0 * law.c10 * (1.0 + poisson_ratio);
+    let constants = Constants { young_modulus, poisson_ratio, ..Constants::TONGUE };
+    let total: f64 = mesh.connections.iter().map(|&c| mesh.distance(c)).sum();
+    let side = total / mesh.connections.len().max(1) as f64;
+    let nodes = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
+    let volume = body.volumes().iter().sum();
+    let (preset, spread) = (Preset::Consistent, Spread::PerConnection);
+    Ok(Coefficients::new::<3>(&constants, preset, spread, side, volume, nodes)?)
+}

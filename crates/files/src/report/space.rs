@@ -1,0 +1,211 @@
+//! What an equilibrium of a body in space says of itself: a record for JSON, and a file for ParaView.
+
+use std::io::{self, Write};
+
+use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
+use tongue_core::body::SpaceBody;
+use tongue_core::geometry::hexahedron;
+use tongue_core::statics::{self, Solution};
+use tongue_core::system::System;
+
+use super::by_muscle::{by, mm};
+use super::export::{Export, Provenance};
+use super::record::{AlarmRecord, BranchRecord};
+use super::vtu::{array, begin};
+use tongue_input::measured::ByMuscle;
+
+/// One equilibrium in space: `tongue-fit simulate --body FOLDER --json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SpaceRecord {
+    /// What the body is.
+    pub body: String,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Number of hexahedra.
+    pub hexahedra: usize,
+    /// Number of unknown coordinates that were solved for.
+    pub unknowns: usize,
+    /// Whether one half stood for the whole, because nothing differs between the sides.
+    pub half: bool,
+    /// How the solve ended.
+    pub status: statics::Status,
+    /// Activations, 0 to 1.
+    pub activations: ByMuscle<f64>,
+    /// Lengths of one fibre of each muscle, mm.
+    pub lengths_mm: ByMuscle<f64>,
+    /// The same to those at rest.
+    pub stretches: ByMuscle<f64>,
+    /// Positions of all nodes, m.
+    pub positions_m: Vec<[f64; 3]>,
+    /// Displacement of the foremost node in the midsagittal plane, mm: back, right, up.
+    pub foremost_moved_mm: [f64; 3],
+    /// Root mean square displacement of all nodes, mm.
+    pub rms_displacement_mm: f64,
+    /// Smallest ratio of an element's volume to that at rest.
+    pub min_volume_ratio: f64,
+    /// Largest such ratio.
+    pub max_volume_ratio: f64,
+    /// Largest residual force on a free node, N.
+    pub max_residual_force_n: f64,
+    /// What is known of the eigenvalues of the stiffness.
+    pub stability: statics::Stability,
+    /// What is known of the way from rest.
+    pub connection: statics::Connection,
+    /// Fibres so short that the barrier acts in them.
+    pub guarded: usize,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Factorisations of the stiffness.
+    pub factorisations: usize,
+    /// The branch of equilibria from rest, where it was followed.
+    pub branch: Option<BranchRecord>,
+    /// What speaks against the answer.
+    pub alarms: Vec<AlarmRecord>,
+    /// Time of the solve, s.
+    pub wall_s: f64,
+}
+
+impl SpaceRecord {
+    /// Collects what a solve of a system found about a body: activations of all muscles and positions of all
+    /// nodes, m.
+    pub fn new(
+        body: &SpaceBody,
+        (system, solution): (&System<3>, &Solution),
+        activations: &[f64],
+        positions: &[Vector3<f64>],
+        wall_s: f64,
+    ) -> Self {
+        let mesh = &body.mesh;
+        let names = mesh.muscle_names();
+        let length = |x: &[Vector3<f64>], [a, b]: [usize; 2]| (x[b] - x[a]).norm();
+        let lengths: Vec<f64> = mesh.muscles.iter().map(|m| length(positions, m.ends())).collect();
+        let rest: Vec<f64> = mesh.muscles.iter().map(|m| length(&mesh.nodes, m.ends())).collect();
+        let stretches: Vec<f64> = lengths.iter().zip(&rest).map(|(l, r)| l / r).collect();
+        let volume = |x: &[Vector3<f64>], c| hexahedron::volume(&hexahedron::corners(x, c));
+        let ratios = mesh.hexahedra.iter().map(|c| volume(positions, c) / volume(&mesh.nodes, c));
+        let (least, most) = ratios.fold((f64::INFINITY, 0.0), |(l, m): (f64, f64), r| (l.min(r), m.max(r)));
+        let moved = |n: usize| (positions[n] - mesh.nodes[n]) * 1e3;
+        let near = 1e-6 * mesh.extent();
+        let in_plane = (0..mesh.nodes.len()).filter(|&n| mesh.nodes[n].y.abs() <= near);
+        let foremost = in_plane.min_by(|&a, &b| mesh.nodes[a].x.total_cmp(&mesh.nodes[b].x));
+        let squares: f64 = (0..mesh.nodes.len()).map(|n| moved(n).norm_squared()).sum();
+        Self {
+            body: body.what.clone(),
+            nodes: mesh.nodes.len(),
+            hexahedra: mesh.hexahedra.len(),
+            unknowns: 3 * system.pattern().unknowns(),
+            half: system.rest().len() < mesh.nodes.len(),
+            status: solution.status,
+            activations: by(&names, activations),
+            lengths_mm: mm(&names, &lengths),
+            stretches: by(&names, &stretches),
+            positions_m: positions.iter().map(|p| [p.x, p.y, p.z]).collect(),
+            foremost_moved_mm: foremost.map_or([0.0; 3], |n| moved(n).into()),
+            rms_displacement_mm: (squares / mesh.nodes.len().max(1) as f64).sqrt(),
+            min_volume_ratio: least,
+            max_volume_ratio: most,
+            max_residual_force_n: solution.max_residual_force,
+            stability: solution.stability,
+            connection: solution.connection,
+            guarded: solution.guarded,
+            iterations: solution.iterations,
+            factorisations: solution.factorisations,
+            branch: None,
+            alarms: Vec::new(),
+            wall_s,
+        }
+    }
+}
+
+/// One shape of a body in space as a VTU file. Points lie at the given positions (m) and carry
+/// `displacement_m`. Each hexahedron carries `volume_ratio` (to that at rest), `muscle` (the most active one
+/// that runs through it, by number; -1 where none does), its `activation`, and of its fibres in the middle
+/// the direction `fibre`, as they lie now, and their `stretch`.
+#[derive(Debug, Clone, Copy)]
+pub struct SpaceVtu<'a> {
+    /// The body.
+    pub body: &'a SpaceBody,
+    /// Positions of all nodes, m.
+    pub positions: &'a [Vector3<f64>],
+    /// Activations of all muscles.
+    pub activations: &'a [f64],
+}
+
+/// VTK's number for a hexahedron.
+const HEXAHEDRON: &str = "12";
+
+/// The fibres of the most active muscle in an element.
+struct Fibre {
+    muscle: usize,
+    direction: Vector3<f64>,
+    stretch: f64,
+}
+
+impl SpaceVtu<'_> {
+    /// The most active muscle of each element, if one runs through it; of several that are as active the
+    /// first.
+    fn muscles(&self) -> Vec<Option<usize>> {
+        let mut of: Vec<Option<usize>> = vec![None; self.body.mesh.hexahedra.len()];
+        for (number, muscle) in self.body.muscles.iter().enumerate() {
+            for &element in &muscle.region {
+                let before = of[element].map_or(f64::NEG_INFINITY, |m| self.activations[m]);
+                if self.activations[number] > before {
+                    of[element] = Some(number);
+                }
+            }
+        }
+        of
+    }
+
+    fn fibre(&self, element: usize, muscle: usize) -> Option<Fibre> {
+        let mesh = &self.body.mesh;
+        let x = hexahedron::corners(&mesh.nodes, &mesh.hexahedra[element]);
+        let now = hexahedron::corners(self.positions, &mesh.hexahedra[element]);
+        let (gradients, _) = hexahedron::gradients(&x, [0.0; 3])?;
+        let parts = now.iter().zip(gradients).map(|(x, g)| x * g.transpose());
+        let f = parts.fold(Matrix3::zeros(), |sum, part| sum + part);
+        let mean: Vector3<f64> = self.body.directions(muscle, element).into_iter().flatten().sum();
+        let along = f * mean.try_normalize(0.0)?;
+        Some(Fibre { muscle, direction: along.try_normalize(0.0)?, stretch: along.norm() })
+    }
+}
+
+impl Export for SpaceVtu<'_> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let mesh = &self.body.mesh;
+        let cells = &mesh.hexahedra;
+        let point = |p: &Vector3<f64>| format!("{} {} {}", p.x, p.y, p.z);
+        let muscles = self.muscles();
+        let fibres: Vec<Option<Fibre>> =
+            muscles.iter().enumerate().map(|(e, m)| m.and_then(|m| self.fibre(e, m))).collect();
+        let volume = |x: &[Vector3<f64>], c| hexahedron::volume(&hexahedron::corners(x, c));
+        begin(out, "UnstructuredGrid", by)?;
+        let (nodes, count) = (mesh.nodes.len(), cells.len());
+        writeln!(
+            out,
+            "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">\n<Points>"
+        )?;
+        array(out, "position", "Float64", 3, self.positions.iter().map(point))?;
+        out.write_all(b"</Points>\n<Cells>\n")?;
+        let join = |c: &[usize; 8]| c.map(|n| n.to_string()).join(" ");
+        array(out, "connectivity", "Int64", 1, cells.iter().map(join))?;
+        array(out, "offsets", "Int64", 1, (1..=count).map(|i| (8 * i).to_string()))?;
+        array(out, "types", "UInt8", 1, cells.iter().map(|_| HEXAHEDRON.to_owned()))?;
+        out.write_all(b"</Cells>\n<PointData Vectors=\"displacement_m\">\n")?;
+        let moved = self.positions.iter().zip(&mesh.nodes).map(|(x, rest)| point(&(x - rest)));
+        array(out, "displacement_m", "Float64", 3, moved)?;
+        out.write_all(b"</PointData>\n<CellData Scalars=\"volume_ratio\">\n")?;
+        let ratios = cells.iter().map(|c| (volume(self.positions, c) / volume(&mesh.nodes, c)).to_string());
+        array(out, "volume_ratio", "Float64", 1, ratios)?;
+        let of = |f: &Option<Fibre>| f.as_ref().map_or(0.0, |f| self.activations[f.muscle]).to_string();
+        array(out, "activation", "Float64", 1, fibres.iter().map(of))?;
+        let stretch = |f: &Option<Fibre>| f.as_ref().map_or(1.0, |f| f.stretch).to_string();
+        array(out, "stretch", "Float64", 1, fibres.iter().map(stretch))?;
+        let direction = |f: &Option<Fibre>| point(&f.as_ref().map_or_else(Vector3::zeros, |f| f.direction));
+        array(out, "fibre", "Float64", 3, fibres.iter().map(direction))?;
+        let number = |m: &Option<usize>| m.map_or_else(|| "-1".to_owned(), |m| m.to_string());
+        array(out, "muscle", "Int64", 1, muscles.iter().map(number))?;
+        out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
+    }
+}

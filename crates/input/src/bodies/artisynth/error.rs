@@ -1,0 +1,55 @@
+//! Why files of ArtiSynth are refused, where, and what to do.
+
+use super::Text;
+use tongue_core::body::SpaceFault;
+
+/// A file that cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{file}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
+pub struct ArtiSynthError {
+    /// Its path.
+    pub file: String,
+    /// The line, from 1, where one is to blame.
+    pub line: Option<usize>,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+/// What is wrong.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say it")]
+pub enum Problem {
+    #[error(
+        "cannot be read: {why}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, MuscleMaxForce.txt, jawAttachments.txt, hyoidAttachments.txt)"
+    )]
+    Unreadable { why: String },
+    #[error("holds no file that ends in .{ending}; a body of ArtiSynth has one")]
+    NoFile { ending: String },
+    #[error("holds several files that end in .{ending}; keep the one that is meant")]
+    Several { ending: String },
+    #[error("\"{found}\" stands where {what} was expected")]
+    Expected { what: &'static str, found: String },
+    #[error("node {id} does not exist")]
+    NoSuchNode { id: u64 },
+    #[error("element {id} does not exist")]
+    NoSuchElement { id: u64 },
+    #[error("{what} {id} comes twice")]
+    Twice { what: &'static str, id: u64 },
+    #[error("there is nothing in it that could be read as {what}")]
+    Nothing { what: &'static str },
+    #[error("muscle {muscle} has no elements: no CM,{muscle},ELEM follows")]
+    NoRegion { muscle: String },
+    #[error("muscle {muscle} has no fibres in Fibers.mac")]
+    NoFibres { muscle: String },
+    #[error("muscle {muscle} has no strength in MuscleMaxForce.txt")]
+    NoStrength { muscle: String },
+    #[error("fibre {fibre} of muscle number {muscle} has no node number {missing}")]
+    Gap { muscle: usize, fibre: usize, missing: usize },
+    #[error("is no body: {fault}")]
+    Faulty { fault: SpaceFault },
+}
+
+/// The error that a file is wrong in a line.
+pub(super) fn fail(text: &Text, line: Option<usize>, problem: Problem) -> ArtiSynthError {
+    ArtiSynthError { file: text.file.clone(), line, problem }
+}

@@ -1,0 +1,251 @@
+//! The tongue of ArtiSynth as its users have it: a folder of its files, which are read and never shipped.
+//!
+//! | file | what is read |
+//! |---|---|
+//! | `*.node` | `id x y z`, m, ids from 1 |
+//! | `*.elem` | eight ids of nodes for each hexahedron (ANSYS's order), five numbers, and its id |
+//! | `CreateMuscles.mac` | `muscleName(i)='GGP_L'`; `ESEL,S` or `A`, `ELEM,,from[,to[,step]]` up to `CM,NAME,ELEM` |
+//! | `Fibers.mac` | `FIBER(node,fibre,muscle)=id` |
+//! | `MuscleMaxForce.txt` | `NAME newtons` of both sides together |
+//! | `jawAttachments.txt`, `hyoidAttachments.txt` | nodes on bone, counted from 0 |
+//!
+//! After Buchaillard, Perrier and Payan (2009) and Stavness, Lloyd, Payan and Fels (2011). A segment of a
+//! fibre gets the strength of its muscle times the volume of the bundle's elements that hold both of its
+//! nodes (where none does, the mean volume of those that hold its first) over the sum of the largest such
+//! volumes of all fibres.
+
+mod error;
+mod tables;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use tongue_core::body::space::{Segment, Side};
+use tongue_core::body::{Bone, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, SpaceMuscle};
+
+use error::fail;
+use tables::{Table, elements, fibres, nodes, numbers, regions, strengths};
+
+pub use error::{ArtiSynthError, Problem};
+pub use tables::Probe;
+
+/// The styloid processes, which ArtiSynth's program places and its mesh does not have: ids in `Fibers.mac`
+/// and places, m.
+const STYLOID: [(u64, [f64; 3]); 2] = [(4042, [0.14984, 0.03589, 0.125]), (4037, [0.14984, -0.0358, 0.125])];
+
+/// What the bone is called that the styloglossus comes from.
+const STYLOID_NAME: &str = "styloid_process";
+
+/// The texts of the files, each with its path.
+#[derive(Debug, Clone, Default)]
+pub struct Files {
+    /// `*.node`.
+    pub nodes: Text,
+    /// `*.elem`.
+    pub elements: Text,
+    /// `CreateMuscles.mac`.
+    pub muscles: Text,
+    /// `Fibers.mac`.
+    pub fibres: Text,
+    /// `MuscleMaxForce.txt`.
+    pub strengths: Text,
+    /// `jawAttachments.txt`.
+    pub jaw: Text,
+    /// `hyoidAttachments.txt`.
+    pub hyoid: Text,
+}
+
+/// The text of a file.
+#[derive(Debug, Clone, Default)]
+pub struct Text {
+    /// What messages call it.
+    pub file: String,
+    /// What it says; bytes that are no UTF-8 stand in comments only.
+    pub text: String,
+}
+
+/// Whether a folder holds such files: one whose name ends in `.node` and one in `.elem`.
+pub fn is_folder(path: &Path) -> bool {
+    find(path, "node").is_ok() && find(path, "elem").is_ok()
+}
+
+/// Reads a folder.
+///
+/// # Errors
+/// [`ArtiSynthError`]: a file that is missing or wrong, with its line.
+pub fn read(folder: &Path) -> Result<SpaceBody, ArtiSynthError> {
+    let named = |name: &str| text(&folder.join(name));
+    let files = Files {
+        nodes: text(&folder.join(find(folder, "node")?))?,
+        elements: text(&folder.join(find(folder, "elem")?))?,
+        muscles: named("CreateMuscles.mac")?,
+        fibres: named("Fibers.mac")?,
+        strengths: named("MuscleMaxForce.txt")?,
+        jaw: named("jawAttachments.txt")?,
+        hyoid: named("hyoidAttachments.txt")?,
+    };
+    body(&files, &folder.display().to_string())
+}
+
+/// Reads a probe of ArtiSynth: excitations or positions over time.
+///
+/// # Errors
+/// [`ArtiSynthError`]: a file that cannot be read or is wrong, with its line.
+pub fn read_probe(path: &Path) -> Result<Probe, ArtiSynthError> {
+    tables::probe(&text(path)?)
+}
+
+/// The name of the only file in a folder that ends so.
+fn find(folder: &Path, ending: &str) -> Result<String, ArtiSynthError> {
+    let name = folder.display().to_string();
+    let whole = |problem| ArtiSynthError { file: name.clone(), line: None, problem };
+    let entries = std::fs::read_dir(folder).map_err(|e| whole(Problem::Unreadable { why: e.to_string() }))?;
+    let mut found: Vec<String> = entries
+        .filter_map(|e| e.ok()?.file_name().into_string().ok())
+        .filter(|n| Path::new(n).extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)))
+        .collect();
+    match (found.pop(), found.is_empty()) {
+        (Some(one), true) => Ok(one),
+        (None, _) => Err(whole(Problem::NoFile { ending: ending.to_owned() })),
+        (Some(_), false) => Err(whole(Problem::Several { ending: ending.to_owned() })),
+    }
+}
+
+fn text(path: &Path) -> Result<Text, ArtiSynthError> {
+    let file = path.display().to_string();
+    match crate::files::read(path) {
+        // Comments are in Latin-1.
+        Ok(bytes) => Ok(Text { file, text: String::from_utf8_lossy(&bytes).into_owned() }),
+        Err(e) => {
+            Err(ArtiSynthError { file, line: None, problem: Problem::Unreadable { why: e.to_string() } })
+        }
+    }
+}
+
+/// The body of these files; `origin` is what it is called.
+///
+/// # Errors
+/// [`ArtiSynthError`], with file and line.
+pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, ArtiSynthError> {
+    let Table { of: places, numbers: ids } = nodes(&files.nodes)?;
+    let mut mesh = Mesh { nodes: places, ..Mesh::default() };
+    let in_tissue = mesh.nodes.len();
+    let (hexahedra, element_ids) = elements(&files.elements, &ids)?;
+    mesh.hexahedra = hexahedra;
+    let mut bones = vec![
+        Bone { name: MANDIBLE.to_owned(), nodes: numbers(&files.jaw, in_tissue)? },
+        Bone { name: HYOID.to_owned(), nodes: numbers(&files.hyoid, in_tissue)? },
+    ];
+    let mut fixed: BTreeSet<usize> = bones.iter().flat_map(|b| b.nodes.iter().copied()).collect();
+    let regions = regions(&files.muscles, &element_ids)?;
+    let mut ids = ids;
+    let mut styloid = Vec::new();
+    for (id, place) in STYLOID.into_iter().filter(|(id, _)| files.fibres.text.contains(&format!("={id}"))) {
+        ids.entry(id).or_insert_with(|| {
+            mesh.nodes.push(Vector3::from(place));
+            styloid.push(mesh.nodes.len() - 1);
+            mesh.nodes.len() - 1
+        });
+    }
+    fixed.extend(&styloid);
+    if !styloid.is_empty() {
+        bones.push(Bone { name: STYLOID_NAME.to_owned(), nodes: styloid });
+    }
+    let fibres = fibres(&files.fibres, &ids)?;
+    let strengths = strengths(&files.strengths)?;
+    let mut body = SpaceBody { what: format!("the tongue of {origin}"), ..SpaceBody::default() };
+    body.mesh = mesh;
+    body.bones = bones;
+    body.mesh.fixed = fixed.into_iter().collect();
+    let volumes = body.volumes();
+    for (number, (name, line)) in &regions.names {
+        let wrong = |problem| fail(&files.muscles, Some(*line), problem);
+        let (group, side) = match name.rsplit_once('_') {
+            Some((group, "L")) => (group, Side::Left),
+            Some((group, "R")) => (group, Side::Right),
+            _ => (name.as_str(), Side::Middle),
+        };
+        let region = regions.of.get(name).ok_or_else(|| wrong(Problem::NoRegion { muscle: name.clone() }))?;
+        let chains = fibres.get(number).ok_or_else(|| wrong(Problem::NoFibres { muscle: name.clone() }))?;
+        let strength =
+            strengths.get(group).ok_or_else(|| wrong(Problem::NoStrength { muscle: group.to_owned() }))?;
+        let strength_n = if side == Side::Middle { *strength } else { 0.5 * strength };
+        let muscle = Laid { body: &body, volumes: &volumes, in_tissue, region, strength_n };
+        let (segments, stress_pa) = muscle.segments(chains.values());
+        let longest = chains.values().max_by_key(|chain| chain.len()).cloned().unwrap_or_default();
+        body.mesh.muscles.push(MuscleChain { name: name.clone(), nodes: longest });
+        let (name, group) = (name.clone(), group.to_owned());
+        let region = region.clone();
+        body.muscles.push(SpaceMuscle {
+            name,
+            group,
+            side,
+            segments,
+            region,
+            stress_pa,
+            directions: Vec::new(),
+        });
+    }
+    body.mesh.connect();
+    body.check().map_err(|fault| fail(&files.elements, None, Problem::Faulty { fault }))?;
+    Ok(body)
+}
+
+/// A muscle that is laid into the mesh.
+struct Laid<'a> {
+    body: &'a SpaceBody,
+    volumes: &'a [f64],
+    /// How many nodes are of the tissue; those after them are of bone.
+    in_tissue: usize,
+    region: &'a [usize],
+    strength_n: f64,
+}
+
+impl Laid<'_> {
+    /// The volume of the elements of the region that hold both nodes, m³.
+    fn volume_around(&self, [a, b]: [usize; 2]) -> f64 {
+        let hexahedra = &self.body.mesh.hexahedra;
+        let holds = |e: &&usize| hexahedra[**e].contains(&a) && hexahedra[**e].contains(&b);
+        self.region.iter().filter(holds).map(|&e| self.volumes[e]).sum()
+    }
+
+    /// The mean volume of the region's elements that hold the first of two nodes, else the second, m³.
+    fn mean_at(&self, nodes: [usize; 2]) -> Option<f64> {
+        let hexahedra = &self.body.mesh.hexahedra;
+        nodes.into_iter().find_map(|n| {
+            let of: Vec<f64> = self
+                .region
+                .iter()
+                .filter(|&&e| hexahedra[e].contains(&n))
+                .map(|&e| self.volumes[e])
+                .collect();
+            (!of.is_empty()).then(|| of.iter().sum::<f64>() / of.len() as f64)
+        })
+    }
+
+    /// The segments of fibres with their forces, N, and the stress that does the same work, Pa.
+    fn segments<'f>(&self, fibres: impl Iterator<Item = &'f Vec<usize>>) -> (Vec<Segment>, f64) {
+        let mut segments = Vec::new();
+        let mut whole = 0.0;
+        for chain in fibres {
+            let steps: Vec<[usize; 2]> = chain.windows(2).map(|w| [w[0], w[1]]).collect();
+            let around: Vec<f64> = steps.iter().map(|&s| self.volume_around(s)).collect();
+            let largest = around.iter().copied().fold(0.0, f64::max);
+            whole += largest;
+            for (nodes, around) in steps.into_iter().zip(around) {
+                let outside = nodes.iter().any(|&n| n >= self.in_tissue);
+                let volume = if around > 0.0 { around } else { self.mean_at(nodes).unwrap_or(largest) };
+                segments.push(Segment { nodes, force_n: volume, outside });
+            }
+        }
+        segments.iter_mut().for_each(|s| s.force_n *= self.strength_n / whole);
+        let work: f64 = segments.iter().map(|s| s.force_n * self.body.mesh.distance(s.nodes)).sum();
+        let volume: f64 = self.region.iter().map(|&e| self.volumes[e]).sum();
+        (segments, work / volume)
+    }
+}
+
+/// Fibres of every muscle by number: chains of nodes.
+type Fibres = BTreeMap<usize, BTreeMap<usize, Vec<usize>>>;

@@ -1,0 +1,250 @@
+//! The files, one by one.
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use nalgebra::Vector3;
+
+use super::error::{ArtiSynthError, Problem, fail};
+use super::{Fibres, Text};
+
+/// Things with the ids that the files give them.
+pub(super) struct Table<T> {
+    pub of: Vec<T>,
+    /// Place in the list of each id.
+    pub numbers: BTreeMap<u64, usize>,
+}
+
+/// The regions of the muscles, and the muscles by number with the line of their name.
+#[derive(Default)]
+pub(super) struct Regions {
+    pub names: BTreeMap<usize, (String, usize)>,
+    pub of: BTreeMap<String, Vec<usize>>,
+}
+
+/// A recording of ArtiSynth: numbers over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    /// Times, s, and what was recorded then.
+    pub rows: Vec<(f64, Vec<f64>)>,
+}
+
+/// Lines that are not empty and no comments, from 1.
+fn lines(text: &Text) -> impl Iterator<Item = (usize, &str)> {
+    let whole = text.text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
+    whole.filter(|(_, line)| !line.is_empty() && !line.starts_with('!') && !line.starts_with('#'))
+}
+
+fn number<T: FromStr>(
+    text: &Text,
+    line: usize,
+    word: Option<&str>,
+    what: &'static str,
+) -> Result<T, ArtiSynthError> {
+    let found = word.unwrap_or("nothing").trim();
+    let wrong = || fail(text, Some(line), Problem::Expected { what, found: found.to_owned() });
+    found.parse().map_err(|_| wrong())
+}
+
+fn finite(text: &Text, line: usize, word: Option<&str>, what: &'static str) -> Result<f64, ArtiSynthError> {
+    let value: f64 = number(text, line, word, what)?;
+    let wrong = || fail(text, Some(line), Problem::Expected { what, found: value.to_string() });
+    value.is_finite().then_some(value).ok_or_else(wrong)
+}
+
+pub(super) fn nodes(text: &Text) -> Result<Table<Vector3<f64>>, ArtiSynthError> {
+    let mut table = Table { of: Vec::new(), numbers: BTreeMap::new() };
+    for (line, row) in lines(text) {
+        let mut words = row.split_whitespace();
+        let id: u64 = number(text, line, words.next(), "the id of a node")?;
+        let mut coordinate = || finite(text, line, words.next(), "a coordinate");
+        table.of.push(Vector3::new(coordinate()?, coordinate()?, coordinate()?));
+        if table.numbers.insert(id, table.of.len() - 1).is_some() {
+            return Err(fail(text, Some(line), Problem::Twice { what: "node", id }));
+        }
+    }
+    match table.of.is_empty() {
+        true => Err(fail(text, None, Problem::Nothing { what: "nodes" })),
+        false => Ok(table),
+    }
+}
+
+/// The hexahedra, and the place of each id.
+#[allow(clippy::type_complexity, reason = "a list and its index")]
+pub(super) fn elements(
+    text: &Text,
+    nodes: &BTreeMap<u64, usize>,
+) -> Result<(Vec<[usize; 8]>, BTreeMap<u64, usize>), ArtiSynthError> {
+    let (mut hexahedra, mut ids) = (Vec::new(), BTreeMap::new());
+    for (line, row) in lines(text) {
+        let mut words = row.split_whitespace();
+        let mut corners = [0; 8];
+        for corner in &mut corners {
+            let id: u64 = number(text, line, words.next(), "the id of a node")?;
+            *corner = *nodes.get(&id).ok_or_else(|| fail(text, Some(line), Problem::NoSuchNode { id }))?;
+        }
+        let id: u64 = number(text, line, words.last(), "the id of the element")?;
+        hexahedra.push(corners);
+        if ids.insert(id, hexahedra.len() - 1).is_some() {
+            return Err(fail(text, Some(line), Problem::Twice { what: "element", id }));
+        }
+    }
+    match hexahedra.is_empty() {
+        true => Err(fail(text, None, Problem::Nothing { what: "hexahedra" })),
+        false => Ok((hexahedra, ids)),
+    }
+}
+
+/// Numbers of nodes, counted from 0, of which there are `count`.
+pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, ArtiSynthError> {
+    let mut all = Vec::new();
+    for (line, row) in lines(text) {
+        for word in row.split_whitespace() {
+            let node: usize = number(text, line, Some(word), "the number of a node, from 0")?;
+            if node >= count {
+                return Err(fail(text, Some(line), Problem::NoSuchNode { id: node as u64 }));
+            }
+            all.push(node);
+        }
+    }
+    all.sort_unstable();
+    all.dedup();
+    Ok(all)
+}
+
+/// What follows a word at the beginning of a line, whatever its case, up to a comment.
+fn after<'a>(line: &'a str, word: &str) -> Option<&'a str> {
+    let head = line.get(..word.len()).filter(|head| head.eq_ignore_ascii_case(word))?;
+    Some(line[head.len()..].split('!').next().unwrap_or_default().trim())
+}
+
+pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Regions, ArtiSynthError> {
+    let mut regions = Regions::default();
+    let mut selected = Vec::new();
+    for (line, row) in lines(text) {
+        let expected =
+            |what, found: &str| fail(text, Some(line), Problem::Expected { what, found: found.to_owned() });
+        if let Some(rest) = after(row, "muscleName(") {
+            let what = "a muscle like muscleName(1) = 'GGP_L'";
+            let (number, name) = rest.split_once(')').ok_or_else(|| expected(what, row))?;
+            let number: usize = self::number(text, line, Some(number), "the number of a muscle")?;
+            let name = name.split('\'').nth(1).ok_or_else(|| expected(what, row))?.trim();
+            if regions.names.insert(number, (name.to_owned(), line)).is_some() {
+                return Err(fail(text, Some(line), Problem::Twice { what: "muscle", id: number as u64 }));
+            }
+        } else if let Some(rest) = after(row, "ESEL,") {
+            let words: Vec<&str> = rest.split(',').map(str::trim).collect();
+            match words.first() {
+                Some(w) if w.eq_ignore_ascii_case("S") => selected.clear(),
+                Some(w) if w.eq_ignore_ascii_case("A") => {}
+                _ => continue,
+            }
+            if !words.get(1).is_some_and(|w| w.eq_ignore_ascii_case("ELEM")) {
+                return Err(expected("ELEM", row));
+            }
+            let from: u64 = number(text, line, words.get(3).copied(), "the id of an element")?;
+            let given = |at: usize| words.get(at).copied().filter(|w| !w.is_empty());
+            let optional = |at: usize, or: u64| match given(at) {
+                None => Ok(or),
+                word => number(text, line, word, "the id of an element, or a step"),
+            };
+            let (to, step) = (optional(4, from)?, optional(5, 1)?);
+            if step == 0 || to < from || to - from > elements.len() as u64 * step {
+                return Err(expected("from,to,step in ascending order", rest));
+            }
+            for id in (from..=to).step_by(step as usize) {
+                let found = elements.get(&id);
+                selected.push(*found.ok_or_else(|| fail(text, Some(line), Problem::NoSuchElement { id }))?);
+            }
+        } else if let Some(rest) = after(row, "CM,") {
+            let name = rest.split(',').next().unwrap_or_default().trim();
+            let mut region = selected.clone();
+            region.sort_unstable();
+            region.dedup();
+            regions.of.insert(name.to_owned(), region);
+        }
+    }
+    match regions.names.is_empty() {
+        true => Err(fail(text, None, Problem::Nothing { what: "muscles" })),
+        false => Ok(regions),
+    }
+}
+
+pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres, ArtiSynthError> {
+    let mut places: BTreeMap<usize, BTreeMap<usize, BTreeMap<usize, usize>>> = BTreeMap::new();
+    for (line, row) in lines(text) {
+        let Some(rest) = after(row, "FIBER(") else { continue };
+        let wrong = || {
+            let (what, found) = ("a node of a fibre like FIBER(1,2,3)=398", row.to_owned());
+            fail(text, Some(line), Problem::Expected { what, found })
+        };
+        let (inside, id) = rest.split_once(')').ok_or_else(wrong)?;
+        let id = id.trim().strip_prefix('=').ok_or_else(wrong)?;
+        let mut three = inside.split(',');
+        let mut next = |what| number::<usize>(text, line, three.next(), what);
+        let (node, fibre, muscle) =
+            (next("the number of a node")?, next("the number of a fibre")?, next("the number of a muscle")?);
+        let id: u64 = number(text, line, Some(id), "the id of a node")?;
+        let at = *nodes.get(&id).ok_or_else(|| fail(text, Some(line), Problem::NoSuchNode { id }))?;
+        places.entry(muscle).or_default().entry(fibre).or_default().insert(node, at);
+    }
+    if places.is_empty() {
+        return Err(fail(text, None, Problem::Nothing { what: "fibres" }));
+    }
+    let mut all = Fibres::new();
+    for (muscle, fibres) in places {
+        for (fibre, chain) in fibres {
+            if let Some(missing) = (1..=chain.len().max(2)).find(|i| !chain.contains_key(i)) {
+                return Err(fail(text, None, Problem::Gap { muscle, fibre, missing }));
+            }
+            all.entry(muscle).or_default().insert(fibre, chain.into_values().collect());
+        }
+    }
+    Ok(all)
+}
+
+pub(super) fn strengths(text: &Text) -> Result<BTreeMap<String, f64>, ArtiSynthError> {
+    let mut strengths = BTreeMap::new();
+    for (line, row) in lines(text) {
+        let mut words = row.split_whitespace();
+        let name = words.next().unwrap_or_default();
+        let force = finite(text, line, words.next(), "a force in newtons")?;
+        if force < 0.0 {
+            let (what, found) = ("a force in newtons", force.to_string());
+            return Err(fail(text, Some(line), Problem::Expected { what, found }));
+        }
+        strengths.insert(name.to_owned(), force);
+    }
+    Ok(strengths)
+}
+
+pub(super) fn probe(text: &Text) -> Result<Probe, ArtiSynthError> {
+    let mut all = lines(text);
+    let head = |found: Option<(usize, &str)>, what| {
+        let (line, found) = found.unwrap_or((1, "nothing"));
+        fail(text, Some(line), Problem::Expected { what, found: found.to_owned() })
+    };
+    let times = all.next();
+    if times.is_none_or(|(_, row)| row.split_whitespace().count() != 3) {
+        return Err(head(times, "begin, end and scale of the probe"));
+    }
+    let form = all.next();
+    let mut words = form.map_or("", |(_, row)| row).split_whitespace();
+    let is_explicit = words.clone().nth(2).is_some_and(|w| w.eq_ignore_ascii_case("explicit"));
+    let size: usize = match words.nth(1).and_then(|w| w.parse().ok()).filter(|_| is_explicit) {
+        Some(size) => size,
+        None => return Err(head(form, "an interpolation, a number of columns and the word explicit")),
+    };
+    let mut rows = Vec::new();
+    for (line, row) in all {
+        let mut words = row.split_whitespace();
+        let time = finite(text, line, words.next(), "a time")?;
+        let values: Vec<f64> =
+            (0..size).map(|_| finite(text, line, words.next(), "a number")).collect::<Result<_, _>>()?;
+        rows.push((time, values));
+    }
+    match rows.is_empty() {
+        true => Err(fail(text, None, Problem::Nothing { what: "rows" })),
+        false => Ok(Probe { rows }),
+    }
+}

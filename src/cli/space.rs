@@ -1,0 +1,182 @@
+//! `tongue-fit simulate --body FOLDER`: one equilibrium of a body in space.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::ValueEnum;
+use miette::{IntoDiagnostic, miette};
+
+use tongue_fit::body::{SpaceBody, artisynth};
+use tongue_fit::inverse::alarms::{self, Alarm};
+use tongue_fit::report::{self, AlarmRecord, BranchRecord, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
+use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::system::{MusclesAs, SpaceModel, System};
+
+use super::{Global, Outcome, output, table};
+
+/// Options of bodies in space.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Body in space")]
+pub struct Arguments {
+    /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given
+    /// several times
+    #[arg(long, value_name = "MUSCLE=A", allow_hyphen_values = true)]
+    activation: Vec<String>,
+    /// Muscles: stress along fibres, whose answers hold on finer meshes, or lines from node to node, as
+    /// ArtiSynth has them
+    #[arg(long, value_name = "KIND", value_enum, default_value = "stress")]
+    muscles_as: MusclesName,
+    /// By how much full activation stiffens the tissue of a muscle, as a multiple of its passive stiffness
+    /// (ArtiSynth: 9)
+    #[arg(long, value_name = "GAIN", default_value_t = 0.0, allow_hyphen_values = true)]
+    stiffening: f64,
+    /// Cut every hexahedron in eight
+    #[arg(long)]
+    refined: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MusclesName {
+    Stress,
+    Lines,
+}
+
+impl Arguments {
+    /// What was given that only a body in space understands.
+    pub fn given(&self) -> Option<&'static str> {
+        let all = [
+            ("--activation", !self.activation.is_empty()),
+            ("--muscles-as", self.muscles_as != MusclesName::Stress),
+            ("--stiffening", self.stiffening != 0.0),
+            ("--refined", self.refined),
+        ];
+        all.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
+    }
+
+    fn model(&self) -> miette::Result<SpaceModel> {
+        if !(0.0..=1000.0).contains(&self.stiffening) {
+            return Err(miette!("--stiffening {}: it must lie between 0 and 1000", self.stiffening));
+        }
+        let muscles = match self.muscles_as {
+            MusclesName::Stress => MusclesAs::Stress,
+            MusclesName::Lines => MusclesAs::Lines,
+        };
+        Ok(SpaceModel { muscles, stiffening: self.stiffening, ..SpaceModel::default() })
+    }
+
+    /// Activations of all muscles of the body.
+    fn activations(&self, body: &SpaceBody) -> miette::Result<Vec<f64>> {
+        let mut given = Vec::new();
+        for word in &self.activation {
+            let (name, value) = word
+                .split_once('=')
+                .ok_or_else(|| miette!("--activation {word}: write MUSCLE=A, like GGP=0.1"))?;
+            let value: f64 = value.trim().parse().map_err(|_| {
+                miette!(
+                    "--activation {word}: \"{value}\" is not a number; write one from 0 to 1, like GGP=0.1"
+                )
+            })?;
+            given.push((name.trim().to_owned(), value));
+        }
+        body.activations(&given).map_err(|error| miette!("--activation: {error}"))
+    }
+}
+
+/// Solves for the equilibrium of the body in a folder; unless `direct`, the equilibria from rest are followed
+/// as the activations grow.
+pub fn run(folder: &Path, arguments: &Arguments, direct: bool, global: &Global) -> miette::Result<Outcome> {
+    let body = artisynth::read(folder).into_diagnostic()?;
+    let body = if arguments.refined { body.refined() } else { body };
+    let activations = arguments.activations(&body)?;
+    let model = arguments.model()?;
+    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
+    let half = body.half().and_then(|half| Some((half.activations(&activations)?, half)));
+    let clock = Instant::now();
+    let system = match &half {
+        Some((_, half)) => System::of_half(half, &model),
+        None => System::in_space(&body, &model),
+    };
+    let system = system.into_diagnostic()?;
+    output::step(|| {
+        let (unknowns, entries) = (3 * system.pattern().unknowns(), system.pattern().factor_entries::<3>());
+        let made = clock.elapsed().as_secs_f64();
+        let what = if half.is_some() { "one half stands for the whole: " } else { "" };
+        format!(
+            "{}: {what}{unknowns} unknowns, {entries} entries of the factor, set up in {made:.2} s",
+            body.what
+        )
+    });
+    let mut workspace = Workspace::new(&system);
+    let own = half.as_ref().map_or(&activations, |(own, _)| own);
+    let clock = Instant::now();
+    let settings = Settings::default();
+    let (solution, branch, alarms): (_, _, Vec<Alarm>) = if direct {
+        let solution = statics::solve(&system, &mut workspace, own, &settings);
+        (solution, None, alarms::barrier(solution.guarded).into_iter().collect())
+    } else {
+        let found = statics::solve_and_trace(&system, &mut workspace, own, &settings, statics::TRACE_STEPS);
+        let alarms = alarms::of_equilibrium(&found.solution, found.critical);
+        (found.solution, Some(BranchRecord::new(&found)), alarms)
+    };
+    let wall_s = clock.elapsed().as_secs_f64();
+    let positions = match &half {
+        Some((_, half)) => half.whole(workspace.positions()),
+        None => workspace.positions().to_vec(),
+    };
+    let mut record = SpaceRecord::new(&body, (&system, &solution), &activations, &positions, wall_s);
+    record.branch = branch;
+    record.alarms = alarms.iter().map(AlarmRecord::from).collect();
+    let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
+    let mut written = Vec::new();
+    if let Some(out) = &out {
+        let picture = report::solid(&body.mesh, &positions, "Tongue in space: at rest (dashed) and deformed");
+        let picture = picture.into_diagnostic()?;
+        let vtu = SpaceVtu { body: &body, positions: &positions, activations: &activations };
+        let files: [(&str, &dyn Export); 3] =
+            [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
+        written = out.export(&files, &by).into_diagnostic()?;
+    }
+    if global.json {
+        output::print(&json.text(&by).into_diagnostic()?)?;
+    } else {
+        output::summary(&text(&record, &alarms, &written), &written)?;
+    }
+    let good = solution.status == Status::Converged && alarms.is_empty();
+    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+/// The record for a terminal.
+fn text(record: &SpaceRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
+    let mut t = table::table(&["muscle", "activation", "fibre mm", "stretch"]);
+    for (i, (muscle, activation)) in record.activations.0.iter().enumerate() {
+        t.add_row([
+            muscle.clone(),
+            format!("{activation}"),
+            format!("{:.2}", record.lengths_mm.0[i].1),
+            format!("{:.3}", record.stretches.0[i].1),
+        ]);
+    }
+    let mut text = format!("{t}\n");
+    let [back, right, up] = record.foremost_moved_mm;
+    let _ = writeln!(
+        text,
+        "the foremost node of the midsagittal plane moved {back:.2} mm back, {right:.2} mm to the right, {up:.2} mm up; \
+         all nodes {:.2} mm (RMS)",
+        record.rms_displacement_mm
+    );
+    let _ = writeln!(
+        text,
+        "{:?} in {} iterations and {} factorisations of {} unknowns{}; volumes at {:.1} % to {:.1} % of rest",
+        record.status,
+        record.iterations,
+        record.factorisations,
+        record.unknowns,
+        if record.half { " (one half: nothing differs between the sides)" } else { "" },
+        100.0 * record.min_volume_ratio,
+        100.0 * record.max_volume_ratio
+    );
+    text += &table::way(record.branch.as_ref(), record.connection);
+    text + &table::alarms(alarms.iter().cloned()) + &table::files(written)
+}

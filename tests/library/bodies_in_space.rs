@@ -1,0 +1,249 @@
+//! Hexahedra and muscles with directions: exact solutions, one side against the other, and what is refused.
+
+use std::path::PathBuf;
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use tongue_fit::body::artisynth::{self, Files, Text};
+use tongue_fit::body::{SpaceBody, largest_distance};
+use tongue_fit::effect::{Configuration, Effect, Hexahedra};
+use tongue_fit::material::MooneyRivlin;
+use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::system::{MusclesAs, SpaceModel, System};
+
+use crate::fixtures::space_block::space_block;
+
+const SIDE: f64 = 5.5e-3;
+
+fn energy(effect: &Hexahedra, positions: &[Vector3<f64>]) -> f64 {
+    effect.energy(Configuration { positions, tensions: &[] })
+}
+
+#[test]
+fn an_even_deformation_costs_what_the_law_says_and_turning_nothing() {
+    let body = space_block(SIDE);
+    let law = MooneyRivlin::TONGUE;
+    let tissue = Hexahedra::new(law, &body.mesh.hexahedra, &body.mesh.nodes).unwrap();
+    let f = Matrix3::new(1.1, 0.2, 0.0, -0.1, 0.95, 0.15, 0.05, 0.0, 1.02);
+    let x: Vec<_> = body.mesh.nodes.iter().map(|p| f * p + Vector3::new(0.1, 0.2, -0.3)).collect();
+    let volume: f64 = body.volumes().iter().sum();
+    let j = f.determinant();
+    let distortion = j.powf(-2.0 / 3.0) * f.norm_squared() - 3.0;
+    let density = law.c10 * distortion + law.c20 * distortion.powi(2) + 0.5 * law.bulk * (j - 1.0).powi(2);
+    let found = energy(&tissue, &x);
+    assert!((found / (density * volume) - 1.0).abs() < 1e-12, "{found}");
+    let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.0);
+    let turned: Vec<_> = x.iter().map(|p| turn * p).collect();
+    assert!((energy(&tissue, &turned) / found - 1.0).abs() < 1e-12);
+    // Turned over at one corner.
+    let mut over = x;
+    over[17] = over[0];
+    assert_eq!(energy(&tissue, &over), f64::INFINITY);
+}
+
+/// A beam of hexahedra along x, fixed at its end x = 0, bent by a force at the other end.
+fn deflection(law: MooneyRivlin, parts: [usize; 2]) -> f64 {
+    let (length, height, width) = (40e-3, 5e-3, 5e-3);
+    let [along, up] = parts;
+    let mut body = SpaceBody::default();
+    let node = |i: usize, j: usize, k: usize| (k * 2 + j) * (along + 1) + i;
+    for k in 0..=up {
+        for j in 0..2 {
+            for i in 0..=along {
+                let (x, z) = (length * i as f64 / along as f64, height * k as f64 / up as f64);
+                body.mesh.nodes.push(Vector3::new(x, width * j as f64, z));
+            }
+        }
+    }
+    for k in 0..up {
+        for i in 0..along {
+            let low = [node(i, 0, k), node(i + 1, 0, k), node(i + 1, 1, k), node(i, 1, k)];
+            let high = [node(i, 0, k + 1), node(i + 1, 0, k + 1), node(i + 1, 1, k + 1), node(i, 1, k + 1)];
+            body.mesh.hexahedra.push(std::array::from_fn(|c| if c < 4 { low[c] } else { high[c - 4] }));
+        }
+    }
+    body.mesh.fixed = (0..body.mesh.nodes.len()).filter(|&n| body.mesh.nodes[n].x == 0.0).collect();
+    let force = 1e-5;
+    body.mesh.connect();
+    let share = force / (2 * (up + 1)) as f64;
+    let end: Vec<(usize, f64)> =
+        (0..body.mesh.nodes.len()).filter(|&n| body.mesh.nodes[n].x == length).map(|n| (n, share)).collect();
+    let weight = tongue_fit::effect::Gravity::new(&end, Vector3::new(0.0, 0.0, 1.0), &body.mesh.nodes);
+    let additions = tongue_fit::system::Additions { effects: vec![Box::new(weight)], ..Default::default() };
+    let model = SpaceModel { law, ..SpaceModel::default() };
+    let system = System::in_space_with(&body, &model, additions).unwrap();
+    let mut w = Workspace::new(&system);
+    let settings = Settings { tolerance: 1e-13, ..Settings::default() };
+    assert_eq!(statics::solve(&system, &mut w, &[], &settings).status, Status::Converged);
+    let tip = node(along, 0, up);
+    let found = w.positions()[tip].z - body.mesh.nodes[tip].z;
+    // Timoshenko: bending and shear.
+    let young = 4.0 * law.c10 * (1.0 + law.poisson_ratio());
+    let moment = width * height.powi(3) / 12.0;
+    let shear = 2.0 * law.c10 * width * height * 5.0 / 6.0;
+    found / (force * (length.powi(3) / (3.0 * young * moment) + length / shear))
+}
+
+#[test]
+fn a_nearly_incompressible_beam_bends_as_much_as_a_compressible_one() {
+    let soft = MooneyRivlin::neo_hookean(2074.0, 2074.0);
+    let stiff = MooneyRivlin::neo_hookean(2074.0, 1e4 * 2074.0);
+    let [compressible, incompressible] = [soft, stiff].map(|law| deflection(law, [16, 4]));
+    eprintln!(
+        "part of the beam's deflection: {compressible:.3} at nu 0.13, {incompressible:.3} at nu 0.49995"
+    );
+    // Elements without a mean volume keep a twentieth of it.
+    assert!(compressible > 0.85 && compressible < 1.03, "{compressible}");
+    assert!(incompressible > 0.85 && incompressible < 1.03, "{incompressible}");
+}
+
+#[test]
+fn both_sides_alike_is_solved_on_one_half_with_the_same_answer() {
+    let body = space_block(SIDE);
+    let half = body.half().unwrap();
+    assert_eq!((half.body.mesh.hexahedra.len(), half.plane.len(), half.muscles.len()), (2, 6, 2));
+    for muscles in [MusclesAs::Stress, MusclesAs::Lines] {
+        let model = SpaceModel { muscles, stiffening: 9.0, ..SpaceModel::default() };
+        let (whole, left) =
+            (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
+        let (mut w, mut l) = (Workspace::new(&whole), Workspace::new(&left));
+        let activations = body.activations(&[("A", 0.2), ("m", 0.1)]).unwrap();
+        let of_half = half.activations(&activations).unwrap();
+        for (status, converged) in [
+            (statics::solve(&whole, &mut w, &activations, &Settings::default()).status, "whole"),
+            (statics::solve(&left, &mut l, &of_half, &Settings::default()).status, "half"),
+        ] {
+            assert_eq!(status, Status::Converged, "{converged}");
+        }
+        let apart = largest_distance(&half.whole(l.positions()), w.positions());
+        assert!(apart < 1e-7, "{apart}");
+        assert!(largest_distance(w.positions(), &body.mesh.nodes) > 1e-4);
+    }
+    let one_side = body.activations(&[("A_L", 0.2)]).unwrap();
+    assert_eq!(half.activations(&one_side), None);
+    let mut bent = body;
+    bent.mesh.nodes[2].y -= SIDE / 50.0;
+    assert_eq!(bent.half(), None);
+}
+
+#[test]
+fn a_body_cut_in_eight_keeps_its_volume_bones_and_regions() {
+    let body = space_block(SIDE);
+    let fine = body.refined();
+    fine.check().unwrap();
+    let [volume, again] = [&body, &fine].map(|b| b.volumes().iter().sum::<f64>());
+    assert!((volume / again - 1.0).abs() < 1e-12);
+    assert_eq!((fine.mesh.hexahedra.len(), fine.mesh.nodes.len(), fine.mesh.fixed.len()), (32, 75, 15));
+    for (coarse, fine_muscle) in body.muscles.iter().zip(&fine.muscles) {
+        let of = |b: &SpaceBody, region: &[usize]| region.iter().map(|&e| b.volumes()[e]).sum::<f64>();
+        assert!((of(&body, &coarse.region) / of(&fine, &fine_muscle.region) - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn activations_are_named_and_lie_between_0_and_1() {
+    let body = space_block(SIDE);
+    assert_eq!(body.activations(&[("a", 0.5), ("M", 1.0)]).unwrap(), [0.5, 0.5, 1.0]);
+    assert_eq!(body.activations(&[("A_R", 0.5)]).unwrap(), [0.0, 0.5, 0.0]);
+    let says = |given: &[(&str, f64)]| body.activations(given).unwrap_err().to_string();
+    assert_eq!(says(&[("A", 1.5)]), "the activation of A is 1.5; it must lie between 0 and 1");
+    assert!(says(&[("A", f64::NAN)]).contains("between 0 and 1"));
+    assert!(says(&[("B", 0.1)]).starts_with("there is no muscle \"B\" in this body"));
+    assert!(says(&[("A", 0.1), ("A_L", 0.2)]).contains("A_L is given twice"));
+}
+
+/// Files in the form of ArtiSynth's: two hexahedra side by side, one muscle on each side.
+fn files() -> Files {
+    let named = |name: &str, text: &str| Text { file: format!("folder/{name}"), text: text.to_owned() };
+    let mut nodes = String::new();
+    for (i, [x, y, z]) in [0.0, 0.01]
+        .iter()
+        .flat_map(|&z| [-0.01, 0.0, 0.01].into_iter().flat_map(move |y| [0.0, 0.02].map(|x| [x, y, z])))
+        .enumerate()
+    {
+        nodes += &format!("{} {x} {y} {z}\n", i + 1);
+    }
+    let elements = "1 2 4 3 7 8 10 9 1 1 1 1 0 1\n3 4 6 5 9 10 12 11 1 1 1 1 0 2\n";
+    let muscles = "! names\nmuscleName(1) = 'X_L'\nmuscleName(2)='X_R'\nESEL,S,ELEM,,1\nCM,X_L,ELEM\nESEL,S,ELEM,,2,2,1\nCM,X_R,ELEM\n";
+    let fibres = "FIBER(1,1,1)=7\nFIBER(2,1,1)=8\nFIBER(1,1,2)=11\nFIBER(2,1,2)=12\n";
+    Files {
+        nodes: named("a.node", &nodes),
+        elements: named("a.elem", elements),
+        muscles: named("CreateMuscles.mac", muscles),
+        fibres: named("Fibers.mac", fibres),
+        strengths: named("MuscleMaxForce.txt", "X 4\n"),
+        jaw: named("jawAttachments.txt", "0 2 4\n"),
+        hyoid: named("hyoidAttachments.txt", "6 8 10"),
+    }
+}
+
+#[test]
+fn files_of_artisynth_make_a_body() {
+    let body = artisynth::body(&files(), "folder").unwrap();
+    assert_eq!((body.mesh.hexahedra.len(), body.mesh.fixed.len(), body.muscles.len()), (2, 6, 2));
+    let left = &body.muscles[0];
+    assert_eq!(
+        (left.name.as_str(), left.region.as_slice(), left.segments[0].force_n),
+        ("X_L", &[0][..], 2.0)
+    );
+    assert!((left.stress_pa - 2.0 * 0.02 / 2e-6).abs() < 1e-6);
+    assert!(body.half().is_some());
+}
+
+#[test]
+fn files_that_are_wrong_are_named_with_their_line() {
+    let says = |change: &dyn Fn(&mut Files)| {
+        let mut files = files();
+        change(&mut files);
+        artisynth::body(&files, "folder").unwrap_err().to_string()
+    };
+    let replaced = |pick: fn(&mut Files) -> &mut Text, from: &'static str, to: &'static str| {
+        says(&move |f: &mut Files| {
+            let text = pick(f);
+            assert!(text.text.contains(from));
+            text.text = text.text.replacen(from, to, 1);
+        })
+    };
+    let expected = [
+        (
+            replaced(|f| &mut f.nodes, "0.02", "x"),
+            "folder/a.node:2: \"x\" stands where a coordinate was expected",
+        ),
+        (
+            replaced(|f| &mut f.nodes, "0.02", "inf"),
+            "folder/a.node:2: \"inf\" stands where a coordinate was expected",
+        ),
+        (replaced(|f| &mut f.elements, "12 11", "13 11"), "folder/a.elem:2: node 13 does not exist"),
+        (
+            replaced(|f| &mut f.muscles, ",,2,2", ",,3,3"),
+            "folder/CreateMuscles.mac:6: element 3 does not exist",
+        ),
+        (
+            replaced(|f| &mut f.muscles, ",,2,2,1", ",,2,2,0"),
+            "folder/CreateMuscles.mac:6: \"S,ELEM,,2,2,0\" stands where from,to,step in ascending order was expected",
+        ),
+        (
+            replaced(|f| &mut f.muscles, "CM,X_R,ELEM\n", ""),
+            "folder/CreateMuscles.mac:3: muscle X_R has no elements: no CM,X_R,ELEM follows",
+        ),
+        (replaced(|f| &mut f.fibres, "=12", "=99"), "folder/Fibers.mac:4: node 99 does not exist"),
+        (
+            replaced(|f| &mut f.fibres, "FIBER(2,1,2)=12\n", ""),
+            "folder/Fibers.mac: fibre 1 of muscle number 2 has no node number 2",
+        ),
+        (
+            replaced(|f| &mut f.strengths, "X 4", "Y 4"),
+            "folder/CreateMuscles.mac:2: muscle X has no strength in MuscleMaxForce.txt",
+        ),
+        (replaced(|f| &mut f.jaw, "4", "400"), "folder/jawAttachments.txt:1: node 400 does not exist"),
+    ];
+    for (found, message) in expected {
+        assert_eq!(found, message);
+    }
+    let inverted = replaced(|f| &mut f.elements, "1 2 4 3 7 8 10 9", "7 8 10 9 1 2 4 3");
+    assert!(
+        inverted.starts_with("folder/a.elem: is no body: element 1 (from 1) is turned inside out"),
+        "{inverted}"
+    );
+    let missing = artisynth::read(&PathBuf::from("no/such/folder")).unwrap_err().to_string();
+    assert!(missing.starts_with("no/such/folder: cannot be read"), "{missing}");
+}

@@ -1,0 +1,201 @@
+//! The tongue of ArtiSynth against its own recordings and against an independent program of the same law, where its files stand beside
+//! the repository (`../shared/reference/artisynth_tongue3d`); what needs no such file is in [`super::bodies_in_space`].
+
+use std::path::PathBuf;
+
+use nalgebra::Vector3;
+use tongue_fit::body::{SpaceBody, artisynth, largest_distance};
+use tongue_fit::statics::{self, Settings, Solution, Status, Workspace};
+use tongue_fit::system::{MusclesAs, SpaceModel, System};
+
+/// The node at the tip.
+const TIP: usize = 919;
+/// The nodes that ArtiSynth's recordings are of, in their order.
+const RECORDED: [usize; 22] = [
+    338, 339, 340, 341, 919, 359, 926, 361, 751, 752, 753, 754, 772, 774, 166, 301, 299, 141, 579, 554, 712,
+    714,
+];
+/// In which order the excitations of the recordings stand.
+const EXCITED: [&str; 11] = ["GGP", "GGM", "GGA", "STY", "GH", "MH", "HG", "VERT", "TRANS", "IL", "SL"];
+/// What an independent program found for the way of the tip (x back, z up, mm) of each muscle at a = 0.1, both sides, without
+/// stiffening: lines from node to node, stress along fibres, and that with every hexahedron cut in eight.
+const TIPS_MM: [(&str, [[f64; 2]; 3]); 11] = [
+    ("GGP", [[-3.85, -5.50], [-3.87, -5.53], [-4.06, -5.98]]),
+    ("GGM", [[-3.05, -2.82], [-3.29, -2.93], [-3.31, -3.41]]),
+    ("GGA", [[-4.08, -10.76], [-4.12, -10.28], [-3.96, -10.71]]),
+    ("STY", [[8.93, 0.23], [11.89, -3.84], [12.08, -4.03]]),
+    ("GH", [[-0.09, -0.86], [-0.08, -0.38], [-0.10, -0.44]]),
+    ("MH", [[1.23, 3.05], [1.70, 4.15], [1.68, 4.27]]),
+    ("HG", [[14.60, 11.93], [14.34, 11.59], [14.44, 11.75]]),
+    ("VERT", [[-1.79, -3.64], [-1.68, -4.29], [-1.74, -4.96]]),
+    ("TRANS", [[-2.54, -0.39], [-3.18, -0.18], [-3.26, -0.26]]),
+    ("IL", [[4.68, -5.85], [4.04, -4.93], [4.24, -5.51]]),
+    ("SL", [[17.53, 17.42], [18.25, 17.48], [19.00, 18.13]]),
+];
+/// The same with lines and the stiffening of ArtiSynth.
+const STIFFENED_MM: [(&str, [f64; 2]); 4] =
+    [("GGP", [-3.50, -4.60]), ("TRANS", [-1.88, -0.53]), ("HG", [12.96, 11.12]), ("SL", [13.56, 15.33])];
+
+fn folder() -> Option<PathBuf> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/reference/artisynth_tongue3d");
+    if !folder.is_dir() {
+        eprintln!("skipped: ArtiSynth's tongue is not at {}", folder.display());
+        return None;
+    }
+    Some(folder)
+}
+
+fn tongue() -> Option<SpaceBody> {
+    folder().map(|folder| artisynth::read(&folder).unwrap())
+}
+
+/// The equilibrium of muscles by name, from rest.
+fn equilibrium(
+    body: &SpaceBody,
+    system: &System<3>,
+    w: &mut Workspace<3>,
+    given: &[(&str, f64)],
+) -> Solution {
+    w.start_from_rest(system);
+    statics::solve(system, w, &body.activations(given).unwrap(), &Settings::default())
+}
+
+/// The way of the tip, mm.
+fn tip_mm(body: &SpaceBody, w: &Workspace<3>) -> Vector3<f64> {
+    (w.positions()[TIP] - body.mesh.nodes[TIP]) * 1e3
+}
+
+#[test]
+fn the_files_are_read_as_they_are() {
+    let Some(body) = tongue() else { return };
+    assert_eq!((body.mesh.nodes.len(), body.mesh.hexahedra.len(), body.muscles.len()), (948, 740, 21));
+    assert_eq!(body.mesh.fixed.len(), 115 + 2);
+    let volume: f64 = body.volumes().iter().sum();
+    assert!((volume * 1e6 - 102.29).abs() < 0.005, "{volume}");
+    let width = body.mesh.nodes[..946].iter().map(|p| p.y).fold(0.0, f64::max);
+    assert!((2e3 * width - 64.9).abs() < 0.1, "{width}");
+    // Force of a muscle as stress, kPa.
+    let stresses = [
+        ("GGP_L", 49.8),
+        ("GGM_L", 57.1),
+        ("GGA_L", 74.7),
+        ("STY_L", 385.0),
+        ("GH_R", 162.0),
+        ("MH_R", 154.0),
+        ("HG_R", 245.0),
+        ("VERT_L", 12.3),
+        ("TRANS_L", 15.9),
+        ("IL_R", 126.0),
+        ("SL", 51.6),
+    ];
+    for (name, kpa) in stresses {
+        let muscle = &body.muscles[body.muscles_called(name).unwrap()[0]];
+        assert!((muscle.stress_pa / (1e3 * kpa) - 1.0).abs() < 3e-3, "{name} {}", muscle.stress_pa);
+    }
+}
+
+#[test]
+fn each_muscle_moves_the_tip_as_in_an_independent_program() {
+    let Some(body) = tongue() else { return };
+    let lines = SpaceModel { muscles: MusclesAs::Lines, ..SpaceModel::default() };
+    let system = System::in_space(&body, &lines).unwrap();
+    let mut w = Workspace::new(&system);
+    for (name, [[x, z], ..]) in TIPS_MM {
+        let found = equilibrium(&body, &system, &mut w, &[(name, 0.1)]);
+        let tip = tip_mm(&body, &w);
+        eprintln!(
+            "lines {name} {:.3} {:.3} {:.3}: {} factorisations",
+            tip.x, tip.y, tip.z, found.factorisations
+        );
+        assert_eq!(found.status, Status::Converged, "{name}");
+        assert!((tip.x - x).abs() < 0.02 && (tip.z - z).abs() < 0.02 && tip.y.abs() < 0.01, "{name} {tip}");
+    }
+    let stiffened = System::in_space(&body, &SpaceModel { stiffening: 9.0, ..lines }).unwrap();
+    for (name, [x, z]) in STIFFENED_MM {
+        let found = equilibrium(&body, &stiffened, &mut w, &[(name, 0.1)]);
+        let tip = tip_mm(&body, &w);
+        assert_eq!(found.status, Status::Converged, "{name}");
+        assert!((tip.x - x).abs() < 0.02 && (tip.z - z).abs() < 0.02, "stiffened {name} {tip}");
+    }
+    // All at full activation.
+    for (name, _) in TIPS_MM {
+        let found = equilibrium(&body, &stiffened, &mut w, &[(name, 1.0)]);
+        eprintln!("{name} at 1: {:?} in {} iterations", found.status, found.iterations);
+        assert_eq!(found.status, Status::Converged, "{name} at 1");
+        assert!(stiffened.cell_ratios(w.positions()).0 > 0.5, "{name} at 1");
+    }
+}
+
+#[test]
+fn stress_along_fibres_moves_the_tip_nearly_as_much() {
+    let Some(body) = tongue() else { return };
+    let system = System::in_space(&body, &SpaceModel::default()).unwrap();
+    let mut w = Workspace::new(&system);
+    for (name, [_, [x, z], _]) in TIPS_MM {
+        let found = equilibrium(&body, &system, &mut w, &[(name, 0.1)]);
+        let (tip, other) = (tip_mm(&body, &w), Vector3::new(x, 0.0, z));
+        let apart = (tip - other).norm() / other.norm();
+        eprintln!(
+            "stress {name} {:.3} {:.3}: {:.1} % of {:.2} mm",
+            tip.x,
+            tip.z,
+            100.0 * apart,
+            other.norm()
+        );
+        assert_eq!(found.status, Status::Converged, "{name}");
+        assert!(apart < 0.03, "{name} {tip}");
+    }
+}
+
+#[test]
+fn excitations_that_artisynth_recorded_bring_its_points_where_it_recorded_them() {
+    let Some((body, folder)) = tongue().zip(folder()) else { return };
+    let excited = artisynth::read_probe(&folder.join("protrude_excitations.txt")).unwrap();
+    let reached = artisynth::read_probe(&folder.join("protrude_model_target_position.txt")).unwrap();
+    let model = SpaceModel { muscles: MusclesAs::Lines, stiffening: 9.0, ..SpaceModel::default() };
+    let system = System::in_space(&body, &model).unwrap();
+    let mut w = Workspace::new(&system);
+    // The turning point: where its own points are farthest from where they began.
+    let at = |row: &[f64], i: usize| Vector3::new(row[3 * i], row[3 * i + 1], row[3 * i + 2]);
+    let first = &reached.rows[0].1;
+    let rms = |difference: &dyn Fn(usize) -> Vector3<f64>| {
+        ((0..22).map(|i| difference(i).norm_squared()).sum::<f64>() / 22.0).sqrt() * 1e3
+    };
+    let moved = |row: &[f64]| rms(&|i| at(row, i) - at(first, i));
+    let (turn, row) =
+        reached.rows.iter().enumerate().max_by(|a, b| moved(&a.1.1).total_cmp(&moved(&b.1.1))).unwrap();
+    let excitations = &excited.rows[turn].1;
+    let given: Vec<_> = EXCITED.into_iter().zip(excitations.iter().map(|a| a.clamp(0.0, 1.0))).collect();
+    let found = equilibrium(&body, &system, &mut w, &given);
+    let apart = rms(&|i| w.positions()[RECORDED[i]] - at(&row.1, i));
+    eprintln!("protrude at {} s: {apart:.3} of {:.2} mm RMS", row.0, moved(&row.1));
+    assert_eq!(found.status, Status::Converged);
+    assert!(apart < 0.2, "{apart}");
+}
+
+#[test]
+fn half_a_tongue_answers_as_the_whole() {
+    let Some(body) = tongue() else { return };
+    let half = body.half().unwrap();
+    assert_eq!(2 * half.body.mesh.hexahedra.len(), body.mesh.hexahedra.len());
+    let (whole, left) = (
+        System::in_space(&body, &SpaceModel::default()).unwrap(),
+        System::of_half(&half, &SpaceModel::default()).unwrap(),
+    );
+    let (mut w, mut l) = (Workspace::new(&whole), Workspace::new(&left));
+    // The styloid processes are 90 µm from each other's image, which the styloglossus feels.
+    assert_eq!(half.activations(&body.activations(&[("STY", 0.1)]).unwrap()), None);
+    for (name, _) in TIPS_MM.into_iter().filter(|(name, _)| *name != "STY") {
+        let activations = body.activations(&[(name, 0.1)]).unwrap();
+        equilibrium(&body, &whole, &mut w, &[(name, 0.1)]);
+        l.start_from_rest(&left);
+        let of_half = half.activations(&activations).unwrap();
+        let found = statics::solve(&left, &mut l, &of_half, &Settings::default());
+        assert_eq!(found.status, Status::Converged, "{name}");
+        let apart = largest_distance(&half.whole(l.positions()), w.positions());
+        let tip = (half.whole(l.positions())[TIP] - w.positions()[TIP]).norm();
+        eprintln!("half {name}: {:.1e} mm at most, {:.1e} at the tip", 1e3 * apart, 1e3 * tip);
+        // The nodes of the tissue are each other's image to 4 µm only.
+        assert!(tip < 1e-7 && apart < 4e-6, "{name} {tip} {apart}");
+    }
+}
