@@ -25,6 +25,7 @@
 //! what was measured        -> observe      lengths, ratios, stretches, points, contours: value, gradient, how sure it is
 //! system + observations    -> inverse      tensions, displaced bones, constants: Nelder-Mead, Gauss-Newton, what the data leave open
 //! body + recording         -> adapt        a speaker's body; track: tensions over time from contours, sensors and bones
+//! body + tract             -> heard        areas, formants and how they answer to the nodes, a voice
 //! any result               -> report       JSON, CSV, SVG, VTU, MSH, .sto
 //! a file                   -> scene        says what happens and what is wanted; nothing else is computed
 //! ```
@@ -69,7 +70,7 @@ pub use tongue_core::{
     effect, geometry, material, observe, parallel, random, sparse, statics, statistics, suggest, system,
 };
 pub use tongue_files::{VERSION, report, scene, simulation};
-pub use tongue_infer::{adapt, inverse, posterior, track};
+pub use tongue_infer::{adapt, heard, inverse, posterior, track};
 #[doc(hidden)]
 pub use tongue_input::files;
 pub use tongue_input::measured;

@@ -8,12 +8,13 @@ use clap::{Arg, Command};
 const OF_EVERY_COMMAND: [&str; 4] = ["out", "threads", "json", "help-all"];
 
 /// For commands with many options: those of their own that `--help` shows.
-const USUAL: [(&str, &[&str]); 9] = [
+const USUAL: [(&str, &[&str]); 10] = [
     ("tongue-fit", &["vowel", "subject", "lengths", "target", "points", "posterior", "body"]),
     ("batch", &["lengths", "subjects", "vowels", "target", "draws", "posterior", "shard"]),
     ("simulate", &["tension", "activation", "trajectory", "t-end", "colour-stretch", "body", "mesh", "h"]),
     ("adapt", &["example", "map", "map-template", "palate", "landmarks", "contour", "rest"]),
     ("track", &["example", "map", "map-template", "palate", "mesh", "as-is", "hold-out"]),
+    ("sound", &["vowel", "subject", "tension", "jaw", "lip-opening", "lip-protrusion", "tract"]),
     ("muscles", &["tension", "body", "mesh", "anatomy", "h"]),
     ("page", &["lengths", "no-fits", "body", "mesh", "anatomy", "h"]),
     ("mesh", &["body", "mesh", "anatomy", "h"]),

@@ -24,6 +24,7 @@ mod recordings;
 mod scene;
 mod scene_table;
 mod simulate;
+mod sound;
 mod space;
 mod stability;
 mod table;
@@ -132,6 +133,8 @@ enum Command {
     Adapt(adapt::Arguments),
     /// Find tensions over time from recorded contours, sensors and bones
     Track(track::Arguments),
+    /// The vowel that is heard: the tract round the tongue, its formants, and a voice
+    Sound(sound::Arguments),
     /// What each muscle does alone, side by side
     Muscles(muscles::Arguments),
     /// Write a page in which the tongue moves as its muscles are pulled, for any browser
@@ -190,6 +193,7 @@ pub fn main() -> ExitCode {
         Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
         Some(Command::Adapt(arguments)) => adapt::run(arguments, &cli.global),
         Some(Command::Track(arguments)) => track::run(arguments, &cli.global),
+        Some(Command::Sound(arguments)) => sound::run(arguments, &cli.global),
         Some(Command::Muscles(arguments)) => muscles::run(arguments, &cli.global),
         Some(Command::Page(arguments)) => page::run(arguments, &cli.global),
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),

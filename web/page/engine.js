@@ -54,10 +54,10 @@ function makeEngine(module) {
       if (request?.ask === "open" && !answer.error) opened = request;
       return answer;
     },
-    // Jaw, hyoid back and up, and the tensions go in; see Engine::frame for what comes out.
+    // Jaw, hyoid back and up, lips opened and protruded, and the tensions go in; see Engine::frame for what comes out.
     frame(bones, tensions, nodes) {
       const e = instance.exports;
-      const many = 5 + 2 * tensions.length + 2 * nodes;
+      const heard = 5, many = 5 + 2 * tensions.length + 2 * nodes + 2 * heard;
       const numbers = () => new Float64Array(e.memory.buffer, e.numbers(), many);
       numbers().set(bones);
       numbers().set(tensions, 5);
@@ -65,7 +65,8 @@ function makeEngine(module) {
       if (good.error) return good;
       const n = numbers(), lengths = 5 + tensions.length;
       return { converged: good === 1, low: n[0], high: n[1], guarded: n[2], iterations: n[3], residual: n[4],
-        lengths: n.slice(lengths, lengths + tensions.length), at: n.slice(lengths + tensions.length) };
+        lengths: n.slice(lengths, lengths + tensions.length), at: n.slice(lengths + tensions.length, many - 2 * heard),
+        formants: n.slice(many - 2 * heard, many - heard), bandwidths: n.slice(many - heard) };
     },
   };
 }

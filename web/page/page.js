@@ -12,8 +12,8 @@ const element = (name, properties = {}, ...children) => {
 };
 
 // What is shown; the link holds all of it.
-const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: false, mesh: true, subject: "", vowel: "", target: "ratio", along: null };
-let body, live, worker, draw, path, fit = null, shape = null, table = null, baseline = null;
+const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: false, mesh: true, subject: "", vowel: "", target: "ratio", along: null, lips: [8, 0] };
+let body, live, worker, draw, path, sound, fit = null, shape = null, table = null, baseline = null;
 
 // -- The library, here and in a worker ----------------------------------------------------------------------------------------------
 async function unpacked() {
@@ -89,7 +89,7 @@ function step(now) {
     showControls();
   }
   const clock = performance.now();
-  const next = live.frame(state.bones, state.tensions, body.nodes_m.length);
+  const next = live.frame([...state.bones, ...state.lips], state.tensions, body.nodes_m.length);
   times.push(performance.now() - clock);
   if (times.length > 60) times.shift();
   frames.push(now);
@@ -143,6 +143,7 @@ function measured(name) {
 function show() {
   if (!shape) return;
   draw(shape.at, state.tensions, state.bones, state);
+  if (body.tract) sound.hear(shape);
   const ratio = fit?.target_kind === "ratio", values = simulated();
   const scale = (x) => Math.max(0, Math.min(200, ratio ? x * 100 : 100 + 2.5 * percent(x)));
   body.muscles.forEach((m, i) => {
@@ -216,6 +217,11 @@ function showControls() {
     byId(id).value = state.bones[i];
     byId(`${id}-out`).textContent = `${round(state.bones[i])} ${i === 0 ? "°" : "mm"}`;
   });
+  ["lips", "round"].forEach((id, i) => {
+    byId(id).value = state.lips[i];
+    byId(`${id}-out`).textContent = `${round(state.lips[i])} mm`;
+  });
+  byId("as-spoken").disabled = !body.tract?.posture?.[state.vowel];
   byId("body").value = state.continuum ? "continuum" : "springs";
   byId("gravity").value = state.gravity;
   byId("palate").checked = state.palate;
@@ -364,6 +370,7 @@ function open() {
   shape = null;
   if (state.tensions.length !== body.muscles.length) state.tensions = body.muscles.map(() => 0);
   draw = makeMouth(byId("mouth"), body);
+  byId("sound").hidden = !body.tract;
   makeRows();
   explain();
   return true;
@@ -393,6 +400,7 @@ function link() {
   if (state.bones.some((b) => b !== 0)) q.set("bones", state.bones.map((b) => Number(b.toPrecision(12))).join(","));
   if (state.gravity) q.set("gravity", state.gravity);
   if (state.palate) q.set("palate", "1");
+  if (state.lips[0] !== 8 || state.lips[1] !== 0) q.set("lips", state.lips.join(","));
   if (!state.mesh) q.set("mesh", "0");
   if (state.along !== null) q.set("along", state.along);
   return "#" + q.toString().replaceAll("%2C", ",").replaceAll("%3D", "=");
@@ -419,6 +427,8 @@ async function takeUp(fragment) {
   const read = live.ask({ ask: "tensions", tensions: given });
   const bones = (q.get("bones") ?? "0,0,0").split(",").map(Number);
   state.bones = [0, 1, 2].map((i) => Number.isFinite(bones[i]) ? bones[i] : 0);
+  const lips = (q.get("lips") ?? "8,0").split(",").map(Number);
+  state.lips = [lips[0] > 0 ? Math.min(lips[0], 20) : 8, lips[1] > 0 ? Math.min(lips[1], 8) : 0];
   state.tensions = read.error ? body.muscles.map(() => 0) : read.tensions_n;
   if (state.gravity || state.palate) act();
   showControls();
@@ -455,6 +465,19 @@ function listen() {
   byId("along").addEventListener("input", () => slide(Number(byId("along").value)));
   byId("slack").addEventListener("click", () => { [state.vowel, state.along, fit] = ["", null, null]; fitting++; byId("valley").hidden = true; verdict(""); glide(body.muscles.map(() => 0), [0, 0, 0]); showControls(); });
   ["jaw", "back", "up"].forEach((id, i) => byId(id).addEventListener("input", () => { tween = null; state.bones[i] = Number(byId(id).value); showControls(); move(); }));
+  ["lips", "round"].forEach((id, i) => byId(id).addEventListener("input", () => { state.lips[i] = Number(byId(id).value); showControls(); move(); }));
+  byId("as-spoken").addEventListener("click", () => {
+    const spoken = body.tract.posture[state.vowel];
+    state.lips = [spoken.lip_opening_mm, spoken.lip_protrusion_mm];
+    glide(state.tensions.slice(), [spoken.jaw_deg, state.bones[1], state.bones[2]]);
+    showControls();
+  });
+  byId("play").addEventListener("click", () => sound.toggle());
+  byId("volume").addEventListener("input", () => sound.level());
+  window.addEventListener("keydown", (e) => {
+    const typing = e.target.closest?.("select, textarea, input:not([type=range]):not([type=checkbox]):not([type=radio])");
+    if (e.key === "p" && !typing && !e.ctrlKey && !e.metaKey && !e.altKey && !e.repeat && body.tract) { e.preventDefault(); sound.toggle(); }
+  });
   byId("body").addEventListener("change", () => {
     state.continuum = byId("body").value === "continuum";
     verdict("");
@@ -489,6 +512,7 @@ async function begin() {
   live = makeEngine(module);
   worker = makeWorker(module);
   if (!open() || !await readTable(own.table?.text ?? null, own.table?.file ?? "")) return;
+  sound = makeSound(body.means);
   byId("made").textContent = `tongue-fit ${body.version}${own.command ? ` · ${own.command}` : ""} · ${body.what}`;
   if (body.palate_m === null) byId("palate").closest("label").hidden = true;
   if (!body.bones.some((b) => b.name === "hyoid") || !body.bones.some((b) => b.name === "mental_spine")) document.querySelector(".bones").hidden = true;

@@ -11,7 +11,7 @@
 mod tract;
 mod walls;
 
-pub use tract::{Carrier, Grid, Larynx, Lips, Posture, Teeth, Tongue, Tract, Wall};
+pub use tract::{Articulation, Carrier, Grid, Larynx, Lips, Teeth, Tongue, Tract, Wall};
 
 use crate::Section;
 use crate::formants::Rate;
@@ -106,7 +106,7 @@ impl Profile {
     ///
     /// # Errors
     /// [`ProfileError`].
-    pub fn new(tract: &Tract, tongue: &[Point], posture: &Posture) -> Result<Self, ProfileError> {
+    pub fn new(tract: &Tract, tongue: &[Point], posture: &Articulation) -> Result<Self, ProfileError> {
         let walls = walls::Walls::new(tract, tongue, posture)?;
         let across = walls.across()?;
         let mut sections = Vec::with_capacity(across.len() + 1);

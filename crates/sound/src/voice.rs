@@ -90,12 +90,19 @@ pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
     out
 }
 
-/// A WAV file of one channel with 16 bits a sample.
-pub fn wav(samples: &[f64], rate_hz: u32) -> Vec<u8> {
+/// A WAV file of one channel with 16 bits a sample, and a comment.
+pub fn wav(samples: &[f64], rate_hz: u32, comment: &str) -> Vec<u8> {
     let size = 2 * samples.len() as u32;
-    let mut out = Vec::with_capacity(44 + size as usize);
+    // Text of a chunk ends with a zero, and chunks have an even length.
+    let mut text = comment.as_bytes().to_vec();
+    text.push(0);
+    if text.len() % 2 == 1 {
+        text.push(0);
+    }
+    let list = 12 + text.len() as u32;
+    let mut out = Vec::with_capacity(52 + size as usize + text.len() + 12);
     out.extend(b"RIFF");
-    out.extend((36 + size).to_le_bytes());
+    out.extend((36 + 8 + list + size).to_le_bytes());
     out.extend(b"WAVEfmt ");
     out.extend(16_u32.to_le_bytes());
     out.extend(1_u16.to_le_bytes()); // PCM
@@ -104,6 +111,11 @@ pub fn wav(samples: &[f64], rate_hz: u32) -> Vec<u8> {
     out.extend((2 * rate_hz).to_le_bytes());
     out.extend(2_u16.to_le_bytes());
     out.extend(16_u16.to_le_bytes());
+    out.extend(b"LIST");
+    out.extend(list.to_le_bytes());
+    out.extend(b"INFOICMT");
+    out.extend((text.len() as u32).to_le_bytes());
+    out.extend(text);
     out.extend(b"data");
     out.extend(size.to_le_bytes());
     let full = f64::from(i16::MAX);

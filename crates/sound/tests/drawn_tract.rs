@@ -5,7 +5,7 @@
 
 use tongue_sound::Acoustics;
 use tongue_sound::formants::{formants, rates};
-use tongue_sound::profile::{Point, Posture, Profile, ProfileError, Tract};
+use tongue_sound::profile::{Articulation, Point, Profile, ProfileError, Tract};
 
 fn tract() -> Tract {
     let tract: Tract = toml::from_str(include_str!("../../../targets/tract.toml")).unwrap();
@@ -33,14 +33,14 @@ fn tongue() -> Vec<Point> {
 }
 
 /// Formants in a posture, Hz.
-fn heard(tongue: &[Point], posture: &Posture) -> Vec<f64> {
+fn heard(tongue: &[Point], posture: &Articulation) -> Vec<f64> {
     let profile = Profile::new(&tract(), tongue, posture).unwrap();
     formants(&profile.sections, &Acoustics::default(), 4).unwrap().iter().map(|f| f.frequency_hz).collect()
 }
 
 #[test]
 fn the_tongue_at_rest_has_the_tract_of_a_man() {
-    let profile = Profile::new(&tract(), &tongue(), &Posture::default()).unwrap();
+    let profile = Profile::new(&tract(), &tongue(), &Articulation::default()).unwrap();
     assert!((0.16..0.185).contains(&profile.length_m()), "{} m", profile.length_m());
     assert!(profile.sections.iter().all(|s| s.length_m <= 5e-3 && (0.2e-4..12e-4).contains(&s.area_m2)));
     // The lines across run from the glottis to the teeth, and each meets the inner wall on its own side.
@@ -49,9 +49,9 @@ fn the_tongue_at_rest_has_the_tract_of_a_man() {
 
 #[test]
 fn lips_jaw_and_larynx_do_what_is_known_of_them() {
-    let rest = heard(&tongue(), &Posture::default());
-    let with = |change: fn(&mut Posture)| {
-        let mut posture = Posture::default();
+    let rest = heard(&tongue(), &Articulation::default());
+    let with = |change: fn(&mut Articulation)| {
+        let mut posture = Articulation::default();
         change(&mut posture);
         heard(&tongue(), &posture)
     };
@@ -67,7 +67,7 @@ fn lips_jaw_and_larynx_do_what_is_known_of_them() {
 #[test]
 fn rates_by_the_tongue_are_the_differences() {
     let (tract, tongue, acoustics) = (tract(), tongue(), Acoustics::default());
-    let posture = Posture { jaw_deg: 3.0, hyoid_mm: [1.0, 2.0], ..Posture::default() };
+    let posture = Articulation { jaw_deg: 3.0, hyoid_mm: [1.0, 2.0], ..Articulation::default() };
     let profile = Profile::new(&tract, &tongue, &posture).unwrap();
     let found = formants(&profile.sections, &acoustics, 4).unwrap();
     for (k, formant) in found.iter().enumerate() {
@@ -99,30 +99,31 @@ fn rates_by_the_tongue_are_the_differences() {
 
 #[test]
 fn walls_that_meet_are_refused_with_their_names_and_places() {
-    let refused = |tongue: &[Point], posture: &Posture| Profile::new(&tract(), tongue, posture).unwrap_err();
+    let refused =
+        |tongue: &[Point], posture: &Articulation| Profile::new(&tract(), tongue, posture).unwrap_err();
     // The dorsum through the palate.
     let mut raised = tongue();
     raised[6][1] += 0.009;
-    let ProfileError::Through(wall, at, by) = refused(&raised, &Posture::default()) else { panic!() };
+    let ProfileError::Through(wall, at, by) = refused(&raised, &Articulation::default()) else { panic!() };
     assert!(
         wall == "hard palate" && (0.02..0.04).contains(&at[0]) && (0.0..0.01).contains(&by),
         "{wall} {at:?} {by}"
     );
     // The root through the back wall of the pharynx.
     let back: Vec<Point> = tongue().iter().map(|p| [p[0] + 0.02, p[1]]).collect();
-    assert!(refused(&back, &Posture::default()).to_string().contains("there is no airway"));
+    assert!(refused(&back, &Articulation::default()).to_string().contains("there is no airway"));
     // Lower teeth above the upper ones, closed lips, no tongue, numbers that are none.
-    let shut = Posture { jaw_deg: -5.0, ..Posture::default() };
+    let shut = Articulation { jaw_deg: -5.0, ..Articulation::default() };
     assert!(matches!(refused(&tongue(), &shut), ProfileError::Through(..) | ProfileError::Crossed(..)));
     for posture in [
-        Posture { lip_opening_mm: 0.0, ..Posture::default() },
-        Posture { lip_opening_mm: 1.0, lip_protrusion_mm: 30.0, ..Posture::default() },
-        Posture { lip_protrusion_mm: -9.0, ..Posture::default() },
-        Posture { jaw_deg: f64::NAN, ..Posture::default() },
+        Articulation { lip_opening_mm: 0.0, ..Articulation::default() },
+        Articulation { lip_opening_mm: 1.0, lip_protrusion_mm: 30.0, ..Articulation::default() },
+        Articulation { lip_protrusion_mm: -9.0, ..Articulation::default() },
+        Articulation { jaw_deg: f64::NAN, ..Articulation::default() },
     ] {
         assert!(matches!(refused(&tongue(), &posture), ProfileError::Bad(_)));
     }
-    assert!(matches!(refused(&tongue()[..1], &Posture::default()), ProfileError::Bad(_)));
+    assert!(matches!(refused(&tongue()[..1], &Articulation::default()), ProfileError::Bad(_)));
 }
 
 #[test]

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use tongue_fit::body::{Anatomy, Body, ContinuumSettings, HYOID, MANDIBLE, json as mesh_json};
 use tongue_fit::geometry::topology;
+use tongue_fit::heard::{Airway, Articulation, Formant, mean_vowels};
 use tongue_fit::inverse::alarms;
 use tongue_fit::measured::Dataset;
 use tongue_fit::measured::muscles::Muscles;
@@ -61,9 +62,11 @@ impl BodyText {
     }
 }
 
-/// Numbers of a frame that are not tensions, lengths or positions: what goes in (jaw and hyoid), and what comes out.
-const BONES: usize = 3;
+/// Numbers of a frame that are not tensions, lengths or positions: what goes in (jaw, hyoid and lips), and what comes out.
+const POSTURE: usize = 5;
 const FINDINGS: usize = 5;
+/// Formants that are told.
+const FORMANTS: usize = 5;
 
 /// A body, what acts on it, and where it is.
 pub struct Engine {
@@ -76,6 +79,8 @@ pub struct Engine {
     scene: Scene,
     system: Arc<System<2>>,
     workspace: Workspace<2>,
+    /// The tract round it, where it has a tongue's outline.
+    airway: Option<Airway>,
     /// Whether the posture is one that the next can be solved from.
     settled: bool,
 }
@@ -97,7 +102,11 @@ impl Engine {
             Some(data) => data,
             None => Dataset::reference().map_err(|e| e.to_string())?,
         };
-        Ok(Self { body, model, thesis, data, scene, system, workspace, settled: true })
+        // A body of one's own is not the one that the tract is drawn round.
+        let own = text.mesh.is_some() || text.anatomy.is_some();
+        let round = || Airway::round(&body, Airway::drawn().ok()?).ok();
+        let airway = if own { None } else { round() };
+        Ok(Self { body, model, thesis, data, scene, system, workspace, airway, settled: true })
     }
 
     /// What a picture of it needs: m, and numbers of nodes.
@@ -128,6 +137,8 @@ impl Engine {
             "palate_m": self.body.palate.as_deref().map(points),
             "joint_mm": JOINT_MM,
             "continuum": mesh.continuum.is_some(),
+            "tract": self.airway.as_ref().map(|a| a.tract()),
+            "means": mean_vowels().unwrap_or_default(),
         })
     }
 
@@ -147,13 +158,16 @@ impl Engine {
 
     /// How many numbers a frame takes and gives.
     pub fn numbers(&self) -> usize {
-        BONES.max(FINDINGS) + self.system.muscle_count() * 2 + 2 * self.body.mesh.nodes.len()
+        let positions = 2 * self.body.mesh.nodes.len();
+        POSTURE.max(FINDINGS) + self.system.muscle_count() * 2 + positions + 2 * FORMANTS
     }
 
-    /// One posture, from the last one. In `numbers` stand the opening of the jaw (degrees), the displacement of the hyoid (mm), and from
-    /// number 5 on the tension of every muscle (N per metre of thickness). Then there stand, in their place: smallest and largest ratio
+    /// One posture, from the last one. In `numbers` stand the opening of the jaw (degrees), the displacement of the hyoid (mm), opening
+    /// and protrusion of the lips (mm; without an opening nothing is heard), and from number 5 on the tension of every muscle (N per metre
+    /// of thickness). Then there stand, in their place: smallest and largest ratio
     /// of a triangle's area to that at rest, elements in which the barrier acts, iterations, largest residual force (N); behind the
-    /// tensions the length of every muscle (m) and the positions (m). What is no number counts as none.
+    /// tensions the length of every muscle (m), the positions (m), and the frequencies and then the bandwidths of the formants (Hz; zero
+    /// where nothing is heard). What is no number counts as none.
     pub fn frame(&mut self, numbers: &mut [f64]) -> bool {
         let muscles = self.system.muscle_count();
         if numbers.len() != self.numbers() {
@@ -163,7 +177,8 @@ impl Engine {
         let (jaw, hyoid) = (finite(numbers[0]), [finite(numbers[1]), finite(numbers[2])]);
         let tensions: Vec<f64> =
             numbers[FINDINGS..FINDINGS + muscles].iter().map(|t| finite(*t).max(0.0)).collect();
-        self.carry(jaw.clamp(-60.0, 60.0), hyoid);
+        let (jaw, lips) = (jaw.clamp(-60.0, 60.0), [finite(numbers[3]), finite(numbers[4])]);
+        self.carry(jaw, hyoid);
         if !self.settled {
             self.workspace.start_from_rest(&self.system);
         }
@@ -176,7 +191,18 @@ impl Engine {
         numbers[..FINDINGS].copy_from_slice(&found);
         let rest = &mut numbers[FINDINGS + muscles..];
         let lengths = self.system.lengths(positions);
+        let heard = self.airway.as_ref().filter(|_| lips[0] > 0.0).and_then(|airway| {
+            let [lip_opening_mm, lip_protrusion_mm] = lips;
+            let posture = Articulation { jaw_deg: jaw, hyoid_mm: hyoid, lip_opening_mm, lip_protrusion_mm };
+            airway.sound(positions, &posture).ok()
+        });
+        let formants = heard.map(|sound| sound.formants).unwrap_or_default();
+        let of = |number: fn(&Formant) -> f64| {
+            let all = formants.iter().map(number).chain(std::iter::repeat(0.0));
+            all.take(FORMANTS).collect::<Vec<_>>()
+        };
         let values = lengths.into_iter().chain(positions.iter().flat_map(|p| [p.x, p.y]));
+        let values = values.chain(of(|f| f.frequency_hz)).chain(of(|f| f.bandwidth_hz));
         rest.iter_mut().zip(values).for_each(|(to, value)| *to = value);
         self.settled
     }

@@ -20,6 +20,7 @@ mod msh;
 #[cfg(feature = "files")]
 mod page;
 mod record;
+mod sound;
 mod space;
 #[cfg(feature = "files")]
 mod staged;
@@ -33,6 +34,7 @@ mod track_page;
 mod trajectory;
 mod valley_record;
 mod vtu;
+mod wav;
 
 pub use csv::{Rows, Table};
 pub use draws::Draws;
@@ -46,13 +48,15 @@ pub use msh::Msh;
 pub use record::{
     AlarmRecord, BoneRecord, BranchRecord, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord,
 };
+pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{SpaceRecord, SpaceVtu};
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::{Sto, StoTable};
 pub use svg::{
-    Curve, Frame, Panel, Scatter, Section, Series, Svg, Timeline, animation, animation_of_seen, changes,
-    outlines, pairs, panels, ridges, scatter, solid, timelines, tongue, valley, work_precision,
+    Curve, Frame, Panel, Scatter, Section, Series, Svg, Timeline, VowelPicture, animation, animation_of_seen,
+    changes, outlines, pairs, panels, ridges, scatter, solid, timelines, tongue, valley, vowel,
+    work_precision,
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
@@ -63,3 +67,4 @@ pub use track_page::{TrackPage, TrackPicture};
 pub use trajectory::{History, TrajectoryRecord};
 pub use valley_record::{ValleyPointRecord, ValleyRecord};
 pub use vtu::{Pvd, Vtu};
+pub use wav::Wav;

@@ -26,6 +26,7 @@ impl Scene {
             return Err(contradiction("[fit]", format!("tensions_n.{muscle}"), why));
         }
         self.check_points()?;
+        self.check_tract()?;
         match &self.effects.gravity {
             Some(g) if g.posture.is_some() == g.direction.is_some() => {
                 let why = "say exactly one of them, since each tells where things fall";
@@ -72,6 +73,28 @@ impl Scene {
             return Err(SceneError::Value { key, value: seen as f64, must: "at least 3: fewer say nothing" });
         }
         Ok(())
+    }
+
+    fn check_tract(&self) -> Result<(), SceneError> {
+        let wanted = self.want == Want::Sound;
+        if let Some(tract) = &self.tract {
+            positive("tract.lip_opening_mm", tract.lip_opening_mm)?;
+            finite("tract.lip_protrusion_mm", tract.lip_protrusion_mm)?;
+        }
+        first_broken(&[
+            (
+                wanted && self.tract.is_none(),
+                "want = \"sound\"",
+                "the lack of [tract]",
+                "say what is round the tongue: [tract] alone takes the one that is drawn, with its lips open by 8 mm",
+            ),
+            (
+                !wanted && self.tract.is_some() && self.want != Want::Trajectory,
+                "[tract]",
+                "want",
+                "neither shape nor lengths depend on it; want = \"sound\", or remove the table",
+            ),
+        ])
     }
 
     fn check_numbers(&self) -> Result<(), SceneError> {

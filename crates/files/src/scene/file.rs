@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::SceneError;
+use super::sound::Tract;
 use tongue_core::material::{Preset, Spread};
 use tongue_core::suggest;
 use tongue_input::bodies::Unit;
@@ -39,6 +40,8 @@ pub struct Scene {
     pub effects: Effects,
     /// How long to follow the motion; goes with `want = "trajectory"`.
     pub trajectory: Option<Trajectory>,
+    /// The tract round the tongue; goes with `want = "sound"`, and with a trajectory whose formants are wanted.
+    pub tract: Option<Tract>,
 }
 
 /// What is wanted of a scene.
@@ -51,6 +54,8 @@ pub enum Want {
     Shape,
     /// The way there: the shape over time.
     Trajectory,
+    /// The vowel: areas of the tract round the tongue, its formants, and how they answer to tensions.
+    Sound,
 }
 
 /// The body.

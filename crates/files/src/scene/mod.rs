@@ -2,7 +2,7 @@
 //!
 //! [`mod@file`] is the scene as it is written, [`body`] the body that it names, [`plan`] what is simulated and what is left
 //! out and why, [`prepare`] the system made after it, [`points`] tensions from what was seen, [`run`] the result, [`compare`] what
-//! pruning saves.
+//! pruning saves, [`sound`] what is heard.
 
 pub mod body;
 mod check;
@@ -13,6 +13,7 @@ pub mod points;
 pub mod prepare;
 pub mod run;
 mod shipped;
+pub mod sound;
 
 use tongue_core::body::BodyError;
 use tongue_core::dynamics::{MethodError, MotionError};
@@ -20,6 +21,7 @@ use tongue_core::material::MaterialError;
 use tongue_core::statics;
 use tongue_core::suggest;
 use tongue_core::system::SystemError;
+use tongue_infer::heard::AirwayError;
 use tongue_infer::inverse::FitError;
 use tongue_input::measured;
 
@@ -107,6 +109,17 @@ pub enum SceneError {
     NotCarried {
         /// How the equilibrium on the way there ended.
         status: statics::Status,
+    },
+    /// The tract cannot be read, or its walls meet.
+    #[error("[tract]: {0}")]
+    Airway(#[from] AirwayError),
+    /// The file of a tract cannot be read.
+    #[error("tract.file: cannot read \"{path}\": {source}")]
+    TractFile {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
     },
     /// The motion cannot be followed with this tolerance.
     #[error(transparent)]

@@ -6,11 +6,12 @@ use nalgebra::{SVector, Vector2};
 
 use super::file::{Gravity as GravityKeys, Kind, Posture, Scene, Want};
 use super::plan::{self, Decision, Plan, Role};
-use super::{SceneError, points};
+use super::{SceneError, points, sound};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
 use tongue_core::effect::{Contact, Effect, Gravity, lumped_masses};
 use tongue_core::material::{Constants, Spread};
 use tongue_core::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
+use tongue_infer::heard::Airway;
 use tongue_infer::inverse::{Matched, Premises, Setup, Tone};
 use tongue_infer::track::Frame;
 use tongue_input::measured::{Dataset, Target, TargetError, TargetKind, TargetOptions, Vowel};
@@ -36,6 +37,8 @@ pub struct Prepared<const D: usize> {
     pub target: Option<Target>,
     /// The points that are to be fitted, if any.
     pub seen: Option<Frame>,
+    /// The tract round the body, if it is to be heard.
+    pub airway: Option<Airway>,
 }
 
 /// How much is simulated.
@@ -61,6 +64,7 @@ pub fn prepare<const D: usize>(
     let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
     let tensions = tensions(scene, &body)?;
     let seen = points::frame(scene, &body)?;
+    let airway = sound::airway(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
     let tone = Tone::Uniform(scene.fit.as_ref().map_or(0.0, |fit| fit.tone_n_per_m));
     let contracting: Vec<usize> = match (&target, extent) {
@@ -109,7 +113,7 @@ pub fn prepare<const D: usize>(
     let roles = roles(scene, &body, &contracting, target.as_ref());
     let method = method(scene);
     let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
-    Ok(Prepared { plan, body, system, setup, start, tensions, wall, target, seen })
+    Ok(Prepared { plan, body, system, setup, start, tensions, wall, target, seen, airway })
 }
 
 /// The same body and bones, with nothing that acts on them but the wall.

@@ -9,11 +9,13 @@ use super::file::{Scene, Want};
 use super::plan::Plan;
 use super::points::PointsFit;
 use super::prepare::{Extent, Prepared, prepare};
-use super::{SceneError, body};
+use super::{SceneError, body, sound};
+use crate::report::SoundRecord;
 use tongue_core::dynamics::{self, Control, Counts, Method, Motion, Observer, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::statics::{self, Settings, Solution, Workspace};
+use tongue_infer::heard::Articulation;
 use tongue_infer::inverse;
 use tongue_infer::track::FrameStatus;
 use tongue_input::bodies::AnyBody;
@@ -78,6 +80,9 @@ pub struct Moment {
     pub time_s: f64,
     /// Length of every muscle, mm; of muscles that share a name the mean.
     pub lengths_mm: Vec<f64>,
+    /// Formants, Hz, where the scene has a tract; null where its walls meet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub formants_hz: Option<Vec<f64>>,
 }
 
 /// A trajectory.
@@ -123,6 +128,9 @@ pub struct Outcome {
     /// What the points say, where some were given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<PointsFit>,
+    /// What is heard, where that was wanted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sound: Option<SoundRecord>,
     /// The trajectory, where one was wanted.
     pub trajectory: Option<Way>,
     /// Time of the answer, s: solve, fit or trajectory.
@@ -167,10 +175,13 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         points = Some(told);
         prepared.tensions = tensions;
     }
-    let (mut solution, mut trajectory) = (None, None);
+    let (mut solution, mut trajectory, mut heard) = (None, None, None);
     let positions = if let Some(workspace) = &mut workspace {
         let settings = Settings::default();
         solution = Some(statics::solve(&prepared.system, workspace, &prepared.tensions, &settings));
+        if scene.want == Want::Sound {
+            heard = sound::hear(prepared, sound::posture(scene), workspace)?;
+        }
         workspace.positions().to_vec()
     } else {
         let (way, positions) = follow(scene, prepared)?;
@@ -207,6 +218,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         solution,
         fit: fitted,
         points,
+        sound: heard,
         trajectory,
         wall_s,
         time_by_effect: time_by_effect(prepared, at, evaluations),
@@ -216,6 +228,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
 }
 
 struct Lengths<'a, const D: usize> {
+    posture: Articulation,
     prepared: &'a Prepared<D>,
     moments: Vec<Moment>,
 }
@@ -223,7 +236,8 @@ struct Lengths<'a, const D: usize> {
 impl<const D: usize> Observer<D> for Lengths<'_, D> {
     fn sample(&mut self, time_s: f64, positions: &[SVector<f64, D>]) {
         let lengths_mm = muscles(self.prepared, positions, None).into_iter().map(|m| m.length_mm).collect();
-        self.moments.push(Moment { time_s, lengths_mm });
+        let formants_hz = sound::formants(self.prepared, &self.posture, positions);
+        self.moments.push(Moment { time_s, lengths_mm, formants_hz });
     }
 }
 
@@ -257,7 +271,8 @@ pub(super) fn follow<const D: usize>(
         state.positions.copy_from_slice(workspace.positions());
     }
     let start = state.positions.clone();
-    let mut lengths = Lengths { prepared, moments: Vec::with_capacity(SAMPLES) };
+    let mut lengths =
+        Lengths { posture: sound::posture(scene), prepared, moments: Vec::with_capacity(SAMPLES) };
     let times = dynamics::sample_times(duration, SAMPLES);
     let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, duration, &times, &mut lengths);
     let way = Way {

@@ -1,5 +1,6 @@
 //! The walls of a tract as data, and what moves them.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
@@ -25,6 +26,9 @@ pub struct Tract {
     pub lips: Lips,
     /// How finely it is cut.
     pub grid: Grid,
+    /// Where jaw and lips are in vowels, by their labels.
+    #[serde(default)]
+    pub posture: BTreeMap<String, Articulation>,
 }
 
 /// A piece of the outer wall.
@@ -104,7 +108,7 @@ pub struct Grid {
 /// Where jaw, hyoid and lips are.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Posture {
+pub struct Articulation {
     /// Angle by which the jaw is opened, degrees.
     pub jaw_deg: f64,
     /// Shift of the hyoid, mm.
@@ -115,7 +119,7 @@ pub struct Posture {
     pub lip_protrusion_mm: f64,
 }
 
-impl Default for Posture {
+impl Default for Articulation {
     fn default() -> Self {
         Self { jaw_deg: 0.0, hyoid_mm: [0.0; 2], lip_opening_mm: 8.0, lip_protrusion_mm: 0.0 }
     }
@@ -175,8 +179,8 @@ impl Tract {
     }
 
     /// The two sections between the lips.
-    pub(super) fn lip_sections(&self, posture: &Posture) -> Result<[Section; 2], ProfileError> {
-        let Posture { lip_opening_mm: opening, lip_protrusion_mm: protrusion, .. } = *posture;
+    pub(super) fn lip_sections(&self, posture: &Articulation) -> Result<[Section; 2], ProfileError> {
+        let Articulation { lip_opening_mm: opening, lip_protrusion_mm: protrusion, .. } = *posture;
         let width = self.lips.width_mm + 1.5 * (opening - protrusion);
         let length = self.lips.length_mm + protrusion;
         let bad = |what: String| Err(ProfileError::Bad(what));

@@ -1,7 +1,7 @@
 //! The walls in one posture, and the lines across the airway between them.
 
 use super::tract::Carrier;
-use super::{Across, Point, Posture, ProfileError, Tract, cross, minus};
+use super::{Across, Articulation, Point, ProfileError, Tract, cross, minus};
 
 /// How far a line looks for the opposite wall, m.
 const REACH_M: f64 = 0.08;
@@ -25,7 +25,11 @@ pub(super) struct Walls<'a> {
 }
 
 impl<'a> Walls<'a> {
-    pub(super) fn new(tract: &'a Tract, tongue: &[Point], posture: &Posture) -> Result<Self, ProfileError> {
+    pub(super) fn new(
+        tract: &'a Tract,
+        tongue: &[Point],
+        posture: &Articulation,
+    ) -> Result<Self, ProfileError> {
         let numbers = [posture.jaw_deg, posture.hyoid_mm[0], posture.hyoid_mm[1], posture.lip_protrusion_mm];
         if numbers.iter().any(|x| !x.is_finite()) {
             return Err(ProfileError::Bad("jaw, hyoid and lips must be finite numbers".to_owned()));

@@ -8,6 +8,7 @@ mod changes;
 mod contours;
 mod labels;
 mod muscles;
+mod plot;
 mod posterior;
 mod scatter;
 mod section;
@@ -16,6 +17,7 @@ mod solid;
 mod tensions;
 mod timelines;
 mod valley;
+mod vowel;
 mod work_precision;
 
 use std::fmt::{self, Write as _};
@@ -37,6 +39,7 @@ pub use solid::solid;
 pub use tensions::{Found, Tension, tensions};
 pub use timelines::{Timeline, timelines};
 pub use valley::valley;
+pub use vowel::{VowelPicture, vowel};
 pub use work_precision::{Curve, work_precision};
 
 /// Width of an ordinary figure, px. Printed in a journal column of 85 mm, 24 px are 6.4 points: no text is smaller.

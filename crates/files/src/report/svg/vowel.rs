@@ -1,0 +1,140 @@
+//! A vowel: the tongue in its tract, the vowel chart, areas and transfer function.
+
+use nalgebra::SVector;
+
+use super::axes::{BELOW, Bounds, LEFT, View};
+use super::plot::Plot;
+use super::section::{DEFORMED, REST_TISSUE, ring};
+use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
+use crate::report::{AreaRow, ReportError, SoundRecord};
+use tongue_core::body::Mesh;
+
+const WALL: &str = "#a04000";
+const HEARD: &str = "#08519c";
+const MEAN: &str = "#777777";
+const LOWER: f64 = 250.0;
+const CHART: f64 = 330.0;
+
+/// What is drawn of a vowel.
+#[derive(Debug, Clone, Copy)]
+pub struct VowelPicture<'a> {
+    /// The body at rest.
+    pub mesh: &'a Mesh<2>,
+    /// Position of every node, m.
+    pub positions: &'a [SVector<f64, 2>],
+    /// What is heard.
+    pub sound: &'a SoundRecord,
+    /// Means that were published: vowel, first and second formant, Hz.
+    pub means: &'a [(String, [f64; 2])],
+    /// Title.
+    pub title: &'a str,
+}
+
+/// Draws a vowel.
+///
+/// # Errors
+/// As [`super::tongue`].
+pub fn vowel(shown: &VowelPicture<'_>) -> Result<Svg, ReportError> {
+    super::check(shown.mesh, shown.positions, &vec![0.0; shown.mesh.muscles.len()])?;
+    let (mut svg, top) = Svg::new(shown.title, &description(shown), WIDTH);
+    let top = top + MARGIN;
+    let below = tract(&mut svg, shown, top).max(chart(&mut svg, shown, top)) + 2.0 * MARGIN;
+    areas(&mut svg, &shown.sound.area_function, below);
+    let lower = below + LOWER + BELOW;
+    transfer(&mut svg, shown.sound, lower);
+    Ok(svg.finish(lower + LOWER + BELOW))
+}
+
+fn description(shown: &VowelPicture<'_>) -> String {
+    let sound = shown.sound;
+    let each: Vec<String> = sound
+        .formants_hz
+        .iter()
+        .zip(&sound.bandwidths_hz)
+        .enumerate()
+        .map(|(i, (f, b))| format!("F{} {f:.0} Hz (bandwidth {b:.0} Hz)", i + 1))
+        .collect();
+    format!(
+        "A tongue in its vocal tract, {:.0} mm long. Formants: {}.",
+        sound.tract_length_mm,
+        each.join(", ")
+    )
+}
+
+/// The midsagittal section; returns its lower end, px.
+fn tract(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
+    let metres = |[x, y]: [f64; 2]| SVector::from([1e-3 * x, 1e-3 * y]);
+    let outer: Vec<_> = shown.sound.across_mm.iter().map(|[o, _]| metres(*o)).collect();
+    let inner: Vec<_> = shown.sound.across_mm.iter().map(|[_, i]| metres(*i)).collect();
+    let bounds = Bounds::of(outer.iter().chain(&inner).chain(shown.positions)).outwards(0.003, 0.01);
+    let view = View::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
+    let on = |points: &[SVector<f64, 2>]| data([points.iter().map(|p| view.place(p)).collect::<Vec<_>>()]);
+    svg.fill(&ring(&view, shown.mesh, shown.positions), REST_TISSUE);
+    for (o, i) in outer.iter().zip(&inner) {
+        svg.line(view.place(o), view.place(i), RULE, 1.0);
+    }
+    svg.stroke(&ring(&view, shown.mesh, shown.positions), DEFORMED, 2.6);
+    svg.stroke(&on(&inner), HEARD, 2.0);
+    svg.stroke(&on(&outer), WALL, 3.0);
+    view.axes(svg, ["front \u{2190} x (mm) \u{2192} back", "y (mm)"]);
+    view.end()[1] + BELOW
+}
+
+/// First against second formant, as phoneticians draw it; returns its lower end, px.
+fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
+    let heard = [0, 1].map(|i| shown.sound.formants_hz.get(i).copied().unwrap_or(0.0));
+    let all = || shown.means.iter().map(|(_, f)| *f).chain([heard]);
+    let most = |i: usize, least: f64| all().map(|f| f[i]).fold(least, f64::max);
+    let round = |v: f64, step: f64| (v / step).ceil() * step;
+    let plot = Plot {
+        corner: [0.5 * WIDTH + LEFT + MARGIN, top],
+        size: [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
+        x: [round(most(1, 2400.0), 200.0), 600.0],
+        y: [round(most(0, 900.0), 100.0), 200.0],
+    };
+    plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"]);
+    for (vowel, [f1, f2]) in shown.means {
+        svg.text(plot.place(*f2, *f1), Anchor::Middle, Face::Plain, vowel);
+    }
+    let [x, y] = plot.place(heard[1], heard[0]);
+    svg.element("circle", format_args!("cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"9\" fill=\"{HEARD}\""));
+    let foot = top + CHART + BELOW;
+    let left = plot.corner[0] - LEFT + MARGIN;
+    svg.element("circle", format_args!("cx=\"{:.1}\" cy=\"{foot:.1}\" r=\"9\" fill=\"{HEARD}\"", left + 9.0));
+    svg.text([left + 28.0, foot], Anchor::Start, Face::Plain, "heard here");
+    if !shown.means.is_empty() {
+        svg.text([left, foot + 1.4 * TEXT], Anchor::Start, Face::Plain, "letters: published means of men");
+    }
+    foot + 2.2 * TEXT
+}
+
+fn areas(svg: &mut Svg, rows: &[AreaRow], top: f64) {
+    let end = |r: &AreaRow| r.from_glottis_mm + 0.5 * r.length_mm;
+    let length = rows.last().map_or(1.0, end);
+    let most = rows.iter().map(|r| r.area_cm2).fold(1.0, f64::max);
+    let plot = Plot {
+        corner: [LEFT + MARGIN, top],
+        size: [WIDTH - LEFT - 3.0 * MARGIN, LOWER],
+        x: [0.0, length],
+        y: [0.0, most.ceil()],
+    };
+    plot.axes(svg, ["glottis \u{2190} along the tract (mm) \u{2192} lips", "area (cm²)"]);
+    let steps = rows.iter().flat_map(|r| [[end(r) - r.length_mm, r.area_cm2], [end(r), r.area_cm2]]);
+    svg.stroke(&plot.path(steps), HEARD, 2.5);
+}
+
+fn transfer(svg: &mut Svg, sound: &SoundRecord, top: f64) {
+    let levels = || sound.transfer_db.iter().map(|p| p[1]).filter(|v| v.is_finite());
+    let (low, high) = levels().fold((0.0_f64, 10.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+    let plot = Plot {
+        corner: [LEFT + MARGIN, top],
+        size: [WIDTH - LEFT - 3.0 * MARGIN, LOWER],
+        x: [0.0, sound.transfer_db.last().map_or(1.0, |p| p[0])],
+        y: [(low / 10.0).floor() * 10.0, (high / 10.0).ceil() * 10.0],
+    };
+    plot.axes(svg, ["frequency (Hz)", "level (dB)"]);
+    for f in sound.formants_hz.iter().filter(|f| **f <= plot.x[1]) {
+        svg.dashes(&plot.path([[*f, plot.y[0]], [*f, plot.y[1]]]), MEAN, 1.5);
+    }
+    svg.stroke(&plot.path(sound.transfer_db.iter().copied()), INK, 2.5);
+}

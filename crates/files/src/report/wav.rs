@@ -1,0 +1,23 @@
+//! A voice as a WAV file, which says in its list of information who made it.
+
+use std::io::{self, Write};
+
+use tongue_sound::voice;
+
+use super::export::{Export, Provenance};
+
+/// Samples between -1 and 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wav {
+    /// The samples.
+    pub samples: Vec<f64>,
+    /// Samples a second.
+    pub rate_hz: u32,
+}
+
+impl Export for Wav {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let entries: Vec<String> = by.entries().map(|(name, value)| format!("{name}: {value}")).collect();
+        out.write_all(&voice::wav(&self.samples, self.rate_hz, &entries.join("; ")))
+    }
+}

@@ -1,0 +1,150 @@
+//! What a scene hears: the tract round its tongue, formants, and how they answer to tensions.
+
+use std::any::Any;
+use std::io;
+
+use nalgebra::SVector;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::file::{Scene, Want};
+use super::prepare::Prepared;
+use super::{JOINT_MM, SceneError};
+use crate::report::{AreaRow, FormantsByTension, SoundRecord};
+use tongue_core::body::Body;
+use tongue_core::statics::{Response, Workspace};
+use tongue_infer::heard::{Airway, AirwayError, Articulation};
+use tongue_input::files;
+
+/// Steps of the transfer function that is reported, and its end, Hz.
+const STEP_HZ: f64 = 20.0;
+const HIGHEST_HZ: f64 = 5000.0;
+
+/// The tract round the tongue. Jaw and larynx are where `effects.jaw` and `effects.hyoid` take them.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tract {
+    /// Its file, from the current folder; the tract that is drawn round the reference tongue where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Height of the opening between the lips, mm.
+    #[serde(default = "default_opening")]
+    pub lip_opening_mm: f64,
+    /// How far the lips are protruded, mm.
+    #[serde(default)]
+    pub lip_protrusion_mm: f64,
+}
+
+impl Default for Tract {
+    fn default() -> Self {
+        Self { file: None, lip_opening_mm: default_opening(), lip_protrusion_mm: 0.0 }
+    }
+}
+
+fn default_opening() -> f64 {
+    Articulation::default().lip_opening_mm
+}
+
+/// Where jaw, hyoid and lips of a scene are.
+pub(super) fn posture(scene: &Scene) -> Articulation {
+    let tract = scene.tract.clone().unwrap_or_default();
+    Articulation {
+        jaw_deg: scene.effects.jaw.as_ref().map_or(0.0, |j| j.opening_deg),
+        hyoid_mm: scene.effects.hyoid.as_ref().map_or([0.0; 2], |h| h.shift_mm),
+        lip_opening_mm: tract.lip_opening_mm,
+        lip_protrusion_mm: tract.lip_protrusion_mm,
+    }
+}
+
+/// The tract round the body of a scene; `None` where nothing is to be heard.
+///
+/// # Errors
+/// [`SceneError::Contradiction`] with a body that has no tongue's outline, [`SceneError::Airway`], and as the file cannot be read.
+pub(super) fn airway<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Airway>, SceneError> {
+    let Some(wanted) =
+        scene.tract.as_ref().filter(|_| scene.want != Want::Shape && scene.want != Want::Lengths)
+    else {
+        return Ok(None);
+    };
+    let mut tract = match &wanted.file {
+        None => Airway::drawn()?,
+        Some(path) => {
+            let text = files::read(path).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
+            let text = text.map_err(|source| SceneError::TractFile { path: path.clone(), source })?;
+            Airway::read(&text, path)?
+        }
+    };
+    tract.jaw.joint_mm = scene.effects.jaw.as_ref().map_or(JOINT_MM, |j| j.joint_mm);
+    let flat = (body as &dyn Any).downcast_ref::<Body<2>>();
+    let round = flat.map(|body| Airway::round(body, tract));
+    match round {
+        Some(Err(AirwayError::NoSurface)) | None => {
+            let why = AirwayError::NoSurface.to_string();
+            Err(SceneError::contradiction("[tract]", scene.body_key(), why))
+        }
+        Some(airway) => Ok(Some(airway?)),
+    }
+}
+
+/// What is heard of the equilibrium that the last solve left in a workspace.
+///
+/// # Errors
+/// [`SceneError::Airway`] where walls meet.
+pub(super) fn hear<const D: usize>(
+    prepared: &Prepared<D>,
+    posture: Articulation,
+    workspace: &mut Workspace<D>,
+) -> Result<Option<SoundRecord>, SceneError> {
+    let (prepared, workspace) = (prepared as &dyn Any, workspace as &mut dyn Any);
+    let plane = prepared.downcast_ref::<Prepared<2>>().zip(workspace.downcast_mut::<Workspace<2>>());
+    let Some((prepared, workspace)) = plane else { return Ok(None) };
+    let Some(airway) = &prepared.airway else { return Ok(None) };
+    let sound = airway.sound(workspace.positions(), &posture)?;
+    let sections = &sound.profile.sections;
+    let mut from_glottis = 0.0;
+    let area_function = sections.iter().map(|s| {
+        from_glottis += s.length_m;
+        AreaRow {
+            from_glottis_mm: 1e3 * (from_glottis - 0.5 * s.length_m),
+            length_mm: 1e3 * s.length_m,
+            area_cm2: 1e4 * s.area_m2,
+        }
+    });
+    let millimetres = |p: [f64; 2]| p.map(|x| 1e3 * x);
+    let mut record = SoundRecord {
+        formants_hz: sound.formants.iter().map(|f| f.frequency_hz).collect(),
+        bandwidths_hz: sound.formants.iter().map(|f| f.bandwidth_hz).collect(),
+        by_tension: Vec::new(),
+        tract: airway.tract().name.clone(),
+        posture,
+        tract_length_mm: 1e3 * sound.profile.length_m(),
+        area_function: area_function.collect(),
+        across_mm: sound.profile.across.iter().map(|a| [a.outer, a.inner].map(millimetres)).collect(),
+        transfer_db: airway.transfer(sections, STEP_HZ, HIGHEST_HZ),
+    };
+    let rates = airway.rates(&sound);
+    // An equilibrium that is not a stable one has no rates.
+    if let Ok(mut response) = Response::new(&prepared.system, workspace) {
+        for &chain in prepared.system.contracting() {
+            let muscle = &prepared.body.mesh.muscles[chain].name;
+            let own = Airway::by_tension(&rates, &mut response, chain);
+            match record.by_tension.iter_mut().find(|b| b.muscle == *muscle) {
+                Some(same) => same.hz_per_n.iter_mut().zip(own).for_each(|(sum, x)| *sum += x),
+                None => record.by_tension.push(FormantsByTension { muscle: muscle.clone(), hz_per_n: own }),
+            }
+        }
+    }
+    Ok(Some(record))
+}
+
+/// Formants of a shape on the way, Hz; none where walls meet.
+pub(super) fn formants<const D: usize>(
+    prepared: &Prepared<D>,
+    posture: &Articulation,
+    positions: &[SVector<f64, D>],
+) -> Option<Vec<f64>> {
+    let airway = prepared.airway.as_ref()?;
+    let flat: Vec<SVector<f64, 2>> = positions.iter().map(|p| SVector::from([p[0], p[1]])).collect();
+    let sound = airway.sound(&flat, posture).ok()?;
+    Some(sound.formants.iter().map(|f| f.frequency_hz).collect())
+}

@@ -1,0 +1,183 @@
+//! The walls of a tract round the surface of a body.
+
+use std::collections::BTreeMap;
+
+use nalgebra::SVector;
+use tongue_sound::formants::{self, Formant, FormantError};
+use tongue_sound::profile::{Articulation, Point, Profile, ProfileError, Tract};
+use tongue_sound::{Acoustics, Section, transfer};
+
+use crate::track::Surface;
+use tongue_core::body::Body;
+use tongue_core::statics::Response;
+
+/// The tract that is drawn round the reference tongue.
+const DRAWN: &str = include_str!("../../../../targets/tract.toml");
+/// Distance of neighbouring points of the tongue's wall, m.
+const POINTS_M: f64 = 2e-3;
+/// Formants that are computed: what listeners and Praat's usual settings look for below 5 kHz.
+const FORMANTS: usize = 5;
+
+/// Why a body has no sound.
+#[derive(Debug, thiserror::Error)]
+pub enum AirwayError {
+    /// The file is no tract.
+    #[error("{origin}:{line}:{column}: {problem}")]
+    Syntax {
+        /// The file.
+        origin: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The body has no surface of a tongue.
+    #[error(
+        "a tract needs the outline of a tongue in the midsagittal plane; take the reference tongue or a mesh in the plane"
+    )]
+    NoSurface,
+    /// The part of the surface that is a wall is none.
+    #[error(
+        "tongue.root_mm and tongue.tip_mm of the tract \"{tract}\" lie nearest to the same place of the body's surface; \
+         the tract was drawn for another body"
+    )]
+    NoWall {
+        /// The tract.
+        tract: String,
+    },
+    /// Walls that meet, or numbers that cannot be.
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
+    /// No formants.
+    #[error(transparent)]
+    Formants(#[from] FormantError),
+}
+
+/// A tract round a body.
+#[derive(Debug, Clone)]
+pub struct Airway {
+    tract: Tract,
+    /// What is assumed of air and walls.
+    pub acoustics: Acoustics,
+    /// Every point of the tongue's wall as a weighted mean of nodes, from root to tip.
+    wall: Vec<Vec<(usize, f64)>>,
+}
+
+/// What is heard in one shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sound {
+    /// The areas.
+    pub profile: Profile,
+    /// The formants, in rising order.
+    pub formants: Vec<Formant>,
+}
+
+/// How the frequency of each formant answers to the nodes, Hz/m: a list of nodes and rates for each.
+pub type Rates = Vec<Vec<(usize, SVector<f64, 2>)>>;
+
+impl Airway {
+    /// Reads the file of a tract; `origin` is what messages call it.
+    ///
+    /// # Errors
+    /// [`AirwayError::Syntax`], [`AirwayError::Profile`].
+    pub fn read(text: &str, origin: &str) -> Result<Tract, AirwayError> {
+        let tract: Tract = toml::from_str(text).map_err(|e| {
+            let before = e.span().and_then(|s| text.get(..s.start)).unwrap_or("");
+            AirwayError::Syntax {
+                origin: origin.to_owned(),
+                line: before.matches('\n').count() + 1,
+                column: before.rsplit('\n').next().unwrap_or("").chars().count() + 1,
+                problem: e.message().to_owned(),
+            }
+        })?;
+        tract.check()?;
+        Ok(tract)
+    }
+
+    /// The tract that is drawn round the reference tongue.
+    ///
+    /// # Errors
+    /// As [`Airway::read`]; none that a test does not find.
+    pub fn drawn() -> Result<Tract, AirwayError> {
+        Self::read(DRAWN, "targets/tract.toml")
+    }
+
+    /// Round a body.
+    ///
+    /// # Errors
+    /// [`AirwayError::NoSurface`], [`AirwayError::NoWall`].
+    pub fn round(body: &Body<2>, tract: Tract) -> Result<Self, AirwayError> {
+        let curve = Surface::of(body).ok_or(AirwayError::NoSurface)?.curve;
+        let count = (curve.length() / (0.1 * POINTS_M)).ceil().max(1.0) as usize;
+        let place = |i: usize| curve.length() * i as f64 / count as f64;
+        let rest = |at: f64| mean(&curve.weights(at), &body.mesh.nodes);
+        let nearest = |[x, y]: [f64; 2]| {
+            let far = |&i: &usize| {
+                let [a, b] = rest(place(i));
+                (a - 1e-3 * x).hypot(b - 1e-3 * y)
+            };
+            (0..=count).min_by(|i, j| far(i).total_cmp(&far(j))).map_or(0.0, place)
+        };
+        let (root, tip) = (nearest(tract.tongue.root_mm), nearest(tract.tongue.tip_mm));
+        let points = ((tip - root).abs() / POINTS_M).ceil() as usize;
+        if points == 0 {
+            return Err(AirwayError::NoWall { tract: tract.name });
+        }
+        let wall =
+            (0..=points).map(|i| curve.weights(root + (tip - root) * i as f64 / points as f64)).collect();
+        Ok(Self { tract, acoustics: Acoustics::default(), wall })
+    }
+
+    /// The tract.
+    pub fn tract(&self) -> &Tract {
+        &self.tract
+    }
+
+    /// What is heard of a shape (positions of all nodes, m) in a posture.
+    ///
+    /// # Errors
+    /// [`AirwayError::Profile`] where walls meet.
+    pub fn sound(&self, positions: &[SVector<f64, 2>], posture: &Articulation) -> Result<Sound, AirwayError> {
+        let tongue: Vec<Point> = self.wall.iter().map(|weights| mean(weights, positions)).collect();
+        let profile = Profile::new(&self.tract, &tongue, posture)?;
+        let formants = formants::formants(&profile.sections, &self.acoustics, FORMANTS)?;
+        Ok(Sound { profile, formants })
+    }
+
+    /// How the formants answer to the nodes.
+    pub fn rates(&self, sound: &Sound) -> Rates {
+        let of = |formant: &Formant| {
+            let by_section = formants::rates(&sound.profile.sections, &self.acoustics, formant);
+            let mut by_node: BTreeMap<usize, SVector<f64, 2>> = BTreeMap::new();
+            sound.profile.frequency_to_tongue(&by_section, |point, rate| {
+                for &(node, weight) in self.wall.get(point).into_iter().flatten() {
+                    *by_node.entry(node).or_default() += SVector::from(rate) * weight;
+                }
+            });
+            by_node.into_iter().collect()
+        };
+        sound.formants.iter().map(of).collect()
+    }
+
+    /// How the formants answer to the tension of a muscle, Hz for 1 N per metre of thickness, at the equilibrium of a response.
+    pub fn by_tension(rates: &Rates, response: &mut Response<'_, 2>, muscle: usize) -> Vec<f64> {
+        response.to_tension(muscle);
+        let motion = response.motion();
+        rates
+            .iter()
+            .map(|formant| formant.iter().map(|(node, rate)| rate.dot(&motion[*node])).sum())
+            .collect()
+    }
+
+    /// Frequencies, Hz, and levels of the transfer function, dB.
+    pub fn transfer(&self, sections: &[Section], step_hz: f64, highest_hz: f64) -> Vec<[f64; 2]> {
+        transfer::curve(sections, &self.acoustics, step_hz, highest_hz)
+    }
+}
+
+fn mean(weights: &[(usize, f64)], positions: &[SVector<f64, 2>]) -> Point {
+    let sum: SVector<f64, 2> = weights.iter().map(|&(node, weight)| positions[node] * weight).sum();
+    [sum.x, sum.y]
+}

@@ -1,0 +1,15 @@
+//! What is heard of a tongue: the tract round it, its formants, and how they answer to every node.
+//!
+//! [`Airway`] joins the walls of a tract ([`tongue_sound`]) to the surface of a body in the plane. A formant is an
+//! [`Observable`](tongue_core::observe::Observable) like a length: it has a value and a gradient by the nodes, so that whatever knows how nodes
+//! answer to tensions (statics, inference) knows how formants do.
+
+mod airway;
+mod formant;
+mod published;
+
+pub use airway::{Airway, AirwayError, Rates, Sound};
+pub use formant::{Heard, TRACT_SD};
+pub use published::{MeanVowel, mean_vowels};
+pub use tongue_sound::Formant;
+pub use tongue_sound::profile::{Articulation, Tract};

@@ -1,0 +1,251 @@
+//! `tongue-fit sound`: the vowel that is heard.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use miette::{IntoDiagnostic, WrapErr, miette};
+use nalgebra::SVector;
+use serde::Serialize;
+use tongue_fit::body::AnyBody;
+use tongue_fit::heard::{Airway, Articulation, Formant, MeanVowel, Tract, mean_vowels};
+use tongue_fit::measured::Vowel;
+use tongue_fit::report::{self, Export, Json, OutputDir, Rows, SoundRecord, VowelPicture, Wav};
+use tongue_fit::scene::file::{Body, Effects, FitTarget, Hyoid, Jaw, Material, Tongue, Want};
+use tongue_fit::scene::prepare::{Extent, prepare};
+use tongue_fit::scene::{Scene, body, run, sound};
+use tongue_sound::voice::{self, Voice};
+
+use super::{Global, Outcome, output, table};
+
+const DEFAULT_OUT: &str = "results/sound";
+/// The vowel that lengths are counted from.
+const BASELINE: &str = "ɯ";
+
+/// Options of `tongue-fit sound`.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Examples:\n  \
+    tongue-fit sound --vowel a\n  \
+    tongue-fit sound --tension GGp=20 --tension SGa=4 --lip-opening 7 --out results/mine")]
+pub struct Arguments {
+    /// Vowel whose lengths are fitted, with jaw and lips as the tract has them for it; of the baseline ɯ the tongue at rest
+    #[arg(long, value_name = "V", required_unless_present = "tension", conflicts_with = "tension")]
+    vowel: Option<String>,
+    /// Subject whose lengths are fitted
+    #[arg(long, value_name = "NAME", default_value = "S2")]
+    subject: String,
+    /// Quantity to hit: ratio (to GGa) or stretch (to the subject's own /ɯ/)
+    #[arg(long, value_name = "KIND", default_value = "stretch")]
+    target: String,
+    /// Tension of every muscle in the baseline, N per metre of thickness
+    #[arg(long, value_name = "N", default_value_t = 0.0)]
+    tone: f64,
+    /// Tension of a muscle in place of a vowel, N per metre of thickness; may be given several times
+    #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
+    tension: Vec<String>,
+    /// Tract (TOML) in place of the one that is drawn round the reference tongue
+    #[arg(long, value_name = "FILE")]
+    tract: Option<PathBuf>,
+    /// Angle by which the jaw is opened, degrees [default: as the tract has it for the vowel, else 0]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    jaw: Option<f64>,
+    /// Shift of the hyoid, mm: back,up
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    hyoid: Option<Vec<f64>>,
+    /// Height of the opening between the lips, mm [default: as the tract has it for the vowel, else 8]
+    #[arg(long, value_name = "MM")]
+    lip_opening: Option<f64>,
+    /// How far the lips are protruded, mm [default: as the tract has it for the vowel, else 0]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    lip_protrusion: Option<f64>,
+    /// Mesh spacing, mm
+    #[arg(long, value_name = "MM", default_value_t = 5.5)]
+    h: f64,
+    /// Pitch of the voice, Hz
+    #[arg(long, value_name = "HZ", default_value_t = Voice::default().pitch_hz)]
+    pitch: f64,
+    /// Duration of the voice, s
+    #[arg(long, value_name = "S", default_value_t = Voice::default().seconds)]
+    seconds: f64,
+}
+
+/// What came out.
+#[derive(Debug, Clone, Serialize)]
+struct Record {
+    subject: Option<String>,
+    vowel: Option<String>,
+    converged: bool,
+    /// N per metre of thickness.
+    tensions_n: BTreeMap<String, f64>,
+    #[serde(flatten)]
+    sound: SoundRecord,
+    published_hz: Option<[f64; 2]>,
+    wall_s: f64,
+}
+
+impl Arguments {
+    fn check(&self) -> miette::Result<()> {
+        let within = |key: &str, x: f64, low: f64, high: f64, why: &str| match (low..=high).contains(&x) {
+            true => Ok(()),
+            false => Err(miette!("{key} is {x}; it must be between {low} and {high}{why}")),
+        };
+        within("--pitch", self.pitch, 40.0, 1000.0, " Hz")?;
+        within("--seconds", self.seconds, 0.05, 60.0, "")?;
+        match &self.hyoid {
+            Some(shift) if shift.len() != 2 => {
+                Err(miette!("--hyoid takes two numbers, such as --hyoid 2,-3"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn read_tract(&self) -> miette::Result<Tract> {
+        let Some(path) = &self.tract else { return Airway::drawn().into_diagnostic() };
+        let text = tongue_fit::files::read_text(path)
+            .into_diagnostic()
+            .wrap_err_with(|| format!("cannot read the tract \"{}\"; name a TOML file", path.display()))?;
+        Airway::read(&text, &path.display().to_string()).into_diagnostic()
+    }
+
+    /// The scene that is heard.
+    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
+        let drawn = vowel.and_then(|v| tract.posture.get(v.label())).copied().unwrap_or_default();
+        let posture = Articulation {
+            jaw_deg: self.jaw.unwrap_or(drawn.jaw_deg),
+            hyoid_mm: self.hyoid.as_deref().and_then(|h| h.try_into().ok()).unwrap_or(drawn.hyoid_mm),
+            lip_opening_mm: self.lip_opening.unwrap_or(drawn.lip_opening_mm),
+            lip_protrusion_mm: self.lip_protrusion.unwrap_or(drawn.lip_protrusion_mm),
+        };
+        let mut tensions_n = BTreeMap::new();
+        for word in &self.tension {
+            let (muscle, n) =
+                word.split_once('=').and_then(|(m, n)| Some((m, n.trim().parse::<f64>().ok()?))).ok_or_else(
+                    || miette!("--tension is \"{word}\"; write a muscle and its tension, such as GGp=20"),
+                )?;
+            tensions_n.insert(muscle.trim().to_owned(), n);
+        }
+        let fitted = vowel.filter(|v| v.label() != BASELINE);
+        Ok(Scene {
+            title: match vowel {
+                Some(v) => format!("{} /{v}/", self.subject),
+                None => self.tension.join(", "),
+            },
+            note: String::new(),
+            want: Want::Sound,
+            body: Body::Tongue(Tongue { h_mm: self.h, kind: Default::default() }),
+            material: Material::default(),
+            tensions_n,
+            fit: fitted.map(|v| FitTarget {
+                subject: self.subject.clone(),
+                vowel: v.label().to_owned(),
+                target: self.target.clone(),
+                tone_n_per_m: self.tone,
+            }),
+            points: None,
+            effects: Effects {
+                incompressibility: Some(true),
+                jaw: (posture.jaw_deg != 0.0)
+                    .then_some(Jaw { opening_deg: posture.jaw_deg, joint_mm: tract.jaw.joint_mm }),
+                hyoid: (posture.hyoid_mm != [0.0; 2]).then_some(Hyoid { shift_mm: posture.hyoid_mm }),
+                ..Effects::default()
+            },
+            trajectory: None,
+            tract: Some(sound::Tract {
+                file: self.tract.as_ref().map(|p| p.display().to_string()),
+                lip_opening_mm: posture.lip_opening_mm,
+                lip_protrusion_mm: posture.lip_protrusion_mm,
+            }),
+        })
+    }
+}
+
+/// Runs it.
+pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    arguments.check()?;
+    let vowel = arguments.vowel.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
+    let tract = arguments.read_tract()?;
+    let scene = arguments.scene(&tract, vowel.as_ref())?;
+    scene.check().into_diagnostic()?;
+    let out =
+        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let AnyBody::Flat(body) = body::build(&scene.body).into_diagnostic()? else {
+        return Err(miette!("only a body in the plane has a tract"));
+    };
+    let mut prepared = prepare(&scene, body, Extent::Pruned).into_diagnostic()?;
+    let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
+    let Some(heard) = answer.sound else { return Err(miette!("nothing is heard of this scene")) };
+    let means = mean_vowels().into_diagnostic()?;
+    let mean = |v: &Vowel| means.iter().find(|m| m.vowel == v.label()).map(|m| [m.f1_hz, m.f2_hz]);
+    let record = Record {
+        subject: vowel.as_ref().map(|_| arguments.subject.clone()),
+        vowel: vowel.as_ref().map(|v| v.label().to_owned()),
+        converged: answer.converged,
+        tensions_n: answer.muscles.iter().map(|m| (m.muscle.clone(), m.tension_n)).collect(),
+        published_hz: vowel.as_ref().and_then(mean),
+        sound: heard,
+        wall_s: answer.wall_s,
+    };
+    let positions: Vec<_> = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
+    let title = format!("{}: the vowel that is heard", scene.title);
+    let shown: Vec<_> = means.iter().map(|m: &MeanVowel| (m.vowel.clone(), [m.f1_hz, m.f2_hz])).collect();
+    let picture = report::vowel(&VowelPicture {
+        mesh: &prepared.body.mesh,
+        positions: &positions,
+        sound: &record.sound,
+        means: &shown,
+        title: &title,
+    })
+    .into_diagnostic()?;
+    let formants: Vec<Formant> = (record.sound.formants_hz.iter().zip(&record.sound.bandwidths_hz))
+        .map(|(&frequency_hz, &bandwidth_hz)| Formant { frequency_hz, bandwidth_hz })
+        .collect();
+    let spoken = Voice { pitch_hz: arguments.pitch, seconds: arguments.seconds, ..Voice::default() };
+    let wav = Wav { samples: voice::samples(&formants, &spoken), rate_hz: spoken.rate_hz };
+    let by = super::provenance().with_tissue(prepared.system.tissue());
+    let stem = vowel.as_ref().map_or("sound", Vowel::label);
+    let names = ["json", "wav", "svg", "csv"].map(|extension| format!("{stem}.{extension}"));
+    let (json, areas) = (Json(&record), Rows(&record.sound.area_function));
+    let files: [(&str, &dyn Export); 4] =
+        [(&names[0], &json), (&names[1], &wav), (&names[2], &picture), (&names[3], &areas)];
+    let written = out.export(&files, &by).into_diagnostic()?;
+    match global.json {
+        true => output::print(&json.text(&by).into_diagnostic()?)?,
+        false => output::summary(&(text(&record, &scene.title) + &table::files(&written)), &written)?,
+    }
+    Ok(if record.converged { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+fn text(record: &Record, title: &str) -> String {
+    let sound = &record.sound;
+    let mut text = format!("{title}: {}\n", sound.tract);
+    let p = &sound.posture;
+    let _ = writeln!(
+        text,
+        "jaw opened by {} degrees, lips by {} mm and protruded by {} mm; {:.0} mm from glottis to lips\n",
+        p.jaw_deg, p.lip_opening_mm, p.lip_protrusion_mm, sound.tract_length_mm
+    );
+    let muscles = sound.by_tension.iter().map(|b| format!("by {} Hz per N/m", b.muscle));
+    let columns: Vec<String> = ["formant", "Hz", "bandwidth Hz", "published Hz"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(muscles)
+        .collect();
+    let mut t = table::table(&columns.iter().map(String::as_str).collect::<Vec<_>>());
+    for (i, (f, b)) in sound.formants_hz.iter().zip(&sound.bandwidths_hz).enumerate() {
+        let mean = record.published_hz.and_then(|m| m.get(i).copied());
+        let rates = sound.by_tension.iter().map(|b| format!("{:+.2}", b.hz_per_n[i]));
+        let own = [
+            format!("F{}", i + 1),
+            format!("{f:.0}"),
+            format!("{b:.0}"),
+            mean.map_or_else(|| "-".to_owned(), |m| format!("{m:.0}")),
+        ];
+        t.add_row(own.into_iter().chain(rates));
+    }
+    let _ = writeln!(text, "{t}\n");
+    if !record.converged {
+        text += "NOT CONVERGED (do not trust the shape)\n";
+    }
+    text + "walls, jaw and lips are drawn, not measured: docs/sound.md says what that does to formants\n\n"
+}
