@@ -2,6 +2,8 @@
 //! motion, and what can be observed of them. SI units everywhere. Nothing here reads or writes a file.
 
 pub mod body;
+#[doc(hidden)]
+pub mod compiled;
 pub mod dynamics;
 pub mod effect;
 pub mod geometry;

@@ -137,6 +137,15 @@ impl Method {
         motion: &Motion<'_, D>,
         control: Control,
     ) -> Result<Box<dyn Integrator<D>>, MethodError> {
+        (motion.system().entries().integrator)(self, motion, control)
+    }
+
+    /// As [`Method::integrator`], compiled where it is called; see [`crate::compiled`].
+    pub(crate) fn integrator_here<const D: usize>(
+        self,
+        motion: &Motion<'_, D>,
+        control: Control,
+    ) -> Result<Box<dyn Integrator<D>>, MethodError> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
         match control {
             Control::Fixed(dt) if !(positive(dt) && dt >= SHORTEST_STEP) => {
@@ -163,6 +172,15 @@ impl Method {
     /// # Errors
     /// As [`Method::integrator`], and [`MethodError::Unstable`] naming the limit.
     pub fn checked<const D: usize>(
+        self,
+        motion: &Motion<'_, D>,
+        control: Control,
+    ) -> Result<Box<dyn Integrator<D>>, MethodError> {
+        (motion.system().entries().checked_integrator)(self, motion, control)
+    }
+
+    /// As [`Method::checked`], compiled where it is called; see [`crate::compiled`].
+    pub(crate) fn checked_here<const D: usize>(
         self,
         motion: &Motion<'_, D>,
         control: Control,

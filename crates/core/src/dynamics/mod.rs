@@ -46,6 +46,7 @@ use serde::Serialize;
 
 pub use method::{Control, Method, MethodError, UnknownMethod};
 pub use motion::{Motion, MotionError, Rates};
+pub(crate) use run::run_here;
 pub use run::{Observer, Outcome, Status, run, sample_times};
 pub use spectrum::Spectrum;
 pub use step_limit::{cost_per_step, step_limit};

@@ -77,6 +77,18 @@ pub fn run<const D: usize>(
     samples: &[f64],
     observer: &mut dyn Observer<D>,
 ) -> Outcome {
+    (motion.system().entries().run)(motion, integrator, state, t_end, samples, observer)
+}
+
+/// As [`run`], compiled where it is called; see [`crate::compiled`].
+pub(crate) fn run_here<const D: usize>(
+    motion: &Motion<'_, D>,
+    integrator: &mut dyn Integrator<D>,
+    state: &mut State<D>,
+    t_end: f64,
+    samples: &[f64],
+    observer: &mut dyn Observer<D>,
+) -> Outcome {
     let system = motion.system();
     let size = system.rest().iter().map(|p| p.norm()).fold(0.0, f64::max);
     let far = (FLOWN * size).powi(2);

@@ -33,8 +33,12 @@ mod trace;
 mod workspace;
 
 pub use response::{Response, length_sensitivities, position_rates};
+pub(crate) use response::{length_sensitivities_here, position_rates_here};
 pub use solution::{Connection, Settings, Solution, Stability, Status};
 pub use solve::solve;
+pub(crate) use solve::solve_here;
 pub use stability::smallest_eigenvalue;
+pub(crate) use stability::smallest_eigenvalue_here;
 pub use trace::{Critical, CriticalKind, TRACE_STEPS, Trace, solve_and_trace, trace};
+pub(crate) use trace::{solve_and_trace_here, trace_here};
 pub use workspace::Workspace;

@@ -103,6 +103,14 @@ pub fn length_sensitivities<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
 ) -> Result<DMatrix<f64>, NotPositiveDefinite> {
+    (system.entries().length_sensitivities)(system, workspace)
+}
+
+/// As [`length_sensitivities`], compiled where it is called; see [`crate::compiled`].
+pub(crate) fn length_sensitivities_here<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+) -> Result<DMatrix<f64>, NotPositiveDefinite> {
     let mut response = Response::new(system, workspace)?;
     let mut out = DMatrix::zeros(system.muscle_count(), system.contracting().len());
     for (column, &muscle) in system.contracting().iter().enumerate() {
@@ -120,6 +128,16 @@ pub fn length_sensitivities<const D: usize>(
 /// (positions, m, and tensions of all muscles, N): one list for each of `muscles`, which are fibres that are
 /// pulled together. `None` where the equilibrium is not a stable one, or not one of this system.
 pub fn position_rates<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    (positions, tensions): (&[SVector<f64, D>], &[f64]),
+    muscles: &[Vec<usize>],
+) -> Option<Vec<Vec<SVector<f64, D>>>> {
+    (system.entries().position_rates)(system, workspace, (positions, tensions), muscles)
+}
+
+/// As [`position_rates`], compiled where it is called; see [`crate::compiled`].
+pub(crate) fn position_rates_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     (positions, tensions): (&[SVector<f64, D>], &[f64]),

@@ -46,6 +46,16 @@ pub fn solve<const D: usize>(
     tensions: &[f64],
     settings: &Settings,
 ) -> Solution {
+    (system.entries().solve)(system, workspace, tensions, settings)
+}
+
+/// As [`solve`], compiled where it is called; see [`crate::compiled`].
+pub(crate) fn solve_here<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &Settings,
+) -> Solution {
     let mut spent = match solve_single(system, workspace, tensions, settings) {
         Ok(solution) => return solution,
         Err(in_vain) => in_vain,

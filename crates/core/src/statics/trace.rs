@@ -84,6 +84,17 @@ pub fn trace<const D: usize>(
     settings: &Settings,
     steps: usize,
 ) -> Trace {
+    (system.entries().trace)(system, workspace, tensions, settings, steps)
+}
+
+/// As [`trace`], compiled where it is called; see [`crate::compiled`].
+pub(crate) fn trace_here<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &Settings,
+    steps: usize,
+) -> Trace {
     let settings = Settings { certify: true, ..*settings };
     let mut path =
         Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
@@ -150,6 +161,17 @@ const SAME_SHAPE_M: f64 = 1e-9;
 /// harder and harder; so it is where the direct solve fails. Where the trace stopped early a direct answer
 /// stands, and [`Trace::stopped`] says that its branch is not known.
 pub fn solve_and_trace<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &Settings,
+    steps: usize,
+) -> Trace {
+    (system.entries().solve_and_trace)(system, workspace, tensions, settings, steps)
+}
+
+/// As [`solve_and_trace`], compiled where it is called; see [`crate::compiled`].
+pub(crate) fn solve_and_trace_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],

@@ -20,6 +20,9 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{SVector, Vector3};
 
 use crate::body::{Continuum, Mesh};
+use crate::compiled::{
+    Entries, effects_in_plane, effects_in_space, seen_as, system_in_plane, system_in_space, taken_as,
+};
 use crate::effect::{
     Attachment, Configuration, Effect, Fibres, FiniteElements, Incompressibility, QuadraticElements, Upright,
 };
@@ -60,6 +63,7 @@ pub struct System<const D: usize> {
     cells: Vec<(Vec<usize>, f64)>,
     /// A number that no other system of the program has.
     number: u64,
+    entries: Entries<D>,
     elements: OnceLock<Option<Arc<Elements>>>,
     at_rest: OnceLock<Option<AtRest>>,
 }
@@ -80,6 +84,26 @@ impl<const D: usize> System<D> {
     /// # Errors
     /// As [`System::new`], and [`SystemError::NotOnBone`] for a node to be carried that no bone holds.
     pub fn with(
+        mesh: &Mesh<D>,
+        model: &Model,
+        contracting: &[usize],
+        additions: Additions<D>,
+    ) -> Result<Self, SystemError> {
+        let mut additions = Some(additions);
+        let in_plane = seen_as(mesh)
+            .zip(taken_as(&mut additions))
+            .map(|(mesh, additions)| system_in_plane(mesh, model, contracting, additions));
+        if in_plane.is_some() {
+            return taken_as(&mut { in_plane }).unwrap_or(Err(SystemError::Dimension { dimension: D }));
+        }
+        let in_space = seen_as(mesh)
+            .zip(taken_as(&mut additions))
+            .map(|(mesh, additions)| system_in_space(mesh, model, contracting, additions));
+        taken_as(&mut { in_space }).unwrap_or(Err(SystemError::Dimension { dimension: D }))
+    }
+
+    /// As [`System::with`], compiled for the dimension where it is called; see [`crate::compiled`].
+    pub(crate) fn build(
         mesh: &Mesh<D>,
         model: &Model,
         contracting: &[usize],
@@ -159,6 +183,26 @@ impl<const D: usize> System<D> {
         effects: Vec<Box<dyn Effect<D>>>,
         contracting: &[usize],
     ) -> Result<Self, SystemError> {
+        let mut effects = Some(effects);
+        let in_plane = seen_as(mesh)
+            .zip(taken_as(&mut effects))
+            .map(|(mesh, effects)| effects_in_plane(mesh, coefficients, effects, contracting));
+        if in_plane.is_some() {
+            return taken_as(&mut { in_plane }).unwrap_or(Err(SystemError::Dimension { dimension: D }));
+        }
+        let in_space = seen_as(mesh)
+            .zip(taken_as(&mut effects))
+            .map(|(mesh, effects)| effects_in_space(mesh, coefficients, effects, contracting));
+        taken_as(&mut { in_space }).unwrap_or(Err(SystemError::Dimension { dimension: D }))
+    }
+
+    /// As [`System::from_effects`], compiled where it is called; see [`crate::compiled`].
+    pub(crate) fn build_from_effects(
+        mesh: &Mesh<D>,
+        coefficients: Coefficients,
+        effects: Vec<Box<dyn Effect<D>>>,
+        contracting: &[usize],
+    ) -> Result<Self, SystemError> {
         let tissue = TissueModel::MassSpring;
         Self::assemble(mesh, tissue, coefficients, effects, &[], Vec::new(), contracting)
     }
@@ -210,6 +254,7 @@ impl<const D: usize> System<D> {
             contracting: contracting.to_vec(),
             cells,
             number: MADE.fetch_add(1, Ordering::Relaxed),
+            entries: Entries::here(),
             elements: OnceLock::new(),
             at_rest: OnceLock::new(),
         })
@@ -252,6 +297,11 @@ impl<const D: usize> System<D> {
     /// A number that tells this system from all others.
     pub(crate) fn number(&self) -> u64 {
         self.number
+    }
+
+    /// The functions that are compiled for this dimension.
+    pub(crate) fn entries(&self) -> &Entries<D> {
+        &self.entries
     }
 
     /// The effects as flat lists, if this is a plain body of the plane; made at the first call.

@@ -80,12 +80,12 @@ pub fn prepare<const D: usize>(
     let coefficients = system::coefficients(&body.mesh, &model)?;
     decisions.push(Decision::asked("gravity", scene.effects.gravity.is_some()));
     if let Some(gravity) = gravity(scene, &body, &model, extent)? {
-        additions.effects.push(Box::new(gravity));
+        additions.add_gravity(gravity);
     }
     decisions.push(Decision::asked("contact", scene.effects.contact.is_some()));
     let wall = contact(scene, &body, coefficients.tissue_stiffness, extent)?;
     if let Some(wall) = &wall {
-        additions.effects.push(Box::new(wall.clone()));
+        additions.add_contact(wall.clone());
     }
     decisions.extend(carry_bones(scene, &body, &mut additions)?);
     decisions.push(match body.mesh.fixed.len() {
@@ -118,11 +118,13 @@ pub fn prepare<const D: usize>(
 
 /// The same body and bones, with nothing that acts on them but the wall.
 fn unloaded<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) -> Additions<D> {
-    Additions {
+    let mut unloaded = Additions {
         incompressible: additions.incompressible,
         carried: additions.carried.clone(),
-        effects: wall.into_iter().map(|w| Box::new(w.clone()) as Box<dyn Effect<D>>).collect(),
-    }
+        ..Additions::default()
+    };
+    wall.into_iter().for_each(|wall| unloaded.add_contact(wall.clone()));
+    unloaded
 }
 
 impl Scene {

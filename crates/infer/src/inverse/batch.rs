@@ -204,14 +204,14 @@ pub struct Assessment<const D: usize = 2> {
 ///
 /// # Errors
 /// [`FitError`] when the fit cannot begin.
-pub fn assess<const D: usize>(
-    mesh: &Mesh<D>,
+pub fn assess(
+    mesh: &Mesh<2>,
     model: &Model,
-    setup: Option<&Setup<D>>,
+    setup: Option<&Setup<2>>,
     target: &Target,
     known: &Known,
     how: &Thoroughness,
-) -> Result<Assessment<D>, FitError> {
+) -> Result<Assessment<2>, FitError> {
     let matched = Matched::new(mesh, target)?;
     let own;
     let setup = match setup {

@@ -4,8 +4,10 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use tongue_core::body::largest_distance;
+use tongue_core::compiled::taken_as;
 use tongue_core::parallel;
 use tongue_core::statics::{self, Critical, Solution};
+use tongue_core::system::SystemError;
 
 use super::forward::{Forward, Inverse};
 use super::identifiability::{self, Identifiability};
@@ -64,6 +66,26 @@ pub struct Answer<const D: usize> {
 /// # Errors
 /// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
 pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> Result<Answer<D>, FitError> {
+    let search: Option<Search<D>> =
+        taken_as(&mut Some(search_in_plane())).or_else(|| taken_as(&mut Some(search_in_space())));
+    match search {
+        Some(search) => search(inverse, settings),
+        None => Err(SystemError::Dimension { dimension: D }.into()),
+    }
+}
+
+/// A pointer to [`solve`] for one dimension, compiled in this crate; see [`tongue_core::compiled`].
+type Search<const D: usize> = fn(&Inverse<'_, D>, &Settings) -> Result<Answer<D>, FitError>;
+
+fn search_in_plane() -> Search<2> {
+    solve_here
+}
+
+fn search_in_space() -> Search<3> {
+    solve_here
+}
+
+fn solve_here<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> Result<Answer<D>, FitError> {
     settings.check()?;
     inverse.check()?;
     let numbers: Vec<_> = (0..settings.starts).collect();
