@@ -24,9 +24,9 @@ use super::{Settings, Solution, Stability, Status, Workspace};
 ///
 /// # Example
 /// ```
-/// use crate::body::Body;
-/// use crate::statics::{self, Settings, Status, Workspace};
-/// use crate::system::{Model, System};
+/// use tongue_core::body::Body;
+/// use tongue_core::statics::{self, Settings, Status, Workspace};
+/// use tongue_core::system::{Model, System};
 ///
 /// let body = Body::tongue(5.5e-3)?;
 /// let gga = body.muscle("GGa")?;

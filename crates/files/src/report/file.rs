@@ -12,7 +12,7 @@ use super::staged::{Staged, persist};
 ///
 /// # Example
 /// ```
-/// use crate::report::OutputDir;
+/// use tongue_files::report::OutputDir;
 ///
 /// # let home = tempfile::tempdir()?;
 /// # let folder = home.path().join("results");

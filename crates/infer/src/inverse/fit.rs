@@ -274,7 +274,7 @@ impl<const D: usize> Fit<D> {
 ///
 /// # Example
 /// ```
-/// use crate::inverse::{self, Method, Settings, Status};
+/// use tongue_infer::inverse::{self, Method, Settings, Status};
 /// use tongue_core::body::{self, Anatomy};
 /// use tongue_core::system::Model;
 /// use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};

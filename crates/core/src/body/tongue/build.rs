@@ -29,7 +29,7 @@ const COARSEST: f64 = 1.0 / 3.3;
 ///
 /// # Example
 /// ```
-/// use crate::body::{self, Anatomy, Quality};
+/// use tongue_core::body::{self, Anatomy, Quality};
 ///
 /// let mesh = body::build(&Anatomy::reference()?, 5.5e-3)?; // Anatomy::from_toml reads one of your own
 /// let quality = Quality::of(&mesh);

@@ -22,10 +22,10 @@
 //! # Example
 //! ```
 //! use nalgebra::SVector;
-//! use crate::body::Body;
-//! use crate::statics::lanes::{Equilibrium, Lanes, Load, length_gradient};
-//! use crate::statics::{Settings, Status};
-//! use crate::system::{Model, System};
+//! use tongue_core::body::Body;
+//! use tongue_core::statics::lanes::{Equilibrium, Lanes, Load, length_gradient};
+//! use tongue_core::statics::{Settings, Status};
+//! use tongue_core::system::{Model, System};
 //!
 //! let body = Body::tongue(5.5e-3)?;
 //! let system = System::new(&body.mesh, &Model::default(), &[0, 4, 6])?;

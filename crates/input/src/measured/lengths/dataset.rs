@@ -77,7 +77,7 @@ impl Dataset {
     ///
     /// # Example
     /// ```
-    /// use crate::measured::lengths::{Dataset, Vowel};
+    /// use tongue_input::measured::lengths::{Dataset, Vowel};
     ///
     /// let table = "Speaker;Phoneme;age;GGa (mm);HG (cm)\nX;ɔ;31;46,5;3,6\nX;ə;31;38;-\n";
     /// let data = Dataset::from_reader(table.as_bytes(), "my.csv")?;
@@ -85,7 +85,7 @@ impl Dataset {
     /// assert_eq!(data.row("X", &Vowel::new("ɔ").unwrap())?.length_mm, [Some(46.5), Some(36.0)]);
     /// assert_eq!(data.row("X", &Vowel::new("ə").unwrap())?.length_mm_of("HG"), None);
     /// assert_eq!(data.reading().set_aside[0].name, "age");
-    /// # Ok::<(), crate::measured::lengths::Error>(())
+    /// # Ok::<(), tongue_input::measured::lengths::Error>(())
     /// ```
     pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, Error> {
         Self::from_input(files::take_up_to(LARGEST, reader), origin)

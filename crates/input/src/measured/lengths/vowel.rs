@@ -23,11 +23,11 @@ impl Vowel {
     ///
     /// # Example
     /// ```
-    /// use crate::measured::lengths::Vowel;
+    /// use tongue_input::measured::lengths::Vowel;
     ///
     /// assert_eq!(Vowel::new(" /u/ ")?, Vowel::unrounded_u());
     /// assert_eq!(Vowel::new("o\u{303}")?.label(), "õ"); // o and a tilde are one letter
-    /// # Ok::<(), crate::measured::lengths::BadLabel>(())
+    /// # Ok::<(), tongue_input::measured::lengths::BadLabel>(())
     /// ```
     pub fn new(label: &str) -> Result<Self, BadLabel> {
         let bare = label.trim();
