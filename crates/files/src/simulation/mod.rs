@@ -13,19 +13,19 @@
 //!
 //! # Example
 //! ```
-//! use tongue_core::{body::Body, system::Model};
-//! use tongue_files::simulation::Assemble;
+//! use tongue_core::{body::Body, observe::Observation, system::Model};
+//! use tongue_files::simulation::{Assemble, InverseProblem};
 //!
 //! let body = Body::tongue(5.5e-3)?;
 //! let model = Model::default().assemble(&body, ["GGa", "HGa"])?;
 //! let shape = model.solver().equilibrium(&[("GGa", 12.0), ("HGa", 4.5)])?;
 //! // As if the two had been measured to 1 mm, with the hyoid where it is at rest to within a millimetre or two:
 //! let observations: Vec<_> = ["GGa", "HGa"].into_iter()
-//!     .map(|name| Ok(Observation::new(model.length(name)?, shape.length(name)?).with_standard_deviation(0.3 * 1e-3)))
+//!     .map(|name| Ok(Observation::new(model.length(name)?, shape.length(name)?).with_standard_deviation(0.3e-3)))
 //!     .collect::<Result<_, Box<dyn std::error::Error>>>()?;
 //! let estimate = InverseProblem::new(&model, observations)
-//!     .free_bone("hyoid", 10.0 * 1e-3)?
-//!     .with_bone_prior("hyoid", 2.0 * 1e-3)?
+//!     .free_bone("hyoid", 10e-3)?
+//!     .with_bone_prior("hyoid", 2e-3)?
 //!     .fit()?;
 //! assert!((estimate.tension("GGa")? - 12.0).abs() < 0.5);
 //! assert_eq!(
