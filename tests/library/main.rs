@@ -31,6 +31,7 @@ mod tensions_are_tracked;
 mod tone_and_hyoid;
 mod tongue_in_space;
 mod unknowns_are_recovered;
+mod vowels_are_heard;
 mod weight_walls_and_carried_bones;
 
 #[path = "../fixtures/mod.rs"]

@@ -27,6 +27,7 @@ mod page_moves;
 mod posterior_command;
 mod readme_is_true;
 mod scene_command;
+mod sound_command;
 mod terminal_manners;
 mod track_command;
 mod trajectory_command;

@@ -1,0 +1,122 @@
+//! `tongue-fit sound`: its numbers, its files, what it refuses, and its voice as Praat hears it.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use assert_cmd::cargo::CommandCargoExt;
+use serde_json::Value;
+
+fn sound(folder: &Path, arguments: &[&str]) -> Output {
+    Command::cargo_bin("tongue-fit")
+        .unwrap()
+        .current_dir(folder)
+        .arg("sound")
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn heard(folder: &Path, arguments: &[&str]) -> Value {
+    let done = sound(folder, &[arguments, &["--json"]].concat());
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    serde_json::from_slice(&done.stdout).unwrap()
+}
+
+fn formants(record: &Value) -> Vec<f64> {
+    serde_json::from_value(record["formants_hz"].clone()).unwrap()
+}
+
+#[test]
+fn a_vowel_has_formants_areas_a_picture_and_a_voice() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = heard(folder.path(), &["--vowel", "a", "--out", "out"]);
+    let f = formants(&record);
+    assert!(f.windows(2).all(|w| w[0] < w[1]) && f.len() >= 4, "{f:?}");
+    assert!(record["by_tension"].as_array().unwrap().iter().any(|b| b["muscle"] == "HGa"), "{record}");
+    let out = folder.path().join("out");
+    let wav = std::fs::read(out.join("a.wav")).unwrap();
+    assert!(
+        wav.starts_with(b"RIFF") && wav.len() as u32 == 8 + u32::from_le_bytes(wav[4..8].try_into().unwrap())
+    );
+    let text = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    roxmltree::Document::parse(&text("a.svg")).unwrap();
+    assert!(text("a.csv").starts_with("from_glottis_mm,length_mm,area_cm2,"));
+    assert_eq!(serde_json::from_str::<Value>(&text("a.json")).unwrap()["formants_hz"], record["formants_hz"]);
+    // The command line stands in the voice too.
+    assert!(String::from_utf8_lossy(&wav).contains("command: tongue-fit sound --vowel a"));
+}
+
+#[test]
+fn tensions_jaw_lips_and_a_tract_of_ones_own_change_what_is_heard() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let pulled = ["--tension", "GGp=10", "--tension", "GGa=2"];
+    let plain = formants(&heard(at, &pulled));
+    for more in [["--jaw", "4"], ["--lip-opening", "4"], ["--lip-protrusion", "5"], ["--hyoid", "0,-6"]] {
+        let other = formants(&heard(at, &[&pulled[..], &more].concat()));
+        assert!(plain.iter().zip(&other).any(|(a, b)| (a - b).abs() > 2.0), "{more:?}: {plain:?} {other:?}");
+    }
+    let drawn =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/tract.toml")).unwrap();
+    std::fs::write(at.join("mine.toml"), drawn.replace("step_mm = 4.0", "step_mm = 2.0")).unwrap();
+    let finer = formants(&heard(at, &[&pulled[..], &["--tract", "mine.toml"]].concat()));
+    // Half the step changes the first four by less than 2 %: the grid is fine enough.
+    for (a, b) in plain.iter().zip(&finer).take(4) {
+        assert!((a / b - 1.0).abs() < 0.02 && a != b, "{plain:?} {finer:?}");
+    }
+}
+
+#[test]
+fn what_has_no_sound_is_refused_in_a_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("bad.toml"), "name = 3").unwrap();
+    for (arguments, status, says) in [
+        (&["--tension", "GGp=150", "--tension", "SGa=60"][..], 1, "there is no airway"),
+        (&["--vowel", "a", "--lip-opening", "0"], 1, "lip_opening_mm"),
+        (&["--vowel", "a", "--tract", "none.toml"], 1, "none.toml"),
+        (&["--vowel", "a", "--tract", "bad.toml"], 1, "bad.toml:1:"),
+        (&["--vowel", "a", "--pitch", "NaN"], 1, "--pitch"),
+        (&["--vowel", "a", "--seconds", "1e9"], 1, "--seconds"),
+        (&["--vowel", "a", "--hyoid", "1"], 1, "--hyoid"),
+        (&["--tension", "GGp"], 1, "GGp=20"),
+        (&["--tension", "GGq=1"], 1, "GGp"),
+        (&["--vowel", "y"], 1, "y"),
+        (&[], 2, "--vowel"),
+    ] {
+        let done = sound(at, arguments);
+        let told = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(status), "{arguments:?}: {told}");
+        assert!(told.contains(says), "{arguments:?}: {told}");
+        assert!(!told.contains("panicked") && done.stdout.is_empty(), "{arguments:?}: {told}");
+    }
+    assert!(!at.join("results/sound/sound.wav").exists());
+}
+
+#[test]
+fn praat_hears_the_formants_that_were_computed() {
+    let required = std::env::var_os("TONGUE_FIT_REQUIRE_PYTHON").is_some();
+    let listens = |python: &OsString| {
+        let asked = Command::new(python).args(["-c", "import parselmouth"]).output();
+        asked.is_ok_and(|done| done.status.success())
+    };
+    let Some(python) = std::env::var_os("TONGUE_FIT_PYTHON").filter(listens) else {
+        assert!(!required, "TONGUE_FIT_PYTHON must name a Python with praat-parselmouth");
+        println!("skipped: TONGUE_FIT_PYTHON names no Python that has praat-parselmouth");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/praat/formants.py");
+    for (vowel, file) in [("i", "i"), ("e", "e"), ("a", "a"), ("o", "o"), ("u", "ɯ")] {
+        let ours = formants(&heard(folder.path(), &["--vowel", vowel, "--out", "out"]));
+        let wav = folder.path().join(format!("out/{file}.wav"));
+        let done = Command::new(&python).arg(&script).arg(wav).output().unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let theirs: Vec<f64> = serde_json::from_slice(&done.stdout).unwrap();
+        println!("/{vowel}/ ours {ours:.0?}, Praat's {theirs:.0?}");
+        for (a, b) in ours.iter().zip(&theirs) {
+            assert!((a / b - 1.0).abs() < 0.05, "/{vowel}/: {ours:.0?}, Praat {theirs:.0?}");
+        }
+    }
+}
