@@ -11,11 +11,10 @@ const OF_EVERY_COMMAND: [&str; 4] = ["out", "threads", "json", "help-all"];
 const USUAL: [(&str, &[&str]); 10] = [
     ("tongue-fit", &["vowel", "subject", "lengths", "target", "points", "posterior", "body"]),
     ("batch", &["lengths", "subjects", "vowels", "target", "draws", "posterior", "shard"]),
-    ("simulate", &["tension", "activation", "trajectory", "t-end", "colour-stretch", "body", "activation", "mesh"]),
+    ("simulate", &["tension", "activation", "trajectory", "t-end", "colour-stretch", "body", "mesh"]),
     ("adapt", &["example", "map", "map-template", "palate", "landmarks", "contour", "rest"]),
     ("track", &["example", "map", "map-template", "palate", "mesh", "as-is", "hold-out"]),
     ("sound", &["vowel", "subject", "tension", "jaw", "lip-opening", "lip-protrusion", "tract"]),
-    ("sound", &["vowel", "subject", "tension", "tract", "jaw", "lip-opening", "lip-protrusion"]),
     ("muscles", &["tension", "body", "mesh", "anatomy", "h"]),
     ("page", &["lengths", "no-fits", "body", "mesh", "anatomy", "h"]),
     ("mesh", &["body", "mesh", "anatomy", "h"]),
