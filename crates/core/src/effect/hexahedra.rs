@@ -272,10 +272,10 @@ impl NullaryFnOnce for Stiffness<'_> {
             }
             let bulk = law.bulk / e.volume;
             let mut pair = 0;
-            for a in 0..CORNERS {
-                let row = swelling[a] * bulk;
-                for b in a..CORNERS {
-                    blocks[pair] += row * swelling[b].transpose();
+            for (a, of_a) in swelling.iter().enumerate() {
+                let row = of_a * bulk;
+                for of_b in &swelling[a..] {
+                    blocks[pair] += row * of_b.transpose();
                     self.stiffness.add(e.slots[pair], &blocks[pair]);
                     pair += 1;
                 }
