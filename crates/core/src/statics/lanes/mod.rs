@@ -13,11 +13,11 @@
 //! - The bits are the same for any number of threads, since groups are fixed by the number of a load, and on every processor, since
 //!   nothing is fused: they depend on the loads beside a load, and on nothing else.
 //! - Lanes do the plain case: springs, muscles, straight paths and incompressible triangles of the plane. A lane that meets anything else is
-//! given up, and its load solved by [`solve`](super::solve) from its start: where the barrier acts, where
-//! the stiffness stays indefinite, where the line search finds no way, where bones cannot be brought to
-//! their places. So are all loads of other bodies (in space, of finite elements, with contact or weight); of
-//! these a group keeps the factor from one solve to the next. [`Equilibrium::alone`] tells; the status is
-//! always the one that [`solve`](super::solve) gives.
+//!   given up, and its load solved by [`solve`](super::solve) from its start: where the barrier acts, where
+//!   the stiffness stays indefinite, where the line search finds no way, where bones cannot be brought to
+//!   their places. So are all loads of other bodies (in space, of finite elements, with contact or weight); of
+//!   these a group keeps the factor from one solve to the next. [`Equilibrium::alone`] tells; the status is
+//!   always the one that [`solve`](super::solve) gives.
 //!
 //! # Example
 //! ```
