@@ -98,6 +98,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 return Err(miette!("name recordings of the speaker, or --landmarks of one posture at rest"));
             }
             let recordings = arguments.recordings.read(None)?;
+            recordings::check_points(&recordings, &given.body)?;
             recordings::notes(&recordings, &given.body, &[]).iter().for_each(|n| output::note(n));
             let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
             let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
@@ -110,6 +111,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             speaker.into_diagnostic()?
         }
     };
+    recordings::check_scale(speaker.similarity.scale())?;
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let record = record(&speaker, &given.body);

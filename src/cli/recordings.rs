@@ -7,9 +7,12 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::adapt::{Adaptation, Basis, How};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{Fault, FaultKind, Format, Map, Recording, Seen, screen};
+use tongue_fit::measured::recording::{
+    Fault, FaultKind, Format, Map, Recording, Seen, doubts, palate_doubt, screen,
+};
+use tongue_fit::report::FrameRecord;
 use tongue_fit::statistics::upper_median;
-use tongue_fit::track::{Followed, Prior};
+use tongue_fit::track::{Followed, FrameStatus, Prior, Surface};
 
 use super::{body, output};
 
@@ -38,6 +41,9 @@ pub struct Arguments {
     /// meets it
     #[arg(long, value_name = "FILE")]
     palate: Option<PathBuf>,
+    /// Only the recordings of this speaker, where files have several
+    #[arg(long, value_name = "NAME")]
+    speaker: Option<String>,
     /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat or dlc [default: as their content says]
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     format: Option<Format>,
@@ -170,6 +176,9 @@ impl Arguments {
         }
         for (file, recordings) in sources {
             for recording in recordings {
+                if self.speaker.is_some() && recording.speaker != self.speaker {
+                    continue;
+                }
                 let mut seen = Seen::new(&recording, &map)
                     .into_diagnostic()
                     .wrap_err_with(|| file.display().to_string())?;
@@ -178,6 +187,17 @@ impl Arguments {
                     let placed = |p: Point| map.placement().map_or(p, |placement| placement.place(p));
                     p.iter().map(|p| placed(Point::new(side * p.x, p.y))).collect::<Vec<_>>()
                 });
+                let name = || format!("{}, {}", file.display(), seen.name);
+                let (refused, told): (Vec<_>, Vec<_>) = doubts(&seen).into_iter().partition(|d| d.refused);
+                if let Some(doubt) = refused.first() {
+                    return Err(miette!("{}: {}", name(), doubt.said));
+                }
+                if let (Some(problem), Some(path)) =
+                    (own.as_deref().and_then(|p| palate_doubt(&seen, p)), &self.palate)
+                {
+                    return Err(miette!("{} over {}: {problem}", path.display(), name()));
+                }
+                seen.notes.extend(told.into_iter().map(|d| d.said));
                 let faults = screen(&mut seen, own.as_deref().or(palate));
                 // Names tell recordings apart in every output.
                 let same = all.iter().filter(|s| s.seen.name == seen.name).count();
@@ -197,8 +217,23 @@ impl Arguments {
                 all.push(Screened { seen, faults, palate: own });
             }
         }
-        if all.is_empty() {
-            return Err(miette!("name at least one recording"));
+        match (&self.speaker, all.is_empty()) {
+            (None, true) => return Err(miette!("name at least one recording")),
+            (Some(speaker), true) => {
+                return Err(miette!("--speaker {speaker}: no recording is of this speaker"));
+            }
+            _ => {}
+        }
+        let mut speakers: Vec<&str> = all.iter().filter_map(|s| s.seen.speaker.as_deref()).collect();
+        speakers.sort_unstable();
+        speakers.dedup();
+        if let [first, _, ..] = speakers[..] {
+            return Err(miette!(
+                "the recordings are of {} speakers ({}), and each needs a body of his or her own; take one at a time, such as \
+                 --speaker {first:?}",
+                speakers.len(),
+                speakers.join(", ")
+            ));
         }
         Ok(all)
     }
@@ -226,6 +261,86 @@ pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Re
         }
     }
     Ok(())
+}
+
+/// Refuses maps that name what a body does not have: other bones, places behind the end of its surface.
+pub fn check_points(recordings: &[Screened], body: &Body<2>) -> miette::Result<()> {
+    let along = Surface::of(body).map(|s| s.tip);
+    for Screened { seen, .. } in recordings {
+        if let Some(bone) = seen.bones.iter().find(|b| body.bone(b).is_empty()) {
+            let known: Vec<&str> = body.bones.iter().map(|b| b.name.as_str()).collect();
+            return Err(miette!(
+                "{}: the map names the bone {bone:?}, which {} does not have; {}",
+                seen.name,
+                body.what,
+                tongue_fit::suggest::hint(bone, known)
+            ));
+        }
+        let places = seen.sensors.iter().zip(&seen.measured).filter(|(_, measured)| **measured);
+        let beyond = places.map(|(sensor, _)| sensor).find(|(_, at)| along.is_some_and(|along| *at > along));
+        if let Some((sensor, at)) = beyond {
+            return Err(miette!(
+                "{}: surface_mm of {sensor} is {:.0}, but the surface of {} is {:.0} mm long from the tip to the root; correct it, or \
+                 write \"coil\"",
+                seen.name,
+                at * 1e3,
+                body.what,
+                along.unwrap_or(0.0) * 1e3
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Speakers' tongues are so many times as large as the body that they are adapted from.
+const SCALES: std::ops::RangeInclusive<f64> = 0.6..=1.6;
+
+/// Refuses a body of a size that no speaker has.
+pub fn check_scale(scale: f64) -> miette::Result<()> {
+    match SCALES.contains(&scale) {
+        true => Ok(()),
+        false => Err(miette!(
+            "the speaker would need a body {scale:.3} times as large as the one given, where {} to {} are possible; correct the unit \
+             (unit_mm in a map), or the names of the bones",
+            SCALES.start(),
+            SCALES.end()
+        )),
+    }
+}
+
+/// Refuses an answer in which most frames cannot be reached.
+pub fn check_reach(frames: &[FrameRecord]) -> miette::Result<()> {
+    let out = frames.iter().filter(|f| f.status == FrameStatus::OutOfReach).count();
+    if 2 * out <= frames.len() {
+        return Ok(());
+    }
+    let rms = upper_median(frames.iter().filter_map(|f| f.rms_mm));
+    let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
+    Err(miette!(
+        "{out} of {} frames cannot be reached by this body{met}, so nothing is told of the tensions; look at the unit, the axes and the \
+         places of coils in the map, or adapt a body to the speaker (tongue-fit adapt)",
+        frames.len()
+    ))
+}
+
+/// Points that are left out in most frames of a recording, in sentences.
+pub fn left_out(recordings: &[Screened], frames: &[FrameRecord]) -> Vec<String> {
+    let mut out = Vec::new();
+    for Screened { seen, .. } in recordings {
+        let own: Vec<&FrameRecord> = frames.iter().filter(|f| f.recording == seen.name).collect();
+        for name in seen.contour.iter().chain(seen.sensors.iter().map(|(n, _)| n)) {
+            let has = |f: &&&FrameRecord| f.faults.iter().any(|fault| fault.points.contains(name));
+            let count = own.iter().filter(has).count();
+            if own.len() > 1 && 2 * count > own.len() {
+                out.push(format!(
+                    "{}: {name} is left out in {count} of {} frames; correct it, or write \"{name}\" = \"ignore\" into a map",
+                    seen.name,
+                    own.len()
+                ));
+            }
+        }
+    }
+    out
 }
 
 /// Bones move by some millimetres in speech, m.

@@ -94,12 +94,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let is_given = arguments.body.is_given() || arguments.as_is || is_placed;
     let palate = given.body.palate.as_deref().filter(|_| is_given);
     let recordings = arguments.recordings.read(palate)?;
+    recordings::check_points(&recordings, &given.body)?;
     let names = contracting(arguments, &given.body)?;
     let numbers =
         names.iter().map(|n| given.body.muscle(n).into_diagnostic()).collect::<miette::Result<Vec<_>>>()?;
     let hide = hidden(arguments, &recordings)?;
     let prior = arguments.prior.prior(names.len())?;
-    let notes = recordings::notes(&recordings, &given.body, &arguments.free_bone);
+    let mut notes = recordings::notes(&recordings, &given.body, &arguments.free_bone);
     let basis = Basis { contracting: numbers, ..given.basis(&arguments.body, prior) };
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
     let run = Run { arguments, given: &given, basis, names: &names, is_given, palate: wall };
@@ -154,6 +155,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     for (r, f) in recordings.iter().zip(&found) {
         frames.extend(frame_records(&r.seen, &r.faults, &f.frames, &names, run.freed(&r.seen)));
     }
+    if let Err(reason) = recordings::check_reach(&frames) {
+        journal.remove().into_diagnostic()?;
+        return Err(reason);
+    }
+    notes.extend(recordings::left_out(&recordings, &frames));
     let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
     frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
     let held_out = (!hide.is_empty()).then(|| {
@@ -218,6 +224,7 @@ impl Run<'_> {
         let made = self.basis.to_recordings(seen, self.arguments.rest.into(), hide, &progress);
         bar.finish_and_clear();
         let made = made.into_diagnostic()?;
+        recordings::check_scale(made.similarity.scale())?;
         output::step(|| {
             let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
             format!("{}: scale {:.3}{rms}", made.body.what, made.similarity.scale())

@@ -47,6 +47,7 @@ fn seen(points: &Points) -> Seen {
     let behind = points.sensors.iter().map(|s| s.surface_mm * 1e-3);
     Seen {
         name: "points".to_owned(),
+        speaker: None,
         contour: named("contour", points.contour_mm.len()),
         sensors: named("sensor", points.sensors.len()).into_iter().zip(behind).collect(),
         bones: Vec::new(),

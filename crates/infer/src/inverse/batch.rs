@@ -88,17 +88,37 @@ pub struct Plan {
 /// Sorts the rows of `data` into fits, baselines and refusals.
 ///
 /// # Errors
-/// [`lengths::Error::UnknownSubject`] for a subject that is selected or given a baseline and has no row.
+/// [`lengths::Error::UnknownSubject`] for a subject that is selected or given a baseline and has no row;
+/// [`lengths::Error::UnknownVowel`] for a selected vowel that no row is of.
 pub fn plan(data: &Dataset, selection: &Selection) -> Result<Plan, lengths::Error> {
     for subject in selection.subjects.iter().flatten().chain(selection.baseline_of.keys()) {
         data.vowels(subject)?;
+    }
+    let is_selected = |s: &String| selection.subjects.as_ref().is_none_or(|subjects| subjects.contains(s));
+    let rows = || data.rows().iter().map(|r| &r.lengths).filter(|l| is_selected(&l.subject));
+    // A `u` that a table does not have is its `ɯ`.
+    let is_of = |asked: &Vowel, subject: &str, vowel: &Vowel| {
+        let exact = rows().any(|l| l.subject == subject && l.vowel == *asked);
+        asked == vowel || (!exact && asked.is_like(vowel))
+    };
+    for asked in selection.vowels.iter().flatten() {
+        if !rows().any(|l| is_of(asked, &l.subject, &l.vowel)) {
+            let mut has: Vec<Vowel> = Vec::new();
+            for lengths in rows() {
+                if !has.contains(&lengths.vowel) {
+                    has.push(lengths.vowel.clone());
+                }
+            }
+            let (origin, vowel) = (data.origin().to_owned(), asked.clone());
+            return Err(lengths::Error::UnknownVowel { origin, vowel, has });
+        }
     }
     let mut plan = Plan::default();
     for row in data.rows() {
         let lengths = &row.lengths;
         let (subject, vowel, line) = (&lengths.subject, &lengths.vowel, row.line);
         if selection.subjects.as_ref().is_some_and(|s| !s.contains(subject))
-            || selection.vowels.as_ref().is_some_and(|v| !v.contains(vowel))
+            || selection.vowels.as_ref().is_some_and(|all| !all.iter().any(|v| is_of(v, subject, vowel)))
         {
             continue;
         }

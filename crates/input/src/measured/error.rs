@@ -23,6 +23,25 @@ pub enum TargetError {
         /// The vowel, which is also the baseline.
         vowel: Vowel,
     },
+    /// A muscle whose two lengths cannot both be right.
+    #[error(
+        "{muscle} of {subject} is {mm} mm in /{vowel}/ and {baseline_mm} mm in /{baseline}/, but no muscle of a tongue changes its length \
+         to less than 0.5 or more than 1.7 times; correct the length that is wrong, or leave it empty"
+    )]
+    Impossible {
+        /// The muscle.
+        muscle: String,
+        /// The subject.
+        subject: String,
+        /// The vowel to fit.
+        vowel: Vowel,
+        /// Its length there, mm.
+        mm: f64,
+        /// The vowel it is compared with.
+        baseline: Vowel,
+        /// Its length there, mm.
+        baseline_mm: f64,
+    },
     /// No muscle is shorter than in the baseline.
     #[error(
         "no muscle of {subject} is shorter in /{vowel}/ than in /{baseline}/, so none contracts; name the \

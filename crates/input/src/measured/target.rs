@@ -3,6 +3,9 @@
 use super::lengths::{Activation, Dataset, Lengths, Vowel, position_of};
 use super::{TargetError, TargetKind, reference_muscle};
 
+/// No muscle of a tongue is shorter or longer than this, against its length in another vowel.
+const STRETCHES: std::ops::RangeInclusive<f64> = 0.5..=1.7;
+
 /// What the user may decide instead of the rules of thesis 4.3.2.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TargetOptions {
@@ -91,6 +94,12 @@ impl Target {
             .filter_map(|(i, change)| Some((i, measured.length_mm[i]?, baseline.length_mm[i]?, change?)))
             .collect();
         let table: &[String] = &measured.muscles;
+        if let Some((i, mm, baseline_mm, _)) = both.iter().find(|(_, a, b, _)| !STRETCHES.contains(&(a / b)))
+        {
+            let (muscle, baseline) = (table[*i].clone(), baseline.vowel.clone());
+            let (mm, baseline_mm) = (*mm, *baseline_mm);
+            return Err(TargetError::Impossible { muscle, subject, vowel, mm, baseline, baseline_mm });
+        }
         let names: Vec<String> = both.iter().map(|(i, ..)| table[*i].clone()).collect();
         let activation: Vec<Activation> = both.iter().map(|(.., change)| *change).collect();
         let active = match muscles {

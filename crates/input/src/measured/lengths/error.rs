@@ -70,6 +70,16 @@ pub enum Error {
         /// The vowels that this subject has.
         has: Vec<Vowel>,
     },
+    /// None of the subjects has a row for this vowel.
+    #[error("no row of {origin} is of /{vowel}/; there are {}", Vowel::list(has))]
+    UnknownVowel {
+        /// Where the data came from.
+        origin: String,
+        /// The vowel asked for.
+        vowel: Vowel,
+        /// The vowels that there are.
+        has: Vec<Vowel>,
+    },
     /// The subject has no row for the vowel that is to be the baseline.
     #[error(
         "{subject} has no row for the baseline vowel /{vowel}/ in {origin}; it has {}: choose one of these as \

@@ -10,7 +10,7 @@ use super::error::{BrokenRow, Malformed, Place};
 use super::number::{self, DecimalMark, Numbers, Unit};
 use super::reading::{Column, HalfWidth, Reading, Separator};
 use super::text::{Text, decode};
-use super::vowel::{Vowel, clip, nfc};
+use super::vowel::{BadLabel, Vowel, clip, nfc};
 use super::{Lengths, Row};
 
 /// More rows than this are no subjects and vowels.
@@ -88,7 +88,19 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Table, Malformed> {
         !s.name.is_empty() || records.iter().any(|(_, r)| filled(r))
     });
 
-    let reader = RowReader { header: &header, columns: &columns, mark, reading: &reading, source: &source };
+    let has = |label: &str| {
+        let written = |r: &StringRecord| r.get(columns.vowel).and_then(|cell| Vowel::as_written(cell).ok());
+        records.iter().any(|(_, r)| written(r).is_some_and(|v| v.label() == label))
+    };
+    let has_both_u = has("u") && has("ɯ");
+    let reader = RowReader {
+        header: &header,
+        columns: &columns,
+        mark,
+        reading: &reading,
+        source: &source,
+        has_both_u,
+    };
     let (mut rows, mut broken) = (Vec::new(), Vec::new());
     let mut without_lengths = Vec::new();
     let mut seen = BTreeMap::new();
@@ -287,9 +299,15 @@ struct RowReader<'a> {
     mark: DecimalMark,
     reading: &'a Reading,
     source: &'a Source<'a>,
+    /// Whether the table has rows of /u/ and of /ɯ/, so that `u` is not a way to write `ɯ`.
+    has_both_u: bool,
 }
 
 impl RowReader<'_> {
+    fn vowel(&self, label: &str) -> Result<Vowel, BadLabel> {
+        if self.has_both_u { Vowel::as_written(label) } else { Vowel::new(label) }
+    }
+
     fn row(
         &self,
         record: &StringRecord,
@@ -305,7 +323,7 @@ impl RowReader<'_> {
             let what = format!("the subject is {:?}", clip(&subject));
             return Err(subject_at.error(what, "give it a name of printable characters, like S2"));
         }
-        let vowel = Vowel::new(cell(self.columns.vowel)).map_err(|e| {
+        let vowel = self.vowel(cell(self.columns.vowel)).map_err(|e| {
             let what = format!("the vowel is {:?}", e.label);
             vowel_at.error(what, "write a label of 1 to 40 printable characters, like a, ɔ or ə")
         })?;
@@ -362,7 +380,7 @@ impl RowReader<'_> {
         let cell = |field| record.get(field).filter(|cell: &&str| !cell.is_empty());
         BrokenRow {
             subject: cell(self.columns.subject).map(nfc),
-            vowel: cell(self.columns.vowel).and_then(|label| Vowel::new(label).ok()),
+            vowel: cell(self.columns.vowel).and_then(|label| self.vowel(label).ok()),
             fault,
         }
     }

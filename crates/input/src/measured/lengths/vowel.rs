@@ -30,13 +30,23 @@ impl Vowel {
     /// # Ok::<(), tongue_input::measured::lengths::BadLabel>(())
     /// ```
     pub fn new(label: &str) -> Result<Self, BadLabel> {
+        let vowel = Self::as_written(label)?;
+        Ok(if vowel.0 == "u" { Self::unrounded_u() } else { vowel })
+    }
+
+    /// Reads a label as [`Vowel::new`] does, but `u` stays `u`: for tables that have both, and for what is looked up in a table, where
+    /// it is found as `ɯ` if there is no `u`.
+    ///
+    /// # Errors
+    /// As [`Vowel::new`].
+    pub fn as_written(label: &str) -> Result<Self, BadLabel> {
         let bare = label.trim();
         let within = |open, close| bare.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
         let bare = within('/', '/').or_else(|| within('[', ']')).unwrap_or(bare).trim();
         if bare.is_empty() || bare.contains(char::is_control) || bare.chars().nth(LONGEST).is_some() {
             return Err(BadLabel { label: clip(label) });
         }
-        Ok(if bare == "u" { Self::unrounded_u() } else { Self(nfc(bare)) })
+        Ok(Self(nfc(bare)))
     }
 
     /// /ɯ/, the baseline where no other is asked for, as in thesis 4.3.2.
@@ -50,7 +60,7 @@ impl Vowel {
     }
 
     /// Whether the two differ in upper and lower case at most.
-    pub(super) fn is_like(&self, other: &Self) -> bool {
+    pub fn is_like(&self, other: &Self) -> bool {
         let folded = |v: &Self| match v.0.to_lowercase() {
             u if u == "u" => "ɯ".to_owned(),
             other => other,
@@ -77,7 +87,7 @@ impl FromStr for Vowel {
     type Err = BadLabel;
 
     fn from_str(label: &str) -> Result<Self, Self::Err> {
-        Self::new(label)
+        Self::as_written(label)
     }
 }
 
@@ -85,7 +95,7 @@ impl TryFrom<String> for Vowel {
     type Error = BadLabel;
 
     fn try_from(label: String) -> Result<Self, Self::Error> {
-        Self::new(&label)
+        Self::as_written(&label)
     }
 }
 
@@ -135,8 +145,9 @@ mod tests {
             ("schwa", "schwa"),
             ("あ", "あ"),
         ] {
-            let vowel: Vowel = written.parse().unwrap();
+            let vowel = Vowel::new(written).unwrap();
             assert_eq!(vowel.label(), label);
+            assert!(written.parse::<Vowel>().unwrap().is_like(&vowel));
             assert_eq!(
                 serde_json::from_str::<Vowel>(&serde_json::to_string(&vowel).unwrap()).unwrap(),
                 vowel

@@ -13,6 +13,9 @@ use super::{Budget, Format, Recording, Sample, Times, coordinate};
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
 
+/// How the columns begin that tell recordings apart: the speaker's, and two more.
+const OF_RECORDING: [&str; 3] = ["Client", "Date", "Prompt"];
+
 /// Columns of one point.
 struct Columns {
     name: String,
@@ -42,16 +45,15 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         )
     })?;
     let points = points(&header, start)?;
-    let of_recording: Vec<usize> = ["Client", "Date", "Prompt"]
-        .iter()
-        .filter_map(|word| header.iter().position(|h| h.starts_with(word)))
-        .collect();
+    let of_recording: Vec<usize> =
+        OF_RECORDING.iter().filter_map(|word| header.iter().position(|h| h.starts_with(word))).collect();
 
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
 
     let mut rows = Rows::new(
         points.iter().map(|p| p.name.clone()).collect(),
-        time > 0 && is_of_annotation(&header[time]),
+        is_of_annotation(&header[time]),
+        header.iter().any(|h| h.starts_with(OF_RECORDING[0])),
     );
     for record in reader.records() {
         let record = record.map_err(broken)?;
@@ -137,6 +139,8 @@ pub(super) struct Rows {
     channels: Vec<String>,
     /// Whether times begin anew with every annotation, so that a step back begins another recording.
     restarts: bool,
+    /// Whether the first word that tells recordings apart is the speaker's.
+    has_speaker: bool,
     found: Vec<Found>,
     numbers: BTreeMap<Vec<String>, usize>,
     budget: Budget,
@@ -151,9 +155,17 @@ struct Found {
 
 impl Rows {
     /// None yet, of these channels.
-    pub fn new(channels: Vec<String>, restarts: bool) -> Self {
+    pub fn new(channels: Vec<String>, restarts: bool, has_speaker: bool) -> Self {
         let budget = Budget::default();
-        Self { channels, restarts, found: Vec::new(), numbers: BTreeMap::new(), budget, count: 0 }
+        Self {
+            channels,
+            restarts,
+            has_speaker,
+            found: Vec::new(),
+            numbers: BTreeMap::new(),
+            budget,
+            count: 0,
+        }
     }
 
     /// A row more, of the recording with this key.
@@ -210,6 +222,7 @@ impl Rows {
             }
             let words: Vec<&str> = key.iter().map(String::as_str).filter(|w| !w.is_empty()).collect();
             out.push(Recording {
+                speaker: key.first().filter(|s| self.has_speaker && !s.is_empty()).cloned(),
                 name: if words.is_empty() { Recording::stem(start.origin) } else { words.join(", ") },
                 sigma: vec![None; self.channels.len()],
                 channels: self.channels.clone(),

@@ -83,6 +83,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     Ok(Recording {
         name: Recording::stem(origin),
+        speaker: None,
         channels: parts.iter().map(|p| p.name.clone()).collect(),
         sigma: vec![None; parts.len()],
         samples,

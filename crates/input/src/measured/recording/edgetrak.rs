@@ -48,6 +48,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     };
     Ok(Recording {
         name: Recording::stem(origin),
+        speaker: None,
         channels: (0..rows.len()).map(|n| format!("tongue_{n}")).collect(),
         sigma: vec![None; rows.len()],
         samples: (0..frames).map(sample).collect(),

@@ -66,6 +66,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     Ok(Recording {
         name: Recording::stem(origin),
+        speaker: None,
         sigma: vec![None; axes.len()],
         channels: axes.into_iter().map(|(name, _)| name).collect(),
         samples,

@@ -42,7 +42,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             "export the time of the sample in the recording",
         )
     })?;
-    let mut rows = Rows::new((1..=FAN_LINES).map(|n| format!("tongue_{n}")).collect(), false);
+    let mut rows = Rows::new((1..=FAN_LINES).map(|n| format!("tongue_{n}")).collect(), false, false);
     for (n, line) in lines() {
         let at = Place { line: n as u64 + 1, ..start };
         let cells = cells(line);

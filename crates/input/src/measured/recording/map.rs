@@ -90,6 +90,8 @@ const ROLE_KEYS: [&str; 5] = ["surface_mm", "coil", "bone", "contour", "noise_mm
 const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
 /// Coils farther behind the tip than this are on no tongue, mm.
 const FARTHEST_COIL_MM: f64 = 150.0;
+/// Standard deviations of points, mm.
+const NOISES_MM: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
 /// A recording may be brought into the body's frame with a scale in this range,
 const SCALES: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 /// and a shift of at most so much, mm.
@@ -148,7 +150,9 @@ impl Map {
         };
         positive("unit_mm", file.unit_mm, LARGEST_MM)?;
         positive("rate_hz", file.rate_hz, 1e5)?;
-        positive("noise_mm", file.noise_mm, 100.0)?;
+        if let Some(mm) = file.noise_mm.filter(|mm| !NOISES_MM.contains(mm)) {
+            return Err(wrong(line_of("noise_mm"), noise_problem(mm)));
+        }
         if let Some(scale) = file.scale.filter(|s| !SCALES.contains(s)) {
             let most = format!("it must be from {} to {}", SCALES.start(), SCALES.end());
             return Err(wrong(line_of("scale"), format!("scale is {scale}; {most}")));
@@ -327,13 +331,17 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
         Some(other) => return Err(format!("contour is {other}; write contour = true")),
     }
     let noise_mm = number("noise_mm")?;
-    if noise_mm.is_some_and(|mm| !(mm > 0.0 && mm <= 100.0)) {
-        return Err("noise_mm must be above 0 and at most 100".to_owned());
+    if let Some(mm) = noise_mm.filter(|mm| !NOISES_MM.contains(mm)) {
+        return Err(noise_problem(mm));
     }
     let [role] = &roles[..] else {
         return Err("give one of surface_mm, coil, bone and contour = true".to_owned());
     };
     Ok(Entry { role: role.clone(), noise_mm })
+}
+
+fn noise_problem(mm: f64) -> String {
+    format!("noise_mm is {mm}; it must be from {} to {}", NOISES_MM.start(), NOISES_MM.end())
 }
 
 /// What is wrong with the keys of a map, from what the parser says.

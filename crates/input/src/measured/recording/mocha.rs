@@ -46,6 +46,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     Ok(Recording {
         name: Recording::stem(origin),
+        speaker: None,
         channels: SENSORS.iter().map(|(name, ..)| (*name).to_owned()).collect(),
         sigma: vec![None; SENSORS.len()],
         samples,

@@ -21,6 +21,7 @@ mod aaa;
 mod ag50x;
 mod budget;
 mod deeplabcut;
+mod doubts;
 mod edgetrak;
 mod est;
 mod fan;
@@ -45,6 +46,7 @@ use super::lengths::error::Place;
 
 use budget::Budget;
 pub use budget::{MOST_CHANNELS, MOST_FRAMES};
+pub use doubts::{Doubt, doubts, palate_doubt};
 pub use map::{CONTOUR_SD_M, Map, MapError, Role};
 pub use screen::{Fault, FaultKind, Screened, screen};
 pub use seen::{Mark, Seen, SeenFrame};
@@ -156,6 +158,8 @@ pub enum Times {
 pub struct Recording {
     /// What tells it from others of the same file.
     pub name: String,
+    /// Whose it is, where the file says that.
+    pub speaker: Option<String>,
     /// Names of the channels: each is a point.
     pub channels: Vec<String>,
     /// Standard deviation of every channel, unit of the file, where the file has it.

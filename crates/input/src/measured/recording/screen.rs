@@ -89,12 +89,10 @@ pub fn screen(seen: &mut Seen, palate: Option<&[Point]>) -> Screened {
             fault.push(Fault { kind: FaultKind::Jumped, points: jumped });
         }
         let beyond = |p: &usize| {
-            let (Some(palate), Some(Some(mark))) = (palate, seen.frames[f].contour.get(*p)) else {
-                return false;
-            };
+            let (Some(palate), Some(mark)) = (palate, mark(seen, f, *p)) else { return false };
             above(palate, mark.at).is_some_and(|by| by > 2.0 * mark.sd)
         };
-        let beyond: Vec<String> = (0..seen.contour.len()).filter(beyond).map(name).collect();
+        let beyond: Vec<String> = (0..points).filter(beyond).map(name).collect();
         if !beyond.is_empty() {
             fault.push(Fault { kind: FaultKind::BeyondPalate, points: beyond });
         }
@@ -179,7 +177,7 @@ fn ordered(seen: &Seen) -> Vec<Option<Fault>> {
 }
 
 /// By how much a point lies above a palate at its x, m; `None` before and behind it.
-fn above(palate: &[Point], p: Point) -> Option<f64> {
+pub(super) fn above(palate: &[Point], p: Point) -> Option<f64> {
     let heights = palate.windows(2).filter_map(|w| {
         let (a, b) = if w[0].x <= w[1].x { (w[0], w[1]) } else { (w[1], w[0]) };
         if !(a.x..=b.x).contains(&p.x) || a.x == b.x {

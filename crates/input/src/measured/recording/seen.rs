@@ -33,6 +33,8 @@ pub struct SeenFrame {
 pub struct Seen {
     /// Which recording.
     pub name: String,
+    /// Whose it is, where the file says that.
+    pub speaker: Option<String>,
     /// Names of the contour points.
     pub contour: Vec<String>,
     /// Names of the sensors, and how far behind the tip each is along the surface at rest, m; from the tip backwards where that is not
@@ -98,6 +100,14 @@ impl Seen {
             .iter()
             .map(|s| s.places.iter().map(|p| p.map(|p| flat(p, back, up) * metres)).collect())
             .collect();
+        let times: Vec<f64> = recording.samples.iter().map(|s| s.time_s * seconds).collect();
+        if let Some(&tongue) = references.iter().find(|&&r| moves_as_a_tongue(&frames, &times, r)) {
+            let name = &recording.channels[tongue];
+            return Err(wrong(format!(
+                "{name} is called a reference in the map, but moves by millimetres within a tenth of a second, as only the tongue, the \
+                 jaw and the lips do; take a point of the head (nose, upper incisor, behind an ear)"
+            )));
+        }
         hold_head(&mut frames, &references);
         let bone = |wanted: &str| {
             bones.iter().copied().find(|&c| matches!(&roles[c], Role::Bone(name) if name == wanted))
@@ -109,7 +119,7 @@ impl Seen {
         let of_contour = || contour.last().copied().zip(contour.first().copied()).and_then(medians);
         let of_coils = || ends(&sensors, &roles, &recording.channels, &frames);
         let apart = of_bones.or_else(of_contour).or_else(of_coils);
-        if guessed && apart.is_none() && !sensors.is_empty() && contour.is_empty() {
+        if guessed && apart.is_none() && sensors.len() > 1 && contour.is_empty() {
             return Err(wrong(
                 "which axis leads to the back of the head is not known: no coil is called a tip and no bone was seen; give back = \
                  \"x\" or \"-x\" in a map, or { coil = 1 } for the coil at the tip"
@@ -147,6 +157,7 @@ impl Seen {
         });
         Ok(Self {
             name: recording.name.clone(),
+            speaker: recording.speaker.clone(),
             contour: names(&contour),
             sensors: sensors.iter().zip(behind).map(|(&c, m)| (recording.channels[c].clone(), m)).collect(),
             measured: sensors.iter().map(|&c| matches!(roles[c], Role::Surface(_))).collect(),
@@ -254,6 +265,22 @@ fn flat(p: [f64; 3], back: Axis, up: Axis) -> Point {
 
 fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
     upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.x))
+}
+
+/// Whether a channel moves by more in a tenth of a second, in half of them, than a head does.
+fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usize) -> bool {
+    const WINDOW_S: f64 = 0.1;
+    const HEAD_MOVES_M: f64 = 3e-3;
+    const FEWEST: usize = 20;
+    let mut later = 0;
+    let steps = (0..frames.len()).filter_map(|f| {
+        while later < frames.len() && times[later] < times[f] + WINDOW_S {
+            later += 1;
+        }
+        Some((frames.get(later)?[channel]? - frames[f][channel]?).norm())
+    });
+    let steps: Vec<f64> = steps.collect();
+    steps.len() >= FEWEST && upper_median(steps.into_iter()).is_some_and(|m| m > HEAD_MOVES_M)
 }
 
 /// Brings every frame to where the reference points are in the first one that has all of them: shifted by one point, shifted and

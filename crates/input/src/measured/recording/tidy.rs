@@ -7,6 +7,9 @@ use super::super::lengths::error::Place;
 use super::super::lengths::text::decode;
 use super::{Budget, Format, Recording, Sample, Times, coordinate};
 
+/// Nothing is surer than a micrometre.
+const LEAST_SIGMA_MM: f64 = 1e-3;
+
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = decode(bytes, origin)?.text;
     let start = Place { origin, line: 1, column: 1 };
@@ -55,6 +58,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let nth = *numbers.entry(named).or_insert_with_key(|name| {
             found.push(Recording {
                 name: name.clone(),
+                speaker: None,
                 channels: Vec::new(),
                 sigma: Vec::new(),
                 samples: Vec::new(),
@@ -109,10 +113,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         if let Some(f) = sigma
             && let Some(sd) = number(f, "sigma_mm")?
         {
-            if sd <= 0.0 {
-                return Err(at
-                    .at_column(f + 1)
-                    .error(format!("sigma_mm is {sd}"), "give a standard deviation above zero, or nothing"));
+            if sd < LEAST_SIGMA_MM {
+                return Err(at.at_column(f + 1).error(
+                    format!("sigma_mm is {sd}"),
+                    format!("give a standard deviation of at least {LEAST_SIGMA_MM} mm, or nothing"),
+                ));
             }
             let before = &mut this.sigma[channel];
             *before = Some(before.map_or(sd, |b| b.max(sd)));

@@ -31,6 +31,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     Ok(Recording {
         name: Recording::stem(origin),
+        speaker: None,
         channels: PELLETS.map(str::to_owned).to_vec(),
         sigma: vec![None; PELLETS.len()],
         samples,

@@ -1,0 +1,354 @@
+//! What cannot be right about a whole recording: its unit, its rate, channels that are exchanged, frames that do not follow one another.
+//!
+//! What makes an answer worthless is refused with what to do; everything else is told and left to the user.
+
+use nalgebra::Vector2;
+
+use tongue_core::body::{HYOID, MANDIBLE};
+use tongue_core::geometry::Point;
+use tongue_core::statistics::upper_median;
+
+use super::{Mark, Seen};
+
+/// Something that cannot be right.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Doubt {
+    /// What is wrong and what to do.
+    pub said: String,
+    /// Whether no answer can be trusted with it.
+    pub refused: bool,
+}
+
+impl Doubt {
+    fn told(said: String) -> Self {
+        Self { said, refused: false }
+    }
+
+    fn refused(said: String) -> Self {
+        Self { said, refused: true }
+    }
+}
+
+/// Frames closer than this, and farther apart than that, are told, s; far beyond they are refused.
+const USUAL_STEP_S: [f64; 2] = [1.99e-3, 0.2];
+const LAST_STEP_S: [f64; 2] = [1e-4, 10.0];
+/// The distance between the mental spine and the hyoid of adults lies well within this, m.
+const BONES_M: [f64; 2] = [20e-3, 75e-3];
+/// The same for the width of the middle half of a contour, and for the way between neighbouring coils.
+const CONTOUR_M: [f64; 2] = [10e-3, 200e-3];
+const GAP_M: [f64; 2] = [4e-3, 50e-3];
+/// A point farther than this from the middle of the others is on no head, m.
+const FAR_M: f64 = 0.15;
+/// Fewer frames say nothing of a course.
+const FEW: usize = 20;
+/// From frame to frame, mean squares of steps over twice the variance: 1 for frames in any order, far below for a tongue.
+const DISORDER: f64 = 0.6;
+/// A course is looked at where it moves by this many standard deviations of its noise.
+const MOVES_SD: f64 = 2.5;
+/// A channel that has the very same place as before in so many of its frames is stuck.
+const STUCK: f64 = 0.5;
+/// A contour whose order makes it longer than this, against one from neighbour to neighbour, is in no order.
+const LONGER: f64 = 1.6;
+/// Faster than this moves no tongue, m/s (tips reach 0.5).
+const FASTEST_M_S: f64 = 1.5;
+
+/// All doubts about a recording.
+pub fn doubts(seen: &Seen) -> Vec<Doubt> {
+    let middles = Middles::of(seen);
+    let mut out = Vec::new();
+    out.extend(of_times(seen));
+    out.extend(few_points(seen));
+    out.extend(of_size(seen, &middles));
+    out.extend(far_points(seen, &middles));
+    // What is too large or too small has no shape to be judged.
+    if out.iter().all(|d| !d.refused) {
+        out.extend(of_order(seen, &middles));
+        out.extend(of_courses(seen));
+    }
+    out
+}
+
+/// What cannot be right about a palate (m, in the frame of the recording) over this recording.
+pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<String> {
+    /// A palate is this much higher in the middle than at its ends, at least, m.
+    const VAULT_M: f64 = -2e-3;
+    /// Farther than this above the highest points no palate lies, m.
+    const HIGHEST_M: f64 = 60e-3;
+    /// Of all points so many may lie beyond it.
+    const BEYOND: f64 = 0.2;
+    let (first, last) = (palate.first()?, palate.last()?);
+    let middle = palate.get(palate.len() / 2)?;
+    let part = if last.x == first.x { 0.5 } else { (middle.x - first.x) / (last.x - first.x) };
+    let chord = first.y + part * (last.y - first.y);
+    if palate.len() >= 3 && middle.y - chord < VAULT_M {
+        let mm = (chord - middle.y) * 1e3;
+        return Some(format!(
+            "the palate sags by {mm:.0} mm in its middle: it is upside down; change the sign of its y_mm"
+        ));
+    }
+    let points = || seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors).flatten());
+    let below: Vec<f64> = points().filter_map(|m| super::screen::above(palate, m.at)).collect();
+    if below.is_empty() && points().next().is_some() {
+        let help = "give it in the frame and the unit of the recording (millimetres)";
+        return Some(format!("no point of the tongue lies under the palate; {help}"));
+    }
+    let beyond = below.iter().filter(|by| **by > 3e-3).count();
+    if beyond as f64 > BEYOND * below.len() as f64 {
+        let percent = 100.0 * beyond as f64 / below.len() as f64;
+        return Some(format!(
+            "{percent:.0} % of the points lie beyond the palate; give it in the frame and the unit of the recording, from front to back"
+        ));
+    }
+    let nearest = below.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+    (nearest < -HIGHEST_M).then(|| {
+        format!(
+            "the palate lies {:.0} mm above the highest point of the tongue; give it in the frame and the unit of the recording",
+            -nearest * 1e3
+        )
+    })
+}
+
+/// Median places of all channels, m.
+struct Middles {
+    contour: Vec<Option<Point>>,
+    sensors: Vec<Option<Point>>,
+    bones: Vec<Option<Point>>,
+}
+
+impl Middles {
+    fn of(seen: &Seen) -> Self {
+        let frames = &seen.frames;
+        let marks = |n: usize, of: &dyn Fn(usize, usize) -> Option<Point>| -> Vec<Option<Point>> {
+            (0..n).map(|c| middle((0..frames.len()).filter_map(|f| of(f, c)))).collect()
+        };
+        Self {
+            contour: marks(seen.contour.len(), &|f, c| frames[f].contour[c].map(|m| m.at)),
+            sensors: marks(seen.sensors.len(), &|f, c| frames[f].sensors[c].map(|m| m.at)),
+            bones: marks(seen.bones.len(), &|f, c| frames[f].bones[c]),
+        }
+    }
+
+    fn bone(&self, seen: &Seen, name: &str) -> Option<Point> {
+        self.bones[seen.bone(name)?]
+    }
+}
+
+fn middle(points: impl Iterator<Item = Point>) -> Option<Point> {
+    let all: Vec<Point> = points.collect();
+    let of = |axis: usize| upper_median(all.iter().map(|p| p[axis]));
+    Some(Point::new(of(0)?, of(1)?))
+}
+
+/// Milliseconds or seconds, as a reader takes them in.
+fn span(s: f64) -> String {
+    if s < 1.0 { format!("{:.3e} ms", s * 1e3).replace("e0 ", " ") } else { format!("{s:.1} s") }
+}
+
+fn of_times(seen: &Seen) -> Option<Doubt> {
+    let steps = seen.frames.windows(2).map(|w| w[1].time_s - w[0].time_s);
+    let step = upper_median(steps)?;
+    let what = format!("its frames are {} apart", span(step));
+    let help = "correct rate_hz in the map, or the times, which are in seconds";
+    if !step.is_finite() || step < LAST_STEP_S[0] || step > LAST_STEP_S[1] {
+        return Some(Doubt::refused(format!("{what}, as in no recording of speech; {help}")));
+    }
+    let usual = (USUAL_STEP_S[0]..=USUAL_STEP_S[1]).contains(&step);
+    (!usual).then(|| Doubt::told(format!("{what}, where 2 to 200 ms are usual; if that is wrong, {help}")))
+}
+
+fn few_points(seen: &Seen) -> Option<Doubt> {
+    let most = seen.frames.iter().map(|f| f.contour.iter().chain(&f.sensors).flatten().count()).max()?;
+    let one = if seen.contour.is_empty() { "coil" } else { "point" };
+    match most {
+        0 => Some(Doubt::refused("no point of the tongue is seen in any frame; correct the map".to_owned())),
+        1 => Some(Doubt::refused(format!(
+            "one {one} alone is seen, which does not say what a tongue does; give three or more (two at least)"
+        ))),
+        _ => None,
+    }
+}
+
+fn of_size(seen: &Seen, middles: &Middles) -> Option<Doubt> {
+    let unit = "correct unit_mm in the map, or give a table in millimetres";
+    let judge = |what: &str, m: f64, [least, most]: [f64; 2]| {
+        let wrong = !(least..=most).contains(&m);
+        let (a, b) = (least * 1e3, most * 1e3);
+        wrong.then(|| {
+            Doubt::refused(format!("{what} {:.3} mm, where {a:.0} to {b:.0} are possible; {unit}", m * 1e3))
+        })
+    };
+    let bones = middles.bone(seen, MANDIBLE).zip(middles.bone(seen, HYOID)).map(|(a, b)| (a - b).norm());
+    let contour: Vec<Point> = middles.contour.iter().flatten().copied().collect();
+    // Half of the points lie within this; a single one that is far away does not make it wide.
+    let centre = middle(contour.iter().copied());
+    let wide = centre.and_then(|c| upper_median(contour.iter().map(|p| (p - c).norm()))).unwrap_or(0.0) * 2.0;
+    let coils: Vec<Point> = middles.sensors.iter().flatten().copied().collect();
+    let gap = coils.windows(2).map(|w| (w[1] - w[0]).norm()).fold(f64::NAN, f64::max);
+    let of_bones = bones.and_then(|m| judge("the mental spine and the hyoid are apart by", m, BONES_M));
+    let of_contour =
+        || (contour.len() > 4).then(|| judge("half of the contour spans", wide, CONTOUR_M)).flatten();
+    let of_coils =
+        || (coils.len() > 1).then(|| judge("neighbouring coils are apart by up to", gap, GAP_M)).flatten();
+    of_bones.or_else(of_contour).or_else(of_coils)
+}
+
+/// Points that are nowhere near the others.
+fn far_points(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
+    let names = seen.contour.iter().chain(seen.sensors.iter().map(|(n, _)| n)).chain(&seen.bones);
+    let all: Vec<(&String, Point)> = names
+        .zip(middles.contour.iter().chain(&middles.sensors).chain(&middles.bones))
+        .filter_map(|(n, m)| Some((n, (*m)?)))
+        .collect();
+    let Some(centre) = middle(all.iter().map(|(_, p)| *p)) else { return Vec::new() };
+    if all.len() < 4 {
+        return Vec::new();
+    }
+    all.iter()
+        .filter(|(_, p)| (p - centre).norm() > FAR_M)
+        .map(|(name, p)| {
+            let mm = (p - centre).norm() * 1e3;
+            Doubt::told(format!(
+                "{name} lies {mm:.0} mm from the other points and is of no use; correct it, or write \"{name}\" = \"ignore\" into a map"
+            ))
+        })
+        .collect()
+}
+
+/// Whether points and bones lie as on a head.
+fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
+    let mut out = Vec::new();
+    let contour: Vec<Point> = middles.contour.iter().flatten().copied().collect();
+    let centre = middle(contour.iter().copied()).unwrap_or_default();
+    let contour: Vec<Point> = contour.into_iter().filter(|p| (p - centre).norm() <= FAR_M).collect();
+    let ends = contour.first().zip(contour.last()).filter(|_| contour.len() >= 4);
+    let bones = middles.bone(seen, MANDIBLE).zip(middles.bone(seen, HYOID));
+    if let Some((spine, hyoid)) = bones {
+        let rear = contour.iter().chain(middles.sensors.iter().flatten()).map(|p| p.y);
+        if rear.clone().count() > 0 && upper_median(rear).unwrap_or(0.0) < spine.y.min(hyoid.y) {
+            let what = "the tongue lies below the hyoid and the mental spine: the recording is upside down";
+            out.push(Doubt::refused(format!(
+                "{what}; give the axis that grows upwards in a map, such as up = \"-y\""
+            )));
+            return out;
+        }
+        if spine.x > hyoid.x {
+            let what = "the mental spine lies behind the hyoid";
+            out.push(Doubt::refused(format!("{what}; correct back in the map, or the names of the two")));
+            return out;
+        }
+        if let Some((first, last)) = ends
+            && (first - spine).norm() + (last - hyoid).norm() < (first - hyoid).norm() + (last - spine).norm()
+        {
+            // The root lies lower than the tip, whichever way the file is numbered.
+            match first.y <= last.y {
+                true => out.push(Doubt::refused(
+                    "the end of the contour at the root lies by the mental spine: hyoid and mental spine seem to be exchanged; \
+                     correct their names in a map"
+                        .to_owned(),
+                )),
+                false => out.push(Doubt::told(
+                    "the contour runs from the tip to the root; number it from the root to the tip".to_owned(),
+                )),
+            }
+        }
+    }
+    if contour.len() >= 5 {
+        let length = |p: &[Point]| p.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>();
+        if length(&contour) > LONGER * length(&from_neighbour_to_neighbour(&contour)) {
+            out.push(Doubt::refused(
+                "the points of the contour are not in their order along the tongue; number them from the root to the tip".to_owned(),
+            ));
+        }
+    }
+    out
+}
+
+/// The points from the one that is farthest from their middle to the nearest that is left, and so on.
+fn from_neighbour_to_neighbour(points: &[Point]) -> Vec<Point> {
+    let centre = points.iter().sum::<Point>() / points.len() as f64;
+    let mut left = points.to_vec();
+    let mut out: Vec<Point> = Vec::with_capacity(points.len());
+    let mut nearest = |to: &dyn Fn(&Point) -> f64| {
+        let n = (0..left.len()).min_by(|&a, &b| to(&left[a]).total_cmp(&to(&left[b])))?;
+        Some(left.swap_remove(n))
+    };
+    let mut next = nearest(&|p| -(p - centre).norm());
+    while let Some(point) = next {
+        out.push(point);
+        next = nearest(&|p| (p - point).norm());
+    }
+    out
+}
+
+/// Whether the frames follow one another as those of a tongue.
+fn of_courses(seen: &Seen) -> Vec<Doubt> {
+    let mut out = Vec::new();
+    let count = seen.contour.len() + seen.sensors.len();
+    let name = |c: usize| seen.contour.get(c).map_or_else(|| &seen.sensors[c - seen.contour.len()].0, |n| n);
+    let course = |c: usize| -> Vec<(f64, Mark)> {
+        let mark = |f: &super::SeenFrame| match f.contour.get(c) {
+            Some(mark) => *mark,
+            None => f.sensors.get(c - f.contour.len()).copied().flatten(),
+        };
+        seen.frames.iter().filter_map(|f| Some((f.time_s, mark(f)?))).collect()
+    };
+    let mut stuck = Vec::new();
+    let mut disorder = Vec::new();
+    let mut speeds = Vec::new();
+    for c in 0..count {
+        let course = course(c);
+        if course.len() < FEW {
+            continue;
+        }
+        let steps: Vec<Vector2<f64>> = course.windows(2).map(|w| w[1].1.at - w[0].1.at).collect();
+        let same = steps.iter().filter(|s| s.norm() == 0.0).count();
+        if same as f64 > STUCK * steps.len() as f64 {
+            stuck.push(c);
+            continue;
+        }
+        let mean = course.iter().map(|(_, m)| m.at).sum::<Point>() / course.len() as f64;
+        let variance =
+            course.iter().map(|(_, m)| (m.at - mean).norm_squared()).sum::<f64>() / course.len() as f64;
+        let sd = course[0].1.sd;
+        let step = steps.iter().map(|s| s.norm_squared()).sum::<f64>() / steps.len() as f64;
+        let apart = upper_median(course.windows(2).map(|w| w[1].0 - w[0].0)).unwrap_or(0.0);
+        // Noise has two axes. Frames that are far apart need not follow one another.
+        if variance > 2.0 * (MOVES_SD * sd).powi(2) && apart < 0.05 {
+            disorder.push(step / (2.0 * variance));
+            let fast = course.windows(2).filter(|w| (w[1].1.at - w[0].1.at).norm() > 6.0 * sd);
+            let fast =
+                fast.filter(|w| (w[1].1.at - w[0].1.at).norm() > FASTEST_M_S * (w[1].0 - w[0].0)).count();
+            speeds.push(fast as f64 / steps.len() as f64);
+        }
+    }
+    let moving = (0..count).filter(|&c| course(c).len() >= FEW).count();
+    if moving > 0 && stuck.len() == moving {
+        out.push(Doubt::told(
+            "nothing moves: every frame has the same places; export the recording anew, or give one frame alone".to_owned(),
+        ));
+    } else if !stuck.is_empty() {
+        let names: Vec<&str> = stuck.iter().map(|&c| name(c).as_str()).collect();
+        out.push(Doubt::told(format!(
+            "{} stays in the very same place in most frames while others move; write \"{}\" = \"ignore\" into a map",
+            names.join(", "),
+            names[0]
+        )));
+    }
+    if upper_median(disorder.iter().copied()).is_some_and(|d| d > DISORDER) {
+        out.push(Doubt::told(
+            "its frames do not follow one another: points are as far from where they were in the frame before as from anywhere; \
+             sort them by time"
+                .to_owned(),
+        ));
+    } else if upper_median(speeds.iter().copied()).is_some_and(|s| s > 0.1) {
+        out.push(Doubt::told(format!(
+            "points move faster than {FASTEST_M_S} m/s in more than a tenth of the frames, which no tongue does; correct the rate or \
+             the times"
+        )));
+    }
+    out
+}
+
+#[cfg(test)]
+#[path = "doubts_tests.rs"]
+mod tests;

@@ -1,0 +1,212 @@
+//! Every kind of nonsense is noticed, and a good recording is not suspected.
+
+use super::super::{Map, Recording, Seen, screen};
+use super::*;
+
+/// A tongue that looks to the left: eleven points from the root to the tip, the hyoid and the mental spine, mm; it rises and
+/// advances with time, with noise.
+fn tongue(frames: usize) -> Vec<(f64, Vec<(String, [f64; 2])>)> {
+    let mut rng = fastrand(7);
+    (0..frames)
+        .map(|f| {
+            let phase = f as f64 * 0.12;
+            let (rise, forth) = (5.0 * phase.sin(), 3.0 * (0.7 * phase).cos());
+            let mut points: Vec<(String, [f64; 2])> = (0..11)
+                .map(|i| {
+                    let angle = 0.15 + 0.27 * f64::from(i);
+                    let x = 27.0 * angle.cos() + 22.0 - forth;
+                    let y = 26.0 * angle.sin() + 14.0 + rise * angle.sin() + 0.9 * f64::from(i);
+                    (format!("tongue_{i}"), [x + 0.3 * rng(), y + 0.3 * rng()])
+                })
+                .collect();
+            points.push(("hyoid".to_owned(), [42.0 + 0.1 * rng(), -2.0]));
+            points.push(("mental_spine".to_owned(), [4.0, 0.1 * rng()]));
+            (f as f64 / 80.0, points)
+        })
+        .collect()
+}
+
+/// Numbers from -1 to 1, always the same.
+fn fastrand(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((state >> 33) as f64 / f64::from(1_u32 << 30)) - 1.0
+    }
+}
+
+type Frames = Vec<(f64, Vec<(String, [f64; 2])>)>;
+
+fn seen_with(frames: &Frames, map: &str) -> Seen {
+    let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
+    for (time, points) in frames {
+        for (name, [x, y]) in points {
+            text += &format!("{time},{name},{x},{y}\n");
+        }
+    }
+    let recording = Recording::from_bytes(text.as_bytes(), "t.csv", None).unwrap().remove(0);
+    Seen::new(&recording, &Map::from_toml(map, "m").unwrap()).unwrap()
+}
+
+fn changed(change: impl Fn(usize, &mut f64, &mut Vec<(String, [f64; 2])>)) -> Frames {
+    let mut all = tongue(90);
+    all.iter_mut().enumerate().for_each(|(f, (time, points))| change(f, time, points));
+    all
+}
+
+/// What is said of it, and whether it is refused.
+fn said(frames: &Frames, map: &str) -> (String, bool) {
+    let all = doubts(&seen_with(frames, map));
+    let words: Vec<&str> = all.iter().map(|d| d.said.as_str()).collect();
+    (words.join("; "), all.iter().any(|d| d.refused))
+}
+
+#[track_caller]
+fn noticed(frames: &Frames, map: &str, word: &str, refused: bool) {
+    let (words, is_refused) = said(frames, map);
+    assert!(words.contains(word) && is_refused == refused, "{word}: {words:?}, refused: {is_refused}");
+    assert_eq!(words.matches(word).count(), 1, "told once: {words}");
+}
+
+#[test]
+fn a_good_recording_is_not_suspected() {
+    assert_eq!(said(&tongue(90), ""), (String::new(), false));
+    // Neither is a face to the right, a single frame, or one in pixels with the right unit.
+    let right = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = -p[0]));
+    assert_eq!(said(&right, ""), (String::new(), false));
+    assert_eq!(said(&tongue(1), ""), (String::new(), false));
+    let pixels = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * 8.0)));
+    assert_eq!(said(&pixels, "unit_mm = 0.125"), (String::new(), false));
+}
+
+#[test]
+fn units_are_told() {
+    for factor in [0.001, 0.1, 10.0, 1000.0] {
+        let wrong = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor)));
+        noticed(&wrong, "", "unit_mm", true);
+        // Without bones by the contour, and of coils by the way between them.
+        let contour = changed(|_, _, points| {
+            points.truncate(11);
+            points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor));
+        });
+        noticed(&contour, "", "unit_mm", true);
+        let coils = changed(|_, _, points| {
+            points.retain(|(n, _)| ["tongue_4", "tongue_7", "tongue_10"].contains(&n.as_str()));
+            points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor));
+        });
+        noticed(
+            &coils,
+            "[points]\ntongue_10 = { coil = 1 }\ntongue_7 = { coil = 2 }\ntongue_4 = { coil = 3 }",
+            "unit_mm",
+            true,
+        );
+    }
+}
+
+#[test]
+fn rates_are_told() {
+    for (factor, refused) in [(0.1, false), (100.0, false), (1e-6, true), (1000.0, true)] {
+        let wrong = changed(|_, time, _| *time *= factor);
+        noticed(&wrong, "", "rate_hz", refused);
+    }
+    // Four times too fast: 3 ms apart are usual, but no tongue is so fast.
+    let fast = changed(|f, time, points| {
+        *time /= 4.0;
+        points.iter_mut().for_each(|(_, p)| p[1] += 7.0 * (0.9 * f as f64).sin());
+    });
+    noticed(&fast, "", "faster", false);
+}
+
+#[test]
+fn points_that_are_nowhere_or_do_not_move_are_told() {
+    let far = changed(|_, _, points| points[3].1 = [1e9, 20.0]);
+    noticed(&far, "", "tongue_3 lies", false);
+    let frozen: Frames = tongue(90).into_iter().map(|(t, _)| (t, tongue(1).remove(0).1)).collect();
+    noticed(&frozen, "", "nothing moves", false);
+    let stuck = changed(|_, _, points| points[4].1 = [30.0, 44.0]);
+    noticed(&stuck, "", "tongue_4 stays", false);
+}
+
+#[test]
+fn frames_and_points_in_another_order_are_told() {
+    let mut order: Vec<usize> = (0..90).collect();
+    let mut rng = fastrand(3);
+    order.sort_by_cached_key(|_| (rng() * 1e9) as i64);
+    let good = tongue(90);
+    let shuffled: Frames = order.iter().zip(&good).map(|(n, (t, _))| (*t, good[*n].1.clone())).collect();
+    noticed(&shuffled, "", "do not follow one another", false);
+    let renamed = changed(|_, _, points| {
+        for (i, n) in [7, 2, 9, 0, 5, 10, 3, 8, 1, 6, 4].into_iter().enumerate() {
+            points[i].0 = format!("tongue_{n}");
+        }
+    });
+    noticed(&renamed, "", "not in their order", true);
+    let reversed = changed(|_, _, points| {
+        (0..11).for_each(|i| points[i].0 = format!("tongue_{}", 10 - i));
+    });
+    noticed(&reversed, "", "from the tip to the root", false);
+}
+
+#[test]
+fn exchanged_bones_and_axes_are_told() {
+    let exchanged = changed(|_, _, points| {
+        points[11].0 = "mental_spine".to_owned();
+        points[12].0 = "hyoid".to_owned();
+    });
+    noticed(&exchanged, "", "exchanged", true);
+    noticed(&tongue(90), "back = \"-x\"", "behind the hyoid", true);
+    noticed(&tongue(90), "up = \"-y\"", "upside down", true);
+}
+
+#[test]
+fn one_coil_says_nothing() {
+    let one = changed(|_, _, points| points.retain(|(n, _)| n == "tongue_7"));
+    noticed(&one, "[points]\ntongue_7 = { surface_mm = 20 }\n", "one coil alone", true);
+    let none = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = 1.0));
+    let mut seen = seen_with(&none, "");
+    seen.frames.iter_mut().for_each(|f| f.contour.iter_mut().for_each(|m| *m = None));
+    assert!(doubts(&seen).iter().any(|d| d.refused && d.said.contains("no point")));
+}
+
+#[test]
+fn palates_are_tried_against_what_was_seen() {
+    let seen = seen_with(&tongue(90), "");
+    let vault = |height: f64, shift: f64, sign: f64| -> Vec<Point> {
+        (0..9)
+            .map(|i| {
+                let x = 50.0 * f64::from(i) / 8.0;
+                Point::new(x + shift, height + sign * 12.0 * (std::f64::consts::PI * x / 50.0).sin()) * 1e-3
+            })
+            .collect()
+    };
+    assert_eq!(palate_doubt(&seen, &vault(45.0, 0.0, 1.0)), None);
+    let told = |palate: &[Point]| palate_doubt(&seen, palate).unwrap();
+    assert!(told(&vault(60.0, 0.0, -1.0)).contains("upside down"));
+    assert!(told(&vault(45.0, 500.0, 1.0)).contains("no point"));
+    assert!(told(&vault(545.0, 0.0, 1.0)).contains("above the highest"));
+    assert!(told(&vault(-500.0, 0.0, 1.0)).contains("beyond the palate"));
+    // Coils are tried too, in every frame.
+    let map = "[points]\ntongue_4 = \"coil\"\ntongue_7 = \"coil\"\ntongue_10 = { coil = 1 }";
+    let mut coils = changed(|_, _, points| points.retain(|(n, _)| n != "tongue_0"));
+    coils[13].1.iter_mut().filter(|(n, _)| n == "tongue_7").for_each(|(_, p)| p[1] += 11.0);
+    let mut seen = seen_with(&coils, map);
+    let faults = screen(&mut seen, Some(&vault(43.0, 0.0, 1.0)));
+    assert!(faults[13].iter().any(|f| f.points.contains(&"tongue_7".to_owned())), "{:?}", faults[13]);
+}
+
+#[test]
+fn a_coil_of_the_tongue_is_no_reference() {
+    let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
+    for (time, points) in tongue(90) {
+        for (name, [x, y]) in points {
+            text += &format!("{time},{name},{x},{y}\n");
+        }
+    }
+    let recording = Recording::from_bytes(text.as_bytes(), "t.csv", None).unwrap().remove(0);
+    let with = |name: &str| {
+        let map = Map::from_toml(&format!("[points]\n{name} = \"reference\""), "m").unwrap();
+        Seen::new(&recording, &map)
+    };
+    assert!(with("mental_spine").is_ok());
+    assert!(with("tongue_6").unwrap_err().to_string().contains("reference"));
+}
