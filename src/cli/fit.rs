@@ -243,7 +243,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         };
         output::summary(&shown.text(), &written)?;
     }
-    let good = fit.is_trustworthy() && sampled.as_ref().is_none_or(|s| s.report.summary.is_some());
+    // With --posterior the posterior is what was asked for; the fit stands beside it.
+    let good = match &sampled {
+        Some(sampled) => sampled.report.summary.is_some(),
+        None => fit.is_trustworthy(),
+    };
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 

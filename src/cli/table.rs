@@ -299,7 +299,7 @@ pub fn batch(
 
 /// One line a fit.
 fn listed(batch: &Batch<'_>, journal: &Journal) -> miette::Result<String> {
-    let mut t = table(&["fit", "tensions, N/m (95 %)", "misfit", "passive", "alarms"]);
+    let mut t = table(&["fit", "tensions, N/m (rounding)", "misfit", "passive", "alarms"]);
     if let Some(c) = t.column_mut(1) {
         c.set_cell_alignment(CellAlignment::Left);
     }
@@ -311,10 +311,14 @@ fn listed(batch: &Batch<'_>, journal: &Journal) -> miette::Result<String> {
         let target = &job.target;
         let tensions = target.active_names().into_iter().map(|m| {
             let tension = record["tensions_n"][m].as_f64().unwrap_or(f64::NAN);
-            let interval = &record["intervals"]["tensions_n"][m];
-            match (interval["low"].as_f64(), interval["high"].as_f64()) {
-                (Some(low), Some(high)) => format!("{m} {tension:.1} ({low:.1}–{high:.1})"),
-                _ => format!("{m} {tension:.1}"),
+            let rounding = &record["intervals"]["tensions_n"][m];
+            let posterior = &record["posterior"]["summary"]["tensions_n"][m]["interval_95"];
+            let ends =
+                |low: &serde_json::Value, high: &serde_json::Value| Some((low.as_f64()?, high.as_f64()?));
+            match (ends(&posterior[0], &posterior[1]), ends(&rounding["low"], &rounding["high"])) {
+                (Some((low, high)), _) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
+                (None, Some((low, high))) => format!("{m} {tension:.1} ({low:.1}–{high:.1})"),
+                (None, None) => format!("{m} {tension:.1}"),
             }
         });
         let number = |value: &serde_json::Value| value.as_f64();

@@ -93,6 +93,16 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     }
 }
 
+/// The posterior was asked for and is told, so the fit beside it, which ends on its bound, makes no status of 3.
+#[test]
+fn the_exit_status_is_that_of_the_posterior_where_one_was_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), "--vowel i --posterior 1000 --json");
+    let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&fit["status"], &fit["posterior"]["status"]), (&"at_upper_bound".into(), &"mixed".into()));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+}
+
 #[test]
 fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -49,7 +49,7 @@ pub struct Arguments {
     /// no ɯ]
     #[arg(long, value_name = "V|SUBJECT=V")]
     baseline: Vec<String>,
-    /// Draws of every length within its rounding, for 95 % intervals; 0 for none
+    /// Draws of every length within its rounding, for the ranges that rounding leaves; 0 for none
     #[arg(long, value_name = "N", default_value_t = Thoroughness::default().draws)]
     draws: usize,
     /// Seed of the draws

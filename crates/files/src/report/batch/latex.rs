@@ -13,7 +13,7 @@ pub fn head(muscles: &[String], draws: usize, p: &Provenance) -> String {
     let intervals = match draws {
         0 => String::new(),
         n => format!(
-            ", in brackets 95\\,\\% intervals from redrawing every length within its rounding ({n} draws a fit; none on a \
+            ", in brackets rounding: the range of answers to lengths redrawn within their rounding ({n} draws a fit; none on a \
              bound or where most draws cannot be met); what else is uncertain is not in them"
         ),
     };

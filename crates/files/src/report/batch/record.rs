@@ -37,7 +37,7 @@ pub struct AssessedRecord {
     /// For every singular direction, how far the tensions may go within the rounding of the data; null where the equilibrium is
     /// singular.
     pub within_rounding: Option<Vec<RoundingSegmentRecord>>,
-    /// 95 % intervals; null where none were asked for.
+    /// Ranges of the answers to lengths redrawn within their rounding; null where none were asked for.
     pub intervals: Option<IntervalsRecord>,
     /// Where other starts ended.
     pub other_optima: Vec<OptimumRecord>,

@@ -19,7 +19,7 @@ const END: f64 = 7.0;
 pub struct Tension {
     /// The answer.
     pub value: f64,
-    /// The ends of its 95 % interval, where there is one.
+    /// The range that the rounding of the lengths leaves, where it was found.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -37,7 +37,10 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
     let all = || found.iter().flat_map(|f| f.tensions.iter().flatten());
     let most = all().map(|t| t.interval.map_or(t.value, |i| i[1].max(t.value))).fold(1.0, f64::max);
     let told: Vec<String> = found.iter().map(|f| described(muscles, f)).collect();
-    let shown = format!("Tensions in N per metre of thickness, with 95 % intervals. {}", told.join(" "));
+    let shown = format!(
+        "Tensions in N per metre of thickness, with the range left by the rounding of the lengths alone. {}",
+        told.join(" ")
+    );
     let names = found.iter().map(|f| Face::Plain.width(&f.label) + GAP).fold(NAMES, f64::max);
     let width = names + muscles.len() as f64 * (COLUMN + GAP) + 2.0 * MARGIN;
     let (mut svg, top) = Svg::new(title, &shown, width);
@@ -65,7 +68,7 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
             let Some(Some(Tension { value, interval })) = f.tensions.get(column) else { continue };
             if let Some([low, high]) = interval.map(|i| i.map(x)) {
                 let ends = [low, high].map(|end| [[end, y - END], [end, y + END]]);
-                svg.stroke(&data([[[low, y], [high, y]], ends[0], ends[1]]), &colour, 3.0);
+                svg.stroke(&data([[[low, y], [high, y]], ends[0], ends[1]]), &colour, 1.5);
             }
             let at = format_args!(
                 "cx=\"{:.1}\" cy=\"{y:.1}\" r=\"6.5\" fill=\"{colour}\" stroke=\"{INK}\" stroke-width=\"1.2\"",
@@ -75,7 +78,7 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
         }
     }
     let below = top + height + 56.0;
-    let unit = "tension, N per metre of thickness; line: 95 % interval, where there is one";
+    let unit = "tension, N per metre of thickness; thin line: range by the rounding of the lengths alone";
     svg.text([MARGIN + names, below], Anchor::Start, Face::Plain, unit);
     svg.finish(below + TEXT)
 }

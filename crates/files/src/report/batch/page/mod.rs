@@ -85,7 +85,7 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
             @if let Some(n) = &s.nearest_row_to_rest {
                 p { "The model at rest is nearest to /" (n.vowel) "/ of " (n.subject) ": " (format!("{:.3}", n.distance.rms_ratio)) " (" (s.rest_shape_measure) ")." }
             }
-            p { "Tensions are newtons per metre of thickness. In brackets: 95 % intervals from redrawing every length within its rounding (" (s.draws) " draws a fit); none on a bound or where most draws cannot be met." }
+            p { "Tensions are newtons per metre of thickness. In brackets: rounding, the middle 95 of 100 answers to lengths redrawn within their rounding (" (s.draws) " draws a fit); none on a bound or where most draws cannot be met. What else is uncertain, the model above all, is not in them: --posterior has it." }
         }
     }
 }
