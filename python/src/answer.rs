@@ -3,7 +3,7 @@
 use std::io;
 
 use nalgebra::SVector;
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
@@ -15,25 +15,6 @@ use super::errors::wrong;
 pub fn points<'py>(py: Python<'py>, points: &[SVector<f64, 2>]) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let flat: Vec<f64> = points.iter().flat_map(|p| [p.x, p.y]).collect();
     PyArray1::from_vec(py, flat).reshape([points.len(), 2])
-}
-
-/// The points of an array of shape (`count`, 2).
-///
-/// # Errors
-/// Another shape.
-pub fn to_points(
-    what: &str,
-    array: &PyReadonlyArray2<'_, f64>,
-    count: usize,
-) -> PyResult<Vec<SVector<f64, 2>>> {
-    let [rows, columns] = array.shape() else {
-        return Err(wrong(format!("{what} must be an array of two axes")));
-    };
-    if (*rows, *columns) != (count, 2) {
-        return Err(wrong(format!("{what} has the shape ({rows}, {columns}); it must be ({count}, 2)")));
-    }
-    let array = array.as_array();
-    Ok(array.rows().into_iter().map(|row| SVector::from([row[0], row[1]])).collect())
 }
 
 /// Numbers of nodes as an array of one axis.

@@ -1,27 +1,97 @@
-//! Bodies, what makes a model of them, and bodies that are ready to be solved.
+//! Bodies, and what makes a model of them.
 
-use std::path::PathBuf;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use tongue_fit::body::{self, Anatomy, AnyBody, BodyError, ContinuumSettings, Unit};
 use tongue_fit::material::{Constants, Preset, Spread};
-use tongue_fit::simulation;
+use tongue_fit::report::{Export, Provenance};
 use tongue_fit::simulation::Assemble;
 use tongue_fit::system::{self, OutsidePath, TissueModel};
 
 use super::answer::{numbers, points, table};
-use super::errors::{named, refused};
-use super::measured::Target;
-use super::observe::{Observable, Observation};
-use super::solver::{Solver, Tensions, Trajectory};
+use super::assembly::Assembly;
+use super::errors::{named, refused, wrong};
+use super::given;
 use super::work::aside;
 
 /// A tongue in the midsagittal plane: nodes, triangles, named muscles and named bones. SI units.
-#[pyclass(frozen, module = "tongue_fit", from_py_object)]
+#[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
-pub struct Body(pub body::Body<2>);
+pub struct Body {
+    /// The body.
+    pub body: Arc<body::Body<2>>,
+    /// What it was made from.
+    source: Arc<Source>,
+}
+
+/// What a body is made from: little, and what a pickle holds.
+#[derive(Clone)]
+enum Source {
+    Tongue(f64),
+    Continuum(f64),
+    Anatomy { toml: String, spacing_m: f64, origin: String },
+    File { bytes: Vec<u8>, path: String, unit: String },
+}
+
+impl Source {
+    fn make(&self) -> PyResult<body::Body<2>> {
+        match self {
+            Self::Tongue(spacing_m) => body::Body::tongue(*spacing_m).map_err(refused),
+            Self::Continuum(spacing_m) => {
+                body::Body::continuum(*spacing_m, &ContinuumSettings::default()).map_err(refused)
+            }
+            Self::Anatomy { toml, spacing_m, origin } => {
+                let anatomy = Anatomy::from_toml(toml, origin).map_err(refused)?;
+                body::Body::from_anatomy(&anatomy, *spacing_m).map_err(|e| refused(BodyError::from(e)))
+            }
+            Self::File { bytes, path, unit } => {
+                if is_json(Path::new(path)) {
+                    let text = std::str::from_utf8(bytes).map_err(refused)?;
+                    return body::json::read(text, path).map_err(refused);
+                }
+                let any = AnyBody::from_msh(bytes, path, named("unit", unit, &UNITS)?).map_err(refused)?;
+                any.flat().map_err(refused)
+            }
+        }
+    }
+}
+
+/// Units of a file's coordinates.
+const UNITS: [(&str, Unit); 2] = [("m", Unit::M), ("mm", Unit::Mm)];
+
+fn is_json(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
+}
+
+impl PartialEq for Body {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.body, &other.body) || self.body == other.body
+    }
+}
+
+impl Body {
+    /// The reference tongue.
+    pub fn reference() -> PyResult<Self> {
+        Source::Tongue(body::DEFAULT_SPACING_M).try_into()
+    }
+
+    fn made(py: Python<'_>, source: Source) -> PyResult<Self> {
+        aside(py, move || source.try_into())?
+    }
+}
+
+impl TryFrom<Source> for Body {
+    type Error = PyErr;
+
+    fn try_from(source: Source) -> PyResult<Self> {
+        Ok(Self { body: Arc::new(source.make()?), source: Arc::new(source) })
+    }
+}
 
 #[pymethods]
 impl Body {
@@ -29,76 +99,136 @@ impl Body {
     #[staticmethod]
     #[pyo3(signature = (spacing_m = 0.0055))]
     fn tongue(py: Python<'_>, spacing_m: f64) -> PyResult<Self> {
-        aside(py, move || body::Body::tongue(spacing_m))?.map(Self).map_err(refused)
+        Self::made(py, Source::Tongue(spacing_m))
     }
 
     /// The reference tongue as a continuum of quadratic elements at a mesh spacing, m (default: 4 mm).
     #[staticmethod]
     #[pyo3(signature = (spacing_m = 0.004))]
     fn continuum(py: Python<'_>, spacing_m: f64) -> PyResult<Self> {
-        let made = aside(py, move || body::Body::continuum(spacing_m, &ContinuumSettings::default()))?;
-        made.map(Self).map_err(refused)
+        Self::made(py, Source::Continuum(spacing_m))
     }
 
     /// A tongue of an anatomy (the text of a TOML file) at a mesh spacing, m.
     #[staticmethod]
     #[pyo3(signature = (toml, spacing_m = 0.0055, origin = "anatomy"))]
-    fn from_anatomy(py: Python<'_>, toml: &str, spacing_m: f64, origin: &str) -> PyResult<Self> {
-        let anatomy = Anatomy::from_toml(toml, origin).map_err(refused)?;
-        let made = aside(py, move || body::Body::from_anatomy(&anatomy, spacing_m))?;
-        made.map(Self).map_err(|e| refused(BodyError::from(e)))
+    fn from_anatomy(py: Python<'_>, toml: String, spacing_m: f64, origin: &str) -> PyResult<Self> {
+        Self::made(py, Source::Anatomy { toml, spacing_m, origin: origin.to_owned() })
     }
 
     /// A body in a file: Gmsh's (`unit` of its coordinates: m or mm), or what `tongue-fit mesh --json` printed (.json).
     #[staticmethod]
     #[pyo3(signature = (path, unit = "m"))]
     fn read(py: Python<'_>, path: PathBuf, unit: &str) -> PyResult<Self> {
-        let unit = named("unit", unit, &[("m", Unit::M), ("mm", Unit::Mm)])?;
-        aside(py, move || AnyBody::read(&path, unit).and_then(|body| Ok(body.flat()?)))?
-            .map(Self)
-            .map_err(refused)
+        let (unit, word) = (named("unit", unit, &UNITS)?, unit.to_owned());
+        aside(py, move || {
+            let body = AnyBody::read(&path, unit).and_then(|body| Ok(body.flat()?)).map_err(refused)?;
+            let bytes = tongue_fit::files::read(&path).map_err(refused)?;
+            let source = Source::File { bytes, path: path.display().to_string(), unit: word };
+            Ok(Self { body: Arc::new(body), source: Arc::new(source) })
+        })?
+    }
+
+    /// The body of a pickle.
+    #[staticmethod]
+    fn _restored(py: Python<'_>, kind: &str, state: &Bound<'_, PyTuple>) -> PyResult<Self> {
+        let source = match kind {
+            "tongue" => Source::Tongue(state.extract::<(f64,)>()?.0),
+            "continuum" => Source::Continuum(state.extract::<(f64,)>()?.0),
+            "anatomy" => {
+                let (toml, spacing_m, origin) = state.extract()?;
+                Source::Anatomy { toml, spacing_m, origin }
+            }
+            "file" => {
+                let (bytes, path, unit) = state.extract()?;
+                Source::File { bytes, path, unit }
+            }
+            other => return Err(wrong(format!("a pickled body of the kind {other} is unknown here"))),
+        };
+        Self::made(py, source)
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (&'static str, Bound<'py, PyTuple>))> {
+        let py = slf.py();
+        let state = match &*slf.get().source {
+            Source::Tongue(spacing_m) => ("tongue", (*spacing_m,).into_pyobject(py)?),
+            Source::Continuum(spacing_m) => ("continuum", (*spacing_m,).into_pyobject(py)?),
+            Source::Anatomy { toml, spacing_m, origin } => {
+                ("anatomy", (toml, *spacing_m, origin).into_pyobject(py)?)
+            }
+            Source::File { bytes, path, unit } => {
+                ("file", (PyBytes::new(py, bytes), path, unit).into_pyobject(py)?)
+            }
+        };
+        Ok((py.get_type::<Self>().getattr("_restored")?, state))
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __hash__(&self) -> u64 {
+        hashed(&(&self.body.what, self.body.mesh.nodes.len()))
+    }
+
+    /// The body at rest, for notebooks.
+    fn _repr_svg_(&self, py: Python<'_>) -> PyResult<String> {
+        let body = Arc::clone(&self.body);
+        aside(py, move || {
+            let model = Model(system::Model::default()).of(&body);
+            let assembly = model.assemble(&body, [""; 0]).map_err(refused)?;
+            let shape = assembly.solver().equilibrium(&[]).map_err(refused)?;
+            let picture = shape.picture(&body.what).map_err(refused)?;
+            picture.text(&Provenance::new("python")).map_err(refused)
+        })?
     }
 
     /// What it is, in words.
     #[getter]
     fn what(&self) -> &str {
-        &self.0.what
+        &self.body.what
     }
 
     /// Positions of the nodes at rest, m, shape (nodes, 2): x backwards, y upwards.
     #[getter]
     fn nodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        points(py, &self.0.mesh.nodes)
+        points(py, &self.body.mesh.nodes)
     }
 
     /// Numbers of the nodes of every triangle, shape (triangles, 3).
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
-        table(py, self.0.mesh.cells.iter().flat_map(|c| c.iter().copied().take(3)), 3)
+        table(py, self.body.mesh.cells.iter().flat_map(|c| c.iter().copied().take(3)), 3)
     }
 
     /// Numbers of the nodes that every connection joins, shape (connections, 2).
     #[getter]
     fn connections<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
-        table(py, self.0.mesh.connections.iter().flatten().copied(), 2)
+        table(py, self.body.mesh.connections.iter().flatten().copied(), 2)
     }
 
     /// Numbers of the nodes that bone holds, ascending.
     #[getter]
     fn fixed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        numbers(py, &self.0.mesh.fixed)
+        numbers(py, &self.body.mesh.fixed)
     }
 
     /// The chain of nodes of every muscle, from end to end; of several fibres the first.
     #[getter]
     fn muscles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let muscles = PyDict::new(py);
-        for chain in self.0.mesh.muscles.iter().rev() {
+        for chain in self.body.mesh.muscles.iter().rev() {
             muscles.set_item(&chain.name, numbers(py, &chain.nodes))?;
         }
         // The first of a name was set last; the order is that of the body.
         let ordered = PyDict::new(py);
-        for chain in &self.0.mesh.muscles {
+        for chain in &self.body.mesh.muscles {
             ordered.set_item(&chain.name, muscles.get_item(&chain.name)?)?;
         }
         Ok(ordered)
@@ -108,7 +238,7 @@ impl Body {
     #[getter]
     fn bones<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let bones = PyDict::new(py);
-        for bone in &self.0.bones {
+        for bone in &self.body.bones {
             bones.set_item(&bone.name, numbers(py, &bone.nodes))?;
         }
         Ok(bones)
@@ -117,19 +247,31 @@ impl Body {
     /// The palate as a line of points, m, shape (points, 2); None where the body has none.
     #[getter]
     fn palate<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        self.0.palate.as_ref().map(|p| points(py, p)).transpose()
+        self.body.palate.as_ref().map(|p| points(py, p)).transpose()
     }
 
     fn __repr__(&self) -> String {
-        let mesh = &self.0.mesh;
-        format!("<Body: {}, {} nodes, {} triangles>", self.0.what, mesh.nodes.len(), mesh.cells.len())
+        let mesh = &self.body.mesh;
+        format!("<Body: {}, {} nodes, {} triangles>", self.body.what, mesh.nodes.len(), mesh.cells.len())
     }
 }
 
 /// What makes a body ready to be solved: constants of the tissue, and what carries the load in it.
-#[pyclass(frozen, module = "tongue_fit", from_py_object)]
-#[derive(Clone, Copy)]
+#[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Model(pub system::Model);
+
+const PRESETS: [(&str, Preset); 2] = [("consistent", Preset::Consistent), ("as-printed", Preset::AsPrinted)];
+const SPREADS: [(&str, Spread); 2] =
+    [("per-connection", Spread::PerConnection), ("assembled", Spread::Assembled)];
+const PATHS: [(&str, OutsidePath); 2] = [("straight", OutsidePath::Straight), ("chain", OutsidePath::Chain)];
+const TISSUES: [(&str, TissueModel); 2] =
+    [("springs", TissueModel::MassSpring), ("fe", TissueModel::FiniteElement)];
+
+/// The name of one of several things.
+fn word<T: PartialEq>(value: &T, known: &[(&'static str, T)]) -> &'static str {
+    known.iter().find(|(_, one)| one == value).map_or("", |(name, _)| name)
+}
 
 #[pymethods]
 impl Model {
@@ -149,107 +291,84 @@ impl Model {
     ) -> PyResult<Self> {
         let constants = Constants { young_modulus, poisson_ratio, ..Constants::TONGUE };
         constants.check().map_err(refused)?;
-        let presets = [("consistent", Preset::Consistent), ("as-printed", Preset::AsPrinted)];
-        let spreads = [("per-connection", Spread::PerConnection), ("assembled", Spread::Assembled)];
-        let paths = [("straight", OutsidePath::Straight), ("chain", OutsidePath::Chain)];
-        let tissues = [("springs", TissueModel::MassSpring), ("fe", TissueModel::FiniteElement)];
         Ok(Self(system::Model {
             constants,
-            preset: named("preset", preset, &presets)?,
-            spread: named("spread", spread, &spreads)?,
-            outside: named("outside", outside, &paths)?,
-            tissue: named("tissue", tissue, &tissues)?,
+            preset: named("preset", preset, &PRESETS)?,
+            spread: named("spread", spread, &SPREADS)?,
+            outside: named("outside", outside, &PATHS)?,
+            tissue: named("tissue", tissue, &TISSUES)?,
         }))
     }
 
     /// Makes `body` ready to be solved, with the muscles of these names contracting. Every other muscle is plain tissue.
-    fn assemble(&self, py: Python<'_>, body: &Body, muscles: Vec<String>) -> PyResult<Assembly> {
-        let (model, body) = (self.of(body), body.0.clone());
-        aside(py, move || model.assemble(&body, muscles))?.map(Assembly).map_err(refused)
+    fn assemble(&self, py: Python<'_>, body: &Body, muscles: &Bound<'_, PyAny>) -> PyResult<Assembly> {
+        let muscles = given::names("muscles", muscles)?;
+        let (model, from, given) = (self.of(&body.body), Arc::clone(&body.body), *self);
+        let made = aside(py, move || model.assemble(&from, muscles))?.map_err(refused)?;
+        Ok(Assembly(made, Arc::new((given, body.clone()))))
     }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (f64, f64, [&'static str; 4]))> {
+        let model = &slf.get().0;
+        let words = [
+            word(&model.preset, &PRESETS),
+            word(&model.spread, &SPREADS),
+            word(&model.outside, &PATHS),
+            word(&model.tissue, &TISSUES),
+        ];
+        let state = (model.constants.young_modulus, model.constants.poisson_ratio, words);
+        Ok((slf.py().get_type::<Self>().getattr("_restored")?, state))
+    }
+
+    /// The model of a pickle.
+    #[staticmethod]
+    fn _restored(young_modulus: f64, poisson_ratio: f64, words: [String; 4]) -> PyResult<Self> {
+        let [preset, spread, outside, tissue] = &words;
+        Self::new(young_modulus, poisson_ratio, preset, spread, outside, tissue)
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __hash__(&self) -> u64 {
+        let c = &self.0.constants;
+        hashed(&(c.young_modulus.to_bits(), c.poisson_ratio.to_bits()))
+    }
+
+    fn __repr__(&self) -> String {
+        let (model, c) = (&self.0, &self.0.constants);
+        format!(
+            "Model(young_modulus={:?}, poisson_ratio={:?}, preset='{}', spread='{}', outside='{}', tissue='{}')",
+            c.young_modulus,
+            c.poisson_ratio,
+            word(&model.preset, &PRESETS),
+            word(&model.spread, &SPREADS),
+            word(&model.outside, &PATHS),
+            word(&model.tissue, &TISSUES)
+        )
+    }
+}
+
+/// The hash of a value.
+pub fn hashed(value: &impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    value.hash(&mut hasher);
+    hasher.finish()
 }
 
 impl Model {
     /// That of a body: a continuum says itself what its tissue is.
-    pub fn of(&self, body: &Body) -> system::Model {
-        match body.0.mesh.continuum {
+    pub fn of(&self, body: &body::Body<2>) -> system::Model {
+        match body.mesh.continuum {
             Some(_) => system::Model { tissue: TissueModel::Continuum, ..self.0 },
             None => self.0,
         }
-    }
-}
-
-/// A body of which some muscles can contract, ready to be solved. Shared by threads.
-#[pyclass(frozen, module = "tongue_fit")]
-#[derive(Clone)]
-pub struct Assembly(pub simulation::Assembly<2>);
-
-#[pymethods]
-impl Assembly {
-    /// The body.
-    #[getter]
-    fn body(&self) -> Body {
-        Body(self.0.body().clone())
-    }
-
-    /// Names of the muscles that can contract, in the order in which they were given: the order of all arrays of tensions.
-    #[getter]
-    fn contracting(&self) -> Vec<&str> {
-        self.0.contracting()
-    }
-
-    /// What solves it: one a thread.
-    fn solver(&self) -> Solver {
-        Solver::new(&self.0)
-    }
-
-    /// The motion from rest while the tensions (N per metre of thickness) grow to their values in `ramp_s` (s) and then stay, until
-    /// `t_end_s`, looked at `samples` times evenly.
-    #[pyo3(signature = (tensions, t_end_s, ramp_s = 0.0, samples = 101))]
-    fn trajectory(
-        &self,
-        py: Python<'_>,
-        tensions: Tensions,
-        t_end_s: f64,
-        ramp_s: f64,
-        samples: usize,
-    ) -> PyResult<Trajectory> {
-        let (assembly, given) = (self.0.clone(), tensions.of(&self.0)?);
-        let followed = aside(py, move || {
-            let given: Vec<(&str, f64)> = given.iter().map(|(name, n)| (name.as_str(), *n)).collect();
-            assembly.trajectory(&given, ramp_s, t_end_s, samples)
-        })?;
-        followed.map(Trajectory).map_err(refused)
-    }
-
-    /// The length of a muscle, m, as something to observe.
-    fn length(&self, muscle: &str) -> PyResult<Observable> {
-        self.0.length(muscle).map(|o| Observable::new(o, &self.0)).map_err(refused)
-    }
-
-    /// The length of a muscle over its length at rest, as something to observe.
-    fn stretch(&self, muscle: &str) -> PyResult<Observable> {
-        self.0.stretch(muscle).map(|o| Observable::new(o, &self.0)).map_err(refused)
-    }
-
-    /// The length of a muscle over another's, as something to observe.
-    fn ratio(&self, muscle: &str, over: &str) -> PyResult<Observable> {
-        self.0.ratio(muscle, over).map(|o| Observable::new(o, &self.0)).map_err(refused)
-    }
-
-    /// The signed distance of a measured point (x, y), m, from the outline of the tissue: positive outside.
-    fn contour(&self, point: [f64; 2]) -> PyResult<Observable> {
-        self.0.contour(point.into()).map(|o| Observable::new(o, &self.0)).map_err(refused)
-    }
-
-    /// What a measured target says of this body: an observation for every fitted muscle.
-    fn observations(&self, target: &Target) -> PyResult<Vec<Observation>> {
-        let nodes = self.0.body().mesh.nodes.len();
-        let seen = self.0.observations(&target.0).map_err(refused)?;
-        Ok(seen.fitted.into_iter().map(|seen| Observation { seen, nodes }).collect())
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<Assembly: {}, contracting {}>", self.0.body().what, self.0.contracting().join(", "))
     }
 }

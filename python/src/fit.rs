@@ -7,29 +7,41 @@ use std::sync::mpsc::channel;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
 use tongue_fit::inverse::batch::{self, Known, Selection, Thoroughness};
 use tongue_fit::inverse::{self, Among, HyoidMotion, Premises, Said, Settings, Setup, Tone};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{TargetKind, Vowel};
-use tongue_fit::report::FitRecord;
 use tongue_fit::report::batch as outputs;
+use tongue_fit::report::{self, Export, FitRecord, Provenance, Section, Svg};
 use tongue_fit::system::System;
 use tongue_fit::{body, parallel};
 
 use super::answer::loads;
 use super::body::{Body, Model};
 use super::errors::{named, refused, wrong};
+use super::given::{self, Given};
 use super::measured::{Dataset, target};
 use super::problem::METHODS;
-use super::work::{aside, defect, next};
+use super::work::{aside_on, defect, give_up, next, pool};
 
 /// A tone as it is given: the same for all muscles, or by muscle.
-#[derive(FromPyObject)]
-pub enum GivenTone {
-    Uniform(f64),
-    ByMuscle(BTreeMap<String, f64>),
+pub struct GivenTone(Tone);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for GivenTone {
+    type Error = PyErr;
+
+    fn extract(tone: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        if given::is_number(&tone) {
+            return given::number("tone", &tone).map(Tone::Uniform).map(Self);
+        }
+        match Given::read("tone", &tone)? {
+            Given::Named(tones) => Ok(Self(Tone::ByMuscle(tones.into_iter().collect()))),
+            Given::Listed(_) => Err(wrong("tone must be one number for all muscles, or a dict by muscle")),
+        }
+    }
 }
 
 /// What is said of the premises, kept while a fit runs.
@@ -45,14 +57,13 @@ impl Premised {
         thesis: bool,
         tone: Option<GivenTone>,
         hyoid: Option<&str>,
-        free_bones: Vec<String>,
+        free_bones: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let motions =
             [("free", HyoidMotion::Free), ("forward", HyoidMotion::Forward), ("fixed", HyoidMotion::Fixed)];
-        let tone = tone.map(|tone| match tone {
-            GivenTone::Uniform(tone) => Tone::Uniform(tone),
-            GivenTone::ByMuscle(tones) => Tone::ByMuscle(tones.into_iter().collect()),
-        });
+        let tone = tone.map(|tone| tone.0);
+        let free_bones = free_bones.map(|bones| given::names("free_bones", bones)).transpose()?;
+        let free_bones = free_bones.unwrap_or_default();
         let hyoid = hyoid.map(|name| named("hyoid", name, &motions)).transpose()?;
         Ok(Self { thesis, tone, hyoid, free_bones })
     }
@@ -64,28 +75,48 @@ impl Premised {
 }
 
 /// A body and a model, where none is given the reference.
-fn body_and_model(body: Option<Body>, model: Option<Model>) -> PyResult<(Body, tongue_fit::system::Model)> {
-    let body = match body {
-        Some(body) => body,
-        None => Body(body::Body::tongue(body::DEFAULT_SPACING_M).map_err(refused)?),
-    };
+fn body_and_model(
+    body: Option<Body>,
+    model: Option<Model>,
+) -> PyResult<(Arc<body::Body<2>>, tongue_fit::system::Model)> {
+    let body = body.map_or_else(Body::reference, Ok)?.body;
     let model = model.unwrap_or(Model(tongue_fit::system::Model::default())).of(&body);
     Ok((body, model))
 }
 
-/// Fits one row: what `tongue-fit --vowel V --json` prints, as a dict with the same names and bits.
+/// The shape found over that of the baseline, as the program draws it.
+fn picture(body: &body::Body<2>, fit: &inverse::Fit) -> PyResult<Svg> {
+    let target = &fit.target;
+    let posture = fit.tone.posture();
+    let title = format!("{} /{}/: {posture} (grey) and at the tensions found", target.subject, target.vowel);
+    // What is grey is the shape that changes are counted from.
+    let grey = Mesh { nodes: fit.baseline_positions.clone(), ..body.mesh.clone() };
+    let section = Section {
+        mesh: &grey,
+        positions: &fit.positions,
+        tensions: &fit.body_tensions,
+        palate: body.palate.as_deref().unwrap_or_default(),
+        contact: false,
+        stretch: false,
+        grey: if fit.tone.is_none() { "rest" } else { "baseline" },
+        title: &title,
+    };
+    report::tongue(&section).map_err(refused)
+}
+
+/// Fits one row: what `tongue_fit.fit` is made of, and the picture of the shape found (SVG).
 #[pyfunction]
 #[pyo3(signature = (data, subject, vowel, *, target = "ratio", muscles = None, baseline = None, body = None, model = None,
     method = "nelder-mead", starts = 4, upper_bound = 100.0,
-    among = "others", thesis = false, tone = None, hyoid = None, free_bones = Vec::new()))]
+    among = "others", thesis = false, tone = None, hyoid = None, free_bones = None, threads = None))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
-pub fn fit<'py>(
+pub fn fit_row<'py>(
     py: Python<'py>,
     data: &Dataset,
     subject: &str,
     vowel: &str,
     target: &str,
-    muscles: Option<Vec<String>>,
+    muscles: Option<&Bound<'py, PyAny>>,
     baseline: Option<&str>,
     body: Option<Body>,
     model: Option<Model>,
@@ -96,27 +127,29 @@ pub fn fit<'py>(
     thesis: bool,
     tone: Option<GivenTone>,
     hyoid: Option<&str>,
-    free_bones: Vec<String>,
-) -> PyResult<Bound<'py, PyDict>> {
+    free_bones: Option<&Bound<'py, PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<(Bound<'py, PyDict>, String)> {
     let clock = std::time::Instant::now();
     let among = named("among", among, &[("others", Among::Others), ("least-total", Among::LeastTotal)])?;
     let method = named("method", method, &METHODS)?;
     let settings = Settings { method, starts, upper_bound, among, ..Settings::default() };
     settings.check().map_err(refused)?;
     let kind: TargetKind = target.parse().map_err(refused)?;
-    let target = self::target(&data.0, subject, vowel, kind, muscles, baseline)?.0;
-    let (Body(body), model) = body_and_model(body, model)?;
+    let target = self::target(data, subject, vowel, kind, muscles, baseline)?.target;
+    let (body, model) = body_and_model(body, model)?;
     let said = Premised::new(thesis, tone, hyoid, free_bones)?;
     let known = Muscles::reference().map_err(refused)?;
-    let text = aside(py, move || {
-        let premises = said.of(kind, &body)?;
-        let fit = inverse::fit_under(&body, &model, &target, premises, &settings)?;
+    let (text, picture) = aside_on(py, &pool(py, threads)?, move || {
+        let premises = said.of(kind, &body).map_err(refused)?;
+        let fit = inverse::fit_under(&body, &model, &target, premises, &settings).map_err(refused)?;
         let alarms = alarms::alarms(&body.mesh, &fit, &known, None, &settings, DEFAULT_THICKNESS_M);
-        let by = tongue_fit::report::Provenance::new("python").with_tissue(model.tissue);
-        let record = FitRecord::new(&fit, &alarms, by, clock.elapsed().as_secs_f64());
-        Ok::<_, inverse::FitError>(record.to_json())
-    })?;
-    loads(py, &text.map_err(refused)?.map_err(refused)?)
+        let by = Provenance::new("python").with_tissue(model.tissue);
+        let record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
+        let text = record.to_json().map_err(refused)?;
+        Ok::<_, PyErr>((text, picture(&body, &fit)?.text(&by).map_err(refused)?))
+    })??;
+    Ok((loads(py, &text)?, picture))
 }
 
 /// Every `of`th fit that a table asks for, from the `number`th on: what `tongue_fit.batch` is made of. Calls `report(done, all)` as they
@@ -127,8 +160,8 @@ pub fn fit<'py>(
 pub fn fit_rows<'py>(
     py: Python<'py>,
     data: &Dataset,
-    subjects: Option<Vec<String>>,
-    vowels: Option<Vec<String>>,
+    subjects: Option<Bound<'py, PyAny>>,
+    vowels: Option<Bound<'py, PyAny>>,
     target: &str,
     baseline: Option<&str>,
     baselines: BTreeMap<String, String>,
@@ -143,7 +176,7 @@ pub fn fit_rows<'py>(
     thesis: bool,
     tone: Option<GivenTone>,
     hyoid: Option<&str>,
-    free_bones: Vec<String>,
+    free_bones: Option<&Bound<'py, PyAny>>,
     shard: &str,
     threads: Option<usize>,
     command: String,
@@ -155,6 +188,8 @@ pub fn fit_rows<'py>(
     };
     let parse = |word: &String| word.parse::<Vowel>().map_err(refused);
     let baseline_of = baselines.iter().map(|(subject, v)| Ok((subject.clone(), parse(v)?)));
+    let subjects = subjects.map(|all| given::names("subjects", &all)).transpose()?;
+    let vowels = vowels.map(|all| given::names("vowels", &all)).transpose()?;
     let selection = Selection {
         subjects,
         vowels: vowels.map(|all| all.iter().map(parse).collect::<PyResult<_>>()).transpose()?,
@@ -167,25 +202,29 @@ pub fn fit_rows<'py>(
     settings.check().map_err(refused)?;
     let how = Thoroughness { settings, draws, seed, subset_changes: subsets, ..Thoroughness::default() };
     let shard: outputs::Shard = shard.parse().map_err(wrong)?;
-    if threads.is_some_and(|n| n == 0 || n > MOST_THREADS) {
-        return Err(wrong(format!("threads must be from 1 to {MOST_THREADS}")));
-    }
-    let (Body(body), model) = body_and_model(body, model)?;
+    let threads = pool(py, threads)?;
+    let (body, model) = body_and_model(body, model)?;
     let said = Premised::new(thesis, tone, hyoid, free_bones)?;
-    let plan = batch::plan(&data.0, &selection).map_err(refused)?;
-    // What no fit could be made with is refused once.
-    System::new(&body.mesh, &model, &[]).map_err(refused)?;
-    let mut setups: Vec<(TargetKind, Option<Setup>)> = Vec::new();
-    for &kind in &selection.kinds {
-        let premises = said.of(kind, &body).map_err(refused)?;
-        let setup = (!premises.is_thesis()).then(|| Setup::new(&body, &model, premises)).transpose();
-        setups.push((kind, setup.map_err(refused)?));
-    }
-    let muscles = outputs::columns(&data.0, &body.mesh);
+    let data = Arc::clone(&data.data);
+    let (table, whole) = (Arc::clone(&data), Arc::clone(&body));
+    let kinds = selection.kinds.clone();
+    let (plan, setups) = aside_on(py, &threads, move || {
+        let plan = batch::plan(&table, &selection).map_err(refused)?;
+        // What no fit could be made with is refused once.
+        System::new(&whole.mesh, &model, &[]).map_err(refused)?;
+        let mut setups: Vec<(TargetKind, Option<Setup>)> = Vec::new();
+        for kind in kinds {
+            let premises = said.of(kind, &whole).map_err(refused)?;
+            let setup = (!premises.is_thesis()).then(|| Setup::new(&whole, &model, premises)).transpose();
+            setups.push((kind, setup.map_err(refused)?));
+        }
+        Ok::<_, PyErr>((plan, setups))
+    })??;
+    let muscles = outputs::columns(&data, &body.mesh);
     let known = Known::reference().map_err(refused)?;
     let thesis = Thesis::reference().map_err(refused)?;
     let (all, refusals) = (plan.jobs.len(), plan.refusals);
-    let not_fitted = data.0.broken().iter().map(|row| row.fault.to_string());
+    let not_fitted = data.broken().iter().map(|row| row.fault.to_string());
     let not_fitted = not_fitted
         .chain(
             refusals.iter().map(|r| format!("line {}, {} /{}/: {}", r.line, r.subject, r.vowel, r.message)),
@@ -198,6 +237,7 @@ pub fn fit_rows<'py>(
     let stopped = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&stopped);
     let (sender, mut receiver) = channel();
+    let workers = Arc::clone(&threads);
     std::thread::spawn(move || {
         let provenance = outputs::Provenance {
             version: tongue_fit::VERSION.to_owned(),
@@ -223,23 +263,14 @@ pub fn fit_rows<'py>(
             // A number beyond the page: no pictures are drawn.
             let made = outputs::assess(outputs::MOST_FITS_ON_PAGE, job, &within, &provenance);
             // Who does not listen any more has been stopped.
-            let _ = sender.send(Ok((*number, made)));
+            let _ = sender.send((*number, made));
         };
-        let done = threads.map_or(Ok(()), |threads| {
-            parallel::with_threads(threads, || parallel::map(&mine, work)).map(|_| ())
-        });
-        if threads.is_none() {
-            parallel::map(&mine, work);
-        }
-        if let Err(why) = done {
-            let _ = sender
-                .send(Err(format!("cannot start {} threads: {why}; ask for fewer", threads.unwrap_or(0))));
-        }
+        workers.install(|| parallel::map(&mine, work));
     });
     let mut found = Vec::with_capacity(wanted);
     let mut listen = || -> PyResult<()> {
         while found.len() < wanted {
-            let (number, made) = next(py, &mut receiver)?.ok_or_else(defect)?.map_err(wrong)?;
+            let (number, made) = next(py, &mut receiver)?.ok_or_else(defect)?;
             found.push(match made.map_err(refused)? {
                 Ok(fit) => (number, Some(fit.json), fit.muscles),
                 Err(why) => (number, None, why),
@@ -250,10 +281,10 @@ pub fn fit_rows<'py>(
     };
     let heard = listen();
     stopped.store(true, Ordering::Relaxed);
+    if heard.is_err() {
+        give_up(&threads);
+    }
     heard?;
     found.sort_by_key(|(number, ..)| *number);
     Ok((all, found, not_fitted))
 }
-
-/// More threads than this are surely a slip.
-const MOST_THREADS: usize = 1024;

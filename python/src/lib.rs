@@ -3,9 +3,11 @@
 //! refuses is an exception with the same text.
 
 mod answer;
+mod assembly;
 mod body;
 mod errors;
 mod fit;
+mod given;
 mod measured;
 mod observe;
 mod problem;
@@ -17,11 +19,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _tongue_fit {
     #[pymodule_export]
-    use super::body::{Assembly, Body, Model};
+    use super::assembly::Assembly;
+    #[pymodule_export]
+    use super::body::{Body, Model};
     #[pymodule_export]
     use super::errors::Error;
     #[pymodule_export]
-    use super::fit::{fit, fit_rows};
+    use super::fit::{fit_row, fit_rows};
     #[pymodule_export]
     use super::measured::{Dataset, Target};
     #[pymodule_export]

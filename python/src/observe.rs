@@ -3,56 +3,142 @@
 use std::sync::Arc;
 
 use nalgebra::SVector;
-use numpy::{PyArray2, PyReadonlyArray2};
+use numpy::PyArray2;
 use pyo3::prelude::*;
-use tongue_fit::{observe, simulation};
+use tongue_fit::observe;
 
-use super::answer::{points, to_points};
-use super::errors::wrong;
+use super::answer;
+use super::assembly::Assembly;
+use super::errors::{refused, wrong};
+use super::given::points;
+use super::measured::Target;
+
+/// What an observable is of its body.
+#[derive(Clone, PartialEq)]
+pub enum Seen {
+    /// The length of a muscle.
+    Length(String),
+    /// That over the length at rest.
+    Stretch(String),
+    /// The length of a muscle over another's.
+    Ratio(String, String),
+    /// The distance of a point (x, y; m) from the outline.
+    Contour(f64, f64),
+}
 
 /// A number that can be read off the positions of the nodes of one body.
-#[pyclass(frozen, module = "tongue_fit")]
+#[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
+#[derive(Clone)]
 pub struct Observable {
     observable: Arc<dyn observe::Observable<2>>,
-    /// Nodes of the body.
-    nodes: usize,
+    seen: Seen,
+    of: Assembly,
+}
+
+impl PartialEq for Observable {
+    fn eq(&self, other: &Self) -> bool {
+        self.seen == other.seen && self.of == other.of
+    }
 }
 
 impl Observable {
     /// One of a body's.
-    pub fn new(observable: impl observe::Observable<2> + 'static, of: &simulation::Assembly<2>) -> Self {
-        Self { observable: Arc::new(observable), nodes: of.body().mesh.nodes.len() }
+    ///
+    /// # Errors
+    /// A muscle that the body does not have; a point that is not finite.
+    pub fn new(of: &Assembly, seen: Seen) -> PyResult<Self> {
+        let body = &of.0;
+        let observable: Arc<dyn observe::Observable<2>> = match &seen {
+            Seen::Length(muscle) => Arc::new(body.length(muscle).map_err(refused)?),
+            Seen::Stretch(muscle) => Arc::new(body.stretch(muscle).map_err(refused)?),
+            Seen::Ratio(muscle, over) => Arc::new(body.ratio(muscle, over).map_err(refused)?),
+            Seen::Contour(x, y) => Arc::new(body.contour(SVector::from([*x, *y])).map_err(refused)?),
+        };
+        Ok(Self { observable, seen, of: of.clone() })
+    }
+
+    fn nodes(&self) -> usize {
+        self.of.0.body().mesh.nodes.len()
     }
 }
 
 #[pymethods]
 impl Observable {
     /// The number at these positions of all nodes, m, shape (nodes, 2).
-    fn value(&self, positions: PyReadonlyArray2<'_, f64>) -> PyResult<f64> {
-        Ok(self.observable.value(&to_points("positions", &positions, self.nodes)?))
+    fn value(&self, positions: &Bound<'_, PyAny>) -> PyResult<f64> {
+        Ok(self.observable.value(&points("positions", positions, self.nodes())?))
     }
 
     /// Its derivatives by the positions of all nodes, unit of the value per m, shape (nodes, 2).
     fn gradient<'py>(
         &self,
         py: Python<'py>,
-        positions: PyReadonlyArray2<'py, f64>,
+        positions: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let mut slopes = vec![SVector::zeros(); self.nodes];
-        let at = to_points("positions", &positions, self.nodes)?;
+        let mut slopes = vec![SVector::zeros(); self.nodes()];
+        let at = points("positions", positions, self.nodes())?;
         self.observable.gradient(&at, &mut |node, slope| slopes[node] += slope);
-        points(py, &slopes)
+        answer::points(py, &slopes)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let (method, given) = match &this.seen {
+            Seen::Length(muscle) => ("length", (muscle,).into_pyobject(py)?.into_any()),
+            Seen::Stretch(muscle) => ("stretch", (muscle,).into_pyobject(py)?.into_any()),
+            Seen::Ratio(muscle, over) => ("ratio", (muscle, over).into_pyobject(py)?.into_any()),
+            Seen::Contour(x, y) => ("contour", ((*x, *y),).into_pyobject(py)?.into_any()),
+        };
+        Ok((this.of.clone().into_pyobject(py)?.getattr(method)?, given))
+    }
+
+    fn __repr__(&self) -> String {
+        match &self.seen {
+            Seen::Length(muscle) => format!("<Observable: length of {muscle}, m>"),
+            Seen::Stretch(muscle) => format!("<Observable: length of {muscle} over that at rest>"),
+            Seen::Ratio(muscle, over) => format!("<Observable: length of {muscle} over that of {over}>"),
+            Seen::Contour(x, y) => format!("<Observable: distance of ({x}, {y}) from the outline, m>"),
+        }
     }
 }
 
+/// Where an observation comes from.
+#[derive(Clone, PartialEq)]
+enum Source {
+    /// A value of one's own, with its standard deviation.
+    Own(Observable, Option<f64>),
+    /// The one of this number among those of a target.
+    Target(Assembly, Target, usize),
+}
+
 /// An observable, its measured value (its unit), and how sure that is.
-#[pyclass(frozen, module = "tongue_fit", from_py_object)]
+#[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Observation {
     /// What was seen.
     pub seen: observe::Observation<2>,
+    source: Source,
+}
+
+impl PartialEq for Observation {
+    fn eq(&self, other: &Self) -> bool {
+        self.seen.measured == other.seen.measured && self.source == other.source
+    }
+}
+
+impl Observation {
+    /// The one of this number among those of a target.
+    pub fn of_target(seen: observe::Observation<2>, of: &Assembly, target: &Target, number: usize) -> Self {
+        Self { seen, source: Source::Target(of.clone(), target.clone(), number) }
+    }
+
     /// Nodes of the body that it is of.
-    pub nodes: usize,
+    pub fn nodes(&self) -> usize {
+        match &self.source {
+            Source::Own(observable, _) => observable.nodes(),
+            Source::Target(of, ..) => of.0.body().mesh.nodes.len(),
+        }
+    }
 }
 
 #[pymethods]
@@ -82,12 +168,40 @@ impl Observation {
                 return Err(wrong(what));
             }
         };
-        Ok(Self { seen, nodes: observable.nodes })
+        Ok(Self { seen, source: Source::Own(observable.clone(), standard_deviation) })
     }
 
     /// The measured value, unit of the observable.
     #[getter]
     fn measured(&self) -> f64 {
         self.seen.measured
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (py, this) = (slf.py(), slf.get());
+        Ok(match &this.source {
+            Source::Own(observable, sd) => {
+                let given = (observable.clone(), this.seen.measured, *sd).into_pyobject(py)?;
+                (py.get_type::<Self>().into_any(), given.into_any())
+            }
+            Source::Target(of, target, number) => {
+                let made = of.clone().into_pyobject(py)?.getattr("_observation")?;
+                (made, (target.clone(), *number).into_pyobject(py)?.into_any())
+            }
+        })
+    }
+
+    fn __repr__(&self) -> String {
+        match &self.source {
+            Source::Own(observable, sd) => {
+                let seen = observable.__repr__();
+                let what = seen.trim_start_matches("<Observable: ").trim_end_matches('>');
+                let sure = sd.map_or_else(String::new, |sd| format!(" (standard deviation {sd})"));
+                format!("<Observation: {what}: {}{sure}>", self.seen.measured)
+            }
+            Source::Target(_, target, number) => {
+                format!("<Observation: {} of {}: {}>", number + 1, target.shown(), self.seen.measured)
+            }
+        }
     }
 }

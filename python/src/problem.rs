@@ -1,5 +1,7 @@
 //! Inverse problems of one's own observations.
 
+use std::sync::Arc;
+
 use numpy::{PyArray1, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -8,11 +10,11 @@ use tongue_fit::report::Provenance;
 use tongue_fit::simulation;
 
 use super::answer::{record, word};
-use super::body::Assembly;
+use super::assembly::Assembly;
 use super::errors::{named, refused, wrong};
 use super::observe::Observation;
 use super::solver::Shape;
-use super::work::aside;
+use super::work::{aside_on, pool};
 
 /// Names of what searches.
 pub const METHODS: [(&str, Method); 2] =
@@ -21,7 +23,17 @@ pub const METHODS: [(&str, Method); 2] =
 /// What was seen of a body and what is unknown of it: at first the tension of every contracting muscle. Every `with_` and `free_`
 /// returns another problem.
 #[pyclass(frozen, module = "tongue_fit")]
-pub struct InverseProblem(simulation::InverseProblem<2>);
+#[derive(Clone)]
+pub struct InverseProblem {
+    problem: simulation::InverseProblem<2>,
+    of: Assembly,
+}
+
+impl InverseProblem {
+    fn changed(&self, problem: Result<simulation::InverseProblem<2>, simulation::Error>) -> PyResult<Self> {
+        Ok(Self { problem: problem.map_err(refused)?, of: self.of.clone() })
+    }
+}
 
 #[pymethods]
 impl InverseProblem {
@@ -37,7 +49,8 @@ impl InverseProblem {
         starts: usize,
         upper_bound: f64,
     ) -> PyResult<Self> {
-        let (given, nodes) = (observations.iter().map(|o| o.nodes), assembly.0.body().mesh.nodes.len());
+        let (given, nodes) =
+            (observations.iter().map(Observation::nodes), assembly.0.body().mesh.nodes.len());
         if let Some(given) = given.into_iter().find(|n| *n != nodes) {
             return Err(wrong(format!("an observation is of a body of {given} nodes, the body has {nodes}")));
         }
@@ -45,112 +58,124 @@ impl InverseProblem {
         let method = named("method", method, &METHODS)?;
         let settings = Settings { method, starts, upper_bound, ..Settings::default() };
         settings.check().map_err(refused)?;
-        Ok(Self(simulation::InverseProblem::new(&assembly.0, seen).with_settings(settings)))
+        let problem = simulation::InverseProblem::new(&assembly.0, seen).with_settings(settings);
+        Ok(Self { problem, of: assembly.clone() })
     }
 
     /// The same with a tension that is known, N per metre of thickness.
     fn with_tension(&self, muscle: &str, tension: f64) -> PyResult<Self> {
-        self.0.clone().with_tension(muscle, tension).map(Self).map_err(refused)
+        self.changed(self.problem.clone().with_tension(muscle, tension))
     }
 
     /// The same with other bounds of a tension, N per metre of thickness.
     fn with_bounds(&self, muscle: &str, lower: f64, upper: f64) -> PyResult<Self> {
-        self.0.clone().with_bounds(muscle, lower, upper).map(Self).map_err(refused)
+        self.changed(self.problem.clone().with_bounds(muscle, lower, upper))
     }
 
     /// The same with a tension that is near `mean`, give or take `sd`, N per metre of thickness.
     fn with_prior(&self, muscle: &str, mean: f64, sd: f64) -> PyResult<Self> {
-        self.0.clone().with_prior(muscle, mean, sd).map(Self).map_err(refused)
+        self.changed(self.problem.clone().with_prior(muscle, mean, sd))
     }
 
     /// The same with a bone whose displacement is searched for, at most `most` (m) either way along each axis.
     fn free_bone(&self, bone: &str, most: f64) -> PyResult<Self> {
-        self.0.clone().free_bone(bone, most).map(Self).map_err(refused)
+        self.changed(self.problem.clone().free_bone(bone, most))
     }
 
     /// The same with a freed bone that stays near its place at rest, give or take `sd` (m) along each axis.
     fn with_bone_prior(&self, bone: &str, sd: f64) -> PyResult<Self> {
-        self.0.clone().with_bone_prior(bone, sd).map(Self).map_err(refused)
+        self.changed(self.problem.clone().with_bone_prior(bone, sd))
     }
 
     /// The same with Young's modulus searched for too, between these values, Pa.
     fn free_young_modulus(&self, lower: f64, upper: f64) -> Self {
-        Self(self.0.clone().free_young_modulus(lower, upper))
+        Self { problem: self.problem.clone().free_young_modulus(lower, upper), of: self.of.clone() }
     }
 
     /// The same with Poisson's ratio searched for too, between these values.
     fn free_poisson_ratio(&self, lower: f64, upper: f64) -> Self {
-        Self(self.0.clone().free_poisson_ratio(lower, upper))
+        Self { problem: self.problem.clone().free_poisson_ratio(lower, upper), of: self.of.clone() }
     }
 
-    /// Searches for what fits the observations best. The same bits for any number of threads.
-    fn fit(&self, py: Python<'_>) -> PyResult<Estimate> {
-        let problem = self.0.clone();
-        aside(py, move || problem.fit())?.map(Estimate).map_err(refused)
+    /// Searches for what fits the observations best, on so many threads (default: one a core). The same bits for any number of them.
+    #[pyo3(signature = (*, threads = None))]
+    fn fit(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Estimate> {
+        let problem = self.problem.clone();
+        let found = aside_on(py, &pool(py, threads)?, move || problem.fit())?.map_err(refused)?;
+        let shape = Shape { shape: Arc::new(found.shape.clone()), assembly: self.of.clone() };
+        Ok(Estimate { estimate: found, shape })
     }
 }
 
 /// The values of the unknowns that fit the observations best.
 #[pyclass(frozen, module = "tongue_fit")]
-pub struct Estimate(simulation::Estimate<2>);
+pub struct Estimate {
+    estimate: simulation::Estimate<2>,
+    shape: Shape,
+}
 
 #[pymethods]
 impl Estimate {
     /// How the fit ended.
     #[getter]
     fn status(&self) -> String {
-        word(&self.0.status)
+        word(&self.estimate.status)
     }
 
     /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law.
     #[getter]
     fn is_trustworthy(&self) -> bool {
-        self.0.is_trustworthy()
+        self.estimate.is_trustworthy()
     }
 
     /// The tensions of all contracting muscles, N per metre of thickness.
     #[getter]
     fn tensions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let tensions = PyDict::new(py);
-        self.0.tensions().into_iter().try_for_each(|(name, n)| tensions.set_item(name, n))?;
+        self.estimate.tensions().into_iter().try_for_each(|(name, n)| tensions.set_item(name, n))?;
         Ok(tensions)
     }
 
     /// The tension of a muscle, N per metre of thickness.
     fn tension(&self, muscle: &str) -> PyResult<f64> {
-        self.0.tension(muscle).map_err(refused)
+        self.estimate.tension(muscle).map_err(refused)
     }
 
     /// How far a freed bone is from where it is at rest, m, shape (2,).
     fn displacement<'py>(&self, py: Python<'py>, bone: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(self.0.displacement(bone).map_err(refused)?.as_slice().to_pyarray(py))
+        Ok(self.estimate.displacement(bone).map_err(refused)?.as_slice().to_pyarray(py))
     }
 
     /// In how many directions the unknowns can be changed without the fit becoming worse; None where that is not known.
     #[getter]
     fn undetermined(&self) -> Option<usize> {
-        self.0.undetermined()
+        self.estimate.undetermined()
     }
 
     /// What each observation is in the shape found, in their order and units.
     #[getter]
     fn simulated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.0.simulated.to_pyarray(py)
+        self.estimate.simulated.to_pyarray(py)
     }
 
     /// The shape found.
     #[getter]
     fn shape(&self) -> Shape {
-        Shape(self.0.shape.clone())
+        self.shape.clone()
     }
 
     /// All of it as a dict.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        record(py, &self.0.record(), &Provenance::new("python"))
+        record(py, &self.estimate.record(), &Provenance::new("python"))
+    }
+
+    /// A picture of the shape found, for notebooks.
+    fn _repr_svg_(&self) -> PyResult<String> {
+        self.shape.picture(&self.__repr__())
     }
 
     fn __repr__(&self) -> String {
-        let tensions = self.0.tensions().into_iter().map(|(name, n)| format!("{name} {n:.2}"));
+        let tensions = self.estimate.tensions().into_iter().map(|(name, n)| format!("{name} {n:.2}"));
         format!("<Estimate: {}, {}>", self.status(), tensions.collect::<Vec<_>>().join(", "))
     }
 }

@@ -1,37 +1,28 @@
 //! Equilibria and motions.
 
+use std::sync::{Arc, Mutex, TryLockError};
+
 use nalgebra::SVector;
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tongue_fit::report::{Export, Provenance};
 use tongue_fit::simulation;
 
-use super::answer::{points, record, to_points, word};
-use super::body::Assembly;
+use super::answer::{points, record, word};
+use super::assembly::Assembly;
 use super::errors::{refused, wrong};
+use super::given::{self, Given};
+use super::work::alone;
 
 /// Tensions as they are given: by name, or an array in the order of the contracting muscles.
-pub enum Tensions {
-    Named(Vec<(String, f64)>),
-    Listed(Vec<f64>),
-}
+pub struct Tensions(Given);
 
 impl<'a, 'py> FromPyObject<'a, 'py> for Tensions {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        if let Ok(named) = given.cast::<PyDict>() {
-            return named
-                .iter()
-                .map(|(name, n)| Ok((name.extract()?, n.extract()?)))
-                .collect::<PyResult<_>>()
-                .map(Self::Named);
-        }
-        if let Ok(array) = given.extract::<PyReadonlyArray1<'_, f64>>() {
-            return Ok(Self::Listed(array.as_array().to_vec()));
-        }
-        given.extract().map(Self::Listed)
+        Given::read("tensions", &given).map(Self)
     }
 }
 
@@ -41,9 +32,9 @@ impl Tensions {
     /// # Errors
     /// A list that is not as long as there are contracting muscles.
     pub fn of(self, assembly: &simulation::Assembly<2>) -> PyResult<Vec<(String, f64)>> {
-        match self {
-            Self::Named(named) => Ok(named),
-            Self::Listed(values) => {
+        match self.0 {
+            Given::Named(named) => Ok(named),
+            Given::Listed(values) => {
                 let names = assembly.contracting();
                 if values.len() != names.len() {
                     let (given, known) = (values.len(), names.join(", "));
@@ -58,22 +49,82 @@ impl Tensions {
     }
 }
 
+/// Nodes of a body that is solved so quickly, whatever is asked for, that Ctrl-C can wait for the end: a thread for it would take
+/// longer than the solve.
+const QUICK_NODES: usize = 400;
+
 /// Solves equilibria, one after another. One a thread: what it writes to is its own.
-#[pyclass(module = "tongue_fit")]
+#[pyclass(frozen, module = "tongue_fit")]
 pub struct Solver {
-    solver: simulation::Solver<2>,
-    assembly: simulation::Assembly<2>,
+    assembly: Assembly,
+    work: Mutex<Work>,
+}
+
+/// What a solve writes to.
+struct Work {
+    /// None after a solve that Ctrl-C ended; the next solve makes another.
+    solver: Option<simulation::Solver<2>>,
+    /// Where bones are to be.
+    shifts: Vec<(String, SVector<f64, 2>)>,
 }
 
 impl Solver {
     /// Of an assembly.
-    pub fn new(assembly: &simulation::Assembly<2>) -> Self {
-        Self { solver: assembly.solver(), assembly: assembly.clone() }
+    pub fn new(assembly: &Assembly) -> Self {
+        let work = Work { solver: Some(assembly.0.solver()), shifts: Vec::new() };
+        Self { assembly: assembly.clone(), work: Mutex::new(work) }
+    }
+
+    /// Does `solve` while others may use Python: on this thread where it is soon done, else aside, so that Ctrl-C ends the wait.
+    ///
+    /// # Errors
+    /// A solver that is at work in another thread; `KeyboardInterrupt`.
+    fn solve<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        is_long: bool,
+        solve: impl FnOnce(&mut simulation::Solver<2>) -> Result<T, simulation::Error> + Send + 'static,
+    ) -> PyResult<T> {
+        let mut work = match self.work.try_lock() {
+            Ok(work) => work,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) => {
+                return Err(wrong(
+                    "this Solver is at work in another thread; give each thread its own: assembly.solver()",
+                ));
+            }
+        };
+        let mut solver = match work.solver.take() {
+            Some(solver) => solver,
+            None => {
+                let mut solver = self.assembly.0.solver();
+                let mut shifts = work.shifts.iter();
+                shifts.try_for_each(|(bone, shift)| solver.shift_bone(bone, *shift)).map_err(refused)?;
+                solver
+            }
+        };
+        let is_quick = !is_long && self.assembly.0.body().mesh.nodes.len() <= QUICK_NODES;
+        let (solved, solver) = if is_quick {
+            let solved = py.detach(|| solve(&mut solver));
+            (solved, solver)
+        } else {
+            alone(py, move || {
+                let solved = solve(&mut solver);
+                (solved, solver)
+            })?
+        };
+        work.solver = Some(solver);
+        solved.map_err(refused)
+    }
+
+    fn shape(&self, shape: simulation::Shape<2>) -> Shape {
+        Shape { shape: Arc::new(shape), assembly: self.assembly.clone() }
     }
 
     /// The rates of all nodes, for each contracting muscle.
-    fn rates(&mut self, py: Python<'_>, shape: &Shape) -> PyResult<Vec<Vec<SVector<f64, 2>>>> {
-        let rates = py.detach(|| self.solver.position_rates(&shape.0)).map_err(refused)?;
+    fn rates(&self, py: Python<'_>, shape: &Shape) -> PyResult<Vec<Vec<SVector<f64, 2>>>> {
+        let shape = Arc::clone(&shape.shape);
+        let rates = self.solve(py, false, move |solver| solver.position_rates(&shape))?;
         rates.ok_or_else(|| {
             wrong("the shape is no stable equilibrium, so it has no derivatives by the tensions")
         })
@@ -82,36 +133,46 @@ impl Solver {
 
 #[pymethods]
 impl Solver {
-    /// The equilibrium at these tensions (N per metre of thickness; a dict by muscle, or an array in the order of
-    /// Assembly.contracting), from rest. The same bits whatever was solved before.
-    fn equilibrium(&mut self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
-        let given = tensions.of(&self.assembly)?;
-        py.detach(|| self.solver.equilibrium(&borrowed(&given))).map(Shape).map_err(refused)
+    /// The equilibrium at these tensions (N per metre of thickness; by muscle, or in the order of Assembly.contracting), from rest.
+    /// The same bits whatever was solved before.
+    fn equilibrium(&self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
+        let given = tensions.of(&self.assembly.0)?;
+        let solved = self.solve(py, false, move |solver| solver.equilibrium(&borrowed(&given)))?;
+        Ok(self.shape(solved))
     }
 
     /// As equilibrium, from a shape that was solved before: for tensions that change little.
-    fn equilibrium_from(&mut self, py: Python<'_>, start: &Shape, tensions: Tensions) -> PyResult<Shape> {
-        let given = tensions.of(&self.assembly)?;
-        py.detach(|| self.solver.equilibrium_from(&start.0, &borrowed(&given))).map(Shape).map_err(refused)
+    fn equilibrium_from(&self, py: Python<'_>, start: &Shape, tensions: Tensions) -> PyResult<Shape> {
+        let (given, start) = (tensions.of(&self.assembly.0)?, Arc::clone(&start.shape));
+        let solved =
+            self.solve(py, false, move |solver| solver.equilibrium_from(&start, &borrowed(&given)))?;
+        Ok(self.shape(solved))
     }
 
     /// As equilibrium, and follows the equilibria from rest as the tensions grow, which tells whether the shape lies on the branch
     /// that begins at rest (Shape.is_traced). Costs about forty solves.
-    fn follow_from_rest(&mut self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
-        let given = tensions.of(&self.assembly)?;
-        py.detach(|| self.solver.follow_from_rest(&borrowed(&given))).map(Shape).map_err(refused)
+    fn follow_from_rest(&self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
+        let given = tensions.of(&self.assembly.0)?;
+        let solved = self.solve(py, true, move |solver| solver.follow_from_rest(&borrowed(&given)))?;
+        Ok(self.shape(solved))
     }
 
     /// Has every later solve bring a bone to where it is at rest, and `shift` (x, y; m) from there.
-    fn shift_bone(&mut self, bone: &str, shift: [f64; 2]) -> PyResult<()> {
-        self.solver.shift_bone(bone, shift.into()).map_err(refused)
+    fn shift_bone(&self, py: Python<'_>, bone: String, shift: &Bound<'_, PyAny>) -> PyResult<()> {
+        let shift = Given::pair("shift", shift)?;
+        let name = bone.clone();
+        self.solve(py, false, move |solver| solver.shift_bone(&name, shift))?;
+        if let Ok(mut work) = self.work.try_lock() {
+            work.shifts.push((bone, shift));
+        }
+        Ok(())
     }
 
     /// How the nodes of an equilibrium move for a unit of each tension, m per N per metre of thickness: shape (contracting muscles,
     /// nodes, 2).
-    fn jacobian<'py>(&mut self, py: Python<'py>, shape: &Shape) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    fn jacobian<'py>(&self, py: Python<'py>, shape: &Shape) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let rates = self.rates(py, shape)?;
-        let (muscles, nodes) = (rates.len(), shape.0.positions().len());
+        let (muscles, nodes) = (rates.len(), shape.shape.positions().len());
         let flat: Vec<f64> = rates.iter().flatten().flat_map(|p| [p.x, p.y]).collect();
         PyArray1::from_vec(py, flat).reshape([muscles, nodes, 2])
     }
@@ -119,12 +180,12 @@ impl Solver {
     /// The derivatives by the tensions (shape (contracting muscles,)) of a function whose derivatives by the positions of an
     /// equilibrium are `cotangent` (shape (nodes, 2)): the vector-Jacobian product.
     fn vjp<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         shape: &Shape,
-        cotangent: PyReadonlyArray2<'py, f64>,
+        cotangent: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let along = to_points("the cotangent", &cotangent, shape.0.positions().len())?;
+        let along = given::points("cotangent", cotangent, shape.shape.positions().len())?;
         let rates = self.rates(py, shape)?;
         let product =
             |motion: &Vec<SVector<f64, 2>>| motion.iter().zip(&along).map(|(m, c)| m.dot(c)).sum::<f64>();
@@ -138,103 +199,114 @@ fn borrowed(given: &[(String, f64)]) -> Vec<(&str, f64)> {
 
 /// A shape of a body under tensions.
 #[pyclass(frozen, module = "tongue_fit")]
-pub struct Shape(pub simulation::Shape<2>);
+#[derive(Clone)]
+pub struct Shape {
+    /// What was solved.
+    pub shape: Arc<simulation::Shape<2>>,
+    /// What it is a shape of.
+    pub assembly: Assembly,
+}
 
 #[pymethods]
 impl Shape {
     /// Positions of all nodes, m, shape (nodes, 2).
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        points(py, self.0.positions())
+        points(py, self.shape.positions())
     }
 
     /// The body under these tensions.
     #[getter]
     fn assembly(&self) -> Assembly {
-        Assembly(self.0.assembly().clone())
+        self.assembly.clone()
     }
 
     /// How the solve ended: `converged`, or why not.
     #[getter]
     fn status(&self) -> String {
-        word(&self.0.solution.status)
+        word(&self.shape.solution.status)
     }
 
     /// Whether it is an equilibrium.
     #[getter]
     fn is_converged(&self) -> bool {
-        self.0.is_converged()
+        self.shape.is_converged()
     }
 
     /// Whether it is known to lie on the branch of equilibria that begins at rest.
     #[getter]
     fn is_traced(&self) -> bool {
-        self.0.is_traced()
+        self.shape.is_traced()
     }
 
     /// Number of elements in which the barrier against inversion acts.
     #[getter]
     fn guarded(&self) -> usize {
-        self.0.guarded()
+        self.shape.guarded()
     }
 
     /// Newton iterations.
     #[getter]
     fn iterations(&self) -> usize {
-        self.0.solution.iterations
+        self.shape.solution.iterations
     }
 
     /// Potential energy, J per metre of thickness.
     #[getter]
     fn energy_j(&self) -> f64 {
-        self.0.solution.energy
+        self.shape.solution.energy
     }
 
     /// The tension of a muscle, N per metre of thickness.
     fn tension(&self, muscle: &str) -> PyResult<f64> {
-        self.0.tension(muscle).map_err(refused)
+        self.shape.tension(muscle).map_err(refused)
     }
 
     /// The length of a muscle, the straight distance between its ends, m.
     fn length(&self, muscle: &str) -> PyResult<f64> {
-        self.0.length(muscle).map_err(refused)
+        self.shape.length(muscle).map_err(refused)
     }
 
     /// The length of a muscle at rest, m.
     fn rest_length(&self, muscle: &str) -> PyResult<f64> {
-        self.0.rest_length(muscle).map_err(refused)
+        self.shape.rest_length(muscle).map_err(refused)
     }
 
     /// The length of a muscle over its length at rest: below 1 where it shortened.
     fn stretch(&self, muscle: &str) -> PyResult<f64> {
-        self.0.stretch(muscle).map_err(refused)
+        self.shape.stretch(muscle).map_err(refused)
     }
 
     /// The length of a muscle over another's.
     fn ratio(&self, muscle: &str, over: &str) -> PyResult<f64> {
-        self.0.ratio(muscle, over).map_err(refused)
+        self.shape.ratio(muscle, over).map_err(refused)
     }
 
     /// What `tongue-fit simulate --json` prints, as a dict: `lengths_mm`, `ratios`, `stretches`, `positions_m`, `alarms` and so on.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let by = Provenance::new("python").with_tissue(self.0.assembly().model().tissue);
-        record(py, &self.0.record(), &by)
+        let by = Provenance::new("python").with_tissue(self.shape.assembly().model().tissue);
+        record(py, &self.shape.record(), &by)
     }
 
     /// A picture (SVG): the tissue at rest and deformed, and the muscles with their names.
     #[pyo3(signature = (title = "Tongue at rest (grey) and deformed"))]
-    fn picture(&self, title: &str) -> PyResult<String> {
-        let picture = self.0.picture(title).map_err(refused)?;
+    pub fn picture(&self, title: &str) -> PyResult<String> {
+        let picture = self.shape.picture(title).map_err(refused)?;
         picture.text(&Provenance::new("python")).map_err(refused)
     }
 
     /// Shape and tensions for ParaView (VTU).
     fn vtu(&self) -> PyResult<String> {
-        self.0.vtu().map_err(refused)?.text(&Provenance::new("python")).map_err(refused)
+        self.shape.vtu().map_err(refused)?.text(&Provenance::new("python")).map_err(refused)
+    }
+
+    /// The same picture, for notebooks.
+    fn _repr_svg_(&self) -> PyResult<String> {
+        self.picture("Tongue at rest (grey) and deformed")
     }
 
     fn __repr__(&self) -> String {
-        format!("<Shape: {}, {}>", self.0.assembly().body().what, self.status())
+        format!("<Shape: {}, {}>", self.shape.assembly().body().what, self.status())
     }
 }
 

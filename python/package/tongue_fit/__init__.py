@@ -31,11 +31,11 @@ from ._tongue_fit import (
     Solver,
     Target,
     Trajectory,
-    fit,
 )
-from .rows import Batch, batch, dataset, merge
+from .rows import Batch, Fit, batch, dataset, fit, merge
 
-__version__ = VERSION
+# VERSION is followed by the commit, which a version of Python packages cannot be.
+__version__ = VERSION.split()[0]
 __all__ = [
     "VERSION",
     "Assembly",
@@ -44,6 +44,7 @@ __all__ = [
     "Dataset",
     "Error",
     "Estimate",
+    "Fit",
     "InverseProblem",
     "Model",
     "Observable",

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
-from typing import Any, TypeAlias, final
+from typing import Any, Protocol, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,16 @@ VERSION: str
 
 _Floats: TypeAlias = NDArray[np.float64]
 _Numbers: TypeAlias = NDArray[np.int64]
-_Tensions: TypeAlias = Mapping[str, float] | Sequence[float] | _Floats
+_Listed: TypeAlias = Sequence[float] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
+_Tensions: TypeAlias = Mapping[str, float] | _Listed | _Labelled
+_Pair: TypeAlias = Mapping[str, float] | _Listed | _Labelled
+_Points: TypeAlias = Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]] | _Labelled
+_Names: TypeAlias = str | Sequence[str]
+
+class _Labelled(Protocol):
+    """What has labels: a Series or a DataFrame of pandas, a DataArray of xarray."""
+
+    def to_numpy(self) -> Any: ...
 
 class Error(ValueError):
     """Input that cannot be used: what is wrong, where, and what to do."""
@@ -19,6 +28,11 @@ class Error(ValueError):
 @final
 class Body:
     """A tongue in the midsagittal plane: nodes, triangles, named muscles and named bones. SI units."""
+
+    def __copy__(self) -> Body: ...
+    def __deepcopy__(self, _memo: Any) -> Body: ...
+    def __hash__(self) -> int: ...
+    def __eq__(self, other: object) -> bool: ...
 
     @staticmethod
     def tongue(spacing_m: float = 0.0055) -> Body:
@@ -56,10 +70,17 @@ class Body:
     @property
     def palate(self) -> _Floats | None:
         """The palate as a line of points, m, shape (points, 2); None where the body has none."""
+    def _repr_svg_(self) -> str:
+        """A picture for notebooks (SVG)."""
 
 @final
 class Model:
     """What makes a body ready to be solved: constants of the tissue, and what carries the load in it."""
+
+    def __copy__(self) -> Model: ...
+    def __deepcopy__(self, _memo: Any) -> Model: ...
+    def __hash__(self) -> int: ...
+    def __eq__(self, other: object) -> bool: ...
 
     def __new__(
         cls,
@@ -74,12 +95,17 @@ class Model:
         """Young's modulus (Pa) and Poisson's ratio of the tissue; where the coefficients of springs come from (`preset`: consistent or
         as-printed), how they are laid on the connections (`spread`: per-connection or assembled), muscle parts outside the tissue
         (`outside`: straight or chain), what the tissue is (`tissue`: springs or fe; a continuum needs none)."""
-    def assemble(self, body: Body, muscles: Sequence[str]) -> Assembly:
+    def assemble(self, body: Body, muscles: _Names) -> Assembly:
         """Makes `body` ready to be solved, with the muscles of these names contracting. Every other muscle is plain tissue."""
 
 @final
 class Assembly:
     """A body of which some muscles can contract, ready to be solved. Shared by threads."""
+
+    def __copy__(self) -> Assembly: ...
+    def __deepcopy__(self, _memo: Any) -> Assembly: ...
+    def __hash__(self) -> int: ...
+    def __eq__(self, other: object) -> bool: ...
 
     @property
     def body(self) -> Body:
@@ -97,7 +123,7 @@ class Assembly:
         """The length of a muscle over its length at rest, as something to observe."""
     def ratio(self, muscle: str, over: str) -> Observable:
         """The length of a muscle over another's, as something to observe."""
-    def contour(self, point: Sequence[float]) -> Observable:
+    def contour(self, point: _Pair) -> Observable:
         """The signed distance of a measured point (x, y), m, from the outline of the tissue: positive outside."""
     def observations(self, target: Target) -> list[Observation]:
         """What a measured target says of this body: an observation for every fitted muscle."""
@@ -114,11 +140,11 @@ class Solver:
     def follow_from_rest(self, tensions: _Tensions) -> Shape:
         """As equilibrium, and follows the equilibria from rest as the tensions grow, which tells whether the shape lies on the branch
         that begins at rest (Shape.is_traced). Costs about forty solves."""
-    def shift_bone(self, bone: str, shift: Sequence[float]) -> None:
+    def shift_bone(self, bone: str, shift: _Pair) -> None:
         """Has every later solve bring a bone to where it is at rest, and `shift` (x, y; m) from there."""
     def jacobian(self, shape: Shape) -> _Floats:
         """How the nodes of an equilibrium move for a unit of each tension: shape (contracting muscles, nodes, 2)."""
-    def vjp(self, shape: Shape, cotangent: _Floats) -> _Floats:
+    def vjp(self, shape: Shape, cotangent: _Points) -> _Floats:
         """The derivatives by the tensions (shape (contracting muscles,)) of a function whose derivatives by the positions of an
         equilibrium are `cotangent` (shape (nodes, 2)): the vector-Jacobian product."""
 
@@ -166,6 +192,8 @@ class Shape:
         """A picture (SVG): the tissue at rest and deformed, and the muscles with their names."""
     def vtu(self) -> str:
         """Shape and tensions for ParaView (VTU)."""
+    def _repr_svg_(self) -> str:
+        """A picture for notebooks (SVG)."""
 
 @final
 class Trajectory:
@@ -187,14 +215,18 @@ class Trajectory:
 class Observable:
     """A number that can be read off the positions of the nodes of one body."""
 
-    def value(self, positions: _Floats) -> float:
+    def __eq__(self, other: object) -> bool: ...
+
+    def value(self, positions: _Points) -> float:
         """The number at these positions of all nodes, m, shape (nodes, 2)."""
-    def gradient(self, positions: _Floats) -> _Floats:
+    def gradient(self, positions: _Points) -> _Floats:
         """Its derivatives by the positions of all nodes, unit of the value per m, shape (nodes, 2)."""
 
 @final
 class Observation:
     """An observable, its measured value (its unit), and how sure that is."""
+
+    def __eq__(self, other: object) -> bool: ...
 
     def __new__(cls, observable: Observable, measured: float, standard_deviation: float | None = None) -> Observation:
         """That the observable has this value; with a standard deviation (unit of the value) its residual is divided by that."""
@@ -232,8 +264,8 @@ class InverseProblem:
         """The same with Young's modulus searched for too, between these values, Pa."""
     def free_poisson_ratio(self, lower: float, upper: float) -> InverseProblem:
         """The same with Poisson's ratio searched for too, between these values."""
-    def fit(self) -> Estimate:
-        """Searches for what fits the observations best. The same bits for any number of threads."""
+    def fit(self, *, threads: int | None = None) -> Estimate:
+        """Searches for what fits the observations best, on so many threads (default: one a core). The same bits for any number of them."""
 
 @final
 class Estimate:
@@ -263,10 +295,17 @@ class Estimate:
         """The shape found."""
     def record(self) -> dict[str, Any]:
         """All of it as a dict."""
+    def _repr_svg_(self) -> str:
+        """A picture for notebooks (SVG)."""
 
 @final
 class Dataset:
     """Measured muscle lengths by subject and vowel."""
+
+    def __copy__(self) -> Dataset: ...
+    def __deepcopy__(self, _memo: Any) -> Dataset: ...
+    def __hash__(self) -> int: ...
+    def __eq__(self, other: object) -> bool: ...
 
     @staticmethod
     def reference() -> Dataset:
@@ -299,15 +338,22 @@ class Dataset:
         """What is wrong with the rows that cannot be used."""
     def vowels(self, subject: str) -> list[str]:
         """The vowels of a subject, in the order of the table."""
-    def ratios(self, subject: str, vowel: str, *, muscles: Sequence[str] | None = None, baseline: str | None = None) -> Target:
+    def ratios(self, subject: str, vowel: str, *, muscles: _Names | None = None, baseline: str | None = None) -> Target:
         """What a fit of ratios to GGa has to hit; `muscles` contract in place of those that are shorter than in the baseline."""
-    def stretches(self, subject: str, vowel: str, *, muscles: Sequence[str] | None = None, baseline: str | None = None) -> Target:
+    def stretches(self, subject: str, vowel: str, *, muscles: _Names | None = None, baseline: str | None = None) -> Target:
         """What a fit of lengths over those in the baseline has to hit."""
     def __len__(self) -> int: ...
+    def _repr_html_(self) -> str:
+        """The table for notebooks."""
 
 @final
 class Target:
     """What a fit has to hit, made from one measured row and its baseline."""
+
+    def __copy__(self) -> Target: ...
+    def __deepcopy__(self, _memo: Any) -> Target: ...
+    def __hash__(self) -> int: ...
+    def __eq__(self, other: object) -> bool: ...
 
     @property
     def subject(self) -> str:
@@ -331,13 +377,13 @@ class Target:
     def values(self) -> _Floats:
         """The measured quantity of all muscles, dimensionless, shape (muscles,)."""
 
-def fit(
+def fit_row(
     data: Dataset,
     subject: str,
     vowel: str,
     *,
     target: str = "ratio",
-    muscles: Sequence[str] | None = None,
+    muscles: _Names | None = None,
     baseline: str | None = None,
     body: Body | None = None,
     model: Model | None = None,
@@ -348,14 +394,15 @@ def fit(
     thesis: bool = False,
     tone: float | Mapping[str, float] | None = None,
     hyoid: str | None = None,
-    free_bones: Sequence[str] = ...,
-) -> dict[str, Any]:
-    """Fits one row: what `tongue-fit --vowel V --json` prints, as a dict with the same names and bits."""
+    free_bones: _Names | None = None,
+    threads: int | None = None,
+) -> tuple[dict[str, Any], str]:
+    """Fits one row: what `tongue_fit.fit` is made of, and the picture of the shape found (SVG)."""
 
 def fit_rows(
     data: Dataset,
-    subjects: list[str] | None,
-    vowels: list[str] | None,
+    subjects: _Names | None,
+    vowels: _Names | None,
     target: str,
     baseline: str | None,
     baselines: dict[str, str],
@@ -368,9 +415,9 @@ def fit_rows(
     starts: int,
     upper_bound: float,
     thesis: bool,
-    tone: float | dict[str, float] | None,
+    tone: float | Mapping[str, float] | None,
     hyoid: str | None,
-    free_bones: list[str],
+    free_bones: _Names | None,
     shard: str,
     threads: int | None,
     command: str,

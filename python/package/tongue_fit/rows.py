@@ -1,7 +1,8 @@
-"""All rows of a table: from pandas, and back to it."""
+"""Fits of measured rows: one, and all rows of a table, from pandas and back to it."""
 
 from __future__ import annotations
 
+import html
 import io
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -14,22 +15,91 @@ if TYPE_CHECKING:
 
 #: Shards that are named one by one.
 _MOST_NAMED = 20
+#: Fits that a notebook shows.
+_MOST_SHOWN = 60
 
 
 def dataset(frame: pd.DataFrame, origin: str = "frame") -> native.Dataset:
-    """The table of lengths in a pandas frame, with the columns that a CSV has: `subject`, `vowel`, `GGa_mm`, ...
+    """The table of lengths in a pandas frame, with the columns that a CSV has: `subject`, `vowel`, `GGa_mm`, ... Subject and vowel
+    may also be the index.
 
     Numbers count with the digits that they need, so that lengths in whole millimetres are known to 0.5 mm, whether pandas holds them as
     integers or, because some are missing, as floats.
     """
+    if isinstance(frame, native.Dataset):
+        return frame
+    if not (hasattr(frame, "columns") and hasattr(frame, "reset_index")):
+        raise native.Error(f"frame must be a pandas DataFrame with the columns subject, vowel, GGa_mm, ..., not {_shown(frame)}")
+    named = [name for name in frame.index.names if name is not None]
+    if named:
+        frame = frame.reset_index(level=named)
 
     def cell(value: Any) -> Any:
-        if value is None or value != value:
+        # NaN differs from itself; whether pandas' NA does is itself NA.
+        if value is None or type(value).__name__ in ("NAType", "NaTType") or value != value:
             return ""
+        # float32 knows fewer digits than float64: its own shortest text is what was typed.
+        if type(value).__name__ in ("float32", "float16"):
+            value = float(str(value))
         return repr(float(value)).removesuffix(".0") if isinstance(value, float) else value
 
     text = frame.astype(object).map(cell).to_csv(index=False)
     return native.Dataset.from_text(text, origin)
+
+
+class Fit(dict[str, Any]):
+    """The fit of one row: a dict with the names and bits of what `tongue-fit --vowel V --json` prints. A notebook shows it as a
+    table and the shape found (`picture`, SVG)."""
+
+    picture: str = ""
+
+    def _repr_html_(self) -> str:
+        tensions, active = self.get("tensions_n", {}), self.get("active", [])
+        heads = ["muscle", "tension, N/m", "stretch", "measured"]
+        rows = [
+            [name, f"{n:.2f}", _number(self["stretches"].get(name)), _number(self["target_stretches"].get(name))]
+            for name, n in tensions.items()
+            if name in active
+        ]
+        what = f"{self.get('subject')} /{self.get('vowel')}/ over /{self.get('baseline')}/, {self.get('target_kind')}: {self.get('status')}"
+        alarms = "".join(f"<li>{html.escape(alarm['text'])}</li>" for alarm in self.get("alarms", []))
+        return f"<p>{html.escape(what)}</p>{_table(heads, rows)}" + (f"<ul>{alarms}</ul>" if alarms else "")
+
+    def _repr_svg_(self) -> str:
+        """The shape found over that of the baseline, as the program draws it."""
+        return self.picture
+
+
+def fit(
+    data: native.Dataset,
+    subject: str,
+    vowel: str,
+    *,
+    target: str = "ratio",
+    muscles: Sequence[str] | None = None,
+    baseline: str | None = None,
+    body: native.Body | None = None,
+    model: native.Model | None = None,
+    method: str = "nelder-mead",
+    starts: int = 4,
+    upper_bound: float = 100.0,
+    among: str = "others",
+    thesis: bool = False,
+    tone: float | Mapping[str, float] | None = None,
+    hyoid: str | None = None,
+    free_bones: Sequence[str] = (),
+    threads: int | None = None,
+) -> Fit:
+    """Fits one row: what `tongue-fit --vowel V --json` prints, as a dict with the same names and bits, on so many threads (default:
+    one a core)."""
+    record, picture = native.fit_row(
+        _measured(data), subject, vowel, target=target, muscles=muscles, baseline=baseline, body=body, model=model, method=method,
+        starts=starts, upper_bound=upper_bound, among=among, thesis=thesis, tone=tone, hyoid=hyoid, free_bones=free_bones,
+        threads=threads,
+    )  # fmt: skip
+    found = Fit(record)
+    found.picture = picture
+    return found
 
 
 class Batch:
@@ -84,6 +154,23 @@ class Batch:
     def __len__(self) -> int:
         return len(self.numbers)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Batch):
+            return NotImplemented
+        same = (self.shard, self.all_fits, self._not_fitted) == (other.shard, other.all_fits, other._not_fitted)
+        return same and self.to_json() == other.to_json()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _repr_html_(self) -> str:
+        heads = ["subject", "vowel", "target", "status", "tensions, N/m"]
+        rows = []
+        for fit in self.fits[:_MOST_SHOWN]:
+            tensions = ", ".join(f"{name} {fit['tensions_n'][name]:.2f}" for name in fit["active"])
+            rows.append([fit["subject"], fit["vowel"], fit["target_kind"], fit["status"], tensions])
+        more = f"<p>and {len(self) - _MOST_SHOWN} more fits</p>" if len(self) > _MOST_SHOWN else ""
+        return f"<p>{html.escape(repr(self)[1:-1])}</p>{_table(heads, rows)}{more}"
+
     def __repr__(self) -> str:
         return f"<Batch {self.shard}: {len(self)} of {self.all_fits} fits, {len(self.not_fitted)} rows not fitted>"
 
@@ -123,14 +210,16 @@ def batch(
     said = {
         "subjects": subjects, "vowels": vowels, "target": target, "baseline": baseline, "baselines": baselines, "body": body,
         "model": model, "draws": draws, "seed": seed, "subsets": subsets, "method": method, "starts": starts,
-        "upper_bound": upper_bound, "thesis": thesis, "tone": tone, "hyoid": hyoid, "free_bones": list(free_bones) or None,
+        "upper_bound": upper_bound, "thesis": thesis, "tone": tone, "hyoid": hyoid, "free_bones": [free_bones] if isinstance(free_bones, str) else list(free_bones) or None,
     }  # fmt: skip
     given = ", ".join(f"{name}={value!r}" for name, value in said.items() if value is not None and value is not False)
+    data = _measured(data)
+    words = {subject: vowel for subject, vowel in _items("baselines", baselines)}
     report, close = _bar(progress)
     try:
         all_fits, found, not_fitted = native.fit_rows(
-            data, _list(subjects), _list(vowels), target, baseline, dict(baselines or {}), body, model, draws, seed, subsets,
-            method, starts, upper_bound, thesis, dict(tone) if isinstance(tone, Mapping) else tone, hyoid, list(free_bones), shard,
+            data, subjects, vowels, target, baseline, words, body, model, draws, seed, subsets,
+            method, starts, upper_bound, thesis, tone, hyoid, free_bones, shard,
             threads, f"tongue_fit.batch({given})", report,
         )  # fmt: skip
     finally:
@@ -158,8 +247,37 @@ def merge(shards: Iterable[Batch]) -> Batch:
     return Batch("1/1", parts[0].all_fits, found, parts[0]._not_fitted)
 
 
-def _list(words: Sequence[str] | None) -> list[str] | None:
-    return None if words is None else list(words)
+def _measured(data: native.Dataset) -> native.Dataset:
+    if isinstance(data, native.Dataset):
+        return data
+    what = "a DataFrame; make a Dataset of it: tongue_fit.dataset(frame)" if hasattr(data, "columns") else _shown(data)
+    raise native.Error(f"data must be a tongue_fit.Dataset, not {what}")
+
+
+def _items(what: str, words: Mapping[str, str] | None) -> list[tuple[str, str]]:
+    if words is None:
+        return []
+    if not hasattr(words, "items"):
+        raise native.Error(f"{what} must be a dict, such as {{'S4': 'e'}}, not {_shown(words)}")
+    items = list(words.items())
+    if not all(isinstance(word, str) for item in items for word in item):
+        raise native.Error(f"{what} must be a dict of texts, such as {{'S4': 'e'}}, not {_shown(words)}")
+    return [(str(name), str(word)) for name, word in items]
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:60]}..."
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3f}"
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in heads)
+    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><tr>{head}</tr>{body}</table>"
 
 
 def _bar(progress: bool | Callable[[int, int], object]) -> tuple[Callable[[int, int], object], Callable[[], object]]:

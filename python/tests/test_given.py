@@ -1,0 +1,284 @@
+"""Numbers and names in whatever they come: by name where there are names, else in order and of the right length."""
+
+from __future__ import annotations
+
+from collections import OrderedDict, UserDict
+from collections.abc import Callable
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from conftest import plain
+
+import tongue_fit as tf
+
+MUSCLES = ["GGa", "SGm", "HGa"]
+LOAD = {"GGa": 12.0, "SGm": 11.5, "HGa": 4.5}
+TURNED = {"HGa": 4.5, "GGa": 12.0, "SGm": 11.5}
+MODEL = tf.Model().assemble(tf.Body.tongue(), MUSCLES)
+EXPECTED = MODEL.solver().equilibrium(LOAD)
+FOLLOWED = MODEL.solver().follow_from_rest(LOAD)
+MOVED = MODEL.trajectory(LOAD, 0.01, samples=3)
+#: How a thing that is solved with tensions is asked for.
+TAKERS: dict[str, Callable[[Any], np.ndarray]] = {
+    "equilibrium": lambda t: MODEL.solver().equilibrium(t).positions,
+    "equilibrium_from": lambda t: MODEL.solver().equilibrium_from(EXPECTED, t).positions,
+    "follow_from_rest": lambda t: MODEL.solver().follow_from_rest(t).positions,
+    "trajectory": lambda t: MODEL.trajectory(t, 0.01, samples=3).positions,
+}
+WANTED = {
+    "equilibrium": EXPECTED.positions,
+    "equilibrium_from": MODEL.solver().equilibrium_from(EXPECTED, LOAD).positions,
+    "follow_from_rest": FOLLOWED.positions,
+    "trajectory": MOVED.positions,
+}
+
+
+class Pulls(NamedTuple):
+    HGa: float
+    GGa: float
+    SGm: float
+
+
+IN_ORDER = list(LOAD.values())
+
+
+def read_only(values: Any) -> np.ndarray:
+    array = np.array(values)
+    array.flags.writeable = False
+    return array
+
+
+def unaligned(values: Any) -> np.ndarray:
+    buffer = bytearray(b"\0" + np.array(values).tobytes())
+    return np.frombuffer(buffer, dtype=np.float64, offset=1).reshape(np.shape(values))
+
+
+#: The same tensions in all that Python has for them. Each is exact in float32 and float16.
+KINDS: dict[str, Any] = {
+    "dict in another order": TURNED,
+    "OrderedDict": OrderedDict(TURNED),
+    "UserDict": UserDict(TURNED),
+    "MappingProxyType": MappingProxyType(TURNED),
+    "dict of numpy numbers": {name: np.float32(n) for name, n in TURNED.items()},
+    "named tuple": Pulls(**TURNED),
+    "Series in another order": pd.Series(TURNED),
+    "Series of Float64": pd.Series(TURNED).astype("Float64"),
+    "row of a frame": pd.DataFrame([TURNED]).iloc[0],
+    "Series without names": pd.Series(IN_ORDER),
+    "xarray by name": xr.DataArray(list(TURNED.values()), dims="muscle", coords={"muscle": list(TURNED)}),
+    "xarray by another name": xr.DataArray(list(TURNED.values()), dims="m", coords={"muscle": ("m", list(TURNED))}),
+    "xarray without names": xr.DataArray(IN_ORDER),
+    "list": IN_ORDER,
+    "tuple": tuple(IN_ORDER),
+    "list of numpy numbers": [np.float32(n) for n in IN_ORDER],
+    "float32": np.array(IN_ORDER, dtype=np.float32),
+    "float16": np.array(IN_ORDER, dtype=np.float16),
+    "big-endian": np.array(IN_ORDER, dtype=">f8"),
+    "objects": np.array(IN_ORDER, dtype=object),
+    "strided": np.repeat(IN_ORDER, 2)[::2],
+    "backwards": np.array(IN_ORDER[::-1])[::-1],
+    "read-only": read_only(IN_ORDER),
+    "unaligned": unaligned(IN_ORDER),
+    "masked where nothing is": np.ma.array(IN_ORDER, mask=[False] * 3),
+}
+
+
+@pytest.mark.parametrize("taker", TAKERS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_tensions_of_every_kind_give_the_same_bits(taker: str, kind: str) -> None:
+    assert TAKERS[taker](KINDS[kind]).tobytes() == WANTED[taker].tobytes()
+
+
+@pytest.mark.parametrize("taker", TAKERS)
+@pytest.mark.parametrize(
+    ("given", "part"),
+    [
+        (None, "tensions must be numbers, not None"),
+        ("GGa", "tensions must be numbers, not 'GGa'"),
+        (b"GGa", "tensions must be numbers"),
+        (3.0, "tensions has 0 axes; it must have one"),
+        ({1.0, 2.0, 3.0}, "tensions"),
+        (object(), "tensions must be numbers"),
+        ([1.0, 2.0], "2 tensions are given; 3 muscles contract: GGa, SGm, HGa"),
+        ([1.0, None, 2.0], "tensions has None where a number is needed"),
+        (["1", "2", "3"], "tensions has '1' where a number is needed"),
+        (np.zeros((3, 1)), "tensions has 2 axes; it must have one"),
+        (np.zeros(3, dtype=complex), "tensions must be numbers"),
+        (np.array(["1", "2", "3"]), "tensions must be numbers"),
+        (np.ma.array([1.0, 2.0, 3.0], mask=[False, True, False]), "tensions has values that are masked"),
+        (np.array((1.0, 2.0), dtype=[("GGa", "f8"), ("SGm", "f8")]), "tensions has named fields; give a dict"),
+        ({"GGa": "1"}, "tensions: GGa has '1' where a number is needed"),
+        ({0: 1.0}, "tensions has 0 where a name is needed"),
+        ({"GGa": float("nan")}, "GGa"),
+        ([float("nan"), 1.0, 1.0], "GGa"),
+        (pd.Series([1.0, 2.0, 3.0], index=[2, 1, 0]), "tensions has 2 where a name is needed"),
+        (pd.Series([1.0, 2.0, 3.0], index=["GGa", "SGm", "SGm"]), "tensions has the name SGm twice"),
+        (pd.Series([1, None, 2], index=MUSCLES, dtype="Int64"), "tensions: SGm has <NA> where a number is needed"),
+        (pd.Series([1, None, 2], dtype="Int64"), "tensions must be numbers"),
+        (pd.DataFrame([TURNED]), "tensions has two axes; it must have one"),
+        (xr.DataArray(np.zeros((1, 3)), dims=("t", "muscle")), "tensions has 2 axes; it must have 1"),
+        (pd.Series(TURNED).rename({"HGa": "HGx"}), "HGx"),
+    ],
+)
+def test_tensions_that_cannot_be_used_are_refused_by_name(taker: str, given: Any, part: str) -> None:
+    with pytest.raises(tf.Error) as caught:
+        TAKERS[taker](given)
+    assert part in str(caught.value)
+
+
+POINTS = np.round(EXPECTED.positions * 1024) / 1024  # exact in float32
+POINT_KINDS: dict[str, Any] = {
+    "list": POINTS.tolist(),
+    "tuple": tuple(map(tuple, POINTS.tolist())),
+    "float32": POINTS.astype(np.float32),
+    "strided": np.repeat(POINTS, 2, axis=0)[::2],
+    "columns first": np.asfortranarray(POINTS),
+    "read-only": read_only(POINTS),
+    "unaligned": unaligned(POINTS),
+    "frame": pd.DataFrame(POINTS, columns=["x", "y"]),
+    "frame, y first": pd.DataFrame(POINTS, columns=["x", "y"])[["y", "x"]],
+    "frame without names": pd.DataFrame(POINTS),
+    "xarray, y first": xr.DataArray(POINTS[:, ::-1], dims=("node", "axis"), coords={"axis": ["y", "x"]}),
+}
+
+
+@pytest.mark.parametrize("kind", POINT_KINDS)
+def test_points_of_every_kind_give_the_same_bits(kind: str) -> None:
+    given, length, solver = POINT_KINDS[kind], MODEL.length("GGa"), MODEL.solver()
+    assert length.value(given) == length.value(POINTS)
+    assert length.gradient(given).tobytes() == length.gradient(POINTS).tobytes()
+    assert solver.vjp(EXPECTED, given).tobytes() == solver.vjp(EXPECTED, POINTS).tobytes()
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        None,
+        "x",
+        {"x": 1.0, "y": 2.0},
+        [[1.0]],
+        POINTS.T,
+        POINTS[1:],
+        POINTS[:, 0],
+        [["a", "b"]] * len(POINTS),
+        pd.DataFrame(POINTS, columns=["y", "z"]),
+        pd.DataFrame(POINTS, columns=["x", "y"]).iloc[::-1],
+    ],
+)
+def test_points_that_cannot_be_used_are_refused_by_name(given: Any) -> None:
+    for name, call in (
+        ("positions", MODEL.length("GGa").value),
+        ("positions", MODEL.length("GGa").gradient),
+        ("cotangent", lambda points: MODEL.solver().vjp(EXPECTED, points)),
+    ):
+        with pytest.raises(tf.Error, match=name):
+            call(given)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [(0.001, -0.002), [0.001, -0.002], np.array([0.001, -0.002]), {"y": -0.002, "x": 0.001}, pd.Series({"y": -0.002, "x": 0.001})],
+)
+def test_two_coordinates_of_every_kind(given: Any) -> None:
+    moved = [MODEL.solver() for _ in range(2)]
+    moved[0].shift_bone("hyoid", given)
+    moved[1].shift_bone("hyoid", (0.001, -0.002))
+    assert moved[0].equilibrium(LOAD).positions.tobytes() == moved[1].equilibrium(LOAD).positions.tobytes()
+    assert MODEL.contour(given) == MODEL.contour((0.001, -0.002))
+
+
+@pytest.mark.parametrize("given", [None, "xy", 1.0, [1.0], [1.0, 2.0, 3.0], {"x": 1.0}, {"x": 1.0, "z": 2.0}])
+def test_two_coordinates_that_cannot_be_used_are_refused_by_name(given: Any) -> None:
+    with pytest.raises(tf.Error, match="shift"):
+        MODEL.solver().shift_bone("hyoid", given)
+    with pytest.raises(tf.Error, match="point"):
+        MODEL.contour(given)
+
+
+@pytest.mark.parametrize("kind", [list, tuple, np.array, pd.Series, pd.Index, lambda names: dict.fromkeys(names, 1)])
+def test_names_of_every_kind(kind: Callable[[list[str]], Any]) -> None:
+    data = tf.Dataset.reference()
+    assert tf.Model().assemble(tf.Body.tongue(), kind(MUSCLES)).contracting == MUSCLES
+    assert data.stretches("S2", "a", muscles=kind(MUSCLES)).active == MUSCLES
+    given: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "starts": 1}
+    fits = [plain(tf.fit(data, "S2", "a", muscles=m, free_bones=f, **given)) for m, f in ((MUSCLES, []), (kind(MUSCLES), kind([])))]
+    assert fits[0] == fits[1]
+    found = tf.batch(data, subjects=kind(["S2"]), vowels=kind(["a"]), target="stretch", draws=0, subsets=0, progress=False)
+    assert [(fit["subject"], fit["vowel"]) for fit in found.fits] == [("S2", "a")]
+
+
+def test_a_text_is_one_name() -> None:
+    found = tf.batch(tf.Dataset.reference(), subjects="S2", vowels="a", target="stretch", draws=0, subsets=0, progress=False)
+    assert [(fit["subject"], fit["vowel"]) for fit in found.fits] == [("S2", "a")]
+    assert tf.Model().assemble(tf.Body.tongue(), "GGa").contracting == ["GGa"]
+
+
+@pytest.mark.parametrize("given", [{"GGa", "SGm"}, 1, [1], b"GGa", [None]])
+def test_names_that_cannot_be_used_are_refused_by_name(given: Any) -> None:
+    data = tf.Dataset.reference()
+    for name, call in (
+        ("muscles", lambda: tf.Model().assemble(tf.Body.tongue(), given)),
+        ("muscles", lambda: data.ratios("S2", "a", muscles=given)),
+        ("muscles", lambda: tf.fit(data, "S2", "a", muscles=given)),
+        ("free_bones", lambda: tf.fit(data, "S2", "a", free_bones=given)),
+        ("subjects", lambda: tf.batch(data, subjects=given, progress=False)),
+        ("vowels", lambda: tf.batch(data, vowels=given, progress=False)),
+    ):
+        with pytest.raises(tf.Error, match=name):
+            call()
+
+
+TONE = {"GGa": 6.0, "SGm": 7.0, "HGa": 8.0}
+
+
+@pytest.mark.parametrize("tone", [pd.Series(TONE), UserDict(TONE), MappingProxyType(TONE), {n: np.float32(t) for n, t in TONE.items()}])
+def test_a_tone_by_muscle_of_every_kind(tone: Any) -> None:
+    given: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "starts": 1}
+    data = tf.Dataset.reference()
+    assert plain(tf.fit(data, "S2", "a", tone=tone, **given)) == plain(tf.fit(data, "S2", "a", tone=TONE, **given))
+    numbers: list[Any] = [6, np.float32(6.0), np.array(6.0)]
+    uniform = [plain(tf.fit(data, "S2", "a", tone=number, **given)) for number in numbers]
+    assert uniform[0] == uniform[1] == uniform[2]
+
+
+@pytest.mark.parametrize("tone", ["6", [6.0], {"GGa": None}])
+def test_a_tone_that_cannot_be_used_is_refused_by_name(tone: Any) -> None:
+    with pytest.raises(tf.Error, match="tone"):
+        tf.fit(tf.Dataset.reference(), "S2", "a", tone=tone)
+    with pytest.raises(tf.Error, match="tone"):
+        tf.batch(tf.Dataset.reference(), tone=tone, progress=False)
+
+
+def test_frames_of_every_kind_are_the_table() -> None:
+    table = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\nX,ɯ,46,25,36\nX,a,38,21,\nX,e,40.5,22,30\n"
+    read = tf.Dataset.from_text(table, "frame")
+    frame = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a", "e"], "GGa_mm": [46, 38, 40.5], "SGm_mm": [25, 21, 22]})
+    frame["HGa_mm"] = pd.array([36, None, 30], dtype="Int64")
+    kinds = [
+        frame,
+        frame.set_index(["subject", "vowel"]),
+        frame.set_index("vowel"),
+        frame.convert_dtypes(),
+        frame.astype({"GGa_mm": np.float32}),
+        frame.iloc[[0, 1, 2]].set_axis([5, 3, 9]),
+    ]
+    for kind in kinds:
+        data = tf.dataset(kind)
+        assert (data.rows, data.muscles) == (read.rows, read.muscles)
+        np.testing.assert_array_equal(data.lengths_mm, read.lengths_mm)
+        assert plain(tf.fit(data, "X", "e", target="stretch", thesis=True)) == plain(tf.fit(read, "X", "e", target="stretch", thesis=True))
+
+
+def test_errors_say_which_argument_and_what_to_do() -> None:
+    frame = pd.DataFrame({"subject": ["X"], "vowel": ["a"], "GGa_mm": [46]})
+    for call in (lambda: tf.batch(frame), lambda: tf.fit(frame, "X", "a")):
+        with pytest.raises(tf.Error, match=r"data must be a tongue_fit.Dataset.*tongue_fit.dataset\(frame\)"):
+            call()
+    with pytest.raises(tf.Error, match="frame must be a pandas DataFrame"):
+        tf.dataset("my.csv")
+    with pytest.raises(tf.Error, match="baselines must be a dict"):
+        tf.batch(tf.Dataset.reference(), baselines=["e"], progress=False)  # type: ignore[arg-type]
