@@ -206,10 +206,10 @@ fn counts(labels: &[Bound<'_, PyAny>]) -> bool {
 
 /// An array of numpy's own type whose memory can be read as it is; none of its subclasses (masks, units).
 fn plain_array<'a, 'py, T: pyo3::PyTypeCheck>(given: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, T>> {
-    let array = given.cast::<T>().ok()?;
+    // By its name first: asking numpy itself imports it.
     let plain = given.get_type().name().is_ok_and(|name| name == "ndarray");
     let aligned = || given.getattr("flags").and_then(|f| f.getattr("aligned")?.is_truthy());
-    (plain && aligned().unwrap_or(false)).then_some(array)
+    if plain && aligned().unwrap_or(false) { given.cast::<T>().ok() } else { None }
 }
 
 /// xarray's arrays of `axes` axes as pandas' Series and frames, with names of a coordinate as labels; else what was given.

@@ -114,7 +114,7 @@ def test_ctrl_c_ends_the_wait_within_a_fifth_of_a_second(what: str) -> None:
     before, call = LONG[what]
     spacing = "0.0005" if "fine" in before + call and what != "problem" else "0.0055"
     code = f"""
-import os, signal, threading, time, tongue_fit as tf
+import os, signal, threading, time, numpy, tongue_fit as tf
 signal.signal(signal.SIGINT, signal.default_int_handler)
 data = tf.Dataset.reference()
 fine = tf.Model().assemble(tf.Body.tongue({spacing}), ["GGa", "SGm", "HGa"])
