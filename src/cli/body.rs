@@ -88,7 +88,8 @@ fn body_name(word: &str) -> Result<BodyName, String> {
     match word {
         "springs" => Ok(BodyName::Springs),
         "continuum" => Ok(BodyName::Continuum),
-        _ if Path::new(word).is_dir() => Ok(BodyName::Folder(PathBuf::from(word))),
+        // A path that does not exist is told by whoever reads it.
+        _ if Path::new(word).is_dir() || word.contains('/') => Ok(BodyName::Folder(PathBuf::from(word))),
         _ => Err(format!(
             "it is no folder either, which would be a body in space; {}",
             suggest::hint(word, ["springs", "continuum"])
