@@ -86,7 +86,7 @@ impl Basis<'_> {
         by_bones(self.body, |bone| median(seen, bone)).ok_or_else(|| {
             RestError::Body(
                 "the recordings do not show the mental spine and the hyoid, to which it would be scaled; name their channels in \
-                 a map, or give a body that fits the speaker (--mesh, --anatomy, or --as-is for the built-in one)"
+                 a map (--map; --map-template writes one), or give a body that fits the speaker (--mesh, --anatomy, or --as-is for the built-in one)"
                     .to_owned(),
             )
         })

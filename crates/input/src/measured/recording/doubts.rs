@@ -70,18 +70,17 @@ pub fn doubts(seen: &Seen) -> Vec<Doubt> {
 
 /// What cannot be right about a palate (m, in the frame of the recording) over this recording.
 pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<String> {
-    /// A palate is this much higher in the middle than at its ends, at least, m.
-    const VAULT_M: f64 = -2e-3;
+    /// A palate whose middle lies this far below its ends is upside down, m.
+    const SAG_M: f64 = 2e-3;
     /// Farther than this above the highest points no palate lies, m.
     const HIGHEST_M: f64 = 60e-3;
     /// Of all points so many may lie beyond it.
     const BEYOND: f64 = 0.2;
     let (first, last) = (palate.first()?, palate.last()?);
     let middle = palate.get(palate.len() / 2)?;
-    let part = if last.x == first.x { 0.5 } else { (middle.x - first.x) / (last.x - first.x) };
-    let chord = first.y + part * (last.y - first.y);
-    if palate.len() >= 3 && middle.y - chord < VAULT_M {
-        let mm = (chord - middle.y) * 1e3;
+    let sag = first.y.min(last.y) - middle.y;
+    if palate.len() >= 3 && sag > SAG_M {
+        let mm = sag * 1e3;
         return Some(format!(
             "the palate sags by {mm:.0} mm in its middle: it is upside down; change the sign of its y_mm"
         ));
