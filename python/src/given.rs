@@ -263,6 +263,13 @@ fn floats(what: &str, given: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64
         return Err(wrong(format!("{what} has named fields; give a dict")));
     }
     let kind: String = dtype.getattr("kind")?.extract()?;
+    // Where a value is missing, pandas gives objects or, of whole numbers, floats without it.
+    if given.getattr_opt("isna")?.is_some_and(|isna| isna.is_callable())
+        && given.getattr("dtype").is_ok_and(|d| d.hasattr("na_value").unwrap_or(false))
+        && given.call_method0("isna")?.call_method0("any")?.is_truthy()?
+    {
+        return Err(refuse());
+    }
     let plain = match kind.as_str() {
         "i" | "u" | "f" | "O" => array.call_method1("astype", ("float64", "C")),
         _ => return Err(refuse()),

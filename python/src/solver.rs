@@ -52,6 +52,9 @@ impl Tensions {
 /// Nodes of a body that is solved so quickly, whatever is asked for, that Ctrl-C can wait for the end: a thread for it would take
 /// longer than the solve.
 const QUICK_NODES: usize = 400;
+/// Tensions up to which that holds, N per metre of thickness; a hundred times what muscles can. Beyond, Newton's method can take
+/// thousands of steps.
+const QUICK_TENSION: f64 = 1e5;
 
 /// Solves equilibria, one after another. One a thread: what it writes to is its own.
 #[pyclass(frozen, module = "tongue_fit")]
@@ -137,15 +140,15 @@ impl Solver {
     /// The same bits whatever was solved before.
     fn equilibrium(&self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
         let given = tensions.of(&self.assembly.0)?;
-        let solved = self.solve(py, false, move |solver| solver.equilibrium(&borrowed(&given)))?;
+        let solved = self.solve(py, is_long(&given), move |solver| solver.equilibrium(&borrowed(&given)))?;
         Ok(self.shape(solved))
     }
 
     /// As equilibrium, from a shape that was solved before: for tensions that change little.
     fn equilibrium_from(&self, py: Python<'_>, start: &Shape, tensions: Tensions) -> PyResult<Shape> {
         let (given, start) = (tensions.of(&self.assembly.0)?, Arc::clone(&start.shape));
-        let solved =
-            self.solve(py, false, move |solver| solver.equilibrium_from(&start, &borrowed(&given)))?;
+        let solved = self
+            .solve(py, is_long(&given), move |solver| solver.equilibrium_from(&start, &borrowed(&given)))?;
         Ok(self.shape(solved))
     }
 
@@ -191,6 +194,11 @@ impl Solver {
             |motion: &Vec<SVector<f64, 2>>| motion.iter().zip(&along).map(|(m, c)| m.dot(c)).sum::<f64>();
         Ok(rates.iter().map(product).collect::<Vec<_>>().to_pyarray(py))
     }
+}
+
+/// Whether a solve at these tensions can take long on any body.
+fn is_long(given: &[(String, f64)]) -> bool {
+    given.iter().any(|(_, n)| *n > QUICK_TENSION)
 }
 
 fn borrowed(given: &[(String, f64)]) -> Vec<(&str, f64)> {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 import subprocess
 import sys
@@ -50,7 +51,7 @@ for _ in range(2):
     assert fit() == first
 """
     for threads in ("1", "2"):
-        done = subprocess.run([sys.executable, "-c", code], timeout=120, env={"RAYON_NUM_THREADS": threads}, capture_output=True, text=True)
+        done = subprocess.run([sys.executable, "-c", code], timeout=120, env={**os.environ, "RAYON_NUM_THREADS": threads}, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
 
 
@@ -157,9 +158,9 @@ def test_a_solver_goes_on_after_ctrl_c() -> None:
 
 def test_what_is_solved_directly_is_soon_done() -> None:
     """A body small enough to be solved on the caller's thread, where Ctrl-C waits for the end, is done in a fifth of a second."""
-    body = tf.Body.tongue(0.00275)
+    body = tf.Body.tongue()
     solver = tf.Model(poisson_ratio=0.4999).assemble(body, list(body.muscles)).solver()
-    for load in (1e3, 1e6, 1e9, 1e12):
+    for load in (1e3, 1e4, 1e5):
         clock = time.process_time()
         solver.equilibrium(dict.fromkeys(body.muscles, load))
         assert time.process_time() - clock < 0.2
