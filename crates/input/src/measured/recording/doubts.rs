@@ -148,7 +148,7 @@ fn of_times(seen: &Seen) -> Option<Doubt> {
     let step = upper_median(steps)?;
     let what = format!("its frames are {} apart", span(step));
     let help = "correct rate_hz in the map, or the times, which are in seconds";
-    if !step.is_finite() || step < LAST_STEP_S[0] || step > LAST_STEP_S[1] {
+    if !step.is_finite() || !(LAST_STEP_S[0]..=LAST_STEP_S[1]).contains(&step) {
         return Some(Doubt::refused(format!("{what}, as in no recording of speech; {help}")));
     }
     let usual = (USUAL_STEP_S[0]..=USUAL_STEP_S[1]).contains(&step);
@@ -283,7 +283,7 @@ fn from_neighbour_to_neighbour(points: &[Point]) -> Vec<Point> {
 fn of_courses(seen: &Seen) -> Vec<Doubt> {
     let mut out = Vec::new();
     let count = seen.contour.len() + seen.sensors.len();
-    let name = |c: usize| seen.contour.get(c).map_or_else(|| &seen.sensors[c - seen.contour.len()].0, |n| n);
+    let name = |c: usize| seen.contour.get(c).unwrap_or_else(|| &seen.sensors[c - seen.contour.len()].0);
     let course = |c: usize| -> Vec<(f64, Mark)> {
         let mark = |f: &super::SeenFrame| match f.contour.get(c) {
             Some(mark) => *mark,

@@ -3,9 +3,12 @@
 use super::super::{Map, Recording, Seen, screen};
 use super::*;
 
+/// A frame: its time, s, and its points by name, mm.
+type Frame = (f64, Vec<(String, [f64; 2])>);
+
 /// A tongue that looks to the left: eleven points from the root to the tip, the hyoid and the mental spine, mm; it rises and
 /// advances with time, with noise.
-fn tongue(frames: usize) -> Vec<(f64, Vec<(String, [f64; 2])>)> {
+fn tongue(frames: usize) -> Vec<Frame> {
     let mut rng = fastrand(7);
     (0..frames)
         .map(|f| {

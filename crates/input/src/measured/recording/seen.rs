@@ -280,7 +280,7 @@ fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usiz
         Some((frames.get(later)?[channel]? - frames[f][channel]?).norm())
     });
     let steps: Vec<f64> = steps.collect();
-    steps.len() >= FEWEST && upper_median(steps.into_iter()).is_some_and(|m| m > HEAD_MOVES_M)
+    steps.len() >= FEWEST && upper_median(steps).is_some_and(|m| m > HEAD_MOVES_M)
 }
 
 /// Brings every frame to where the reference points are in the first one that has all of them: shifted by one point, shifted and
