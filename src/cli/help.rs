@@ -53,10 +53,9 @@ mod tests {
     }
 
     fn options(help: &str) -> Vec<&str> {
-        let names = help.lines().filter_map(|line| line.trim_start().strip_prefix("--"));
-        let names = names.map(|line| line.split([' ', '=']).next().unwrap());
-        // A line of a description can begin with an option that it mentions.
-        names.filter(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '-')).collect()
+        // Lines of descriptions are indented further, and can begin with an option that they mention.
+        let names = help.lines().filter_map(|line| line.strip_prefix("      --"));
+        names.map(|line| line.split([' ', '=']).next().unwrap()).collect()
     }
 
     #[test]

@@ -369,8 +369,9 @@ fn the_page_that_is_kept_is_made_of_its_sources_and_needs_nothing_else() {
     let page = std::fs::read_to_string(kept()).unwrap();
     assert!(page.len() < 3_000_000, "{}", page.len());
     let wasm = page.split_once("id=\"wasm\">").unwrap().1.split_once("</script>").unwrap().0;
-    let script =
-        ["engine.js", "mouth.js", "page.js"].map(|name| read(&format!("web/page/{name}"))).join("\n");
+    let script = ["engine.js", "mouth.js", "sound.js", "page.js"]
+        .map(|name| read(&format!("web/page/{name}")))
+        .join("\n");
     let made = read("web/page/page.html")
         .replace("{{style}}", &(read("crates/files/src/report/page.css") + &read("web/page/page.css")))
         .replace("{{script}}", &script)
