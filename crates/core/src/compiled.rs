@@ -1,8 +1,8 @@
 //! Entry points of the physics that are compiled in this crate, for two and for three dimensions.
 //!
 //! A generic function is compiled in the crate that first calls it, with the optimisation of that crate. The crates that read,
-//! write and print are not optimised, so what computes is entered through [`Entries`]: pointers to functions that were compiled
-//! here. A [`System`] carries them, because it can only be made here ([`system_in_plane`], [`system_in_space`]).
+//! write and print are not optimised, so what computes is entered through `Entries`: pointers to functions that were compiled
+//! here. A [`System`] carries them, because it can only be made here (`system_in_plane`, `system_in_space`).
 
 use std::any::Any;
 

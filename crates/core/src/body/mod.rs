@@ -2,7 +2,7 @@
 //!
 //! Dimension is a parameter: `D = 2` is the midsagittal plane (cells are triangles), `D = 3` space
 //! (tetrahedra). A body comes from an anatomy ([`Body::from_anatomy`], [`Body::tongue`]), from a file
-//! ([`AnyBody::read`]), from [`mod@solid`], or from any mesh of your own ([`Body::new`]).
+//! (`AnyBody::read`), from [`mod@solid`], or from any mesh of your own ([`Body::new`]).
 
 mod check;
 pub mod continuum;

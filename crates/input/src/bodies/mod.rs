@@ -35,7 +35,7 @@ impl AnyBody {
     /// --json` prints.
     ///
     /// # Errors
-    /// [`BodyError::File`] and [`BodyError::Gmsh`]: files that cannot be read, hold no body or one that is far too large.
+    /// [`BodyError::File`] and `BodyError::Gmsh`: files that cannot be read, hold no body or one that is far too large.
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
         Self::read_telling(path, unit, &mut |_| ())
     }
@@ -68,7 +68,7 @@ impl AnyBody {
     /// Reads the bytes of a Gmsh file; `origin` is what messages call it, usually its path.
     ///
     /// # Errors
-    /// [`BodyError::Gmsh`], and [`BodyError::File`] for a body that is far too large.
+    /// `BodyError::Gmsh`, and [`BodyError::File`] for a body that is far too large.
     pub fn from_msh(bytes: &[u8], origin: &str, unit: Unit) -> Result<Self, BodyFileError> {
         Self::from_msh_telling(bytes, origin, unit, &mut |_| ())
     }
