@@ -1,8 +1,8 @@
-//! What a mesh spacing of the continuum costs in accuracy and time, beside springs and linear elements; whether it locks; and what the
-//! settings that have no data do to the answers.
+//! Accuracy and time of the continuum by mesh spacing, beside springs and linear elements; locking; and the
+//! effect of the settings that were chosen without data.
 //!
-//! Errors are differences from the finest mesh of the same body. Meshes are nested, and their outline is that of the anatomy at every
-//! spacing.
+//! Errors are differences from the finest mesh of the same body. Meshes are nested, and all have the outline
+//! of the anatomy.
 
 use std::fmt::Write as _;
 
@@ -18,22 +18,23 @@ use tongue_infer::inverse::{self, Fit, Method, Settings as Search};
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-/// A thin bundle on bones that hold one node: what must not settle.
+/// Control: thin muscles on bones that hold one node each, with which the lengths do not converge.
 const CONTROL: ContinuumSettings =
     ContinuumSettings { bundle_width_m: 0.5e-3, fibres: 9, patch_radius_m: 0.0, patch_stiffness: 50.0 };
 /// Coarsest spacing of the nested meshes, m.
 const COARSEST_M: f64 = 11e-3;
-/// The default spacing of a continuum, m: not one of the nested meshes, but the one that most will use.
+/// Default spacing of a continuum, m; it is not one of the nested meshes.
 const DEFAULT_M: f64 = 4e-3;
 /// Poisson's ratios of the study of locking.
 const POISSON_RATIOS: [f64; 6] = [0.3, 0.45, 0.49, 0.499, 0.4998, 0.4999];
 /// The Poisson's ratio that others are compared with.
 pub const NEARLY_INCOMPRESSIBLE: f64 = 0.4998;
-/// The least of so many repeated solves, or of as many as go into a second, is a time: other work on the machine only adds to it.
+/// Maximum number of repeats of a solve; they also end after one second. The least time counts, since other
+/// load only adds to it.
 const REPEATS: usize = 25;
-/// The same of fits.
+/// Number of repeats of a fit.
 const FITS: usize = 3;
-/// Part of a tension that the sentence speaks of.
+/// The accuracy of a tension that the conclusion is about, as a part.
 const ONE_PER_CENT: f64 = 0.01;
 
 /// One kind of body on one mesh, at the tensions published for /a/.
@@ -47,17 +48,18 @@ pub struct Spacing {
     pub unknown_nodes: usize,
     /// Largest change of a ratio from the next coarser mesh.
     pub change_of_ratio: Option<f64>,
-    /// The same at twice the tensions.
+    /// Largest change of a ratio from the next coarser mesh, at twice the tensions.
     pub change_at_twice: Option<f64>,
     /// Order of the last two changes.
     pub order: Option<f64>,
     /// Largest difference of a ratio from the finest mesh.
     pub error_of_ratio: f64,
-    /// Largest relative difference of a tension, fitted to the stretches of S2 /a/, from that of the finest mesh.
+    /// Largest relative difference of a tension, fitted to the stretches of S2 /a/, from that of the finest
+    /// mesh.
     pub error_of_tension: Option<f64>,
     /// Time of an equilibrium from rest, s.
     pub solve_s: f64,
-    /// Time of that fit (Gauss-Newton, one start), s.
+    /// Time of the fit to the stretches of S2 /a/ (Gauss-Newton, one start), s.
     pub fit_s: f64,
     /// How the equilibrium ended.
     pub status: String,
@@ -68,16 +70,17 @@ pub struct Spacing {
 pub struct Locking {
     /// Poisson's ratio.
     pub poisson_ratio: f64,
-    /// Largest difference of a ratio between the default spacing, 4 mm, and 2 mm: it grows where elements lock.
+    /// Largest difference of a ratio between the default spacing, 4 mm, and 2 mm: it grows where elements
+    /// lock.
     pub error_of_default_spacing: f64,
     /// Largest difference of a ratio from that at [`NEARLY_INCOMPRESSIBLE`], at the default spacing.
     pub difference_from_nearly_incompressible: f64,
 }
 
-/// Tensions with other settings over those with the default ones.
+/// Tensions with changed settings, as factors of those with the default settings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivity {
-    /// What is changed.
+    /// The changed setting.
     pub setting: String,
     /// The 10 % quantile, over all muscles of the fits of S1 to S3 that reach their stretches.
     pub low: f64,
@@ -89,13 +92,13 @@ pub struct Sensitivity {
     pub reached: usize,
     /// Root mean square difference to table 4.8 at the published tensions.
     pub rms_to_published_ratios: f64,
-    /// By what the published tensions must be multiplied to be nearest to that table,
+    /// Factor of the published tensions at which the ratios are nearest to that table.
     pub best_factor: f64,
-    /// and the difference that is left.
+    /// Root mean square difference to that table at this factor.
     pub rms_at_best: f64,
 }
 
-/// All that was measured.
+/// All measurements.
 #[derive(Debug, Clone)]
 pub struct ContinuumStudy {
     /// Bodies on nested meshes.
@@ -110,7 +113,7 @@ fn model(tissue: TissueModel) -> Model {
     Model { tissue, ..Model::default() }
 }
 
-/// Lengths at tensions, of the muscle before, how the solve ended, and its time, s.
+/// Lengths at a load, those of the previous muscle, how the solve ended, and its time, s.
 fn lengths(scene: &Pulled, load: f64) -> (Vec<f64>, Status, f64) {
     let tensions: Vec<f64> = scene.tensions.iter().map(|t| t * load).collect();
     let mut workspace = Workspace::new(&scene.system);
@@ -144,10 +147,11 @@ fn fitted(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, StudyEr
     Ok(inverse::fit(&body.mesh, model, target, &search)?)
 }
 
-/// Measures everything down to the finest of `levels` nested meshes; `progress` is told what comes next.
+/// Measures everything down to the finest of `levels` nested meshes; `progress` gets the name of the next
+/// part.
 ///
 /// # Errors
-/// [`StudyError`] where a body or a table cannot be had; what goes wrong on a mesh is a row.
+/// [`StudyError`] if a body or a table cannot be made. An error on a single mesh is a row.
 pub fn run(levels: usize, progress: &mut dyn FnMut(&str)) -> Result<ContinuumStudy, StudyError> {
     let mut spacings = Vec::new();
     let bodies: [(&'static str, Option<ContinuumSettings>, TissueModel); 4] = [
@@ -183,12 +187,12 @@ pub fn run(levels: usize, progress: &mut dyn FnMut(&str)) -> Result<ContinuumStu
     Ok(ContinuumStudy { spacings, locking, sensitivity })
 }
 
-/// A row and what the others are compared by.
+/// A row, and the values for comparing it with others.
 struct Measured {
     row: Spacing,
     /// Ratios at the tensions and at twice the tensions.
     ratios: [Vec<f64>; 2],
-    /// Where the fit converged.
+    /// Tensions of the fit, if it converged.
     tensions: Option<Vec<f64>>,
 }
 
@@ -210,7 +214,7 @@ impl Kind<'_> {
         };
         let scene = Pulled::new(&body.mesh, self.model, &PUBLISHED_A)?;
         let (once, status, solve_s) = lengths(&scene, 1.0);
-        // The control does not find the larger load's equilibrium on fine meshes, and takes its time about it.
+        // On fine meshes the control has no equilibrium at the larger load that can be found in useful time.
         let twice = match self.settings == Some(&CONTROL) {
             true => Vec::new(),
             false => ratios(&lengths(&scene, 2.0).0),
@@ -332,7 +336,7 @@ fn sensitive(
     let rms = |load: f64| {
         let ratios = ratios(&lengths(&scene, load).0);
         let squares: f64 = ratios.iter().zip(&table).map(|(a, b)| (a - b).powi(2)).sum();
-        // The first is 1 by definition.
+        // The first ratio is 1 by definition.
         (squares / (table.len() - 1) as f64).sqrt()
     };
     let loads = (20..=50).map(|i| 0.05 * f64::from(i));
@@ -350,8 +354,8 @@ fn sensitive(
     })
 }
 
-/// What a continuum's tensions cost, in a sentence: the coarsest mesh within 1 % of the finest, or the nearest. The finest itself, which
-/// errors are counted from, says nothing.
+/// The conclusion about spacing in one sentence: the coarsest mesh within 1 % of the finest, or the nearest.
+/// The finest itself has no error to compare.
 pub fn verdict(spacings: &[Spacing]) -> String {
     let known = || {
         let of_continuum = spacings.iter().filter(|r| r.body == "continuum");
@@ -369,7 +373,7 @@ pub fn verdict(spacings: &[Spacing]) -> String {
         Some((r, error)) => {
             let ((h, costs), per_cent) = (costs(r), 100.0 * error);
             format!(
-                "**For {per_cent:.1} % of a tension take --body continuum at h = {h} mm: {costs}.** No mesh but the finest, which errors are counted from, is nearer."
+                "**For {per_cent:.1} % of a tension take --body continuum at h = {h} mm: {costs}.** Errors are differences from the finest mesh; no other mesh is nearer to it."
             )
         }
         None => "No mesh of this study has tensions to compare.".to_owned(),
@@ -379,7 +383,7 @@ pub fn verdict(spacings: &[Spacing]) -> String {
 /// The page.
 ///
 /// # Errors
-/// [`StudyError::Csv`], which is not expected.
+/// [`StudyError::Csv`] if a table cannot be written; not expected.
 pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, StudyError> {
     let mut p = format!(
         "# The continuum: accuracy, time, and what was chosen\n\n{made}\n\n{}\n\n",
@@ -398,7 +402,7 @@ pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, StudyError> {
     let _ = write!(
         p,
         "## Mesh\n\n/a/ at the published tensions on nested meshes; errors against the finest mesh of the same body; the default spacing, 4 mm, \
-         is not one of them. The tension is the worst of the three that are fitted to the stretches of S2 /a/. The control must not settle. Times are the least of up to 25 solves and \
+         is not one of them. The tension is the worst of the three that are fitted to the stretches of S2 /a/. The control is expected not to converge. Times are the least of up to 25 solves and \
          3 fits (Gauss-Newton, one start).\n\n{}",
         markdown(&study.spacings, &[])?
     );

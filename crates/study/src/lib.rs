@@ -1,4 +1,4 @@
-//! What the program finds out about itself: what accuracy costs in time, and what becomes of hard cases.
+//! Studies of the program: accuracy against time, hard cases, and validation on measurements.
 
 pub mod accuracy;
 pub mod continuum;
@@ -19,43 +19,43 @@ pub use pulled::{PUBLISHED_A, Pulled, pulling};
 /// Why a study cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// A body that should be there.
+    /// A body cannot be made.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// A system of a good body.
+    /// A system cannot be made.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// A fit that cannot begin.
+    /// A fit cannot begin.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// The equations of motion.
+    /// The equations of motion cannot be set up.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// A step or a tolerance.
+    /// A step or a tolerance is invalid.
     #[error(transparent)]
     Method(#[from] MethodError),
-    /// The table of lengths.
+    /// The table of lengths cannot be read.
     #[error(transparent)]
     Lengths(#[from] lengths::Error),
-    /// A vowel.
+    /// A vowel is unknown.
     #[error(transparent)]
     Vowel(#[from] lengths::BadLabel),
-    /// What is to be met.
+    /// A target is invalid.
     #[error(transparent)]
     Target(#[from] TargetError),
-    /// The equilibrium that errors are measured against is not good enough: its residual force, N.
+    /// The residual force of the reference equilibrium is too large; N.
     #[error("the reference equilibrium leaves a force of {0:e} N, too much to measure errors against")]
     Reference(f64),
-    /// Nor is the trajectory; why.
+    /// The reference trajectory was not found, with the reason.
     #[error("the reference trajectory was not found: {0}")]
     Trajectory(String),
-    /// The cells of a table.
+    /// A table cannot be written.
     #[error("a table cannot be made: {0}")]
     Csv(#[from] csv::Error),
-    /// A diagram.
+    /// A diagram cannot be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// Threads.
+    /// Threads cannot be started.
     #[error("cannot start threads: {0}")]
     Threads(String),
 }

@@ -1,4 +1,4 @@
-//! A body some of whose muscles pull.
+//! Bodies with given tensions in some muscles.
 
 use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh};
 use tongue_core::dynamics::{Motion, MotionError, Tensions};
@@ -10,10 +10,10 @@ use super::StudyError;
 /// The tensions published for /a/ (thesis 4.4.1), N per metre of thickness.
 pub const PUBLISHED_A: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)];
 
-/// A system at given tensions.
+/// A system and its tensions.
 #[derive(Debug)]
 pub struct Pulled {
-    /// The system; the muscles that pull contract.
+    /// The system, in which the muscles with tension are active.
     pub system: System<2>,
     /// Tensions of all muscles of the mesh, N per metre of thickness.
     pub tensions: Vec<f64>,
@@ -21,10 +21,10 @@ pub struct Pulled {
     pub muscles: Vec<String>,
 }
 
-/// Numbers of the muscles that pull, and the tensions of all muscles of a mesh, N.
+/// Numbers of the muscles with tension, and the tensions of all muscles of a mesh, N/m.
 ///
 /// # Errors
-/// [`FitError::MissingMuscle`].
+/// [`FitError::MissingMuscle`] for a muscle that the mesh does not have.
 pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<f64>), FitError> {
     let mut tensions = vec![0.0; mesh.muscles.len()];
     let mut numbers = Vec::with_capacity(pull.len());
@@ -38,16 +38,16 @@ pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<
 }
 
 impl Pulled {
-    /// `mesh` with some of its muscles pulling, N per metre of thickness.
+    /// `mesh` with tensions in some of its muscles, N per metre of thickness.
     ///
     /// # Errors
-    /// [`StudyError`] for a muscle that the mesh does not have, and where the system cannot be made.
+    /// [`StudyError`] for a muscle that the mesh does not have, or if the system cannot be made.
     pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, StudyError> {
         let (contracting, tensions) = pulling(mesh, pull)?;
         Ok(Self { system: System::new(mesh, model, &contracting)?, tensions, muscles: mesh.muscle_names() })
     }
 
-    /// Its motion from rest, the tensions applied at once.
+    /// Its motion from rest with the tensions applied at once.
     ///
     /// # Errors
     /// As [`Motion::new`].
@@ -59,7 +59,7 @@ impl Pulled {
 /// The reference tongue at the published spacing.
 ///
 /// # Errors
-/// [`StudyError::Body`]; not expected.
+/// [`StudyError::Body`] if the tongue cannot be built; not expected.
 pub fn tongue() -> Result<Mesh<2>, StudyError> {
     Ok(Body::tongue(DEFAULT_SPACING_M)?.mesh)
 }

@@ -1,11 +1,11 @@
-//! Tables of rows that serialise themselves, in Markdown: their fields are the columns, as in CSV.
+//! Markdown tables of serialisable rows: their fields are the columns, as in CSV.
 
 use serde::Serialize;
 
-/// Markdown, a column for each field but those named in `without`; what is not known is a dash.
+/// Markdown with a column for each field except those in `without`; unknown values are a dash.
 ///
 /// # Errors
-/// As the CSV writer's, through which the cells go; into memory it has none.
+/// As the CSV writer's, which formats the cells; writing into memory has none.
 pub fn markdown<'a, T: Serialize + 'a>(
     rows: impl IntoIterator<Item = &'a T>,
     without: &[&str],
@@ -28,7 +28,7 @@ pub fn markdown<'a, T: Serialize + 'a>(
     Ok(text + "\n")
 }
 
-/// The name of a field in words, with its unit unless the cells have one of their own.
+/// The name of a field in words, with its unit unless the cells contain one.
 fn heading(field: &str) -> String {
     let units = [("_n_per_m", ", N/m"), ("_mm", ", mm"), ("_n", ", N"), ("_bytes", ", MB"), ("_s", "")];
     let (name, unit) = units
@@ -42,7 +42,7 @@ fn cell(column: &str, text: &str) -> String {
     let is_time = column == "seconds" || column.ends_with("_s");
     match text.parse::<f64>() {
         _ if text.is_empty() => "–".to_owned(),
-        // 0.4998 is not 0.5.
+        // Poisson's ratio keeps all digits: 0.4998 must not become 0.5.
         _ if column == "poisson_ratio" => text.to_owned(),
         Ok(seconds) if is_time => duration(seconds),
         Ok(bytes) if column.ends_with("_bytes") => number(1e-6 * bytes),
@@ -51,7 +51,7 @@ fn cell(column: &str, text: &str) -> String {
     }
 }
 
-/// `1.2e-7`, or plain where that is short.
+/// `1.2e-7`, or without exponent if that is short.
 pub fn number(v: f64) -> String {
     if v == 0.0 || (1e-3..1e4).contains(&v.abs()) {
         let digits = (2 - v.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
@@ -61,7 +61,7 @@ pub fn number(v: f64) -> String {
     }
 }
 
-/// A length of time in words: seconds, minutes or hours.
+/// A duration in words: seconds, minutes or hours.
 pub fn duration(seconds: f64) -> String {
     match seconds {
         0.0 => "0 s".to_owned(),

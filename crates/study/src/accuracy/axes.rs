@@ -1,4 +1,4 @@
-//! The sections of the page: an axis each, with its tables and the sentence that they come to.
+//! Sections of the page: one for each axis, with its tables and its conclusion in one sentence.
 
 use std::fmt::Write as _;
 
@@ -31,7 +31,7 @@ pub(super) fn sections(study: &Study) -> Result<String, StudyError> {
         p,
         "## 1. To equilibrium\n\n![position error against time](1-equilibrium.svg)\n\n\
          Error against Newton's method carried on until rounding stops it (largest force left {} N). Integrators start at rest with \
-         the tensions applied at once, and are asked at several times how far they are; the figure shows for each method the \
+         the tensions applied at once, and are compared at several times; the figure shows for each method the \
          runs that no other of its runs beats. An explicit step beyond the stability limit is refused, and so is a run that would take \
          longer than the study allows.\n\n{}",
         number(study.reference_residual_n),
@@ -68,7 +68,7 @@ pub(super) fn sections(study: &Study) -> Result<String, StudyError> {
     Ok(p)
 }
 
-/// What finer meshes come to, in a sentence.
+/// The conclusion of the mesh study in one sentence.
 pub(super) fn mesh_verdict(runs: &[MeshRun]) -> Option<String> {
     let scene = SCENES[0].0;
     let last = on(runs, scene, TISSUES[0]).next_back()?;
@@ -116,7 +116,7 @@ fn meshes(p: &mut String, study: &Study) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// What finite elements come to beside springs, in some sentences.
+/// The conclusion of the comparison of finite elements with springs.
 pub(super) fn tissue_verdict(study: &Study) -> Option<String> {
     let (scene, runs) = (SCENES[0].0, &study.meshes);
     let h = runs.iter().map(|r| r.h_mm).find(|h| *h <= 5.5).or(runs.last().map(|r| r.h_mm))?;
@@ -154,8 +154,8 @@ fn tissues(p: &mut String, study: &Study) -> Result<(), StudyError> {
     let _ = write!(
         p,
         "## 5. Springs or finite elements\n\n{}\n\n\
-         The finite elements are linear triangles of a neo-Hookean solid in plane strain with the same E and ν; at small strain they are what \
-         the springs are matched to. The difference from the finest is the largest of a ratio from finite elements on the finest mesh, \
+         The finite elements are linear triangles of a neo-Hookean solid in plane strain with the same E and ν; at small strain \
+         the springs are matched to them. The difference from the finest is the largest of a ratio from finite elements on the finest mesh, \
          which is itself no limit (see 4).\n\n{}\
          Patch test: the outline is moved by a homogeneous deformation (10 % longer, 5 % flatter, 5 % sheared), which the \
          inside of any uniform body follows exactly.\n\n{}",

@@ -1,4 +1,4 @@
-//! Axis 3: what stopping early leaves from equilibrium.
+//! Axis 3: the distance from equilibrium of a trajectory that is stopped early.
 
 use serde::Serialize;
 
@@ -9,21 +9,21 @@ use super::ladder::Effort;
 use super::march::march;
 
 const TIMES: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
-/// Tolerance of each step, m: its error is far below what stopping leaves.
+/// Tolerance of each step, m. Its error is far below the distance from equilibrium.
 const TOLERANCE: f64 = 1e-9;
 
-/// A trajectory cut off.
+/// A trajectory that was stopped early.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stopped {
-    /// Where it was cut, s.
+    /// Time at which it was stopped, s.
     pub t_end_s: f64,
     /// Largest distance of a node from its place at equilibrium, mm.
     pub left_mm: f64,
-    /// The same as a part of the largest displacement at equilibrium.
+    /// `left_mm` as a part of the largest displacement at equilibrium.
     pub left_part: f64,
     /// Largest difference of a ratio from that at equilibrium.
     pub ratio_error: f64,
-    /// Wall-clock time to there, s (median).
+    /// Median wall-clock time to reach that time, s.
     pub seconds: f64,
     /// Steps.
     pub steps: u64,
@@ -31,10 +31,10 @@ pub struct Stopped {
     pub factorisations: u64,
 }
 
-/// The shape at each of the times, against equilibrium; integrated by TR-BDF2 at a tight tolerance.
+/// Compares the shape at each of the times with the equilibrium; integrated by TR-BDF2 at a tight tolerance.
 ///
 /// # Errors
-/// [`StudyError`] where there is no reference or no trajectory.
+/// [`StudyError`] if the reference or the trajectory cannot be computed.
 pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<Vec<Stopped>, StudyError> {
     let (reference, _) = scene.reference()?;
     let motion = scene.motion()?;

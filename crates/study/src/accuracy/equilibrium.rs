@@ -1,4 +1,4 @@
-//! Axis 1: ways to the equilibrium.
+//! Axis 1: methods that find the equilibrium.
 
 use nalgebra::SVector;
 
@@ -11,32 +11,33 @@ use super::march::{march, rungs, words};
 use super::scene::shortfall;
 use super::{lbfgs, relaxation};
 
-/// Newton's method, as it is called in the tables.
+/// Name of Newton's method in the tables.
 pub const NEWTON: &str = "Newton";
 
 /// Largest residual force at which a solve stops, N.
 const TOLERANCES: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
-/// Times at which integrators are asked how far they are, s.
+/// Times at which the state of an integrator is compared with the equilibrium, s.
 const TIMES: [f64; 11] = [1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 60.0, 100.0];
-/// The same for explicit methods: by the last they are within 1e-2 mm, and each second costs them a million steps.
+/// Times for explicit methods, s. At the last they are within 1e-2 mm; each second costs them a million
+/// steps.
 const EXPLICIT_TIMES: [f64; 5] = [1.0, 3.0, 5.0, 8.0, 10.0];
 /// Steps of backward Euler, s.
 const IMPLICIT_STEPS: [f64; 4] = [0.1, 0.5, 2.0, 10.0];
 /// Tolerances of the adaptive methods, m.
 const STEP_TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-8];
-/// Parts of the step limit that explicit methods step with; two is refused.
+/// Steps of explicit methods as parts of the stability limit; a step of twice the limit is refused.
 const PARTS: [f64; 3] = [2.0, 0.99, 0.01];
 const MOST_ITERATIONS: u64 = 200_000;
 
-/// Positions, what they cost, and why the search for them stopped short of its tolerance, if it did.
+/// Positions, their cost, and the reason if the search stopped before its tolerance.
 type Answer = (Vec<SVector<f64, 2>>, Counts, Option<String>);
-/// A way to the equilibrium: its name, what its tolerance is one of, and itself, given that tolerance, N.
+/// A method: its name, the name of its tolerance, and a function that runs it with a tolerance, N.
 type Way<'a> = (&'a str, &'a str, &'a mut dyn FnMut(f64) -> Answer);
 
-/// The ladder of every method, and the force that is left at the reference, N.
+/// Runs of every method, and the residual force of the reference, N.
 ///
 /// # Errors
-/// [`StudyError`] where there is no reference.
+/// [`StudyError`] if the reference cannot be computed.
 pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
     let (reference, residual) = scene.reference()?;
     let (system, tensions) = (&scene.system, &scene.tensions);
@@ -93,7 +94,7 @@ fn to_rest(
     reference: &[SVector<f64, 2>],
     effort: &Effort,
 ) -> Vec<Run> {
-    // A fixed implicit step is not cut: only multiples of it are looked at.
+    // A fixed implicit step is not shortened: only multiples of it are compared.
     let falls_on = |t: f64| match control {
         Control::Fixed(dt) => (t / dt - (t / dt).round()).abs() < 1e-9,
         Control::Adaptive(_) => true,

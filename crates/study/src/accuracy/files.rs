@@ -1,4 +1,4 @@
-//! The study as files: a table for each axis, and the diagrams.
+//! Files of the study: a table for each axis, and the diagrams.
 
 use crate::StudyError;
 use tongue_files::report::{Curve, Export, Rows, work_precision};
@@ -11,13 +11,13 @@ use super::mesh::MeshRun;
 use super::search::FitRun;
 use super::tissue::TISSUES;
 
-/// Names and contents.
+/// Names and contents of files.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
 /// Every file but the page.
 ///
 /// # Errors
-/// [`StudyError::Report`], which is not expected.
+/// [`StudyError::Report`] if a diagram cannot be drawn; not expected.
 pub fn files(study: &Study) -> Result<Files<'_>, StudyError> {
     let time = "time, s (median)";
     let error = "largest position error, mm";

@@ -1,4 +1,4 @@
-//! What the axes share: repeated measurement, medians, observed order, and how a run ended.
+//! Shared by the axes: repeated measurement, medians, observed order, and how a run ended.
 
 use std::time::{Duration, Instant};
 
@@ -6,23 +6,23 @@ use serde::{Serialize, Serializer};
 
 use tongue_core::dynamics::Counts;
 
-/// How thorough a study is.
+/// Effort of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// Most repeats of a run; the time is their median.
+    /// Maximum number of repeats of a run; its time is their median.
     pub repeats: usize,
-    /// Time after which a run is not repeated any more, s.
+    /// Total time after which a run is not repeated, s.
     pub repeat_within_s: f64,
-    /// Longest time that a single run may take, s; longer ones are refused with an estimate.
+    /// Longest time that a single run may take, s; longer runs are refused with an estimate.
     pub longest_run_s: f64,
-    /// Most steps of a fixed-step run; longer ones are refused likewise.
+    /// Maximum number of steps of a run with fixed steps; longer runs are refused with an estimate.
     pub most_steps: f64,
     /// Mesh spacings, m, coarsest first.
     pub spacings: &'static [f64],
 }
 
 impl Effort {
-    /// Everything within ten minutes on two cores.
+    /// The full study, in ten minutes on two cores.
     pub const FULL: Self = Self {
         repeats: 15,
         repeat_within_s: 1.0,
@@ -30,7 +30,7 @@ impl Effort {
         most_steps: 2e7,
         spacings: &[11e-3, 5.5e-3, 2.75e-3, 1.4e-3, 0.7e-3],
     };
-    /// Everything within half a minute.
+    /// A quick study, in half a minute.
     pub const QUICK: Self = Self {
         repeats: 5,
         repeat_within_s: 0.1,
@@ -38,7 +38,7 @@ impl Effort {
         most_steps: 2e7,
         spacings: &[11e-3, 5.5e-3, 2.75e-3, 1.4e-3],
     };
-    /// A smoke test that does not look at the clock: each run once, none of many steps, coarse meshes.
+    /// A smoke test without timing: each run once, with few steps on coarse meshes.
     pub const TINY: Self = Self {
         repeats: 1,
         repeat_within_s: 0.0,
@@ -48,16 +48,16 @@ impl Effort {
     };
 }
 
-/// How a run of the study ended. Runs that failed or were refused stay in the tables.
+/// How a run ended. Failed and refused runs stay in the tables.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ended {
-    /// As it should.
+    /// Completed.
     Done,
-    /// It stopped by itself before it reached what was asked; its last state is measured all the same.
+    /// Stopped by itself before its tolerance; its last state is measured.
     Short(String),
-    /// It gave no usable answer.
+    /// No usable answer.
     Failed(String),
-    /// It was not begun, or not finished, because it would take too long or cannot work.
+    /// Not begun or not finished, because it would take too long or cannot work.
     Refused(String),
 }
 
@@ -79,20 +79,20 @@ impl Serialize for Ended {
     }
 }
 
-/// One run that trades time for accuracy.
+/// One run of a method: a point in the diagram of time against accuracy.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Run {
-    /// What was run.
+    /// Name of the method.
     pub method: String,
-    /// The setting that makes the rung, in words and units.
+    /// The setting of this run, in words and units.
     pub setting: String,
-    /// Largest distance of a node from where the reference has it, mm.
+    /// Largest distance of a node from its position in the reference, mm.
     pub error_mm: Option<f64>,
     /// Largest difference of a muscle's ratio to GGa.
     pub ratio_error: Option<f64>,
     /// Wall-clock time, s: the median of the repeats.
     pub seconds: Option<f64>,
-    /// How often it was timed.
+    /// Number of timed repeats.
     pub repeats: usize,
     /// Steps or iterations.
     pub steps: u64,
@@ -105,7 +105,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// A run of which nothing is known yet.
+    /// A run without results.
     pub fn new(method: &str, setting: String) -> Self {
         Self {
             method: method.into(),
@@ -121,7 +121,8 @@ impl Run {
         }
     }
 
-    /// With its errors (of a position, mm, and of a ratio), its median time, s, from so many repeats, and what it cost.
+    /// Sets the errors (of a position, mm, and of a ratio), the median time, s, the number of repeats, and
+    /// the cost.
     pub fn measured(self, errors: (f64, f64), (seconds, repeats): (f64, usize), counts: Counts) -> Self {
         Self {
             error_mm: Some(errors.0),
@@ -135,12 +136,12 @@ impl Run {
         }
     }
 
-    /// That ended otherwise than as it should.
+    /// Sets how the run ended.
     pub fn ended(self, ended: Ended) -> Self {
         Self { ended, ..self }
     }
 
-    /// Time and error, where both are known.
+    /// Time and error, if both are known.
     pub fn point(&self) -> Option<(f64, f64)> {
         self.seconds.zip(self.error_mm)
     }
@@ -154,29 +155,29 @@ fn fastest<'a>(runs: impl Iterator<Item = &'a Run>) -> Option<&'a Run> {
     runs.min_by(|a, b| a.seconds.unwrap_or(f64::INFINITY).total_cmp(&b.seconds.unwrap_or(f64::INFINITY)))
 }
 
-/// The fastest run whose positions are right to `error_mm`.
+/// The fastest run whose position error is at most `error_mm`.
 pub fn fastest_within<'a>(runs: impl IntoIterator<Item = &'a Run>, error_mm: f64) -> Option<&'a Run> {
     fastest(runs.into_iter().filter(|r| r.is_within(r.error_mm, error_mm)))
 }
 
-/// The fastest run whose ratios are right to `error`.
+/// The fastest run whose ratio error is at most `error`.
 pub fn fastest_within_ratio<'a>(runs: impl IntoIterator<Item = &'a Run>, error: f64) -> Option<&'a Run> {
     fastest(runs.into_iter().filter(|r| r.is_within(r.ratio_error, error)))
 }
 
-/// What timing gave.
+/// Result of a repeated measurement.
 #[derive(Debug, Clone)]
 pub struct Timed<T> {
-    /// The result of the last repeat; all are the same.
+    /// The result of the last repeat; all repeats give the same.
     pub result: T,
     /// Median wall-clock time, s.
     pub seconds: f64,
-    /// How often it was run.
+    /// Number of repeats.
     pub repeats: usize,
 }
 
-/// Runs `work` up to as often as `effort` says and takes the median time; the first run of several warms up and is not
-/// counted.
+/// Runs `work` up to `effort.repeats` times and takes the median time. If there are several repeats, the
+/// first warms up and is not counted.
 pub fn measure<T>(effort: &Effort, mut work: impl FnMut() -> T) -> Timed<T> {
     let begin = Instant::now();
     let mut result = work();
@@ -195,7 +196,7 @@ pub fn measure<T>(effort: &Effort, mut work: impl FnMut() -> T) -> Timed<T> {
     Timed { result, seconds: median(&mut times).unwrap_or(warming), repeats: times.len() }
 }
 
-/// The middle value, or the mean of the two middle ones; none of nothing.
+/// The middle value, or the mean of the two middle ones; `None` if there are no values.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     let middle = values.len() / 2;
@@ -206,7 +207,7 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     }
 }
 
-/// `p` in `error ~ step^p`, by least squares over logarithms; none from fewer than two usable points.
+/// `p` in `error ~ step^p`, by least squares on logarithms; `None` from fewer than two usable points.
 pub fn observed_order(points: &[(f64, f64)]) -> Option<f64> {
     let usable: Vec<(f64, f64)> =
         points.iter().filter(|(h, e)| *h > 0.0 && *e > 0.0).map(|(h, e)| (h.ln(), e.ln())).collect();

@@ -1,4 +1,4 @@
-//! L-BFGS on the energy through argmin: what a general-purpose optimiser makes of the same problem.
+//! L-BFGS on the energy through argmin, as an example of a general-purpose optimiser.
 
 use std::cell::RefCell;
 
@@ -10,31 +10,31 @@ use nalgebra::SVector;
 use tongue_core::effect::Configuration;
 use tongue_core::system::System;
 
-/// Pairs of steps and gradient changes that it remembers.
+/// Number of pairs of steps and gradient changes in memory.
 const MEMORY: usize = 10;
 
-/// Connections that meet in a node, about: how much stiffer a node is held than a connection.
+/// Approximate number of connections at a node: the ratio of a node's stiffness to a connection's.
 const NEIGHBOURS: f64 = 6.0;
-/// Energy that stands for an infinite one, J.
+/// Finite energy that replaces an infinite one, J.
 const OUT_OF_REACH: f64 = 1e6;
 
-/// How a minimisation went.
+/// Result of a minimisation.
 #[derive(Debug, Clone)]
 pub struct Minimised<const D: usize> {
-    /// Positions of all nodes, m; those at the start where it failed at once.
+    /// Positions of all nodes, m; those at the start if it failed at once.
     pub positions: Vec<SVector<f64, D>>,
     /// Why it stopped before its tolerance, if it did.
     pub shortfall: Option<String>,
-    /// Iterations; unknown, and zero, where argmin ended with an error.
+    /// Iterations; zero if argmin ended with an error and the number is unknown.
     pub iterations: u64,
-    /// Evaluations of energy or gradient, whichever were more.
+    /// The larger of the numbers of evaluations of energy and gradient.
     pub evaluations: u64,
 }
 
-/// Evaluations after which a run is given up: near rounding the line search may go on for ever, and argmin sets it no limit.
+/// Maximum number of evaluations. Near rounding the line search may not end, and argmin sets it no limit.
 const MOST_EVALUATIONS: u64 = 20_000;
 
-/// What the evaluations leave behind, also where argmin ends with an error and keeps its state to itself.
+/// Counters of the evaluations, kept here because argmin drops its state when it ends with an error.
 struct Space<const D: usize> {
     positions: Vec<SVector<f64, D>>,
     force: Vec<SVector<f64, D>>,
@@ -45,8 +45,8 @@ struct Space<const D: usize> {
 }
 
 struct Energy<'a, const D: usize> {
-    /// Root of a stiffness, √(N/m), by which positions are multiplied: the search's first step is then about as long as a force
-    /// over a stiffness, and does not turn every cell over.
+    /// Root of a stiffness, √(N/m), by which positions are multiplied: the first step of the search is then
+    /// about as long as a force over a stiffness, and does not invert every cell.
     scale: f64,
     system: &'a System<D>,
     tensions: &'a [f64],
@@ -69,7 +69,7 @@ impl<const D: usize> CostFunction for Energy<'_, D> {
         let space = &mut *self.space.borrow_mut();
         space.energies += 1;
         if space.energies > MOST_EVALUATIONS {
-            return Err(Error::msg("the line search finds no end within rounding"));
+            return Err(Error::msg("the line search does not end: the energy changes by rounding only"));
         }
         self.place(unknowns, &mut space.positions);
         let at = Configuration { positions: &space.positions, tensions: self.tensions };
@@ -78,7 +78,7 @@ impl<const D: usize> CostFunction for Energy<'_, D> {
             space.least = energy;
             space.best.copy_from_slice(&space.positions);
         }
-        // Beyond inversion the energy is infinite, with which argmin's line search cannot interpolate.
+        // Argmin's line search cannot interpolate the infinite energy of an inverted cell.
         Ok(energy.min(OUT_OF_REACH))
     }
 }

@@ -1,4 +1,4 @@
-//! A trajectory with a clock: states at given times, and what it had cost to get there.
+//! Trajectories with a clock: states at given times, and the cost to reach them.
 
 use std::time::Instant;
 
@@ -9,10 +9,10 @@ use tongue_core::dynamics::{self, Control, Counts, Method, Motion, Status};
 use super::ladder::{Effort, Ended, median};
 use crate::table::duration;
 
-/// Measurements of the cost of a step.
+/// Number of measurements of the cost of a step.
 const MEASUREMENTS: usize = 5;
 
-/// The body at one of the times asked for.
+/// The state at one of the given times.
 #[derive(Debug, Clone)]
 pub struct Stop {
     /// Time, s.
@@ -21,23 +21,23 @@ pub struct Stop {
     pub positions: Vec<SVector<f64, 2>>,
     /// Median wall-clock time from the start, s.
     pub seconds: f64,
-    /// What it had cost.
+    /// Cost up to this time.
     pub counts: Counts,
 }
 
-/// How far a trajectory came.
+/// Result of a trajectory.
 #[derive(Debug, Clone)]
 pub struct Marched {
-    /// The stops that were reached.
+    /// States at the times that were reached.
     pub stops: Vec<Stop>,
-    /// How often it was run.
+    /// Number of repeats.
     pub repeats: usize,
-    /// Why the later stops were not reached: refused or failed.
+    /// Why later times were not reached: refused or failed.
     pub missing: Option<Ended>,
 }
 
-/// Integrates to each of the ascending `times`, s, in turn, several times over, and never longer than the effort allows: an
-/// explicit method that needs more is stopped where it is, with an estimate.
+/// Integrates to each of the ascending `times`, s, in several repeats within the time that the effort allows.
+/// An explicit method that needs more is stopped, with an estimate of its time.
 pub fn march(
     motion: &Motion<'_, 2>,
     method: Method,
@@ -45,7 +45,7 @@ pub fn march(
     times: &[f64],
     effort: &Effort,
 ) -> Marched {
-    // The refusal of an unstable step costs a spectrum, which is no part of the run.
+    // Checking the stability of a step computes a spectrum, whose time is not part of the run.
     if let Err(error) = method.checked(motion, control) {
         return Marched { stops: Vec::new(), repeats: 0, missing: Some(Ended::Refused(error.to_string())) };
     }
@@ -74,7 +74,8 @@ pub fn words(control: Control) -> String {
     }
 }
 
-/// The rungs of a method: tolerances, m, where it has error control, parts of its step limit where it has one, else steps, s.
+/// Settings of a method: tolerances, m, if it has error control; parts of its stability limit if it has one;
+/// else steps, s.
 pub fn rungs(
     method: Method,
     motion: &Motion<'_, 2>,
@@ -98,7 +99,7 @@ fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64],
     if let Control::Fixed(dt) = control {
         let end = times.last().copied().unwrap_or(0.0);
         let steps = end / dt;
-        // The quickest of several measurements: what other programs take of the machine must not refuse a run.
+        // The quickest of several measurements, so that other load on the machine does not cause a refusal.
         let price = (0..MEASUREMENTS).filter_map(|_| {
             let mut trial = method.integrator(motion, control).ok()?;
             Some(dynamics::cost_per_step(motion, trial.as_mut(), &state, end).as_secs_f64())
@@ -106,7 +107,7 @@ fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64],
         let estimate = steps * price.fold(f64::INFINITY, f64::min);
         if estimate > effort.longest_run_s || steps > effort.most_steps {
             let why = format!(
-                "{steps:.1e} steps to t = {end} s, about {}, are more than this study sets for one run; take tr-bdf2",
+                "{steps:.1e} steps to t = {end} s, about {}, are more than one run of this study may take; take tr-bdf2",
                 duration(estimate)
             );
             return Marched { missing: Some(Ended::Refused(why)), ..marched };

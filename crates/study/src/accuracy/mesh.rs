@@ -1,4 +1,4 @@
-//! Axis 4: finer meshes; every tissue of axis 5 on each of them.
+//! Axis 4: finer meshes, each with every tissue of axis 5.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -19,32 +19,32 @@ const FORCE_TOLERANCE: f64 = 1e-9;
 /// One scene on one mesh with one tissue.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshRun {
-    /// Which tensions.
+    /// Name of the set of tensions.
     pub scene: &'static str,
-    /// Which tissue: one of [`TISSUES`].
+    /// The tissue: one of [`TISSUES`].
     pub tissue: &'static str,
     /// Spacing, mm.
     pub h_mm: f64,
-    /// Nodes that are solved for.
+    /// Number of nodes with unknown positions.
     pub unknown_nodes: usize,
     /// Triangles.
     pub triangles: usize,
-    /// Ratio of every muscle to GGa; a table of its own.
+    /// Ratio of every muscle to GGa, for a separate table.
     #[serde(skip)]
     pub ratios: Vec<f64>,
     /// Largest change of a ratio from the next coarser mesh.
     pub change_from_next_coarser: Option<f64>,
     /// Largest difference of a ratio from finite elements on the finest mesh.
     pub difference_from_finest_fe: f64,
-    /// Time to build the mesh, s (median; the same mesh serves every tissue and scene).
+    /// Median time to build the mesh, s; the same mesh serves every tissue and scene.
     pub mesh_s: f64,
-    /// Time to make the system, ordering included, s (median).
+    /// Median time to make the system, with its ordering, s.
     pub setup_s: f64,
-    /// Time of one equilibrium from rest, s (median).
+    /// Median time of one equilibrium from rest, s.
     pub solve_s: f64,
-    /// Time of one evaluation of energy and force, s (median).
+    /// Median time of one evaluation of energy and force, s.
     pub force_s: f64,
-    /// Time of one stiffness, assembled and factorised, s (median).
+    /// Median time of one stiffness, assembled and factorised, s.
     pub factor_s: f64,
     /// Newton iterations.
     pub iterations: usize,
@@ -56,7 +56,7 @@ pub struct MeshRun {
     pub ended: Ended,
 }
 
-/// The ratio of a muscle's length to that of GGa in one of the runs.
+/// Ratio of a muscle's length to that of GGa in one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RatioRow {
     scene: &'static str,
@@ -69,7 +69,7 @@ pub struct RatioRow {
 /// Every scene, tissue and spacing, coarsest first.
 ///
 /// # Errors
-/// [`StudyError`] where a mesh or model cannot be made.
+/// [`StudyError`] if a mesh or a model cannot be made.
 pub fn ladder(
     effort: &Effort,
     progress: &mut dyn FnMut(&str),
@@ -164,8 +164,8 @@ fn compare(runs: &mut [MeshRun]) {
     }
 }
 
-/// The order in h at which the ratios of a scene settle, from their changes between neighbouring meshes; near zero or below,
-/// they do not settle.
+/// Order in h of the convergence of a scene's ratios, from their changes between neighbouring meshes; near
+/// zero or below, they do not converge.
 pub fn order(runs: &[MeshRun], scene: &str, tissue: &str) -> Option<f64> {
     let changes = runs.iter().filter(|r| r.scene == scene && r.tissue == tissue);
     observed_order(&changes.filter_map(|r| Some((r.h_mm, r.change_from_next_coarser?))).collect::<Vec<_>>())

@@ -1,4 +1,4 @@
-//! What accuracy costs in time: ladders of settings for every way to get an answer.
+//! Accuracy and its cost in time, for every method of solution.
 //!
 //! | axis | file | error against |
 //! |---|---|---|
@@ -9,8 +9,8 @@
 //! | 5 springs or finite elements | [`tissue`] | an exact solution (patch test), and the finest mesh |
 //! | 6 the fit | [`search`] | Gauss-Newton at the tightest tolerances |
 //!
-//! Times are medians and belong to one machine; steps, evaluations of the force and factorisations belong to none. Runs
-//! that failed or were refused are rows like the others.
+//! Times are medians and hold for one machine; steps, evaluations of the force and factorisations hold for
+//! all. Failed and refused runs are rows too.
 
 mod axes;
 pub mod early;
@@ -35,22 +35,22 @@ pub use files::files;
 pub use ladder::Effort;
 pub use page::{Circumstances, page};
 
-/// All that was measured.
+/// All measurements.
 #[derive(Debug, Clone)]
 pub struct Study {
     /// Axis 1.
     pub equilibrium: Vec<ladder::Run>,
-    /// The force that is left at the reference of axis 1, N.
+    /// Residual force at the reference of axis 1, N.
     pub reference_residual_n: f64,
     /// Axis 2.
     pub trajectory: Vec<ladder::Run>,
-    /// How far the reference of axis 2 is from one of ten times its tolerance, mm.
+    /// Distance of the reference of axis 2 from one of ten times its tolerance, mm.
     pub reference_doubt_mm: f64,
     /// Axis 3.
     pub early: Vec<early::Stopped>,
     /// Axes 4 and 5.
     pub meshes: Vec<mesh::MeshRun>,
-    /// The ratios of every muscle in those.
+    /// Ratios of every muscle in axes 4 and 5.
     pub ratios: Vec<mesh::RatioRow>,
     /// Axis 5, the patch test.
     pub patches: Vec<tissue::PatchRun>,
@@ -58,10 +58,10 @@ pub struct Study {
     pub fits: Vec<search::FitRun>,
 }
 
-/// Measures everything; `progress` is told what comes next.
+/// Measures everything; `progress` gets the name of the next part.
 ///
 /// # Errors
-/// [`StudyError`] where a reference cannot be had; what goes wrong on a rung is a row.
+/// [`StudyError`] if a reference cannot be computed. An error of a single run is a row.
 pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Study, StudyError> {
     let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
     let body = Body::tongue(spacing)?.mesh;

@@ -1,4 +1,4 @@
-//! The study as a page of Markdown, every figure of which comes from the measurements.
+//! The study as a page of Markdown; all numbers come from the measurements.
 
 use std::fmt::Write as _;
 
@@ -23,13 +23,13 @@ pub struct Circumstances {
     pub machine: String,
 }
 
-/// One per cent of a ratio of one.
+/// An error of 0.01 of a ratio.
 const ONE_PER_CENT: f64 = 0.01;
 
 /// Writes the page.
 ///
 /// # Errors
-/// [`StudyError::Csv`]; not expected.
+/// [`StudyError::Csv`] if a table cannot be written; not expected.
 pub fn page(study: &Study, made: &Circumstances) -> Result<String, StudyError> {
     let mut p = format!(
         "# What accuracy costs in time\n\n\
@@ -45,7 +45,7 @@ pub fn page(study: &Study, made: &Circumstances) -> Result<String, StudyError> {
     Ok(p + &sections(study)?)
 }
 
-/// A run in words: how, how long, what it needs.
+/// A run in words: method, setting and cost.
 fn told(run: &Run) -> String {
     format!(
         "{} ({}): {}, {} steps, {} force evaluations, {} factorisations",

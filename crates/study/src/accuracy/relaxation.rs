@@ -1,5 +1,5 @@
-//! Dynamic relaxation: explicit motion with made-up masses and kinetic damping (Cundall 1976; Barnes 1999), the classical
-//! way to an equilibrium without a matrix.
+//! Dynamic relaxation: explicit motion with fictitious masses and kinetic damping (Cundall 1976; Barnes
+//! 1999), the classical way to an equilibrium without a matrix.
 
 use nalgebra::SVector;
 
@@ -7,10 +7,10 @@ use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::system::System;
 
-/// Masses this much above the stability limit of Gershgorin's theorem.
+/// Factor of the masses over the stability limit of Gershgorin's theorem.
 const SAFETY: f64 = 1.1;
 
-/// How a relaxation went.
+/// Result of a relaxation.
 #[derive(Debug, Clone)]
 pub struct Relaxed<const D: usize> {
     /// Positions of all nodes, m.
@@ -21,10 +21,12 @@ pub struct Relaxed<const D: usize> {
     pub steps: u64,
 }
 
-/// Relaxes `system` from rest until no free node has a residual force above `tolerance`, N, or the steps are used up.
+/// Relaxes `system` from rest until the residual force of every free node is below `tolerance`, N, or the
+/// steps are used up.
 ///
-/// With steps of one, every node has the mass `1/4 sum_j |K_ij|` of its row of the stiffness, which keeps every mode stable
-/// (Underwood 1983), made anew whenever the kinetic energy passes a peak and all velocities are set to zero.
+/// Every node has the mass `1/4 sum_j |K_ij|` of its row of the stiffness, which keeps every mode stable with
+/// unit time steps (Underwood 1983). When the kinetic energy passes a maximum, the masses are computed again
+/// and all velocities are set to zero.
 pub fn relax<const D: usize>(
     system: &System<D>,
     tensions: &[f64],
@@ -51,7 +53,7 @@ pub fn relax<const D: usize>(
         if !residual.is_finite() {
             break;
         }
-        // From rest half a step's pull gives the velocity in the middle of the step.
+        // The velocity in the middle of the first step comes from half a step's acceleration.
         let part = if kinetic_before > 0.0 { 1.0 } else { 0.5 };
         let mut kinetic = 0.0;
         for (&n, m) in nodes.iter().zip(&mass) {
@@ -71,7 +73,7 @@ pub fn relax<const D: usize>(
     Relaxed { positions, converged, steps }
 }
 
-/// A mass for each unknown, in the pattern's order.
+/// A mass for each unknown, in the order of the sparsity pattern.
 fn masses<const D: usize>(
     system: &System<D>,
     positions: &[SVector<f64, D>],

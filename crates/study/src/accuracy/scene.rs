@@ -1,4 +1,4 @@
-//! What every axis measures on a body that is pulled: its equilibrium, its ratios, and how far shapes are from each other.
+//! Measurements on a body under load: its equilibrium, its ratios, and the distance between shapes.
 
 use nalgebra::SVector;
 
@@ -6,15 +6,15 @@ use crate::{Pulled, StudyError};
 use tongue_core::statics::{self, Settings, Solution, Status, Workspace};
 use tongue_input::measured::{TargetKind, reference_muscle};
 
-/// Newton iterations for a reference: it goes on until rounding stops it.
+/// Settings of the reference: Newton's method until rounding stops it.
 const TO_THE_END: Settings =
     Settings { tolerance: 0.0, max_iterations: 100, load_steps: 0, certify: false, most_solves: 0 };
 
 impl Pulled {
-    /// Where Newton's method ends when only rounding stops it, and the force left there, N.
+    /// The equilibrium of Newton's method when only rounding stops it, and its residual force, N.
     ///
     /// # Errors
-    /// [`StudyError::Reference`] where that is no equilibrium.
+    /// [`StudyError::Reference`] if the residual force is too large.
     pub fn reference(&self) -> Result<(Vec<SVector<f64, 2>>, f64), StudyError> {
         let mut workspace = Workspace::new(&self.system);
         let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &TO_THE_END);
@@ -52,13 +52,13 @@ pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Why a solve did not end at its tolerance, if it did not.
+/// Why a solve stopped before its tolerance, if it did.
 pub fn shortfall(status: Status) -> Option<&'static str> {
     match status {
         Status::Converged => None,
         Status::IterationLimit => Some("iteration limit"),
-        Status::Stalled => Some("rounding stops the descent before the force tolerance"),
-        Status::Inverted => Some("a cell is turned over"),
+        Status::Stalled => Some("rounding stops the descent before the force tolerance is reached"),
+        Status::Inverted => Some("a cell is inverted"),
         Status::Unstable => Some("an unstable equilibrium"),
         Status::NotFinite => Some("a number is not finite"),
     }

@@ -12,24 +12,24 @@ use super::ladder::{Effort, Ended, measure};
 
 /// Tension tolerances of Nelder-Mead, N.
 const SIMPLEX_TOLERANCES: [f64; 5] = [1.0, 1e-1, 1e-2, 1e-4, 1e-6];
-/// The same of Gauss-Newton.
+/// Tension tolerances of Gauss-Newton, N.
 const STEP_TOLERANCES: [f64; 4] = [1.0, 1e-1, 1e-2, 1e-4];
-/// Starts beside the default of four.
+/// Numbers of starts beside the default of four.
 const STARTS: [usize; 3] = [1, 2, 8];
 
 /// One fit with one setting.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitRun {
-    /// Ratios or stretches.
+    /// Quantity of the target: ratios or stretches.
     #[serde(serialize_with = "kind_name")]
     pub target: TargetKind,
-    /// What searched.
+    /// Search method.
     pub method: Method,
     /// Number of starts.
     pub starts: usize,
     /// Tension tolerance, N.
     pub tolerance_n: f64,
-    /// Whether candidates were solved from the nearest solved one.
+    /// Whether candidates were solved from the nearest solved one (or else from rest).
     pub warm: bool,
     /// Largest difference of a tension from the reference, N.
     pub error_n: f64,
@@ -37,7 +37,7 @@ pub struct FitRun {
     pub misfit: f64,
     /// Wall-clock time of the whole fit, identifiability and replay included, s (median).
     pub seconds: f64,
-    /// How often it was timed.
+    /// Number of timed repeats.
     pub repeats: usize,
     /// Equilibria solved by the search.
     pub equilibria: usize,
@@ -53,12 +53,13 @@ fn kind_name<S: Serializer>(kind: &TargetKind, serializer: S) -> Result<S::Ok, S
     serializer.serialize_str(kind.name())
 }
 
-/// /a/ of S2 with both kinds of target.
+/// Fits /a/ of S2 with both kinds of target.
 ///
-/// The reference is Gauss-Newton's with the tightest tolerances; how far Nelder-Mead at its tightest is from it is a row.
+/// The reference is Gauss-Newton with the tightest tolerances; the difference of Nelder-Mead at its tightest
+/// from it is a row.
 ///
 /// # Errors
-/// [`StudyError`] where a fit cannot begin.
+/// [`StudyError`] if a fit cannot begin.
 pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, StudyError> {
     let data = Dataset::reference()?;
     let vowel = Vowel::new("a")?;
@@ -82,7 +83,7 @@ pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, StudyError
     Ok(runs)
 }
 
-/// One setting changed at a time.
+/// Settings in which one value at a time differs from the default.
 fn rungs() -> Vec<Settings> {
     let simplex = Settings::default();
     let derivative = Settings { method: Method::GaussNewton, ..simplex };

@@ -1,4 +1,4 @@
-//! Axis 5: springs or finite elements. "More accurate and slower", thesis 2.3 says of the latter.
+//! Axis 5: springs or finite elements. Thesis 2.3 calls finite elements "more accurate and slower".
 
 use nalgebra::Matrix2;
 use serde::Serialize;
@@ -15,14 +15,14 @@ pub const TISSUES: [&str; 3] = ["springs, per connection", "springs, assembled",
 pub const SCENES: [(&str, &[(&str, f64)]); 3] =
     [("/a/", &PUBLISHED_A), ("GGp 10 N", &[("GGp", 10.0)]), ("SGp 10 N", &[("SGp", 10.0)])];
 
-/// A homogeneous deformation forced on the outline, which the inside should follow.
+/// Patch test: a homogeneous deformation of the outline, which the inner nodes should follow.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PatchRun {
     /// Which tissue.
     pub tissue: &'static str,
     /// Spacing, mm.
     pub h_mm: f64,
-    /// Largest distance of an inner node from where the deformation puts it, mm.
+    /// Largest distance of an inner node from the homogeneous deformation, mm.
     pub error_mm: f64,
 }
 
@@ -36,10 +36,11 @@ pub fn model(tissue: &str) -> Model {
     }
 }
 
-/// Moves the outline (and what lies outside it) by a homogeneous deformation and solves for the inside; `h` is the spacing, m.
+/// Moves the outline and the nodes outside it by a homogeneous deformation and solves for the inner nodes;
+/// `h` is the spacing, m.
 ///
 /// # Errors
-/// [`StudyError`] where the model cannot be made.
+/// [`StudyError`] if the model cannot be made.
 pub fn patch(mesh: &Mesh<2>, h: f64, tissue: &str) -> Result<f64, StudyError> {
     let deformation = Matrix2::new(1.1, 0.05, 0.0, 0.95);
     let mut inner = mesh.in_tissue();
@@ -48,7 +49,7 @@ pub fn patch(mesh: &Mesh<2>, h: f64, tissue: &str) -> Result<f64, StudyError> {
     let held_mesh = Mesh { fixed: held, ..mesh.clone() };
     let system = System::new(&held_mesh, &model(tissue), &[])?;
     let moved: Vec<_> = mesh.nodes.iter().map(|p| deformation * p).collect();
-    // Inner nodes start off their places, so that finding them is an achievement.
+    // Inner nodes start away from the solution, so that the solver has to find it.
     let mut start = moved.clone();
     for (i, p) in start.iter_mut().enumerate().filter(|(i, _)| inner[*i]) {
         p.x += 0.05 * h * (1.7 * i as f64).sin();

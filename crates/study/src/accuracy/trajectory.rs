@@ -1,4 +1,4 @@
-//! Axis 2: the way there, to t = 3 s, where the thesis stops.
+//! Axis 2: the trajectory to t = 3 s, where the thesis stops.
 
 use crate::{Pulled, StudyError};
 use tongue_core::dynamics::{Control, Method};
@@ -6,22 +6,23 @@ use tongue_core::dynamics::{Control, Method};
 use super::ladder::{Effort, Ended, Run};
 use super::march::{Marched, Stop, march, rungs, words};
 
-/// Times at which trajectories are compared, s; the last is their end.
+/// Times at which trajectories are compared, s; they end at the last.
 const TIMES: [f64; 7] = [0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 3.0];
 /// Steps of backward Euler, s.
 const IMPLICIT_STEPS: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
 /// Tolerances of the adaptive methods, m.
 const STEP_TOLERANCES: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
-/// Tolerances of the reference and of the one that it is checked against, m. The error along the way goes with the power 2/3 of
-/// the tolerance of a step, so the reference is a hundred times better than the tightest rung.
+/// Tolerances of the reference and of the run that checks it, m. The error along the trajectory goes with the
+/// power 2/3 of the tolerance of a step, so the reference is a hundred times better than the most accurate
+/// run.
 const REFERENCE: [f64; 2] = [1e-12, 1e-11];
-/// Parts of the stability limit that explicit methods step with; two is refused.
+/// Steps of explicit methods as parts of the stability limit; a step of twice the limit is refused.
 const PARTS: [f64; 3] = [2.0, 0.99, 0.05];
 
-/// The ladder of every method, and how far the reference is from one of ten times its tolerance, mm.
+/// Runs of every method, and the distance of the reference from one of ten times its tolerance, mm.
 ///
 /// # Errors
-/// [`StudyError`] where there is no reference.
+/// [`StudyError`] if the reference cannot be computed.
 pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
     let motion = scene.motion()?;
     let once = Effort { repeats: 1, longest_run_s: f64::INFINITY, ..*effort };
@@ -77,7 +78,8 @@ mod tests {
         let order =
             observed_order(&STEP_TOLERANCES.into_iter().zip(adaptive.clone()).collect::<Vec<_>>()).unwrap();
         assert!((order - 2.0 / 3.0).abs() < 0.1, "TR-BDF2: power {order} of the tolerance");
-        // The error of the looser of the two references is nearly all of their difference, and 10^(2/3) times the other's.
+        // The difference of the two references is nearly the error of the looser one, which is 10^(2/3) times
+        // that of the tighter one.
         assert!(
             doubt / 4.6 * 50.0 < adaptive[adaptive.len() - 1],
             "the reference is not tight enough: {doubt}"

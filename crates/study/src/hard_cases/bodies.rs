@@ -5,8 +5,8 @@ use nalgebra::{Rotation2, SVector};
 use tongue_core::body::{Cells, Mesh, MuscleChain};
 use tongue_core::geometry::topology::pair;
 
-/// A parallelogram of equilateral triangles, `columns x rows` nodes, side in m; the bottom row is bone, one muscle runs along
-/// the middle row.
+/// A parallelogram of equilateral triangles with `columns x rows` nodes and sides of `side`, m. The bottom
+/// row is bone, and one muscle runs along the middle row.
 pub fn lattice(columns: usize, rows: usize, side: f64) -> Mesh<2> {
     let node = |i: usize, j: usize| j * columns + i;
     let mut mesh = Mesh { fixed: (0..columns).collect(), ..Mesh::default() };
@@ -28,11 +28,11 @@ pub fn lattice(columns: usize, rows: usize, side: f64) -> Mesh<2> {
     mesh
 }
 
-/// Two struts of span `2 half_span` that meet at an apex `height` above their bones, m, and a muscle of `links` links that pulls
-/// the apex straight down to a bone `depth` below the struts' bones.
+/// Two struts of span `2 half_span` that meet at an apex `height` above their bones, m, and a muscle of
+/// `links` connections that pulls the apex straight down to a bone `depth` below the struts' bones.
 ///
-/// With `links` connections in series the muscle's own spring is `links` times softer than a strut, so that a shallow truss
-/// snaps through (von Mises).
+/// With `links` connections in series the muscle's own spring is `links` times softer than a strut, so that a
+/// shallow truss snaps through (von Mises).
 pub fn truss(half_span: f64, height: f64, depth: f64, links: usize) -> Mesh<2> {
     let mut nodes = vec![[-half_span, 0.0], [half_span, 0.0], [0.0, -depth], [0.0, height]];
     nodes.extend((1..links).map(|i| [0.0, height - (height + depth) * i as f64 / links as f64]));
@@ -42,8 +42,9 @@ pub fn truss(half_span: f64, height: f64, depth: f64, links: usize) -> Mesh<2> {
     from_parts(nodes, vec![[0, 3], [1, 3]], chain, vec![0, 1, 2])
 }
 
-/// A strut from a bone at the origin to a free head at `length`, braced by two springs to bones `brace` above and below the
-/// head, and pressed along its axis by a muscle of `links` links from the head to a bone `length` behind the strut's foot.
+/// A strut from a bone at the origin to a free head at `length`, braced by two springs to bones `brace` above
+/// and below the head. A muscle of `links` connections from the head to a bone `length` behind the strut's
+/// foot compresses it along its axis.
 pub fn strut(length: f64, brace: f64, links: usize) -> Mesh<2> {
     let mut nodes = vec![[0.0, 0.0], [length, brace], [length, -brace], [-length, 0.0], [length, 0.0]];
     // An odd number of links keeps the muscle's inner nodes off the strut's foot.
@@ -74,7 +75,7 @@ fn from_parts(
     }
 }
 
-/// The same body turned by `angle`, rad, mirrored in the y axis before that if asked for, and moved by `shift`, m.
+/// The same body, mirrored in the y axis if `mirrored`, then turned by `angle`, rad, and moved by `shift`, m.
 pub fn moved(mesh: &Mesh<2>, angle: f64, mirrored: bool, shift: SVector<f64, 2>) -> Mesh<2> {
     let mut out = mesh.clone();
     out.nodes = mesh.nodes.iter().map(|p| place(p, angle, mirrored, shift)).collect();
@@ -88,13 +89,13 @@ pub fn moved(mesh: &Mesh<2>, angle: f64, mirrored: bool, shift: SVector<f64, 2>)
     out
 }
 
-/// Where [`moved`] puts a point.
+/// The image of a point under [`moved`].
 pub fn place(p: &SVector<f64, 2>, angle: f64, mirrored: bool, shift: SVector<f64, 2>) -> SVector<f64, 2> {
     let p = if mirrored { SVector::from([-p.x, p.y]) } else { *p };
     Rotation2::new(angle) * p + shift
 }
 
-/// The same body with node `i` called `name[i]`, its cells listed in another order, and rotated within themselves.
+/// The same body with node `i` renumbered to `name[i]`, its cells in another order, and their nodes rotated.
 pub fn renumbered(mesh: &Mesh<2>, name: &[usize]) -> Mesh<2> {
     let mut nodes = mesh.nodes.clone();
     for (i, &n) in name.iter().enumerate() {
@@ -117,7 +118,8 @@ pub fn renumbered(mesh: &Mesh<2>, name: &[usize]) -> Mesh<2> {
     out
 }
 
-/// A permutation of `0..n` that looks random and is the same everywhere (Fisher-Yates on a linear congruential sequence).
+/// A pseudo-random permutation of `0..n`, the same on every machine (Fisher-Yates with a linear congruential
+/// sequence).
 pub fn shuffled(n: usize, seed: u64) -> Vec<usize> {
     let mut state = seed;
     let mut out: Vec<usize> = (0..n).collect();

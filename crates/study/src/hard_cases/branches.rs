@@ -1,4 +1,4 @@
-//! Case 9: two equilibria at one load, with critical loads that are known.
+//! Case 9: two equilibria at one load, with known critical loads.
 
 use std::time::Instant;
 
@@ -9,7 +9,7 @@ use tongue_core::system::{Model, System, coefficients};
 use super::{Row, StudyError, bodies, name_of};
 
 const STEPS: usize = 20;
-/// The critical load found must agree with the exact one to this part of it.
+/// Relative tolerance of the critical load against the exact one.
 const AGREEMENT: f64 = 1e-6;
 
 /// A strut that buckles and a truss that snaps through, below and above their critical loads.
@@ -69,9 +69,10 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), Study
 
 /// The axial load at which the braced strut's lateral stiffness vanishes.
 ///
-/// With the head at `(x, 0)`: strut `N = k (x - l)`, muscle of `n` links `M = k/n (x - l) + F`, braces of length
-/// `s = sqrt(d² + (x - l)²)` with tension `B = k (s - d)`. Axial balance `N + M + 2 B (x - l)/s = 0` gives `F(x)`; lateral
-/// stiffness `N/x + M/(x + l) + 2 (k (d/s)² + B/s ((x - l)/s)²)`; its root in `x` by bisection.
+/// With the head at `(x, 0)`: strut `N = k (x - l)`, muscle of `n` links `M = k/n (x - l) + F`, braces of
+/// length `s = sqrt(d² + (x - l)²)` with tension `B = k (s - d)`. Axial balance `N + M + 2 B (x - l)/s = 0`
+/// gives `F(x)`; lateral stiffness `N/x + M/(x + l) + 2 (k (d/s)² + B/s ((x - l)/s)²)`; its root in `x` by
+/// bisection.
 pub fn buckling_load(k: f64, l: f64, d: f64, links: usize) -> f64 {
     let at = |x: f64| {
         let e = x - l;
@@ -85,8 +86,8 @@ pub fn buckling_load(k: f64, l: f64, d: f64, links: usize) -> f64 {
     at(bisect(|x| at(x).0, 0.05 * l, l)).1
 }
 
-/// The pull at which the truss's apex has no stable height any more: the first maximum of
-/// `F(y) = 2 k (L - s)/s y - k/n (y - h)`, `s = sqrt(a² + y²)`, `L = sqrt(a² + h²)`, where its slope vanishes.
+/// The load at which the truss's apex loses stability: the first maximum of
+/// `F(y) = 2 k (L - s)/s y - k/n (y - h)`, `s = sqrt(a² + y²)`, `L = sqrt(a² + h²)`.
 pub fn snapping_load(k: f64, a: f64, h: f64, depth: f64, links: usize) -> f64 {
     let rest = a.hypot(h);
     debug_assert!(depth > 0.0, "the muscle pulls downwards");

@@ -1,4 +1,4 @@
-//! Case 10: the answer does not depend on how the body is numbered, where it lies, or how many threads there are.
+//! Case 10: the answer does not depend on the numbering of the body, its place, or the number of threads.
 
 use std::time::Instant;
 
@@ -15,10 +15,11 @@ use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use super::search::of_fit;
 use super::{Row, StudyError, bodies, equilibrium_row};
 
-/// Answers must agree to this, m.
+/// Tolerance of the agreement of answers, m.
 pub(super) const SAME: f64 = 1e-9;
 
-/// The published load on the tongue renumbered, mirrored, turned and moved; the fit on 1, 2 and 4 threads.
+/// Solves the published load on the tongue renumbered, mirrored, turned and moved, and fits on 1, 2 and 4
+/// threads.
 pub(super) fn same_answers() -> Result<Vec<Row>, StudyError> {
     let mesh = tongue()?;
     let (_, reference) = published("as it is".to_owned(), &mesh)?;

@@ -1,4 +1,4 @@
-//! Cases 2, 4 and 11: loads far beyond muscle, and chains that fold.
+//! Cases 2, 4 and 11: loads far above those of muscles, and chains that fold.
 
 use crate::pulled::{Pulled, tongue};
 use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
@@ -7,21 +7,22 @@ use tongue_core::system::{Model, OutsidePath, System, TissueModel};
 
 use super::{Extent, Row, StudyError, equilibrium_row, name_of};
 
-/// Equal steps in which the branch from rest is followed.
+/// Number of equal steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
 
-/// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N: all of them, or every 16th; each solved directly, and reached
-/// once more along the branch that begins at rest.
+/// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N, all of them or every 16th. Each is solved
+/// directly and along the branch from rest.
 pub(super) fn subsets(extent: Extent) -> Result<Vec<Row>, StudyError> {
     subsets_of(2, &tongue()?, &Model::default(), f64::INFINITY, extent)
 }
 
 /// Spacing of the continuum of case 11, m.
 const CONTINUUM_M: f64 = 8e-3;
-/// The largest load, N, to which the branch of a continuum is followed: at ten times as much its end takes hours to find.
+/// The largest load to which the branch of a continuum is followed, N: the end of the branch at ten times as
+/// much takes hours to find.
 const FOLLOWED_N: f64 = 100.0;
 
-/// Case 11: the same of a continuum.
+/// Case 11: subsets of the muscles of a continuum.
 pub(super) fn subsets_of_continuum(extent: Extent) -> Result<Vec<Row>, StudyError> {
     let body = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?;
     let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
@@ -39,7 +40,7 @@ fn subsets_of(
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
     let stride = if extent == Extent::Full { 1 } else { 16 };
     let mut rows = Vec::new();
-    // Ends with the set of all.
+    // In reverse order, so that the set of all muscles is included.
     for set in (1..1u32 << all.len()).rev().step_by(stride) {
         let active: Vec<&str> = (0..all.len()).filter(|m| set >> m & 1 == 1).map(|m| all[m]).collect();
         for load in [1.0, 10.0, 100.0, 1000.0] {
@@ -56,12 +57,12 @@ fn subsets_of(
     Ok(rows)
 }
 
-/// The body with some of its muscles pulling equally hard.
+/// The body with some of its muscles at the same tension.
 fn all_at(mesh: &Mesh<2>, model: &Model, muscles: &[&str], load: f64) -> Result<Pulled, StudyError> {
     Pulled::new(mesh, model, &muscles.iter().map(|m| (*m, load)).collect::<Vec<_>>())
 }
 
-/// Follows the branch from rest to the load of a row whose answer is in the workspace, and sets the two side by side.
+/// Follows the branch from rest to the load of a row whose answer is in the workspace, and compares the two.
 fn beside_branch(row: Row, system: &System<2>, workspace: &mut Workspace<2>, tensions: &[f64]) -> Row {
     let direct = workspace.positions().to_vec();
     let found = trace(system, workspace, tensions, &Settings::default(), TRACE_STEPS);
@@ -73,12 +74,12 @@ fn beside_branch(row: Row, system: &System<2>, workspace: &mut Workspace<2>, ten
     }
     let text = match found.critical {
         Some(c) => format!("the branch from rest ends at {:.4} of the load ({})", c.load, name_of(&c.kind)),
-        None => "the branch from rest leads elsewhere".to_owned(),
+        None => "the branch from rest leads to another equilibrium".to_owned(),
     };
     row.also(&text).also(&format!("{apart:.1e} m from there"))
 }
 
-/// Case 4: SGp and HGp passive and contracting, alone and with the rest, as straight paths and as chains.
+/// Case 4: SGp and HGp passive and active, alone and with others, as straight paths and as chains.
 pub(super) fn folding_chains() -> Result<Vec<Row>, StudyError> {
     let mesh = tongue()?;
     let names = mesh.muscle_names();

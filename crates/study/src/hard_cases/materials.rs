@@ -1,4 +1,4 @@
-//! Case 3: materials at the edges of their ranges.
+//! Case 3: extreme materials.
 
 use crate::pulled::{PUBLISHED_A, Pulled, tongue};
 use tongue_core::body::Mesh;
@@ -11,8 +11,8 @@ use tongue_core::system::{Model, System, SystemError, TissueModel, coefficients}
 
 use super::{Row, StudyError, equilibrium_row};
 
-/// Poisson's ratio up to 0.4999999, kappa_s from none to a million times the identified one, and neighbours a million times as
-/// stiff as each other, all at the published tensions.
+/// Solves at the published tensions with Poisson's ratio up to 0.4999999, kappa_s from zero to a million
+/// times the identified one, and stiffnesses of neighbours that differ by a factor of up to a million.
 pub(super) fn extremes() -> Result<Vec<Row>, StudyError> {
     let mesh = tongue()?;
     let mut rows = Vec::new();

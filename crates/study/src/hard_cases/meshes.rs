@@ -1,4 +1,4 @@
-//! Case 5: meshes that are nearly broken, broken, or large.
+//! Case 5: degenerate, invalid and large meshes.
 
 use std::time::Instant;
 
@@ -10,7 +10,8 @@ use tongue_core::system::{Model, System, SystemError};
 
 use super::{Extent, Row, StudyError, bodies, equilibrium_row};
 
-/// Slivers are solved, broken meshes refused with what is wrong with them, and 50 000 nodes solved (in a sample: 5000).
+/// Slivers are solved, invalid meshes are refused with a reason, and 50 000 nodes are solved (in a sample:
+/// 5000).
 pub(super) fn broken_and_large(extent: Extent) -> Result<Vec<Row>, StudyError> {
     let good = bodies::lattice(8, 6, 5e-3);
     let mut rows = Vec::new();
@@ -28,7 +29,7 @@ pub(super) fn broken_and_large(extent: Extent) -> Result<Vec<Row>, StudyError> {
         ("triangle of height 1e-12 of its side", |m| m.nodes.iter_mut().for_each(|p| p.y *= 1e-12)),
         ("inverted triangle", |m| invert_first(m)),
         ("duplicate node", |m| m.nodes[9] = m.nodes[10]),
-        ("connection of no length", |m| {
+        ("connection of zero length", |m| {
             let copy = m.nodes[0];
             m.nodes.push(copy);
             let last = m.nodes.len() - 1;

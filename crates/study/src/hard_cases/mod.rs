@@ -1,8 +1,9 @@
-//! Hard cases: what the solvers do at loads, materials, meshes and targets far from the ordinary, one row for each.
+//! Hard cases: the solvers at extreme loads, materials, meshes and targets, one row for each run.
 //!
-//! The promise under test: for any valid mesh, finite tensions and materials in range, a solve ends in a stable equilibrium
-//! or in a status that says what happened and at which load; never in a NaN, a panic, a hang, or an inverted cell that is not
-//! reported. A row's [`Row::kept`] says whether the promise was kept there; a solve that did not converge can still keep it.
+//! The promise under test: for any valid mesh, finite tensions and materials in range, a solve ends in a
+//! stable equilibrium or in a status that says what happened and at which load; never in a NaN, a panic, a
+//! hang, or an inverted cell that is not reported. [`Row::kept`] says whether the promise was kept; a solve
+//! that did not converge can still keep it.
 
 pub mod bodies;
 mod branches;
@@ -24,33 +25,33 @@ use tongue_core::system::System;
 
 pub use table::markdown;
 
-/// Which of the cases' variants are run.
+/// Which variants of the cases are run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// A sample that takes seconds.
+    /// A sample, which takes seconds.
     Sample,
-    /// All: every subset of muscles, the mesh of 50 000 nodes.
+    /// All variants: every subset of muscles, the mesh of 50 000 nodes.
     Full,
 }
 
-/// What one solver did in one variant of a case.
+/// Result of one solver in one variant of a case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// Number of the case.
     pub case: u8,
-    /// Which variant.
+    /// Name of the variant.
     pub variant: String,
-    /// What was run: `equilibrium`, `trace`, `fit`, `system`, or a method of integration.
+    /// `equilibrium`, `trace`, `fit`, `system`, or a method of integration.
     pub solver: &'static str,
     /// How it ended.
     pub status: String,
-    /// Whether it converged to a stable equilibrium (or a fit ended as it should).
+    /// Whether it converged to a stable equilibrium (or a fit ended as expected).
     pub converged: bool,
     /// Whether the promise was kept.
     pub kept: bool,
-    /// Newton iterations; of fits the equilibria solved, of motions the steps.
+    /// Newton iterations; for fits the number of equilibria, for motions the number of steps.
     pub iterations: usize,
-    /// Part of the load at which the state left behind is an equilibrium.
+    /// Part of the load at which the final state is an equilibrium.
     pub load_reached: f64,
     /// Smallest ratio of a cell's measure to that at rest.
     pub min_area_ratio: Option<f64>,
@@ -58,15 +59,15 @@ pub struct Row {
     pub smallest_eigenvalue_n_per_m: Option<f64>,
     /// Elements in which the barrier against inversion acts.
     pub guarded: usize,
-    /// Part of the load at which the branch of equilibria that begins at rest ends, 1 where it reaches all of it; none where it was
+    /// Part of the load at which the branch from rest ends, 1 if it reaches the whole load; `None` if it was
     /// not followed.
     pub branch_ends_at: Option<f64>,
-    /// Largest distance of a node between the answer, found directly, and the one that the body comes to along the branch (and,
-    /// where that ends, beyond it), m.
+    /// Largest distance of a node between the answer, found directly, and the equilibrium found along the
+    /// branch from rest (and beyond the end of the branch), m.
     pub apart_from_branch_m: Option<f64>,
     /// Wall-clock time, s.
     pub wall_s: f64,
-    /// What else there is to say.
+    /// Remarks.
     pub note: String,
 }
 
@@ -91,7 +92,7 @@ impl Row {
         }
     }
 
-    /// About something that was refused: the promise is kept when there was a message.
+    /// A row for refused input: the promise is kept if there was a message.
     fn refusal(case: u8, variant: &str, solver: &'static str, message: Option<String>) -> Self {
         let kept = message.is_some();
         let status = if kept { "refused" } else { "accepted" };
@@ -99,7 +100,7 @@ impl Row {
         Self { kept, load_reached: 0.0, note, ..Self::new(case, variant, solver, status) }
     }
 
-    /// With one thing more to say.
+    /// Adds a remark.
     fn also(mut self, text: &str) -> Self {
         let separator = if self.note.is_empty() { "" } else { "; " };
         self.note += separator;
@@ -107,24 +108,24 @@ impl Row {
         self
     }
 
-    /// Whether the branch from rest was followed and reaches the whole load, and the answer lies on it, to 1e-9 m.
+    /// Whether the branch from rest was followed, reaches the whole load, and leads to the answer, to 1e-9 m.
     pub fn is_on_branch(&self) -> bool {
         self.branch_ends_at == Some(1.0) && self.is_where_branch_leads()
     }
 
-    /// Whether the answer is the one that the body comes to along the branch from rest, to 1e-9 m.
+    /// Whether the answer is the equilibrium found along the branch from rest, to 1e-9 m.
     pub fn is_where_branch_leads(&self) -> bool {
         self.apart_from_branch_m.is_some_and(|apart| apart <= invariance::SAME)
     }
 }
 
-/// The numbers of the cases that can be run.
+/// Numbers of the cases.
 pub const CASES: [u8; 11] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
 
 /// Runs one case; no rows for a number that is not in [`CASES`].
 ///
 /// # Errors
-/// [`StudyError`] where a case cannot begin.
+/// [`StudyError`] if a case cannot begin.
 pub fn run(case: u8, extent: Extent) -> Result<Vec<Row>, StudyError> {
     match case {
         1 => motion::printed_table(),
@@ -142,7 +143,7 @@ pub fn run(case: u8, extent: Extent) -> Result<Vec<Row>, StudyError> {
     }
 }
 
-/// Solves from rest with the stability certified, and reports it.
+/// Solves from rest with a stability check, and reports the result.
 fn equilibrium_row<const D: usize>(
     case: u8,
     variant: impl Into<String>,
@@ -162,7 +163,7 @@ fn equilibrium_row<const D: usize>(
     let converged = solution.status == Status::Converged && stable;
     let row = Row {
         converged,
-        // A cell turned over is reported as such or not at all.
+        // An inverted cell is reported by the status; no other state may contain one.
         kept: finite
             && (smallest > 0.0) != (solution.status == Status::Inverted)
             && (converged || solution.status != Status::Converged),
@@ -181,7 +182,7 @@ fn equilibrium_row<const D: usize>(
 fn note_of(solution: &Solution) -> String {
     let mut notes = Vec::new();
     if solution.stability == Stability::Neutral {
-        notes.push("neutral: some part moves without work".to_owned());
+        notes.push("neutral: some part can move without work".to_owned());
     }
     if solution.load_steps > 0 {
         notes.push(format!("{} load steps", solution.load_steps));
@@ -204,7 +205,7 @@ fn note_of(solution: &Solution) -> String {
     notes.join("; ")
 }
 
-/// A status as it stands in JSON.
+/// A status as in JSON.
 fn name_of<T: Serialize>(status: &T) -> String {
     match serde_json::to_value(status) {
         Ok(serde_json::Value::String(name)) => name,

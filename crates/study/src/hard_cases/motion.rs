@@ -1,4 +1,5 @@
-//! Cases 1 and 8: bodies in motion, with the thesis's slips and at steps from a microsecond to a hundred seconds.
+//! Cases 1 and 8: bodies in motion, with the misprints of the thesis and at steps from a microsecond to a
+//! hundred seconds.
 
 use std::time::Instant;
 
@@ -13,19 +14,20 @@ use super::{Extent, Row, StudyError, name_of};
 
 /// The thesis's step, s (table 4.2).
 const PRINTED_STEP: f64 = 5.0e-6;
-/// Mass of a node as printed, and as eq. 4.1 gives it, kg.
+/// Masses of a node as printed, and by eq. 4.1, kg.
 const MASSES: [(&str, f64); 2] = [("m 2.2e-4 (printed)", 2.2e-4), ("m 2.2e-2", 2.2e-2)];
-/// An adaptive run's error for each step, m.
+/// Tolerance of an adaptive run for each step, m.
 const TOLERANCE: f64 = 1e-5;
-/// The end of the thesis's runs, s.
+/// End of the thesis's runs, s.
 const PRINTED_END: f64 = 3.0;
-/// An explicit run may differ from an implicit one by this much at its end, m.
+/// Largest allowed difference of an explicit run from an implicit one at its end, m.
 const DRIFT: f64 = 1e-6;
 /// Steps of the short runs.
 const FEW: f64 = 200.0;
 
-/// Case 1: table 4.2 as printed and every single slip of it. Explicit methods must refuse the step and name the limit, or run;
-/// made to run all the same they must stop at the first sign of growth; implicit ones must run.
+/// Case 1: table 4.2 as printed, and every single misprint of it. Explicit methods must refuse the step and
+/// name the limit, or run. If the check is skipped, they must stop at the first sign of growth. Implicit
+/// methods must run.
 pub(super) fn printed_table() -> Result<Vec<Row>, StudyError> {
     let weak = Constants { viscosity: 3.0e-3, ..Constants::TONGUE };
     let models = [
@@ -51,7 +53,7 @@ pub(super) fn printed_table() -> Result<Vec<Row>, StudyError> {
     Ok(rows)
 }
 
-/// Where the step is refused, also runs it unchecked: that must stop by itself, with a status.
+/// If the step is refused, also runs it unchecked: that run must stop with a status.
 fn explicit(name: &str, motion: &Motion<'_, 2>, method: Method) -> Result<Row, StudyError> {
     let control = Control::Fixed(PRINTED_STEP);
     let end = 20.0 * FEW * PRINTED_STEP;
@@ -96,8 +98,8 @@ pub(super) fn steps(extent: Extent) -> Result<Vec<Row>, StudyError> {
     Ok(rows)
 }
 
-/// One run from rest. The promise is kept when the state left behind is finite and upright, and the run completed or says that
-/// the step is too long for it.
+/// One run from rest. The promise is kept if the final state is finite and no cell is inverted, and the run
+/// completed or says that the step is too long for it.
 fn run(
     case: u8,
     variant: &str,

@@ -1,4 +1,4 @@
-//! Cases 6 and 7: targets that cannot be met, and searches that begin or run badly.
+//! Cases 6 and 7: targets that cannot be met, and searches with bad starts or failures.
 
 use std::time::Instant;
 
@@ -11,10 +11,11 @@ use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use super::{Row, StudyError, name_of};
 use crate::pulled::tongue;
 
-/// What a fit must not say: that it met a target that cannot be met (`Some(false)`), or that it missed one that can.
+/// Whether the target can be met, if it is known: a fit must not claim to have met a target that cannot be
+/// met (`Some(false)`), nor miss one that can.
 type Reachable = Option<bool>;
 
-/// Case 6.
+/// Case 6: targets that cannot be met.
 pub(super) fn targets() -> Result<Vec<Row>, StudyError> {
     let mesh = tongue()?;
     let data = Dataset::reference()?;
@@ -55,7 +56,7 @@ pub(super) fn targets() -> Result<Vec<Row>, StudyError> {
     cases.into_iter().map(|(name, t, reachable)| row(6, name, &mesh, &t, &settings, reachable)).collect()
 }
 
-/// Case 7.
+/// Case 7: difficult searches.
 pub(super) fn simplices() -> Result<Vec<Row>, StudyError> {
     let mesh = tongue()?;
     let data = Dataset::reference()?;
@@ -65,8 +66,8 @@ pub(super) fn simplices() -> Result<Vec<Row>, StudyError> {
     at_rest.values.fill(1.0);
     let usual = Settings { starts: 2, ..Settings::default() };
     let few = |max_iterations| statics::Settings { max_iterations, load_steps: 0, ..Default::default() };
-    // The larger the tensions, the more iterations a solve from rest takes: with a limit some candidates can be solved and those
-    // beyond cannot, so that searches begin among failures or run into them.
+    // Larger tensions need more iterations from rest. A limit on iterations therefore makes candidates beyond
+    // some load fail, so that searches begin among failures or run into them.
     let in_part = |max_iterations, upper_bound| Settings {
         equilibrium: few(max_iterations),
         warm_start: false,
@@ -150,7 +151,7 @@ fn note(found: &Fit) -> String {
         note += &format!("; {failures} candidates had no equilibrium");
     }
     if found.status == Status::TargetNotMet && found.replay.solution.guarded > 0 {
-        note += "; the search began and ended among bodies crushed to the barrier, because starts lie at up to 0.3 of the bound: \
+        note += "; the search began and ended where the barrier against inversion acts, because starts lie at up to 0.3 of the bound: \
                  there the misfit hardly changes with the tensions. The answer lies at a few newtons";
     }
     note

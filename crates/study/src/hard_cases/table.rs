@@ -6,12 +6,12 @@ use std::fmt::Write;
 use super::Row;
 use crate::table;
 
-/// What each case is about.
+/// Title of each case.
 fn title(case: u8) -> &'static str {
     match case {
-        1 => "Table 4.2 as printed, and its slips one by one",
+        1 => "Table 4.2 as printed, and its misprints one by one",
         2 => "Subsets of the muscles at 1, 10, 100 and 1000 N",
-        3 => "Materials at the edges of their ranges",
+        3 => "Extreme materials",
         4 => "Folding chains",
         5 => "Slivers, broken meshes, large meshes",
         6 => "Targets",
@@ -24,27 +24,25 @@ fn title(case: u8) -> &'static str {
     }
 }
 
-/// Columns that the page leaves to the CSV.
+/// Columns that are in the CSV but not on the page.
 const IN_CSV_ALONE: [&str; 6] =
     ["case", "converged", "load_reached", "guarded", "branch_ends_at", "apart_from_branch_m"];
 
 /// Cases with a thousand rows.
 const LONG: [u8; 2] = [2, 11];
 
-/// A summary of all cases, and under it every row; of the `LONG` ones those that are not ordinary.
+/// A summary of all cases, and all rows; of the `LONG` cases only the exceptional rows.
 ///
 /// # Errors
-/// As the CSV writer's, through which the cells go; into memory it has none.
+/// As the CSV writer's, which formats the cells; writing into memory has none.
 pub fn markdown(rows: &[Row], command: &str) -> Result<String, csv::Error> {
     let mut out = String::from("# Hard cases\n\n");
     let _ = writeln!(
         out,
         "Made by `{command}`. A promise is kept when the run ended in a stable equilibrium or in a status"
     );
-    let _ = writeln!(
-        out,
-        "that says what happened, without a number that is not one or an inverted cell that is not reported."
-    );
+    let _ =
+        writeln!(out, "that says what happened, and contains neither NaN nor an unreported inverted cell.");
     out.push_str(
         "Answers are found directly; in cases 2 and 11 (there up to 100 N) the equilibria were also followed from rest, there and back, as the load grows, and \
          an\nanswer counts as on that branch when it reaches the whole load and ends within 1e-9 m of the answer.\n\n",
@@ -90,7 +88,7 @@ pub fn markdown(rows: &[Row], command: &str) -> Result<String, csv::Error> {
     Ok(out)
 }
 
-/// How many answers lie on the branch from rest, by load; empty where no branch was followed.
+/// Number of answers on the branch from rest, by load; empty if no branch was followed.
 fn branches(rows: &[&Row]) -> String {
     let mut loads: Vec<(&str, Vec<&Row>)> = Vec::new();
     for row in rows.iter().filter(|r| r.branch_ends_at.is_some()) {

@@ -1,4 +1,4 @@
-//! A tone for each muscle: the logarithms of the tones are fitted to what the fits do not see, near one tone for all.
+//! A tone for each muscle: logarithms of tones, fitted to the unseen muscles, near one tone for all.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -8,15 +8,15 @@ use tongue_infer::inverse::{FitError, Setup, Tone};
 use super::cases::{Case, subjects};
 use super::levers::{Bench, Chain, Levers};
 
-/// Standard deviations of the logarithm of a tone that are tried.
+/// Candidate standard deviations of the logarithm of a tone.
 pub const SPREADS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
-/// That of a predicted stretch, against which the spread is weighed.
+/// Standard deviation of a predicted stretch, against which the spread is weighed.
 const PREDICTION_SD: f64 = 0.06;
-/// Step of the differences and the largest logarithm.
+/// Step of the finite differences of the logarithms.
 const STEP: f64 = 0.05;
 const MOST: f64 = 2.0;
 const MOST_STEPS: usize = 12;
-/// A step that changes no tone by more than this part is none.
+/// Convergence: largest relative change of a tone in the last step.
 const STILL: f64 = 2e-3;
 
 fn with(levers: &Levers, names: &[String], logs: &DVector<f64>) -> Levers {
@@ -28,14 +28,15 @@ fn with(levers: &Levers, names: &[String], logs: &DVector<f64>) -> Levers {
     Levers { tone: Tone::ByMuscle(tones), ..levers.clone() }
 }
 
-/// Residuals of the unseen muscles of a case in standard deviations; each case has the same weight, that of half of its muscles.
+/// Residuals of the unseen muscles of a case in standard deviations. Each case has the weight of half its
+/// muscles.
 fn residuals(case: &Case, predicted: &[f64]) -> Vec<f64> {
     let half = 0.5 * case.target().muscles.len() as f64;
     let weight = (half / case.unseen.len() as f64).sqrt() / PREDICTION_SD;
     case.unseen.iter().map(|&m| weight * (predicted[m] - case.target().values[m])).collect()
 }
 
-/// Residuals at each of the setups, and the chain as the first left it.
+/// Residuals for each of the setups, and the chain after the first of them.
 fn ask<'a>(chains: &[Chain<'a>], setups: &[Setup]) -> Vec<(Vec<Vec<f64>>, Chain<'a>)> {
     parallel::map(chains, |chain| {
         let mut first = chain.clone();
@@ -47,8 +48,9 @@ fn ask<'a>(chains: &[Chain<'a>], setups: &[Setup]) -> Vec<(Vec<Vec<f64>>, Chain<
     })
 }
 
-/// Levers with a tone for each muscle that predict the training cases best, its logarithm near that of the levers' one tone,
-/// give or take `spread`. Gauss-Newton with differences.
+/// Finds levers with a tone for each muscle that predict the training cases best. Its logarithm has the prior
+/// mean of the one tone of `levers` and the standard deviation `spread`. Gauss-Newton with finite
+/// differences.
 ///
 /// # Errors
 /// As [`Bench::setup`].
@@ -98,7 +100,8 @@ pub fn tune(bench: &Bench, training: &[&Case], levers: &Levers, spread: f64) -> 
     Ok(with(levers, names, &logs))
 }
 
-/// The spread with which each training subject is predicted best from the other ones; the middle one where there is only one.
+/// The spread with which each training subject is predicted best from the others; the middle one if there is
+/// one subject.
 ///
 /// # Errors
 /// As [`tune`].

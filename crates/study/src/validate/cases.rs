@@ -1,4 +1,4 @@
-//! What is to be predicted: the muscles of a vowel that do not contract, from those that do.
+//! Validation cases: the muscles of a vowel that do not contract are predicted from those that do.
 
 use tongue_core::body::Mesh;
 use tongue_infer::inverse::Matched;
@@ -11,14 +11,15 @@ pub struct Case {
     pub subject: String,
     /// The vowel.
     pub vowel: Vowel,
-    /// What was measured, and where it is in the body.
+    /// The measurements, and the muscles of the body that they belong to.
     pub matched: Matched,
-    /// Positions in the target of the muscles that are to be predicted.
+    /// Positions in the target of the muscles to be predicted.
     pub unseen: Vec<usize>,
 }
 
 impl Case {
-    /// The case of a target whose passive muscles are unseen; `None` where the body lacks a muscle that is needed.
+    /// The case of a target whose passive muscles are unseen; `None` if the body lacks a muscle that is
+    /// needed.
     pub fn new(mesh: &Mesh<2>, target: &Target) -> Option<Self> {
         let matched = Matched::new(mesh, target).ok()?;
         let target = &matched.target;
@@ -26,7 +27,7 @@ impl Case {
         Some(Self { subject: target.subject.clone(), vowel: target.vowel.clone(), unseen, matched })
     }
 
-    /// What was measured.
+    /// The measurements.
     pub fn target(&self) -> &Target {
         &self.matched.target
     }
@@ -43,18 +44,18 @@ impl Case {
         squares.sum::<f64>() / self.unseen.len() as f64
     }
 
-    /// That of predicting no change.
+    /// Mean square error of the prediction that no muscle changes.
     pub fn no_change(&self) -> f64 {
         self.error(&vec![1.0; self.target().muscles.len()])
     }
 }
 
-/// Every vowel of every subject that has the baseline, in the order of the table, where there is something to predict.
+/// Every vowel of every subject that has the baseline, in the order of the table, if it has passive muscles.
 pub fn cases(data: &Dataset, mesh: &Mesh<2>, baseline: &Vowel) -> Vec<Case> {
     of_rows(data, mesh, baseline, |lengths| lengths.clone())
 }
 
-/// The same of lengths that something was done to.
+/// As [`cases`], for given rows of lengths.
 pub fn of_rows(
     data: &Dataset,
     mesh: &Mesh<2>,

@@ -1,4 +1,4 @@
-//! What the model predicts under given premises, and which of them predict others best.
+//! Predictions of the model under given premises, and the choice of the premises that predict others best.
 
 use nalgebra::SVector;
 
@@ -11,18 +11,18 @@ use tongue_infer::inverse::{
 
 use super::cases::Case;
 
-/// Tones that are tried, N per metre of thickness.
+/// Candidate tones, N per metre of thickness.
 pub const TONES: [f64; 9] = [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0];
-/// Standard deviations of a tension that are tried, N per metre of thickness, and of the hyoid's place, m.
+/// Candidate standard deviations of a tension, N per metre of thickness, and of the hyoid's place, m.
 const TENSION_SDS: [f64; 3] = [25.0 / 3.0, 50.0 / 3.0, 100.0 / 3.0];
 const BONE_SDS: [f64; 3] = [2.5e-3, 5e-3, 10e-3];
 
-/// The body at a tone of its own and with a hyoid that may move, from which every other is made.
+/// The body with a movable hyoid, from which the setups for all levers are made.
 #[derive(Debug)]
 pub struct Bench {
     /// That body.
     pub setup: Setup,
-    /// How fits are searched.
+    /// Settings of the search.
     pub settings: Settings,
 }
 
@@ -30,13 +30,13 @@ impl Bench {
     /// A bench for a body.
     ///
     /// # Errors
-    /// As [`Setup::new`]: a body without a hyoid.
+    /// As [`Setup::new`] for a body without a hyoid.
     pub fn new(body: &Body<2>, model: &Model) -> Result<Self, FitError> {
         let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
         Ok(Self { setup: Setup::new(body, model, Premises::active_baseline(2))?, settings })
     }
 
-    /// The body with these levers.
+    /// The setup for these levers.
     ///
     /// # Errors
     /// [`FitError::Unknown`] for a tone without an equilibrium.
@@ -47,7 +47,7 @@ impl Bench {
         self.setup.under(Premises { tone, bones, tension_sd, bone_sd_m })
     }
 
-    /// Stretches that a whole fit gives, of all muscles of the target; ones where there is no equilibrium.
+    /// Predicted stretches of a complete fit, of all muscles of the target; ones if there is no equilibrium.
     pub fn judge(&self, setup: &Setup, case: &Case) -> Vec<f64> {
         match inverse::fit_in(setup, &case.matched, &self.settings) {
             Ok(fit) if fit.status != inverse::Status::NoEquilibrium => fit.simulated,
@@ -56,7 +56,7 @@ impl Bench {
     }
 }
 
-/// What a fit can be tuned by.
+/// Levers: the premises of a fit that can be tuned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Levers {
     /// Tension in the baseline.
@@ -70,18 +70,18 @@ pub struct Levers {
 }
 
 impl Levers {
-    /// A tone in every muscle, with priors of the usual strength.
+    /// One tone for every muscle, with priors of the usual strength.
     pub fn uniform(tone: f64, hyoid: bool) -> Self {
         let Premises { tension_sd, bone_sd_m, .. } = Premises::default();
         Self { tone: Tone::Uniform(tone), hyoid, tension_sd, bone_sd_m }
     }
 
-    /// All tones that are tried without a hyoid.
+    /// All candidate tones, with priors of the usual strength.
     pub fn tones(hyoid: bool) -> Vec<Self> {
         TONES.into_iter().map(|tone| Self::uniform(tone, hyoid)).collect()
     }
 
-    /// All tones and strengths of priors that are tried with one.
+    /// All candidate tones and strengths of priors with a movable hyoid.
     pub fn grid() -> Vec<Self> {
         let mut all = Vec::new();
         for tone in TONES {
@@ -111,10 +111,10 @@ impl Levers {
     }
 }
 
-/// Fits of one case, each begun at the answer of the one before.
+/// Fits of one case, each started at the answer of the previous one.
 #[derive(Debug, Clone)]
 pub struct Chain<'a> {
-    /// What is fitted.
+    /// The case.
     pub case: &'a Case,
     settings: Settings,
     x: Vec<f64>,
@@ -122,7 +122,7 @@ pub struct Chain<'a> {
 }
 
 impl<'a> Chain<'a> {
-    /// Begins with a whole fit on the bench; where that fails, with the baseline.
+    /// Begins with a complete fit; if that fails, with the baseline.
     pub fn new(bench: &Bench, case: &'a Case) -> Self {
         let active = case.target().active.len();
         let (x, positions) = match inverse::fit_in(&bench.setup, &case.matched, &bench.settings) {
@@ -132,7 +132,7 @@ impl<'a> Chain<'a> {
         Self { case, settings: bench.settings, x, positions }
     }
 
-    /// Predicted stretches of all muscles of the target; ones where nothing is found.
+    /// Predicted stretches of all muscles of the target; ones if no fit succeeds.
     pub fn predict(&mut self, setup: &Setup) -> Vec<f64> {
         let matched = &self.case.matched;
         let settings = setup.settings(&self.settings);
@@ -153,7 +153,8 @@ impl<'a> Chain<'a> {
     }
 }
 
-/// Mean square errors: a row for every case, a column for each of the setups. `done` is told after each case.
+/// Mean square errors: a row for every case, a column for each of the setups. `done` is called after each
+/// case.
 pub fn errors(bench: &Bench, cases: &[Case], setups: &[Setup], done: impl Fn() + Sync) -> Vec<Vec<f64>> {
     parallel::map(cases, |case| {
         let mut chain = Chain::new(bench, case);
@@ -163,7 +164,7 @@ pub fn errors(bench: &Bench, cases: &[Case], setups: &[Setup], done: impl Fn() +
     })
 }
 
-/// Number of the column with the least mean over the rows of training cases; the first of equals.
+/// Index of the column with the least mean over the rows of training cases; the first of equals.
 pub fn best_column(errors: &[Vec<f64>], is_training: impl Fn(usize) -> bool) -> usize {
     let columns = errors.first().map_or(0, Vec::len);
     let sum = |column: usize| -> f64 {

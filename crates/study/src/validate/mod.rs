@@ -1,9 +1,10 @@
-//! How well muscles are predicted that were not fitted, beside opponents that know no mechanics.
+//! Validation: predictions of muscles that were not fitted, compared with opponents without mechanics.
 //!
-//! A fit sees the muscles that are shorter than in the baseline; the others are predicted. Each opponent predicts a subject from the
-//! other ones (leave one subject out): whatever it is tuned by is tuned on them, and how strongly to believe them is chosen by
-//! leaving each of them out in turn. The error of a fit is the root mean square over its passive muscles, that of an opponent the
-//! root mean square over fits. Same data and seed, same bits, for any number of threads.
+//! A fit sees the muscles that are shorter than in the baseline and predicts the others. Each opponent
+//! predicts a subject from the others (leave one subject out): its parameters are tuned on them, and its
+//! regularisation is chosen by leaving each of them out in turn. The error of a fit is the root mean square
+//! over its passive muscles; the error of an opponent is the root mean square over fits. The results are the
+//! same to the last bit for any number of threads.
 
 mod by_muscle;
 mod cases;
@@ -33,9 +34,9 @@ pub use page::{files, page};
 pub use posterior::{Evidence, PosteriorStudy, Scored, ScoredBaseline};
 pub use record::{LeftOut, Opponent, OtherBaseline, Permuted, Prediction, Score, Study};
 
-/// Poisson's ratio from which on predictions no longer depend on it.
+/// Poisson's ratio above which predictions no longer depend on it.
 const NEARLY_INCOMPRESSIBLE: f64 = 0.499;
-/// Draws of a bootstrap.
+/// Number of bootstrap draws.
 const DRAWS: usize = 2000;
 
 /// What is validated, and how thoroughly.
@@ -43,21 +44,21 @@ const DRAWS: usize = 2000;
 pub struct Plan {
     /// The vowel that others are compared with.
     pub baseline: Vowel,
-    /// Permutations of the names of muscles.
+    /// Number of permutations of the names of muscles.
     pub permutations: u64,
     /// Seed of permutations and bootstraps.
     pub seed: u64,
-    /// Whether the posterior is among the opponents, which takes longer than all others together.
+    /// Whether to validate the posterior, which takes longer than all other opponents together.
     pub posterior: bool,
 }
 
-/// Why nothing can be validated.
+/// Why a validation cannot be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// The body or a tone.
+    /// The body or a tone is invalid.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// Too few subjects.
+    /// There are too few subjects.
     #[error(
         "{subjects} subject{} of {origin} {} a row for /{baseline}/ and another vowel with passive muscles; two or more are needed to \
          predict one from the others (--baseline names another vowel)",
@@ -65,17 +66,17 @@ pub enum Error {
         if *subjects == 1 { "has" } else { "have" }
     )]
     Subjects {
-        /// How many can be used.
+        /// Number of usable subjects.
         subjects: usize,
         /// The table.
         origin: String,
         /// The baseline.
         baseline: Vowel,
     },
-    /// The posterior.
+    /// The posterior cannot be made.
     #[error(transparent)]
     Posterior(#[from] PosteriorError),
-    /// A picture.
+    /// A picture cannot be drawn.
     #[error("a picture cannot be drawn: {0}")]
     Picture(String),
 }
@@ -86,7 +87,7 @@ impl From<ReportError> for Error {
     }
 }
 
-/// How far a study is.
+/// Progress of a study.
 pub struct Progress<'a> {
     done: AtomicUsize,
     total: usize,
@@ -100,7 +101,7 @@ impl Progress<'_> {
     }
 }
 
-/// An opponent at work: stretches of all muscles of every case, and what was chosen.
+/// Result of an opponent: stretches of all muscles of every case, and the chosen settings.
 struct Entry {
     name: &'static str,
     what: &'static str,
@@ -110,10 +111,10 @@ struct Entry {
     chosen: Vec<String>,
 }
 
-/// Validates; `tell` is told how many of how many units of work are done, and at what the work is.
+/// Runs the validation; `tell` gets the units of work done, their total, and the name of the current part.
 ///
 /// # Errors
-/// [`Error`] where it cannot begin.
+/// [`Error`] if the validation cannot begin.
 pub fn run(
     data: &Dataset,
     body: &Body<2>,
@@ -129,7 +130,8 @@ pub fn run(
         let (subjects, origin) = (names.len(), data.origin().to_owned());
         return Err(Error::Subjects { subjects, origin, baseline: baseline.clone() });
     }
-    // In units of about the same work: a case through the grid, a spread tuned in a fold, a permutation, a case judged.
+    // Units of about equal work: a case on the grid, a spread tuned in a fold, a permutation, a case
+    // predicted.
     let rows = data.rows().len();
     let total = all.len() * 4 + (names.len() + 1) * 12 + 2 * plan.permutations as usize + rows * 8;
     let progress = Progress { done: AtomicUsize::new(0), total, tell };
@@ -162,7 +164,7 @@ pub fn run(
         predicted: hyoid.predicted.clone(),
         chosen: told(&names, &hyoid.levers),
     });
-    // How nearly incompressible the tissue is, is one lever more.
+    // Poisson's ratio is one more lever.
     let constants = Constants { poisson_ratio: NEARLY_INCOMPRESSIBLE, ..model.constants };
     let firm = Bench::new(body, &Model { constants, ..*model })?;
     let other = tuned(&firm, &all, &names, Levers::grid(), &progress)?;
@@ -225,7 +227,7 @@ pub fn run(
     let posterior = || posterior::study(body, model, data, baseline, seeds, &progress);
     let posterior = match plan.posterior.then(posterior) {
         Some(Ok(study)) => Some(study),
-        // Of a continuum there is none.
+        // A continuum has no posterior.
         None | Some(Err(Error::Posterior(PosteriorError::Body(_)))) => None,
         Some(Err(error)) => return Err(error),
     };
@@ -252,7 +254,7 @@ fn told(names: &[String], levers: &[Levers]) -> Vec<String> {
     names.iter().zip(levers).map(|(name, levers)| format!("{name}: {}", levers.told())).collect()
 }
 
-/// What others say of each case without any model.
+/// Predictions of each case by statistics of the others, without a model.
 fn statistical(all: &[Case]) -> Vec<Entry> {
     let others = |case: &Case| all.iter().filter(|c| c.subject != case.subject).collect::<Vec<&Case>>();
     let count = all.iter().map(|c| c.target().muscles.len()).max().unwrap_or(0);
@@ -291,15 +293,15 @@ fn statistical(all: &[Case]) -> Vec<Entry> {
     ]
 }
 
-/// What is best for the others, for every subject.
+/// For each subject, the levers that are best for the others.
 struct Tuned {
-    /// Mean square errors: a row a case, a column for each levers that were tried.
+    /// Mean square errors: a row for each case, a column for each of the levers.
     errors: Vec<Vec<f64>>,
     /// The best column, for each subject.
     best: Vec<usize>,
-    /// The same as levers.
+    /// The best levers, for each subject.
     levers: Vec<Levers>,
-    /// What whole fits with them predict of each case.
+    /// Predictions of complete fits with them, for each case.
     predicted: Vec<Vec<f64>>,
 }
 
@@ -319,7 +321,7 @@ fn tuned(
     Ok(Tuned { levers: best.iter().map(|&b| tried[b].clone()).collect(), errors, best, predicted })
 }
 
-/// A tone for each muscle, fitted to all cases near the default, with the priors as they are by default.
+/// A tone for each muscle, fitted to all cases near the default, with the default priors.
 fn fitted_to_all(bench: &Bench, all: &[Case], progress: &Progress<'_>) -> Result<Vec<(String, f64)>, Error> {
     let training: Vec<&Case> = all.iter().collect();
     let levers = Levers::uniform(tongue_infer::inverse::TONE, true);

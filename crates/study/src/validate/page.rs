@@ -6,17 +6,17 @@ use tongue_files::report::{Export, Rows, Scatter, Table, scatter};
 
 use super::{Error, LeftOut, Opponent, OtherBaseline, PosteriorStudy, Scored, Study};
 
-/// Names and contents.
+/// Names and contents of files.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
-/// The opponents that are drawn.
+/// The opponents in the figure.
 const DRAWN: [&str; 6] =
     ["constant", "gaussian", "thesis", "tone_hyoid", "tone_hyoid_nu_0.499", "tone_by_muscle_hyoid"];
 
 /// Every file but the page and the JSON.
 ///
 /// # Errors
-/// None that can happen: kept for pictures that can fail.
+/// None at present: for pictures that can fail.
 pub fn files(study: &Study) -> Result<Files<'_>, Error> {
     let names: Vec<String> = study.opponents.iter().map(|o| o.name.clone()).collect();
     let columns = ["subject", "vowel", "muscle", "measured"].map(str::to_owned);
@@ -74,7 +74,7 @@ struct OpponentRow {
     chosen: String,
 }
 
-/// Rows that the file holds itself.
+/// Rows that the file owns.
 struct Owned<T>(Vec<T>);
 
 impl<T: serde::Serialize> Export for Owned<T> {
@@ -112,7 +112,7 @@ fn picture(study: &Study) -> tongue_files::report::Svg {
     scatter(&muscles, &shown, "Passive muscles: predicted from the other subjects, against measured")
 }
 
-/// The page: Markdown, every figure filled in from the study.
+/// The page in Markdown; all numbers come from the study.
 pub fn page(study: &Study, command: &str) -> String {
     let mut p = format!(
         "# Muscles that were not fitted\n\n\

@@ -1,5 +1,6 @@
-//! The posterior among the opponents: every muscle of every case predicted from all others, as a distribution. Nothing is tuned: priors and
-//! settings were fixed beforehand. Beside it stands the normal distribution of the other subjects, shrunk as is best inside the fold.
+//! Validation of the posterior: every muscle of every case is predicted from all others, as a distribution.
+//! Priors and settings were fixed beforehand, so nothing is tuned. It is compared with the normal
+//! distribution of the other subjects, whose shrinkage is chosen inside the fold.
 
 use serde::Serialize;
 
@@ -16,15 +17,15 @@ use super::robustness::{orders, renamed};
 use super::statistics::{best_shrunk, expected};
 use super::{Error, Progress};
 
-/// Discrepancies that are tried on the marginal likelihood, of a stretch.
+/// Candidate standard deviations of the discrepancy of a stretch, for the marginal likelihood.
 const DISCREPANCIES: [f64; 8] = [0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06];
-/// Most permutations of names: each takes as long as the table itself.
+/// Maximum number of permutations of names: each takes as long as the whole table.
 const MOST_PERMUTATIONS: u64 = 10;
 
-/// How good predicted distributions are.
+/// Scores of predicted distributions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scored {
-    /// The opponent.
+    /// Name of the opponent.
     pub name: String,
     /// Root mean square error of the means.
     pub rms: f64,
@@ -32,60 +33,61 @@ pub struct Scored {
     pub crps: f64,
     /// Mean logarithm of the density of what was measured.
     pub log_score: f64,
-    /// Part of the measured stretches in the middle half.
+    /// Part of the measured stretches inside the 50 % intervals.
     pub coverage_50: f64,
-    /// In the middle 95 %.
+    /// Part of them inside the 95 % intervals.
     pub coverage_95: f64,
-    /// How many.
+    /// Number of predictions.
     pub predictions: usize,
-    /// Predictions that were sampled by themselves, since too few pairs counted.
+    /// Predictions with draws of their own, because too few pairs of shared draws counted.
     pub sampled: usize,
 }
 
-/// Another vowel as baseline.
+/// Scores with another vowel as baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ScoredBaseline {
     /// The baseline.
     pub baseline: Vowel,
     /// The subjects.
     pub subjects: Vec<String>,
-    /// What says that the posterior is not to be believed there; empty where nothing does.
+    /// Why the posterior is not reliable with this baseline; empty if there is no reason.
     pub warning: String,
-    /// No change, the normal distribution, the posterior.
+    /// Scores of no change, the normal distribution and the posterior.
     pub scores: Vec<Scored>,
 }
 
-/// How probable the data are with a discrepancy.
+/// Marginal likelihood of the data with a discrepancy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Evidence {
-    /// Standard deviation of a stretch.
+    /// Standard deviation of the discrepancy of a stretch.
     pub sd: f64,
     /// Sum of the logarithms of the marginal densities of all cases.
     pub log_evidence: f64,
 }
 
-/// The posterior among its opponents.
+/// Validation of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PosteriorStudy {
-    /// Poisson's ratio of its body.
+    /// Poisson's ratio of the body.
     pub poisson_ratio: f64,
-    /// Its priors.
+    /// Priors of the posterior.
     pub priors: Priors,
-    /// No change, the normal distribution, the posterior, with the usual baseline.
+    /// Scores of no change, the normal distribution and the posterior, with the usual baseline.
     pub scores: Vec<Scored>,
-    /// Difference of the mean log scores of posterior and normal distribution, and its standard error over cases.
+    /// Difference of the mean log scores of posterior and normal distribution, and its standard error over
+    /// cases.
     pub log_score_gain: [f64; 2],
-    /// The same for other baselines, and for each subject.
+    /// Scores with other baselines, for all subjects together and for each.
     pub other_baselines: Vec<ScoredBaseline>,
-    /// Root mean square errors where muscles bear each other's names.
+    /// Root mean square errors with permuted names of muscles.
     pub permuted_rms: Vec<f64>,
-    /// Mean log scores there.
+    /// Mean log scores with permuted names of muscles.
     pub permuted_log_score: Vec<f64>,
     /// Marginal likelihood by discrepancy.
     pub discrepancy: Vec<Evidence>,
 }
 
-/// What each of three says of every muscle of a case: no change, the normal distribution, the posterior.
+/// Predictions of every muscle of a case by no change, the normal distribution and the posterior.
 type Predicted = Vec<[Option<LeftOut>; 3]>;
 
 const NAMES: [&str; 3] = ["no_change", "gaussian", "posterior"];
@@ -115,7 +117,8 @@ impl Judge {
     }
 }
 
-/// No change and the normal distribution of others, for every muscle of a case. "No change" errs as much as the others' stretches do.
+/// Predictions by no change and by the normal distribution of others, for every muscle of a case. The spread
+/// of "no change" is that of the others' stretches.
 fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>; 2]> {
     let count = case.target().muscles.len();
     let each =
@@ -137,7 +140,7 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
     (0..count).map(one).collect()
 }
 
-/// Scores of one of the three over cases.
+/// Scores of one of the three opponents over cases.
 fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Scored {
     let rows = all.iter().zip(predicted).filter(|(case, _)| is_in(case));
     let each: Vec<(f64, &LeftOut)> = rows
@@ -162,7 +165,7 @@ fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&C
 /// Validates the posterior.
 ///
 /// # Errors
-/// [`Error::Posterior`] where it cannot be made.
+/// [`Error::Posterior`] if the posterior cannot be made.
 pub fn study(
     body: &Body<2>,
     model: &Model,
@@ -205,7 +208,9 @@ pub fn study(
                 () if scores[2].coverage_95 < 0.9 => {
                     format!("its 95 % intervals hold {:.0} %", 100.0 * scores[2].coverage_95)
                 }
-                () if scores[2].rms > scores[1].rms => "the normal distribution errs less".to_owned(),
+                () if scores[2].rms > scores[1].rms => {
+                    "the normal distribution has the smaller error".to_owned()
+                }
                 () => String::new(),
             };
             let subjects = names.iter().map(|s| (*s).to_owned()).collect();
@@ -240,7 +245,8 @@ pub fn study(
     })
 }
 
-/// The marginal likelihood of all cases for each discrepancy, with the covariance of geometry of each.
+/// The marginal likelihood of all cases for each discrepancy; the covariance of the geometry is computed for
+/// each case.
 fn discrepancies(judge: &Judge, all: &[Case]) -> Result<Vec<Evidence>, Error> {
     let ground = |sd: f64| -> Result<Ground, PosteriorError> {
         let mut priors = judge.ground.priors.clone();

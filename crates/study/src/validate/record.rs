@@ -1,4 +1,4 @@
-//! What a validation found, as it is written.
+//! Results of a validation, as they are written to files.
 
 use serde::Serialize;
 
@@ -6,30 +6,30 @@ use super::posterior::PosteriorStudy;
 use tongue_files::report::ByMuscle;
 use tongue_input::measured::Vowel;
 
-/// One way to predict.
+/// An opponent: one way to predict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Opponent {
     /// Its name in tables and JSON.
     pub name: String,
-    /// What it is.
+    /// Description.
     pub what: String,
-    /// Numbers that are learned from other subjects.
+    /// Number of parameters tuned on other subjects.
     pub tuned_parameters: usize,
-    /// Unknowns of each fit beside the tensions.
+    /// Number of unknowns of each fit beside the tensions.
     pub unknowns_a_fit: usize,
     /// Root mean square error over fits.
     pub rms: f64,
-    /// 95 % of bootstraps over fits: lower end.
+    /// Lower end of the 95 % interval by bootstraps over fits.
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// In how many fits it is worse than "no change".
+    /// Number of fits in which it is worse than "no change".
     pub worse_than_no_change: usize,
     /// Part of the bootstraps in which it is better than the constant.
     pub better_than_constant: f64,
-    /// Pearson's correlation of predicted and measured stretches; null where the predictions do not vary.
+    /// Pearson's correlation of predicted and measured stretches; null if the predictions do not vary.
     pub correlation: Option<f64>,
-    /// What was chosen, for each subject that was left out.
+    /// Chosen settings, for each subject that was left out.
     pub chosen: Vec<String>,
 }
 
@@ -44,12 +44,12 @@ pub struct Prediction {
     pub muscle: String,
     /// Measured stretch.
     pub measured: f64,
-    /// Predicted stretch by each opponent, by its name.
+    /// Predicted stretch by the name of the opponent.
     #[serde(flatten)]
     pub predicted: ByMuscle<f64>,
 }
 
-/// An error by name.
+/// Error of an opponent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Score {
     /// The opponent.
@@ -58,47 +58,47 @@ pub struct Score {
     pub rms: f64,
 }
 
-/// Another vowel as baseline, with the model as it is by default.
+/// Errors with another vowel as baseline and the default model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OtherBaseline {
     /// The baseline.
     pub baseline: Vowel,
     /// The subjects.
     pub subjects: Vec<String>,
-    /// Fits.
+    /// Number of fits.
     pub fits: usize,
-    /// One an opponent.
+    /// One for each opponent.
     pub scores: Vec<Score>,
 }
 
-/// Errors where a muscle was left out of the fit.
+/// Errors of an opponent for muscles left out of the fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
     /// The opponent.
     pub name: String,
     /// Root mean square error over all muscles of all fits.
     pub rms: f64,
-    /// How many.
+    /// Number of predictions.
     pub predictions: usize,
 }
 
-/// Errors where muscles bear each other's names.
+/// Errors with permuted names of muscles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Permuted {
     /// Error with the true names.
     pub true_rms: f64,
-    /// Lowest error with permuted ones.
+    /// Lowest error with permuted names.
     pub lowest: f64,
-    /// Their mean.
+    /// Mean error with permuted names.
     pub mean: f64,
-    /// All of them.
+    /// All errors with permuted names.
     pub permuted_rms: Vec<f64>,
 }
 
-/// All that was found.
+/// All results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Study {
-    /// The table.
+    /// The table of lengths.
     pub data: String,
     /// The baseline.
     pub baseline: Vowel,
@@ -106,11 +106,11 @@ pub struct Study {
     pub poisson_ratio: f64,
     /// The subjects.
     pub subjects: Vec<String>,
-    /// Fits.
+    /// Number of fits.
     pub fits: usize,
     /// Seed.
     pub seed: u64,
-    /// Every way to predict.
+    /// Every opponent.
     pub opponents: Vec<Opponent>,
     /// Every passive muscle.
     pub predictions: Vec<Prediction>,
@@ -120,10 +120,10 @@ pub struct Study {
     pub other_baselines: Vec<OtherBaseline>,
     /// Muscles left out.
     pub leave_one_muscle_out: Vec<LeftOut>,
-    /// The posterior, every muscle predicted as a distribution from all others; null where it was not asked for and of bodies that
-    /// have none.
+    /// Validation of the posterior, with every muscle predicted as a distribution from all others; null if it
+    /// was not asked for or the body has no posterior.
     pub posterior: Option<PosteriorStudy>,
-    /// A tone for each muscle, N per metre of thickness, fitted to all subjects: what `--tone` takes as a file.
+    /// A tone for each muscle, N per metre of thickness, fitted to all subjects: the file for `--tone`.
     pub tone_by_muscle_n_per_m: ByMuscle<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Whether it is real: permuted names of muscles, other vowels as baseline, muscles of which nothing is seen.
+//! Robustness: permuted names of muscles, other vowels as baseline, and muscles left out of the fit.
 
 use tongue_core::body::Mesh;
 use tongue_core::parallel;
@@ -19,7 +19,7 @@ fn tuned_outside(cases: &[Case], errors: &[Vec<f64>]) -> Vec<f64> {
     (0..cases.len()).map(judged).collect()
 }
 
-/// Permutations of so many names other than the true order.
+/// `count` permutations of the muscles, without the identity.
 pub fn orders(muscles: usize, count: u64, seed: u64) -> Vec<Vec<usize>> {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut orders = Vec::new();
@@ -33,7 +33,7 @@ pub fn orders(muscles: usize, count: u64, seed: u64) -> Vec<Vec<usize>> {
     orders
 }
 
-/// Lengths under the names of others.
+/// Lengths under permuted names of muscles.
 pub fn renamed(lengths: &Lengths, order: &[usize]) -> Lengths {
     Lengths {
         length_mm: order.iter().map(|&o| lengths.length_mm[o]).collect(),
@@ -42,7 +42,7 @@ pub fn renamed(lengths: &Lengths, order: &[usize]) -> Lengths {
     }
 }
 
-/// The same numbers under permuted names of muscles; the tone is tuned anew for every permutation, outside each subject.
+/// Errors with permuted names of muscles; the tone is tuned for every permutation without the subject.
 pub fn permuted(
     bench: &Bench,
     data: &Dataset,
@@ -71,7 +71,7 @@ pub fn permuted(
     })
 }
 
-/// What the program takes by default, without and with its hyoid, and the thesis: nothing is tuned.
+/// The default model without and with a hyoid, and the model of the thesis, without tuning.
 fn untuned(bench: &Bench) -> Result<Vec<(&'static str, Setup)>, FitError> {
     let levers = [
         ("thesis", Levers::uniform(0.0, false)),
@@ -81,7 +81,7 @@ fn untuned(bench: &Bench) -> Result<Vec<(&'static str, Setup)>, FitError> {
     levers.into_iter().map(|(name, l)| Ok((name, bench.setup(&l)?))).collect()
 }
 
-/// Every vowel of the table as baseline of all subjects that have it, and what is predicted then; nothing is tuned anew.
+/// Errors with every vowel of the table as baseline, for all subjects that have it, without tuning.
 pub fn other_baselines(
     bench: &Bench,
     data: &Dataset,
@@ -136,8 +136,8 @@ pub fn other_baselines(
     Ok(out)
 }
 
-/// Every muscle of every case in turn is taken for one of which nothing was measured, not even whether it became shorter. All
-/// others are fitted, longer ones too.
+/// Predicts each muscle of each case without its measurement, not even whether it became shorter. All other
+/// muscles are fitted, also the longer ones.
 pub fn left_out(bench: &Bench, cases: &[Case], progress: &Progress<'_>) -> Result<Vec<LeftOut>, Error> {
     let setups = untuned(bench)?;
     let held: Vec<Setup> = DISCREPANCIES
@@ -179,7 +179,7 @@ pub fn left_out(bench: &Bench, cases: &[Case], progress: &Progress<'_>) -> Resul
         progress.add(1, "muscles left out");
         row
     });
-    // How far the model may be from the measurements is chosen outside each subject.
+    // The discrepancy is chosen without the subject.
     let sums = |rule: usize| -> Vec<Vec<f64>> {
         let sum = |row: &Vec<Option<Left>>, k: usize| row.iter().flatten().map(|l| l.chosen[rule][k]).sum();
         rows.iter().map(|row| (0..held.len()).map(|k| sum(row, k)).collect()).collect()
@@ -206,17 +206,18 @@ pub fn left_out(bench: &Bench, cases: &[Case], progress: &Progress<'_>) -> Resul
     Ok(names.iter().enumerate().map(score).collect())
 }
 
-/// Standard deviations of the model's discrepancy that are tried, of a stretch: the larger, the more the priors count.
+/// Candidate standard deviations of the model's discrepancy of a stretch: the larger, the more the priors
+/// count.
 const DISCREPANCIES: [f64; 4] = [0.01, 0.02, 0.04, 0.08];
 
-/// Squared errors of one muscle left out: of each opponent, and for each of [`DISCREPANCIES`] with the rule of who contracts and
-/// without it.
+/// Squared errors of one muscle left out: of each opponent, and for each of [`DISCREPANCIES`] with and
+/// without the rule that only shorter muscles contract.
 struct Left {
     squares: Vec<f64>,
     chosen: [Vec<f64>; 2],
 }
 
-/// The target without a muscle, all others fitted; `None` where no other contracts.
+/// The target without a muscle, with all others fitted; `None` if no other contracts.
 fn without(case: &Case, left: usize) -> Option<Matched> {
     let matched = &case.matched;
     let target = &matched.target;
@@ -240,7 +241,8 @@ fn without(case: &Case, left: usize) -> Option<Matched> {
     Some(Matched { target: kept, muscles, numbers })
 }
 
-/// The target without the rule of who contracts: every muscle may pull, and every stretch but one is fitted.
+/// The target without a muscle and without the rule that only shorter muscles contract: every muscle may
+/// pull, and every stretch but one is fitted.
 fn all_pull(case: &Case, left: usize) -> Matched {
     let target = case.target();
     let all = 0..target.muscles.len();
@@ -252,7 +254,7 @@ fn all_pull(case: &Case, left: usize) -> Matched {
     Matched { target, ..case.matched.clone() }
 }
 
-/// Stretches by a chain of fits, of all cases.
+/// Predicted stretches of all cases by complete fits.
 pub fn judged(bench: &Bench, setup: &Setup, cases: &[&Case]) -> Vec<Vec<f64>> {
     parallel::map(cases, |case| bench.judge(setup, case))
 }

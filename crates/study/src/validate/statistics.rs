@@ -1,22 +1,22 @@
-//! Opponents that know no mechanics, and what is said of any opponent.
+//! Opponents without mechanics, and statistics of all opponents.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::cases::{Case, subjects};
 
-/// How a normal distribution is learned from few rows: about which mean, and how much of its covariance is what.
+/// Estimator of a normal distribution from few rows: its mean and its regularised covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shrunk {
-    /// About no change, or about the mean of the rows.
+    /// Mean of one (no change), instead of the mean of the rows.
     about_no_change: bool,
-    /// Shrunk towards its diagonal, or by a ridge of its mean variance.
+    /// Ridge of the mean variance, instead of shrinkage towards the diagonal.
     ridge: bool,
-    /// How much.
+    /// Weight of the regularisation.
     by: f64,
 }
 
 impl Shrunk {
-    /// All that are tried.
+    /// All candidates.
     fn all() -> Vec<Self> {
         let mut all = Vec::new();
         for about_no_change in [false, true] {
@@ -31,19 +31,19 @@ impl Shrunk {
     }
 }
 
-/// Where there is nothing to choose by.
+/// Default if there are no other subjects to choose by.
 const MIDDLE: Shrunk = Shrunk { about_no_change: true, ridge: false, by: 0.5 };
 /// Smallest variance of a stretch.
 const LEAST_VARIANCE: f64 = 1e-6;
 
-/// Mean of the unseen stretches of cases; 1 without any.
+/// Mean of the unseen stretches of cases; 1 if there are none.
 pub fn constant<'a>(training: impl IntoIterator<Item = &'a Case>) -> f64 {
     let all: Vec<f64> =
         training.into_iter().flat_map(|c| c.unseen.iter().map(|&m| c.target().values[m])).collect();
     if all.is_empty() { 1.0 } else { all.iter().sum::<f64>() / all.len() as f64 }
 }
 
-/// Mean stretch of each muscle in the same vowel of others; their constant where there is none.
+/// Mean stretch of each muscle in the same vowel of others; their constant if there is none.
 pub fn vowel_means(training: &[&Case], case: &Case) -> Vec<f64> {
     let fallback = constant(training.iter().copied());
     let mean = |muscle: &String| {
@@ -54,13 +54,13 @@ pub fn vowel_means(training: &[&Case], case: &Case) -> Vec<f64> {
     case.target().muscles.iter().map(mean).collect()
 }
 
-/// What a normal distribution fitted to others expects of the unseen muscles, given the seen ones. `None` with fewer than two rows
-/// to learn from.
+/// Expected unseen stretches, given the seen ones, by a normal distribution fitted to other subjects. `None`
+/// with fewer than two rows to learn from.
 pub fn gaussian(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<f64>> {
     Some(expected(training, case, how)?.into_iter().map(|(mean, _)| mean).collect())
 }
 
-/// Mean and variance of the same; what was seen has no variance.
+/// Mean and variance of the stretches, given the seen ones; seen stretches have zero variance.
 pub fn expected(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64, f64)>> {
     let muscles = &case.target().muscles;
     let row = |c: &&Case| muscles.iter().map(|m| c.stretch_of(m)).collect::<Option<Vec<f64>>>();
@@ -100,8 +100,8 @@ pub fn expected(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64
     Some(expected)
 }
 
-/// The way of learning that predicts each training subject best from the other ones. `judged` are the cases that a case stands for,
-/// `expect` what is made of an expectation.
+/// The estimator that predicts each training subject best from the others. `judged` returns the cases that
+/// are scored for a case, `expect` the expected value of a stretch.
 pub fn best_shrunk(
     training: &[&Case],
     judged: impl Fn(&Case) -> Vec<Case>,
@@ -124,25 +124,25 @@ pub fn best_shrunk(
     errors.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(MIDDLE, |(_, how)| how)
 }
 
-/// Root of the mean.
+/// Square root of the mean.
 pub fn root_mean(squares: &[f64]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// Draws of as many of `count` as there are, with repetition.
+/// Bootstrap samples: `draws` times `count` indices below `count`, with repetition.
 pub fn bootstraps(count: usize, draws: usize, seed: u64) -> Vec<Vec<usize>> {
     let mut random = fastrand::Rng::with_seed(seed);
     (0..draws).map(|_| (0..count).map(|_| random.usize(0..count)).collect()).collect()
 }
 
-/// The middle 95 % of values.
+/// The central 95 % interval of values.
 pub fn middle(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
     let at = |part: f64| values[((values.len() - 1) as f64 * part).round() as usize];
     [at(0.025), at(0.975)]
 }
 
-/// Pearson's correlation; `None` where one of the two does not vary.
+/// Pearson's correlation; `None` if one of the two does not vary.
 pub fn correlation(pairs: &[(f64, f64)]) -> Option<f64> {
     let n = pairs.len() as f64;
     let (a, b) = pairs.iter().fold((0.0, 0.0), |(a, b), p| (a + p.0 / n, b + p.1 / n));
