@@ -1,8 +1,10 @@
-//! An equilibrium of the continuum beside scikit-fem's: `TONGUE_FIT_PYTHON=.venv/bin/python cargo bench --bench scikit_fem`, with a Python that
-//! has scikit-fem 12.0.2. Prints a table; without such a Python, nothing is compared.
+//! Compares the time of an equilibrium of the continuum with scikit-fem's:
+//! `TONGUE_FIT_PYTHON=.venv/bin/python cargo bench --bench scikit_fem`, with a Python that has scikit-fem
+//! 12.0.2. Prints a table, or a message if there is no such Python.
 //!
-//! Both solve the same quadratic triangles at the same integration points, on which the muscles of /a/ pull as they do at rest, from rest to the
-//! same residual force, on one thread; the mesh and what is made once of it are not in the times, which are medians.
+//! Both solve the same quadratic triangles with the same integration points from rest to the same residual
+//! force, on one thread; the muscles of /a/ pull along their directions at rest. Times are medians, without
+//! making the mesh and what is computed from it once.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a bench that cannot begin has failed")]
 
 #[path = "../tests/fixtures/scikit_fem.rs"]
@@ -17,7 +19,7 @@ const REPEATS: usize = 25;
 
 fn main() {
     let Some(python) = std::env::var_os("TONGUE_FIT_PYTHON") else {
-        println!("TONGUE_FIT_PYTHON names no Python with scikit-fem, so nothing is compared");
+        println!("TONGUE_FIT_PYTHON does not name a Python with scikit-fem, so nothing is compared");
         return;
     };
     println!(

@@ -244,7 +244,7 @@ impl Body {
         Ok(bones)
     }
 
-    /// The palate as a line of points, m, shape (points, 2); None where the body has none.
+    /// The palate as a line of points, m, shape (points, 2); None if the body has none.
     #[getter]
     fn palate<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         self.body.palate.as_ref().map(|p| points(py, p)).transpose()

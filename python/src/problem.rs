@@ -146,7 +146,7 @@ impl Estimate {
         Ok(self.estimate.displacement(bone).map_err(refused)?.as_slice().to_pyarray(py))
     }
 
-    /// In how many directions the unknowns can be changed without the fit becoming worse; None where that is not known.
+    /// In how many directions the unknowns can be changed without the fit becoming worse; None if that is not known.
     #[getter]
     fn undetermined(&self) -> Option<usize> {
         self.estimate.undetermined()

@@ -339,7 +339,7 @@ impl Trajectory {
         PyArray1::from_vec(py, flat).reshape([frames.len(), nodes, 2])
     }
 
-    /// Part of its way to equilibrium that the body has gone at the end; None where there is no such way.
+    /// Part of its way to equilibrium that the body has gone at the end; None if there is no such way.
     #[getter]
     fn part_of_way(&self) -> Option<f64> {
         self.0.part_of_way

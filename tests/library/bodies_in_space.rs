@@ -241,7 +241,7 @@ fn files_that_are_wrong_are_named_with_their_line() {
     }
     let inverted = replaced(|f| &mut f.elements, "1 2 4 3 7 8 10 9", "7 8 10 9 1 2 4 3");
     assert!(
-        inverted.starts_with("folder/a.elem: is no body: element 1 (from 1) is turned inside out"),
+        inverted.starts_with("folder/a.elem: is not a valid body: element 1 (from 1) is turned inside out"),
         "{inverted}"
     );
     let missing = artisynth::read(&PathBuf::from("no/such/folder")).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Tension curves from a CSV file: a column of times and one for each driven muscle.
+//! Tension curves from a CSV file with a column of times and one for each driven muscle.
 
 use std::io::Read;
 use std::path::Path;
@@ -17,7 +17,7 @@ const TIME: &str = "time_s";
 pub struct Curves {
     /// Numbers of the driven muscles, in the order of the columns.
     pub muscles: Vec<usize>,
-    /// The tensions of all muscles, zero where one is not driven.
+    /// The tensions of all muscles, zero for those that are not driven.
     pub tensions: Tensions,
 }
 
@@ -29,7 +29,7 @@ pub enum CurvesError {
     Unreadable {
         /// The file.
         origin: String,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// Its content is wrong.
@@ -39,7 +39,7 @@ pub enum CurvesError {
         origin: String,
         /// Line, from 1.
         line: u64,
-        /// Number (from 1) and name of the column, where one is to blame.
+        /// Number (from 1) and name of the column, if one is to blame.
         column: Option<String>,
         /// What is wrong and what to do.
         problem: String,
@@ -50,7 +50,7 @@ impl Curves {
     /// Reads the CSV file at `path`; see [`Curves::from_reader`] for the format.
     ///
     /// # Errors
-    /// [`CurvesError`], naming the file as `path` shows it.
+    /// [`CurvesError`] with the file name.
     pub fn from_path(path: &Path, names: &[String]) -> Result<Self, CurvesError> {
         let origin = path.display().to_string();
         match files::read(path) {
@@ -59,9 +59,9 @@ impl Curves {
         }
     }
 
-    /// Reads a comma-separated table whose header names `time_s` and one or more of the muscles of a body, whose names in the order
-    /// of their numbers are `names`. Columns are in any order. Times are ascending, s; tensions finite and not negative, N (2D: per
-    /// metre of thickness). `origin` names the table in errors.
+    /// Reads a comma-separated table whose header names `time_s` and one or more of the muscles `names` of a
+    /// body, given in the order of their numbers. Columns are in any order. Times are ascending, s; tensions
+    /// finite and not negative, N (2D: per metre of thickness). `origin` is the name of the table in errors.
     ///
     /// # Errors
     /// [`CurvesError`] with line and column.
@@ -136,7 +136,7 @@ impl Curves {
     }
 }
 
-/// The time itself, if it comes after the one of the row before by as much as counts.
+/// Checks that a time comes after the previous one by at least the shortest step.
 fn after(last: Option<f64>, time: f64) -> Result<f64, String> {
     match last {
         None if time > 0.0 && time < SHORTEST_S => {
@@ -150,7 +150,7 @@ fn after(last: Option<f64>, time: f64) -> Result<f64, String> {
     }
 }
 
-/// The tension itself, unless it pushes.
+/// Checks that a tension is finite and not negative.
 fn pull(muscle: &str, tension: f64) -> Result<f64, String> {
     if tension < 0.0 {
         return Err(format!(
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_line_and_column() {
+    fn faults_are_named_with_line_and_column() {
         let cases = [
             (
                 "time_s,GGa\n0,1\n0.2,1\n0.1,1\n",

@@ -1,60 +1,61 @@
-//! Where the library reads files: here alone, and not without the feature `files`.
+//! Reading files: the only module that opens them, and only with the feature `files`.
 
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Larger files are refused, bytes: none that this program reads comes near it, and a device may have no end.
+/// Largest size of a file, bytes. Files of this program are far smaller, and a device may have no end.
 const LARGEST: u64 = 256 << 20;
-/// The same for text that is written by hand, whose parsers need many times its size.
+/// Largest size of text that is written by hand, bytes: its parsers need many times its size.
 #[cfg(feature = "files")]
 const LARGEST_TEXT: u64 = 16 << 20;
 
-/// All bytes of a file.
+/// Reads all bytes of a file.
 ///
 /// # Errors
-/// As the operating system; a file of more than 256 MiB; every file, without the feature `files`.
+/// As the operating system; for a file of more than 256 MiB; always without the feature `files`.
 pub fn read(path: impl AsRef<Path>) -> io::Result<Vec<u8>> {
     read_up_to(LARGEST, path.as_ref())
 }
 
-/// A file of UTF-8 text, of at most 16 MiB.
+/// Reads a file of UTF-8 text of at most 16 MiB.
 ///
 /// # Errors
-/// As [`read`], and where it is not UTF-8.
+/// As [`read`], and for text that is not UTF-8.
 #[cfg(feature = "files")]
 pub fn read_text(path: impl AsRef<Path>) -> io::Result<String> {
     String::from_utf8(read_up_to(LARGEST_TEXT, path.as_ref())?)
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
-/// All bytes of the file at `path`.
+/// Reads all bytes of the file at `path`.
 ///
 /// # Errors
-/// As the operating system; a folder, pipe or device; more than `limit` bytes; every file, without the feature `files`.
+/// As the operating system; for a folder, pipe or device; for more than `limit` bytes; always without the
+/// feature `files`.
 #[cfg(feature = "files")]
 pub fn read_up_to(limit: u64, path: &Path) -> io::Result<Vec<u8>> {
-    // Asked before it is opened, because opening a pipe waits for somebody to write to it.
+    // The kind is checked before opening, because opening a pipe waits for a writer.
     let kind = std::fs::metadata(path)?;
     if kind.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
     }
     if !kind.is_file() {
-        let problem = "it is a pipe or a device, which need not end";
+        let problem = "it is a pipe or a device, which may never end";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
     }
     take_up_to(limit, std::fs::File::open(path)?)
 }
 
-/// As with the feature `files`, but refuses every file.
+/// Refuses every file, in builds without the feature `files`.
 #[cfg(not(feature = "files"))]
 pub fn read_up_to(_: u64, _: &Path) -> io::Result<Vec<u8>> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "this build reads no files (feature `files`)"))
 }
 
-/// All bytes that `reader` gives.
+/// Reads all bytes of `reader`.
 ///
 /// # Errors
-/// As the reader; more than `limit` bytes.
+/// As the reader; for more than `limit` bytes.
 pub fn take_up_to(limit: u64, reader: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.take(limit + 1).read_to_end(&mut bytes)?;
@@ -65,12 +66,12 @@ pub fn take_up_to(limit: u64, reader: impl Read) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What to do about a file or a stream that could not be read.
+/// Advice for a file or a stream that could not be read.
 pub fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::IsADirectory => "name a file in it",
         io::ErrorKind::InvalidInput => "give a file",
-        io::ErrorKind::FileTooLarge => "give less at a time",
+        io::ErrorKind::FileTooLarge => "split it into smaller files",
         _ => "check that the path is right and that the file may be read",
     }
 }
@@ -80,14 +81,14 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn what_has_no_end_is_refused() {
+    fn devices_and_large_files_are_refused() {
         let refused = |path: &Path| super::read_text(path).unwrap_err().to_string();
-        assert_eq!(refused(Path::new("/dev/zero")), "it is a pipe or a device, which need not end");
+        assert_eq!(refused(Path::new("/dev/zero")), "it is a pipe or a device, which may never end");
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(refused(folder.path()), "it is a folder");
         let pipe = folder.path().join("pipe");
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-        assert_eq!(refused(&pipe), "it is a pipe or a device, which need not end");
+        assert_eq!(refused(&pipe), "it is a pipe or a device, which may never end");
         let long = folder.path().join("long");
         std::fs::File::create(&long).unwrap().set_len(super::LARGEST_TEXT + 1).unwrap();
         assert_eq!(refused(&long), "it is larger than 16 MiB");

@@ -1,5 +1,5 @@
-//! What tongue-fit reads: measured muscle lengths, recordings of moving tongues and the targets made of them ([`measured`]), bodies
-//! from mesh files ([`bodies`]) and tensions over time ([`curves`]).
+//! Inputs of tongue-fit: measured muscle lengths, recordings of moving tongues and targets made from them
+//! ([`measured`]), bodies from mesh files ([`bodies`]) and tensions over time ([`curves`]).
 
 pub mod bodies;
 pub mod curves;

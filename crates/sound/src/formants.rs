@@ -133,7 +133,7 @@ fn follow(sections: &[Section], acoustics: &Acoustics, from: Complex64) -> Optio
     Some(at)
 }
 
-/// Newton's method for a pole; `None` where it leaves the neighbourhood.
+/// Newton's method for a pole; `None` if it leaves the neighbourhood.
 fn newton(sections: &[Section], acoustics: &Acoustics, from: Complex64, share: f64) -> Option<Complex64> {
     let mut s = from;
     for _ in 0..30 {

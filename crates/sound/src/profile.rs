@@ -158,7 +158,7 @@ fn minus(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// The section between two lines; `None` where they cross.
+/// The section between two lines; `None` if they cross.
 fn between(first: &Across, second: &Across, [alpha, beta]: [f64; 2]) -> Option<(Section, Slopes)> {
     let way = minus(second.middle(), first.middle());
     let length = way[0].hypot(way[1]);

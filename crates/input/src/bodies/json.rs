@@ -1,4 +1,4 @@
-//! A body in the plane as JSON: what `tongue-fit mesh --json` prints, written and read.
+//! Bodies in the plane as JSON: reads and writes the format of `tongue-fit mesh --json`.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, BodyError, Bone, Cells, Mesh, MuscleChain, Quality};
 
-/// Values by name, written as an object in their order.
+/// Values by name, serialised as an object in their order.
 struct ByName<T>(Vec<(String, T)>);
 
 impl<T: Serialize> Serialize for ByName<T> {
@@ -24,7 +24,7 @@ struct Connection {
     stiffness_n_per_m: f64,
 }
 
-/// The mesh with its coefficients, as it is written.
+/// The mesh and its coefficients, for writing.
 #[derive(Serialize)]
 pub struct MeshRecord {
     nodes_m: Vec<[f64; 2]>,
@@ -40,8 +40,8 @@ pub struct MeshRecord {
 }
 
 impl MeshRecord {
-    /// The record of a body whose connections have the spring constants `stiffness` (N/m, one each), whose triangles have
-    /// `kappa_s_j` (J) and whose nodes `node_mass_kg`, all per metre of thickness.
+    /// The record of a body whose connections have the spring constants `stiffness` (N/m, one each), whose
+    /// triangles have `kappa_s_j` (J) and whose nodes have `node_mass_kg`, all per metre of thickness.
     pub fn new(body: &Body<2>, stiffness: &[f64], kappa_s_j: f64, node_mass_kg: f64) -> Self {
         let mesh = &body.mesh;
         let connection = |(&nodes, &stiffness_n_per_m): (&[usize; 2], &f64)| Connection {
@@ -65,7 +65,7 @@ impl MeshRecord {
     }
 }
 
-/// What is read of it: the rest follows.
+/// The parts that are read; the rest is computed from them.
 #[derive(Deserialize)]
 struct MeshText {
     nodes_m: Vec<[f64; 2]>,
@@ -82,10 +82,10 @@ struct ConnectionText {
     nodes: [usize; 2],
 }
 
-/// Reads a body; `file` is what messages call the text.
+/// Reads a body; `file` is its name in messages.
 ///
 /// # Errors
-/// [`BodyError::File`] where it is no such text, or where the mesh does not hang together.
+/// [`BodyError::File`] if the text has another format or the mesh is inconsistent.
 pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
     let wrong = |problem: String| BodyError::File { file: file.to_owned(), problem };
     let text: MeshText = serde_json::from_str(text)
@@ -102,7 +102,7 @@ pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
     }
     let mut muscles: Vec<MuscleChain> =
         text.muscles.into_iter().map(|(name, nodes)| MuscleChain { name, nodes }).collect();
-    // In the order of the tables; muscles of other names after them, by name.
+    // Published muscles in the order of the tables, then others by name.
     let known = Muscles::built_in();
     muscles.sort_by_key(|m| known.published(&m.name).map_or(usize::MAX, |(place, _)| place));
     let mesh = Mesh {

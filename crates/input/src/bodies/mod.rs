@@ -1,4 +1,5 @@
-//! Bodies from files: meshes of Gmsh ([`gmsh`]), the program's own JSON ([`json`]) and the tongue of ArtiSynth ([`artisynth`]).
+//! Bodies from files: meshes of Gmsh ([`gmsh`]), the program's own JSON ([`json`]) and the tongue of
+//! ArtiSynth ([`artisynth`]).
 
 pub mod artisynth;
 pub mod gmsh;
@@ -10,13 +11,13 @@ use tongue_core::body::{Body, BodyError};
 
 pub use gmsh::Unit;
 
-/// Why a file gives no body.
+/// Why a file contains no usable body.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BodyFileError {
     /// Its body cannot be used.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// A Gmsh file that is no body.
+    /// The Gmsh file is invalid.
     #[error(transparent)]
     Gmsh(#[from] gmsh::GmshError),
 }
@@ -31,16 +32,17 @@ pub enum AnyBody {
 }
 
 impl AnyBody {
-    /// Reads a file: Gmsh's, whose coordinates have the unit `unit`, or, where its name ends in `.json`, what `tongue-fit mesh
-    /// --json` prints.
+    /// Reads a file: Gmsh's, with coordinates in `unit`, or the JSON of `tongue-fit mesh --json` if its name
+    /// ends in `.json`.
     ///
     /// # Errors
-    /// [`BodyError::File`] and `BodyError::Gmsh`: files that cannot be read, hold no body or one that is far too large.
+    /// [`BodyError::File`] and `BodyError::Gmsh` for files that cannot be read, contain no body or one that
+    /// is far too large.
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
         Self::read_telling(path, unit, &mut |_| ())
     }
 
-    /// The same; `tell` is told what about a Gmsh file deserves a look because the body is not, or may not be, what its file shows.
+    /// As [`AnyBody::read`], and passes concerns about a Gmsh file to `tell`.
     ///
     /// # Errors
     /// As [`AnyBody::read`].
@@ -52,12 +54,12 @@ impl AnyBody {
         let file = path.display().to_string();
         let wrong = |problem: String| BodyFileError::from(BodyError::File { file: file.clone(), problem });
         let bytes = crate::files::read(path)
-            .map_err(|e| wrong(format!("cannot be read: {e}; name a mesh of Gmsh (.msh)")))?;
+            .map_err(|e| wrong(format!("cannot be read: {e}; give a mesh of Gmsh (.msh)")))?;
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("json")) {
             return Self::from_msh_telling(&bytes, &file, unit, tell);
         }
         if unit != Unit::M {
-            return Err(wrong("holds metres, as its keys say; leave out [body.mesh] unit".to_owned()));
+            return Err(wrong("contains metres, as its keys say; leave out [body.mesh] unit".to_owned()));
         }
         let text = String::from_utf8(bytes).map_err(|_| wrong("is not UTF-8 text".to_owned()))?;
         let body = json::read(&text, &file)?;
@@ -65,7 +67,7 @@ impl AnyBody {
         Ok(Self::Flat(body))
     }
 
-    /// Reads the bytes of a Gmsh file; `origin` is what messages call it, usually its path.
+    /// Reads the bytes of a Gmsh file; `origin` is its name in messages, usually its path.
     ///
     /// # Errors
     /// `BodyError::Gmsh`, and [`BodyError::File`] for a body that is far too large.
@@ -99,7 +101,7 @@ impl AnyBody {
     /// The body in the plane.
     ///
     /// # Errors
-    /// [`BodyError::Dimension`] for a solid.
+    /// [`BodyError::Dimension`] for a body in space.
     pub fn flat(self) -> Result<Body<2>, BodyError> {
         match self {
             Self::Flat(body) => Ok(body),

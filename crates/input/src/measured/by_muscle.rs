@@ -1,18 +1,18 @@
-//! Values of muscles, written by their names.
+//! Values by muscle name.
 
 use serde::{Serialize, Serializer};
 
-/// A value for every muscle of some, written as an object `{GGa: .., ..}` in their order.
+/// A value for each of some muscles, serialised as an object `{GGa: .., ..}` in their order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ByMuscle<T>(pub Vec<(String, T)>);
 
 impl<T> ByMuscle<T> {
-    /// Values by the names of their muscles; as many as there are of both.
+    /// Values of muscles; both lists have the same length.
     pub fn new(names: &[String], values: impl IntoIterator<Item = T>) -> Self {
         Self(names.iter().cloned().zip(values).collect())
     }
 
-    /// Whether it has no values.
+    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

@@ -1,18 +1,18 @@
-//! Why a target cannot be made of measured lengths.
+//! Errors of making a target from measured lengths.
 
 use super::lengths::{self, Vowel};
 use tongue_core::suggest;
 
-/// Why a target could not be made. Each message is complete: what is wrong, where, and what to do.
+/// Why a target could not be made. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum TargetError {
     /// The data cannot be read, or have no such row.
     #[error(transparent)]
     Data(#[from] lengths::Error),
-    /// A name that is no vowel's.
+    /// The name is not a vowel.
     #[error(transparent)]
     Vowel(#[from] lengths::BadLabel),
-    /// The row is its own baseline: every change is zero.
+    /// The row is its own baseline, so every change is zero.
     #[error(
         "/{vowel}/ of {subject} is the baseline itself, so there is nothing to fit; choose another vowel or \
          another baseline"
@@ -23,7 +23,7 @@ pub enum TargetError {
         /// The vowel, which is also the baseline.
         vowel: Vowel,
     },
-    /// A muscle whose two lengths cannot both be right.
+    /// The two lengths of a muscle are incompatible.
     #[error(
         "{muscle} of {subject} is {mm} mm in /{vowel}/ and {baseline_mm} mm in /{baseline}/, but no muscle of a tongue changes its length \
          to less than 0.5 or more than 1.7 times; correct the length that is wrong, or leave it empty"
@@ -55,21 +55,21 @@ pub enum TargetError {
         /// The vowel it is compared with.
         baseline: Vowel,
     },
-    /// An empty choice of contracting muscles.
+    /// The list of contracting muscles is empty.
     #[error("the list of contracting muscles is empty; name at least one of {}", known.join(", "))]
     NoMuscles {
-        /// Those of the table.
+        /// Muscles of the table.
         known: Vec<String>,
     },
-    /// A chosen muscle that the table does not have.
+    /// A chosen muscle is not in the table.
     #[error("unknown muscle \"{name}\"; {}", suggest::hint(name, known.iter().map(String::as_str)))]
     UnknownMuscle {
-        /// What was given.
+        /// The given name.
         name: String,
-        /// Those of the table.
+        /// Muscles of the table.
         known: Vec<String>,
     },
-    /// A chosen muscle without a length in one of the two rows.
+    /// A chosen muscle has no length in one of the two rows.
     #[error(
         "{muscle} of {subject} was not measured in both /{vowel}/ and /{baseline}/; choose other muscles"
     )]
@@ -89,9 +89,9 @@ pub enum TargetError {
         /// The muscle.
         muscle: String,
     },
-    /// The muscle that ratios are over has no length.
+    /// The reference muscle of ratios has no length.
     #[error(
-        "{reference} of {subject} was not measured in /{vowel}/, and ratios are to it; use the stretch target, or add its length"
+        "{reference} of {subject} was not measured in /{vowel}/, but ratios are relative to it; use the stretch target, or add its length"
     )]
     NoReference {
         /// The muscle.
@@ -101,7 +101,7 @@ pub enum TargetError {
         /// The vowel to fit.
         vowel: Vowel,
     },
-    /// Only the muscle that ratios are over contracts, and its ratio to itself is 1 whatever it does.
+    /// Only the reference muscle of ratios contracts, and its ratio to itself is always 1.
     #[error(
         "only {reference} contracts in /{vowel}/ of {subject}, and its ratio to itself is always 1, so a ratio target \
          says nothing about it; use the stretch target or name more muscles"

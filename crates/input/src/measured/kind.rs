@@ -1,4 +1,4 @@
-//! What is compared between measurement and simulation.
+//! The quantity that is compared between measurement and simulation.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,14 +7,15 @@ use serde::Serialize;
 
 use tongue_core::suggest;
 
-/// The quantity that measurement and simulation are compared in.
+/// The quantity that is compared between measurement and simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TargetKind {
-    /// Length over the length of a reference muscle in the same shape (GGa in the thesis, 4.3.1 and 4.4.1): free of scale.
+    /// Length over the length of a reference muscle in the same shape (GGa in the thesis, 4.3.1 and 4.4.1):
+    /// independent of scale.
     #[default]
     Ratio,
-    /// Length over the same muscle's length in the baseline shape: free of each muscle's rest length.
+    /// Length over the same muscle's length in the baseline shape: independent of each muscle's rest length.
     Stretch,
 }
 
@@ -22,7 +23,7 @@ impl TargetKind {
     /// Both kinds.
     pub const ALL: [TargetKind; 2] = [TargetKind::Ratio, TargetKind::Stretch];
 
-    /// The name on the command line and in the outputs.
+    /// The name on the command line and in outputs.
     pub const fn name(self) -> &'static str {
         match self {
             TargetKind::Ratio => "ratio",
@@ -30,9 +31,9 @@ impl TargetKind {
         }
     }
 
-    /// The compared quantity (dimensionless) of a shape with these `lengths`, whose baseline or rest shape has the lengths
-    /// `at_rest`. Both in the same unit and order, all positive; used alike for measurement and simulation. `reference` is the
-    /// position of the muscle that ratios are over.
+    /// The compared quantity (dimensionless) of a shape with these `lengths`, whose baseline or rest shape
+    /// has the lengths `at_rest`, for measurement and simulation alike. Both are positive and in the same
+    /// unit and order. `reference` is the position of the reference muscle of ratios.
     pub fn values(self, lengths: &[f64], at_rest: &[f64], reference: usize) -> Vec<f64> {
         match self {
             TargetKind::Ratio => lengths.iter().map(|l| l / lengths[reference]).collect(),
@@ -40,13 +41,14 @@ impl TargetKind {
         }
     }
 
-    /// Whether matching the muscle at a position constrains the fit: the ratio of the reference is 1 by definition.
+    /// Whether the value of a muscle constrains the fit: the ratio of the reference is 1 by definition.
     pub fn constrains(self, muscle: usize, reference: usize) -> bool {
         self == TargetKind::Stretch || muscle != reference
     }
 }
 
-/// Position of the muscle that ratios are over: GGa, as in the thesis (4.3.1), or the first where there is no GGa.
+/// Position of the reference muscle of ratios: GGa, as in the thesis (4.3.1), or the first muscle if there is
+/// no GGa.
 pub fn reference_muscle(names: &[String]) -> usize {
     super::lengths::position_of(names, "GGa").unwrap_or(0)
 }
@@ -57,11 +59,11 @@ impl fmt::Display for TargetKind {
     }
 }
 
-/// A name that is no kind of target.
+/// A name that is not a kind of target.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("unknown target kind \"{name}\"; {}", suggest::hint(name, TargetKind::ALL.map(TargetKind::name)))]
 pub struct UnknownTargetKind {
-    /// What was given.
+    /// The given name.
     pub name: String,
 }
 
@@ -93,7 +95,7 @@ mod tests {
     #[test]
     fn ratios_ignore_scale_and_stretches_are_one_at_rest() {
         let lengths = [41.0, 62.0, 53.0, 59.0, 23.0, 44.0, 33.0, 35.0];
-        // 1/1024 is a power of two, so the quotients keep every bit.
+        // 1/1024 is a power of two, so that the quotients are exact.
         let scaled = lengths.map(|l| l / 1024.0);
         let ratio = TargetKind::Ratio;
         assert_eq!(ratio.values(&lengths, &lengths, 0), ratio.values(&scaled, &lengths, 0));

@@ -1,12 +1,13 @@
-//! What a fit has to hit: measured muscle lengths, which muscles contract, and the numbers to match.
+//! Targets of fits: measured muscle lengths, which muscles contract, and the numbers to match.
 //!
 //! ```text
-//! targets/*.csv -> Dataset -> who shortened -> Target (ratios or stretches) -> observations of a body
+//! targets/*.csv -> Dataset -> which muscles shortened -> Target (ratios or stretches) -> observations of a
+//! body
 //! ```
 //!
-//! The built-in lengths are those of Takano and Honda (2007), printed in table 4.4 of the thesis (Kato 2014) to 1 mm. Any
-//! table of any muscles takes their place ([`lengths`]). What is known of muscles by name is data too: [`muscles`],
-//! [`published_patterns`], [`thesis`], [`tone`].
+//! The built-in lengths are those of Takano and Honda (2007), printed in table 4.4 of the thesis (Kato 2014)
+//! to 1 mm. Any table of any muscles can be used instead ([`lengths`]). Facts about muscles by name are data
+//! too: [`muscles`], [`published_patterns`], [`thesis`], [`tone`].
 
 mod by_muscle;
 mod error;

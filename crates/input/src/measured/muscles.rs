@@ -1,4 +1,5 @@
-//! What is known of muscles by their names: anatomy, groups, force, colours. Data, in `targets/takano2007_muscles.csv`.
+//! Facts about muscles by name: anatomy, groups, force, colours. The data are in
+//! `targets/takano2007_muscles.csv`.
 
 use std::fmt;
 
@@ -13,7 +14,7 @@ const REFERENCE: &str = include_str!("../../../../targets/takano2007_muscles.csv
 #[serde(try_from = "String", into = "String")]
 pub struct Colour(pub u8, pub u8, pub u8);
 
-/// Colours that colour-blind readers tell apart (Okabe and Ito 2008), for muscles of which nothing is known.
+/// Colours that colour-blind readers can distinguish (Okabe and Ito 2008), for unknown muscles.
 pub const PALETTE: [Colour; 8] = [
     Colour(0xD5, 0x5E, 0x00), // vermillion
     Colour(0xE6, 0x9F, 0x00), // orange
@@ -25,7 +26,7 @@ pub const PALETTE: [Colour; 8] = [
     Colour(0x00, 0x00, 0x00), // black
 ];
 
-/// What is known of one muscle.
+/// Facts about one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MuscleInfo {
     /// Its name in tables and bodies.
@@ -33,71 +34,73 @@ pub struct MuscleInfo {
     pub name: String,
     /// Its anatomical name.
     pub full_name: String,
-    /// The muscle that it is a portion of, as published patterns of activation name it.
+    /// The whole muscle of a portion, by its name in published patterns of activation.
     pub group: String,
-    /// The muscle that it shares a force capacity with, which all portions have in common.
+    /// The whole muscle whose force capacity all its portions share.
     pub capacity_group: Option<String>,
-    /// The force that this muscle can give, all portions and both sides together, N.
+    /// The largest force of that muscle, all portions and both sides together, N.
     pub capacity_n: Option<f64>,
     /// Its colour in drawings.
     pub colour: Colour,
 }
 
-/// The force that the portions of one muscle can give together.
+/// The largest force of all portions of a muscle together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Capacity {
     /// The muscle.
     pub muscle: String,
-    /// Its portions: positions in the names asked for.
+    /// Its portions: positions in the given names.
     pub portions: Vec<usize>,
-    /// Left and right together, N.
+    /// Force of left and right side together, N.
     pub capacity_n: f64,
 }
 
-/// What is known of muscles, looked up by name.
+/// Facts about muscles, looked up by name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Muscles(Vec<MuscleInfo>);
 
 impl Muscles {
-    /// The eight portions that Takano and Honda (2007) measured; capacities from the public ArtiSynth tongue model.
+    /// The eight portions that Takano and Honda (2007) measured; capacities from the public ArtiSynth tongue
+    /// model.
     ///
     /// # Errors
-    /// A damaged table; a test holds that the built-in one is whole.
+    /// As the CSV reader; a test checks that the built-in table has no error.
     pub fn reference() -> Result<Self, csv::Error> {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }
 
-    /// As [`Muscles::reference`]; of a damaged table nothing is known.
+    /// As [`Muscles::reference`], but empty if the table is damaged.
     pub fn built_in() -> Self {
         Self::reference().unwrap_or(Self(Vec::new()))
     }
 
-    /// All that are known, in the order of the published tables.
+    /// All known muscles, in the order of the published tables.
     pub fn all(&self) -> &[MuscleInfo] {
         &self.0
     }
 
-    /// What is known of the muscle `name`; case does not count.
+    /// The facts about the muscle `name`; case does not count.
     pub fn get(&self, name: &str) -> Option<&MuscleInfo> {
         self.0.iter().find(|m| m.name.eq_ignore_ascii_case(name))
     }
 
-    /// The published spelling of a muscle's name (case does not count), and its place in the published tables.
+    /// The published spelling of a muscle's name (case does not count), and its place in the published
+    /// tables.
     pub fn published(&self, name: &str) -> Option<(usize, &str)> {
         let place = self.0.iter().position(|m| m.name.eq_ignore_ascii_case(name.trim()))?;
         Some((place, &self.0[place].name))
     }
 
-    /// What is known of `names`, in their order. A muscle that is not known has its own name, is a group of its own, has no
-    /// capacity, and takes a colour of [`PALETTE`] that no other has, as long as there are any.
+    /// The facts about `names`, in their order. An unknown muscle has its own name, is a group of its own,
+    /// has no capacity, and gets a colour of [`PALETTE`] that no other muscle has, while there are any.
     ///
     /// # Example
     /// ```
     /// let muscles = tongue_input::measured::muscles::Muscles::reference()?;
-    /// let [gga, mine] = &muscles.of(&["GGa".to_owned(), "mylohyoid".to_owned()])[..] else { unreachable!() };
-    /// assert_eq!((gga.full_name.as_str(), gga.capacity_n), ("genioglossus, anterior", Some(18.0)));
-    /// assert_eq!((mine.group.as_str(), mine.capacity_n), ("mylohyoid", None));
-    /// assert_ne!(gga.colour, mine.colour);
+    /// let [gga, mine] = &muscles.of(&["GGa".to_owned(), "mylohyoid".to_owned()])[..] else { unreachable!()
+    /// }; assert_eq!((gga.full_name.as_str(), gga.capacity_n), ("genioglossus, anterior", Some(18.0)));
+    /// assert_eq!((mine.group.as_str(), mine.capacity_n), ("mylohyoid", None)); assert_ne!(gga.colour,
+    /// mine.colour);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn of(&self, names: &[String]) -> Vec<MuscleInfo> {
@@ -118,7 +121,8 @@ impl Muscles {
         names.iter().map(info).collect()
     }
 
-    /// The known force capacities of the muscles whose portions are among `names`, in the order of the published tables.
+    /// The known force capacities of the muscles whose portions are among `names`, in the order of the
+    /// published tables.
     pub fn capacities(&self, names: &[String]) -> Vec<Capacity> {
         let mut all: Vec<Capacity> = Vec::new();
         for info in &self.0 {
@@ -154,7 +158,7 @@ impl TryFrom<String> for Colour {
         let channel = |at: usize| u8::from_str_radix(digits?.get(at..at + 2)?, 16).ok();
         match (channel(0), channel(2), channel(4)) {
             (Some(red), Some(green), Some(blue)) => Ok(Self(red, green, blue)),
-            _ => Err(format!("{text:?} is no colour like #D55E00")),
+            _ => Err(format!("{text:?} is not a colour like #D55E00")),
         }
     }
 }

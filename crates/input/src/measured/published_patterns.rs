@@ -1,4 +1,5 @@
-//! Published activation patterns of vowels, and how an answer compares with them. Data, in `targets/fang2009_patterns.csv`.
+//! Published activation patterns of vowels, and their comparison with an answer. The data are in
+//! `targets/fang2009_patterns.csv`.
 
 use std::collections::BTreeSet;
 
@@ -20,40 +21,41 @@ struct Active {
     group: String,
 }
 
-/// Which muscles are active in which vowel.
+/// The active muscles of each vowel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patterns(Vec<Active>);
 
-/// An answer beside the published pattern of its vowel.
+/// Comparison of an answer with the published pattern of its vowel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PatternCheck {
-    /// Expected, and at least one portion came out active.
+    /// Expected muscles of which a portion was found active.
     pub found: Vec<String>,
-    /// Expected, but no portion came out active.
+    /// Expected muscles of which no portion was found active.
     pub missing: Vec<String>,
-    /// Not expected, but a portion came out active.
+    /// Active muscles that are not expected.
     pub unexpected: Vec<String>,
 }
 
 impl Patterns {
-    /// What Fang, Fujita, Lu and Dang (2009) report of the Japanese vowels. Transversus and verticalis are not among
-    /// the measured muscles; GGm is in none of the patterns.
+    /// The patterns of the Japanese vowels by Fang, Fujita, Lu and Dang (2009). Transversus and verticalis
+    /// are not among the measured muscles; GGm is in none of the patterns.
     ///
     /// # Errors
-    /// A damaged table; a test holds that the built-in one is whole.
+    /// As the CSV reader; a test checks that the built-in table has no error.
     pub fn reference() -> Result<Self, csv::Error> {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }
 
-    /// The muscles that are active in `vowel`: empty where nothing is published of it.
+    /// The muscles that are active in `vowel`; empty if nothing is published about it.
     pub fn of(&self, vowel: &Vowel) -> Vec<&str> {
         self.0.iter().filter(|a| a.vowel == *vowel).map(|a| a.group.as_str()).collect()
     }
 
-    /// Compares tensions (N per metre, one for each of `names`) fitted for `vowel` with its pattern; `None` where nothing is
-    /// published of the vowel. Muscles that are in no pattern, and expected ones without a portion among `names`, are left
-    /// out. Patterns are activations from rest, the tensions changes against a baseline vowel, so that a missing muscle may
-    /// also be one that the baseline uses as much.
+    /// Compares tensions (N per metre of thickness, one for each of `names`) fitted for `vowel` with its
+    /// pattern; `None` if nothing is published about the vowel. Muscles in no pattern, and expected muscles
+    /// without a portion among `names`, are left out. Patterns are activations from rest, but tensions are
+    /// changes against a baseline vowel, so a muscle may also be missing because the baseline uses it as
+    /// much.
     pub fn check(
         &self,
         vowel: &Vowel,
@@ -107,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn of_other_vowels_and_muscles_nothing_is_said() {
+    fn other_vowels_and_muscles_have_no_pattern() {
         let (patterns, muscles) = (Patterns::reference().unwrap(), Muscles::reference().unwrap());
         let schwa = Vowel::new("ə").unwrap();
         assert_eq!(patterns.check(&schwa, &["GGa".to_owned()], &[1.0], &muscles), None);

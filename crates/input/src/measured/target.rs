@@ -1,12 +1,12 @@
-//! One fit's target: who contracts and which numbers are to be met.
+//! Target of a fit: which muscles contract and which numbers are to be met.
 
 use super::lengths::{Activation, Dataset, Lengths, Vowel, position_of};
 use super::{TargetError, TargetKind, reference_muscle};
 
-/// No muscle of a tongue is shorter or longer than this, against its length in another vowel.
+/// Range of plausible stretches of a muscle between two vowels.
 const STRETCHES: std::ops::RangeInclusive<f64> = 0.5..=1.7;
 
-/// What the user may decide instead of the rules of thesis 4.3.2.
+/// The user's choices instead of the rules of thesis 4.3.2.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TargetOptions {
     /// The contracting muscles, in any order; by default those that are shorter than in the baseline.
@@ -15,8 +15,9 @@ pub struct TargetOptions {
     pub baseline: Option<Vowel>,
 }
 
-/// What a fit has to hit, made from one measured row and its baseline. Muscles are those measured in both rows, in the order of the
-/// table's columns; all lists run parallel to [`Target::muscles`] or hold positions in it.
+/// Target of a fit, made from one measured row and its baseline. Muscles are those measured in both rows, in
+/// the order of the table's columns; all lists are parallel to [`Target::muscles`] or contain positions in
+/// it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
     /// The subject.
@@ -29,12 +30,12 @@ pub struct Target {
     pub kind: TargetKind,
     /// The muscles measured in both rows.
     pub muscles: Vec<String>,
-    /// Position of the muscle that ratios are over.
+    /// Position of the reference muscle of ratios.
     pub reference: usize,
-    /// Positions of the muscles that are given a tension, ascending; at least one.
+    /// Positions of the muscles with unknown tensions, ascending; at least one.
     pub active: Vec<usize>,
-    /// Positions of the muscles whose value is an equation of the fit: the active ones, for ratios without the reference, whose ratio
-    /// is 1 by definition. At least one.
+    /// Positions of the muscles whose value is an equation of the fit, at least one: the active ones, for
+    /// ratios without the reference, whose ratio is 1 by definition.
     pub fitted: Vec<usize>,
     /// Measured lengths, mm.
     pub measured_mm: Vec<f64>,
@@ -44,11 +45,11 @@ pub struct Target {
     pub half_width_mm: Vec<f64>,
     /// Half widths of the rounding of the baseline's lengths, mm.
     pub baseline_half_width_mm: Vec<f64>,
-    /// How each length changed; what decides [`Target::active`] unless the user did.
+    /// Change of each length; it determines [`Target::active`] unless the user did.
     pub activation: Vec<Activation>,
     /// The measured quantity of all muscles, dimensionless ([`TargetKind::values`]).
     pub values: Vec<f64>,
-    /// Muscles of the table that lack a length in one of the rows, and so are no observations.
+    /// Muscles of the table without a length in one of the rows, which are not observations.
     pub not_measured: Vec<String>,
 }
 
@@ -72,11 +73,11 @@ impl Target {
         Self::from_lengths(measured, baseline, kind, options.muscles.as_deref())
     }
 
-    /// The target that `measured` sets against `baseline`, with the contracting `muscles` where they are given. Both rows are of one
-    /// table.
+    /// The target of the row `measured` against the row `baseline` of the same table, with the contracting
+    /// `muscles` if they are given.
     ///
     /// # Errors
-    /// All of [`TargetError`] but [`TargetError::Data`].
+    /// All of [`TargetError`] except [`TargetError::Data`].
     pub fn from_lengths(
         measured: &Lengths,
         baseline: &Lengths,
@@ -145,11 +146,11 @@ impl Target {
         })
     }
 
-    /// The same without the muscles that a body lacks: they cannot be compared. `Err` names a muscle that cannot be done without,
-    /// because it contracts or because ratios are over it.
+    /// The target without the muscles that a body lacks, which cannot be compared.
     ///
     /// # Errors
-    /// The name of that muscle.
+    /// The name of a muscle that the body lacks but the target needs, because it contracts or is the
+    /// reference of ratios.
     pub fn of_body(&self, has: impl Fn(&str) -> bool) -> Result<Self, String> {
         let kept: Vec<usize> = (0..self.muscles.len()).filter(|&m| has(&self.muscles[m])).collect();
         if kept.len() == self.muscles.len() {
@@ -180,12 +181,13 @@ impl Target {
         })
     }
 
-    /// The same quantity as [`Target::values`] for a simulated shape: lengths of the target's muscles and those at rest, both m.
+    /// As [`Target::values`] for a simulated shape: lengths of the target's muscles and those at rest, both
+    /// m.
     pub fn simulated(&self, lengths_m: &[f64], rest_m: &[f64]) -> Vec<f64> {
         self.kind.values(lengths_m, rest_m, self.reference)
     }
 
-    /// Positions of the muscles that can be compared: for ratios all but the reference.
+    /// Positions of the muscles that can be compared: for ratios all except the reference.
     pub fn compared(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.muscles.len()).filter(|&m| self.kind.constrains(m, self.reference))
     }
@@ -195,7 +197,8 @@ impl Target {
         self.active.iter().map(|&m| self.muscles[m].as_str()).collect()
     }
 
-    /// Lowest and highest value of the compared quantity that the rounding of the lengths allows for the muscle at a position.
+    /// Smallest and largest value of the compared quantity of a muscle that the rounding of the lengths
+    /// allows.
     pub fn rounding_range(&self, muscle: usize) -> (f64, f64) {
         let (over, half_over) = match self.kind {
             TargetKind::Ratio => (self.measured_mm[self.reference], self.half_width_mm[self.reference]),
@@ -205,7 +208,7 @@ impl Target {
         ((length - half) / (over + half_over), (length + half) / (over - half_over))
     }
 
-    /// The target with other lengths, mm, as if these had been measured; who contracts stays.
+    /// The target with other measured lengths, mm, and the same contracting muscles.
     pub fn with_lengths(&self, measured_mm: Vec<f64>, baseline_mm: Vec<f64>) -> Self {
         let values = self.kind.values(&measured_mm, &baseline_mm, self.reference);
         Self { measured_mm, baseline_mm, values, ..self.clone() }
@@ -213,19 +216,20 @@ impl Target {
 }
 
 impl Dataset {
-    /// What a fit of `vowel` of `subject` has to hit: how long each muscle that shortened is to its length in /ɯ/.
+    /// The target of a fit to stretches: the lengths of the muscles that shortened in `vowel` of `subject`
+    /// over those in /ɯ/.
     ///
     /// # Errors
-    /// A name that is no vowel's, and as [`Target::new`].
+    /// As [`Target::new`], and for a name that is not a vowel.
     pub fn stretches(&self, subject: &str, vowel: &str) -> Result<Target, TargetError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Stretch, &TargetOptions::default())
     }
 
-    /// What a fit of `vowel` of `subject` has to hit: how long each muscle that is shorter than in /ɯ/ is to GGa (or, in a table
-    /// without it, to the muscle of [`reference_muscle`]).
+    /// The target of a fit to ratios: the lengths of the muscles that are shorter in `vowel` of `subject`
+    /// than in /ɯ/ over that of GGa (in a table without it, of the muscle of [`reference_muscle`]).
     ///
     /// # Errors
-    /// A name that is no vowel's, and as [`Target::new`].
+    /// As [`Target::new`], and for a name that is not a vowel.
     pub fn ratios(&self, subject: &str, vowel: &str) -> Result<Target, TargetError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Ratio, &TargetOptions::default())
     }

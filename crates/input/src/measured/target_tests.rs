@@ -66,7 +66,7 @@ fn a_baseline_vowel_and_muscles_may_be_chosen() {
 }
 
 #[test]
-fn what_cannot_be_fitted_says_why_and_what_to_do() {
+fn targets_that_cannot_be_fitted_are_refused_with_advice() {
     let data = Dataset::reference().unwrap();
     let choose = |muscles: &[&str]| {
         let muscles = Some(muscles.iter().map(|m| (*m).to_owned()).collect());
@@ -102,7 +102,7 @@ fn a_row_in_which_nothing_shortens_says_so() {
         message(result),
         "no muscle of S2 is shorter in /a/ than in /ɯ/, so none contracts; name the contracting muscles yourself"
     );
-    // A millimetre shorter is within rounding: contracting all the same, and marked.
+    // A millimetre shorter is within rounding: the muscle contracts and is marked as uncertain.
     measured.length_mm[4] = measured.length_mm[4].map(|mm| mm - 1.0);
     let t = Target::from_lengths(&measured, baseline, TargetKind::Stretch, None).unwrap();
     assert_eq!(t.active_names(), ["SGm"]);
@@ -110,7 +110,7 @@ fn a_row_in_which_nothing_shortens_says_so() {
 }
 
 #[test]
-fn a_muscle_without_a_length_is_no_observation_and_one_that_the_body_lacks_is_not_compared() {
+fn muscles_without_a_length_or_in_no_body_are_left_out() {
     let table = "subject,vowel,GGa_mm,B_mm,C_mm,D_mm\nX,ɯ,46,56,,25\nX,a,41,50,33,\n";
     let data = Dataset::from_reader(table.as_bytes(), "my.csv").unwrap();
     let new = |kind| Target::new(&data, "X", &vowel("a"), kind, &TargetOptions::default());

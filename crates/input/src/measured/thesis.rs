@@ -1,4 +1,5 @@
-//! What the thesis (Kato 2014) published, by muscle, to compare with. Data, in `targets/kato2014_tables.csv`.
+//! Published results of the thesis (Kato 2014) by muscle, for comparison. The data are in
+//! `targets/kato2014_tables.csv`.
 
 use serde::Deserialize;
 
@@ -6,7 +7,7 @@ use super::Target;
 
 const REFERENCE: &str = include_str!("../../../../targets/kato2014_tables.csv");
 
-/// What the thesis prints of one muscle.
+/// Published values of one muscle.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct ThesisRow {
     /// The muscle.
@@ -20,7 +21,8 @@ pub struct ThesisRow {
     /// Table 4.8: simulated length over that of GGa at the tensions of section 4.4.1, printed to 0.01.
     #[serde(rename = "table4_8_simulated_ratio_a")]
     pub simulated_ratio_a: f64,
-    /// Section 4.4.1: tension found by hand for /a/ of S2, N per metre of thickness; `None` for passive muscles.
+    /// Section 4.4.1: tension found by hand for /a/ of S2, N per metre of thickness; `None` for passive
+    /// muscles.
     #[serde(rename = "section4_4_1_tension_a_n_per_m")]
     pub tension_a_n_per_m: Option<f64>,
 }
@@ -33,7 +35,7 @@ impl Thesis {
     /// The built-in tables.
     ///
     /// # Errors
-    /// A damaged table; a test holds that the built-in one is whole.
+    /// As the CSV reader; a test checks that the built-in table has no error.
     pub fn reference() -> Result<Self, csv::Error> {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }
@@ -43,28 +45,28 @@ impl Thesis {
         &self.0
     }
 
-    /// What it prints of a muscle; case does not count.
+    /// Values of a muscle; case does not count.
     pub fn of(&self, muscle: &str) -> Option<&ThesisRow> {
         self.0.iter().find(|row| row.muscle.eq_ignore_ascii_case(muscle))
     }
 
-    /// The tensions found by hand for /a/ of S2, N per metre of thickness (section 4.4.1): one point of many answers, because
-    /// two ratios do not determine three tensions.
+    /// The tensions found by hand for /a/ of S2, N per metre of thickness (section 4.4.1): one of many
+    /// answers, because two ratios do not determine three tensions.
     pub fn tensions_a(&self) -> Vec<(&str, f64)> {
         self.0.iter().filter_map(|row| Some((row.muscle.as_str(), row.tension_a_n_per_m?))).collect()
     }
 
-    /// Whether it simulated what this target is of: /a/ of S2 against its /ɯ/.
+    /// Whether the thesis simulated this target: /a/ of S2 against its /ɯ/.
     pub fn simulated(&self, target: &Target) -> bool {
         (target.subject.as_str(), target.vowel.label(), target.baseline.label()) == ("S2", "a", "ɯ")
     }
 
-    /// Its simulated ratios to GGa of muscles (table 4.8); `None` where one is none of its own.
+    /// The thesis's simulated ratios to GGa of muscles (table 4.8); `None` if it has no such muscle.
     pub fn ratios_a(&self, muscles: &[String]) -> Option<Vec<f64>> {
         muscles.iter().map(|m| Some(self.of(m)?.simulated_ratio_a)).collect()
     }
 
-    /// The same as stretches of its own rest lengths (table 4.5), taking GGa as stretched as it is elsewhere.
+    /// These ratios as stretches of its own rest lengths (table 4.5), with a given stretch of GGa.
     pub fn stretches_a(&self, muscles: &[String], stretch_of_gga: f64) -> Option<Vec<f64>> {
         let gga_mm = stretch_of_gga * self.of("GGa")?.rest_length_mm;
         muscles

@@ -1,4 +1,4 @@
-//! Tensions of muscles in the baseline, by name. Data, in `targets/takano2007_tone.csv`.
+//! Tensions of muscles in the baseline, by name. The data are in `targets/takano2007_tone.csv`.
 
 use serde::Deserialize;
 
@@ -14,25 +14,25 @@ struct Row {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{origin}: {problem}; write a table of muscle,tone_n_per_m with a row for each muscle")]
 pub struct BadTone {
-    /// Where it came from.
+    /// Its file or source.
     pub origin: String,
     /// What is wrong.
     pub problem: String,
 }
 
-/// The built-in tones, N per metre of thickness: fitted by `tongue-fit validate` to the passive muscles of S1 to S3 of Takano and
-/// Honda (2007).
+/// The built-in tones, N per metre of thickness: fitted by `tongue-fit validate` to the passive muscles of S1
+/// to S3 of Takano and Honda (2007).
 ///
 /// # Errors
-/// A damaged table; a test holds that the built-in one is whole.
+/// As [`read`]; a test checks that the built-in table has no error.
 pub fn reference() -> Result<Vec<(String, f64)>, BadTone> {
     read(REFERENCE, "targets/takano2007_tone.csv (built in)")
 }
 
-/// Reads a table of tones; lines that begin with `#` are skipped and further columns set aside.
+/// Reads a table of tones; lines that begin with `#` are skipped and further columns ignored.
 ///
 /// # Errors
-/// [`BadTone`] for what is no such table, a muscle given twice, or a tone that is negative or not finite.
+/// [`BadTone`] for another format, a muscle given twice, or a tone that is negative or not finite.
 pub fn read(text: &str, origin: &str) -> Result<Vec<(String, f64)>, BadTone> {
     let wrong = |problem: String| BadTone { origin: origin.to_owned(), problem };
     let mut reader =
@@ -41,7 +41,9 @@ pub fn read(text: &str, origin: &str) -> Result<Vec<(String, f64)>, BadTone> {
     for row in reader.deserialize() {
         let Row { muscle, tone_n_per_m } = row.map_err(|e| wrong(e.to_string()))?;
         if !(tone_n_per_m.is_finite() && tone_n_per_m >= 0.0) {
-            return Err(wrong(format!("the tone of {muscle} is {tone_n_per_m}, not finite or negative")));
+            return Err(wrong(format!(
+                "the tone of {muscle} is {tone_n_per_m}; it must be finite and not negative"
+            )));
         }
         if out.iter().any(|(m, _)| m.eq_ignore_ascii_case(&muscle)) {
             return Err(wrong(format!("{muscle} is given twice")));

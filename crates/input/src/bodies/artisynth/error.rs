@@ -1,15 +1,15 @@
-//! Why files of ArtiSynth are refused, where, and what to do.
+//! Errors of reading files of ArtiSynth: what is wrong, where, and what to do.
 
 use super::Text;
 use tongue_core::body::SpaceFault;
 
-/// A file that cannot be used.
+/// A file of ArtiSynth that cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{file}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
 pub struct ArtiSynthError {
     /// Its path.
     pub file: String,
-    /// The line, from 1, where one is to blame.
+    /// The line, from 1, if one is to blame.
     pub line: Option<usize>,
     /// What is wrong.
     pub problem: Problem,
@@ -23,9 +23,9 @@ pub enum Problem {
         "cannot be read: {why}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, MuscleMaxForce.txt, jawAttachments.txt, hyoidAttachments.txt)"
     )]
     Unreadable { why: String },
-    #[error("holds no file that ends in .{ending}; a body of ArtiSynth has one")]
+    #[error("contains no file that ends in .{ending}; a body of ArtiSynth has one")]
     NoFile { ending: String },
-    #[error("holds several files that end in .{ending}; keep the one that is meant")]
+    #[error("contains several files that end in .{ending}; keep one")]
     Several { ending: String },
     #[error("\"{found}\" stands where {what} was expected")]
     Expected { what: &'static str, found: String },
@@ -35,7 +35,7 @@ pub enum Problem {
     NoSuchElement { id: u64 },
     #[error("{what} {id} comes twice")]
     Twice { what: &'static str, id: u64 },
-    #[error("there is nothing in it that could be read as {what}")]
+    #[error("it contains nothing that could be read as {what}")]
     Nothing { what: &'static str },
     #[error("muscle {muscle} has no elements: no CM,{muscle},ELEM follows")]
     NoRegion { muscle: String },
@@ -45,11 +45,11 @@ pub enum Problem {
     NoStrength { muscle: String },
     #[error("fibre {fibre} of muscle number {muscle} has no node number {missing}")]
     Gap { muscle: usize, fibre: usize, missing: usize },
-    #[error("is no body: {fault}")]
+    #[error("is not a valid body: {fault}")]
     Faulty { fault: SpaceFault },
 }
 
-/// The error that a file is wrong in a line.
+/// The error for a line of a file.
 pub(super) fn fail(text: &Text, line: Option<usize>, problem: Problem) -> ArtiSynthError {
     ArtiSynthError { file: text.file.clone(), line, problem }
 }

@@ -1,4 +1,4 @@
-//! The tongue of ArtiSynth as its users have it: a folder of its files, which are read and never shipped.
+//! Reader of ArtiSynth's tongue from a folder of its files, which are not part of this program.
 //!
 //! | file | what is read |
 //! |---|---|
@@ -10,9 +10,9 @@
 //! | `jawAttachments.txt`, `hyoidAttachments.txt` | nodes on bone, counted from 0 |
 //!
 //! After Buchaillard, Perrier and Payan (2009) and Stavness, Lloyd, Payan and Fels (2011). A segment of a
-//! fibre gets the strength of its muscle times the volume of the bundle's elements that hold both of its
-//! nodes (where none does, the mean volume of those that hold its first) over the sum of the largest such
-//! volumes of all fibres.
+//! fibre gets the strength of its muscle times its volume over the sum of the largest volumes of all fibres.
+//! The volume is that of the bundle's elements with both nodes of the segment, or, if there are none, the
+//! mean volume of those with its first node.
 
 mod error;
 mod tables;
@@ -31,11 +31,11 @@ use tables::{Table, elements, fibres, nodes, numbers, regions, strengths};
 pub use error::{ArtiSynthError, Problem};
 pub use tables::Probe;
 
-/// The styloid processes, which ArtiSynth's program places and its mesh does not have: ids in `Fibers.mac`
-/// and places, m.
+/// The styloid processes, which ArtiSynth's program places and its mesh lacks: ids in `Fibers.mac` and
+/// positions, m.
 const STYLOID: [(u64, [f64; 3]); 2] = [(4042, [0.14984, 0.03589, 0.125]), (4037, [0.14984, -0.0358, 0.125])];
 
-/// What the bone is called that the styloglossus comes from.
+/// Name of the bone at which the styloglossus begins.
 const STYLOID_NAME: &str = "styloid_process";
 
 /// The texts of the files, each with its path.
@@ -60,13 +60,13 @@ pub struct Files {
 /// The text of a file.
 #[derive(Debug, Clone, Default)]
 pub struct Text {
-    /// What messages call it.
+    /// Its name in messages.
     pub file: String,
-    /// What it says; bytes that are no UTF-8 stand in comments only.
+    /// Content; bytes that are not UTF-8 occur in comments only.
     pub text: String,
 }
 
-/// Whether a folder holds such files: one whose name ends in `.node` and one in `.elem`.
+/// Whether a folder contains files that end in `.node` and `.elem`.
 pub fn is_folder(path: &Path) -> bool {
     find(path, "node").is_ok() && find(path, "elem").is_ok()
 }
@@ -74,7 +74,7 @@ pub fn is_folder(path: &Path) -> bool {
 /// Reads a folder.
 ///
 /// # Errors
-/// [`ArtiSynthError`]: a file that is missing or wrong, with its line.
+/// [`ArtiSynthError`] for a file that is missing or wrong, with its line.
 pub fn read(folder: &Path) -> Result<SpaceBody, ArtiSynthError> {
     let named = |name: &str| text(&folder.join(name));
     let files = Files {
@@ -92,12 +92,12 @@ pub fn read(folder: &Path) -> Result<SpaceBody, ArtiSynthError> {
 /// Reads a probe of ArtiSynth: excitations or positions over time.
 ///
 /// # Errors
-/// [`ArtiSynthError`]: a file that cannot be read or is wrong, with its line.
+/// [`ArtiSynthError`] for a file that cannot be read or is wrong, with its line.
 pub fn read_probe(path: &Path) -> Result<Probe, ArtiSynthError> {
     tables::probe(&text(path)?)
 }
 
-/// The name of the only file in a folder that ends so.
+/// The name of the only file in a folder with this ending.
 fn find(folder: &Path, ending: &str) -> Result<String, ArtiSynthError> {
     let name = folder.display().to_string();
     let whole = |problem| ArtiSynthError { file: name.clone(), line: None, problem };
@@ -124,7 +124,7 @@ fn text(path: &Path) -> Result<Text, ArtiSynthError> {
     }
 }
 
-/// The body of these files; `origin` is what it is called.
+/// The body of these files; `origin` is its name.
 ///
 /// # Errors
 /// [`ArtiSynthError`], with file and line.
@@ -193,25 +193,25 @@ pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, ArtiSynthError> {
     Ok(body)
 }
 
-/// A muscle that is laid into the mesh.
+/// A muscle and its region of the mesh.
 struct Laid<'a> {
     body: &'a SpaceBody,
     volumes: &'a [f64],
-    /// How many nodes are of the tissue; those after them are of bone.
+    /// Number of nodes of the tissue; the nodes after them are of bone.
     in_tissue: usize,
     region: &'a [usize],
     strength_n: f64,
 }
 
 impl Laid<'_> {
-    /// The volume of the elements of the region that hold both nodes, m³.
+    /// The volume of the elements of the region with both nodes, m³.
     fn volume_around(&self, [a, b]: [usize; 2]) -> f64 {
         let hexahedra = &self.body.mesh.hexahedra;
         let holds = |e: &&usize| hexahedra[**e].contains(&a) && hexahedra[**e].contains(&b);
         self.region.iter().filter(holds).map(|&e| self.volumes[e]).sum()
     }
 
-    /// The mean volume of the region's elements that hold the first of two nodes, else the second, m³.
+    /// The mean volume of the region's elements with the first of two nodes, else with the second, m³.
     fn mean_at(&self, nodes: [usize; 2]) -> Option<f64> {
         let hexahedra = &self.body.mesh.hexahedra;
         nodes.into_iter().find_map(|n| {
@@ -247,5 +247,5 @@ impl Laid<'_> {
     }
 }
 
-/// Fibres of every muscle by number: chains of nodes.
+/// Fibres of every muscle by number, as chains of nodes.
 type Fibres = BTreeMap<usize, BTreeMap<usize, Vec<usize>>>;

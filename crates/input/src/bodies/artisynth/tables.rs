@@ -1,4 +1,4 @@
-//! The files, one by one.
+//! Parsers of ArtiSynth's files.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -8,14 +8,14 @@ use nalgebra::Vector3;
 use super::error::{ArtiSynthError, Problem, fail};
 use super::{Fibres, Text};
 
-/// Things with the ids that the files give them.
+/// Items with the ids of the file.
 pub(super) struct Table<T> {
     pub of: Vec<T>,
-    /// Place in the list of each id.
+    /// Index of each id in the list.
     pub numbers: BTreeMap<u64, usize>,
 }
 
-/// The regions of the muscles, and the muscles by number with the line of their name.
+/// Regions by muscle name, and muscles by number with the line of their name.
 #[derive(Default)]
 pub(super) struct Regions {
     pub names: BTreeMap<usize, (String, usize)>,
@@ -25,11 +25,11 @@ pub(super) struct Regions {
 /// A recording of ArtiSynth: numbers over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
-    /// Times, s, and what was recorded then.
+    /// Times, s, and the values at each time.
     pub rows: Vec<(f64, Vec<f64>)>,
 }
 
-/// Lines that are not empty and no comments, from 1.
+/// Lines that are neither empty nor comments, with their numbers from 1.
 fn lines(text: &Text) -> impl Iterator<Item = (usize, &str)> {
     let whole = text.text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     whole.filter(|(_, line)| !line.is_empty() && !line.starts_with('!') && !line.starts_with('#'))
@@ -69,7 +69,7 @@ pub(super) fn nodes(text: &Text) -> Result<Table<Vector3<f64>>, ArtiSynthError> 
     }
 }
 
-/// The hexahedra, and the place of each id.
+/// The hexahedra, and the index of each id.
 #[allow(clippy::type_complexity, reason = "a list and its index")]
 pub(super) fn elements(
     text: &Text,
@@ -95,7 +95,7 @@ pub(super) fn elements(
     }
 }
 
-/// Numbers of nodes, counted from 0, of which there are `count`.
+/// Node numbers from 0, each below `count`.
 pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, ArtiSynthError> {
     let mut all = Vec::new();
     for (line, row) in lines(text) {
@@ -112,7 +112,7 @@ pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, ArtiSynth
     Ok(all)
 }
 
-/// What follows a word at the beginning of a line, whatever its case, up to a comment.
+/// The rest of a line that begins with a word (in any case), up to a comment.
 fn after<'a>(line: &'a str, word: &str) -> Option<&'a str> {
     let head = line.get(..word.len()).filter(|head| head.eq_ignore_ascii_case(word))?;
     Some(line[head.len()..].split('!').next().unwrap_or_default().trim())

@@ -1,4 +1,4 @@
-//! From the elements of physical groups to a body: cells, chains, bones.
+//! Assembles a body (cells, chains, bones) from the elements of physical groups.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,14 +12,15 @@ use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, Bone, Mesh, MuscleChain};
 use tongue_core::geometry::simplex;
 
-/// A body of triangles lies in the plane within this part of its extent.
+/// Tolerance of the flatness of a body of triangles, as a part of its extent.
 const FLAT: f64 = 1e-6;
-/// A point is in a cell, sides included, if it is beyond none of its sides by more than this part of the cell.
+/// Tolerance of points inside a cell: how far they may lie beyond a side, as a part of the cell.
 const INSIDE: f64 = 1e-6;
-/// A side is curved if its middle is off the straight line between its ends by more than this part of its length.
+/// Tolerance of straight sides: how far the middle may lie off the straight line, as a part of the side's
+/// length.
 const BENT: f64 = 1e-6;
 
-/// What a physical group stands for.
+/// Meaning of a physical group.
 #[derive(Debug, PartialEq, Eq)]
 enum Role {
     Tissue,
@@ -52,7 +53,7 @@ struct Group<'a> {
     dimension: usize,
     tag: i64,
     name: Option<&'a str>,
-    /// The byte where its name stands.
+    /// The byte at which its name begins.
     at: Option<usize>,
     role: Role,
     elements: Vec<&'a Element>,
@@ -62,7 +63,7 @@ struct Group<'a> {
 pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<File> {
     let known = Muscles::built_in();
     let mut by_key: BTreeMap<(usize, i64), Vec<&Element>> = BTreeMap::new();
-    // A group that is named but empty is one too: whoever named it missed something.
+    // Named groups without elements count too, since the user meant them to have some.
     for key in raw.names.keys() {
         by_key.entry(*key).or_default();
     }
@@ -84,7 +85,7 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<File> {
     let tissue = groups.iter().filter(|g| g.role == Role::Tissue).map(|g| g.dimension).max();
     match tissue {
         Some(3) => {
-            // The surface of the tissue may well be called tissue too.
+            // The surface of the tissue may be called tissue too.
             groups.iter_mut().filter(|g| g.role == Role::Tissue && g.dimension == 2).for_each(|g| {
                 g.role = Role::Unused;
             });
@@ -107,13 +108,13 @@ fn shown(group: &Group<'_>) -> String {
     group.name.map_or_else(|| format!("without name, number {}", group.tag), str::to_owned)
 }
 
-/// A cell by the tags of its nodes, and the element that it was.
+/// A cell by the tags of its nodes, and its element.
 struct TaggedCell<'a> {
     nodes: Vec<u64>,
     element: &'a Element,
 }
 
-/// A muscle by the tags of its nodes, and the group that it was.
+/// A muscle by the tags of its nodes, and its group.
 struct TaggedChain<'a> {
     name: String,
     nodes: Vec<u64>,
@@ -132,7 +133,7 @@ fn body<const D: usize>(
     let kept: BTreeSet<u64> =
         cells.iter().map(|c| &c.nodes).chain(chains.iter().map(|c| &c.nodes)).flatten().copied().collect();
     let numbers: BTreeMap<u64, usize> = kept.iter().enumerate().map(|(number, tag)| (*tag, number)).collect();
-    // Every tag that is asked for is in `kept`, which `numbers` was made from.
+    // `numbers` has every tag in `kept`, and only those are asked for.
     let number = |tag: &u64| numbers.get(tag).copied().unwrap_or_default();
     let nodes = positions::<D>(raw, &kept, unit)?;
 
@@ -176,7 +177,7 @@ fn body<const D: usize>(
     Ok(Content { format: raw.format, body, unused, tags, bent })
 }
 
-/// The corners between which the nodes of the sides lie, in Gmsh's order.
+/// The two corners of each side, in Gmsh's order of the middle nodes.
 const SIDES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]];
 
 /// The sides of tissue and muscles that are curved in the file.
@@ -200,7 +201,7 @@ fn bent(raw: &Raw, groups: &[Group<'_>], unit: Unit) -> Option<Bent> {
     (!sides.is_empty()).then_some(Bent { sides: sides.len(), largest_m })
 }
 
-/// The cells in the order of the file; one that is in several groups once.
+/// The cells in the order of the file; a cell in several groups counts once.
 fn cells<'a>(groups: &[Group<'a>]) -> Vec<TaggedCell<'a>> {
     let mut seen = BTreeSet::new();
     let mut cells: Vec<TaggedCell<'a>> = Vec::new();
@@ -259,7 +260,7 @@ fn positions<const D: usize>(raw: &Raw, kept: &BTreeSet<u64>, unit: Unit) -> Fou
     Ok(given().map(|(_, x)| SVector::from_iterator(x.iter().map(|c| c * unit.metres()))).collect())
 }
 
-/// Every muscle must hang on the tissue by its nodes, and none of its other nodes may lie inside a cell.
+/// Checks that every muscle shares nodes with the tissue and that none of its other nodes lies inside a cell.
 fn embedded<const D: usize>(
     mesh: &Mesh<D>,
     cells: &[TaggedCell<'_>],
@@ -284,7 +285,8 @@ fn embedded<const D: usize>(
     Ok(())
 }
 
-/// Whether a point lies in a cell or on its side: with each corner in turn moved there, the cell is not turned over.
+/// Whether a point lies in a cell or on its side: the cell is not inverted if any one corner is moved to the
+/// point.
 fn inside<const D: usize>(corners: &[SVector<f64, D>; 4], x: &SVector<f64, D>) -> bool {
     let least = -INSIDE * simplex::measure(corners);
     (0..=D).all(|moved| {
@@ -294,7 +296,7 @@ fn inside<const D: usize>(corners: &[SVector<f64, D>; 4], x: &SVector<f64, D>) -
     })
 }
 
-/// The bones in the order of their groups, those of one name as one.
+/// The bones in the order of their groups; groups of one name are one bone.
 fn bones(groups: &[Group<'_>], numbers: &BTreeMap<u64, usize>) -> Found<Vec<Bone>> {
     let mut bones: Vec<(String, BTreeSet<usize>)> = Vec::new();
     for group in groups {

@@ -1,20 +1,20 @@
-//! Line elements of a muscle, in whatever order and direction, put into one chain.
+//! Chains of a muscle from line elements in any order and direction.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Why lines are no chain, by node tags.
+/// Why lines do not form a chain, by node tags.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum NoChain {
     /// More than two lines meet at a node.
     Branch { node: u64, lines: usize },
-    /// More than two ends.
+    /// There are more than two ends.
     Gap { ends: Vec<u64> },
-    /// A part without ends, through this node.
+    /// A part without ends runs through this node.
     Loop { node: u64 },
 }
 
-/// The nodes of `lines` from one end to the other. It begins at the end where a line begins; where none or both do, at the
-/// one with the lower tag.
+/// The nodes of `lines` from one end to the other. The chain begins at the end that is the start of a line;
+/// if both or neither are, at the one with the lower tag.
 pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, NoChain> {
     let mut neighbours: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
     for &[a, b] in lines {
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_chain_is_told_apart() {
+    fn lines_that_are_not_a_chain_are_distinguished() {
         assert_eq!(chain(&[[1, 2], [2, 3], [2, 4]]), Err(NoChain::Branch { node: 2, lines: 3 }));
         assert_eq!(chain(&[[1, 2], [3, 4]]), Err(NoChain::Gap { ends: vec![1, 2, 3, 4] }));
         assert_eq!(chain(&[[1, 2], [2, 3], [3, 1]]), Err(NoChain::Loop { node: 1 }));

@@ -1,13 +1,13 @@
-//! Walks through the bytes of a Gmsh file, which are text, or text with numbers in binary between.
+//! Cursor through the bytes of a Gmsh file, which are text, or text with binary numbers.
 
 use super::error::{Found, Located, Problem};
 
-/// A place in the bytes, and how numbers are written there.
+/// A position in the bytes, and the format of the numbers.
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
     binary: bool,
-    /// Whether numbers in binary have their most significant byte first.
+    /// Whether binary numbers have their most significant byte first.
     big_endian: bool,
 }
 
@@ -16,7 +16,7 @@ impl<'a> Cursor<'a> {
         Self { bytes, at: 0, binary: false, big_endian: false }
     }
 
-    /// The byte where what comes next begins.
+    /// The byte at which the next token begins.
     pub fn at(&mut self) -> usize {
         if !self.binary {
             self.skip_space();
@@ -28,7 +28,7 @@ impl<'a> Cursor<'a> {
         self.binary
     }
 
-    /// From here on numbers are in binary; the next four bytes are a 1, which tells the order of the bytes.
+    /// Switches to binary numbers; the next four bytes are the integer 1 and tell the byte order.
     pub fn begin_binary(&mut self) -> Found<()> {
         self.binary = true;
         let at = self.at;
@@ -42,7 +42,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The name of the section that begins next, without the `$`, and the byte where it stands; `None` at the end of the file.
+    /// The name of the next section, without the `$`, and its byte; `None` at the end of the file.
     pub fn section(&mut self) -> Found<Option<(&'a str, usize)>> {
         self.skip_space();
         if self.at == self.bytes.len() {
@@ -56,7 +56,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The end of a section must come next.
+    /// Reads the end of a section.
     pub fn end(&mut self, section: &'static str) -> Found<()> {
         self.skip_space();
         let at = self.at;
@@ -67,7 +67,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Leaves out the rest of a section.
+    /// Skips the rest of a section.
     pub fn skip(&mut self, section: &str) -> Found<()> {
         let end = format!("$End{section}");
         let rest = self.bytes.get(self.at..).unwrap_or_default();
@@ -80,7 +80,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// What is left of this line, as text; the next one begins after it.
+    /// The rest of this line as text; the cursor moves to the next line.
     pub fn line(&mut self, what: &str) -> Found<&'a str> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         if rest.is_empty() {
@@ -92,7 +92,7 @@ impl<'a> Cursor<'a> {
         Ok(text)
     }
 
-    /// A number of a line of its own, which is text in binary files too.
+    /// A number on a line of its own, which is text in binary files too.
     pub fn count_in_text(&mut self, what: &'static str) -> Found<u64> {
         self.skip_space();
         let at = self.at;
@@ -113,7 +113,7 @@ impl<'a> Cursor<'a> {
         Ok(text)
     }
 
-    /// A whole number; in binary of four bytes.
+    /// An integer; in binary of four bytes.
     pub fn int(&mut self, what: &'static str) -> Found<i64> {
         match (self.binary, self.big_endian) {
             (false, _) => self.number(what),
@@ -122,7 +122,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A number that counts or names; in binary of eight bytes.
+    /// A count or a tag; in binary of eight bytes.
     pub fn size(&mut self, what: &'static str) -> Found<u64> {
         match (self.binary, self.big_endian) {
             (false, _) => self.number(what),
@@ -169,7 +169,7 @@ fn not_a_number(at: usize, what: &str, found: &str) -> Located {
     Located::at(at, Problem::NotANumber { what: what.to_owned(), found: shortened(found) })
 }
 
-/// Enough of a word to find it again.
+/// The beginning of a word, for messages.
 fn shortened(text: &str) -> String {
     text.trim().chars().take(40).collect()
 }

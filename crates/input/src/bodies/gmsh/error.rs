@@ -1,4 +1,4 @@
-//! Why a Gmsh file is refused, where, and what to do.
+//! Errors of reading Gmsh files: what is wrong, where, and what to do.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use tongue_core::body::MeshFault;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{origin}{place}: {problem}")]
 pub struct GmshError {
-    /// The file, or what stands for it.
+    /// The file, or a name for its source.
     pub origin: String,
     /// Where in it.
     pub place: Place,
@@ -41,7 +41,7 @@ impl fmt::Display for Place {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say it")]
 pub enum Problem {
-    #[error("this is no Gmsh mesh: it does not begin with $MeshFormat; save it as .msh (gmsh my.geo -2)")]
+    #[error("this is not a Gmsh mesh: it does not begin with $MeshFormat; save it as .msh (gmsh my.geo -2)")]
     NotGmsh,
     #[error(
         "the format is {found}; 4.1 and 2.2 are read: save it with -format msh41, or with Mesh.MshFileVersion = 4.1"
@@ -51,7 +51,7 @@ pub enum Problem {
         "numbers have {found} bytes; 8 are read: save it with -format msh41 by Gmsh on a 64-bit computer"
     )]
     DataSize { found: String },
-    #[error("the order of the bytes is neither first to last nor last to first; save the file again")]
+    #[error("the byte order is neither big-endian nor little-endian; save the file again")]
     ByteOrder,
     #[error("the file ends where {what} was expected: it was cut off; save it again")]
     Ended { what: String },
@@ -142,7 +142,7 @@ pub enum Problem {
     Fault(#[from] MeshFault),
 }
 
-/// A problem and the byte where it shows, if it shows at one.
+/// A problem and its byte, if there is one.
 #[derive(Debug)]
 pub(super) struct Located {
     pub at: Option<usize>,

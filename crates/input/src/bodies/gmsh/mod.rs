@@ -1,5 +1,5 @@
-//! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and 2.2, text or
-//! binary, read into a [`Body`] and written from one. Physical groups say what is what:
+//! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and
+//! 2.2, text or binary, read into a [`Body`] and written from one. Physical groups have these meanings:
 //!
 //! | physical group | on | is |
 //! |---|---|---|
@@ -7,15 +7,18 @@
 //! | `GGa` .. `HGp`, `muscle:NAME` | curves | a muscle; its lines must make one chain |
 //! | `bone`, `bone:NAME` | points or curves (in space also surfaces) | nodes that do not move |
 //!
-//! Capitals do not matter, except in a NAME. Groups of other names are left out and listed ([`Content::unused`]).
-//! `bone:mental_spine` is what a scene's jaw carries and `bone:hyoid` what its hyoid shifts. A body of triangles lies in the
-//! midsagittal plane, z = 0, x to the back and y up; triangles are turned counter-clockwise where they are not. A muscle may
-//! run outside the tissue, as far as its curve is on no surface. Gmsh knows no unit, so the reader must be told ([`Unit`]).
+//! Case does not matter, except in a NAME. Groups of other names are ignored and listed
+//! ([`Content::unused`]). A scene's jaw carries `bone:mental_spine`, and its hyoid shifts `bone:hyoid`. A
+//! body of triangles lies in the midsagittal plane, z = 0, with x to the back and y up; clockwise triangles
+//! are reversed. A muscle may run outside the tissue if its curve is on no surface. Gmsh files have no unit,
+//! so the caller must give it ([`Unit`]).
 //!
-//! Of elements of the second order (types 8, 9 and 11) the corners are read, with straight sides between them: a continuum puts its own
-//! nodes in their middles. Sides that are curved in the file are told ([`Content::bent`]). A continuum is written with such elements.
+//! Of elements of the second order (types 8, 9 and 11) the corners are read and the sides are taken as
+//! straight: a continuum places its own nodes in their middles. Sides that are curved in the file are
+//! reported ([`Content::bent`]). A continuum is written with elements of the second order.
 //!
-//! The crate `mshio` (0.4.2) reads 4.1 alone and no physical names, so the reader is our own: it needs simplices only.
+//! The crate `mshio` (0.4.2) reads only format 4.1 and no physical names, so the reader is our own; it needs
+//! simplices only.
 
 mod assemble;
 mod chain;
@@ -45,7 +48,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// How many metres it is.
+    /// Its length in metres.
     pub const fn metres(self) -> f64 {
         match self {
             Self::M => 1.0,
@@ -54,53 +57,54 @@ impl Unit {
     }
 }
 
-/// How a file is written.
+/// Format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Format {
     /// `4.1` or `2.2`.
     pub version: &'static str,
-    /// Whether its numbers are in binary.
+    /// Whether its numbers are binary.
     pub binary: bool,
 }
 
-/// What a file holds: a body in the plane or in space.
+/// Content of a file: a body in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub enum File {
-    /// Of triangles, in the midsagittal plane.
+    /// Triangles in the midsagittal plane.
     Flat(Content<2>),
-    /// Of tetrahedra.
+    /// Tetrahedra.
     Solid(Content<3>),
 }
 
-/// A body and how its file has it.
+/// A body and the format of its file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Content<const D: usize> {
     /// How the file is written.
     pub format: Format,
-    /// The body, m. Nodes are in the order of their tags, without those that no cell and no muscle uses; cells in the order of
-    /// the file; the eight muscles in the order of the tables, others after them in the order of their groups.
+    /// The body, m. Nodes are in the order of their tags, without those that no cell and no muscle uses;
+    /// cells in the order of the file; the eight published muscles in the order of the tables, then others in
+    /// the order of their groups.
     pub body: Body<D>,
-    /// Physical groups that stand for nothing here.
+    /// Physical groups without a meaning here.
     pub unused: Vec<Unused>,
     /// Gmsh's tag of every node.
     pub tags: Vec<u64>,
-    /// What became of curved sides, where the file has any.
+    /// Curved sides, if the file has any.
     pub bent: Option<Bent>,
 }
 
 /// Sides of elements of the second order that are curved in the file, and straight in the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bent {
-    /// How many.
+    /// Number of sides.
     pub sides: usize,
-    /// How far at most the middle of one is off the straight line between its ends, m.
+    /// Largest distance of the middle of a side from the straight line between its ends, m.
     pub largest_m: f64,
 }
 
-/// A physical group that is left out.
+/// A physical group that is ignored.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Unused {
-    /// Of its elements: 0 for points to 3 for volumes.
+    /// Dimension of its elements: 0 for points to 3 for volumes.
     pub dimension: usize,
     /// Its name.
     pub name: String,
@@ -108,10 +112,10 @@ pub struct Unused {
     pub elements: usize,
 }
 
-/// Reads a file. `origin` is what messages call it, usually its path.
+/// Reads a file. `origin` is its name in messages, usually its path.
 ///
 /// # Errors
-/// [`GmshError`]: what cannot be read or is no body, with the line (in binary files: the byte) and what to do.
+/// [`GmshError`] with the line (in binary files: the byte) and what to do.
 pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<File, GmshError> {
     let mut cursor = cursor::Cursor::new(bytes);
     let file = parse::parse(&mut cursor).and_then(|raw| assemble::assemble(&raw, origin, unit));

@@ -1,4 +1,4 @@
-//! The sections of a Gmsh file, without a thought on what they mean: formats 4.1 and 2.2, text and binary.
+//! Parser of the sections of Gmsh files: formats 4.1 and 2.2, text and binary.
 
 use std::collections::BTreeMap;
 
@@ -6,14 +6,14 @@ use super::Format;
 use super::cursor::Cursor;
 use super::error::{Found, Located, Problem};
 
-/// What a file holds. Tags are Gmsh's numbers.
+/// Content of a file. Tags are Gmsh's numbers.
 pub(super) struct Raw {
     pub format: Format,
-    /// Names of the physical groups, by dimension and tag, each with the byte where it stands.
+    /// Names of the physical groups, by dimension and tag, each with its byte.
     pub names: BTreeMap<(usize, i64), (String, usize)>,
     /// Positions by tag, in the unit of the file.
     pub nodes: BTreeMap<u64, [f64; 3]>,
-    /// Elements as they come; one that is in several physical groups comes once for each.
+    /// Elements in the order of the file; an element in several physical groups is repeated for each.
     pub elements: Vec<Element>,
 }
 
@@ -25,9 +25,9 @@ pub(super) struct Element {
     pub group: i64,
     /// Its corners.
     pub nodes: Vec<u64>,
-    /// Of an element of the second order the nodes of its sides.
+    /// Nodes of the sides of an element of the second order.
     pub middles: Vec<u64>,
-    /// The byte where it stands.
+    /// The byte at which it begins.
     pub at: usize,
 }
 
@@ -153,7 +153,7 @@ fn physical_names(cursor: &mut Cursor<'_>, names: &mut BTreeMap<(usize, i64), (S
     cursor.end("PhysicalNames")
 }
 
-/// A tag or a count of format 2.2: a positive whole number.
+/// A tag or a count of format 2.2: a positive integer.
 fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Found<u64> {
     let at = cursor.at();
     let number = cursor.int(what)?;
@@ -193,7 +193,7 @@ fn elements_2(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
     let count = cursor.count_in_text("the number of elements")?;
     let mut elements: Vec<Element> = Vec::new();
     while (elements.len() as u64) < count {
-        // In binary elements of one type follow each other, and what they share is said once before them.
+        // In binary, elements of one type follow each other behind a common header.
         let (kind, follow, tags, first) = match cursor.is_binary() {
             true => {
                 let kind = cursor.int("the type of an element")?;
@@ -283,7 +283,7 @@ fn nodes_4(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
     Ok(nodes)
 }
 
-/// Elements whose `group` is still the tag of their entity.
+/// Elements, with the tag of their entity in `group`.
 fn elements_4(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
     let blocks = cursor.size("the number of blocks")?;
     for what in ["the number of elements", "the lowest element", "the highest element"] {
@@ -307,7 +307,7 @@ fn elements_4(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
     Ok(elements)
 }
 
-/// Every element once for each physical group of its entity.
+/// Repeats every element for each physical group of its entity.
 fn in_groups(elements: Vec<Element>, entities: &Entities) -> Vec<Element> {
     let mut out = Vec::with_capacity(elements.len());
     for element in elements {

@@ -1,4 +1,4 @@
-//! What to look at before a body from a file is trusted.
+//! Review of a body from a file: what the user should check before trusting it.
 
 use std::fmt;
 
@@ -7,15 +7,15 @@ use crate::measured::muscles::Muscles;
 use tongue_core::body::Mesh;
 use tongue_core::suggest;
 
-/// Tongues are about this long, from a child's to more than a grown-up's with all its muscles outside, m.
+/// Plausible lengths of a tongue, from a child's to an adult's with all muscles outside it, m.
 pub const TONGUE_M: std::ops::RangeInclusive<f64> = 0.02..=0.3;
-/// Units that a file may be in by mistake: their names, and by how much each is to be multiplied to be metres.
+/// Units that a file may be in by mistake, each with its factor to metres.
 const MISTAKEN_M: [(&str, f64); 3] = [("millimetres", 1e-3), ("centimetres", 1e-2), (METRES, 1e3)];
 const METRES: &str = "metres taken for millimetres";
-/// Angles below this make thin triangles, degrees: their springs cannot resist bending.
+/// Limit of thin triangles, degrees: springs of thinner ones cannot resist bending.
 const THIN_DEG: f64 = 10.0;
 
-/// Something about a body that deserves a look.
+/// A concern about a body.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the messages say it")]
 pub enum Concern {
@@ -52,7 +52,7 @@ impl fmt::Display for Concern {
             }
             Self::NoBone => write!(
                 f,
-                "no bone: nothing holds the body; add Physical Point(\"bone\") = {{...}} or Physical Curve(\"bone\") = {{...}}"
+                "no bone holds the body; add Physical Point(\"bone\") = {{...}} or Physical Curve(\"bone\") = {{...}}"
             ),
             Self::MissingMuscles { names } => write!(
                 f,
@@ -76,7 +76,7 @@ impl fmt::Display for Concern {
             }
             Self::ThinCells { smallest_angle_deg } => write!(
                 f,
-                "the smallest angle is {smallest_angle_deg:.1}°; below {THIN_DEG}° the mesh is stiff where it should not be: \
+                "the smallest angle is {smallest_angle_deg:.1}°; below {THIN_DEG}° the mesh is too stiff: \
                  move points apart or mesh finer"
             ),
             Self::Bent(Bent { sides, largest_m }) => write!(
@@ -89,7 +89,7 @@ impl fmt::Display for Concern {
     }
 }
 
-/// What a group of this dimension is made of.
+/// The geometric entity of this dimension.
 fn entities(dimension: usize) -> &'static str {
     ["points", "curves", "surfaces", "volumes"].get(dimension).copied().unwrap_or("entities")
 }
@@ -100,13 +100,13 @@ impl Concern {
         matches!(self, Self::NoBone)
     }
 
-    /// Whether it is only worth knowing.
+    /// Whether it is only a remark.
     pub fn is_remark(&self) -> bool {
         matches!(self, Self::Unused { meant: None, .. })
     }
 }
 
-/// Whether the size of a body is not that of a tongue.
+/// The concern that a body does not have the size of a tongue.
 pub fn unit_suspicion<const D: usize>(mesh: &Mesh<D>) -> Option<Concern> {
     let extent_m = mesh.extent();
     if TONGUE_M.contains(&extent_m) {
@@ -116,7 +116,7 @@ pub fn unit_suspicion<const D: usize>(mesh: &Mesh<D>) -> Option<Concern> {
     Some(Concern::Size { extent_m, unit: unit.map(|(name, _)| *name) })
 }
 
-/// All that deserves a look. `smallest_angle_deg` is that of the cells, degrees (0 where there is none).
+/// All concerns. `smallest_angle_deg` is that of the cells, degrees (0 if there are none).
 pub fn review<const D: usize>(content: &Content<D>, smallest_angle_deg: f64) -> Vec<Concern> {
     let bent = content.bent.map(Concern::Bent);
     let mut concerns: Vec<Concern> = unit_suspicion(&content.body.mesh).into_iter().chain(bent).collect();
@@ -128,7 +128,8 @@ pub fn review<const D: usize>(content: &Content<D>, smallest_angle_deg: f64) -> 
     let missing = |name: &&str| !present.iter().any(|chain| chain.name == **name);
     let all = known.all();
     let names: Vec<&str> = all.iter().map(|m| m.name.as_str()).filter(missing).collect();
-    // A body with some of the published muscles is meant for the published lengths; one with none has its own.
+    // A body with some of the published muscles is meant for the published lengths; one with none of them has
+    // its own.
     let own = !present.is_empty() && names.len() == all.len();
     if D == 2 && !names.is_empty() && !own {
         concerns.push(Concern::MissingMuscles { names: names.iter().map(|n| (*n).to_owned()).collect() });

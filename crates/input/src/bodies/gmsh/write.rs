@@ -1,4 +1,4 @@
-//! A mesh as a Gmsh file of format 4.1, as text.
+//! Writer of a mesh as a Gmsh file of format 4.1, as text.
 
 use std::fmt::Write as _;
 
@@ -7,10 +7,11 @@ use nalgebra::SVector;
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Bone, Mesh};
 
-/// The mesh at rest, in metres, with the physical groups that [`super::read`] knows; fixed nodes that are in none of `bones` are in
-/// a group `bone`. Node `n` has the tag `n + 1`; elements
-/// are numbered from 1 on: cells (of a continuum its quadratic elements), then the muscles' lines one muscle after another, then the points on bone. Read again it
-/// is the same mesh to the last bit if its muscles are in the order that [`super::Body::mesh`] tells and every node is used.
+/// The mesh at rest, m, with the physical groups of [`super::read`]; fixed nodes outside `bones` are in a
+/// group `bone`. Node `n` has the tag `n + 1`. Elements are numbered from 1: cells (of a continuum its
+/// quadratic elements), then the lines of one muscle after another, then the points on bone. Reading it gives
+/// the same mesh to the last bit if its muscles are in the order of [`super::Body::mesh`] and every node is
+/// used.
 pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
     let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
     let names: Vec<String> = mesh.muscles.iter().map(|m| group_name(&m.name)).collect();
@@ -42,7 +43,7 @@ pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
     out
 }
 
-/// One entity for each group, but a point for each node on bone.
+/// Entities: one for each group, but a point for each node on bone.
 fn entities<const D: usize>(out: &mut String, mesh: &Mesh<D>, bones: &[&Bone]) {
     let (surfaces, volumes) = if D == 2 { (1, 0) } else { (0, 1) };
     let _ = writeln!(out, "$Entities\n{} {} {surfaces} {volumes}", mesh.fixed.len(), mesh.muscles.len());
@@ -83,7 +84,7 @@ fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
     for cell in cells {
         let mut nodes = cell.to_vec();
         if kind == 11 {
-            // Gmsh has the middle of 2-3 before that of 1-3.
+            // Gmsh's order has the middle of side 2-3 before that of side 1-3.
             nodes.swap(8, 9);
         }
         element(out, &nodes);
@@ -103,7 +104,7 @@ fn point<const D: usize>(x: &SVector<f64, D>) -> String {
     format!("{} {} {}", x[0], x[1], x.get(2).unwrap_or(&0.0))
 }
 
-/// The corners of the box around points.
+/// The corners of the bounding box of points.
 fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>>) -> String {
     let around = nodes.fold(None, |around: Option<(SVector<f64, D>, SVector<f64, D>)>, x| match around {
         None => Some((*x, *x)),
@@ -113,12 +114,12 @@ fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>>) 
     format!("{} {}", point(&low), point(&high))
 }
 
-/// A name without quotes and line ends, which would end it.
+/// A name without quotes and line ends.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c == '"' || c.is_control() { '_' } else { c }).collect()
 }
 
-/// What a muscle's group is called.
+/// The group name of a muscle.
 fn group_name(muscle: &str) -> String {
     let name = plain(muscle);
     match Muscles::built_in().published(&name) {

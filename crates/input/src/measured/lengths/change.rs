@@ -1,26 +1,26 @@
-//! Which muscles contract: the rule of thesis section 4.3.2 and how sure it is.
+//! Which muscles contract: the rule of thesis section 4.3.2 and its uncertainty.
 
 use serde::Serialize;
 
 use super::Lengths;
 
-/// Floating-point slack in mm, so that 43.1 - 42.1 still counts as a change of exactly 1 mm.
+/// Floating-point tolerance, mm, so that 43.1 - 42.1 still counts as a change of exactly 1 mm.
 const SLACK_MM: f64 = 1e-9;
 
-/// How one muscle's length changed against the baseline.
+/// Change of a muscle's length against the baseline.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Activation {
-    /// Measured minus baseline length, mm; negative when shorter.
+    /// Measured minus baseline length, mm; negative if shorter.
     pub change_mm: f64,
     /// Whether the muscle is shorter than in the baseline, which is taken as contraction (thesis 4.3.2).
     pub contracting: bool,
-    /// Whether rounding may have made or hidden the sign of the change: it is no more than both half widths together.
+    /// Whether rounding may have changed the sign: the change is at most the sum of both half widths.
     pub uncertain: bool,
 }
 
 impl Lengths {
-    /// Compares these lengths with `baseline`'s (thesis 4.3.2), a value for each muscle of this row; `None` where either was not
-    /// measured. Both rows may come from tables with other muscles.
+    /// Compares these lengths with `baseline`'s (thesis 4.3.2), a value for each muscle of this row; `None`
+    /// if either was not measured. The two rows may come from tables with different muscles.
     pub fn activation(&self, baseline: &Self) -> Vec<Option<Activation>> {
         let of = |name: &String| {
             let change_mm = self.length_mm_of(name)? - baseline.length_mm_of(name)?;

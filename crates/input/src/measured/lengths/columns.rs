@@ -1,4 +1,4 @@
-//! Which column is what, by its name.
+//! Meaning of columns by their names.
 
 use csv::StringRecord;
 
@@ -8,7 +8,7 @@ use super::reading::SetAside;
 use super::vowel::{clip, nfc};
 use tongue_core::suggest;
 
-/// Names of the column of subjects, the best first; case does not count, and a space is as good as `_`.
+/// Names of the column of subjects, the best first; case does not count, and a space counts as `_`.
 const SUBJECT: [&str; 12] = [
     "subject",
     "speaker",
@@ -27,38 +27,38 @@ const SUBJECT: [&str; 12] = [
 const VOWEL: [&str; 11] = [
     "vowel", "phoneme", "phone", "segment", "sound", "label", "vokal", "laut", "voyelle", "phonème", "vocal",
 ];
-/// What a column of half widths is called, behind a muscle's name or alone.
+/// Names of a column of half widths, behind a muscle's name or alone.
 const HALF_WIDTH: [&str; 4] = ["half_width", "halfwidth", "error", "uncertainty"];
 
 /// Characters between a name and its unit.
 const BETWEEN: [char; 9] = [' ', '_', '.', '-', '(', '[', '/', ',', ':'];
 
-/// A table with more columns than this is none of muscles.
+/// Limit of the number of columns.
 const MOST_COLUMNS: usize = 10_000;
 
-/// The column of a muscle's lengths.
+/// Column of a muscle's lengths.
 pub(super) struct Length {
     pub muscle: String,
     /// Number of the field, from 0.
     pub field: usize,
     pub unit: Unit,
-    /// Field and unit of its half widths, where it has its own.
+    /// Field and unit of its own half widths, if it has any.
     pub half_width: Option<(usize, Unit)>,
 }
 
-/// The columns of a table; fields count from 0.
+/// Columns of a table; fields count from 0.
 pub(super) struct Columns {
     pub subject: usize,
     pub vowel: usize,
     pub lengths: Vec<Length>,
-    /// Half widths of all muscles without their own.
+    /// Half widths of all muscles without columns of their own.
     pub half_width: Option<(usize, Unit)>,
     pub set_aside: Vec<SetAside>,
 }
 
-/// What a column's name says.
+/// Meaning of a column's name.
 enum Meaning {
-    /// With the place of the name among its aliases.
+    /// With the index of the name among its aliases.
     Subject(usize),
     Vowel(usize),
     Length(String, Unit),
@@ -66,13 +66,13 @@ enum Meaning {
     Other,
 }
 
-/// How many columns of this header are understood: what the separator is found by.
+/// Number of columns with a known meaning, from which the separator is found.
 pub(super) fn understood(header: &StringRecord) -> usize {
     header.iter().take(MOST_COLUMNS).filter(|name| !matches!(meaning(name), Meaning::Other)).count()
 }
 
 impl Columns {
-    /// Reads the header, which stands at `at`.
+    /// Reads the header at the place `at`.
     pub fn of(header: &StringRecord, at: Place<'_>) -> Result<Self, Malformed> {
         if header.len() > MOST_COLUMNS {
             let what = format!("the header has {} columns", header.len());
@@ -134,7 +134,7 @@ impl Columns {
         };
         for (field, name) in header.iter().enumerate().filter(|(field, _)| !used(*field)) {
             let why = match meaning(name) {
-                Meaning::HalfWidth(..) => "half width of a muscle that has no lengths here",
+                Meaning::HalfWidth(..) => "half width of a muscle without a column of lengths",
                 Meaning::Subject(_) | Meaning::Vowel(_) => "another column says the same",
                 _ if name.is_empty() => "no name",
                 _ => "no unit of length in its name",
@@ -155,7 +155,7 @@ fn twice(header: &StringRecord, first: usize, second: usize, at: Place<'_>) -> M
     at.at_column(second + 1).error(what, "keep one of the two")
 }
 
-/// What the header lacks, and which of its columns may be meant.
+/// The error for missing columns, with columns that may be meant.
 fn incomplete(missing: &[&str], header: &StringRecord, at: Place<'_>) -> Malformed {
     let mut what = format!("missing from the header: {}", missing.join(", "));
     let near = missing.iter().filter(|name| !name.contains(' ')).find_map(|name| {
@@ -187,7 +187,7 @@ fn meaning(name: &str) -> Meaning {
     }
 }
 
-/// The name in small letters, with `_` for what stands between words; as many bytes as before.
+/// The name in lower case with `_` between words, of the same number of bytes.
 fn plain(name: &str) -> String {
     name.to_ascii_lowercase().replace([' ', '.', '-'], "_")
 }
@@ -205,7 +205,7 @@ fn quantity(name: &str) -> Option<(&str, Unit)> {
     })
 }
 
-/// The muscle whose half width a column without its unit is: empty for that of all.
+/// The muscle of a column of half widths, given its name without the unit; empty for all muscles.
 fn half_width(quantity: &str) -> Option<&str> {
     let plain = plain(quantity);
     HALF_WIDTH.into_iter().find_map(|word| {
@@ -220,7 +220,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_say_what_a_column_holds() {
+    fn column_names_determine_their_meaning() {
         let told = |name: &str| match meaning(name) {
             Meaning::Subject(_) => "subject".to_owned(),
             Meaning::Vowel(_) => "vowel".to_owned(),

@@ -18,13 +18,13 @@ use tongue_core::suggest;
 const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
 const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
 
-/// No table of lengths is larger, bytes.
+/// Largest size of a table, bytes.
 const LARGEST: u64 = 64 << 20;
 
-/// Above this many subjects a message counts them instead of naming them all.
+/// Largest number of subjects that a message lists by name.
 const NAMED_SUBJECTS: usize = 12;
 
-/// Measured muscle lengths: at least one row that can be used, no subject and vowel twice.
+/// Measured muscle lengths: at least one usable row, and no subject and vowel twice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
     origin: String,
@@ -37,20 +37,20 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// The built-in lengths of Takano and Honda (2007), thesis table 4.4: eight muscles of the subjects S1 to S4, 19 rows (S4
-    /// has no /ɯ/).
+    /// The built-in lengths of Takano and Honda (2007), thesis table 4.4: eight muscles of the subjects S1 to
+    /// S4, 19 rows (S4 has no /ɯ/).
     ///
     /// # Errors
-    /// As [`Dataset::from_reader`]; a test holds that the built-in table has none.
+    /// As [`Dataset::from_reader`]; a test checks that the built-in table has no error.
     pub fn reference() -> Result<Self, Error> {
         Self::parse(REFERENCE.as_bytes(), REFERENCE_ORIGIN)
     }
 
-    /// Reads the table in the file at `path`, or on stdin where `path` is `-`; see [`Dataset::from_reader`] for the format.
+    /// Reads the table in the file at `path`, or on stdin if `path` is `-`; see [`Dataset::from_reader`] for
+    /// the format.
     ///
     /// # Errors
-    /// As [`Dataset::from_reader`], naming the file as `path` shows it. Folders, pipes and devices are
-    /// [`Error::Unreadable`].
+    /// As [`Dataset::from_reader`], naming the file. Folders, pipes and devices are [`Error::Unreadable`].
     pub fn from_path(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         if path.as_os_str() == "-" {
@@ -61,19 +61,21 @@ impl Dataset {
 
     /// Reads a table of lengths; `origin` names it in errors.
     ///
-    /// The text is UTF-8, or UTF-16 behind a byte order mark; fields are separated by commas, semicolons or tabs, decimals
-    /// written with a point or a comma, lines ended in any way; lines in front that begin with `#` are skipped. The header
-    /// names, in any order, the column of subjects (`subject`, `speaker`, `participant`), that of vowels (`vowel`,
-    /// `phoneme`, `segment`) and for each muscle one with its unit: `GGa_mm`, `GGa (mm)`, `GGa_cm`, `GGa_m`. A length is
-    /// 10 to 200 mm (so that a wrong unit is refused); an empty cell, `NA`, `-` or `*` says that it was not measured. Half
-    /// widths of rounding may stand in `GGa_half_width_mm` or, for all muscles, `half_width_mm` or `error_mm`; else they
-    /// are half of the last digit that the lengths show (0.5 mm for whole millimetres). All other columns are set aside.
+    /// The text is UTF-8, or UTF-16 with a byte order mark; fields are separated by commas, semicolons or
+    /// tabs, decimals are written with a point or a comma, and lines may end in any way. Lines at the
+    /// beginning that start with `#` are skipped. The header has, in any order, the column of subjects
+    /// (`subject`, `speaker`, `participant`), that of vowels (`vowel`, `phoneme`, `segment`) and one for each
+    /// muscle with its unit: `GGa_mm`, `GGa (mm)`, `GGa_cm`, `GGa_m`. A length is 10 to 200 mm (so that a
+    /// wrong unit is refused); an empty cell, `NA`, `-` or `*` means that it was not measured. Half widths of
+    /// rounding are read from `GGa_half_width_mm` or, for all muscles, from `half_width_mm` or `error_mm`;
+    /// without these columns they are half of the last digit of the lengths (0.5 mm for whole millimetres).
+    /// All other columns are ignored.
     ///
-    /// A row with a fault is left out and told in [`Dataset::broken`].
+    /// A faulty row is left out and listed in [`Dataset::broken`].
     ///
     /// # Errors
-    /// [`Error::Unreadable`] when reading fails or does not end, [`Error::Malformed`] with line and column where nothing of
-    /// the table can be used.
+    /// [`Error::Unreadable`] if reading fails or the input is too large, [`Error::Malformed`] with line and
+    /// column if no part of the table can be used.
     ///
     /// # Example
     /// ```
@@ -105,10 +107,10 @@ impl Dataset {
         Ok(Self { origin: origin.to_owned(), muscles, rows, reading, broken, index })
     }
 
-    /// The same lengths with `mm` for the half width of them all, whatever the table says.
+    /// The same lengths with the half width `mm` for all of them, whatever the table has.
     ///
     /// # Errors
-    /// [`Error::BadHalfWidth`] where `mm` is not from 0 to 100.
+    /// [`Error::BadHalfWidth`] if `mm` is not from 0 to 100.
     pub fn with_half_width_mm(mut self, mm: f64) -> Result<Self, Error> {
         if !(0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
             return Err(Error::BadHalfWidth { mm, largest: LARGEST_HALF_WIDTH_MM });
@@ -122,7 +124,7 @@ impl Dataset {
         Ok(self)
     }
 
-    /// Where the data came from: the path as given, or what [`Dataset::from_reader`] was told.
+    /// The origin of the data: the path, or the `origin` given to [`Dataset::from_reader`].
     pub fn origin(&self) -> &str {
         &self.origin
     }
@@ -132,7 +134,7 @@ impl Dataset {
         &self.muscles
     }
 
-    /// All rows that can be used, in the order of the table.
+    /// All usable rows, in the order of the table.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
@@ -142,7 +144,8 @@ impl Dataset {
         &self.reading
     }
 
-    /// The rows that cannot be used, in the order of the table. Of a subject and vowel given twice the first row counts.
+    /// The unusable rows, in the order of the table. If a subject and vowel are given twice, the first row
+    /// counts.
     pub fn broken(&self) -> &[BrokenRow] {
         &self.broken
     }
@@ -163,10 +166,11 @@ impl Dataset {
         Ok(self.of_subject(subject)?.map(|lengths| lengths.vowel.clone()).collect())
     }
 
-    /// The lengths of `subject` saying `vowel`; upper and lower case of the vowel count where they tell two rows apart.
+    /// The lengths of `subject` in `vowel`; upper and lower case of the vowel count if they distinguish two
+    /// rows.
     ///
     /// # Errors
-    /// [`Error::Malformed`] where that row is broken, [`Error::UnknownSubject`] with the nearest name, or
+    /// [`Error::Malformed`] if that row is broken, [`Error::UnknownSubject`] with the nearest name, or
     /// [`Error::MissingRow`] with the vowels that exist.
     pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, Error> {
         self.find(subject, vowel)?.ok_or_else(|| Error::MissingRow {
@@ -177,7 +181,7 @@ impl Dataset {
         })
     }
 
-    /// The lengths that `subject`'s other vowels are compared with: its own /ɯ/, as in thesis 4.3.2.
+    /// The baseline of `subject`: its own /ɯ/, as in thesis 4.3.2.
     ///
     /// # Errors
     /// As [`Dataset::baseline_vowel`].
@@ -188,8 +192,8 @@ impl Dataset {
     /// The lengths of `subject` in the baseline vowel `vowel`.
     ///
     /// # Errors
-    /// [`Error::Malformed`] where that row is broken, [`Error::UnknownSubject`], or [`Error::MissingBaseline`] with the
-    /// vowels to choose from instead.
+    /// [`Error::Malformed`] if that row is broken, [`Error::UnknownSubject`], or [`Error::MissingBaseline`]
+    /// with the vowels to choose from.
     pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, Error> {
         self.find(subject, vowel)?.ok_or_else(|| Error::MissingBaseline {
             origin: self.origin.clone(),

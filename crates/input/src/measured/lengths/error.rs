@@ -1,4 +1,4 @@
-//! Everything that can be wrong with a table of lengths or with what is asked of it.
+//! Errors of tables of lengths and of looking up rows in them.
 
 use std::io;
 
@@ -15,7 +15,8 @@ pub struct Malformed {
     pub origin: String,
     /// Line in the file, from 1.
     pub line: u64,
-    /// Column of the table (field of the line, not character), from 1; for something missing, where it should have been.
+    /// Column of the table (field of the line, not character), from 1; for a missing field, its expected
+    /// column.
     pub column: usize,
     /// What is wrong.
     pub what: String,
@@ -23,7 +24,7 @@ pub struct Malformed {
     pub help: String,
 }
 
-/// A row that cannot be used, and whose it is as far as that can be read.
+/// An unusable row, with its subject and vowel if they can be read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct BrokenRow {
     /// The subject.
@@ -34,7 +35,7 @@ pub struct BrokenRow {
     pub fault: Malformed,
 }
 
-/// Why a table could not be read, or has no answer. Each message is complete: what is wrong, where, and what to do.
+/// Why a table could not be read or looked up. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file could not be opened or read.
@@ -42,10 +43,10 @@ pub enum Error {
     Unreadable {
         /// File name or other description of where the data came from.
         origin: String,
-        /// What the operating system said, or that it is no file or too large.
+        /// The error of the operating system, or that it is not a file or too large.
         source: io::Error,
     },
-    /// The file was read, but is no table of lengths, or the row asked for is broken.
+    /// The file is not a table of lengths, or the requested row is broken.
     #[error(transparent)]
     Malformed(#[from] Malformed),
     /// No row has this subject.
@@ -53,7 +54,7 @@ pub enum Error {
     UnknownSubject {
         /// Where the data came from.
         origin: String,
-        /// What was asked for.
+        /// The given name.
         name: String,
         /// The nearest subject, or those that exist.
         hint: String,
@@ -71,16 +72,16 @@ pub enum Error {
         has: Vec<Vowel>,
     },
     /// None of the subjects has a row for this vowel.
-    #[error("no row of {origin} is of /{vowel}/; there are {}", Vowel::list(has))]
+    #[error("{origin} has no row for /{vowel}/; it has {}", Vowel::list(has))]
     UnknownVowel {
         /// Where the data came from.
         origin: String,
         /// The vowel asked for.
         vowel: Vowel,
-        /// The vowels that there are.
+        /// The vowels that exist.
         has: Vec<Vowel>,
     },
-    /// The subject has no row for the vowel that is to be the baseline.
+    /// The subject has no row for the baseline vowel.
     #[error(
         "{subject} has no row for the baseline vowel /{vowel}/ in {origin}; it has {}: choose one of these as \
          the baseline instead",
@@ -96,17 +97,17 @@ pub enum Error {
         /// The vowels that this subject has.
         has: Vec<Vowel>,
     },
-    /// A half width of rounding that is none.
+    /// The half width of rounding is out of range.
     #[error("the half width of rounding is {mm} mm; give one from 0 to {largest} mm, like 0.5")]
     BadHalfWidth {
-        /// What was given, mm.
+        /// The given value, mm.
         mm: f64,
-        /// The largest that is taken, mm.
+        /// The largest allowed value, mm.
         largest: f64,
     },
 }
 
-/// A place in the table and how to complain about it.
+/// A place in the table, from which errors are made.
 #[derive(Clone, Copy)]
 pub(in crate::measured) struct Place<'a> {
     pub origin: &'a str,

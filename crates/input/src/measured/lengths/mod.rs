@@ -1,11 +1,13 @@
-//! Tables of measured muscle lengths: any muscles, any vowels, as spreadsheets and programs write them.
+//! Tables of measured muscle lengths: any muscles and vowels, in the formats of spreadsheets and statistics
+//! programs.
 //!
 //! ```text
 //! bytes -> text -> separator, header -> columns -> rows -> Dataset (rows, and how the text was understood)
 //! ```
-//! One row for each subject and vowel. Columns are found by their names: `subject` and `vowel` (or a word of the same
-//! meaning), a length for each muscle in a column `NAME_mm` (or `NAME (mm)`, `NAME_cm`, `NAME_m`), and where there are any,
-//! half widths of rounding in `NAME_half_width_mm` or, for all muscles, `half_width_mm`. All other columns are set aside.
+//! There is one row for each subject and vowel. Columns are found by their names: `subject` and `vowel` (or a
+//! synonym), a length for each muscle in a column `NAME_mm` (or `NAME (mm)`, `NAME_cm`, `NAME_m`), and
+//! optionally half widths of rounding in `NAME_half_width_mm` or, for all muscles, `half_width_mm`. All other
+//! columns are ignored.
 
 mod change;
 mod columns;
@@ -28,7 +30,7 @@ pub use vowel::{BadLabel, Vowel};
 
 use std::sync::Arc;
 
-/// The muscle lengths of one subject saying one vowel.
+/// The muscle lengths of one subject in one vowel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lengths {
     /// The subject, e.g. `S2`.
@@ -37,14 +39,15 @@ pub struct Lengths {
     pub vowel: Vowel,
     /// The muscles of the table, in the order of its columns.
     pub muscles: Arc<[String]>,
-    /// Straight length of each muscle from end to end, mm, 10 to 200; `None` where it was not measured.
+    /// Straight length of each muscle from end to end, mm, 10 to 200; `None` if it was not measured.
     pub length_mm: Vec<Option<f64>>,
-    /// Half width of the rounding of each length, mm: the true length lies within so much of the printed one.
+    /// Half width of the rounding of each length, mm: the largest difference between the true and the printed
+    /// length.
     pub half_width_mm: Vec<f64>,
 }
 
 impl Lengths {
-    /// The length of a muscle, mm; `None` where it was not measured or the table has no such muscle.
+    /// The length of a muscle, mm; `None` if it was not measured or the table has no such muscle.
     pub fn length_mm_of(&self, muscle: &str) -> Option<f64> {
         *self.length_mm.get(position_of(&self.muscles, muscle)?)?
     }
@@ -65,11 +68,11 @@ impl Lengths {
 pub struct Row {
     /// Line in the file, from 1.
     pub line: u64,
-    /// What the row says.
+    /// The lengths of the row.
     pub lengths: Lengths,
 }
 
-/// Where `name` is among `names`: as it is written, else but for case where only one name fits so.
+/// Position of `name` in `names`: the exact match, else the only match that differs in case.
 pub fn position_of(names: &[String], name: &str) -> Option<usize> {
     let folded = name.trim().to_lowercase();
     names.iter().position(|n| n == name).or_else(|| {

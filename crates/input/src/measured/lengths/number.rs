@@ -1,20 +1,21 @@
-//! A length as it stands in a cell.
+//! Lengths in the cells of a table.
 
 use serde::Serialize;
 
 use super::error::{Malformed, Place};
 use super::vowel::clip;
 
-/// The shortest plausible length, mm. The published ones are 20 to 66 mm, so a length in centimetres lies below.
+/// The shortest plausible length, mm. The published ones are 20 to 66 mm, so a length in centimetres is below
+/// it.
 pub const SHORTEST_MM: f64 = 10.0;
-/// The longest plausible length, mm; a length in micrometres or with a slipped decimal point lies above.
+/// The longest plausible length, mm; a length in micrometres or with a wrong decimal point is above it.
 pub const LONGEST_MM: f64 = 200.0;
-/// No length in centimetres is below this, and every length in metres is.
+/// Numbers from here on are taken for centimetres, numbers below for metres.
 const SHORTEST_CM: f64 = 0.2;
-/// The largest half width of a length, mm: with more a length says nothing.
+/// The largest half width of a length, mm: with more, a length has no information.
 pub(super) const LARGEST_HALF_WIDTH_MM: f64 = 100.0;
 
-/// What stands in a cell whose length was not measured, but for case. An empty cell says the same.
+/// Marks of a length that was not measured, in any case, beside the empty cell.
 const MISSING: [&str; 10] = ["na", "n/a", "#n/a", "nan", "null", "-", "–", "—", "*", "."];
 
 /// The unit that a column's name gives.
@@ -30,7 +31,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// All units; the first that ends a name is its unit.
+    /// All units; the first with which a name ends is its unit.
     pub(super) const ALL: [Unit; 3] = [Unit::Mm, Unit::Cm, Unit::M];
 
     /// Its symbol.
@@ -42,7 +43,7 @@ impl Unit {
         }
     }
 
-    /// The power of ten that makes it millimetres.
+    /// Its power of ten in millimetres.
     pub(super) const fn power(self) -> i32 {
         match self {
             Unit::Mm => 0,
@@ -52,7 +53,7 @@ impl Unit {
     }
 }
 
-/// What stands between the whole part of a number and the rest.
+/// Mark between the integer part of a number and its decimals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DecimalMark {
@@ -62,12 +63,12 @@ pub enum DecimalMark {
     Comma,
 }
 
-/// Whether nothing was measured there.
+/// Whether the cell says that nothing was measured.
 pub(super) fn is_missing(cell: &str) -> bool {
     cell.is_empty() || MISSING.contains(&cell.to_lowercase().as_str())
 }
 
-/// The mark that `cell` could only be read with; `None` for whole numbers and what is no number.
+/// The mark with which alone `cell` can be read; `None` for integers and for text.
 pub(super) fn mark_of(cell: &str) -> Option<DecimalMark> {
     let mark = match cell.find([',', '.'])? {
         at if cell[at..].starts_with(',') => DecimalMark::Comma,
@@ -76,7 +77,7 @@ pub(super) fn mark_of(cell: &str) -> Option<DecimalMark> {
     in_mm(cell, mark, Unit::Mm).map(|_| mark)
 }
 
-/// The number in `cell`, in mm, with the bits that it would have had if it had been written in mm.
+/// The number in `cell`, in mm, with the same bits as if it had been written in mm.
 fn in_mm(cell: &str, mark: DecimalMark, unit: Unit) -> Option<f64> {
     let text = with_point(cell, mark)?;
     let number: f64 = text.parse().ok()?;
@@ -95,7 +96,7 @@ fn with_point(cell: &str, mark: DecimalMark) -> Option<String> {
     }
 }
 
-/// How many decimals of a millimetre `cell` shows: 0 for 57 mm and for 5.7 cm, 1 for 57.8 mm, -1 for 6 cm.
+/// Number of decimals of a millimetre in `cell`: 0 for 57 mm and for 5.7 cm, 1 for 57.8 mm, -1 for 6 cm.
 pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: Unit) -> Option<i32> {
     in_mm(cell, mark, unit).filter(|mm| mm.is_finite())?;
     let text = with_point(cell, mark)?.to_ascii_lowercase();
@@ -104,7 +105,7 @@ pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: Unit) -> Option<i
     i32::try_from(decimals).ok()?.checked_sub(exponent.parse().ok()?)?.checked_sub(unit.power())
 }
 
-/// A column of numbers, for what is said of its cells.
+/// A column of numbers, for messages about its cells.
 #[derive(Clone, Copy)]
 pub(super) struct Numbers<'a> {
     /// Name in the header.
@@ -114,7 +115,7 @@ pub(super) struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    /// A plausible length, mm; `None` where it was not measured.
+    /// A plausible length, mm; `None` if it was not measured.
     pub fn length(self, cell: &str, at: Place<'_>) -> Result<Option<f64>, Malformed> {
         if is_missing(cell) {
             return Ok(None);
@@ -123,7 +124,7 @@ impl Numbers<'_> {
         self.check_length(cell, mm, at).map(|()| Some(mm))
     }
 
-    /// A half width, mm; `None` where none is given.
+    /// A half width, mm; `None` if none is given.
     pub fn half_width(self, cell: &str, at: Place<'_>) -> Result<Option<f64>, Malformed> {
         if is_missing(cell) {
             return Ok(None);
@@ -132,7 +133,7 @@ impl Numbers<'_> {
         if (0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
             return Ok(Some(mm));
         }
-        let what = format!("{} is {}, no half width of a length", clip(self.column), clip(cell));
+        let what = format!("{} is {}, which is not a half width of a length", clip(self.column), clip(cell));
         Err(at.error(what, format!("write one from 0 to {LARGEST_HALF_WIDTH_MM} mm, like 0.5")))
     }
 
@@ -174,7 +175,7 @@ impl Numbers<'_> {
         } else if self.unit != Unit::Mm {
             let mm = clip(&format!("{mm}"));
             let what = format!(
-                "{name} is {}, which is {mm} mm: no length of a tongue muscle (10 to 200 mm)",
+                "{name} is {}, which is {mm} mm: not a length of a tongue muscle (10 to 200 mm)",
                 clip(cell)
             );
             return Err(at.error(what, "check the number, and the unit that the column's name gives"));
@@ -191,7 +192,7 @@ impl Numbers<'_> {
         } else {
             (
                 "too long for a tongue muscle (above 200 mm)",
-                "write the length in millimetres, like 57.8; a column that is no muscle is set aside where its name has no unit",
+                "write the length in millimetres, like 57.8; a column that is not of a muscle is ignored if its name has no unit",
             )
         };
         Err(at.error(format!("{name} is {}, {why}", clip(&format!("{mm}"))), help))
@@ -207,7 +208,7 @@ mod tests {
         for tenths in 100..2000 {
             let mm = f64::from(tenths) / 10.0;
             let cell = |power: i32| format!("{}", mm / 10f64.powi(power));
-            // Division by ten rounds, so the texts are made by hand.
+            // The texts are built from digits, because division by ten rounds.
             let (whole, tenth) = (tenths / 10, tenths % 10);
             let cm = format!("{}.{}{tenth}", whole / 10, whole % 10);
             let m = format!("0,{whole:03}{tenth}");

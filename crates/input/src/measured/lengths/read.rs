@@ -1,4 +1,5 @@
-//! Reading a table of lengths: what is odd in a row breaks that row alone, with its line and column.
+//! Reader of tables of lengths. A fault in a row makes only that row unusable and is reported with line and
+//! column.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,14 +14,14 @@ use super::text::{Text, decode};
 use super::vowel::{BadLabel, Vowel, clip, nfc};
 use super::{Lengths, Row};
 
-/// More rows than this are no subjects and vowels.
+/// Limit of the number of rows.
 const MOST_ROWS: usize = 200_000;
-/// Half width of a length read off an MR image, mm, where nothing says another.
+/// Default half width of a length, mm: that of lengths read off an MR image.
 const DEFAULT_HALF_WIDTH_MM: f64 = 0.5;
-/// Decimals of a millimetre beyond which the digits are those of a computer and not of a measurement.
+/// Largest number of decimals of a millimetre that counts as measured; more decimals are a program's.
 const MOST_DECIMALS: i32 = 2;
 
-/// What a text holds.
+/// Content of a text.
 pub(super) struct Table {
     pub muscles: Arc<[String]>,
     pub rows: Vec<Row>,
@@ -82,7 +83,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Table, Malformed> {
         set_aside: columns.set_aside.clone(),
         rows_without_lengths: Vec::new(),
     };
-    // A nameless column with nothing in it is what a spreadsheet leaves behind.
+    // An empty column without a name is an artefact of spreadsheets and not listed.
     reading.set_aside.retain(|s| {
         let filled = |r: &StringRecord| r.get(s.column - 1).is_some_and(|cell| !cell.is_empty());
         !s.name.is_empty() || records.iter().any(|(_, r)| filled(r))
@@ -122,7 +123,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Table, Malformed> {
                 format!("{} /{}/ is given twice, here and on line {first}", lengths.subject, lengths.vowel),
                 "keep one of the two lines, or tell repetitions apart, as in a1 and a2",
             );
-            // The first of the two is a row, so this one is nobody's.
+            // The first of the two rows is used, so this one has no subject or vowel.
             broken.push(BrokenRow { subject: None, vowel: None, fault });
             continue;
         }
@@ -143,11 +144,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Table, Malformed> {
     Ok(Table { muscles, rows, reading, broken })
 }
 
-/// The half width of lengths that show so many decimals of a millimetre.
+/// The half width of lengths with this number of decimals of a millimetre.
 fn by_digits(decimals: Option<i32>) -> HalfWidth {
     match decimals {
         Some(n) if n <= MOST_DECIMALS => {
-            // Through text, so that it is the number that one would write.
+            // Parsed from text, to get exactly the decimal number.
             let mm = format!("5e{}", -n - 1).parse().unwrap_or(DEFAULT_HALF_WIDTH_MM);
             HalfWidth::Digits { mm }
         }
@@ -156,7 +157,7 @@ fn by_digits(decimals: Option<i32>) -> HalfWidth {
 }
 
 impl HalfWidth {
-    /// The half width where no column says another, mm.
+    /// The half width if no column gives one, mm.
     pub(super) fn without_column_mm(&self) -> f64 {
         match self {
             HalfWidth::Column { else_mm: mm, .. }
@@ -167,8 +168,8 @@ impl HalfWidth {
     }
 }
 
-/// R's `write.table` names rows without naming their column, so that every row has a field more than the header. (Between
-/// commas the field more may come from a decimal comma.)
+/// Handles R's `write.table`, which writes row names without a column name, so that every row has one field
+/// more than the header. (With commas as separators the extra field may come from a decimal comma.)
 fn with_row_names(
     header: StringRecord,
     records: &[(Place<'_>, StringRecord)],
@@ -181,17 +182,18 @@ fn with_row_names(
     std::iter::once("").chain(header.iter()).collect()
 }
 
-/// The text of a table behind what spreadsheets and programs put in front of it.
+/// The text of a table without the lines in front of it.
 struct Source<'a> {
     origin: &'a str,
     body: &'a str,
-    /// How many lines stand before it.
+    /// Number of lines in front of it.
     lines_before: u64,
     separator: Separator,
 }
 
 impl<'a> Source<'a> {
-    /// Skips comments (`#`) and Excel's `sep=;`, and finds the separator: the one with which most of the header is understood.
+    /// Skips comments (`#`) and Excel's `sep=;`, and finds the separator with which most columns of the
+    /// header are known.
     fn of(text: &'a str, origin: &'a str) -> Result<Self, Malformed> {
         let mut source = Source { origin, body: text, lines_before: 0, separator: Separator::Comma };
         let mut told = None;
@@ -227,7 +229,7 @@ impl<'a> Source<'a> {
             let read = self.reader(separator).read_record(&mut header);
             read.map_or((0, 0), |_| (columns::understood(&header), header.len()))
         };
-        // The last of equals wins.
+        // Of several with the same score the last of the reversed order wins, which is the first of `ALL`.
         Separator::ALL.into_iter().rev().max_by_key(|s| score(*s)).unwrap_or(Separator::Comma)
     }
 
@@ -240,7 +242,7 @@ impl<'a> Source<'a> {
             .from_reader(self.body.as_bytes())
     }
 
-    /// The header and the rows, each with its place; rows of nothing but separators do not count.
+    /// The header and the rows, each with its place; rows of separators alone do not count.
     #[expect(clippy::type_complexity, reason = "it is taken apart at once")]
     fn records(&self) -> Result<((Place<'a>, StringRecord), Vec<(Place<'a>, StringRecord)>), Malformed> {
         let mut reader = self.reader(self.separator);
@@ -248,7 +250,7 @@ impl<'a> Source<'a> {
         let mut record = StringRecord::new();
         loop {
             let more = reader.read_record(&mut record).map_err(|e| {
-                // Nothing that text with any number of fields a line should lead to.
+                // Not expected, since lines may have any number of fields.
                 let line = e.position().map_or(1, csv::Position::line) + self.lines_before;
                 let at = Place { origin: self.origin, line, column: 1 };
                 at.error(e.to_string(), "check that the file is a table with a separator between its fields")
@@ -273,7 +275,7 @@ impl<'a> Source<'a> {
         Ok((header, records))
     }
 
-    /// Where `record` starts. The CSV reader counts the blank lines that it skips as part of the record after them.
+    /// The beginning of `record`. The CSV reader counts skipped blank lines as part of the record after them.
     fn place(&self, record: &StringRecord) -> Place<'a> {
         let (line, byte) = record.position().map_or((1, 0), |p| (p.line(), p.byte()));
         let from = usize::try_from(byte).ok().and_then(|byte| self.body.as_bytes().get(byte..));
@@ -281,7 +283,7 @@ impl<'a> Source<'a> {
         Place { origin: self.origin, line: self.lines_before + line + blank, column: 1 }
     }
 
-    /// A line that the table's separator does not split but another would.
+    /// The error for a line that only another separator splits.
     fn wrong_separator(&self, record: &StringRecord, at: Place<'_>) -> Option<Malformed> {
         let only = if record.len() == 1 { record.get(0)? } else { return None };
         let other = Separator::ALL
@@ -292,14 +294,14 @@ impl<'a> Source<'a> {
     }
 }
 
-/// What it takes to read a row.
+/// Columns and settings for reading a row.
 struct RowReader<'a> {
     header: &'a StringRecord,
     columns: &'a Columns,
     mark: DecimalMark,
     reading: &'a Reading,
     source: &'a Source<'a>,
-    /// Whether the table has rows of /u/ and of /ɯ/, so that `u` is not a way to write `ɯ`.
+    /// Whether the table has rows of both /u/ and /ɯ/, so that `u` does not stand for `ɯ`.
     has_both_u: bool,
 }
 
@@ -375,7 +377,7 @@ impl RowReader<'_> {
         Ok(())
     }
 
-    /// A row that cannot be used, with whose it is where that can be read.
+    /// An unusable row, with its subject and vowel if they can be read.
     fn broken(&self, record: &StringRecord, fault: Malformed) -> BrokenRow {
         let cell = |field| record.get(field).filter(|cell: &&str| !cell.is_empty());
         BrokenRow {

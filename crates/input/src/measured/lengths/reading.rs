@@ -1,10 +1,10 @@
-//! How the text of a table was understood, to be looked at.
+//! How the text of a table was understood, for the user to check.
 
 use serde::Serialize;
 
 use super::{DecimalMark, Encoding, LineEnds, Unit};
 
-/// What stands between the fields of a line.
+/// Separator between the fields of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Separator {
@@ -17,7 +17,7 @@ pub enum Separator {
 }
 
 impl Separator {
-    /// All, the one that is taken where nothing decides between them first.
+    /// All separators, in the order of preference.
     pub(super) const ALL: [Separator; 3] = [Separator::Comma, Separator::Semicolon, Separator::Tab];
 
     /// Its character.
@@ -29,7 +29,7 @@ impl Separator {
         }
     }
 
-    /// What several of them are called.
+    /// Its name in the plural.
     pub const fn plural(self) -> &'static str {
         match self {
             Separator::Comma => "commas",
@@ -39,28 +39,29 @@ impl Separator {
     }
 }
 
-/// Where the half widths of a muscle's lengths come from.
+/// Origin of the half widths of a muscle's lengths.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "from", rename_all = "snake_case")]
 pub enum HalfWidth {
-    /// A column of the table; where its cell is empty, `else_mm`.
+    /// A column of the table; for its empty cells, `else_mm`.
     Column {
         /// Name in the header.
         name: String,
-        /// Half width where the column says none, mm.
+        /// Half width for empty cells, mm.
         else_mm: f64,
     },
-    /// The user's word for all lengths.
+    /// A value given by the user for all lengths.
     Given {
         /// Half width, mm.
         mm: f64,
     },
-    /// The digits that the lengths are written with: half of the last one.
+    /// Half of the last digit of the lengths.
     Digits {
         /// Half width, mm.
         mm: f64,
     },
-    /// 0.5 mm, as for lengths read off an MR image to 1 mm, because the digits are more than anybody measures.
+    /// 0.5 mm, as for lengths read off an MR image to 1 mm, because the lengths have more digits than a
+    /// measurement.
     Default {
         /// Half width, mm.
         mm: f64,
@@ -76,9 +77,9 @@ pub struct Column {
     pub name: String,
     /// Number of the column, from 1.
     pub column: usize,
-    /// The unit that its name gives.
+    /// The unit in its name.
     pub unit: Unit,
-    /// Where its half widths come from.
+    /// Origin of its half widths.
     pub half_width: HalfWidth,
 }
 
@@ -96,13 +97,13 @@ pub struct SetAside {
 /// How the text of a table was understood.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Reading {
-    /// How its characters were written.
+    /// Encoding of its characters.
     pub encoding: Encoding,
     /// How its lines end.
     pub line_ends: LineEnds,
-    /// What stands between fields.
+    /// Separator of fields.
     pub separator: Separator,
-    /// What stands before decimals.
+    /// Decimal mark.
     pub decimal_mark: DecimalMark,
     /// Name of the column of subjects.
     pub subject: String,
@@ -112,6 +113,6 @@ pub struct Reading {
     pub columns: Vec<Column>,
     /// Columns that are not used.
     pub set_aside: Vec<SetAside>,
-    /// Lines (from 1) of rows in which no length was measured: they count as not there.
+    /// Lines (from 1) of rows without any measured length; these rows are ignored.
     pub rows_without_lengths: Vec<u64>,
 }

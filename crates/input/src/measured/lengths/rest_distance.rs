@@ -1,10 +1,10 @@
-//! How far a body at rest is from the rows that were measured.
+//! Distance of a body at rest from measured rows.
 
 use serde::Serialize;
 
 use super::{Dataset, Lengths, Vowel, position_of};
 
-/// How far a body's ratios at rest are from a measured row's.
+/// Distance of a body's ratios at rest from those of a measured row.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RestDistance {
     /// Root mean square difference of the ratios to the reference muscle.
@@ -13,7 +13,7 @@ pub struct RestDistance {
     pub largest_relative: f64,
 }
 
-/// The measure, in words, of so many `ratios` to the muscle `reference`.
+/// Name of the measure for this number of `ratios` to the muscle `reference`.
 pub fn measure(ratios: usize, reference: &str) -> String {
     let count = ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"];
     let count = count.get(ratios).map_or_else(|| ratios.to_string(), |word| (*word).to_owned());
@@ -22,8 +22,9 @@ pub fn measure(ratios: usize, reference: &str) -> String {
     )
 }
 
-/// The distance of a body whose `muscles` have the lengths `rest` (any unit) from a row, by their lengths over that of the
-/// muscle `reference`. Muscles that were not measured, or that the body lacks, are left out; `None` where no ratio is left.
+/// The distance of a body whose `muscles` have the lengths `rest` (any unit) from a row, by their ratios to
+/// the muscle `reference`. Muscles that were not measured or that the body lacks are left out; `None` if no
+/// ratio is left.
 pub fn distance(muscles: &[String], rest: &[f64], row: &Lengths, reference: &str) -> Option<RestDistance> {
     let unit = position_of(muscles, reference)?;
     let (rest_unit, row_unit) = (*rest.get(unit)?, row.length_mm_of(reference)?);
@@ -50,7 +51,7 @@ pub struct NearestRow {
     pub distance: RestDistance,
 }
 
-/// The nearest of all rows, the first of equals; `None` where [`distance`] is so for all.
+/// The nearest of all rows, the first of equals; `None` if [`distance`] is `None` for all.
 pub fn nearest(muscles: &[String], rest: &[f64], data: &Dataset, reference: &str) -> Option<NearestRow> {
     let rows = data.rows().iter().map(|row| &row.lengths);
     let (distance, row) = rows
@@ -84,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_measured_is_left_out() {
+    fn unmeasured_muscles_are_left_out() {
         let data = Dataset::from_reader(&b"subject,vowel,GGa_mm,B_mm\nX,a,40,20\nX,e,40,NA\n"[..], "my.csv")
             .unwrap();
         let names = ["GGa".to_owned(), "B".to_owned(), "C".to_owned()];

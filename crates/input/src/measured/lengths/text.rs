@@ -1,22 +1,22 @@
-//! From bytes to text with plain line ends.
+//! Decoding of bytes to text with line feeds as line ends.
 
 use serde::Serialize;
 
 use super::error::{Malformed, Place};
 
-/// How the characters of a table were written.
+/// Encoding of a table's characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Encoding {
     /// UTF-8.
     Utf8,
-    /// UTF-8 behind a byte order mark, as Excel writes it.
+    /// UTF-8 with a byte order mark, as Excel writes it.
     Utf8Bom,
-    /// UTF-16 behind a byte order mark, as Excel's "Unicode text" is.
+    /// UTF-16 with a byte order mark, as in Excel's "Unicode text".
     Utf16,
 }
 
-/// How the lines of a table end.
+/// Line ends of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LineEnds {
@@ -35,7 +35,7 @@ pub(in crate::measured) struct Text {
     pub line_ends: LineEnds,
 }
 
-/// The text of `bytes`: UTF-8, or UTF-16 behind a byte order mark.
+/// The text of `bytes`: UTF-8, or UTF-16 with a byte order mark.
 pub(in crate::measured) fn decode(bytes: &[u8], origin: &str) -> Result<Text, Malformed> {
     let start = Place { origin, line: 1, column: 1 };
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xD0\xCF\x11\xE0") {
@@ -83,7 +83,7 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16, start: Place<'_>) -> Result<Str
     }
 }
 
-/// The place of the byte `offset` of `bytes`, for what is wrong before the table can be read as one.
+/// The place of the byte `offset` of `bytes`, for errors found before the table is read.
 fn place_of_byte<'a>(origin: &'a str, bytes: &[u8], offset: usize) -> Place<'a> {
     let before = bytes.get(..offset).unwrap_or(bytes);
     let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);

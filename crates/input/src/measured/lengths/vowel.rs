@@ -1,4 +1,4 @@
-//! Vowels are labels: whatever the table writes.
+//! Vowels, which are labels as in the table.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,11 +6,11 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use unicode_normalization::UnicodeNormalization;
 
-/// More characters than this are no label of a vowel.
+/// Largest number of characters of a label.
 const LONGEST: usize = 40;
 
-/// The label of a vowel: what stands in the table without spaces and slashes around it, in Unicode's form NFC (so that
-/// letters with accents compare as they look), with `ɯ` for `u`. Ordered as text.
+/// The label of a vowel: the text of the table without surrounding spaces and slashes, in Unicode's form NFC
+/// (so that letters with accents that look the same are equal), with `ɯ` for `u`. Ordered as text.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Vowel(String);
@@ -34,8 +34,8 @@ impl Vowel {
         Ok(if vowel.0 == "u" { Self::unrounded_u() } else { vowel })
     }
 
-    /// Reads a label as [`Vowel::new`] does, but `u` stays `u`: for tables that have both, and for what is looked up in a table, where
-    /// it is found as `ɯ` if there is no `u`.
+    /// Reads a label as [`Vowel::new`] does, but keeps `u`: for tables that have both, and for looking up a
+    /// row, which is found as `ɯ` if there is no `u`.
     ///
     /// # Errors
     /// As [`Vowel::new`].
@@ -49,7 +49,7 @@ impl Vowel {
         Ok(Self(nfc(bare)))
     }
 
-    /// /ɯ/, the baseline where no other is asked for, as in thesis 4.3.2.
+    /// /ɯ/, the default baseline, as in thesis 4.3.2.
     pub fn unrounded_u() -> Self {
         Self("ɯ".to_owned())
     }
@@ -59,7 +59,7 @@ impl Vowel {
         &self.0
     }
 
-    /// Whether the two differ in upper and lower case at most.
+    /// Whether the two are equal except for upper and lower case.
     pub fn is_like(&self, other: &Self) -> bool {
         let folded = |v: &Self| match v.0.to_lowercase() {
             u if u == "u" => "ɯ".to_owned(),
@@ -68,7 +68,7 @@ impl Vowel {
         folded(self) == folded(other)
     }
 
-    /// `vowels` as a reader sees them in a message: `/i/, /e/`.
+    /// `vowels` as in messages: `/i/, /e/`.
     pub(super) fn list(vowels: &[Vowel]) -> String {
         match vowels {
             [] => "no row that can be used".to_owned(),
@@ -105,20 +105,22 @@ impl From<Vowel> for String {
     }
 }
 
-/// What is no label of a vowel.
+/// The text is not a label of a vowel.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{label:?} is no label of a vowel; write one of 1 to {LONGEST} printable characters, like a, ɔ or ə")]
+#[error(
+    "{label:?} is not a label of a vowel; write one of 1 to {LONGEST} printable characters, like a, ɔ or ə"
+)]
 pub struct BadLabel {
-    /// What was given, its start where it is long.
+    /// The given text, shortened if it is long.
     pub label: String,
 }
 
-/// The form of a text in which equal letters are equal characters.
+/// The NFC form of a text, in which equal letters are equal characters.
 pub(super) fn nfc(text: &str) -> String {
     text.nfc().collect()
 }
 
-/// The start of a field, so that a message stays one line whatever the file holds.
+/// The beginning of a field, so that a message stays on one line.
 pub(super) fn clip(field: &str) -> String {
     match field.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}...", field.get(..end).unwrap_or_default()),

@@ -1,7 +1,7 @@
-//! Articulate Assistant Advanced's export of splines: a tab-separated table with a header, a row a frame, columns `X0 SPLINE`,
-//! `Y0 SPLINE` and so on, millimetres, y up. What is missing is empty or `*`; numbers may have a decimal comma. Columns as the R package
-//! rticulate (Coretta 2021, `read_aaa`) and AAA's own list of DeepLabCut splines name them. Where rows were exported label by label,
-//! they are brought into the order of time.
+//! Articulate Assistant Advanced's export of splines: a tab-separated table with a header, one row for each
+//! frame, and columns `X0 SPLINE`, `Y0 SPLINE` and so on, millimetres, y up. Missing values are empty or `*`;
+//! numbers may have a decimal comma. Column names as in the R package rticulate (Coretta 2021, `read_aaa`)
+//! and AAA's own list of DeepLabCut splines. Rows exported label by label are sorted by time.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use super::{Budget, Format, Recording, Sample, Times, coordinate};
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
 
-/// How the columns begin that tell recordings apart: the speaker's, and two more.
+/// Beginnings of the columns that identify a recording: the speaker's, and two more.
 const OF_RECORDING: [&str; 3] = ["Client", "Date", "Prompt"];
 
 /// Columns of one point.
@@ -83,12 +83,13 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     rows.recordings(Format::Aaa, start)
 }
 
-/// Whether a column of times begins anew with every annotation.
+/// Whether the times of a column begin again with every annotation.
 fn is_of_annotation(title: &str) -> bool {
     !title.eq_ignore_ascii_case(TIMES[0]) && !title.eq_ignore_ascii_case("time_s")
 }
 
-/// The fault of a last line that ends, without a line end, in a number with fewer decimals than all numbers above it.
+/// The error for a last line without a line end whose last number has fewer decimals than all numbers above
+/// it.
 fn cut_in_a_number(text: &str, start: Place<'_>) -> Option<Malformed> {
     if text.ends_with('\n') {
         return None;
@@ -107,12 +108,12 @@ fn cut_in_a_number(text: &str, start: Place<'_>) -> Option<Malformed> {
     Some(at.error("the last number is cut off", "the file is cut off; export it anew"))
 }
 
-/// Seconds, as AAA writes them.
+/// Seconds in AAA's format.
 pub(super) fn seconds(text: &str, at: Place<'_>) -> Result<f64, Malformed> {
     number(text).ok_or_else(|| at.error(format!("the time is {text:?}"), "give a finite number of seconds"))
 }
 
-/// A coordinate, as AAA writes it; `None` where the point was not seen.
+/// A coordinate in AAA's format; `None` if the point was not seen.
 pub(super) fn value(text: &str, point: &str, at: Place<'_>) -> Result<Option<f64>, Malformed> {
     if is_missing(text) {
         return Ok(None);
@@ -123,7 +124,7 @@ pub(super) fn value(text: &str, point: &str, at: Place<'_>) -> Result<Option<f64
     })
 }
 
-/// Whether a cell stands for a point that was not seen.
+/// Whether a cell marks a point that was not seen.
 pub(super) fn is_missing(text: &str) -> bool {
     matches!(text, "" | "*" | "NA")
 }
@@ -134,12 +135,12 @@ pub(super) fn number(text: &str) -> Option<f64> {
     coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
 }
 
-/// Rows as they come, parted into recordings.
+/// Rows in the order of the file, grouped by recording.
 pub(super) struct Rows {
     channels: Vec<String>,
-    /// Whether times begin anew with every annotation, so that a step back begins another recording.
+    /// Whether times begin again with every annotation, so that a step back begins another recording.
     restarts: bool,
-    /// Whether the first word that tells recordings apart is the speaker's.
+    /// Whether the first identifying column is the speaker's.
     has_speaker: bool,
     found: Vec<Found>,
     numbers: BTreeMap<Vec<String>, usize>,
@@ -147,14 +148,14 @@ pub(super) struct Rows {
     count: usize,
 }
 
-/// The rows of a recording, with the line that each was.
+/// The rows of a recording with their line numbers.
 struct Found {
     key: Vec<String>,
     rows: Vec<(u64, Sample)>,
 }
 
 impl Rows {
-    /// None yet, of these channels.
+    /// No rows, with these channels.
     pub fn new(channels: Vec<String>, restarts: bool, has_speaker: bool) -> Self {
         let budget = Budget::default();
         Self {
@@ -168,7 +169,7 @@ impl Rows {
         }
     }
 
-    /// A row more, of the recording with this key.
+    /// Adds a row of the recording with this key.
     pub fn add(
         &mut self,
         key: Vec<String>,
@@ -195,7 +196,7 @@ impl Rows {
         Ok(())
     }
 
-    /// The recordings, each in the order of time. A row that several labels have is taken once.
+    /// The recordings, each sorted by time. A row repeated for several labels is taken once.
     pub fn recordings(self, format: Format, start: Place<'_>) -> Result<Vec<Recording>, Malformed> {
         let mut out: Vec<Recording> = Vec::new();
         for Found { key, mut rows } in self.found {
@@ -208,7 +209,7 @@ impl Rows {
                     Some(last) if last.time_s >= sample.time_s => {
                         let at = Place { line, ..start };
                         let what = format!(
-                            "the time {} s is that of line {last_line}, with other coordinates",
+                            "the time {} s is also that of line {last_line}, which has other coordinates",
                             sample.time_s
                         );
                         return Err(at.error(
@@ -236,7 +237,7 @@ impl Rows {
     }
 }
 
-/// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header. A point that two splines share is taken once.
+/// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header. A point shared by two splines is taken once.
 fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Vec<Columns>, Malformed> {
     let mut points: Vec<Columns> = Vec::new();
     for (x, title) in header.iter().enumerate() {
@@ -264,7 +265,7 @@ fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Vec<Columns>, 
     }
 }
 
-/// The keypoints of AAA's DeepLabCut models by what they are; any other spline by its own name.
+/// Anatomical names of the keypoints of AAA's DeepLabCut models; other splines keep their names.
 fn name_of(spline: &str, number: &str) -> String {
     match (spline, number) {
         ("DLC_Tongue", n) => format!("tongue_{n}"),

@@ -1,19 +1,20 @@
-//! Carstens AG500 and AG501 positions (`.pos`): a header of text lines, its size in the second, then frames of seven little-endian
-//! 32-bit floats a sensor: x, y, z (mm), phi, theta (degrees), rms, extra. As Praat reads them (Weenink 2023, `EMA.cpp`), and the
-//! maker's manual. Files of the AG500 without a header have twelve sensors at 200 frames a second (the maker's `loaddata.m`).
+//! Carstens AG500 and AG501 positions (`.pos`): a header of text lines with its size in the second, then
+//! frames of seven little-endian 32-bit floats for each sensor: x, y, z (mm), phi, theta (degrees), rms,
+//! extra. After Praat's reader (Weenink 2023, `EMA.cpp`) and the manufacturer's manual. Files of the AG500
+//! without a header have twelve sensors at 200 frames a second (the manufacturer's `loaddata.m`).
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
 
-/// Numbers of a sensor in a frame.
+/// Number of values of a sensor in a frame.
 const VALUES: usize = 7;
 const LARGEST_HEADER: usize = 1 << 20;
-/// Sensors and rate (Hz) of a file without a header.
+/// Number of sensors and rate (Hz) of a file without a header.
 const AG500: (usize, f64) = (12, 200.0);
-/// Farther than this nothing is measured, mm: bytes of something else hold such numbers.
+/// Limit of coordinates, mm: larger numbers show that the file has another format.
 const FARTHEST_MM: f64 = 1e4;
-/// Slower and faster than any of the makers' instruments, Hz.
+/// Range of the rates of the manufacturer's instruments, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
@@ -36,7 +37,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         let at = Place { line: 2, ..start };
         at.error(
             format!("the size of the header is {text:?}"),
-            "the file is cut off or no .pos; copy it anew",
+            "the file is cut off or not a .pos; copy it again",
         )
     })?;
     let header = String::from_utf8_lossy(&bytes[..size]).into_owned();
@@ -45,7 +46,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         let (n, text) = found.ok_or_else(|| start.error(format!("no line {key}"), "copy the file anew"))?;
         let number = text.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
         let at = Place { line: n as u64 + 1, ..start };
-        number.ok_or_else(|| at.error(format!("{key}{text} is no positive number"), "copy the file anew"))
+        number.ok_or_else(|| at.error(format!("{key}{text} is not a positive number"), "copy the file anew"))
     };
     let sensors = value("NumberOfChannels=")? as usize;
     let rate = value("SamplingFrequencyHz=")?;
@@ -56,7 +57,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     recording(bytes, size, sensors, rate, Times::InFile, start)
 }
 
-/// Whether every value can be one of twelve sensors.
+/// Whether every value is plausible for twelve sensors.
 fn is_headerless(bytes: &[u8]) -> bool {
     let whole = !bytes.is_empty() && bytes.len().is_multiple_of(AG500.0 * VALUES * 4);
     whole
@@ -73,7 +74,7 @@ fn place(sensor: &[u8]) -> [f64; 3] {
     [at(0), at(1), at(2)]
 }
 
-/// The frames behind a header of so many bytes.
+/// The frames behind a header of this number of bytes.
 fn recording(
     bytes: &[u8],
     size: usize,
@@ -93,7 +94,7 @@ fn recording(
     let samples = bytes[size..].chunks_exact(frame).enumerate().map(|(n, frame)| {
         let place = |sensor: &[u8]| {
             let place = place(sensor);
-            // A sensor that was not connected or not found is written as zeros or as no number.
+            // The position of a sensor that was not connected or not found is zeros or not a number.
             let seen = place.iter().all(|v| is_coordinate(*v)) && place != [0.0; 3];
             seen.then_some(place)
         };

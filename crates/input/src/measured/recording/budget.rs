@@ -1,23 +1,25 @@
-//! How much a file of recordings may hold.
+//! Limits of the size of recordings.
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 
-/// More frames than this in one file are refused: twenty minutes at 80 a second. What is made of each takes some 20 kB.
+/// Maximum number of frames in a file: twenty minutes at 80 a second. The results of a frame take about 20
+/// kB.
 pub const MOST_FRAMES: usize = 100_000;
-/// More channels than this are no sensors and contour points.
+/// Maximum number of channels.
 pub const MOST_CHANNELS: usize = 2048;
-/// More places than this in a file (frames times channels, over all of its recordings) do not fit into 300 MB with what is made of them.
+/// Maximum number of positions in a file (frames times channels, over all recordings), so that they and their
+/// results fit into 300 MB.
 pub(super) const MOST_VALUES: usize = 2_500_000;
 
-/// What was read of a file so far.
+/// Amount of data read so far.
 #[derive(Debug, Default)]
 pub(super) struct Budget {
     values: usize,
 }
 
 impl Budget {
-    /// So many places more, of a recording with so many frames and channels by now.
+    /// Adds positions of a recording that has this number of frames and channels so far.
     pub fn add(
         &mut self,
         frames: usize,
@@ -37,7 +39,7 @@ impl Budget {
         Ok(())
     }
 
-    /// The whole of a recording with so many frames and channels.
+    /// Adds a whole recording.
     pub fn whole(&mut self, frames: usize, channels: usize, at: Place<'_>) -> Result<(), Malformed> {
         self.add(frames, channels, frames.saturating_mul(channels), at)
     }

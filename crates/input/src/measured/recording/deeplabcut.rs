@@ -1,16 +1,16 @@
-//! DeepLabCut's own tables (`.csv`): three lines of titles (`scorer`, `bodyparts`, `coords`; a fourth, `individuals`, where there are
-//! several animals), then a line a frame with its number and x, y and likelihood of every part, in pixels, y down (Nath et al. 2019,
-//! *Nature Protocols* 14). The likelihood is how sure the network is: points below 0.05 are not seen, and the variance of the others
-//! is divided by it.
+//! DeepLabCut's tables (`.csv`): three header lines (`scorer`, `bodyparts`, `coords`; a fourth,
+//! `individuals`, for several animals), then for each frame a line with its number and x, y and likelihood of
+//! every part, in pixels, y down (Nath et al. 2019, *Nature Protocols* 14). Points with a likelihood below
+//! 0.05 count as not seen, and the variance of the others is divided by it.
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::super::lengths::text::decode;
 use super::{Budget, Format, Recording, Sample, Times, coordinate};
 
-/// Below this nothing was seen.
+/// Likelihood below which a point counts as not seen.
 const LEAST_LIKELIHOOD: f64 = 0.05;
-/// The keypoints of the tongue in the models that come with AAA, from the vallecula to the tip (Wrench and Balch-Tomes 2022).
+/// Keypoints of the tongue in AAA's models, from the vallecula to the tip (Wrench and Balch-Tomes 2022).
 const TONGUE: [&str; 11] = [
     "vallecula",
     "tongueroot1",
@@ -93,7 +93,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     })
 }
 
-/// The parts that the lines of titles name.
+/// The parts in the header lines.
 fn parts_of(titles: &[(String, csv::StringRecord)], at: Place<'_>) -> Result<Vec<Part>, Malformed> {
     let row = |name: &str| titles.iter().find(|(first, _)| first == name).map(|(_, row)| row);
     let names =
@@ -129,7 +129,7 @@ fn parts_of(titles: &[(String, csv::StringRecord)], at: Place<'_>) -> Result<Vec
     }
 }
 
-/// The keypoints of AAA's models by what they are; any other part by its own name.
+/// Anatomical names of the keypoints of AAA's models; other parts keep their names.
 fn name_of(title: &str) -> String {
     let plain: String = title.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase();
     if let Some(n) = TONGUE.iter().position(|t| *t == plain) {

@@ -1,6 +1,7 @@
-//! What cannot be right about a whole recording: its unit, its rate, channels that are exchanged, frames that do not follow one another.
+//! Plausibility of a whole recording: its unit, its rate, exchanged channels, frames out of order.
 //!
-//! What makes an answer worthless is refused with what to do; everything else is told and left to the user.
+//! Faults that make an answer worthless are refused with advice; all others are reported and left to the
+//! user.
 
 use nalgebra::Vector2;
 
@@ -10,12 +11,12 @@ use tongue_core::statistics::upper_median;
 
 use super::{Mark, Seen};
 
-/// Something that cannot be right.
+/// An implausible property of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Doubt {
     /// What is wrong and what to do.
     pub said: String,
-    /// Whether no answer can be trusted with it.
+    /// Whether it makes every answer worthless.
     pub refused: bool,
 }
 
@@ -29,27 +30,28 @@ impl Doubt {
     }
 }
 
-/// Frames closer than this, and farther apart than that, are told, s; far beyond they are refused.
+/// Usual range of the time between frames, s. Times outside it are reported; far outside they are refused.
 const USUAL_STEP_S: [f64; 2] = [1.99e-3, 0.2];
 const LAST_STEP_S: [f64; 2] = [1e-4, 10.0];
-/// The distance between the mental spine and the hyoid of adults lies well within this, m.
+/// Range of the distance between mental spine and hyoid of adults, m, with a margin.
 const BONES_M: [f64; 2] = [20e-3, 75e-3];
-/// The same for the width of the middle half of a contour, and for the way between neighbouring coils.
+/// Range of the width of the middle half of a contour and of the distance of neighbouring coils, m.
 const CONTOUR_M: [f64; 2] = [10e-3, 200e-3];
 const GAP_M: [f64; 2] = [4e-3, 50e-3];
-/// A point farther than this from the middle of the others is on no head, m.
+/// A point farther than this from the middle of the others is not on the head, m.
 const FAR_M: f64 = 0.15;
-/// Fewer frames say nothing of a course.
+/// Minimum number of frames for judging a course.
 const FEW: usize = 20;
-/// From frame to frame, mean squares of steps over twice the variance: 1 for frames in any order, far below for a tongue.
+/// Limit of the mean square of steps over twice the variance: 1 for frames in random order, far less for a
+/// tongue.
 const DISORDER: f64 = 0.6;
-/// A course is looked at where it moves by this many standard deviations of its noise.
+/// A course is judged if it moves by this many standard deviations of its noise.
 const MOVES_SD: f64 = 2.5;
-/// A channel that has the very same place as before in so many of its frames is stuck.
+/// A channel with the same position as before in this part of its frames is stuck.
 const STUCK: f64 = 0.5;
-/// A contour whose order makes it longer than this, against one from neighbour to neighbour, is in no order.
+/// A contour longer than this factor times the path from neighbour to neighbour is out of order.
 const LONGER: f64 = 1.6;
-/// Faster than this moves no tongue, m/s (tips reach 0.5).
+/// Fastest plausible motion of a tongue, m/s (tips reach 0.5).
 const FASTEST_M_S: f64 = 1.5;
 
 /// All doubts about a recording.
@@ -60,7 +62,7 @@ pub fn doubts(seen: &Seen) -> Vec<Doubt> {
     out.extend(few_points(seen));
     out.extend(of_size(seen, &middles));
     out.extend(far_points(seen, &middles));
-    // What is too large or too small has no shape to be judged.
+    // A shape of the wrong size is not judged further.
     if out.iter().all(|d| !d.refused) {
         out.extend(of_order(seen, &middles));
         out.extend(of_courses(seen));
@@ -68,13 +70,13 @@ pub fn doubts(seen: &Seen) -> Vec<Doubt> {
     out
 }
 
-/// What cannot be right about a palate (m, in the frame of the recording) over this recording.
+/// The doubt about a palate (m, in the frame of the recording) for this recording.
 pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<String> {
-    /// A palate whose middle lies this far below its ends is upside down, m.
+    /// A palate whose middle is this far below its ends is upside down, m.
     const SAG_M: f64 = 2e-3;
-    /// Farther than this above the highest points no palate lies, m.
+    /// Largest plausible height of a palate above the highest points, m.
     const HIGHEST_M: f64 = 60e-3;
-    /// Of all points so many may lie beyond it.
+    /// Largest plausible part of the points beyond it.
     const BEYOND: f64 = 0.2;
     let (first, last) = (palate.first()?, palate.last()?);
     let middle = palate.get(palate.len() / 2)?;
@@ -107,7 +109,7 @@ pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<String> {
     })
 }
 
-/// Median places of all channels, m.
+/// Median positions of all channels, m.
 struct Middles {
     contour: Vec<Option<Point>>,
     sensors: Vec<Option<Point>>,
@@ -138,7 +140,7 @@ fn middle(points: impl Iterator<Item = Point>) -> Option<Point> {
     Some(Point::new(of(0)?, of(1)?))
 }
 
-/// Milliseconds or seconds, as a reader takes them in.
+/// A time in milliseconds or seconds, for messages.
 fn span(s: f64) -> String {
     if s < 1.0 { format!("{:.3e} ms", s * 1e3).replace("e0 ", " ") } else { format!("{s:.1} s") }
 }
@@ -149,7 +151,7 @@ fn of_times(seen: &Seen) -> Option<Doubt> {
     let what = format!("its frames are {} apart", span(step));
     let help = "correct rate_hz in the map, or the times, which are in seconds";
     if !step.is_finite() || !(LAST_STEP_S[0]..=LAST_STEP_S[1]).contains(&step) {
-        return Some(Doubt::refused(format!("{what}, as in no recording of speech; {help}")));
+        return Some(Doubt::refused(format!("{what}, which is implausible for speech; {help}")));
     }
     let usual = (USUAL_STEP_S[0]..=USUAL_STEP_S[1]).contains(&step);
     (!usual).then(|| Doubt::told(format!("{what}, where 2 to 200 ms are usual; if that is wrong, {help}")))
@@ -161,7 +163,7 @@ fn few_points(seen: &Seen) -> Option<Doubt> {
     match most {
         0 => Some(Doubt::refused("no point of the tongue is seen in any frame; correct the map".to_owned())),
         1 => Some(Doubt::refused(format!(
-            "one {one} alone is seen, which does not say what a tongue does; give three or more (two at least)"
+            "only one {one} is seen, which does not determine the shape of a tongue; give three or more (two at least)"
         ))),
         _ => None,
     }
@@ -178,7 +180,7 @@ fn of_size(seen: &Seen, middles: &Middles) -> Option<Doubt> {
     };
     let bones = middles.bone(seen, MANDIBLE).zip(middles.bone(seen, HYOID)).map(|(a, b)| (a - b).norm());
     let contour: Vec<Point> = middles.contour.iter().flatten().copied().collect();
-    // Half of the points lie within this; a single one that is far away does not make it wide.
+    // The radius contains half of the points, so that one distant point does not make it large.
     let centre = middle(contour.iter().copied());
     let wide = centre.and_then(|c| upper_median(contour.iter().map(|p| (p - c).norm()))).unwrap_or(0.0) * 2.0;
     let coils: Vec<Point> = middles.sensors.iter().flatten().copied().collect();
@@ -191,7 +193,7 @@ fn of_size(seen: &Seen, middles: &Middles) -> Option<Doubt> {
     of_bones.or_else(of_contour).or_else(of_coils)
 }
 
-/// Points that are nowhere near the others.
+/// Points far from all others.
 fn far_points(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
     let names = seen.contour.iter().chain(seen.sensors.iter().map(|(n, _)| n)).chain(&seen.bones);
     let all: Vec<(&String, Point)> = names
@@ -207,13 +209,13 @@ fn far_points(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
         .map(|(name, p)| {
             let mm = (p - centre).norm() * 1e3;
             Doubt::told(format!(
-                "{name} lies {mm:.0} mm from the other points and is of no use; correct it, or write \"{name}\" = \"ignore\" into a map"
+                "{name} lies {mm:.0} mm from the other points, which is too far; correct it, or write \"{name}\" = \"ignore\" into a map"
             ))
         })
         .collect()
 }
 
-/// Whether points and bones lie as on a head.
+/// Checks the order of points and bones in the head.
 fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
     let mut out = Vec::new();
     let contour: Vec<Point> = middles.contour.iter().flatten().copied().collect();
@@ -238,7 +240,7 @@ fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
         if let Some((first, last)) = ends
             && (first - spine).norm() + (last - hyoid).norm() < (first - hyoid).norm() + (last - spine).norm()
         {
-            // The root lies lower than the tip, whichever way the file is numbered.
+            // The root is lower than the tip, in whatever order the file numbers them.
             match first.y <= last.y {
                 true => out.push(Doubt::refused(
                     "the end of the contour at the root lies by the mental spine: hyoid and mental spine seem to be exchanged; \
@@ -262,7 +264,8 @@ fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
     out
 }
 
-/// The points from the one that is farthest from their middle to the nearest that is left, and so on.
+/// The points in a greedy path: from the one farthest from their middle to the nearest remaining one, and so
+/// on.
 fn from_neighbour_to_neighbour(points: &[Point]) -> Vec<Point> {
     let centre = points.iter().sum::<Point>() / points.len() as f64;
     let mut left = points.to_vec();
@@ -279,7 +282,7 @@ fn from_neighbour_to_neighbour(points: &[Point]) -> Vec<Point> {
     out
 }
 
-/// Whether the frames follow one another as those of a tongue.
+/// Checks that successive frames are continuous.
 fn of_courses(seen: &Seen) -> Vec<Doubt> {
     let mut out = Vec::new();
     let count = seen.contour.len() + seen.sensors.len();
@@ -311,7 +314,7 @@ fn of_courses(seen: &Seen) -> Vec<Doubt> {
         let sd = course[0].1.sd;
         let step = steps.iter().map(|s| s.norm_squared()).sum::<f64>() / steps.len() as f64;
         let apart = upper_median(course.windows(2).map(|w| w[1].0 - w[0].0)).unwrap_or(0.0);
-        // Noise has two axes. Frames that are far apart need not follow one another.
+        // Noise has two axes. Frames far apart in time need not be close in space.
         if variance > 2.0 * (MOVES_SD * sd).powi(2) && apart < 0.05 {
             disorder.push(step / (2.0 * variance));
             let fast = course.windows(2).filter(|w| (w[1].1.at - w[0].1.at).norm() > 6.0 * sd);

@@ -1,4 +1,4 @@
-//! Every kind of nonsense is noticed, and a good recording is not suspected.
+//! Implausible recordings are noticed, and a good recording raises no doubt.
 
 use super::super::{Map, Recording, Seen, screen};
 use super::*;
@@ -6,8 +6,8 @@ use super::*;
 /// A frame: its time, s, and its points by name, mm.
 type Frame = (f64, Vec<(String, [f64; 2])>);
 
-/// A tongue that looks to the left: eleven points from the root to the tip, the hyoid and the mental spine, mm; it rises and
-/// advances with time, with noise.
+/// A tongue that faces left, rises and advances with time, with noise: eleven points from the root to the
+/// tip, the hyoid and the mental spine, mm.
 fn tongue(frames: usize) -> Vec<Frame> {
     let mut rng = fastrand(7);
     (0..frames)
@@ -29,7 +29,7 @@ fn tongue(frames: usize) -> Vec<Frame> {
         .collect()
 }
 
-/// Numbers from -1 to 1, always the same.
+/// Pseudo-random numbers from -1 to 1.
 fn fastrand(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -57,7 +57,7 @@ fn changed(change: impl Fn(usize, &mut f64, &mut Vec<(String, [f64; 2])>)) -> Fr
     all
 }
 
-/// What is said of it, and whether it is refused.
+/// The doubts about a recording, and whether it is refused.
 fn said(frames: &Frames, map: &str) -> (String, bool) {
     let all = doubts(&seen_with(frames, map));
     let words: Vec<&str> = all.iter().map(|d| d.said.as_str()).collect();
@@ -74,7 +74,7 @@ fn noticed(frames: &Frames, map: &str, word: &str, refused: bool) {
 #[test]
 fn a_good_recording_is_not_suspected() {
     assert_eq!(said(&tongue(90), ""), (String::new(), false));
-    // Neither is a face to the right, a single frame, or one in pixels with the right unit.
+    // A face to the right, a single frame, and pixels with the right unit are good too.
     let right = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = -p[0]));
     assert_eq!(said(&right, ""), (String::new(), false));
     assert_eq!(said(&tongue(1), ""), (String::new(), false));
@@ -83,11 +83,11 @@ fn a_good_recording_is_not_suspected() {
 }
 
 #[test]
-fn units_are_told() {
+fn wrong_units_are_reported() {
     for factor in [0.001, 0.1, 10.0, 1000.0] {
         let wrong = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor)));
         noticed(&wrong, "", "unit_mm", true);
-        // Without bones by the contour, and of coils by the way between them.
+        // Without bones the contour tells the unit; of coils their distance does.
         let contour = changed(|_, _, points| {
             points.truncate(11);
             points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor));
@@ -107,12 +107,12 @@ fn units_are_told() {
 }
 
 #[test]
-fn rates_are_told() {
+fn wrong_rates_are_reported() {
     for (factor, refused) in [(0.1, false), (100.0, false), (1e-6, true), (1000.0, true)] {
         let wrong = changed(|_, time, _| *time *= factor);
         noticed(&wrong, "", "rate_hz", refused);
     }
-    // Four times too fast: 3 ms apart are usual, but no tongue is so fast.
+    // Four times too fast: 3 ms between frames are usual, but the speed is not.
     let fast = changed(|f, time, points| {
         *time /= 4.0;
         points.iter_mut().for_each(|(_, p)| p[1] += 7.0 * (0.9 * f as f64).sin());
@@ -121,7 +121,7 @@ fn rates_are_told() {
 }
 
 #[test]
-fn points_that_are_nowhere_or_do_not_move_are_told() {
+fn distant_and_stuck_points_are_reported() {
     let far = changed(|_, _, points| points[3].1 = [1e9, 20.0]);
     noticed(&far, "", "tongue_3 lies", false);
     let frozen: Frames = tongue(90).into_iter().map(|(t, _)| (t, tongue(1).remove(0).1)).collect();
@@ -131,7 +131,7 @@ fn points_that_are_nowhere_or_do_not_move_are_told() {
 }
 
 #[test]
-fn frames_and_points_in_another_order_are_told() {
+fn frames_and_points_out_of_order_are_reported() {
     let mut order: Vec<usize> = (0..90).collect();
     let mut rng = fastrand(3);
     order.sort_by_cached_key(|_| (rng() * 1e9) as i64);
@@ -151,7 +151,7 @@ fn frames_and_points_in_another_order_are_told() {
 }
 
 #[test]
-fn exchanged_bones_and_axes_are_told() {
+fn exchanged_bones_and_axes_are_reported() {
     let exchanged = changed(|_, _, points| {
         points[11].0 = "mental_spine".to_owned();
         points[12].0 = "hyoid".to_owned();
@@ -162,7 +162,7 @@ fn exchanged_bones_and_axes_are_told() {
 }
 
 #[test]
-fn one_coil_says_nothing() {
+fn one_coil_is_refused() {
     let one = changed(|_, _, points| points.retain(|(n, _)| n == "tongue_7"));
     noticed(&one, "[points]\ntongue_7 = { surface_mm = 20 }\n", "one coil alone", true);
     let none = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = 1.0));
@@ -172,7 +172,7 @@ fn one_coil_says_nothing() {
 }
 
 #[test]
-fn palates_are_tried_against_what_was_seen() {
+fn palates_are_compared_with_the_recording() {
     let seen = seen_with(&tongue(90), "");
     let vault = |height: f64, shift: f64, sign: f64| -> Vec<Point> {
         (0..9)
@@ -188,7 +188,7 @@ fn palates_are_tried_against_what_was_seen() {
     assert!(told(&vault(45.0, 500.0, 1.0)).contains("no point"));
     assert!(told(&vault(545.0, 0.0, 1.0)).contains("above the highest"));
     assert!(told(&vault(-500.0, 0.0, 1.0)).contains("beyond the palate"));
-    // Coils are tried too, in every frame.
+    // Coils are compared too, in every frame.
     let map = "[points]\ntongue_4 = \"coil\"\ntongue_7 = \"coil\"\ntongue_10 = { coil = 1 }";
     let mut coils = changed(|_, _, points| points.retain(|(n, _)| n != "tongue_0"));
     coils[13].1.iter_mut().filter(|(n, _)| n == "tongue_7").for_each(|(_, p)| p[1] += 11.0);
@@ -198,7 +198,7 @@ fn palates_are_tried_against_what_was_seen() {
 }
 
 #[test]
-fn a_coil_of_the_tongue_is_no_reference() {
+fn a_coil_of_the_tongue_is_not_a_reference() {
     let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
     for (time, points) in tongue(90) {
         for (name, [x, y]) in points {

@@ -1,6 +1,7 @@
-//! EdgeTrak's contours (`.con`): numbers without a header, a row a point of the contour, two columns (x, y) a frame, pixels, y down.
-//! The layout is that of GetContours' `ReshapeContours` (Tiede 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are taken too,
-//! and of readers of `.con` files (Faytak, `ssanova-formatter.py`).
+//! EdgeTrak's contours (`.con`): numbers without a header, one row for each point of the contour and two
+//! columns (x, y) for each frame, pixels, y down. The layout is that of GetContours' `ReshapeContours` (Tiede
+//! 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are accepted too, and of other readers of `.con`
+//! files (Faytak, `ssanova-formatter.py`).
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
@@ -23,7 +24,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             let value = match *cell {
                 "NaN" | "nan" | "*" | "NA" => None,
                 cell => Some(coordinate(cell).ok_or_else(|| {
-                    let what = format!("{cell:?} is no coordinate");
+                    let what = format!("{cell:?} is not a coordinate");
                     at.at_column(column + 1).error(what, "write pixels, and NaN where there is none")
                 })?),
             };
@@ -38,7 +39,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         budget.add(width / 2, rows.len(), width / 2, at)?;
     }
     let frames = rows.first().map_or(0, |r| r.len() / 2);
-    // EdgeTrak writes zeros where a frame was not traced.
+    // EdgeTrak writes zeros for a frame that was not traced.
     let sample = |frame: usize| {
         let place = |row: &Vec<Option<f64>>| {
             let (x, y) = row[2 * frame].zip(row[2 * frame + 1])?;

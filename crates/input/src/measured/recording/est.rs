@@ -1,6 +1,6 @@
-//! Edinburgh Speech Tools' tracks (`.ema`): a header of text lines from `EST_File Track` to `EST_Header_End`, then for each frame its
-//! time (s), where breaks are present a flag (0: nothing seen), and the channels, as 32-bit floats or as text. As the tools write
-//! them (`EST_TrackFile.cc`, `save_est_binary_ts` and `save_est_ts`).
+//! Edinburgh Speech Tools' tracks (`.ema`): header lines from `EST_File Track` to `EST_Header_End`, then for
+//! each frame its time (s), a flag if breaks are present (0: nothing seen), and the channels, as 32-bit
+//! floats or as text. The format of `EST_TrackFile.cc`, `save_est_binary_ts` and `save_est_ts`.
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
@@ -9,7 +9,7 @@ use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, Times, is_coordina
 const LARGEST_HEADER: usize = 1 << 20;
 const END: &[u8] = b"EST_Header_End";
 
-/// What the header says.
+/// Content of the header.
 #[derive(Default)]
 struct Header {
     ascii: bool,
@@ -18,7 +18,7 @@ struct Header {
     channels: usize,
     breaks: bool,
     names: Vec<String>,
-    /// Bytes.
+    /// Size of the header, bytes.
     size: usize,
 }
 
@@ -123,7 +123,7 @@ fn header(bytes: &[u8], start: Place<'_>) -> Result<Header, Malformed> {
     Ok(header)
 }
 
-/// Points from channels called `T1_px`, `T1_py` (mngu0) or `tt_x`, `tt_y` (MOCHA); others are set aside.
+/// Points from channels named `T1_px`, `T1_py` (mngu0) or `tt_x`, `tt_y` (MOCHA); others are ignored.
 fn axes(names: &[String]) -> Vec<(String, [Option<usize>; 3])> {
     let mut points: Vec<(String, [Option<usize>; 3])> = Vec::new();
     for (channel, name) in names.iter().enumerate() {
@@ -147,7 +147,7 @@ fn axes(names: &[String]) -> Vec<(String, [Option<usize>; 3])> {
     points
 }
 
-/// The values of a body of text, line by line.
+/// The values of a text body, line by line.
 fn text_rows(
     body: &[u8],
     frames: usize,
@@ -173,7 +173,7 @@ fn text_rows(
         let count = values.len();
         for (column, word) in line.split_whitespace().take(width).enumerate() {
             let value = word.parse::<f64>().map_err(|_| {
-                let what = format!("{word:?} is no number");
+                let what = format!("{word:?} is not a number");
                 at.at_column(column + 1).error(what, "write numbers, separated by blanks")
             })?;
             values.push(value);

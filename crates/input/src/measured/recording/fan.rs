@@ -1,6 +1,7 @@
-//! AAA's older exports of a spline on a fan, without a header: a row a frame, separated by tabs, whose last 84 fields are x and y (mm) where
-//! the spline meets each of 42 fan lines, `*` where it does not. The fields before them are what the user chose: among them a time,
-//! a date, a prompt, a label (rticulate, Coretta 2021, `read_aaa`).
+//! AAA's older exports of a spline on a fan, without a header: tab-separated rows, one for each frame, whose
+//! last 84 fields are x and y (mm) of the spline on 42 fan lines, `*` where it does not meet one. The fields
+//! before them are the user's choice, among them a time, a date, a prompt, a label (rticulate, Coretta 2021,
+//! `read_aaa`).
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
@@ -8,19 +9,19 @@ use super::super::lengths::text::decode;
 use super::aaa::{self, Rows};
 use super::{Format, Recording};
 
-/// Fan lines of an export.
+/// Number of fan lines of an export.
 const FAN_LINES: usize = 42;
 const FIELDS: usize = 2 * FAN_LINES;
 const HELP: &str = "export the spline from AAA anew with x and y of 42 fan lines in the last 84 columns";
 
-/// Whether a first line looks like one of a fan without a header.
+/// Whether a first line looks like a row of a fan.
 pub(super) fn is_row(line: &str) -> bool {
     let cells = cells(line);
     let fan = |c: &&str| aaa::is_missing(c) || aaa::number(c).is_some();
     cells.len() > FIELDS && cells[cells.len() - FIELDS..].iter().all(fan)
 }
 
-/// The fields of a line; a tab at its end opens no further field.
+/// The fields of a line; a tab at its end adds no field.
 fn cells(line: &str) -> Vec<&str> {
     let line = line.trim_end_matches(['\r', '\n']);
     line.strip_suffix('\t').unwrap_or(line).split('\t').map(str::trim).collect()
@@ -65,16 +66,17 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     rows.recordings(Format::AaaFan, start)
 }
 
-/// What the fields before the fan are.
+/// Meaning of the fields before the fan.
 struct Columns {
     /// The time.
     time: Option<usize>,
-    /// Fields that tell recordings apart.
+    /// Fields that identify a recording.
     of_recording: Vec<usize>,
 }
 
 impl Columns {
-    /// Words that change within one date are labels; a number that grows while all words stay is the time.
+    /// Words that change within one date are labels; a number that grows while all words stay the same is the
+    /// time.
     fn of<'a>(rows: impl Iterator<Item = Vec<&'a str>>, before: usize) -> Self {
         let rows: Vec<Vec<&str>> = rows
             .filter(|r| r.len() >= before)

@@ -1,4 +1,4 @@
-//! Which channel is what: a TOML file beside the recording. Without one the names say it.
+//! Map of a recording: a TOML file that gives the meaning of channels. Without one the names decide.
 //!
 //! ```toml
 //! unit_mm = 10.0      # millimetres in a unit of the file, where the format does not say it
@@ -29,20 +29,22 @@ use tongue_core::suggest;
 
 use super::{Format, Recording, Times, names};
 
-/// Standard deviation of a contour point, m: keypoints of DeepLabCut on ultrasound (AAA's models: 0.93 mm from human labels).
+/// Standard deviation of a contour point, m: DeepLabCut keypoints on ultrasound (AAA's models: 0.93 mm from
+/// human labels).
 pub const CONTOUR_SD_M: f64 = 0.93e-3;
 /// Standard deviation of an electromagnetic sensor, m (AG500; newer ones are better).
 pub const SENSOR_SD_M: f64 = 0.5e-3;
 const LARGEST_MM: f64 = 1e4;
 
-/// What a channel is of the body.
+/// Anatomical meaning of a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Role {
     /// A point somewhere on the surface of the tongue.
     Contour,
-    /// A material point of the surface, so far behind the tip along it at rest, m.
+    /// A material point of the surface at this distance behind the tip along it at rest, m.
     Surface(f64),
-    /// A material point of the surface, not known how far behind the tip: the so-manieth coil from there, where that is known.
+    /// A material point of the surface at an unknown distance behind the tip; its number counted from the
+    /// tip, if known.
     Coil(Option<u32>),
     /// Moves with the bone of this name.
     Bone(String),
@@ -52,7 +54,7 @@ pub enum Role {
     Ignored,
 }
 
-/// Which channel is what, and in which axes and unit.
+/// The meaning of channels, axes and unit.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Map {
     file: File,
@@ -75,7 +77,7 @@ struct File {
     points: BTreeMap<String, toml::Value>,
 }
 
-/// What a map says of a point.
+/// Entry of a map for a point.
 #[derive(Debug, Clone, PartialEq)]
 struct Entry {
     role: Role,
@@ -86,33 +88,34 @@ const KEYS: [&str; 9] =
     ["unit_mm", "rate_hz", "back", "up", "noise_mm", "scale", "turn_deg", "shift_mm", "points"];
 const WORDS: [&str; 4] = ["contour", "coil", "reference", "ignore"];
 const ROLE_KEYS: [&str; 5] = ["surface_mm", "coil", "bone", "contour", "noise_mm"];
-/// What a point of a map can be, as messages say it.
+/// The possible roles of a point, for messages.
 const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
-/// Coils farther behind the tip than this are on no tongue, mm.
+/// Largest distance of a coil behind the tip, mm.
 const FARTHEST_COIL_MM: f64 = 150.0;
-/// Standard deviations of points, mm.
+/// Range of standard deviations of points, mm.
 const NOISES_MM: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
-/// A recording may be brought into the body's frame with a scale in this range,
+/// Range of the scale that brings a recording into the body's frame.
 const SCALES: std::ops::RangeInclusive<f64> = 0.5..=2.0;
-/// and a shift of at most so much, mm.
+/// Largest shift that brings a recording into the body's frame, mm.
 const FARTHEST_SHIFT_MM: f64 = 1e4;
-/// The usual way from coil to coil, mm: it tells metres, centimetres, millimetres, their hundredths and thousandths apart.
+/// Usual distance of neighbouring coils, mm, from which the unit is guessed (metres, centimetres,
+/// millimetres, their hundredths and thousandths).
 const USUAL_GAP_MM: f64 = 15.0;
 
-/// What is wrong with a map, or with a recording that needs one.
+/// Errors of a map, or of a recording that needs one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MapError {
-    /// The text is no map.
+    /// The text is not a valid map.
     #[error("the map {origin}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
     Text {
         /// Its file.
         origin: String,
-        /// Line, from 1, where it is known.
+        /// Line, from 1, if it is known.
         line: Option<usize>,
         /// What is wrong and what to do.
         problem: String,
     },
-    /// The recording cannot be used with it, or without one.
+    /// The recording cannot be used with this map, or without one.
     #[error("the recording {recording:?}: {problem}")]
     Recording {
         /// Its name.
@@ -126,7 +129,7 @@ pub enum MapError {
 pub(super) type Axis = (usize, f64);
 
 impl Map {
-    /// Reads a map; `origin` is what messages call it.
+    /// Reads a map; `origin` is its name in messages.
     ///
     /// # Errors
     /// [`MapError::Text`] with the line.
@@ -185,8 +188,8 @@ impl Map {
         Ok(Self { file, entries, origin: origin.to_owned() })
     }
 
-    /// Brings a point of the recordings, in metres and the axes of the body, into the body's frame; `None` where the map says nothing
-    /// of it.
+    /// The transformation from the recording (m, in the axes of the body) to the body's frame; `None` if the
+    /// map has none.
     pub fn placement(&self) -> Option<Similarity> {
         let File { scale, turn_deg, shift_mm, .. } = &self.file;
         if scale.is_none() && turn_deg.is_none() && shift_mm.is_none() {
@@ -196,7 +199,7 @@ impl Map {
         Some(Similarity::new(scale.unwrap_or(1.0), turn_deg.unwrap_or(0.0).to_radians(), shift))
     }
 
-    /// Names in the map that no channel of the recording has.
+    /// The error for a name in the map that is not a channel of the recording.
     pub(super) fn unknown<'a>(&'a self, channels: &'a [String]) -> Option<String> {
         let name = self.entries.keys().find(|name| !channels.contains(name))?;
         Some(format!(
@@ -206,12 +209,12 @@ impl Map {
         ))
     }
 
-    /// What a channel is, by the map or by its name.
+    /// The role of a channel, by the map or by its name.
     pub(super) fn role(&self, channel: &str) -> Role {
         self.entries.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())
     }
 
-    /// Standard deviation of a channel, m: of the map's point, the map, the file, or what is usual.
+    /// Standard deviation of a channel, m: from the map's point, the map, the file, or the usual value.
     pub(super) fn sd(&self, channel: &str, role: &Role, in_file: Option<f64>) -> f64 {
         let own = self.entries.get(channel).and_then(|e| e.noise_mm);
         own.map(|mm| mm * 1e-3).or(in_file).or(self.file.noise_mm.map(|mm| mm * 1e-3)).unwrap_or(match role {
@@ -220,8 +223,8 @@ impl Map {
         })
     }
 
-    /// Metres in a unit of the file, and what to tell of it. Where neither the map nor the format says it, it is the power of ten
-    /// with which neighbouring coils lie some 15 mm apart.
+    /// Metres in a unit of the file, and a note for the user. If neither the map nor the format gives the
+    /// unit, it is the power of ten with which neighbouring coils are about 15 mm apart.
     pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), MapError> {
         if let Some(metres) = self.file.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
             return Ok((metres, None));
@@ -233,7 +236,7 @@ impl Map {
             .collect();
         let gap = recording.middle_gap(&coils).ok_or_else(|| MapError::Recording {
             recording: recording.name.clone(),
-            problem: "its format does not say in which unit it is; write `unit_mm = ..` (millimetres in a unit, or \
+            problem: "its format does not have a unit; write `unit_mm = ..` (millimetres in a unit, or \
                       in a pixel) into a map and give that with --map"
                 .to_owned(),
         })?;
@@ -241,7 +244,7 @@ impl Map {
         let mm =
             [1e3, 10.0, 1.0, 1e-2, 1e-3].into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(1.0);
         let told = format!(
-            "its format does not say in which unit it is; taken as {mm} mm, with which its coils lie {:.0} mm apart (unit_mm in a \
+            "its format does not have a unit; taken as {mm} mm, with which its coils lie {:.0} mm apart (unit_mm in a \
              map says it)",
             gap * mm
         );
@@ -264,14 +267,14 @@ impl Map {
         }
     }
 
-    /// The axes towards the back and upwards; `None` for what is not given. `flat`: whether all x are zero, as where a track has only
-    /// y and z.
+    /// The axes to the back and upwards; `None` for those that are not given. `flat`: whether all x are zero,
+    /// as in a track with only y and z.
     pub(super) fn axes(&self, format: Format, flat: bool) -> (Option<Axis>, Axis) {
         let axis_of = |text: &Option<String>| text.as_deref().and_then(axis);
         let (back, up) = match format {
             Format::Ag50x | Format::Mview => (None, (2, 1.0)),
             Format::Edgetrak | Format::DeepLabCut => (None, (1, -1.0)),
-            // Its x grows to the front.
+            // Its x axis points to the front.
             Format::Microbeam => (Some((0, -1.0)), (1, 1.0)),
             Format::Est if flat => (None, (2, 1.0)),
             _ => (None, (1, 1.0)),
@@ -280,7 +283,7 @@ impl Map {
     }
 }
 
-/// What a map says of a point, or what is wrong with that.
+/// The entry of a map for a point.
 fn entry(value: &toml::Value) -> Result<Entry, String> {
     let table = match value {
         toml::Value::String(word) => {
@@ -291,13 +294,13 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
                 "ignore" => Role::Ignored,
                 _ => {
                     let hint = suggest::hint(word, WORDS);
-                    return Err(format!("{word:?} is no role; {hint}; {ROLES}"));
+                    return Err(format!("{word:?} is not a role; {hint}; {ROLES}"));
                 }
             };
             return Ok(Entry { role, noise_mm: None });
         }
         toml::Value::Table(table) => table,
-        other => return Err(format!("{other} is no role; {ROLES}")),
+        other => return Err(format!("{other} is not a role; {ROLES}")),
     };
     if let Some(key) = table.keys().find(|k| !ROLE_KEYS.contains(&k.as_str())) {
         return Err(format!("there is no {key:?}; {}; {ROLES}", suggest::hint(key, ROLE_KEYS)));
@@ -344,7 +347,7 @@ fn noise_problem(mm: f64) -> String {
     format!("noise_mm is {mm}; it must be from {} to {}", NOISES_MM.start(), NOISES_MM.end())
 }
 
-/// What is wrong with the keys of a map, from what the parser says.
+/// The error for the keys of a map, made from the parser's message.
 fn key_problem(message: &str) -> String {
     let unknown = message.strip_prefix("unknown field `").and_then(|rest| rest.split_once('`'));
     match unknown {

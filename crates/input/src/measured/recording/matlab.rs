@@ -1,33 +1,35 @@
-//! MATLAB's level 5 files (`.mat`, as `save` writes them unless version 7.3 is asked for): numbers, text, structures and cells.
+//! Reader of MATLAB's level 5 files (`.mat`, the format of `save` except for version 7.3): numbers, text,
+//! structures and cells.
 //!
-//! A file is 128 bytes of header and then elements: a type, a size and so many bytes, padded to eight. Variables are elements of type
-//! `miMATRIX`, alone or compressed (MathWorks, *MAT-File Format*, level 5). Every size is checked against what is there, and what is
-//! inflated is limited, so that no file needs more memory than [`MOST_INFLATED`] and its own size.
+//! A file is a header of 128 bytes and elements: a type, a size and that many bytes, padded to a multiple of
+//! eight. Variables are elements of type `miMATRIX`, plain or compressed (MathWorks, *MAT-File Format*, level
+//! 5). Every size is checked against the available bytes and decompression is limited, so that no file needs
+//! more memory than [`MOST_INFLATED`] and its own size.
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 
-/// All compressed variables of a file together may become so many bytes.
+/// Limit of the decompressed size of all variables of a file, bytes.
 const MOST_INFLATED: usize = 64 << 20;
-/// Structures in structures deeper than this are not followed.
+/// Limit of the depth of nested structures.
 const DEEPEST: usize = 6;
-/// More elements than this in all arrays of structures and cells are refused.
+/// Limit of the number of elements in all arrays of structures and cells.
 const MOST_ELEMENTS: usize = 200_000;
 const HELP: &str = "save it in MATLAB with save(file, '-v7'), or copy it anew";
 
 const COMPRESSED: u32 = 15;
 const MATRIX: u32 = 14;
 
-/// What a variable or a field holds.
+/// Value of a variable or a field.
 #[derive(Debug, PartialEq)]
 pub(super) enum Value<'a> {
     /// Numbers, column by column.
     Numbers {
         /// Rows and columns; further dimensions are multiplied into the columns.
         size: [usize; 2],
-        /// Type of what is stored.
+        /// Type of the stored numbers.
         kind: u32,
-        /// Whether the least significant byte comes last.
+        /// Whether the most significant byte comes first.
         big_endian: bool,
         /// The numbers as stored.
         bytes: &'a [u8],
@@ -41,7 +43,7 @@ pub(super) enum Value<'a> {
 }
 
 impl Value<'_> {
-    /// Number `n`, counted along the first column, then the second.
+    /// The number at index `n`, column by column.
     pub fn number(&self, n: usize) -> Option<f64> {
         let Self::Numbers { kind, big_endian, bytes, .. } = self else { return None };
         let width = width_of(*kind)?;
@@ -67,7 +69,7 @@ impl Value<'_> {
     }
 }
 
-/// Bytes of a number of a stored type.
+/// Number of bytes of a stored type.
 fn width_of(kind: u32) -> Option<usize> {
     match kind {
         1 | 2 => Some(1),
@@ -78,15 +80,15 @@ fn width_of(kind: u32) -> Option<usize> {
     }
 }
 
-/// A file whose compressed variables are inflated.
+/// A file with its compressed variables decompressed.
 pub(super) struct File<'a> {
     origin: &'a str,
     big_endian: bool,
-    /// The bytes of every variable, behind its tag.
+    /// The bytes of every variable, without its tag.
     variables: Vec<std::borrow::Cow<'a, [u8]>>,
 }
 
-/// A piece of a file that is read from its beginning.
+/// Part of a file that is read from its beginning.
 #[derive(Clone, Copy)]
 struct Piece<'a> {
     bytes: &'a [u8],
@@ -121,7 +123,7 @@ impl<'a> Piece<'a> {
 }
 
 impl<'a> File<'a> {
-    /// Reads the header and inflates what is compressed.
+    /// Reads the header and decompresses the variables.
     pub fn read(bytes: &'a [u8], origin: &'a str) -> Result<Self, Malformed> {
         let fail = |byte: usize, what: &str| Place { origin, line: 1, column: byte + 1 }.error(what, HELP);
         if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
@@ -130,7 +132,7 @@ impl<'a> File<'a> {
         let big_endian = match bytes.get(124..128) {
             Some([.., b'I', b'M']) => false,
             Some([.., b'M', b'I']) => true,
-            _ => return Err(fail(0, "the file is none of MATLAB's level 5")),
+            _ => return Err(fail(0, "the file is not a MATLAB level 5 file")),
         };
         let mut rest = Piece { bytes: &bytes[128..], big_endian };
         let mut variables = Vec::new();
@@ -146,14 +148,17 @@ impl<'a> File<'a> {
                     let all = all.map_err(|e| {
                         let what = match e.status {
                             miniz_oxide::inflate::TINFLStatus::HasMoreOutput => {
-                                format!("the variables become more than {} MB", MOST_INFLATED >> 20)
+                                format!(
+                                    "the decompressed variables are larger than {} MB",
+                                    MOST_INFLATED >> 20
+                                )
                             }
                             _ => "a compressed variable is damaged or cut off".to_owned(),
                         };
                         fail(at, &what)
                     })?;
                     inflated += all.len();
-                    // The tag is as in a variable that is not compressed.
+                    // The tag is the same as in a variable that is not compressed.
                     let inner = (Piece { bytes: &all, big_endian }).next();
                     match inner {
                         Some((MATRIX, data)) => variables.push(data.to_vec().into()),
@@ -186,7 +191,7 @@ impl<'a> File<'a> {
 /// The name and value of an array.
 fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(String, Value<'a>)> {
     *left = left.checked_sub(1)?;
-    // An empty field has no bytes at all.
+    // An empty field has no bytes.
     if piece.bytes.is_empty() {
         return Some((String::new(), Value::Other));
     }

@@ -1,13 +1,14 @@
-//! MOCHA's sensors as plain text (`.ema`): a line a frame without a header, with the time (s), a flag (0: nothing seen) and twenty
-//! channels in hundredths of a millimetre, at 500 frames a second; or the twenty channels alone. The order is that of MOCHA's EST
-//! files, in which some corpora give it (Wrench 1999; Qin and Carreira-Perpinan 2009, `MOCHAread.m`, whose columns these are).
+//! MOCHA's sensors as plain text (`.ema`): one line for each frame without a header, with the time (s), a
+//! flag (0: nothing seen) and twenty channels in hundredths of a millimetre, at 500 frames a second; or the
+//! twenty channels alone. The order is that of MOCHA's EST files, as in some corpora (Wrench 1999; Qin and
+//! Carreira-Perpinan 2009, `MOCHAread.m`, whose columns these are).
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::numbers::Numbers;
 use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
 
-/// The sensors with the columns of x and y among the channels.
+/// The sensors and the columns of their x and y among the channels.
 const SENSORS: [(&str, usize, usize); 9] = [
     ("ui", 0, 5),
     ("li", 1, 6),

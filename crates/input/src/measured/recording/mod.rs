@@ -1,4 +1,5 @@
-//! Recordings of a tongue over time: points of its contour, sensors glued to it, and bones, as laboratories export them.
+//! Recordings of a tongue over time in the formats of laboratories: points of its contour, sensors glued to
+//! it, and bones.
 //!
 //! | format | what | unit |
 //! |---|---|---|
@@ -14,7 +15,8 @@
 //! | EdgeTrak (`.con`) | contours of ultrasound | pixels |
 //!
 //! ```text
-//! bytes -> Recording (channels by name, in the axes and unit of the file) -> Map -> Seen (what each is of the body, m)
+//! bytes -> Recording (channels by name, in the axes and unit of the file) -> Map -> Seen (points of the
+//! body, m)
 //! ```
 
 mod aaa;
@@ -51,7 +53,7 @@ pub use map::{CONTOUR_SD_M, Map, MapError, Role};
 pub use screen::{Fault, FaultKind, Screened, screen};
 pub use seen::{Mark, Seen, SeenFrame};
 
-/// Coordinates beyond this (in the unit of the file) are no place on a head.
+/// Limit of coordinates, in the unit of the file.
 const FARTHEST: f64 = 1e9;
 
 /// A file format of recordings.
@@ -60,7 +62,7 @@ const FARTHEST: f64 = 1e9;
 pub enum Format {
     /// Articulate Assistant Advanced's export of splines.
     Aaa,
-    /// One row a point.
+    /// One row for each point.
     Tidy,
     /// Carstens AG500 and AG501, head-corrected positions.
     Ag50x,
@@ -72,7 +74,7 @@ pub enum Format {
     AaaFan,
     /// The X-ray microbeam's pellets.
     Microbeam,
-    /// MATLAB structures as MVIEW has them.
+    /// MATLAB structures of MVIEW.
     Mview,
     /// DeepLabCut's tables.
     DeepLabCut,
@@ -92,7 +94,7 @@ impl Format {
         ("dlc", Format::DeepLabCut),
     ];
 
-    /// What the content, and failing that the name of the file, looks like.
+    /// The format of a file by its content, or else by its name.
     pub fn of(bytes: &[u8], origin: &str) -> Self {
         let begins = |text: &str| bytes.starts_with(text.as_bytes());
         if begins("AG50xDATA_V00") {
@@ -108,7 +110,7 @@ impl Format {
         if ends("con") {
             return Self::Edgetrak;
         }
-        // A header that UTF-16 spreads out still has its letters.
+        // NUL bytes are removed, so that a header in UTF-16 is recognised too.
         let head: Vec<u8> = bytes.iter().take(65536).copied().filter(|b| *b != 0 && *b != b'"').collect();
         let line = head.split(|b| *b == b'\n').next().unwrap_or_default();
         let has = |word: &[u8]| line.windows(word.len()).any(|w| w == word);
@@ -125,14 +127,14 @@ impl Format {
     }
 }
 
-/// What was seen at one time.
+/// Positions at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     /// Time, s.
     pub time_s: f64,
-    /// Place of every channel, in the axes and unit of the file; `None` where it was not seen.
+    /// Position of every channel, in the axes and unit of the file; `None` if it was not seen.
     pub places: Vec<Option<[f64; 3]>>,
-    /// How likely each place is right, 0 to 1; empty where the format does not say it.
+    /// Likelihood of each position, 0 to 1; empty if the format has none.
     pub likelihood: Vec<f32>,
 }
 
@@ -142,39 +144,39 @@ impl Sample {
     }
 }
 
-/// Where the times of a recording come from.
+/// Origin of the times of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Times {
-    /// The file has them.
+    /// The file has times.
     InFile,
-    /// The file has none; its instrument usually has this rate, Hz.
+    /// The file has no times; its instrument usually has this rate, Hz.
     Usual(f64),
-    /// The file counts frames: the samples' times are their numbers.
+    /// The file counts frames: the times of the samples are frame numbers.
     Frames,
 }
 
 /// A recording: channels by name, over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// What tells it from others of the same file.
+    /// Name that distinguishes it from other recordings of the file.
     pub name: String,
-    /// Whose it is, where the file says that.
+    /// The speaker, if the file names one.
     pub speaker: Option<String>,
-    /// Names of the channels: each is a point.
+    /// Names of the channels; each channel is a point.
     pub channels: Vec<String>,
-    /// Standard deviation of every channel, unit of the file, where the file has it.
+    /// Standard deviation of every channel, in the unit of the file, if the file has it.
     pub sigma: Vec<Option<f64>>,
-    /// Frames in the order of time.
+    /// Frames sorted by time.
     pub samples: Vec<Sample>,
-    /// Metres in a unit of the file, where the format says it.
+    /// Metres in a unit of the file, if the format defines it.
     pub metres: Option<f64>,
-    /// Where the times come from.
+    /// Origin of the times.
     pub times: Times,
-    /// From which format.
+    /// Format of the file.
     pub format: Format,
 }
 
-/// Why a recording cannot be used. Each message is complete: what is wrong, where, and what to do.
+/// Why a recording cannot be used. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file cannot be read.
@@ -182,19 +184,19 @@ pub enum RecordingError {
     Unreadable {
         /// File name.
         origin: String,
-        /// What the operating system said, or that it is no file or too large.
+        /// The error of the operating system, or that it is not a file or too large.
         source: std::io::Error,
     },
-    /// It is no recording of its format.
+    /// The file is not a valid recording of its format.
     #[error(transparent)]
     Malformed(#[from] Malformed),
-    /// It cannot be understood as points of a tongue.
+    /// It cannot be interpreted as points of a tongue.
     #[error(transparent)]
     Map(#[from] MapError),
 }
 
 impl Recording {
-    /// All recordings of a file; its format is found from its content and name unless it is given.
+    /// Reads all recordings of a file. Its format is found from its content and name unless it is given.
     ///
     /// # Errors
     /// [`RecordingError`] with the place.
@@ -206,10 +208,10 @@ impl Recording {
         }
     }
 
-    /// All recordings in the bytes of a file; `origin` is what messages call it, usually its path.
+    /// Reads all recordings in the bytes of a file; `origin` is its name in messages, usually its path.
     ///
     /// # Errors
-    /// [`Malformed`] with line and column; of binary data the column is the byte.
+    /// [`Malformed`] with line and column; in binary data the column is the byte.
     pub fn from_bytes(bytes: &[u8], origin: &str, format: Option<Format>) -> Result<Vec<Self>, Malformed> {
         let found = match format.unwrap_or_else(|| Format::of(bytes, origin)) {
             Format::Aaa => aaa::read(bytes, origin),
@@ -229,7 +231,7 @@ impl Recording {
         }
     }
 
-    /// The middle distance between neighbouring channels of these, in the unit of the file.
+    /// Median distance between neighbouring channels of these, in the unit of the file.
     fn middle_gap(&self, channels: &[usize]) -> Option<f64> {
         let gaps = channels.windows(2).flat_map(|w| {
             self.samples.iter().filter_map(move |s| {
@@ -240,13 +242,13 @@ impl Recording {
         tongue_core::statistics::upper_median(gaps).filter(|g| *g > 0.0)
     }
 
-    /// Its name from that of its file.
+    /// The name of a file without folder and extension.
     fn stem(origin: &str) -> String {
         Path::new(origin).file_stem().map_or_else(|| origin.to_owned(), |s| s.to_string_lossy().into_owned())
     }
 }
 
-/// A finite number that can be a coordinate.
+/// A finite number within the limit of coordinates.
 fn coordinate(text: &str) -> Option<f64> {
     text.parse().ok().filter(|v| is_coordinate(*v))
 }

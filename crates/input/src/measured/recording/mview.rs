@@ -1,7 +1,7 @@
-//! Articulatory recordings in MATLAB files as MVIEW has them (Tiede 2005), among them the Haskins production rate comparison: an array of
-//! structures, one a channel, with `NAME`, `SRATE` (Hz) and `SIGNAL`, a row a frame. A sensor's signal has two columns (to the front,
-//! upwards) or at least three (to the front, sideways, upwards, then angles), mm; channels with one column, such as the sound, are
-//! not read.
+//! Articulatory recordings in MATLAB files of MVIEW (Tiede 2005), among them the Haskins production rate
+//! comparison: an array of structures, one for each channel, with `NAME`, `SRATE` (Hz) and `SIGNAL`, one row
+//! for each frame. A sensor's signal has two columns (to the front, upwards) or at least three (to the front,
+//! sideways, upwards, then angles), mm; channels with one column, such as the sound, are not read.
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
@@ -80,7 +80,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     }
 }
 
-/// The structure as a sensor's channel; `None` where it is the sound or something else.
+/// The structure as a sensor's channel; `None` for the sound and other signals.
 fn channel<'a>(structure: &'a [(String, Value<'a>)]) -> Option<Channel<'a>> {
     let field = |name: &str| structure.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v);
     let Some(Value::Text(name)) = field("NAME") else { return None };

@@ -1,10 +1,11 @@
-//! What channels usually are, by the names that laboratories give them.
+//! Roles of channels by the names that laboratories give them.
 
 use tongue_core::body::{HYOID, MANDIBLE};
 
 use super::Role;
 
-/// Coils on the tongue of MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and NDI's and Carstens' usual protocols.
+/// Names of coils on the tongue in MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and the usual
+/// protocols of NDI and Carstens.
 const COILS: [&str; 21] = [
     "t1",
     "t2",
@@ -28,15 +29,15 @@ const COILS: [&str; 21] = [
     "tbody",
     "tdorsum",
 ];
-/// Those of them that are foremost wherever they are.
+/// Names of coils that are always foremost.
 const TIPS: [&str; 4] = ["t1", "tt", "tonguetip", "ttip"];
 
-/// A name without case and marks.
+/// A name in lower case without punctuation.
 fn plain(channel: &str) -> String {
     channel.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
 }
 
-/// What a channel is by its name; [`Role::Ignored`] where that says nothing.
+/// The role of a channel by its name; [`Role::Ignored`] if the name is unknown.
 pub(super) fn role(channel: &str) -> Role {
     if channel == HYOID || channel == MANDIBLE {
         return Role::Bone(channel.to_owned());

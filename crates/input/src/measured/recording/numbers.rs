@@ -1,22 +1,23 @@
-//! Tables of numbers without a header, separated by blanks, tabs or commas.
+//! Reader of tables of numbers without a header, separated by spaces, tabs or commas.
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::super::lengths::text::decode;
 use super::Budget;
 
-/// A table in which every line has as many numbers as the first.
+/// A table with the same number of values in every line.
 pub(super) struct Numbers {
-    /// Numbers in a line.
+    /// Number of values in a line.
     pub width: usize,
-    /// All numbers, line by line; NaN where the file says so.
+    /// All values, line by line; NaN for those that the file marks as missing.
     values: Vec<f64>,
-    /// The line of the file that each row was.
+    /// Line number of each row in the file.
     lines: Vec<u64>,
 }
 
 impl Numbers {
-    /// Reads the table; `widths` says how many numbers a line may have, and `help` what to do where it has another count.
+    /// Reads the table; `widths` are the allowed numbers of values in a line, and `help` is the advice for
+    /// other lines.
     ///
     /// A first line of words alone is a header and is skipped.
     pub fn read(
@@ -40,7 +41,7 @@ impl Numbers {
             for (column, cell) in cells().enumerate() {
                 let value = cell.parse::<f64>();
                 let value = value
-                    .map_err(|_| at.at_column(column + 1).error(format!("{cell:?} is no number"), help))?;
+                    .map_err(|_| at.at_column(column + 1).error(format!("{cell:?} is not a number"), help))?;
                 out.values.push(value);
             }
             let width = out.values.len() - before;
@@ -61,7 +62,7 @@ impl Numbers {
         Ok(out)
     }
 
-    /// The rows with their lines in the file.
+    /// The rows with their line numbers in the file.
     pub fn rows(&self) -> impl Iterator<Item = (u64, &[f64])> {
         self.lines.iter().copied().zip(self.values.chunks_exact(self.width.max(1)))
     }

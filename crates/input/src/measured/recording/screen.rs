@@ -1,5 +1,5 @@
-//! What no tongue does: points that jump, points in the wrong order, points beyond the palate. They are taken out before anything is
-//! fitted, and told.
+//! Screening of recordings: points that jump, points in the wrong order, points beyond the palate. They are
+//! removed before anything is fitted, and reported.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,24 +7,24 @@ use tongue_core::geometry::Point;
 
 use super::Seen;
 
-/// What is wrong with a frame.
+/// Kind of a fault in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
-    /// A point is far from where it is in the frames around.
+    /// A point is far from its position in the neighbouring frames.
     Jumped,
-    /// Two points of the contour are in each other's place.
+    /// Two points of the contour are exchanged.
     OutOfOrder,
     /// A point lies beyond the palate.
     BeyondPalate,
-    /// A bone was not seen; its place is that of the nearest frames.
+    /// A bone was not seen; its position is taken from the nearest frames.
     BoneMissing,
     /// A point is farther from the fitted surface than its noise explains.
     FarFromFit,
 }
 
 impl FaultKind {
-    /// In words.
+    /// A description in words.
     pub fn said(self) -> &'static str {
         match self {
             Self::Jumped => "jumped",
@@ -36,30 +36,31 @@ impl FaultKind {
     }
 }
 
-/// A fault of a frame, and the points that have it.
+/// A fault in a frame, and the points that have it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
-    /// What.
+    /// Kind of the fault.
     pub kind: FaultKind,
-    /// Which points, by name.
+    /// Names of the points.
     pub points: Vec<String>,
 }
 
 /// Faults of every frame.
 pub type Screened = Vec<Vec<Fault>>;
 
-/// Frames on either side that tell where a point should be.
+/// Number of frames on either side from which the position of a point is predicted.
 const AROUND: usize = 3;
-/// A point that is farther than this from there has jumped, m,
+/// Smallest distance from the predicted position that counts as a jump, m.
 const JUMP_M: f64 = 12e-3;
-/// or farther than it can have gone in the time between two frames at this speed, m/s: the tip reaches some 0.5.
+/// A jump must also be faster than this between two frames, m/s; the tip reaches about 0.5.
 const FASTEST_M_S: f64 = 1.2;
-/// Standard deviations beyond which noise is no explanation.
+/// Limit of a residual, in standard deviations of the noise.
 const MOST_SD: f64 = 4.0;
-/// Contours with more points than this are not keypoints, and their order is not looked at.
+/// Largest number of points of a contour of keypoints; the order of longer contours is not checked.
 const MOST_ORDERED: usize = 40;
 
-/// Takes out of a recording what cannot be right, and says what. `palate`: a line of points from the front to the back, m.
+/// Removes implausible points from a recording and returns the faults. `palate`: a line of points from front
+/// to back, m.
 pub fn screen(seen: &mut Seen, palate: Option<&[Point]>) -> Screened {
     let mut faults: Screened = vec![Vec::new(); seen.frames.len()];
     for (frame, fault) in ordered(seen).into_iter().zip(&mut faults) {
@@ -138,7 +139,7 @@ fn has_jumped(seen: &Seen, frame: usize, point: usize) -> bool {
     away > JUMP_M.max(FASTEST_M_S * nearest) + MOST_SD * here.sd
 }
 
-/// Frames in which the contour becomes shorter by more than noise when two of its points change places.
+/// Frames in which exchanging two points makes the contour shorter by more than noise.
 fn ordered(seen: &Seen) -> Vec<Option<Fault>> {
     let fault = |frame: &super::SeenFrame| {
         let at: Vec<(usize, super::Mark)> =
@@ -161,7 +162,7 @@ fn ordered(seen: &Seen) -> Vec<Option<Fault>> {
             }
         }
         let (gain, i, j) = best?;
-        // A point that jumped makes the contour long whatever it is called: it is told as a jump.
+        // A point that jumped makes the contour long in any order: it is reported as a jump.
         let noise = at[i].1.sd.max(at[j].1.sd);
         let mut swapped = places.clone();
         swapped.swap(i, j);
@@ -176,7 +177,7 @@ fn ordered(seen: &Seen) -> Vec<Option<Fault>> {
     seen.frames.iter().map(fault).collect()
 }
 
-/// By how much a point lies above a palate at its x, m; `None` before and behind it.
+/// Height of a point above a palate at its x, m; `None` in front of and behind it.
 pub(super) fn above(palate: &[Point], p: Point) -> Option<f64> {
     let heights = palate.windows(2).filter_map(|w| {
         let (a, b) = if w[0].x <= w[1].x { (w[0], w[1]) } else { (w[1], w[0]) };

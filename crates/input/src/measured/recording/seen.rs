@@ -1,4 +1,4 @@
-//! What was seen of a tongue, in the frame of a body: metres, x to the back of the head, y up.
+//! A recording in the frame of a body: metres, x to the back of the head, y up.
 
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::upper_median;
@@ -6,16 +6,16 @@ use tongue_core::statistics::upper_median;
 use super::map::Axis;
 use super::{Format, Map, MapError, Recording, Role, names};
 
-/// A point, and how sure it is.
+/// A measured point and its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
-    /// Where, m.
+    /// Position, m.
     pub at: Point,
     /// Standard deviation, m.
     pub sd: f64,
 }
 
-/// What was seen at one time.
+/// Points at one time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SeenFrame {
     /// Time, s.
@@ -31,38 +31,40 @@ pub struct SeenFrame {
 /// A recording in the frame of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
-    /// Which recording.
+    /// Name of the recording.
     pub name: String,
-    /// Whose it is, where the file says that.
+    /// The speaker, if the file names one.
     pub speaker: Option<String>,
     /// Names of the contour points.
     pub contour: Vec<String>,
-    /// Names of the sensors, and how far behind the tip each is along the surface at rest, m; from the tip backwards where that is not
-    /// measured.
+    /// Names of the sensors and the distance of each behind the tip along the surface at rest, m; in order
+    /// from the tip if distances were not measured.
     pub sensors: Vec<(String, f64)>,
-    /// Whether the place of each sensor was measured; else it is what is usual.
+    /// Whether the distance of each sensor was measured; otherwise it is a usual value.
     pub measured: Vec<bool>,
     /// Names of the bones that were seen.
     pub bones: Vec<String>,
     /// Channels that are not used.
     pub ignored: Vec<String>,
-    /// Whether the axis to the back is against that of the file: the face looks to the right there.
+    /// Whether the axis to the back is reversed against the file: its face looks to the right.
     pub mirrored: bool,
-    /// What was taken for granted and should be told.
+    /// Assumptions to report to the user.
     pub notes: Vec<String>,
     /// Frames in the order of time.
     pub frames: Vec<SeenFrame>,
 }
 
 impl Seen {
-    /// A recording as its map understands it.
+    /// Interprets a recording with its map.
     ///
-    /// Where no map says which axis leads to the back of the head, x does, and it is turned round if the mental spine lies at larger
-    /// x than the hyoid (without them: if the contour, which runs from the root to the tip, ends at larger x than it begins; of
-    /// coils: if the one at the tip lies at larger x than the others).
+    /// If no map gives the axis to the back of the head, it is x, reversed if the mental spine lies at larger
+    /// x than the hyoid. Without these bones it is reversed if the contour, which runs from the root to the
+    /// tip, ends at larger x than it begins; with coils only, if the one at the tip lies at larger x than the
+    /// others.
     ///
     /// # Errors
-    /// [`MapError`]: a point of the map that the recording lacks, a unit or rate that nobody gives, nothing to be used.
+    /// [`MapError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no
+    /// channel is usable.
     pub fn new(recording: &Recording, map: &Map) -> Result<Self, MapError> {
         let wrong = |problem: String| MapError::Recording { recording: recording.name.clone(), problem };
         if let Some(problem) = map.unknown(&recording.channels) {
@@ -74,7 +76,7 @@ impl Seen {
             (0..roles.len()).filter(|&c| wanted(&roles[c])).collect()
         };
         let mut contour = of(|r| *r == Role::Contour);
-        // By number where names end in one, so that rows of a table may come in any order.
+        // Sorted by the number at the end of the name, so that rows of a table may come in any order.
         contour.sort_by_key(|&c| number(&recording.channels[c]));
         let mut sensors = of(|r| matches!(r, Role::Surface(_) | Role::Coil(_)));
         let bones = of(|r| matches!(r, Role::Bone(_)));
@@ -82,7 +84,7 @@ impl Seen {
         if contour.is_empty() && sensors.is_empty() {
             let known = recording.channels.join(", ");
             return Err(wrong(format!(
-                "no channel is a point of the tongue (channels: {known}); say with --map which is one"
+                "no channel is known as a point of the tongue (channels: {known}); name one with --map"
             )));
         }
         let flat_file = recording.samples.iter().flat_map(|s| s.places.iter().flatten()).all(|p| p[0] == 0.0);
@@ -112,7 +114,7 @@ impl Seen {
         let bone = |wanted: &str| {
             bones.iter().copied().find(|&c| matches!(&roles[c], Role::Bone(name) if name == wanted))
         };
-        // The front end must have the smaller x: of the bones, or of the contour where these are not seen.
+        // The front end must have the smaller x: of the bones, or of the contour if these were not seen.
         let medians = |(front, rear): (usize, usize)| median_x(&frames, front).zip(median_x(&frames, rear));
         let of_bones =
             bone(tongue_core::body::MANDIBLE).zip(bone(tongue_core::body::HYOID)).and_then(medians);
@@ -137,7 +139,7 @@ impl Seen {
         let marks = |places: &[Option<Point>], likelihood: &[f32], of: &[usize]| -> Vec<Option<Mark>> {
             let mark = |&c: &usize| {
                 let sd = map.sd(&recording.channels[c], &roles[c], recording.sigma[c].map(|s| s * metres));
-                // Half as likely is worth half as much.
+                // The variance is divided by the likelihood.
                 let sd = sd / likelihood.get(c).map_or(1.0, |l| f64::from(*l)).sqrt();
                 places[c].map(|at| Mark { at, sd })
             };
@@ -179,8 +181,8 @@ impl Seen {
         self.bone(name).is_some_and(|b| self.frames.iter().any(|f| f.bones[b].is_some()))
     }
 
-    /// Where a bone was seen, m, as the mean over `window` frames around each (fewer at the ends and where it was not seen); where it
-    /// was not seen in any of them, the nearest in time; `None` where it was never seen.
+    /// Mean position of a bone over `window` frames around each (fewer at the ends and where it was not
+    /// seen), m; if it was not seen in any of them, the nearest in time; `None` if it was never seen.
     pub fn bone_means(&self, bone: usize, window: usize) -> Vec<Option<Point>> {
         let at = |f: usize| self.frames[f].bones.get(bone).copied().flatten();
         let seen: Vec<usize> = (0..self.frames.len()).filter(|&f| at(f).is_some()).collect();
@@ -198,12 +200,12 @@ impl Seen {
     }
 }
 
-/// How far the first coil usually is behind the tip, m.
+/// Usual distance of the first coil behind the tip, m.
 const FIRST_COIL_M: f64 = 10e-3;
-/// The way along the surface from coil to coil is so much longer than the straight one.
+/// Usual ratio of the distance of coils along the surface to the straight distance.
 const LONGER: f64 = 1.03;
 
-/// The median x of the coil at the tip, and of the one that is farthest from it.
+/// The median x of the coil at the tip and of the coil farthest from it.
 fn ends(
     sensors: &[usize],
     roles: &[Role],
@@ -225,7 +227,8 @@ fn ends(
     Some((x, rear))
 }
 
-/// Puts coils in the order from the tip backwards and says how far behind the tip each is, m: as it was measured, or as is usual.
+/// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: as measured, or the
+/// usual value.
 fn places_of_coils(sensors: &mut [usize], roles: &[Role], frames: &[Vec<Option<Point>>]) -> Vec<f64> {
     let nth = |c: usize| match roles[c] {
         Role::Coil(Some(nth)) => f64::from(nth),
@@ -253,7 +256,7 @@ fn places_of_coils(sensors: &mut [usize], roles: &[Role], frames: &[Vec<Option<P
     out
 }
 
-/// The number that a name ends in.
+/// The number at the end of a name.
 fn number(name: &str) -> u64 {
     let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)
@@ -267,7 +270,7 @@ fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
     upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.x))
 }
 
-/// Whether a channel moves by more in a tenth of a second, in half of them, than a head does.
+/// Whether the median motion of a channel in a tenth of a second is larger than a head's.
 fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usize) -> bool {
     const WINDOW_S: f64 = 0.1;
     const HEAD_MOVES_M: f64 = 3e-3;
@@ -283,8 +286,8 @@ fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usiz
     steps.len() >= FEWEST && upper_median(steps).is_some_and(|m| m > HEAD_MOVES_M)
 }
 
-/// Brings every frame to where the reference points are in the first one that has all of them: shifted by one point, shifted and
-/// turned by several. Frames that lack one are lost.
+/// Moves every frame so that the reference points are where they are in the first frame that has all of them:
+/// shifted for one point, shifted and turned for several. Frames that lack one are dropped.
 fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
     if references.is_empty() {
         return;

@@ -1,4 +1,4 @@
-//! A map to begin with: every channel of a recording with what it seems to be, where it is and how much it moves.
+//! Template of a map: every channel of a recording with its likely role, its position and its motion.
 
 use std::fmt::Write as _;
 
@@ -7,16 +7,16 @@ use tongue_core::statistics::upper_median;
 use super::{Map, Recording, Role, Times};
 
 impl Map {
-    /// A map (TOML) for a recording, for its user to correct: what the names of channels say is filled in, and beside every channel
-    /// stands where it is and how far it moves.
+    /// A map (TOML) for a recording, for its user to correct: with the roles that the names of channels
+    /// suggest, and the position and motion of every channel in comments.
     pub fn template(recording: &Recording) -> String {
         let map = Self::default();
         let mut text = String::new();
         let name = recording.name.replace(char::is_control, " ");
-        let _ = writeln!(text, "# Which channel of \"{name}\" is what; give this file with --map.");
+        let _ = writeln!(text, "# The meaning of the channels of \"{name}\"; give this file with --map.");
         let _ = writeln!(
             text,
-            "# Lines that begin with # are not read: take the # away where a line is needed.\n"
+            "# Lines that begin with # are not read: remove the # of a line that is needed.\n"
         );
         match (recording.metres, map.metres(recording)) {
             (Some(metres), _) => {
@@ -75,7 +75,7 @@ impl Map {
     }
 }
 
-/// Where a channel is in the middle of the recording, and how far it moves, in the unit of the file.
+/// Position of a channel in the middle of the recording, and how far it moves, in the unit of the file.
 fn course(recording: &Recording, channel: usize) -> String {
     let places = || recording.samples.iter().filter_map(|s| s.places[channel]);
     let middle: Option<Vec<f64>> = (0..3).map(|axis| upper_median(places().map(|p| p[axis]))).collect();

@@ -1,4 +1,5 @@
-//! A row a point: `recording,time_s,point,x_mm,y_mm[,sigma_mm]`, to which every other format can be turned.
+//! Tidy tables with one row for each point: `recording,time_s,point,x_mm,y_mm[,sigma_mm]`. Every other format
+//! can be converted to them.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +8,7 @@ use super::super::lengths::error::Place;
 use super::super::lengths::text::decode;
 use super::{Budget, Format, Recording, Sample, Times, coordinate};
 
-/// Nothing is surer than a micrometre.
+/// Smallest standard deviation, mm.
 const LEAST_SIGMA_MM: f64 = 1e-3;
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
@@ -35,7 +36,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
 
     let mut found: Vec<Recording> = Vec::new();
     let mut budget = Budget::default();
-    // Where each recording is, and in it each channel and the frame of each time.
+    // Indices of each recording, and in it of each channel and of the frame of each time.
     let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
     let mut channels: Vec<BTreeMap<String, usize>> = Vec::new();
     for record in reader.records() {
@@ -85,7 +86,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         });
         let more = if this.channels.len() > before { this.samples.len() } else { 0 };
         budget.add(this.samples.len() + 1, this.channels.len(), more, at)?;
-        // A table without times is of one posture.
+        // A table without times has one posture.
         let time_s = match time {
             Some(f) => number(f, "the time")?
                 .ok_or_else(|| at.at_column(f + 1).error("the time is missing", "give it in seconds"))?,

@@ -1,4 +1,4 @@
-//! Whatever the bytes, they are read or refused; what is written is read back.
+//! Property tests: any bytes are read or refused without a panic, and a written table is read back.
 
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ fn csv_line(subject: &str, vowel: &str, length_mm: &[f64]) -> String {
     String::from_utf8(writer.into_inner().unwrap()).unwrap()
 }
 
-/// A good table as spreadsheets of all kinds write it.
+/// A valid table in the spellings of several spreadsheets.
 fn spellings() -> Vec<Vec<u8>> {
     let german = REFERENCE.replace(',', ";").replace("47;", "47,5;").replace('\n', "\r\n");
     let with_bom = format!("\u{feff}{german}");
@@ -62,7 +62,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_written_is_read_back_to_the_bit(
+    fn written_tables_are_read_back_to_the_bit(
         rows in prop::collection::btree_map(
             ("[a-zA-Z0-9ɯé][^\\pC]{0,8}[a-z]", "[a-zɔæə]{1,3}"),
             prop::collection::vec(10.0f64..=200.0, 5),

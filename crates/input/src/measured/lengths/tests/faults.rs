@@ -1,4 +1,4 @@
-//! What is wrong is told with its place and what to do.
+//! Faults of tables are reported with their place and advice.
 
 use super::*;
 
@@ -19,7 +19,7 @@ fn a_broken_row_stops_only_what_needs_it() {
     assert!(matches!(data.row("S2", &vowel("i")), Err(Error::UnknownSubject { .. })));
 }
 
-// What is refused.
+// Refused tables.
 
 #[test]
 fn header_faults() {
@@ -68,7 +68,7 @@ fn encoding_faults() {
         );
     }
     assert!(refusal(format!("{HEADER}\n")).starts_with("my.csv:2:1: the table has a header but no rows; "));
-    // A line end is nobody's fault.
+    // A line end at the end of the file is allowed.
     assert_eq!(dataset(format!("{HEADER}\n{ROW}\r\n")).rows().len(), 1);
 }
 
@@ -88,7 +88,7 @@ fn separator_and_shape_faults() {
         "my.csv:2:11: the line has 11 fields where the header has 10; take out the surplus; between commas decimals \
          are written with a point, like 57.8"
     );
-    // The quotation mark swallows the rest of the file.
+    // The unclosed quotation mark includes the rest of the file.
     assert!(rows_refusal(&format!("\"{ROW}\n{ROW}")).starts_with("my.csv:2:2: the line has 1 fields"));
 }
 
@@ -106,7 +106,7 @@ fn length_faults() {
         (
             "490",
             "GGm_mm is 490, too long for a tongue muscle (above 200 mm); write the length in millimetres, like \
-             57.8; a column that is no muscle is set aside where its name has no unit"
+             57.8; a column that is not of a muscle is ignored if its name has no unit"
                 .to_owned(),
         ),
         (
@@ -124,18 +124,18 @@ fn length_faults() {
     ] {
         assert_eq!(length_refusal(value), format!("my.csv:2:4: {expected}"));
     }
-    // The column is that of the file.
+    // The column number is that of the file.
     let reordered = "HGp_mm,vowel,HGa_mm,SGa_mm,SGm_mm,SGp_mm,GGp_mm,GGm_mm,GGa_mm,subject";
     let message = refusal(format!("{reordered}\n30,i,38,42,28,51,49,-1,47,S1\n"));
     assert!(message.starts_with("my.csv:2:8: GGm_mm is -1"), "{message}");
     let long = length_refusal(&"x".repeat(100_000));
     assert_eq!(long, format!("my.csv:2:4: GGm_mm is \"{}...\", not a number; {number}", "x".repeat(40)));
     assert!(length_refusal(&"9".repeat(300)).len() < 300);
-    // A column in centimetres of numbers in millimetres.
+    // A column named in centimetres with numbers in millimetres.
     let message = refusal("subject,vowel,GGa_cm\nX,a,47\n");
     assert_eq!(
         message,
-        "my.csv:2:3: GGa_cm is 47, which is 470 mm: no length of a tongue muscle (10 to 200 mm); check the number, and \
+        "my.csv:2:3: GGa_cm is 47, which is 470 mm: not a length of a tongue muscle (10 to 200 mm); check the number, and \
          the unit that the column's name gives"
     );
 }
@@ -156,7 +156,7 @@ fn one_decimal_mark_a_table() {
         data.broken()[0].fault.to_string(),
         "my.csv:3:3: GGa_mm is \"48,5\", with a decimal comma; write it with a decimal point: 48.5"
     );
-    // Quotation marks keep a decimal comma apart from the commas between fields.
+    // A decimal comma in quotation marks is possible with commas between fields.
     let quoted = dataset("subject,vowel,GGa_mm\nX,a,\"47,5\"\n");
     assert_eq!(quoted.rows()[0].lengths.length_mm, [Some(47.5)]);
 }
@@ -175,7 +175,7 @@ fn subject_vowel_and_duplicate_faults() {
     assert!(message.starts_with("my.csv:2:1: the subject is \"S\\n1\"; "), "{message}");
     let first = ROW.replacen('i', "ɯ", 1);
     let (u, same) = (ROW.replacen('i', "u", 1), first.replace("47", "48"));
-    // /u/ is another vowel where a table has both.
+    // /u/ is another vowel if a table has both.
     assert!(dataset(format!("{HEADER}\n{u}\n{first}")).broken().is_empty());
     let data = dataset(format!("{HEADER}\n{first}\n\n{ROW}\n{same}"));
     assert_eq!(
@@ -187,15 +187,15 @@ fn subject_vowel_and_duplicate_faults() {
 }
 
 #[test]
-fn what_does_not_end_or_is_no_table_is_refused() {
+fn endless_input_and_other_files_are_refused() {
     let message = Dataset::from_reader(std::io::repeat(b'x'), "endless").unwrap_err().to_string();
-    assert_eq!(message, "cannot read endless: it is larger than 64 MiB; give less at a time");
+    assert_eq!(message, "cannot read endless: it is larger than 64 MiB; split it into smaller files");
     let message = Dataset::from_path("no/such.csv").unwrap_err().to_string();
     assert!(message.starts_with("cannot read no/such.csv: "), "{message}");
     #[cfg(unix)]
     assert_eq!(
         Dataset::from_path("/dev/zero").unwrap_err().to_string(),
-        "cannot read /dev/zero: it is a pipe or a device, which need not end; give a file"
+        "cannot read /dev/zero: it is a pipe or a device, which may never end; give a file"
     );
     assert!(refusal(format!("{HEADER}\n{}", "a\n".repeat(200_001))).contains("more than 200000 rows"));
     assert!(refusal("x,".repeat(20_000)).contains("the header has 20001 columns"));

@@ -1,4 +1,4 @@
-//! What spreadsheets and statistics programs write is read.
+//! Tables of spreadsheets and statistics programs are read.
 
 use super::*;
 
@@ -11,12 +11,12 @@ fn a_german_export_from_excel_is_read() {
     assert_eq!((reading.separator, reading.decimal_mark), (Separator::Semicolon, DecimalMark::Comma));
     assert_eq!(set_aside(&data), ["Bemerkung"]);
     assert!(data.broken().is_empty() && reading.rows_without_lengths.is_empty());
-    // Two decimals are shown.
+    // The lengths have two decimals.
     assert_eq!(
         numbers(&data),
         [(Some(46.5), 0.005), (Some(56.0), 0.005), (Some(38.0), 0.005), (Some(57.25), 0.005)]
     );
-    // What macOS types is decomposed.
+    // macOS types decomposed letters.
     assert!(data.baseline("Mu\u{308}ller").is_ok());
 
     // The same as "Unicode text", as tab-separated text, with old line ends, and with Excel's first line.
@@ -32,7 +32,7 @@ fn a_german_export_from_excel_is_read() {
 }
 
 #[test]
-fn what_r_writes_is_read() {
+fn tables_of_r_are_read() {
     // write.csv
     let data = dataset(
         "\"\",\"speaker\",\"phoneme\",\"GGa..mm.\",\"HG_cm\",\"age\"\n\"1\",\"X\",\"ɔ\",46.5,3.6,31\n\"2\",\"X\",\"u\",NA,3.9,31\n",
@@ -41,7 +41,7 @@ fn what_r_writes_is_read() {
     assert_eq!(data.muscles(), ["GGa", "HG"]);
     assert_eq!(numbers(&data), [(Some(46.5), 0.05), (Some(36.0), 0.5), (None, 0.05), (Some(39.0), 0.5)]);
     assert_eq!(data.baseline("X").unwrap().length_mm_of("HG"), Some(39.0));
-    // write.table(sep = "\t") names no column of row names.
+    // write.table(sep = "\t") writes row names without a column name.
     let table = dataset("speaker\tphoneme\tGGa_mm\n1\tX\tɔ\t46.5\n2\tX\tu\t47\n");
     assert_eq!(table.rows()[0].lengths.subject, "X");
     assert_eq!(table.rows()[0].lengths.length_mm, [Some(46.5)]);
@@ -64,7 +64,7 @@ fn any_label_is_a_vowel_however_it_is_composed() {
     assert_eq!([length("õ"), length("o\u{303}"), length("e"), length("E")], [43.0, 43.0, 45.0, 46.0]);
     assert_eq!(data.baseline("X").unwrap().length_mm, [Some(47.0)]);
     assert!(data.row("X", &vowel("ɯ\u{303}")).unwrap_err().to_string().ends_with("/E/, /U/"));
-    // With both in the table, neither stands for the other.
+    // If both are in the table, neither stands for the other.
     let both = dataset("subject,vowel,GGa_mm\nX,e,40\nX,E,41\n");
     assert_eq!(both.row("X", &vowel("E")).unwrap().length_mm, [Some(41.0)]);
 }
@@ -81,7 +81,7 @@ fn any_number_of_muscles_will_do() {
 }
 
 #[test]
-fn missing_cells_are_not_measured_and_rows_of_them_are_not_there() {
+fn missing_cells_are_unmeasured_and_rows_of_them_are_ignored() {
     let row = |cells: &str| format!("{HEADER}\nS1,a,47,49,49,51,28,42,38,30\nS1,i,{cells}\n");
     let data = dataset(row(",NA,nan,-, * ,N/A,–,30"));
     assert_eq!(data.rows()[1].lengths.measured().collect::<Vec<_>>(), [("HGp", 30.0)]);
@@ -127,6 +127,6 @@ fn half_widths_come_from_columns_digits_or_the_user() {
     let negative = dataset("subject,vowel,GGa_mm,error_mm\nX,a,40,-1\nX,i,40,1\n");
     assert_eq!(
         negative.broken()[0].fault.to_string(),
-        "my.csv:2:4: error_mm is -1, no half width of a length; write one from 0 to 100 mm, like 0.5"
+        "my.csv:2:4: error_mm is -1, which is not a half width of a length; write one from 0 to 100 mm, like 0.5"
     );
 }

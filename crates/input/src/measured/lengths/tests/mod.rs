@@ -1,4 +1,4 @@
-//! What the reader takes, how it understands it, and the message for everything that it refuses.
+//! Formats that the reader accepts, how it understands them, and the message for everything that it refuses.
 
 mod any_bytes;
 mod faults;
@@ -22,12 +22,12 @@ fn refusal(table: impl AsRef<[u8]>) -> String {
     Dataset::from_reader(table.as_ref(), "my.csv").unwrap_err().to_string()
 }
 
-/// The message for a good header over `rows`.
+/// The message for a valid header over `rows`.
 fn rows_refusal(rows: &str) -> String {
     refusal(format!("{HEADER}\n{rows}\n"))
 }
 
-/// The message for one good row with the field of GGm (column 4) replaced.
+/// The message for one valid row with the field of GGm (column 4) replaced.
 fn length_refusal(value: &str) -> String {
     rows_refusal(&ROW.replacen("49", value, 1))
 }
@@ -72,7 +72,7 @@ fn the_built_in_table_is_that_of_the_thesis() {
 }
 
 #[test]
-fn what_is_not_there_is_told_with_what_is() {
+fn missing_rows_are_reported_with_existing_ones() {
     let data = Dataset::reference().unwrap();
     assert_eq!(
         data.row("S22", &vowel("a")).unwrap_err().to_string(),
@@ -99,7 +99,7 @@ fn ten_thousand_subjects_are_counted_not_listed() {
     );
 }
 
-// What spreadsheets and programs write.
+// Formats of spreadsheets and statistics programs.
 
 #[test]
 fn columns_may_come_in_any_order_and_blank_lines_and_spaces_do_not_count() {
