@@ -1,11 +1,11 @@
 //! Times of the computations that take most of the program's time: `cargo bench`.
 //!
-//! `equilibrium` one solve, and of the continuum (beside scikit-fem's: `benches/scikit_fem.rs`); `many` a
-//! thousand of them, one at a time and in lanes, on one thread, from rest and from the shape at the middle
-//! of loads that differ by 3 %; `factorise` our block Cholesky beside faer's sparse one (which orders the
-//! unknowns itself) and nalgebra's dense one on the same matrices; `factorise_in_space` block by block
-//! beside what the program chooses, which is faer's supernodes in our order from a few hundred unknowns on;
-//! `fit` the multi-start on one and two threads.
+//! `equilibrium`: one solve of springs and of the continuum (for scikit-fem's see `benches/scikit_fem.rs`).
+//! `many`: a thousand solves, one at a time and in lanes, on one thread, from rest and from the shape at the
+//! middle of loads that differ by 3 %. `factorise`: our block Cholesky beside faer's sparse one (which orders
+//! the unknowns itself) and nalgebra's dense one on the same matrices. `factorise_in_space`: our block
+//! Cholesky beside the program's choice, which is faer's supernodes in our order from a few hundred unknowns
+//! on. `fit`: the multi-start on one and two threads.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot begin has failed")]
 
 #[path = "../tests/fixtures/mod.rs"]
@@ -103,7 +103,7 @@ mod many {
         System::new(&fixtures::tongue(), &Model::default(), &[0, 1, 2, 3, 4, 5, 6, 7]).unwrap()
     }
 
-    /// The published load with random changes of every tension: up to this part of it, or of 1 N/m if it is
+    /// The published load with random changes of every tension: up to `part` of it, or of 1 N/m if it is
     /// zero.
     fn loads(part: f64) -> Vec<Vec<f64>> {
         let mut random = fastrand::Rng::with_seed(1);

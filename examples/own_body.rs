@@ -1,5 +1,5 @@
-//! A body of your own: an outline and muscle lines in millimetres, with muscles of any names, meshed, saved for Gmsh and loaded.
-//! (A mesh that Gmsh made is read by `AnyBody::read(path, Unit::Mm)?.flat()?`.)
+//! A body of your own: an outline and muscle lines in millimetres, with muscles of any names, is meshed,
+//! saved for Gmsh and solved. (`AnyBody::read(path, Unit::Mm)?.flat()?` reads a mesh of Gmsh.)
 //!
 //!     cargo run --example own_body [FOLDER]
 #![allow(clippy::print_stdout, reason = "a program says what it found")]
@@ -10,7 +10,8 @@ use std::error::Error;
 use tongue_fit::prelude::*;
 use tongue_fit::report::Msh;
 
-/// A smaller tongue with three muscles: one from the chin, one from the hyoid, one within. The outline is a closed smooth curve.
+/// A smaller tongue with three muscles: one from the chin, one from the hyoid, one intrinsic. The outline is
+/// a closed smooth curve.
 const ANATOMY: &str = "
 outline = [
   [0, 0], [-3, 10], [-8, 20], [-9, 25], [-4, 31], [8, 36], [22, 39], [31, 34], [36, 25], [37, 13], [34, 3], [30, -3],
@@ -31,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body = Body::from_anatomy(&anatomy, 4.5 * MM)?;
     println!("{}: {} nodes, {} triangles", body.what, body.mesh.nodes.len(), body.mesh.cells.len());
 
-    // A slip of the pen is told: there is no muscle "hyoglosus" in this body; did you mean "hyoglossus"?
+    // A misspelt name is reported: there is no muscle "hyoglosus" in this body; did you mean "hyoglossus"?
     if let Err(error) = Model::default().assemble(&body, ["hyoglosus"]) {
         println!("{error}");
     }
@@ -39,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let model = Model::default().assemble(&body, ["genioglossus", "longitudinalis"])?;
     let mut solver = model.solver();
     for tension in [0.0, 5.0, 10.0, 20.0] {
-        // Followed from rest, so that the shape is the one that growing tensions lead to.
+        // Followed from rest, so that the shape is the one to which growing tensions lead.
         let shape = solver.follow_from_rest(&[("genioglossus", 10.0), ("longitudinalis", tension)])?;
         println!(
             "longitudinalis {tension:4.1} N per metre: {:.3} of its length, genioglossus {:.3}, hyoglossus {:.3}{}",

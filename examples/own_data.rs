@@ -1,4 +1,4 @@
-//! Measurements of your own: a table as a spreadsheet writes it, and the tensions that explain it.
+//! Measurements of your own: a table from a spreadsheet, and the tensions that explain it.
 //!
 //!     cargo run --example own_data [FOLDER]
 #![allow(clippy::print_stdout, reason = "a program says what it found")]
@@ -8,7 +8,8 @@ use std::{env, fs};
 
 use tongue_fit::prelude::*;
 
-/// Straight lengths of the muscles of one speaker at rest (here /ɯ/) and in /a/, with decimal commas. Any columns `NAME_mm` will do.
+/// Straight lengths of the muscles of one speaker at rest (here /ɯ/) and in /a/, with decimal commas. Columns
+/// are named `NAME_mm`.
 const TABLE: &str = "\
 speaker;vowel;GGa_mm;GGm_mm;GGp_mm;SGp_mm;SGm_mm;SGa_mm;HGa_mm;HGp_mm
 X;ɯ;44,0;59,5;50,0;57,5;24,0;35,0;32,5;34,0
@@ -20,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(&folder)?;
     fs::write(format!("{folder}/my.csv"), TABLE)?;
 
-    // What is to be met: how long each muscle that shortened is to its length in /ɯ/.
+    // The target: the length of each muscle that shortened over its length in /ɯ/.
     let data = Dataset::from_path(format!("{folder}/my.csv"))?;
     let target = data.stretches("X", "a")?;
     println!("shorter than in /ɯ/, so contracting: {}", target.active_names().join(", "));
@@ -34,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{muscle} {tension:6.2} N per metre, {:.3} of its length", estimate.shape.stretch(muscle)?);
     }
 
-    // Muscles that did not contract were not fitted: what the model says of them can be held against the data.
+    // Muscles that did not contract were not fitted: the model's predictions can be compared with the data.
     for muscle in ["GGp", "SGa"] {
         let rows = ["a", "ɯ"].map(|v| data.row("X", &v.parse().ok()?).ok()?.length_mm_of(muscle));
         if let [Some(now), Some(rest)] = rows {

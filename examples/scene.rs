@@ -1,4 +1,4 @@
-//! A scene: what happens and what is wanted, in words; nothing that it does not call for is simulated.
+//! A scene: loads and targets described in TOML; the simulation contains only what the scene asks for.
 //!
 //!     cargo run --example scene [FOLDER]
 #![allow(clippy::print_stdout, reason = "a program says what it found")]
@@ -9,7 +9,8 @@ use std::error::Error;
 use tongue_fit::prelude::*;
 use tongue_fit::scene::{self, Scene};
 
-/// A tongue with its weight, upright, that is pressed against the palate as in /i/. `tongue-fit scene schema` prints all keys.
+/// An upright tongue with its weight, pressed against the palate as in /i/. `tongue-fit scene schema` prints
+/// all keys.
 const SCENE: &str = r#"
 title = "upright, against the palate"
 want = "shape"

@@ -1,5 +1,5 @@
-//! Makes a recording as AAA exports it: keypoints of a tongue that is simulated, with the noise of DeepLabCut. What the muscles
-//! pulled is written beside it. The files in `targets/recordings` are made by it.
+//! Makes a recording in AAA's export format: keypoints of a simulated tongue with the noise of DeepLabCut.
+//! The true tensions are written beside it. It made the files in `targets/recordings`.
 //!
 //!     cargo run --example synthetic_recording [FOLDER]
 #![allow(clippy::print_stdout, reason = "a program says what it found")]
@@ -13,15 +13,16 @@ use tongue_fit::geometry::Point;
 use tongue_fit::prelude::*;
 use tongue_fit::track::Surface;
 
-/// Frames a second, and of each of the two recordings.
+/// Frames per second, and number of frames of each of the two recordings.
 const RATE_HZ: f64 = 80.0;
 const FRAMES: usize = 45;
 /// Standard deviation of every keypoint along each axis, mm.
 const NOISE_MM: f64 = 0.93;
-/// Where the speaker's frame is in that of the image, mm; the face looks to the right there.
+/// Origin of the speaker's frame in the image, mm; the face looks to the right in the image.
 const ORIGIN_MM: [f64; 2] = [95.0, 25.0];
 
-/// Tensions of GGa, GGm, GGp, SGp, SGm, SGa, HGa, HGp, N per metre of thickness, at a time: three gestures over a tone.
+/// Tensions of GGa, GGm, GGp, SGp, SGm, SGa, HGa, HGp, N per metre of thickness, at a time: three gestures
+/// over a tone.
 fn tensions(recording: usize, time_s: f64) -> [f64; 8] {
     let bump = |at: f64, width: f64| (-0.5 * ((time_s - at) / width).powi(2)).exp();
     let shift = 0.06 * recording as f64;
@@ -53,8 +54,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body = Body::tongue(5.5 * MM)?;
     let names = body.mesh.muscle_names();
     let model = Model::default().assemble(&body, &names)?;
-    let surface = Surface::of(&body).ok_or("the tongue has an outline")?;
-    // Eleven keypoints from above the vallecula to the tip, closer to each other towards the tip as DeepLabCut's are.
+    let surface = Surface::of(&body).ok_or("the tongue has no outline")?;
+    // Eleven keypoints from above the vallecula to the tip, denser towards the tip as DeepLabCut's are.
     let places: Vec<f64> = (0..11)
         .map(|i| f64::from(i) / 10.0)
         .map(|u| 10.0 * MM + (surface.tip - 12.0 * MM) * (1.45 * u - 0.45 * u * u))

@@ -1,4 +1,5 @@
-//! Three dimensions: a block with two muscles; their tensions come back from simulated lengths, and from points of its surface.
+//! Three dimensions: a block with two muscles, whose tensions are recovered from simulated lengths and from
+//! points of its surface.
 //!
 //!     cargo run --example three_dimensions [FOLDER]
 #![allow(clippy::print_stdout, reason = "a program says what it found")]
@@ -14,7 +15,7 @@ use tongue_fit::prelude::*;
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = env::args().nth(1).unwrap_or_else(|| "target/three_dimensions".into());
 
-    // 24 mm a side, its bottom on bone. A muscle is a chain of nodes: here along two edges of the upper face.
+    // 24 mm a side, its bottom on bone. A muscle is a chain of nodes, here along two edges of the upper face.
     let mut mesh = solid::block([24.0 * MM; 3], [3; 3]);
     let along = |direction: Vector3<f64>| -> Vec<usize> {
         let places =
@@ -28,20 +29,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     let body = Body::new("a block", mesh);
 
-    // Finite elements, which in space are no dearer than springs and have no grain.
+    // Finite elements, which in space cost no more than springs and have no preferred directions.
     let model = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
     let model = model.assemble(&body, ["lengthwise", "across"])?;
     let seen = model.solver().equilibrium(&[("lengthwise", 0.23), ("across", 0.11)])?;
     let settings = Settings { method: Method::GaussNewton, upper_bound: 1.0, ..Settings::default() };
 
-    // As if both lengths had been measured.
+    // Both lengths, taken as measurements.
     let mut lengths = Vec::new();
     for muscle in ["lengthwise", "across"] {
         lengths.push(Observation::new(model.stretch(muscle)?, seen.stretch(muscle)?));
     }
     let from_lengths = InverseProblem::new(&model, lengths).with_settings(settings).fit()?;
 
-    // As a scanner sees the upper face: points that are no nodes and have no names, each known to a tenth of a millimetre.
+    // Points of the upper face as a scanner measures them: without names, not at nodes, each with a standard
+    // deviation of 0.1 mm.
     let mut points = Vec::new();
     for face in body.mesh.outward_faces() {
         if face.iter().all(|&n| body.mesh.nodes[n].z > 23.9 * MM) {

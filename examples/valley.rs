@@ -1,4 +1,5 @@
-//! What ratios leave open: all tensions of three muscles that meet the two ratios of S2 /a/ equally well, as a table and a picture.
+//! The tensions that ratios leave undetermined: all tensions of three muscles that meet the two ratios of S2
+//! /a/ equally well, as a table and a picture.
 //!
 //!     cargo run --example valley [FOLDER]
 #![allow(clippy::print_stdout, reason = "a program says what it found")]
@@ -15,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body = Body::tongue(5.5 * MM)?;
     let model = Model::default().assemble(&body, target.active_names())?;
 
-    // Two equations for three tensions: one direction is open, and the fit follows it to both ends.
+    // Two equations for three tensions: one direction is undetermined, and the fit follows it to both ends.
     let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
     let fit = InverseProblem::new(&model, model.observations(&target)?).with_settings(settings).fit()?;
     println!(

@@ -1,4 +1,4 @@
-//! What is assumed of the air, of the walls and of the opening at the lips.
+//! Acoustic constants of the air, the walls and the lips.
 
 /// Constants of moist air at body temperature (Flanagan 1972, table 3.1 and section 3.2).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,34 +33,34 @@ impl Default for Air {
 /// Mechanical impedance of the soft wall, per area: mass, resistance and stiffness in series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wall {
-    /// kg/m^2.
+    /// Mass, kg/m^2.
     pub mass: f64,
-    /// kg/(m^2 s).
+    /// Resistance, kg/(m^2 s).
     pub resistance: f64,
-    /// N/m^3.
+    /// Stiffness, N/m^3.
     pub stiffness: f64,
 }
 
 impl Default for Wall {
-    /// Maeda (1982): 1.5 g/cm^2, 1600 g/(s cm^2), 3.0e5 dyn/cm^3.
+    /// Values of Maeda (1982): 1.5 g/cm^2, 1600 g/(s cm^2), 3.0e5 dyn/cm^3.
     fn default() -> Self {
         Self { mass: 15.0, resistance: 16_000.0, stiffness: 3.0e6 }
     }
 }
 
-/// What of the physics is counted.
+/// Effects that the model includes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acoustics {
     /// The medium.
     pub air: Air,
     /// Whether air loses energy to the wall by viscosity and heat.
     pub friction: bool,
-    /// The wall, where it yields.
+    /// The wall, if it yields.
     pub wall: Option<Wall>,
     /// Whether the lips radiate as a piston in a plane baffle (Flanagan 1972, 3.33). Otherwise pressure is
     /// zero at the lips.
     pub radiation: bool,
-    /// Circumference of a cross-section over that of a circle of the same area. Sections of a tract are no
+    /// Circumference of a cross-section over that of a circle of the same area; sections of a tract are not
     /// circles.
     pub shape_factor: f64,
 }
@@ -78,7 +78,7 @@ impl Default for Acoustics {
 }
 
 impl Acoustics {
-    /// A hard tube without losses whose end is open to zero pressure.
+    /// A hard tube without losses that ends in zero pressure.
     pub fn ideal() -> Self {
         Self { friction: false, wall: None, radiation: false, ..Self::default() }
     }

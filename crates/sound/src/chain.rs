@@ -1,13 +1,11 @@
 //! The chain (ABCD) matrices of the sections, and the characteristic function whose zeros are the poles of
 //! the tract.
 //!
-//! A section of length l and area A takes pressure and volume velocity at its lip side to those at its
-//! glottis side:
-//! `[p, U]' = [[c, a S], [b S, c]] [p, U]`, with series impedance `a` and shunt admittance `b` of the whole
-//! section,
-//! `c = cosh sqrt(ab)` and `S = sinh sqrt(ab) / sqrt(ab)`, which are analytic in `ab`. With a closed
-//! glottis the flow at the lips for a unit of flow at the glottis is `1 / E(s)`, `E = C Z + D` with the
-//! radiation impedance `Z`.
+//! A section of length l and area A maps pressure and volume velocity at its lip side to those at its glottis
+//! side: `[p, U]' = [[c, a S], [b S, c]] [p, U]`, with series impedance `a` and shunt admittance `b` of the
+//! whole section, `c = cosh sqrt(ab)` and `S = sinh sqrt(ab) / sqrt(ab)`, which are analytic in `ab`. With a
+//! closed glottis the flow at the lips for a unit of flow at the glottis is `1 / E(s)`, `E = C Z + D` with
+//! the radiation impedance `Z`.
 
 use std::f64::consts::PI;
 
@@ -50,12 +48,12 @@ struct Rated {
     by_length: Complex64,
 }
 
-/// Series impedance and shunt admittance of a section; `share` is the part of all losses that is counted, 0
+/// Series impedance and shunt admittance of a section; `share` is the part of all losses that is included, 0
 /// to 1.
 fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (Rated, Rated) {
     let Section { length_m: l, area_m2: area } = *section;
     let air = &acoustics.air;
-    // Circumference over area: the layer at the wall counts by it.
+    // Circumference over area, to which the losses in the boundary layer are proportional.
     let perimeter = acoustics.shape_factor * 2.0 * (PI * area).sqrt();
     let layer = |diffusivity: f64| {
         let kept = if acoustics.friction { share * perimeter / area } else { 0.0 };
@@ -86,8 +84,8 @@ fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (
     (a, b)
 }
 
-/// Impedance at the lips with its derivatives by the complex frequency and by the last area: an inductance
-/// beside a resistance.
+/// Impedance at the lips, an inductance parallel to a resistance, with its derivatives by the complex
+/// frequency and by the last area.
 fn radiation(
     area: f64,
     s: Complex64,
@@ -137,7 +135,7 @@ pub(crate) fn by_sections(sections: &[Section], s: Complex64, acoustics: &Acoust
     let one = Complex64::new(1.0, 0.0);
     let zero = Complex64::new(0.0, 0.0);
     let (z, _, z_area) = radiation(sections.last().map_or(1.0, |x| x.area_m2), s, acoustics, 1.0);
-    // What is on the lip side of each section.
+    // State at the lip side of each section.
     let mut states = vec![(z, one); sections.len()];
     let steps: Vec<_> = sections.iter().map(|x| line(x, s, acoustics, 1.0)).collect();
     let evens: Vec<_> = steps.iter().map(|(a, b)| even(a.value * b.value)).collect();
@@ -168,7 +166,7 @@ pub(crate) fn by_sections(sections: &[Section], s: Complex64, acoustics: &Acoust
 pub(crate) fn without_losses(sections: &[Section], square: f64, acoustics: &Acoustics) -> (f64, f64) {
     let air = &acoustics.air;
     let end = sections.last().filter(|_| acoustics.radiation);
-    // Pressure is counted over i omega, so that everything is real.
+    // Pressure is divided by i omega, so that everything is real.
     let (mut p, mut p_x) = (end.map_or(0.0, |x| inertance(x.area_m2, acoustics)), 0.0);
     let (mut u, mut u_x) = (1.0, 0.0);
     for section in sections.iter().rev() {

@@ -1,9 +1,9 @@
-//! Formants: the poles of the transfer function, and how they answer to every area and length.
+//! Formants: the poles of the transfer function, and their derivatives by every area and length.
 //!
-//! Without losses the squared frequencies are the zeros of a real function that has no others, so Newton's
-//! method from below, with the zeros already found divided out, climbs to the next one without passing it
-//! (Maehly 1954). Losses, wall and radiation are then counted step by step, and each pole is followed into
-//! the complex plane.
+//! Without losses the squared frequencies are the zeros of a real function with real zeros only. Newton's
+//! method from below, after dividing by the known zeros, therefore reaches the next zero without passing it
+//! (Maehly 1954). Losses, wall and radiation are then added step by step, and each pole is followed into the
+//! complex plane.
 
 use std::f64::consts::TAU;
 
@@ -32,14 +32,14 @@ impl Formant {
     }
 }
 
-/// Why a tract has no formants that can be told.
+/// Why the formants of a tract cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FormantError {
     /// There is no section.
     Empty,
-    /// This section, counted from the glottis, has no positive length or area.
+    /// The section of this number, counted from the glottis, has no positive length or area.
     Closed(usize),
-    /// The pole of this number, counted from 1, could not be followed.
+    /// The pole of this number, counted from 1, was lost on the way.
     NotFound(usize),
 }
 
@@ -83,7 +83,7 @@ pub fn formants(
         out.push(Formant::from_pole(pole));
     }
     out.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-    // Two starts that ended in one pole: the other one was lost.
+    // If two starts end in one pole, the other pole was lost.
     let twin = out.windows(2).position(|w| w[1].frequency_hz - w[0].frequency_hz < 1e-6 * w[1].frequency_hz);
     twin.map_or(Ok(out), |i| Err(FormantError::NotFound(i + 2)))
 }
@@ -119,7 +119,7 @@ fn ideal_squares(
     Ok(found)
 }
 
-/// Follows a pole from no losses to all of them.
+/// Follows a pole while the losses grow from zero to their full value.
 fn follow(sections: &[Section], acoustics: &Acoustics, from: Complex64) -> Option<Complex64> {
     let (mut at, mut share, mut step) = (from, 0.0, 0.5);
     while share < 1.0 {
@@ -148,25 +148,25 @@ fn newton(sections: &[Section], acoustics: &Acoustics, from: Complex64, share: f
             return Some(s);
         }
     }
-    // Rounding may keep the last steps from vanishing altogether.
+    // Rounding may keep the last steps from becoming zero.
     let (value, slope) = characteristic(sections, s, acoustics, share);
     ((value / slope).norm() <= 1e-9 * s.norm()).then_some(s)
 }
 
-/// How a formant answers to a section.
+/// Derivatives of a formant by one section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rate {
-    /// Of the frequency, Hz/m^2.
+    /// Frequency by area, Hz/m^2.
     pub frequency_by_area: f64,
-    /// Of the frequency, Hz/m.
+    /// Frequency by length, Hz/m.
     pub frequency_by_length: f64,
-    /// Of the bandwidth, Hz/m^2.
+    /// Bandwidth by area, Hz/m^2.
     pub bandwidth_by_area: f64,
-    /// Of the bandwidth, Hz/m.
+    /// Bandwidth by length, Hz/m.
     pub bandwidth_by_length: f64,
 }
 
-/// Exact rates of a formant, one for every section: the pole moves by `-(dE/dx) / (dE/ds)`.
+/// Exact derivatives of a formant by every section: the pole moves by `-(dE/dx) / (dE/ds)`.
 pub fn rates(sections: &[Section], acoustics: &Acoustics, formant: &Formant) -> Vec<Rate> {
     let s = formant.pole();
     let (_, slope) = characteristic(sections, s, acoustics, 1.0);

@@ -1,5 +1,4 @@
-//! The sound of a vocal tract: from its walls in the midsagittal plane to areas, from areas to formants,
-//! from formants to a voice.
+//! The sound of a vocal tract: from its walls in the midsagittal plane to areas, formants and a voice.
 //!
 //! | step | here | source |
 //! |---|---|---|
@@ -8,7 +7,7 @@
 //! | formants, bandwidths and their exact rates | [`formants`] | poles of the transfer function |
 //! | a voice that is heard | [`voice`] | Klatt 1980; Klatt and Klatt 1990 |
 //!
-//! Everything is SI: m, m^2, Hz, s, Pa. The crate knows no tongue, no muscle and no file.
+//! Everything is in SI units: m, m^2, Hz, s, Pa. The crate has no tongue, muscles or files.
 
 mod acoustics;
 mod chain;

@@ -1,11 +1,11 @@
-//! From the walls of a tract in the midsagittal plane to its sections, with exact rates by the points of
-//! the tongue.
+//! From the walls of a tract in the midsagittal plane to its sections, with exact derivatives by the points
+//! of the tongue.
 //!
 //! Lines across the airway begin at fixed places of the outer wall (larynx, pharynx, velum, palate, teeth)
-//! and meet the inner wall (larynx, tongue, lower teeth) where they cross it first. Two neighbouring lines
-//! bound a section: it is as long as the distance between their midpoints, and the distance across is the
-//! area between the four points over that length (Maeda 1979), which is right for lines that are not quite
-//! perpendicular to the airway. The area of its cross-section is `alpha d^beta`, d in cm (Heinz and Stevens
+//! and end where they first cross the inner wall (larynx, tongue, lower teeth). Two neighbouring lines bound
+//! a section. Its length is the distance between their midpoints, and its width is the area between the four
+//! end points over that length (Maeda 1979), which is right also for lines that are not quite perpendicular
+//! to the airway. The area of the cross-section is `alpha d^beta` with the width d in cm (Heinz and Stevens
 //! 1965). The lips are a short elliptic tube.
 
 mod tract;
@@ -19,14 +19,14 @@ use crate::formants::Rate;
 /// A point, m.
 pub type Point = [f64; 2];
 
-/// Why a tract with a tongue in it has no areas.
+/// Why the areas of a tract with a tongue cannot be computed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ProfileError {
-    /// A number of the file or of the posture is not what it has to be.
+    /// A number of the file or of the posture is out of range.
     Bad(String),
-    /// The tongue lies beyond the outer wall: the wall's name, where (m), and by how much (m).
+    /// The tongue passes through the outer wall: the wall's name, where (m), and by how much (m).
     Through(String, Point, f64),
-    /// No wall lies opposite to this place of the outer wall: the wall's name and where, m.
+    /// No inner wall is opposite to this place of the outer wall: the wall's name and where, m.
     Open(String, Point),
     /// Neighbouring lines cross before they meet the inner wall: the wall's name and where, m.
     Crossed(String, Point),
@@ -48,7 +48,7 @@ impl std::fmt::Display for ProfileError {
             Self::Open(wall, at) => {
                 write!(
                     f,
-                    "nothing lies opposite to the {wall} at {}: the line across meets neither tongue nor floor",
+                    "no inner wall is opposite to the {wall} at {}: the line across meets neither tongue nor floor",
                     mm(at)
                 )
             }
@@ -72,8 +72,8 @@ pub struct Across {
     pub inner: Point,
     /// Direction from the outer wall, of length one.
     direction: Point,
-    /// How its length answers to the two points of the inner wall between which it ends: number of the
-    /// point of the tongue, rate.
+    /// Derivatives of its length by the two points of the inner wall between which it ends: number of the
+    /// point of the tongue, and derivative.
     ends: [Option<(usize, Point)>; 2],
 }
 
@@ -84,7 +84,7 @@ impl Across {
     }
 }
 
-/// How a section answers to the lengths of the two lines that bound it.
+/// Derivatives of a section by the lengths of the two lines that bound it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Slopes {
     area: [f64; 2],
@@ -94,15 +94,15 @@ struct Slopes {
 /// The areas of a tract.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
-    /// From the glottis to the lips.
+    /// Sections from the glottis to the lips.
     pub sections: Vec<Section>,
-    /// The lines across that bound all sections but those of the lips.
+    /// The lines that bound all sections except those of the lips.
     pub across: Vec<Across>,
     slopes: Vec<Slopes>,
 }
 
 impl Profile {
-    /// Of a tract with the surface of a tongue (`tongue`: points from root to tip, m) in a posture.
+    /// The areas of a tract with a tongue (`tongue`: surface points from root to tip, m) in a posture.
     ///
     /// # Errors
     /// [`ProfileError`].
@@ -127,8 +127,8 @@ impl Profile {
         self.sections.iter().map(|s| s.length_m).sum()
     }
 
-    /// From how a number answers to the sections (each by area and by length) to how it answers to the
-    /// points of the tongue: calls `part` with a point's number and the rate by its position.
+    /// Converts derivatives by the sections (each by area and by length) to derivatives by the points of the
+    /// tongue: calls `part` with the number of a point and the derivative by its position.
     pub fn to_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, Point)) {
         let mut by_line = vec![0.0; self.across.len()];
         for (i, (slope, [area, length])) in self.slopes.iter().zip(by_section).enumerate() {
@@ -143,7 +143,7 @@ impl Profile {
         }
     }
 
-    /// The same of the frequency of a formant, Hz/m, from its rates by the sections.
+    /// As [`Self::to_tongue`], for the frequency of a formant, Hz/m, from its derivatives by the sections.
     pub fn frequency_to_tongue(&self, rates: &[Rate], part: impl FnMut(usize, Point)) {
         let each: Vec<_> = rates.iter().map(|r| [r.frequency_by_area, r.frequency_by_length]).collect();
         self.to_tongue(&each, part);
@@ -162,12 +162,12 @@ fn minus(a: Point, b: Point) -> Point {
 fn between(first: &Across, second: &Across, [alpha, beta]: [f64; 2]) -> Option<(Section, Slopes)> {
     let way = minus(second.middle(), first.middle());
     let length = way[0].hypot(way[1]);
-    // The corners in their order; the sign says which way round the airway runs.
+    // The corners in order; the sign is the direction in which the airway runs.
     let (diagonal, other) = (minus(second.inner, first.outer), minus(second.outer, first.inner));
     let signed = 0.5 * cross(diagonal, other);
     let sign = signed.signum();
     let area = signed.abs();
-    // Either line must have both ends of the other one on its own side.
+    // Both ends of each line must be on the same side of the other.
     let side = |line: &Across, p: Point| sign * cross(line.direction, minus(p, line.outer));
     let apart = side(first, second.inner) > 0.0
         && side(first, second.outer) > 0.0

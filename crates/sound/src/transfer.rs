@@ -13,7 +13,7 @@ pub fn level_db(sections: &[Section], acoustics: &Acoustics, frequency_hz: f64) 
     -20.0 * characteristic(sections, s, acoustics, 1.0).0.norm().log10()
 }
 
-/// Frequencies, Hz, and levels, dB, in steps from one step up to a highest frequency.
+/// Frequencies, Hz, and levels, dB, in equal steps from one step to a highest frequency.
 pub fn curve(sections: &[Section], acoustics: &Acoustics, step_hz: f64, highest_hz: f64) -> Vec<[f64; 2]> {
     let count = (highest_hz / step_hz).floor() as usize;
     (1..=count).map(|i| i as f64 * step_hz).map(|f| [f, level_db(sections, acoustics, f)]).collect()

@@ -12,7 +12,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// Whether the section is one that sound can be computed of: finite and longer and wider than nothing.
+    /// Whether the sound of the section can be computed: length and area are finite and positive.
     pub fn is_open(&self) -> bool {
         let fine = |v: f64| v.is_finite() && v > 0.0;
         fine(self.length_m) && fine(self.area_m2)

@@ -1,20 +1,20 @@
-//! A voice: glottal pulses through the formants' resonators in cascade (Klatt 1980), as samples and as a
-//! WAV file.
+//! A synthetic voice: glottal pulses through resonators of the formants in cascade (Klatt 1980), as samples
+//! and as a WAV file.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::Formant;
 
-/// How a vowel is spoken.
+/// Settings of a spoken vowel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Voice {
-    /// Samples a second.
+    /// Samples per second.
     pub rate_hz: u32,
     /// Duration, s.
     pub seconds: f64,
     /// Pitch at the beginning, Hz.
     pub pitch_hz: f64,
-    /// Part of the pitch that is lost until the end.
+    /// Decrease of the pitch until the end, as a part of it.
     pub fall: f64,
     /// Part of a period in which the glottis is open (Klatt and Klatt 1990).
     pub open_quotient: f64,
@@ -52,8 +52,8 @@ impl Resonator {
     }
 }
 
-/// Derivative of the flow of a glottal pulse (`t^2 - t^3` while it is open; Klatt and Klatt 1990), at a
-/// phase of 0 to 1: flow falls by 12 dB an octave, and radiation at the lips raises it by 6.
+/// Derivative of the flow of a glottal pulse (`t^2 - t^3` while the glottis is open; Klatt and Klatt 1990),
+/// at a phase of 0 to 1: the flow falls by 12 dB an octave, and radiation at the lips raises it by 6.
 fn pulse(phase: f64, open: f64) -> f64 {
     let t = phase / open;
     if t < 1.0 { 2.0 * t - 3.0 * t * t } else { 0.0 }
@@ -72,8 +72,7 @@ pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
     for i in 0..count {
         let part = i as f64 / count as f64;
         let pitch = voice.pitch_hz * (1.0 - voice.fall * part);
-        // The corner of the pulse lies between samples: a mean over finer steps keeps it from folding back
-        // as noise.
+        // The corner of the pulse lies between samples: averaging over finer steps avoids aliasing.
         let mut source = 0.0;
         for _ in 0..OVERSAMPLED {
             phase = (phase + pitch / (rate * OVERSAMPLED as f64)).fract();
@@ -93,7 +92,7 @@ pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
 /// A WAV file of one channel with 16 bits a sample, and a comment.
 pub fn wav(samples: &[f64], rate_hz: u32, comment: &str) -> Vec<u8> {
     let size = 2 * samples.len() as u32;
-    // Text of a chunk ends with a zero, and chunks have an even length.
+    // The text of a chunk ends with a zero byte, and chunks have an even length.
     let mut text = comment.as_bytes().to_vec();
     text.push(0);
     if text.len() % 2 == 1 {

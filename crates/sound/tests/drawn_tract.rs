@@ -1,4 +1,4 @@
-//! The tract that is drawn round the reference tongue: areas, exact rates by the points of the tongue,
+//! The tract drawn around the reference tongue: areas, exact derivatives by the points of the tongue,
 //! refusals.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test says by panicking")]
@@ -43,7 +43,7 @@ fn the_tongue_at_rest_has_the_tract_of_a_man() {
     let profile = Profile::new(&tract(), &tongue(), &Articulation::default()).unwrap();
     assert!((0.16..0.185).contains(&profile.length_m()), "{} m", profile.length_m());
     assert!(profile.sections.iter().all(|s| s.length_m <= 5e-3 && (0.2e-4..12e-4).contains(&s.area_m2)));
-    // The lines across run from the glottis to the teeth, and each meets the inner wall on its own side.
+    // The lines run from the glottis to the teeth.
     assert!(profile.across.windows(2).all(|w| w[0].outer != w[1].outer));
 }
 
@@ -60,7 +60,7 @@ fn lips_jaw_and_larynx_do_what_is_known_of_them() {
     assert!(rest.iter().zip(&rounded).all(|(r, l)| l < r), "{rest:?} {rounded:?}");
     let lowered = with(|p| p.hyoid_mm = [0.0, -16.0]);
     assert!(rest.iter().zip(&lowered).all(|(r, l)| l < r), "{rest:?} {lowered:?}");
-    // Lower teeth that are lowered raise the first.
+    // Opening the jaw raises the first formant.
     assert!(with(|p| p.jaw_deg = 4.0)[0] > rest[0]);
 }
 
@@ -112,7 +112,7 @@ fn walls_that_meet_are_refused_with_their_names_and_places() {
     // The root through the back wall of the pharynx.
     let back: Vec<Point> = tongue().iter().map(|p| [p[0] + 0.02, p[1]]).collect();
     assert!(refused(&back, &Articulation::default()).to_string().contains("there is no airway"));
-    // Lower teeth above the upper ones, closed lips, no tongue, numbers that are none.
+    // Lower teeth above the upper ones, closed lips, no tongue, and NaN.
     let shut = Articulation { jaw_deg: -5.0, ..Articulation::default() };
     assert!(matches!(refused(&tongue(), &shut), ProfileError::Through(..) | ProfileError::Crossed(..)));
     for posture in [

@@ -1,4 +1,4 @@
-//! Formants of tubes that are known exactly, Fant's vowels, and rates against differences.
+//! Formants of tubes with exact solutions, Fant's vowels, and derivatives against differences.
 
 #![allow(clippy::unwrap_used)] // A helper's panic is the test's.
 
@@ -73,8 +73,8 @@ fn two_tubes_have_the_zeros_of_their_equation() {
     }
 }
 
-/// As the two codes that give these numbers: circles without losses, the mass of air at the lips; the
-/// second with a wall that yields.
+/// Compares with two codes that use circles without losses and the mass of air at the lips, the second also a
+/// yielding wall.
 #[test]
 fn fants_vowels_agree_with_determinant_methods() {
     let mut hard = Acoustics { friction: false, wall: None, shape_factor: 1.0, ..Acoustics::default() };
@@ -99,7 +99,7 @@ fn losses_walls_and_lips_move_formants_as_they_do_in_a_tract() {
     let real = formants(&fant(&A), &Acoustics::default(), 4).unwrap();
     assert!(ideal.iter().all(|f| f.bandwidth_hz.abs() < 1e-6));
     assert!(real.iter().all(|f| (20.0..500.0).contains(&f.bandwidth_hz)));
-    // The mass of air at the lips lowers what a wall does not raise.
+    // The mass of air at the lips lowers formants that the wall hardly raises.
     assert!(real[1].frequency_hz < ideal[1].frequency_hz);
     let hard = Acoustics { wall: None, ..Acoustics::default() };
     assert!(real[0].frequency_hz > formants(&fant(&A), &hard, 1).unwrap()[0].frequency_hz);
@@ -172,7 +172,7 @@ fn random_tracts_keep_all_their_formants() {
         let tube = sections(0.17 / count as f64, &areas);
         let ideal = formants(&tube, &Acoustics::ideal(), 4).unwrap();
         assert!(ideal.windows(2).all(|w| w[0].frequency_hz < w[1].frequency_hz));
-        // None is skipped: up to the fourth, the level has no more peaks than there are formants.
+        // No formant is skipped: up to the fourth, the level has no more peaks than there are formants.
         let level = |hz: f64| tongue_sound::transfer::level_db(&tube, &Acoustics::ideal(), hz);
         let peaks = (1..).map(f64::from).take_while(|hz| *hz <= ideal[3].frequency_hz);
         let peaks: Vec<f64> = peaks.filter(|&hz| level(hz) > level(hz - 1.0).max(level(hz + 1.0))).collect();

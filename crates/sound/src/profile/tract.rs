@@ -1,4 +1,4 @@
-//! The walls of a tract as data, and what moves them.
+//! The walls of a tract as data, and their motion.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -8,15 +8,15 @@ use serde::{Deserialize, Serialize};
 use super::ProfileError;
 use crate::Section;
 
-/// The walls round a tongue. Lengths in mm, as in the file.
+/// The walls around a tongue. Lengths in mm, as in the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tract {
-    /// What it is.
+    /// Name.
     pub name: String,
     /// The outer wall in pieces from the glottis to the edge of the upper teeth.
     pub wall: Vec<Wall>,
-    /// What lies in front of the larynx.
+    /// The front wall of the larynx.
     pub larynx: Larynx,
     /// Which part of the tongue is a wall.
     pub tongue: Tongue,
@@ -24,9 +24,9 @@ pub struct Tract {
     pub jaw: Teeth,
     /// The lips.
     pub lips: Lips,
-    /// How finely it is cut.
+    /// Resolution.
     pub grid: Grid,
-    /// Where jaw and lips are in vowels, by their labels.
+    /// Jaw and lips in vowels, by their labels.
     #[serde(default)]
     pub posture: BTreeMap<String, Articulation>,
 }
@@ -35,20 +35,21 @@ pub struct Tract {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
-    /// What it is called in messages.
+    /// Its name in messages.
     pub name: String,
-    /// What carries it; fixed to the skull where nothing does.
+    /// The part that carries it; without one it is fixed to the skull.
     #[serde(default)]
     pub moves_with: Option<Carrier>,
     /// Coefficient of the area at its first and last point, for distances in cm and areas in cm^2.
     pub alpha: [f64; 2],
     /// Exponent of the area at its first and last point.
     pub beta: [f64; 2],
-    /// Points of the wall, and the points that sections there look at: `[x, y, toward x, toward y]`, mm.
+    /// Points of the wall, each with a point towards which sections there are directed:
+    /// `[x, y, toward x, toward y]`, mm.
     pub points_mm: Vec<[f64; 4]>,
 }
 
-/// What carries a wall.
+/// The part that carries a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carrier {
@@ -60,9 +61,9 @@ pub enum Carrier {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Larynx {
-    /// From the glottis to the root of the tongue, mm.
+    /// Points from the glottis to the root of the tongue, mm.
     pub front_mm: Vec<[f64; 2]>,
-    /// Part of the hyoid's motion that the larynx makes.
+    /// Ratio of the larynx's motion to the hyoid's.
     pub follows_hyoid: f64,
 }
 
@@ -70,9 +71,9 @@ pub struct Larynx {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tongue {
-    /// It begins at the place of the surface at rest that is nearest to this point, mm,
+    /// The wall begins at the place of the surface at rest nearest to this point, mm.
     pub root_mm: [f64; 2],
-    /// and ends at the place nearest to this one, mm.
+    /// It ends at the place nearest to this point, mm.
     pub tip_mm: [f64; 2],
 }
 
@@ -80,24 +81,24 @@ pub struct Tongue {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Teeth {
-    /// What the jaw turns about, mm.
+    /// Centre of the jaw's rotation, mm.
     pub joint_mm: [f64; 2],
-    /// From the tip of the tongue to the edge of the lower teeth, mm.
+    /// Points from the tip of the tongue to the edge of the lower teeth, mm.
     pub floor_mm: Vec<[f64; 2]>,
 }
 
-/// The lips: an ellipse as high as the opening and as wide as `width_mm + 1.5 (opening - protrusion)`
-/// (Mermelstein 1973).
+/// The lips: an ellipse whose height is the opening and whose width is
+/// `width_mm + 1.5 (opening - protrusion)` (Mermelstein 1973).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lips {
-    /// Length of the tube between lips that are not protruded, mm.
+    /// Length of the tube of lips that are not protruded, mm.
     pub length_mm: f64,
-    /// Width where opening and protrusion are equal, mm.
+    /// Width if opening and protrusion are equal, mm.
     pub width_mm: f64,
 }
 
-/// How finely a tract is cut.
+/// Resolution of a tract.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -105,7 +106,7 @@ pub struct Grid {
     pub step_mm: f64,
 }
 
-/// Where jaw, hyoid and lips are.
+/// Posture of jaw, hyoid and lips.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Articulation {
@@ -115,7 +116,7 @@ pub struct Articulation {
     pub hyoid_mm: [f64; 2],
     /// Height of the opening between the lips, mm.
     pub lip_opening_mm: f64,
-    /// How far the lips are protruded, mm.
+    /// Protrusion of the lips, mm.
     pub lip_protrusion_mm: f64,
 }
 
@@ -126,7 +127,7 @@ impl Default for Articulation {
 }
 
 impl Tract {
-    /// Says what of the file cannot be.
+    /// Checks the numbers of the file.
     ///
     /// # Errors
     /// [`ProfileError::Bad`].

@@ -3,9 +3,9 @@
 use super::tract::Carrier;
 use super::{Across, Articulation, Point, ProfileError, Tract, cross, minus};
 
-/// How far a line looks for the opposite wall, m.
+/// Largest distance at which a line finds the opposite wall, m.
 const REACH_M: f64 = 0.08;
-/// How far beyond its place of the outer wall a line looks for an inner wall that has passed through, m.
+/// Distance behind the outer wall up to which a line finds an inner wall that has passed through it, m.
 const BEYOND_M: f64 = 0.01;
 
 /// A place of the outer wall at which a line begins.
@@ -20,7 +20,8 @@ struct Start {
 pub(super) struct Walls<'a> {
     tract: &'a Tract,
     starts: Vec<Start>,
-    /// Points of the inner wall in their order, m, with the number of the tongue's point that each one is.
+    /// Points of the inner wall in order, m, each with its number among the points of the tongue, if it is
+    /// one.
     inner: Vec<(Point, Option<usize>)>,
 }
 
@@ -71,17 +72,17 @@ impl<'a> Walls<'a> {
         [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
     }
 
-    /// The line from a place to where it first crosses the inner wall.
+    /// The line from a place to its first crossing with the inner wall.
     fn line(&self, start: &Start) -> Result<Across, ProfileError> {
         let name = || self.tract.wall.get(start.wall).map_or("wall", |w| &w.name).to_owned();
         let way = minus(start.toward, start.at);
         let norm = way[0].hypot(way[1]);
         if norm.is_nan() || norm <= 0.0 {
-            return Err(ProfileError::Bad(format!("a point of wall `{}` looks at itself", name())));
+            return Err(ProfileError::Bad(format!("a point of wall `{}` has itself as its direction", name())));
         }
         let u = [way[0] / norm, way[1] / norm];
         let mut found: Option<(f64, Across)> = None;
-        // The deepest crossing on the far side of the outer wall, within reach of it.
+        // The deepest crossing behind the outer wall, within `BEYOND_M`.
         let mut beyond: Option<f64> = None;
         for pair in self.inner.windows(2) {
             let ((p, p_number), (q, q_number)) = (pair[0], pair[1]);
@@ -104,7 +105,7 @@ impl<'a> Walls<'a> {
             if found.as_ref().is_some_and(|(nearest, _)| *nearest <= along) {
                 continue;
             }
-            // A point of the wall moves the crossing by its own motion along the wall's normal.
+            // A motion of the wall moves the crossing by its component along the wall's normal.
             let normal = [-side[1], side[0]];
             let slope = normal[0] * u[0] + normal[1] * u[1];
             let rate = |share: f64| [share * normal[0] / slope, share * normal[1] / slope];
@@ -120,11 +121,11 @@ impl<'a> Walls<'a> {
     }
 }
 
-/// A row of a wall at rest, the shift of what carries it, its wall's number, and the coefficients there.
+/// A row of a wall at rest, its shift, the number of its wall, and its coefficients.
 type Row = ([f64; 4], Point, usize, [f64; 2]);
 
-/// Places along the outer wall, no further apart than the grid's step. There are as many in every posture,
-/// so that nothing jumps when the larynx moves.
+/// Places along the outer wall, at distances of at most the grid's step. Their number is the same in every
+/// posture, so that areas are continuous when the larynx moves.
 fn starts(tract: &Tract, larynx: Point) -> Vec<Start> {
     let mut rows: Vec<Row> = Vec::new();
     for (number, wall) in tract.wall.iter().enumerate() {
