@@ -1,4 +1,4 @@
-//! What goes to Python: arrays, words and records.
+//! Conversion to Python: arrays, words and records.
 
 use std::io;
 
@@ -17,15 +17,15 @@ pub fn points<'py>(py: Python<'py>, points: &[SVector<f64, 2>]) -> PyResult<Boun
     PyArray1::from_vec(py, flat).reshape([points.len(), 2])
 }
 
-/// Numbers of nodes as an array of one axis.
+/// Node numbers as an array of one axis.
 pub fn numbers<'py>(py: Python<'py>, numbers: &[usize]) -> Bound<'py, PyArray1<i64>> {
     numbers.iter().map(|n| *n as i64).collect::<Vec<_>>().to_pyarray(py)
 }
 
-/// Lists of `width` numbers of nodes as an array of shape (lists, width).
+/// Rows of `width` node numbers as an array of shape (rows, width).
 ///
 /// # Errors
-/// None that can happen: every list has the same length.
+/// None in practice: every row has the same length.
 pub fn table<'py>(
     py: Python<'py>,
     numbers: impl Iterator<Item = usize>,
@@ -44,10 +44,10 @@ pub fn word(value: &impl Serialize) -> String {
     }
 }
 
-/// A record as the dict that reading the program's JSON gives, with the same bits.
+/// A record as a dict with the fields and the bits of the program's JSON.
 ///
 /// # Errors
-/// None that can happen: every record has a JSON form.
+/// None in practice: every record can be serialised.
 pub fn record<'py>(
     py: Python<'py>,
     record: &impl Serialize,
@@ -59,7 +59,7 @@ pub fn record<'py>(
 /// The dict of a JSON text.
 ///
 /// # Errors
-/// None that can happen: the text is an object.
+/// None in practice: the text is an object.
 pub fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
     Ok(py.import("json")?.call_method1("loads", (text,))?.cast_into()?)
 }

@@ -13,7 +13,7 @@ use super::observe::{Observable, Observation, Seen};
 use super::solver::{Solver, Tensions, Trajectory};
 use super::work::aside;
 
-/// A body of which some muscles can contract, ready to be solved. Shared by threads.
+/// A body of which some muscles can contract, ready to be solved. Threads may share it.
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Assembly(pub simulation::Assembly<2>, pub Arc<(Model, Body)>);
@@ -32,19 +32,20 @@ impl Assembly {
         self.1.1.clone()
     }
 
-    /// Names of the muscles that can contract, in the order in which they were given: the order of all arrays of tensions.
+    /// Names of the muscles that can contract, in the given order, which is the order of all arrays of
+    /// tensions.
     #[getter]
     fn contracting(&self) -> Vec<&str> {
         self.0.contracting()
     }
 
-    /// What solves it: one a thread.
+    /// A solver of this assembly; each thread needs its own.
     fn solver(&self) -> Solver {
         Solver::new(self)
     }
 
-    /// The motion from rest while the tensions (N per metre of thickness) grow to their values in `ramp_s` (s) and then stay, until
-    /// `t_end_s`, looked at `samples` times evenly.
+    /// The motion from rest while the tensions (N per metre of thickness) grow to their values in `ramp_s`
+    /// (s) and then stay, until `t_end_s`, at `samples` equidistant times.
     #[pyo3(signature = (tensions, t_end_s, ramp_s = 0.0, samples = 101))]
     fn trajectory(
         &self,
@@ -62,34 +63,35 @@ impl Assembly {
         followed.map(Trajectory).map_err(refused)
     }
 
-    /// The length of a muscle, m, as something to observe.
+    /// The length of a muscle, m, as an observable.
     fn length(&self, muscle: &str) -> PyResult<Observable> {
         Observable::new(self, Seen::Length(muscle.to_owned()))
     }
 
-    /// The length of a muscle over its length at rest, as something to observe.
+    /// The length of a muscle over its length at rest, as an observable.
     fn stretch(&self, muscle: &str) -> PyResult<Observable> {
         Observable::new(self, Seen::Stretch(muscle.to_owned()))
     }
 
-    /// The length of a muscle over another's, as something to observe.
+    /// The length of a muscle over another's, as an observable.
     fn ratio(&self, muscle: &str, over: &str) -> PyResult<Observable> {
         Observable::new(self, Seen::Ratio(muscle.to_owned(), over.to_owned()))
     }
 
-    /// The signed distance of a measured point (x, y), m, from the outline of the tissue: positive outside.
+    /// The signed distance of a measured point (x, y), m, from the outline of the tissue, as an observable:
+    /// positive outside.
     fn contour(&self, point: &Bound<'_, PyAny>) -> PyResult<Observable> {
         let point = Given::pair("point", point)?;
         Observable::new(self, Seen::Contour(point.x, point.y))
     }
 
-    /// What a measured target says of this body: an observation for every fitted muscle.
+    /// The observations of this body in a measured target: one for every fitted muscle.
     fn observations(&self, target: &Target) -> PyResult<Vec<Observation>> {
         let seen = self.0.observations(&target.target).map_err(refused)?.fitted.into_iter().enumerate();
         Ok(seen.map(|(number, seen)| Observation::of_target(seen, self, target, number)).collect())
     }
 
-    /// One of them, for a pickle.
+    /// One of the observations, for a pickle.
     fn _observation(&self, target: &Target, number: usize) -> PyResult<Observation> {
         let found = self.observations(target)?.into_iter().nth(number);
         found.ok_or_else(|| wrong("a pickled observation is of another target"))

@@ -1,4 +1,4 @@
-//! Bodies, and what makes a model of them.
+//! Bodies and models.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
@@ -25,11 +25,11 @@ use super::work::aside;
 pub struct Body {
     /// The body.
     pub body: Arc<body::Body<2>>,
-    /// What it was made from.
+    /// Its origin.
     source: Arc<Source>,
 }
 
-/// What a body is made from: little, and what a pickle holds.
+/// The origin of a body: small, and stored in pickles.
 #[derive(Clone)]
 enum Source {
     Tongue(f64),
@@ -116,7 +116,8 @@ impl Body {
         Self::made(py, Source::Anatomy { toml, spacing_m, origin: origin.to_owned() })
     }
 
-    /// A body in a file: Gmsh's (`unit` of its coordinates: m or mm), or what `tongue-fit mesh --json` printed (.json).
+    /// A body from a file: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
+    /// `tongue-fit mesh --json` (.json).
     #[staticmethod]
     #[pyo3(signature = (path, unit = "m"))]
     fn read(py: Python<'_>, path: PathBuf, unit: &str) -> PyResult<Self> {
@@ -189,7 +190,7 @@ impl Body {
         })?
     }
 
-    /// What it is, in words.
+    /// A description in words.
     #[getter]
     fn what(&self) -> &str {
         &self.body.what
@@ -201,19 +202,19 @@ impl Body {
         points(py, &self.body.mesh.nodes)
     }
 
-    /// Numbers of the nodes of every triangle, shape (triangles, 3).
+    /// Node numbers of every triangle, shape (triangles, 3).
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
         table(py, self.body.mesh.cells.iter().flat_map(|c| c.iter().copied().take(3)), 3)
     }
 
-    /// Numbers of the nodes that every connection joins, shape (connections, 2).
+    /// Numbers of the two nodes of every connection, shape (connections, 2).
     #[getter]
     fn connections<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
         table(py, self.body.mesh.connections.iter().flatten().copied(), 2)
     }
 
-    /// Numbers of the nodes that bone holds, ascending.
+    /// Numbers of the nodes held by bone, ascending.
     #[getter]
     fn fixed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         numbers(py, &self.body.mesh.fixed)
@@ -226,7 +227,7 @@ impl Body {
         for chain in self.body.mesh.muscles.iter().rev() {
             muscles.set_item(&chain.name, numbers(py, &chain.nodes))?;
         }
-        // The first of a name was set last; the order is that of the body.
+        // The first dict was filled in reverse order; this one has the order of the body.
         let ordered = PyDict::new(py);
         for chain in &self.body.mesh.muscles {
             ordered.set_item(&chain.name, muscles.get_item(&chain.name)?)?;
@@ -256,7 +257,7 @@ impl Body {
     }
 }
 
-/// What makes a body ready to be solved: constants of the tissue, and what carries the load in it.
+/// The model of a body: constants of the tissue and the kind of its elements.
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Model(pub system::Model);
@@ -268,16 +269,17 @@ const PATHS: [(&str, OutsidePath); 2] = [("straight", OutsidePath::Straight), ("
 const TISSUES: [(&str, TissueModel); 2] =
     [("springs", TissueModel::MassSpring), ("fe", TissueModel::FiniteElement)];
 
-/// The name of one of several things.
+/// The name of one of several values.
 fn word<T: PartialEq>(value: &T, known: &[(&'static str, T)]) -> &'static str {
     known.iter().find(|(_, one)| one == value).map_or("", |(name, _)| name)
 }
 
 #[pymethods]
 impl Model {
-    /// Young's modulus (Pa) and Poisson's ratio of the tissue; where the coefficients of springs come from (`preset`: consistent or
-    /// as-printed), how they are laid on the connections (`spread`: per-connection or assembled), muscle parts outside the tissue
-    /// (`outside`: straight or chain), what the tissue is (`tissue`: springs or fe; a continuum needs none).
+    /// Young's modulus (Pa) and Poisson's ratio of the tissue; the source of the springs' coefficients
+    /// (`preset`: consistent or as-printed) and how connections get them (`spread`: per-connection or
+    /// assembled); muscle parts outside the tissue (`outside`: straight or chain); elements of the tissue
+    /// (`tissue`: springs or fe; a continuum ignores it).
     #[new]
     #[pyo3(signature = (*, young_modulus = 6900.0, poisson_ratio = 0.49,
         preset = "consistent", spread = "per-connection", outside = "straight", tissue = "springs"))]
@@ -300,7 +302,7 @@ impl Model {
         }))
     }
 
-    /// Makes `body` ready to be solved, with the muscles of these names contracting. Every other muscle is plain tissue.
+    /// Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue.
     fn assemble(&self, py: Python<'_>, body: &Body, muscles: &Bound<'_, PyAny>) -> PyResult<Assembly> {
         let muscles = given::names("muscles", muscles)?;
         let (model, from, given) = (self.of(&body.body), Arc::clone(&body.body), *self);
@@ -364,7 +366,7 @@ pub fn hashed(value: &impl Hash) -> u64 {
 }
 
 impl Model {
-    /// That of a body: a continuum says itself what its tissue is.
+    /// The model for a body: a continuum has its own tissue.
     pub fn of(&self, body: &body::Body<2>) -> system::Model {
         match body.mesh.continuum {
             Some(_) => system::Model { tissue: TissueModel::Continuum, ..self.0 },

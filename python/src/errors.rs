@@ -1,4 +1,4 @@
-//! What is wrong, as an exception with the text that the program prints.
+//! Errors as exceptions with the text of the program.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::{PyErr, create_exception};
@@ -16,7 +16,7 @@ pub fn refused(error: impl std::error::Error) -> PyErr {
     let mut cause = error.source();
     while let Some(error) = cause {
         let said = error.to_string();
-        // Errors that quote their cause need not be followed by it; so the program prints them too.
+        // A cause that is quoted already is not repeated, as in the program.
         if !text.contains(&said) {
             text = format!("{text}: {said}");
         }
@@ -30,10 +30,10 @@ pub fn wrong(text: impl Into<String>) -> PyErr {
     Error::new_err(text.into())
 }
 
-/// One of several things by its name.
+/// The value with this name.
 ///
 /// # Errors
-/// [`Error`] with the names that there are, as the program's options say it.
+/// [`Error`] with the possible names, in the format of the program's options.
 pub fn named<T: Copy>(what: &str, name: &str, known: &[(&str, T)]) -> Result<T, PyErr> {
     let found = known.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
     found.ok_or_else(|| {

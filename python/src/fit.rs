@@ -27,7 +27,7 @@ use super::measured::{Dataset, target};
 use super::problem::METHODS;
 use super::work::{aside_on, defect, give_up, next, pool};
 
-/// A tone as it is given: the same for all muscles, or by muscle.
+/// The tone argument: one number for all muscles, or one for each.
 pub struct GivenTone(Tone);
 
 impl<'a, 'py> FromPyObject<'a, 'py> for GivenTone {
@@ -44,7 +44,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for GivenTone {
     }
 }
 
-/// What is said of the premises, kept while a fit runs.
+/// The premises of a running fit.
 struct Premised {
     thesis: bool,
     tone: Option<Tone>,
@@ -74,7 +74,7 @@ impl Premised {
     }
 }
 
-/// A body and a model, where none is given the reference.
+/// A body and a model; the reference if they are not given.
 fn body_and_model(
     body: Option<Body>,
     model: Option<Model>,
@@ -84,12 +84,12 @@ fn body_and_model(
     Ok((body, model))
 }
 
-/// The shape found over that of the baseline, as the program draws it.
+/// The fitted shape over that of the baseline, as in the program.
 fn picture(body: &body::Body<2>, fit: &inverse::Fit) -> PyResult<Svg> {
     let target = &fit.target;
     let posture = fit.tone.posture();
     let title = format!("{} /{}/: {posture} (grey) and at the tensions found", target.subject, target.vowel);
-    // What is grey is the shape that changes are counted from.
+    // The grey shape is the one that changes are counted from.
     let grey = Mesh { nodes: fit.baseline_positions.clone(), ..body.mesh.clone() };
     let section = Section {
         mesh: &grey,
@@ -104,7 +104,7 @@ fn picture(body: &body::Body<2>, fit: &inverse::Fit) -> PyResult<Svg> {
     report::tongue(&section).map_err(refused)
 }
 
-/// Fits one row: what `tongue_fit.fit` is made of, and the picture of the shape found (SVG).
+/// Fits one row: the implementation of `tongue_fit.fit`, with the picture of the fitted shape (SVG).
 #[pyfunction]
 #[pyo3(signature = (data, subject, vowel, *, target = "ratio", muscles = None, baseline = None, body = None, model = None,
     method = "nelder-mead", starts = 4, upper_bound = 100.0,
@@ -152,9 +152,9 @@ pub fn fit_row<'py>(
     Ok((loads(py, &text)?, picture))
 }
 
-/// Every `of`th fit that a table asks for, from the `number`th on: what `tongue_fit.batch` is made of. Calls `report(done, all)` as they
-/// come, and returns how many fits there are in all, a list of (number, JSON of the fit or None, lines of muscles.csv or why there is no
-/// fit), and the rows that cannot be fitted.
+/// Every `of`th fit of a table, from the `number`th on: the implementation of `tongue_fit.batch`. Calls
+/// `report(done, all)` after each, and returns the number of all fits, a list of (number, JSON of the fit or
+/// None, lines of muscles.csv or why the fit failed), and the rows that cannot be fitted.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, clippy::type_complexity, reason = "keyword arguments of Python")]
 pub fn fit_rows<'py>(
@@ -210,7 +210,7 @@ pub fn fit_rows<'py>(
     let kinds = selection.kinds.clone();
     let (plan, setups) = aside_on(py, &threads, move || {
         let plan = batch::plan(&table, &selection).map_err(refused)?;
-        // What no fit could be made with is refused once.
+        // An error that concerns all fits is raised once.
         System::new(&whole.mesh, &model, &[]).map_err(refused)?;
         let mut setups: Vec<(TargetKind, Option<Setup>)> = Vec::new();
         for kind in kinds {
@@ -260,9 +260,9 @@ pub fn fit_rows<'py>(
                 posterior: None,
                 how: &how,
             };
-            // A number beyond the page: no pictures are drawn.
+            // A number above the limit, so that no pictures are drawn.
             let made = outputs::assess(outputs::MOST_FITS_ON_PAGE, job, &within, &provenance);
-            // Who does not listen any more has been stopped.
+            // A closed receiver means that the call was interrupted.
             let _ = sender.send((*number, made));
         };
         workers.install(|| parallel::map(&mine, work));

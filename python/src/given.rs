@@ -1,5 +1,5 @@
-//! What Python gives: numbers by name or in order, points, names. Whatever has names is read by them; only what has none is read by
-//! its order, and then it must have the right length. Every refusal names the argument.
+//! Arguments from Python: numbers by name or in order, points, names. An argument with names is read by them;
+//! one without is read in order and must have the right length. Every error names the argument.
 
 use nalgebra::SVector;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -8,7 +8,7 @@ use pyo3::types::{PyBytes, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, 
 
 use super::errors::wrong;
 
-/// Numbers as they are given.
+/// Numbers of an argument.
 pub enum Given {
     /// By name: a mapping, a Series with names in its index, an xarray with names for its coordinate, a named tuple.
     Named(Vec<(String, f64)>),
@@ -20,7 +20,7 @@ impl Given {
     /// Reads the argument `what`.
     ///
     /// # Errors
-    /// What is no such thing, names that are no text or come twice, values that are no numbers.
+    /// Another type, names that are not text or repeated, values that are not numbers.
     pub fn read(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Ok(dict) = given.cast::<PyDict>() {
             return named(what, dict.iter());
@@ -85,7 +85,7 @@ impl Given {
 /// The points of the argument `what`, of shape (`count`, 2), or with the columns x and y.
 ///
 /// # Errors
-/// Another shape or other columns, values that are no numbers.
+/// Another shape or other columns, values that are not numbers.
 pub fn points(what: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<SVector<f64, 2>>> {
     if let Some(array) = plain_array::<PyArray2<f64>>(given)
         && array.shape() == [count, 2]
@@ -128,7 +128,7 @@ pub fn points(what: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Ve
 /// The names in the argument `what`, in their order; a text is one name.
 ///
 /// # Errors
-/// What is no text or a series of texts, and sets, which have no order.
+/// Anything but a text or a series of texts; sets too, since they have no order.
 pub fn names(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     if let Ok(one) = given.cast::<PyString>() {
         return Ok(vec![one.to_string()]);
@@ -153,7 +153,7 @@ pub fn names(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
 /// The number in the argument `what`.
 ///
 /// # Errors
-/// What is none.
+/// Anything but a number.
 pub fn number(what: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
     if let Ok(float) = given.cast_exact::<PyFloat>() {
         return Ok(float.value());
@@ -165,13 +165,13 @@ pub fn number(what: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
     given.extract().map_err(|_| refuse())
 }
 
-/// Whether this is one number rather than several.
+/// Whether the argument is one number rather than several.
 pub fn is_number(given: &Bound<'_, PyAny>) -> bool {
     let of_numpy = || given.getattr("ndim").and_then(|n| n.extract::<usize>()).is_ok_and(|axes| axes == 0);
     given.is_instance_of::<PyFloat>() || given.is_instance_of::<PyInt>() || of_numpy()
 }
 
-/// A value as messages show it, cut where it is long.
+/// A value for messages, shortened if it is long.
 fn shown(given: &Bound<'_, PyAny>) -> String {
     let text = given.repr().map_or_else(|_| "something".to_owned(), |text| text.to_string());
     let mut letters = text.chars();
@@ -198,21 +198,22 @@ fn named<'py>(
     Ok(Given::Named(read))
 }
 
-/// Whether labels are 0, 1, 2 and so on, as things without names have them.
+/// Whether labels are 0, 1, 2 and so on, the default of unnamed data.
 fn counts(labels: &[Bound<'_, PyAny>]) -> bool {
     let is = |(n, label): (usize, &Bound<'_, PyAny>)| label.extract::<usize>().is_ok_and(|l| l == n);
     labels.iter().enumerate().all(is)
 }
 
-/// An array of numpy's own type whose memory can be read as it is; none of its subclasses (masks, units).
+/// A numpy array (not a subclass with masks or units) whose memory can be read directly.
 fn plain_array<'a, 'py, T: pyo3::PyTypeCheck>(given: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, T>> {
-    // By its name first: asking numpy itself imports it.
+    // Its type's name is checked first, because asking numpy itself imports it.
     let plain = given.get_type().name().is_ok_and(|name| name == "ndarray");
     let aligned = || given.getattr("flags").and_then(|f| f.getattr("aligned")?.is_truthy());
     if plain && aligned().unwrap_or(false) { given.cast::<T>().ok() } else { None }
 }
 
-/// xarray's arrays of `axes` axes as pandas' Series and frames, with names of a coordinate as labels; else what was given.
+/// An xarray array of `axes` axes as a pandas Series or DataFrame with the names of a coordinate as labels;
+/// else the argument itself.
 fn in_pandas<'py>(what: &str, given: &Bound<'py, PyAny>, axes: usize) -> PyResult<Bound<'py, PyAny>> {
     if !given.hasattr("dims")? || !given.hasattr("to_pandas")? {
         return Ok(given.clone());
@@ -227,7 +228,7 @@ fn in_pandas<'py>(what: &str, given: &Bound<'py, PyAny>, axes: usize) -> PyResul
         if coords.contains(dim)? {
             continue;
         }
-        // A coordinate of another name along this axis can hold the names.
+        // A coordinate of another name along this axis can contain the names.
         for name in coords.try_iter()? {
             let coord = coords.get_item(name?)?;
             let along: Vec<String> = coord.getattr("dims")?.extract()?;
@@ -243,13 +244,13 @@ fn in_pandas<'py>(what: &str, given: &Bound<'py, PyAny>, axes: usize) -> PyResul
     labelled.call_method0("to_pandas")
 }
 
-/// Shape and values of anything that numpy reads as numbers.
+/// Shape and values of anything that numpy can convert to numbers.
 fn floats(what: &str, given: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)> {
     let refuse = || wrong(format!("{what} must be numbers, not {}", shown(given)));
     if given.is_none() || given.is_instance_of::<PyString>() || given.is_instance_of::<PyBytes>() {
         return Err(refuse());
     }
-    // Only numpy's masked arrays have both.
+    // Only numpy's masked arrays have both attributes.
     if given.hasattr("fill_value")?
         && let Some(mask) = given.getattr_opt("mask")?
         && mask.call_method0("any")?.is_truthy()?
@@ -263,7 +264,7 @@ fn floats(what: &str, given: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64
         return Err(wrong(format!("{what} has named fields; give a dict")));
     }
     let kind: String = dtype.getattr("kind")?.extract()?;
-    // Where a value is missing, pandas gives objects or, of whole numbers, floats without it.
+    // For missing values pandas gives objects or, for integers, floats without the value.
     if given.getattr_opt("isna")?.is_some_and(|isna| isna.is_callable())
         && given.getattr("dtype").is_ok_and(|d| d.hasattr("na_value").unwrap_or(false))
         && given.call_method0("isna")?.call_method0("any")?.is_truthy()?

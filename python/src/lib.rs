@@ -1,6 +1,6 @@
-//! tongue-fit for Python: a thin layer over the library's [`tongue_fit::simulation`], [`tongue_fit::inverse`] and
-//! [`tongue_fit::measured`]. Nothing is computed here; names and units are those of Rust, arrays are numpy's, and what the library
-//! refuses is an exception with the same text.
+//! tongue-fit for Python: a thin layer over the library's [`tongue_fit::simulation`], [`tongue_fit::inverse`]
+//! and [`tongue_fit::measured`]. It computes nothing itself; names and units are those of Rust, arrays are
+//! numpy's, and an error of the library is an exception with the same text.
 
 mod answer;
 mod assembly;

@@ -1,4 +1,4 @@
-//! Tables of measured lengths, and what a fit of one of their rows has to hit.
+//! Tables of measured lengths, and the targets of fits.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use super::work::alone;
 pub struct Dataset {
     /// The lengths.
     pub data: Arc<measured::Dataset>,
-    /// The bytes of the table, and the half width of the rounding that was said of it, mm: what a pickle holds.
+    /// The bytes of the table and the half width given for it, mm: the content of a pickle.
     source: Arc<(Vec<u8>, Option<f64>)>,
 }
 
@@ -46,7 +46,7 @@ impl Dataset {
     #[staticmethod]
     fn reference() -> PyResult<Self> {
         let data = Arc::new(measured::Dataset::reference().map_err(refused)?);
-        // An empty table stands for it: no other has none.
+        // The built-in table is stored as empty bytes, which no other table is.
         Ok(Self { data, source: Arc::new((Vec::new(), None)) })
     }
 
@@ -54,7 +54,7 @@ impl Dataset {
     #[staticmethod]
     fn from_path(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         if path.as_os_str() == "-" {
-            return Err(wrong("a table on stdin is the program's affair; give its text (Dataset.from_text)"));
+            return Err(wrong("a table cannot be read from stdin here; give its text (Dataset.from_text)"));
         }
         alone(py, move || {
             let data = measured::Dataset::from_path(&path).map_err(refused)?;
@@ -63,7 +63,7 @@ impl Dataset {
         })?
     }
 
-    /// The table in a text (CSV), which messages call `origin`.
+    /// The table in a text (CSV); `origin` is its name in messages.
     #[staticmethod]
     #[pyo3(signature = (text, origin = "text"))]
     fn from_text(py: Python<'_>, text: String, origin: &str) -> PyResult<Self> {
@@ -71,7 +71,7 @@ impl Dataset {
         alone(py, move || Self::read(text.into_bytes(), &origin, None))?
     }
 
-    /// The same lengths with `mm` for the half width of the rounding of them all.
+    /// The same lengths with the half width `mm` of rounding for all of them.
     fn with_half_width_mm(&self, mm: f64) -> PyResult<Self> {
         let data = self.data.as_ref().clone().with_half_width_mm(mm).map_err(refused)?;
         Ok(Self { data: Arc::new(data), source: Arc::new((self.source.0.clone(), Some(mm))) })
@@ -132,7 +132,7 @@ impl Dataset {
         table
     }
 
-    /// Where the data came from.
+    /// The origin of the data.
     #[getter]
     fn origin(&self) -> &str {
         self.data.origin()
@@ -158,7 +158,7 @@ impl Dataset {
         self.data.rows().iter().map(row).collect()
     }
 
-    /// The lengths, mm, shape (rows, muscles); not a number where nothing was measured.
+    /// The lengths, mm, shape (rows, muscles); NaN for missing values.
     #[getter]
     fn lengths_mm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let lengths =
@@ -166,7 +166,7 @@ impl Dataset {
         PyArray1::from_iter(py, lengths).reshape([self.data.rows().len(), self.data.muscles().len()])
     }
 
-    /// What is wrong with the rows that cannot be used.
+    /// The faults of the rows that cannot be used.
     #[getter]
     fn broken(&self) -> Vec<String> {
         self.data.broken().iter().map(|row| row.fault.to_string()).collect()
@@ -178,7 +178,8 @@ impl Dataset {
         Ok(vowels.iter().map(|v| v.label().to_owned()).collect())
     }
 
-    /// What a fit of ratios to GGa has to hit; `muscles` contract in place of those that are shorter than in the baseline.
+    /// The target of a fit of ratios to GGa. `muscles` contract instead of those that are shorter than in the
+    /// baseline.
     #[pyo3(signature = (subject, vowel, *, muscles = None, baseline = None))]
     fn ratios(
         &self,
@@ -190,7 +191,7 @@ impl Dataset {
         target(self, subject, vowel, TargetKind::Ratio, muscles, baseline)
     }
 
-    /// What a fit of lengths over those in the baseline has to hit.
+    /// The target of a fit of lengths over those in the baseline.
     #[pyo3(signature = (subject, vowel, *, muscles = None, baseline = None))]
     fn stretches(
         &self,
@@ -202,7 +203,7 @@ impl Dataset {
         target(self, subject, vowel, TargetKind::Stretch, muscles, baseline)
     }
 
-    /// What a fit of `kind` has to hit, for a pickle.
+    /// The target of `kind`, for a pickle.
     fn _target(
         &self,
         kind: &str,
@@ -228,7 +229,7 @@ impl Dataset {
     }
 }
 
-/// What a fit of one row has to hit.
+/// The target of a fit of one row.
 ///
 /// # Errors
 /// As the library's.
@@ -249,7 +250,7 @@ pub fn target(
     Ok(Target { target: Arc::new(target), data: data.clone(), given: Arc::new(given) })
 }
 
-/// Rows of a table that a notebook shows.
+/// Maximum number of rows in a notebook.
 const MOST_SHOWN: usize = 60;
 
 /// A text in HTML.
@@ -257,14 +258,14 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// What a fit has to hit, made from one measured row and its baseline.
+/// The target of a fit, made from one measured row and its baseline.
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Target {
     /// The target.
     pub target: Arc<measured::Target>,
     data: Dataset,
-    /// The muscles and the baseline that were asked for.
+    /// The given muscles and baseline.
     given: Arc<(Option<Vec<String>>, Option<String>)>,
 }
 
@@ -275,7 +276,7 @@ impl PartialEq for Target {
 }
 
 impl Target {
-    /// What it is, in words.
+    /// A description in words.
     pub fn shown(&self) -> String {
         let t = &self.target;
         format!("{} /{}/ {}, active {}", t.subject, t.vowel, t.kind, t.active_names().join(", "))

@@ -1,4 +1,4 @@
-//! What can be seen of a body, and what was seen.
+//! Observables of a body, and observations.
 
 use std::sync::Arc;
 
@@ -13,12 +13,12 @@ use super::errors::{refused, wrong};
 use super::given::points;
 use super::measured::Target;
 
-/// What an observable is of its body.
+/// Kind of an observable.
 #[derive(Clone, PartialEq)]
 pub enum Seen {
     /// The length of a muscle.
     Length(String),
-    /// That over the length at rest.
+    /// Its length over that at rest.
     Stretch(String),
     /// The length of a muscle over another's.
     Ratio(String, String),
@@ -26,7 +26,7 @@ pub enum Seen {
     Contour(f64, f64),
 }
 
-/// A number that can be read off the positions of the nodes of one body.
+/// A number computed from the positions of the nodes of one body.
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Observable {
@@ -42,7 +42,7 @@ impl PartialEq for Observable {
 }
 
 impl Observable {
-    /// One of a body's.
+    /// An observable of a body.
     ///
     /// # Errors
     /// A muscle that the body does not have; a point that is not finite.
@@ -102,20 +102,20 @@ impl Observable {
     }
 }
 
-/// Where an observation comes from.
+/// Origin of an observation.
 #[derive(Clone, PartialEq)]
 enum Source {
-    /// A value of one's own, with its standard deviation.
+    /// The user's value and its standard deviation.
     Own(Observable, Option<f64>),
-    /// The one of this number among those of a target.
+    /// The observation of this number of a target.
     Target(Assembly, Target, usize),
 }
 
-/// An observable, its measured value (its unit), and how sure that is.
+/// An observable, its measured value (its unit), and its standard deviation.
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Observation {
-    /// What was seen.
+    /// The observation.
     pub seen: observe::Observation<2>,
     source: Source,
 }
@@ -127,12 +127,12 @@ impl PartialEq for Observation {
 }
 
 impl Observation {
-    /// The one of this number among those of a target.
+    /// The observation of this number of a target.
     pub fn of_target(seen: observe::Observation<2>, of: &Assembly, target: &Target, number: usize) -> Self {
         Self { seen, source: Source::Target(of.clone(), target.clone(), number) }
     }
 
-    /// Nodes of the body that it is of.
+    /// Number of nodes of its body.
     pub fn nodes(&self) -> usize {
         match &self.source {
             Source::Own(observable, _) => observable.nodes(),
@@ -143,7 +143,8 @@ impl Observation {
 
 #[pymethods]
 impl Observation {
-    /// That the observable has this value; with a standard deviation (unit of the value) its residual is divided by that.
+    /// The observation that the observable has this value; with a standard deviation (unit of the value) its
+    /// residual is divided by that.
     #[new]
     #[pyo3(signature = (observable, measured, standard_deviation = None))]
     fn new(observable: &Observable, measured: f64, standard_deviation: Option<f64>) -> PyResult<Self> {

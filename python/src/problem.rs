@@ -1,4 +1,4 @@
-//! Inverse problems of one's own observations.
+//! Inverse problems with the user's own observations.
 
 use std::sync::Arc;
 
@@ -16,12 +16,12 @@ use super::observe::Observation;
 use super::solver::Shape;
 use super::work::{aside_on, pool};
 
-/// Names of what searches.
+/// Names of the search methods.
 pub const METHODS: [(&str, Method); 2] =
     [("nelder-mead", Method::NelderMead), ("gauss-newton", Method::GaussNewton)];
 
-/// What was seen of a body and what is unknown of it: at first the tension of every contracting muscle. Every `with_` and `free_`
-/// returns another problem.
+/// The observations of a body and its unknowns: at first the tension of every contracting muscle. Every
+/// `with_` and `free_` returns a new problem.
 #[pyclass(frozen, module = "tongue_fit")]
 #[derive(Clone)]
 pub struct InverseProblem {
@@ -37,8 +37,8 @@ impl InverseProblem {
 
 #[pymethods]
 impl InverseProblem {
-    /// The tensions of all contracting muscles from these observations; `method` is nelder-mead or gauss-newton, `upper_bound` that
-    /// of every tension, N per metre of thickness.
+    /// The tensions of all contracting muscles from these observations; `method` is nelder-mead or
+    /// gauss-newton, `upper_bound` is the largest tension, N per metre of thickness.
     #[new]
     #[pyo3(signature = (assembly, observations, *, method = "gauss-newton", starts = 4,
         upper_bound = 100.0))]
@@ -62,42 +62,46 @@ impl InverseProblem {
         Ok(Self { problem, of: assembly.clone() })
     }
 
-    /// The same with a tension that is known, N per metre of thickness.
+    /// The problem with a known tension, N per metre of thickness.
     fn with_tension(&self, muscle: &str, tension: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_tension(muscle, tension))
     }
 
-    /// The same with other bounds of a tension, N per metre of thickness.
+    /// The problem with other bounds of a tension, N per metre of thickness.
     fn with_bounds(&self, muscle: &str, lower: f64, upper: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_bounds(muscle, lower, upper))
     }
 
-    /// The same with a tension that is near `mean`, give or take `sd`, N per metre of thickness.
+    /// The problem with a normal prior of a tension: its mean and standard deviation, N per metre of
+    /// thickness.
     fn with_prior(&self, muscle: &str, mean: f64, sd: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_prior(muscle, mean, sd))
     }
 
-    /// The same with a bone whose displacement is searched for, at most `most` (m) either way along each axis.
+    /// The problem with the displacement of a bone as an unknown, of at most `most` (m) in both directions of
+    /// each axis.
     fn free_bone(&self, bone: &str, most: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().free_bone(bone, most))
     }
 
-    /// The same with a freed bone that stays near its place at rest, give or take `sd` (m) along each axis.
+    /// The problem with a normal prior of a free bone's displacement: its standard deviation along each axis,
+    /// m.
     fn with_bone_prior(&self, bone: &str, sd: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_bone_prior(bone, sd))
     }
 
-    /// The same with Young's modulus searched for too, between these values, Pa.
+    /// The problem with Young's modulus as an unknown between these values, Pa.
     fn free_young_modulus(&self, lower: f64, upper: f64) -> Self {
         Self { problem: self.problem.clone().free_young_modulus(lower, upper), of: self.of.clone() }
     }
 
-    /// The same with Poisson's ratio searched for too, between these values.
+    /// The problem with Poisson's ratio as an unknown between these values.
     fn free_poisson_ratio(&self, lower: f64, upper: f64) -> Self {
         Self { problem: self.problem.clone().free_poisson_ratio(lower, upper), of: self.of.clone() }
     }
 
-    /// Searches for what fits the observations best, on so many threads (default: one a core). The same bits for any number of them.
+    /// Searches for the best fit of the observations on `threads` threads (default: one for each core). The
+    /// result has the same bits for any number of threads.
     #[pyo3(signature = (*, threads = None))]
     fn fit(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Estimate> {
         let problem = self.problem.clone();
@@ -107,7 +111,7 @@ impl InverseProblem {
     }
 }
 
-/// The values of the unknowns that fit the observations best.
+/// The values of the unknowns with the best fit of the observations.
 #[pyclass(frozen, module = "tongue_fit")]
 pub struct Estimate {
     estimate: simulation::Estimate<2>,
@@ -122,7 +126,8 @@ impl Estimate {
         word(&self.estimate.status)
     }
 
-    /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law.
+    /// Whether the observations are met by the shape to which the tensions lead from rest, under the
+    /// published law.
     #[getter]
     fn is_trustworthy(&self) -> bool {
         self.estimate.is_trustworthy()
@@ -141,35 +146,35 @@ impl Estimate {
         self.estimate.tension(muscle).map_err(refused)
     }
 
-    /// How far a freed bone is from where it is at rest, m, shape (2,).
+    /// Displacement of a free bone from its place at rest, m, shape (2,).
     fn displacement<'py>(&self, py: Python<'py>, bone: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(self.estimate.displacement(bone).map_err(refused)?.as_slice().to_pyarray(py))
     }
 
-    /// In how many directions the unknowns can be changed without the fit becoming worse; None if that is not known.
+    /// Number of directions in which the unknowns can change without a worse fit; None if it is not known.
     #[getter]
     fn undetermined(&self) -> Option<usize> {
         self.estimate.undetermined()
     }
 
-    /// What each observation is in the shape found, in their order and units.
+    /// The value of each observable in the fitted shape, in the order and units of the observations.
     #[getter]
     fn simulated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.estimate.simulated.to_pyarray(py)
     }
 
-    /// The shape found.
+    /// The fitted shape.
     #[getter]
     fn shape(&self) -> Shape {
         self.shape.clone()
     }
 
-    /// All of it as a dict.
+    /// The whole answer as a dict.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         record(py, &self.estimate.record(), &Provenance::new("python"))
     }
 
-    /// A picture of the shape found, for notebooks.
+    /// A picture of the fitted shape, for notebooks.
     fn _repr_svg_(&self) -> PyResult<String> {
         self.shape.picture(&self.__repr__())
     }

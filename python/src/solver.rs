@@ -15,7 +15,7 @@ use super::errors::{refused, wrong};
 use super::given::{self, Given};
 use super::work::alone;
 
-/// Tensions as they are given: by name, or an array in the order of the contracting muscles.
+/// The tensions argument: by name, or an array in the order of the contracting muscles.
 pub struct Tensions(Given);
 
 impl<'a, 'py> FromPyObject<'a, 'py> for Tensions {
@@ -27,10 +27,10 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Tensions {
 }
 
 impl Tensions {
-    /// By name, for a body.
+    /// The tensions by name, for a body.
     ///
     /// # Errors
-    /// A list that is not as long as there are contracting muscles.
+    /// A list whose length is not the number of contracting muscles.
     pub fn of(self, assembly: &simulation::Assembly<2>) -> PyResult<Vec<(String, f64)>> {
         match self.0 {
             Given::Named(named) => Ok(named),
@@ -49,39 +49,40 @@ impl Tensions {
     }
 }
 
-/// Nodes of a body that is solved so quickly, whatever is asked for, that Ctrl-C can wait for the end: a thread for it would take
-/// longer than the solve.
+/// Largest number of nodes of a body that is solved on the calling thread: the solve is over before Ctrl-C
+/// matters, and a thread for it would take longer than the solve.
 const QUICK_NODES: usize = 400;
-/// Tensions up to which that holds, N per metre of thickness; a hundred times what muscles can. Beyond, Newton's method can take
-/// thousands of steps.
+/// Largest tension for which that holds, N per metre of thickness, a hundred times that of muscles. Beyond it
+/// Newton's method can take thousands of steps.
 const QUICK_TENSION: f64 = 1e5;
 
-/// Solves equilibria, one after another. One a thread: what it writes to is its own.
+/// Solves equilibria, one after another. Each thread needs its own, because a solve writes to it.
 #[pyclass(frozen, module = "tongue_fit")]
 pub struct Solver {
     assembly: Assembly,
     work: Mutex<Work>,
 }
 
-/// What a solve writes to.
+/// The memory of a solve.
 struct Work {
-    /// None after a solve that Ctrl-C ended; the next solve makes another.
+    /// None after a solve that Ctrl-C ended; the next solve makes a new one.
     solver: Option<simulation::Solver<2>>,
-    /// Where bones are to be.
+    /// Displacements of bones.
     shifts: Vec<(String, SVector<f64, 2>)>,
 }
 
 impl Solver {
-    /// Of an assembly.
+    /// The solver of an assembly.
     pub fn new(assembly: &Assembly) -> Self {
         let work = Work { solver: Some(assembly.0.solver()), shifts: Vec::new() };
         Self { assembly: assembly.clone(), work: Mutex::new(work) }
     }
 
-    /// Does `solve` while others may use Python: on this thread where it is soon done, else aside, so that Ctrl-C ends the wait.
+    /// Runs `solve` without Python's lock: on this thread if it is quick, else on another one, so that Ctrl-C
+    /// ends the wait.
     ///
     /// # Errors
-    /// A solver that is at work in another thread; `KeyboardInterrupt`.
+    /// A solver in use by another thread; `KeyboardInterrupt`.
     fn solve<T: Send + 'static>(
         &self,
         py: Python<'_>,
@@ -124,7 +125,7 @@ impl Solver {
         Shape { shape: Arc::new(shape), assembly: self.assembly.clone() }
     }
 
-    /// The rates of all nodes, for each contracting muscle.
+    /// The derivatives of all nodes by the tension of each contracting muscle.
     fn rates(&self, py: Python<'_>, shape: &Shape) -> PyResult<Vec<Vec<SVector<f64, 2>>>> {
         let shape = Arc::clone(&shape.shape);
         let rates = self.solve(py, false, move |solver| solver.position_rates(&shape))?;
@@ -136,15 +137,15 @@ impl Solver {
 
 #[pymethods]
 impl Solver {
-    /// The equilibrium at these tensions (N per metre of thickness; by muscle, or in the order of Assembly.contracting), from rest.
-    /// The same bits whatever was solved before.
+    /// The equilibrium at these tensions (N per metre of thickness; by muscle, or in the order of
+    /// Assembly.contracting), from rest. The result does not depend on earlier solves.
     fn equilibrium(&self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
         let given = tensions.of(&self.assembly.0)?;
         let solved = self.solve(py, is_long(&given), move |solver| solver.equilibrium(&borrowed(&given)))?;
         Ok(self.shape(solved))
     }
 
-    /// As equilibrium, from a shape that was solved before: for tensions that change little.
+    /// As equilibrium, starting from an earlier shape: for small changes of the tensions.
     fn equilibrium_from(&self, py: Python<'_>, start: &Shape, tensions: Tensions) -> PyResult<Shape> {
         let (given, start) = (tensions.of(&self.assembly.0)?, Arc::clone(&start.shape));
         let solved = self
@@ -152,15 +153,15 @@ impl Solver {
         Ok(self.shape(solved))
     }
 
-    /// As equilibrium, and follows the equilibria from rest as the tensions grow, which tells whether the shape lies on the branch
-    /// that begins at rest (Shape.is_traced). Costs about forty solves.
+    /// As equilibrium, and follows the equilibria from rest as the tensions grow, to check that the shape
+    /// lies on that branch (Shape.is_traced). Costs about forty solves.
     fn follow_from_rest(&self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
         let given = tensions.of(&self.assembly.0)?;
         let solved = self.solve(py, true, move |solver| solver.follow_from_rest(&borrowed(&given)))?;
         Ok(self.shape(solved))
     }
 
-    /// Has every later solve bring a bone to where it is at rest, and `shift` (x, y; m) from there.
+    /// Displaces a bone by `shift` (x, y; m) from its place at rest in all later solves.
     fn shift_bone(&self, py: Python<'_>, bone: String, shift: &Bound<'_, PyAny>) -> PyResult<()> {
         let shift = Given::pair("shift", shift)?;
         let name = bone.clone();
@@ -171,8 +172,8 @@ impl Solver {
         Ok(())
     }
 
-    /// How the nodes of an equilibrium move for a unit of each tension, m per N per metre of thickness: shape (contracting muscles,
-    /// nodes, 2).
+    /// Derivatives of the positions of the nodes of an equilibrium by each tension, m per N per metre of
+    /// thickness: shape (contracting muscles, nodes, 2).
     fn jacobian<'py>(&self, py: Python<'py>, shape: &Shape) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let rates = self.rates(py, shape)?;
         let (muscles, nodes) = (rates.len(), shape.shape.positions().len());
@@ -180,8 +181,8 @@ impl Solver {
         PyArray1::from_vec(py, flat).reshape([muscles, nodes, 2])
     }
 
-    /// The derivatives by the tensions (shape (contracting muscles,)) of a function whose derivatives by the positions of an
-    /// equilibrium are `cotangent` (shape (nodes, 2)): the vector-Jacobian product.
+    /// The derivatives by the tensions (shape (contracting muscles,)) of a function whose derivatives by the
+    /// positions of an equilibrium are `cotangent` (shape (nodes, 2)): the vector-Jacobian product.
     fn vjp<'py>(
         &self,
         py: Python<'py>,
@@ -209,9 +210,9 @@ fn borrowed(given: &[(String, f64)]) -> Vec<(&str, f64)> {
 #[pyclass(frozen, module = "tongue_fit")]
 #[derive(Clone)]
 pub struct Shape {
-    /// What was solved.
+    /// The solution.
     pub shape: Arc<simulation::Shape<2>>,
-    /// What it is a shape of.
+    /// The assembly of the shape.
     pub assembly: Assembly,
 }
 
@@ -229,7 +230,7 @@ impl Shape {
         self.assembly.clone()
     }
 
-    /// How the solve ended: `converged`, or why not.
+    /// How the solve ended: `converged`, or the reason why not.
     #[getter]
     fn status(&self) -> String {
         word(&self.shape.solution.status)
@@ -241,7 +242,7 @@ impl Shape {
         self.shape.is_converged()
     }
 
-    /// Whether it is known to lie on the branch of equilibria that begins at rest.
+    /// Whether the shape is known to lie on the branch of equilibria from rest.
     #[getter]
     fn is_traced(&self) -> bool {
         self.shape.is_traced()
@@ -280,7 +281,7 @@ impl Shape {
         self.shape.rest_length(muscle).map_err(refused)
     }
 
-    /// The length of a muscle over its length at rest: below 1 where it shortened.
+    /// The length of a muscle over its length at rest: below 1 if it shortened.
     fn stretch(&self, muscle: &str) -> PyResult<f64> {
         self.shape.stretch(muscle).map_err(refused)
     }
@@ -290,7 +291,8 @@ impl Shape {
         self.shape.ratio(muscle, over).map_err(refused)
     }
 
-    /// What `tongue-fit simulate --json` prints, as a dict: `lengths_mm`, `ratios`, `stretches`, `positions_m`, `alarms` and so on.
+    /// The output of `tongue-fit simulate --json` as a dict: `lengths_mm`, `ratios`, `stretches`,
+    /// `positions_m`, `alarms` and so on.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let by = Provenance::new("python").with_tissue(self.shape.assembly().model().tissue);
         record(py, &self.shape.record(), &by)
@@ -308,7 +310,7 @@ impl Shape {
         self.shape.vtu().map_err(refused)?.text(&Provenance::new("python")).map_err(refused)
     }
 
-    /// The same picture, for notebooks.
+    /// The picture, for notebooks.
     fn _repr_svg_(&self) -> PyResult<String> {
         self.picture("Tongue at rest (grey) and deformed")
     }
@@ -318,7 +320,7 @@ impl Shape {
     }
 }
 
-/// A body in motion, from rest, at even times.
+/// The motion of a body from rest, at equidistant times.
 #[pyclass(frozen, module = "tongue_fit")]
 pub struct Trajectory(pub simulation::Trajectory<2>);
 
@@ -330,7 +332,7 @@ impl Trajectory {
         self.0.times.to_pyarray(py)
     }
 
-    /// Positions of all nodes at each of them, m, shape (times, nodes, 2).
+    /// Positions of all nodes at each time, m, shape (times, nodes, 2).
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let frames = &self.0.positions;
@@ -339,7 +341,7 @@ impl Trajectory {
         PyArray1::from_vec(py, flat).reshape([frames.len(), nodes, 2])
     }
 
-    /// Part of its way to equilibrium that the body has gone at the end; None if there is no such way.
+    /// Part of the way to equilibrium that the body has moved at the end; None if the way is not known.
     #[getter]
     fn part_of_way(&self) -> Option<f64> {
         self.0.part_of_way

@@ -1,4 +1,4 @@
-//! Long work: without Python's lock, on threads that the process itself started, and stopped by Ctrl-C.
+//! Long computations: without Python's lock, on threads of this process, and stopped by Ctrl-C.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -11,21 +11,21 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::errors::wrong;
 
-/// How often Ctrl-C is looked for.
+/// Interval of checks for Ctrl-C.
 const EVERY: Duration = Duration::from_millis(20);
 
-/// More threads than this are surely a slip.
+/// Maximum number of threads.
 const MOST_THREADS: usize = 1024;
 
-/// The threads for work that asks for no number of them, and the process that started them. Locked only while Python's lock is held,
-/// so a fork never finds it locked.
+/// The shared threads for work that asks for no number, and the process that started them. It is locked only
+/// while Python's lock is held, so that a fork never finds it locked.
 static SHARED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// Threads to work on: `threads` of them, or those that all such work shares. After a fork the child has none of its parent's
-/// threads, so it starts its own.
+/// A pool of `threads` threads, or the shared one. After a fork the child has none of its parent's threads,
+/// so it starts its own.
 ///
 /// # Errors
-/// No or too many threads; the operating system's where it starts no more.
+/// Zero or too many threads; the error of the operating system if it starts no more.
 pub fn pool(_py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
     if threads.is_some_and(|n| n == 0 || n > MOST_THREADS) {
         return Err(wrong(format!("threads must be from 1 to {MOST_THREADS}")));
@@ -46,21 +46,21 @@ pub fn pool(_py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<ThreadPool>
         return Ok(Arc::clone(pool));
     }
     let pool = start(None)?;
-    // Ending the parent's pool would wait for threads that are not there.
+    // Dropping the parent's pool would wait for threads that do not exist in the child.
     std::mem::forget(shared.replace((std::process::id(), Arc::clone(&pool))));
     Ok(pool)
 }
 
-/// Does `work` on a thread of its own while others may use Python; what it does in parallel is done by the threads that all such work
-/// shares. After Ctrl-C the answer is waited for no longer: the thread ends by itself, and what it finds is dropped.
+/// Runs `work` on a thread of its own while other threads may use Python; its parallel parts run on the
+/// shared threads. After Ctrl-C the call returns: the thread ends by itself, and its result is dropped.
 ///
 /// # Errors
-/// `KeyboardInterrupt`; a `RuntimeError` where the work panics, which is a defect.
+/// `KeyboardInterrupt`; a `RuntimeError` if the work panics, which is a defect.
 pub fn aside<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
     aside_on(py, &pool(py, None)?, work)
 }
 
-/// The same on the threads of a pool.
+/// As [`aside`], on the threads of a pool.
 ///
 /// # Errors
 /// As [`aside`].
@@ -77,7 +77,7 @@ pub fn aside_on<T: Send + 'static>(
     done
 }
 
-/// Leaves the shared threads to what still runs on them; later work gets others.
+/// Leaves the shared threads to the work that still runs on them; later work gets new threads.
 pub fn give_up(pool: &Arc<ThreadPool>) {
     let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
     if shared.as_ref().is_some_and(|(_, current)| Arc::ptr_eq(current, pool)) {
@@ -85,7 +85,7 @@ pub fn give_up(pool: &Arc<ThreadPool>) {
     }
 }
 
-/// Does `work`, which does nothing in parallel, on a thread of its own, as [`aside`] does.
+/// Runs `work`, which has no parallel parts, on a thread of its own, as [`aside`] does.
 ///
 /// # Errors
 /// As [`aside`].
@@ -95,13 +95,13 @@ pub fn alone<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send 
     next(py, &mut receiver)?.ok_or_else(defect)?.map_err(|_| defect())
 }
 
-/// What is sent next; `None` when nothing will come any more.
+/// The next message; `None` after the last one.
 ///
 /// # Errors
 /// `KeyboardInterrupt`.
 pub fn next<T: Send>(py: Python<'_>, receiver: &mut Receiver<T>) -> PyResult<Option<T>> {
     loop {
-        // By a reference of its own: one that is shared could not go where Python's lock is not held.
+        // A new reference, because a shared one must not be used without Python's lock.
         let wait = || {
             let own: &mut Receiver<T> = &mut *receiver;
             own.recv_timeout(EVERY)
@@ -116,7 +116,5 @@ pub fn next<T: Send>(py: Python<'_>, receiver: &mut Receiver<T>) -> PyResult<Opt
 
 /// The exception for a panic.
 pub fn defect() -> PyErr {
-    PyRuntimeError::new_err(
-        "tongue-fit failed where it never should; please report it with what was asked for",
-    )
+    PyRuntimeError::new_err("tongue-fit has a defect; please report this with your input")
 }

@@ -45,22 +45,23 @@ class Body:
         """A tongue of an anatomy (the text of a TOML file) at a mesh spacing, m."""
     @staticmethod
     def read(path: str | PathLike[str], unit: str = "m") -> Body:
-        """A body in a file: Gmsh's (`unit` of its coordinates: m or mm), or what `tongue-fit mesh --json` printed (.json)."""
+        """A body from a file: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
+        `tongue-fit mesh --json` (.json)."""
     @property
     def what(self) -> str:
-        """What it is, in words."""
+        """A description in words."""
     @property
     def nodes(self) -> _Floats:
         """Positions of the nodes at rest, m, shape (nodes, 2): x backwards, y upwards."""
     @property
     def triangles(self) -> _Numbers:
-        """Numbers of the nodes of every triangle, shape (triangles, 3)."""
+        """Node numbers of every triangle, shape (triangles, 3)."""
     @property
     def connections(self) -> _Numbers:
-        """Numbers of the nodes that every connection joins, shape (connections, 2)."""
+        """Numbers of the two nodes of every connection, shape (connections, 2)."""
     @property
     def fixed(self) -> _Numbers:
-        """Numbers of the nodes that bone holds, ascending."""
+        """Numbers of the nodes held by bone, ascending."""
     @property
     def muscles(self) -> dict[str, _Numbers]:
         """The chain of nodes of every muscle, from end to end; of several fibres the first."""
@@ -75,7 +76,7 @@ class Body:
 
 @final
 class Model:
-    """What makes a body ready to be solved: constants of the tissue, and what carries the load in it."""
+    """The model of a body: constants of the tissue and the kind of its elements."""
 
     def __copy__(self) -> Model: ...
     def __deepcopy__(self, _memo: Any) -> Model: ...
@@ -96,11 +97,11 @@ class Model:
         as-printed), how they are laid on the connections (`spread`: per-connection or assembled), muscle parts outside the tissue
         (`outside`: straight or chain), what the tissue is (`tissue`: springs or fe; a continuum needs none)."""
     def assemble(self, body: Body, muscles: _Names) -> Assembly:
-        """Makes `body` ready to be solved, with the muscles of these names contracting. Every other muscle is plain tissue."""
+        """Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue."""
 
 @final
 class Assembly:
-    """A body of which some muscles can contract, ready to be solved. Shared by threads."""
+    """A body of which some muscles can contract, ready to be solved. Threads may share it."""
 
     def __copy__(self) -> Assembly: ...
     def __deepcopy__(self, _memo: Any) -> Assembly: ...
@@ -112,36 +113,37 @@ class Assembly:
         """The body."""
     @property
     def contracting(self) -> list[str]:
-        """Names of the muscles that can contract, in the order in which they were given: the order of all arrays of tensions."""
+        """Names of the muscles that can contract, in the given order, which is the order of all arrays of tensions."""
     def solver(self) -> Solver:
-        """What solves it: one a thread."""
+        """A solver of this assembly; each thread needs its own."""
     def trajectory(self, tensions: _Tensions, t_end_s: float, ramp_s: float = 0.0, samples: int = 101) -> Trajectory:
         """The motion from rest while the tensions grow to their values in `ramp_s` (s) and then stay, until `t_end_s`."""
     def length(self, muscle: str) -> Observable:
-        """The length of a muscle, m, as something to observe."""
+        """The length of a muscle, m, as an observable."""
     def stretch(self, muscle: str) -> Observable:
-        """The length of a muscle over its length at rest, as something to observe."""
+        """The length of a muscle over its length at rest, as an observable."""
     def ratio(self, muscle: str, over: str) -> Observable:
-        """The length of a muscle over another's, as something to observe."""
+        """The length of a muscle over another's, as an observable."""
     def contour(self, point: _Pair) -> Observable:
-        """The signed distance of a measured point (x, y), m, from the outline of the tissue: positive outside."""
+        """The signed distance of a measured point (x, y), m, from the outline of the tissue, as an
+        observable: positive outside."""
     def observations(self, target: Target) -> list[Observation]:
-        """What a measured target says of this body: an observation for every fitted muscle."""
+        """The observations of this body in a measured target: one for every fitted muscle."""
 
 @final
 class Solver:
-    """Solves equilibria, one after another. One a thread: what it writes to is its own."""
+    """Solves equilibria, one after another. Each thread needs its own, because a solve writes to it."""
 
     def equilibrium(self, tensions: _Tensions) -> Shape:
         """The equilibrium at these tensions (a dict by muscle, or an array in the order of Assembly.contracting), from rest. The same
         bits whatever was solved before."""
     def equilibrium_from(self, start: Shape, tensions: _Tensions) -> Shape:
-        """As equilibrium, from a shape that was solved before: for tensions that change little."""
+        """As equilibrium, starting from an earlier shape: for small changes of the tensions."""
     def follow_from_rest(self, tensions: _Tensions) -> Shape:
         """As equilibrium, and follows the equilibria from rest as the tensions grow, which tells whether the shape lies on the branch
         that begins at rest (Shape.is_traced). Costs about forty solves."""
     def shift_bone(self, bone: str, shift: _Pair) -> None:
-        """Has every later solve bring a bone to where it is at rest, and `shift` (x, y; m) from there."""
+        """Displaces a bone by `shift` (x, y; m) from its place at rest in all later solves."""
     def jacobian(self, shape: Shape) -> _Floats:
         """How the nodes of an equilibrium move for a unit of each tension: shape (contracting muscles, nodes, 2)."""
     def vjp(self, shape: Shape, cotangent: _Points) -> _Floats:
@@ -160,13 +162,13 @@ class Shape:
         """The body under these tensions."""
     @property
     def status(self) -> str:
-        """How the solve ended: `converged`, or why not."""
+        """How the solve ended: `converged`, or the reason why not."""
     @property
     def is_converged(self) -> bool:
         """Whether it is an equilibrium."""
     @property
     def is_traced(self) -> bool:
-        """Whether it is known to lie on the branch of equilibria that begins at rest."""
+        """Whether the shape is known to lie on the branch of equilibria from rest."""
     @property
     def guarded(self) -> int:
         """Number of elements in which the barrier against inversion acts."""
@@ -183,11 +185,12 @@ class Shape:
     def rest_length(self, muscle: str) -> float:
         """The length of a muscle at rest, m."""
     def stretch(self, muscle: str) -> float:
-        """The length of a muscle over its length at rest: below 1 where it shortened."""
+        """The length of a muscle over its length at rest: below 1 if it shortened."""
     def ratio(self, muscle: str, over: str) -> float:
         """The length of a muscle over another's."""
     def record(self) -> dict[str, Any]:
-        """What `tongue-fit simulate --json` prints, as a dict: `lengths_mm`, `ratios`, `stretches`, `positions_m`, `alarms` and so on."""
+        """The output of `tongue-fit simulate --json` as a dict: `lengths_mm`, `ratios`, `stretches`,
+        `positions_m`, `alarms` and so on."""
     def picture(self, title: str = "Tongue at rest (grey) and deformed") -> str:
         """A picture (SVG): the tissue at rest and deformed, and the muscles with their names."""
     def vtu(self) -> str:
@@ -197,14 +200,14 @@ class Shape:
 
 @final
 class Trajectory:
-    """A body in motion, from rest, at even times."""
+    """The motion of a body from rest, at equidistant times."""
 
     @property
     def times(self) -> _Floats:
         """Times, s, shape (times,)."""
     @property
     def positions(self) -> _Floats:
-        """Positions of all nodes at each of them, m, shape (times, nodes, 2)."""
+        """Positions of all nodes at each time, m, shape (times, nodes, 2)."""
     @property
     def part_of_way(self) -> float | None:
         """Part of its way to equilibrium that the body has gone at the end; None where there is no such way."""
@@ -213,7 +216,7 @@ class Trajectory:
 
 @final
 class Observable:
-    """A number that can be read off the positions of the nodes of one body."""
+    """A number computed from the positions of the nodes of one body."""
 
     def __eq__(self, other: object, /) -> bool: ...
 
@@ -224,12 +227,13 @@ class Observable:
 
 @final
 class Observation:
-    """An observable, its measured value (its unit), and how sure that is."""
+    """An observable, its measured value (its unit), and its standard deviation."""
 
     def __eq__(self, other: object, /) -> bool: ...
 
     def __new__(cls, observable: Observable, measured: float, standard_deviation: float | None = None) -> Observation:
-        """That the observable has this value; with a standard deviation (unit of the value) its residual is divided by that."""
+        """The observation that the observable has this value; with a standard deviation (unit of the value)
+        its residual is divided by that."""
     @property
     def measured(self) -> float:
         """The measured value, unit of the observable."""
@@ -251,25 +255,27 @@ class InverseProblem:
         """The tensions of all contracting muscles from these observations; `method` is nelder-mead or gauss-newton, `upper_bound` that
         of every tension, N per metre of thickness."""
     def with_tension(self, muscle: str, tension: float) -> InverseProblem:
-        """The same with a tension that is known, N per metre of thickness."""
+        """The problem with a known tension, N per metre of thickness."""
     def with_bounds(self, muscle: str, lower: float, upper: float) -> InverseProblem:
-        """The same with other bounds of a tension, N per metre of thickness."""
+        """The problem with other bounds of a tension, N per metre of thickness."""
     def with_prior(self, muscle: str, mean: float, sd: float) -> InverseProblem:
-        """The same with a tension that is near `mean`, give or take `sd`, N per metre of thickness."""
+        """The problem with a normal prior of a tension: its mean and standard deviation, N per metre of thickness."""
     def free_bone(self, bone: str, most: float) -> InverseProblem:
-        """The same with a bone whose displacement is searched for, at most `most` (m) either way along each axis."""
+        """The problem with the displacement of a bone as an unknown, of at most `most` (m) in both
+        directions of each axis."""
     def with_bone_prior(self, bone: str, sd: float) -> InverseProblem:
-        """The same with a freed bone that stays near its place at rest, give or take `sd` (m) along each axis."""
+        """The problem with a normal prior of a free bone's displacement: its standard deviation along each axis, m."""
     def free_young_modulus(self, lower: float, upper: float) -> InverseProblem:
-        """The same with Young's modulus searched for too, between these values, Pa."""
+        """The problem with Young's modulus as an unknown between these values, Pa."""
     def free_poisson_ratio(self, lower: float, upper: float) -> InverseProblem:
-        """The same with Poisson's ratio searched for too, between these values."""
+        """The problem with Poisson's ratio as an unknown between these values."""
     def fit(self, *, threads: int | None = None) -> Estimate:
-        """Searches for what fits the observations best, on so many threads (default: one a core). The same bits for any number of them."""
+        """Searches for the best fit of the observations on `threads` threads (default: one for each core).
+        The result has the same bits for any number of threads."""
 
 @final
 class Estimate:
-    """The values of the unknowns that fit the observations best."""
+    """The values of the unknowns with the best fit of the observations."""
 
     @property
     def status(self) -> str:
@@ -283,18 +289,18 @@ class Estimate:
     def tension(self, muscle: str) -> float:
         """The tension of a muscle, N per metre of thickness."""
     def displacement(self, bone: str) -> _Floats:
-        """How far a freed bone is from where it is at rest, m, shape (2,)."""
+        """Displacement of a free bone from its place at rest, m, shape (2,)."""
     @property
     def undetermined(self) -> int | None:
         """In how many directions the unknowns can be changed without the fit becoming worse; None where that is not known."""
     @property
     def simulated(self) -> _Floats:
-        """What each observation is in the shape found, in their order and units."""
+        """The value of each observable in the fitted shape, in the order and units of the observations."""
     @property
     def shape(self) -> Shape:
-        """The shape found."""
+        """The fitted shape."""
     def record(self) -> dict[str, Any]:
-        """All of it as a dict."""
+        """The whole answer as a dict."""
     def _repr_svg_(self) -> str:
         """A picture for notebooks (SVG)."""
 
@@ -315,12 +321,12 @@ class Dataset:
         """The table in a file (CSV)."""
     @staticmethod
     def from_text(text: str, origin: str = "text") -> Dataset:
-        """The table in a text (CSV), which messages call `origin`."""
+        """The table in a text (CSV); `origin` is its name in messages."""
     def with_half_width_mm(self, mm: float) -> Dataset:
-        """The same lengths with `mm` for the half width of the rounding of them all."""
+        """The same lengths with the half width `mm` of rounding for all of them."""
     @property
     def origin(self) -> str:
-        """Where the data came from."""
+        """The origin of the data."""
     @property
     def muscles(self) -> list[str]:
         """The muscles, in the order of their columns."""
@@ -332,23 +338,24 @@ class Dataset:
         """Subject and vowel of every row, in the order of the table."""
     @property
     def lengths_mm(self) -> _Floats:
-        """The lengths, mm, shape (rows, muscles); not a number where nothing was measured."""
+        """The lengths, mm, shape (rows, muscles); NaN for missing values."""
     @property
     def broken(self) -> list[str]:
-        """What is wrong with the rows that cannot be used."""
+        """The faults of the rows that cannot be used."""
     def vowels(self, subject: str) -> list[str]:
         """The vowels of a subject, in the order of the table."""
     def ratios(self, subject: str, vowel: str, *, muscles: _Names | None = None, baseline: str | None = None) -> Target:
-        """What a fit of ratios to GGa has to hit; `muscles` contract in place of those that are shorter than in the baseline."""
+        """The target of a fit of ratios to GGa. `muscles` contract instead of those that are shorter than
+        in the baseline."""
     def stretches(self, subject: str, vowel: str, *, muscles: _Names | None = None, baseline: str | None = None) -> Target:
-        """What a fit of lengths over those in the baseline has to hit."""
+        """The target of a fit of lengths over those in the baseline."""
     def __len__(self) -> int: ...
     def _repr_html_(self) -> str:
         """The table for notebooks."""
 
 @final
 class Target:
-    """What a fit has to hit, made from one measured row and its baseline."""
+    """The target of a fit, made from one measured row and its baseline."""
 
     def __copy__(self) -> Target: ...
     def __deepcopy__(self, _memo: Any) -> Target: ...
@@ -397,7 +404,7 @@ def fit_row(
     free_bones: _Names | None = None,
     threads: int | None = None,
 ) -> tuple[dict[str, Any], str]:
-    """Fits one row: what `tongue_fit.fit` is made of, and the picture of the shape found (SVG)."""
+    """Fits one row: the implementation of `tongue_fit.fit`, with the picture of the fitted shape (SVG)."""
 
 def fit_rows(
     data: Dataset,

@@ -1,4 +1,4 @@
-//! A body that is solved again and again.
+//! A body that is solved repeatedly.
 
 use std::sync::Arc;
 
@@ -19,11 +19,12 @@ use tongue_fit::simulation::read_tensions;
 use tongue_fit::statics::{self, Settings, Status, TRACE_STEPS, Workspace};
 use tongue_fit::system::{Carried, Model, System, TissueModel};
 
-/// What a body is made from.
+/// Origin of a body.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyText {
-    /// Of a body of one's own what messages call it, and its text: an anatomy (TOML), or what `tongue-fit mesh --json` prints.
+    /// For the user's own body its name in messages, and its text: an anatomy (TOML), or the JSON of
+    /// `tongue-fit mesh --json`.
     #[serde(default)]
     pub file: String,
     #[serde(default)]
@@ -62,31 +63,32 @@ impl BodyText {
     }
 }
 
-/// Numbers of a frame that are not tensions, lengths or positions: what goes in (jaw, hyoid and lips), and what comes out.
+/// Number of values of a frame that are not tensions, lengths or positions: jaw, hyoid and lips as input, and
+/// other results as output.
 const POSTURE: usize = 5;
 const FINDINGS: usize = 5;
-/// Formants that are told.
+/// Number of formants.
 const FORMANTS: usize = 5;
 
-/// A body, what acts on it, and where it is.
+/// A body, the loads on it, and its shape.
 pub struct Engine {
     pub body: Body<2>,
     pub model: Model,
-    /// Whether the thesis's assumptions are made in fits.
+    /// Whether fits make the thesis's assumptions.
     pub thesis: bool,
     pub data: Dataset,
-    /// The scene as it was opened: of what the body is made.
+    /// The scene as it was opened, with the origin of the body.
     scene: Scene,
     system: Arc<System<2>>,
     workspace: Workspace<2>,
-    /// The tract round it, where it has a tongue's outline.
+    /// The tract around it, if it has a tongue's outline.
     airway: Option<Airway>,
-    /// Whether the posture is one that the next can be solved from.
+    /// Whether the next posture can start from this one.
     settled: bool,
 }
 
 impl Engine {
-    /// A body at rest, with the lengths that it is compared with.
+    /// A body at rest, with the table of lengths for comparison.
     ///
     /// # Errors
     /// As the program's.
@@ -102,14 +104,14 @@ impl Engine {
             Some(data) => data,
             None => Dataset::reference().map_err(|e| e.to_string())?,
         };
-        // A body of one's own is not the one that the tract is drawn round.
+        // The built-in tract does not fit the user's own body.
         let own = text.mesh.is_some() || text.anatomy.is_some();
         let round = || Airway::round(&body, Airway::drawn().ok()?).ok();
         let airway = if own { None } else { round() };
         Ok(Self { body, model, thesis, data, scene, system, workspace, airway, settled: true })
     }
 
-    /// What a picture of it needs: m, and numbers of nodes.
+    /// Data for a picture: positions in m, and node numbers.
     pub fn describe(&self) -> Value {
         let mesh = &self.body.mesh;
         let names = mesh.muscle_names();
@@ -142,12 +144,12 @@ impl Engine {
         })
     }
 
-    /// Takes up what acts beside muscles and bones.
+    /// Sets the loads beside muscles and bones.
     ///
     /// # Errors
     /// As the program's.
     pub fn act(&mut self, mut scene: Scene) -> Result<(), String> {
-        // Bones are carried frame by frame.
+        // Bones are moved with every frame.
         (scene.effects.jaw, scene.effects.hyoid) = (None, None);
         let system = system(&scene, &self.body, &[])?;
         let mut workspace = Workspace::new(&system);
@@ -156,18 +158,19 @@ impl Engine {
         Ok(())
     }
 
-    /// How many numbers a frame takes and gives.
+    /// Number of values of a frame.
     pub fn numbers(&self) -> usize {
         let positions = 2 * self.body.mesh.nodes.len();
         POSTURE.max(FINDINGS) + self.system.muscle_count() * 2 + positions + 2 * FORMANTS
     }
 
-    /// One posture, from the last one. In `numbers` stand the opening of the jaw (degrees), the displacement of the hyoid (mm), opening
-    /// and protrusion of the lips (mm; without an opening nothing is heard), and from number 5 on the tension of every muscle (N per metre
-    /// of thickness). Then there stand, in their place: smallest and largest ratio
-    /// of a triangle's area to that at rest, elements in which the barrier acts, iterations, largest residual force (N); behind the
-    /// tensions the length of every muscle (m), the positions (m), and the frequencies and then the bandwidths of the formants (Hz; zero
-    /// where nothing is heard). What is no number counts as none.
+    /// Solves one posture from the last one. On input `numbers` contains the opening of the jaw (degrees),
+    /// the displacement of the hyoid (mm), opening and protrusion of the lips (mm; without an opening there
+    /// is no sound), and from index 5 the tension of every muscle (N per metre of thickness). On output the
+    /// first five are the smallest and the largest ratio of a triangle's area to that at rest, the number of
+    /// elements in which the barrier acts, the iterations, and the largest residual force (N/m). Behind the
+    /// tensions follow the length of every muscle (m), the positions (m), and the frequencies and then the
+    /// bandwidths of the formants (Hz; zero without sound). NaN on input counts as zero.
     pub fn frame(&mut self, numbers: &mut [f64]) -> bool {
         let muscles = self.system.muscle_count();
         if numbers.len() != self.numbers() {
@@ -207,7 +210,8 @@ impl Engine {
         self.settled
     }
 
-    /// The tension of every muscle, N per metre of thickness, of words such as `GGa=12`; 0 where none is given.
+    /// The tension of every muscle, N per metre of thickness, from words such as `GGa=12`; 0 for muscles
+    /// without one.
     ///
     /// # Errors
     /// As the program's.
@@ -218,10 +222,10 @@ impl Engine {
         Ok(all)
     }
 
-    /// Puts the body where it was solved elsewhere: the next posture is solved from there.
+    /// Sets the positions to a shape that was solved elsewhere; the next posture starts from it.
     ///
     /// # Errors
-    /// Where these are not its nodes.
+    /// For another number of nodes.
     pub fn place(&mut self, positions_m: &[[f64; 2]]) -> Result<(), String> {
         let finite = positions_m.iter().flatten().all(|x| x.is_finite());
         if !finite || positions_m.len() != self.body.mesh.nodes.len() {
@@ -231,7 +235,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Brings jaw and hyoid to their places.
+    /// Moves jaw and hyoid to their places.
     fn carry(&mut self, opening_deg: f64, hyoid_mm: [f64; 2]) {
         let turned =
             Carried::Turned { joint: SVector::from(JOINT_MM) * 1e-3, angle: opening_deg.to_radians() };
@@ -244,7 +248,7 @@ impl Engine {
         }
     }
 
-    /// What `tongue-fit simulate` prints, in a scene: words such as `GGa=12` say how hard each muscle pulls.
+    /// The result of `tongue-fit simulate` in a scene, with tensions from words such as `GGa=12`.
     ///
     /// # Errors
     /// As the program's.
@@ -268,7 +272,7 @@ impl Engine {
     }
 }
 
-/// The system of a scene in which these muscles can pull; all of them where none is named.
+/// The system of a scene in which the muscles `pulling` can contract; all if it is empty.
 fn system(scene: &Scene, body: &Body<2>, pulling: &[usize]) -> Result<Arc<System<2>>, String> {
     let names = body.mesh.muscles.iter().enumerate();
     let pulls = names.filter(|(m, _)| pulling.is_empty() || pulling.contains(m));
@@ -277,7 +281,7 @@ fn system(scene: &Scene, body: &Body<2>, pulling: &[usize]) -> Result<Arc<System
     prepare(&scene, body.clone(), Extent::Pruned).map(|p| p.system).map_err(|e| e.to_string())
 }
 
-/// A jaw that is not opened and a hyoid that is not displaced are asked for by nobody.
+/// Removes a jaw that is not opened and a hyoid that is not displaced, and checks the scene.
 fn checked(mut scene: Scene) -> Result<Scene, String> {
     scene.check().map_err(|e| e.to_string())?;
     scene.effects.jaw = scene.effects.jaw.filter(|Jaw { opening_deg, .. }| *opening_deg != 0.0);

@@ -7,7 +7,7 @@ use tongue_fit::report::{FitRecord, Provenance};
 
 use crate::engine::Engine;
 
-/// Reads a table and says which fits it asks for.
+/// Reads a table and returns its fits.
 ///
 /// # Errors
 /// As the program's, with line and column.
@@ -37,7 +37,7 @@ pub fn table(engine: &mut Engine, text: Option<&str>, file: &str) -> Result<Valu
     Ok(json!({"origin": origin, "fits": fits, "baselines": baselines, "told": told}))
 }
 
-/// What `tongue-fit --vowel .. --method gauss-newton` writes.
+/// The result of `tongue-fit --vowel .. --method gauss-newton`.
 ///
 /// # Errors
 /// As the program's.

@@ -1,8 +1,8 @@
-//! tongue-fit behind a C interface, for a page that needs no server.
+//! tongue-fit behind a C interface, for a page without a server.
 //!
-//! A page writes a request (JSON) to where [`input`] says, calls [`call`], and reads the answer (JSON) from [`output`]; an answer that
-//! begins with `{"error":` holds what the program would say. What moves while a slider is dragged goes another way, without text:
-//! numbers in [`numbers`], solved by [`frame`].
+//! A page writes a request (JSON) to the address of [`input`], calls [`call`], and reads the answer (JSON) at
+//! the address of [`output`]; an answer that begins with `{"error":` contains the program's message. Frames
+//! of a moving slider do not use text: they are numbers at the address of [`numbers`], solved by [`frame`].
 
 #![deny(unsafe_code)]
 
@@ -14,7 +14,7 @@ use std::cell::RefCell;
 
 use engine::Engine;
 
-/// What crosses the boundary.
+/// Memory shared with the page.
 struct State {
     input: Vec<u8>,
     output: Vec<u8>,
@@ -27,7 +27,7 @@ thread_local! {
         const { RefCell::new(State { input: Vec::new(), output: Vec::new(), numbers: Vec::new(), engine: None }) };
 }
 
-/// Makes room for a request of so many bytes, and says where.
+/// Makes room for a request of this number of bytes, and returns its address.
 #[allow(unsafe_code, reason = "the name under which a page finds it")]
 #[unsafe(no_mangle)]
 pub extern "C" fn input(bytes: usize) -> *mut u8 {
@@ -38,7 +38,7 @@ pub extern "C" fn input(bytes: usize) -> *mut u8 {
     })
 }
 
-/// Answers the request, and says how many bytes the answer has.
+/// Answers the request, and returns the number of bytes of the answer.
 #[allow(unsafe_code, reason = "the name under which a page finds it")]
 #[unsafe(no_mangle)]
 pub extern "C" fn call() -> usize {
@@ -53,21 +53,21 @@ pub extern "C" fn call() -> usize {
     })
 }
 
-/// Where the answer is.
+/// The address of the answer.
 #[allow(unsafe_code, reason = "the name under which a page finds it")]
 #[unsafe(no_mangle)]
 pub extern "C" fn output() -> *const u8 {
     STATE.with_borrow(|state| state.output.as_ptr())
 }
 
-/// Where the numbers of [`frame`] are; how they are laid says [`Engine::frame`].
+/// The address of the numbers of [`frame`]; [`Engine::frame`] describes them.
 #[allow(unsafe_code, reason = "the name under which a page finds it")]
 #[unsafe(no_mangle)]
 pub extern "C" fn numbers() -> *mut f64 {
     STATE.with_borrow_mut(|state| state.numbers.as_mut_ptr())
 }
 
-/// The next posture, from the last one: 1 where it is an equilibrium, else 0.
+/// Solves the next posture from the last one: 1 if it is an equilibrium, else 0.
 #[allow(unsafe_code, reason = "the name under which a page finds it")]
 #[unsafe(no_mangle)]
 pub extern "C" fn frame() -> u32 {

@@ -1,4 +1,4 @@
-//! What a page can ask for.
+//! Requests of a page.
 
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -11,22 +11,22 @@ use crate::fits;
 #[derive(Deserialize)]
 #[serde(tag = "ask", rename_all = "snake_case", deny_unknown_fields)]
 enum Request {
-    /// Makes the body; the scene says of what it is made.
+    /// Makes the body of a scene.
     Open {
         body: BodyText,
         #[serde(default)]
         thesis: bool,
         scene: Scene,
     },
-    /// Takes up weight and palate.
+    /// Sets weight and palate.
     Act { scene: Scene },
-    /// One equilibrium, from rest, and whether it is on the branch that begins there.
+    /// One equilibrium from rest, and whether it is on the branch from there.
     Simulate { tensions: Vec<String>, scene: Scene },
-    /// Reads words such as `GGa=12`.
+    /// Parses words such as `GGa=12`.
     Tensions { tensions: Vec<String> },
-    /// Puts the body where it was solved elsewhere.
+    /// Sets the positions to a shape that was solved elsewhere.
     Place { positions_m: Vec<[f64; 2]> },
-    /// Reads a table of lengths; the built-in one where there is none.
+    /// Reads a table of lengths; the built-in one if none is given.
     Table { text: Option<String>, file: String },
     /// One fit.
     Fit { subject: String, vowel: String, baseline: Option<String>, target: String },
@@ -35,10 +35,10 @@ enum Request {
 /// The answer to a request, as JSON.
 ///
 /// # Errors
-/// What the program would say.
+/// The program's message.
 pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, String> {
     let request =
-        serde_json::from_slice(request).map_err(|e| format!("the page asks for what is not known: {e}"))?;
+        serde_json::from_slice(request).map_err(|e| format!("the page sent an unknown request: {e}"))?;
     let value = match (request, engine) {
         (Request::Open { body, thesis, scene }, engine) => {
             let data = engine.take().map(|e| e.data);

@@ -78,7 +78,10 @@ impl<'a> Walls<'a> {
         let way = minus(start.toward, start.at);
         let norm = way[0].hypot(way[1]);
         if norm.is_nan() || norm <= 0.0 {
-            return Err(ProfileError::Bad(format!("a point of wall `{}` has itself as its direction", name())));
+            return Err(ProfileError::Bad(format!(
+                "a point of wall `{}` has itself as its direction",
+                name()
+            )));
         }
         let u = [way[0] / norm, way[1] / norm];
         let mut found: Option<(f64, Across)> = None;
