@@ -18,7 +18,7 @@ _Points: TypeAlias = Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDA
 _Names: TypeAlias = str | Sequence[str]
 
 class _Labelled(Protocol):
-    """What has labels: a Series or a DataFrame of pandas, a DataArray of xarray."""
+    """Labelled numbers: a Series or a DataFrame of pandas, a DataArray of xarray."""
 
     def to_numpy(self) -> Any: ...
 
@@ -70,7 +70,7 @@ class Body:
         """The nodes of every named bone."""
     @property
     def palate(self) -> _Floats | None:
-        """The palate as a line of points, m, shape (points, 2); None where the body has none."""
+        """The palate as a line of points, m, shape (points, 2); None if the body has none."""
     def _repr_svg_(self) -> str:
         """A picture for notebooks (SVG)."""
 
@@ -93,9 +93,10 @@ class Model:
         outside: str = "straight",
         tissue: str = "springs",
     ) -> Model:
-        """Young's modulus (Pa) and Poisson's ratio of the tissue; where the coefficients of springs come from (`preset`: consistent or
-        as-printed), how they are laid on the connections (`spread`: per-connection or assembled), muscle parts outside the tissue
-        (`outside`: straight or chain), what the tissue is (`tissue`: springs or fe; a continuum needs none)."""
+        """Young's modulus (Pa) and Poisson's ratio of the tissue; the source of the springs'
+        coefficients (`preset`: consistent or as-printed) and how connections get them (`spread`: per-connection or assembled);
+        muscle parts outside the tissue (`outside`: straight or chain); elements of the tissue (`tissue`: springs or fe; a
+        continuum ignores it)."""
     def assemble(self, body: Body, muscles: _Names) -> Assembly:
         """Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue."""
 
@@ -135,17 +136,17 @@ class Solver:
     """Solves equilibria, one after another. Each thread needs its own, because a solve writes to it."""
 
     def equilibrium(self, tensions: _Tensions) -> Shape:
-        """The equilibrium at these tensions (a dict by muscle, or an array in the order of Assembly.contracting), from rest. The same
-        bits whatever was solved before."""
+        """The equilibrium at these tensions (a dict by muscle, or an array in the order of Assembly.contracting), from rest. The result
+        does not depend on earlier solves."""
     def equilibrium_from(self, start: Shape, tensions: _Tensions) -> Shape:
         """As equilibrium, starting from an earlier shape: for small changes of the tensions."""
     def follow_from_rest(self, tensions: _Tensions) -> Shape:
-        """As equilibrium, and follows the equilibria from rest as the tensions grow, which tells whether the shape lies on the branch
-        that begins at rest (Shape.is_traced). Costs about forty solves."""
+        """As equilibrium, and follows the equilibria from rest as the tensions grow, to check that the shape lies on
+        that branch (Shape.is_traced). Costs about forty solves."""
     def shift_bone(self, bone: str, shift: _Pair) -> None:
         """Displaces a bone by `shift` (x, y; m) from its place at rest in all later solves."""
     def jacobian(self, shape: Shape) -> _Floats:
-        """How the nodes of an equilibrium move for a unit of each tension: shape (contracting muscles, nodes, 2)."""
+        """Derivatives of the positions of the nodes of an equilibrium by each tension: shape (contracting muscles, nodes, 2)."""
     def vjp(self, shape: Shape, cotangent: _Points) -> _Floats:
         """The derivatives by the tensions (shape (contracting muscles,)) of a function whose derivatives by the positions of an
         equilibrium are `cotangent` (shape (nodes, 2)): the vector-Jacobian product."""
@@ -292,7 +293,7 @@ class Estimate:
         """Displacement of a free bone from its place at rest, m, shape (2,)."""
     @property
     def undetermined(self) -> int | None:
-        """In how many directions the unknowns can be changed without the fit becoming worse; None where that is not known."""
+        """Number of directions in which the unknowns can change without a worse fit; None if it is not known."""
     @property
     def simulated(self) -> _Floats:
         """The value of each observable in the fitted shape, in the order and units of the observations."""
@@ -430,4 +431,4 @@ def fit_rows(
     command: str,
     report: Callable[[int, int], object],
 ) -> tuple[int, list[tuple[int, str | None, str]], list[str]]:
-    """Every `of`th fit that a table asks for, from the `number`th on: what `tongue_fit.batch` is made of."""
+    """Every `of`th fit of a table, from the `number`th on: the implementation of `tongue_fit.batch`."""

@@ -48,8 +48,8 @@ def dataset(frame: pd.DataFrame, origin: str = "frame") -> native.Dataset:
 
 
 class Fit(dict[str, Any]):
-    """The fit of one row: a dict with the names and bits of what `tongue-fit --vowel V --json` prints. A notebook shows it as a
-    table and the shape found (`picture`, SVG)."""
+    """The fit of one row: a dict with the names and bits of the JSON of `tongue-fit --vowel V --json`. A notebook shows it
+    as a table and the fitted shape (`picture`, SVG)."""
 
     picture: str = ""
 
@@ -66,7 +66,7 @@ class Fit(dict[str, Any]):
         return f"<p>{html.escape(what)}</p>{_table(heads, rows)}" + (f"<ul>{alarms}</ul>" if alarms else "")
 
     def _repr_svg_(self) -> str:
-        """The shape found over that of the baseline, as the program draws it."""
+        """The fitted shape over that of the baseline, as in the program."""
         return self.picture
 
 
@@ -90,8 +90,8 @@ def fit(
     free_bones: Sequence[str] = (),
     threads: int | None = None,
 ) -> Fit:
-    """Fits one row: what `tongue-fit --vowel V --json` prints, as a dict with the same names and bits, on so many threads (default:
-    one a core)."""
+    """Fits one row on `threads` threads (default: one for each core): a dict with the names and bits of the JSON of
+    `tongue-fit --vowel V --json`."""
     record, picture = native.fit_row(
         _measured(data), subject, vowel, target=target, muscles=muscles, baseline=baseline, body=body, model=model, method=method,
         starts=starts, upper_bound=upper_bound, among=among, thesis=thesis, tone=tone, hyoid=hyoid, free_bones=free_bones,
@@ -103,7 +103,7 @@ def fit(
 
 
 class Batch:
-    """What came of the fits of a table.
+    """Results of the fits of a table.
 
     `fits` holds the fits in the order of the table: what `batch.json` of the program has under that name. `numbers` are their places
     among all the fits that the table asks for, `all_fits` how many these are, `not_fitted` what is wrong with the rows without a fit,
@@ -134,11 +134,11 @@ class Batch:
 
     @property
     def not_fitted(self) -> list[str]:
-        """What is wrong with the rows that have no fit."""
+        """Why rows have no fit."""
         return self._not_fitted + [why for _, fit, why in self._found if fit is None]
 
     def to_json(self) -> str:
-        """The fits and what was not fitted, as one JSON object: the same bytes for one run and for merged shards."""
+        """The fits and the reasons of missing ones as one JSON object, with the same bytes for one run and for merged shards."""
         fits = ",\n".join(fit for _, fit, _ in self._found if fit is not None)
         return f'{{"fits":[\n{fits}],\n"not_fitted":{json.dumps(self.not_fitted, ensure_ascii=False)}}}\n'
 
@@ -228,7 +228,7 @@ def batch(
 
 
 def merge(shards: Iterable[Batch]) -> Batch:
-    """Brings the shards of a batch together: what one run gives, to the byte. A shard that is missing is named, and nothing is merged."""
+    """Merges the shards of a batch to the same bytes as one run. If a shard is missing, an error names it."""
     parts = list(shards)
     if not parts:
         raise native.Error('no shard of a batch; tongue_fit.batch(data, shard="1/16") makes one')
@@ -281,7 +281,7 @@ def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _bar(progress: bool | Callable[[int, int], object]) -> tuple[Callable[[int, int], object], Callable[[], object]]:
-    """What is told of progress, and what ends it."""
+    """The function that reports progress, and the function that ends the report."""
     if callable(progress):
         return progress, lambda: None
     try:
