@@ -1,19 +1,19 @@
-//! Says in `TONGUE_FIT_VERSION` which version this is: that of Cargo.toml, and the commit it was built from where there is one.
+//! Sets `TONGUE_FIT_VERSION`: the version in Cargo.toml, and the commit if it is built from a git checkout.
 
 use std::path::Path;
 use std::process::Command;
 
-/// What the program is made of; the version names a commit as modified where one of these is.
+/// Sources of the program; the version says `modified` if one of them is.
 const SOURCES: [&str; 5] = ["src", "crates", "targets", "Cargo.toml", "Cargo.lock"];
-/// The folder that holds them, seen from this package.
+/// The folder of the sources, relative to this package.
 const ROOT: &str = "../..";
 
 fn main() {
     for path in SOURCES {
         println!("cargo:rerun-if-changed={ROOT}/{path}");
     }
-    // A build for use follows HEAD. One for tests keeps naming the commit it was built from: else every commit would have
-    // all of it built again.
+    // A release build follows HEAD. A test build keeps naming the commit that it was built from, so that a
+    // commit does not rebuild everything.
     if std::env::var("PROFILE").is_ok_and(|p| p == "release") {
         let moved = ["HEAD", "logs/HEAD"]
             .map(|name| git(&["rev-parse", "--path-format=absolute", "--git-path", name]));
@@ -36,7 +36,7 @@ fn commit() -> Option<String> {
     Some(if changes.is_empty() { commit } else { format!("{commit}-modified") })
 }
 
-/// What git prints, or nothing where it is not there or has nothing to say.
+/// The output of git; `None` if it fails or is empty.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git")
         .args(["-C", ROOT, "--no-optional-locks"])

@@ -115,7 +115,7 @@ fn what_does_not_belong_together_is_refused() {
     assert!(told.contains("written by version 9.9.9"), "{told}");
     fs::write(&journal, "nonsense\n").unwrap();
     let (_, told) = run(folder, &["merge", "out"]);
-    assert!(told.contains("it is no journal of a batch"), "{told}");
+    assert!(told.contains("it is not a journal of a batch"), "{told}");
     for word in ["0/2", "3/2", "x", "1"] {
         assert_eq!(run(folder, &["batch", "--shard", word]).0, Some(2), "{word}");
     }

@@ -1,42 +1,43 @@
-//! Cells of a CSV file that a spreadsheet shows as text and does not run.
+//! Cells of a CSV file that spreadsheets must not run as formulas.
 
 use std::io::{self, Write};
 
-/// A CSV writer into `out` that puts an apostrophe in front of text that a spreadsheet would take for a formula.
+/// A CSV writer into `out` that puts an apostrophe in front of text that a spreadsheet would take for a
+/// formula.
 pub fn writer<W: Write>(out: W) -> ::csv::Writer<AsText<W>> {
     ::csv::Writer::from_writer(AsText::new(out))
 }
 
-/// Passes CSV on, with an apostrophe in front of every cell that a spreadsheet would take for a formula: names in tables and
-/// recordings are other people's, and `=cmd|...` starts a program. Numbers are left as they are.
+/// Writes CSV with an apostrophe in front of every cell that a spreadsheet would take for a formula. Names in
+/// tables and recordings are other people's, and `=cmd|...` starts a program. Numbers are unchanged.
 #[derive(Debug)]
 pub struct AsText<W> {
     out: W,
-    /// What is known of the cell that is being written.
+    /// State of the current cell.
     cell: Cell,
-    /// Whether a quotation mark is open.
+    /// Whether it is inside quotation marks.
     is_quoted: bool,
 }
 
 #[derive(Debug)]
 enum Cell {
-    /// Nothing yet.
+    /// At its beginning.
     Begun,
-    /// The opening quotation mark.
+    /// After the opening quotation mark.
     Opened,
-    /// It is text or a positive number and is passed on.
+    /// Text or a positive number, which is written unchanged.
     Harmless,
-    /// It begins as a formula does, and is held back until it ends.
+    /// Begins like a formula; kept back until its end.
     Held(Vec<u8>),
 }
 
 impl<W: Write> AsText<W> {
-    /// Passes on to `out`.
+    /// A writer into `out`.
     pub fn new(out: W) -> Self {
         Self { out, cell: Cell::Begun, is_quoted: false }
     }
 
-    /// What was written to.
+    /// The inner writer.
     #[cfg(any(test, feature = "files"))]
     pub fn into_inner(self) -> W {
         self.out
@@ -83,7 +84,8 @@ impl<W: Write> Write for AsText<W> {
     }
 }
 
-/// Whether a spreadsheet would run the cell: it begins as a formula does and is no number. A vowel may be called `@`, as in SAMPA.
+/// Whether a spreadsheet would run the cell: it begins like a formula and is not a number. A vowel may be
+/// called `@`, as in SAMPA.
 fn is_formula(cell: &[u8]) -> bool {
     let text = String::from_utf8_lossy(cell);
     let text = text.trim_end_matches('"');

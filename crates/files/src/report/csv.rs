@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::cells;
 use super::export::{Export, Provenance};
 
-/// Records as CSV: a column for each field, then `version`, `command` and, where it is known, `tissue`.
+/// Records as CSV: a column for each field, then `version`, `command` and, if it is known, `tissue`.
 #[derive(Debug, Clone, Copy)]
 pub struct Rows<'a, T>(pub &'a [T]);
 
@@ -19,8 +19,8 @@ impl<T: Serialize> Export for Rows<'_, T> {
     }
 }
 
-/// A CSV table of columns that are not known in advance, such as those of muscles; `version`, `command` and, where it is known,
-/// `tissue` come behind.
+/// A CSV table whose columns are not known at compile time, such as those of muscles; then `version`,
+/// `command` and, if it is known, `tissue`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
     /// The header.

@@ -1,4 +1,4 @@
-//! Draws of a posterior as a table that ArviZ reads: a row a draw, with its chain and its number in it.
+//! Draws of a posterior as a table for ArviZ: one row for each draw, with its chain and its number.
 
 use std::io::{self, Write};
 

@@ -13,48 +13,48 @@ pub enum ReportError {
         path.display()
     )]
     Folder {
-        /// The folder asked for.
+        /// The output folder.
         path: PathBuf,
-        /// What stands in the way.
+        /// The reason.
         reason: String,
-        /// The refusal of the operating system.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// A file could not be written; what was there before is untouched.
+    /// A file could not be written; an earlier file is unchanged.
     #[error(
         "cannot write the file \"{}\": {source}; {} (an earlier file of that name is unchanged)",
         path.display(),
         remedy(source)
     )]
     File {
-        /// The file that was to be written.
+        /// The output file.
         path: PathBuf,
-        /// The refusal of the operating system.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// A journal that cannot be gone on with or read.
+    /// A journal cannot be resumed or read.
     #[error("cannot use the journal \"{}\": {source}{}", path.display(), remedy_of_journal(source))]
     Journal {
         /// Its file.
         path: PathBuf,
-        /// What stands in the way.
+        /// The reason.
         source: io::Error,
     },
-    /// An output name that would leave the output folder.
+    /// An output name contains a folder.
     #[error("\"{name}\" is not a plain file name; give a name without a folder")]
     Name {
-        /// The name given.
+        /// The given name.
         name: String,
     },
-    /// The deformed shape belongs to another mesh.
+    /// The deformed shape has another number of nodes.
     #[error("the mesh has {nodes} nodes, but the deformed shape {deformed}; pass the positions of this mesh")]
     NodeCount {
-        /// Nodes of the mesh.
+        /// Number of nodes of the mesh.
         nodes: usize,
-        /// Positions given.
+        /// Number of positions.
         deformed: usize,
     },
-    /// A position that cannot be drawn.
+    /// A position cannot be drawn.
     #[error("the {shape} position of node {node} is ({x}, {y}) m; it must be finite and within 1000 m")]
     Position {
         /// `rest` or `deformed`.
@@ -66,40 +66,40 @@ pub enum ReportError {
         /// Coordinate, m.
         y: f64,
     },
-    /// A record that has no text form.
+    /// A record cannot be serialised.
     #[error("cannot write the record of a fit: {reason}; please report this as a defect")]
     Record {
-        /// The refusal of the format.
+        /// The error of the format.
         reason: String,
     },
-    /// Something names a node or a muscle that the mesh does not have.
+    /// A node or muscle number is out of range.
     #[error("{what} names {kind} {number}, but the mesh has {count} (counted from 0); correct the number")]
     Number {
-        /// Who names it, e.g. `muscle GGa`.
+        /// Name of the list with the number, e.g. `muscle GGa`.
         what: String,
         /// `node` or `muscle`.
         kind: &'static str,
         /// The number named.
         number: usize,
-        /// How many there are.
+        /// Number of nodes or muscles.
         count: usize,
     },
-    /// A motion without any frame.
+    /// A motion has no frame.
     #[error("a motion needs at least one frame; got none")]
     NoFrame,
-    /// A chart without bars, or with more series than can be told apart.
+    /// A chart has no bars or too many series.
     #[error(
         "a chart needs at least one label and 1 to {most} series; got {labels} labels and {series} series"
     )]
     ChartShape {
-        /// Labels given.
+        /// Number of labels.
         labels: usize,
-        /// Series given.
+        /// Number of series.
         series: usize,
-        /// How many series can be told apart.
+        /// Maximum number of series.
         most: usize,
     },
-    /// A series with more or fewer values than there are labels.
+    /// A series has not one value for each label.
     #[error("the series \"{series}\" has {values} values for {labels} labels; give one value for each label")]
     SeriesLength {
         /// Name of the series.
@@ -109,7 +109,7 @@ pub enum ReportError {
         /// Number of labels.
         labels: usize,
     },
-    /// A value that is no ratio of lengths.
+    /// A value is not a ratio of lengths.
     #[error(
         "the value of \"{label}\" in the series \"{series}\" is {value}; \
          a ratio of lengths must be positive, finite and at most 100"
@@ -122,17 +122,17 @@ pub enum ReportError {
         /// The value, dimensionless.
         value: f64,
     },
-    /// A diagram without a point, or with more curves than can be told apart.
+    /// A diagram has no point or too many curves.
     #[error("a diagram needs 1 to {most} curves with a positive, finite point each; got {curves}")]
     Curves {
-        /// Curves with something to draw.
+        /// Number of curves with something to draw.
         curves: usize,
-        /// How many can be told apart.
+        /// Maximum number of curves.
         most: usize,
     },
 }
 
-/// What helps where a journal cannot grow; its other refusals say it themselves.
+/// Advice for a journal that cannot grow; other errors contain theirs.
 fn remedy_of_journal(refusal: &io::Error) -> String {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     match refusal.kind() {
@@ -146,14 +146,14 @@ fn remedy_of_journal(refusal: &io::Error) -> String {
     }
 }
 
-/// What helps against a refusal of the operating system.
+/// Advice for an error of the operating system.
 fn remedy(refusal: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
     match refusal.kind() {
         StorageFull | QuotaExceeded => "free some space or choose another folder",
         FileTooLarge => "raise the limit of file sizes (ulimit -f) or choose another folder",
         PermissionDenied | ReadOnlyFilesystem => "choose another folder, or make this one writable",
-        // EMFILE and ENFILE, which have no kind of their own.
+        // EMFILE and ENFILE have no `ErrorKind`.
         _ if matches!(refusal.raw_os_error(), Some(23 | 24)) => {
             "allow the program more open files (ulimit -n) or close others"
         }

@@ -31,7 +31,7 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// This version, on the given command.
+    /// This version and the given command.
     pub fn new(command: impl Into<String>) -> Self {
         Self {
             version: crate::VERSION,
@@ -97,7 +97,7 @@ pub trait Export {
     /// As `out`.
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()>;
 
-    /// The same as text.
+    /// The content as text.
     ///
     /// # Errors
     /// None in practice: every format is text, and memory can be written to.

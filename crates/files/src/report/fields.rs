@@ -17,7 +17,7 @@ pub(super) struct Fields<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
     pub positions: &'a [SVector<f64, D>],
     tensions: &'a [f64],
-    /// One a cell, or none.
+    /// Stress of each cell; empty if it is not known.
     pub stresses: Vec<Stress<D>>,
 }
 
@@ -41,27 +41,27 @@ impl<'a, const D: usize> Fields<'a, D> {
         Ok(Self { mesh, positions, tensions, stresses: Vec::new() })
     }
 
-    /// Of every node, m.
+    /// Displacements of all nodes, m.
     pub fn displacements(&self) -> impl Iterator<Item = SVector<f64, D>> {
         self.positions.iter().zip(&self.mesh.nodes).map(|(p, rest)| p - rest)
     }
 
-    /// Cells are the elements of a continuum, with the means over their linear parts, and those of the mesh
-    /// otherwise.
+    /// Arrays on the cells and lines. Cells are the elements of a continuum, with means over their linear
+    /// parts, and those of the mesh otherwise.
     ///
-    /// The first is `area_ratio` (in space `volume_ratio`), of every cell to that at rest and 1 of lines;
-    /// then `stretch`, of every line to its length at rest and 1 of tissue, and `tension_n_per_m` (in space
-    /// `tension_n`: the plane is of unit thickness), of every line that of its muscle and 0 of tissue.
+    /// The first is `area_ratio` (in space `volume_ratio`): of every cell to that at rest, 1 for lines. Then
+    /// `stretch`: of every line to its length at rest, 1 for tissue. Then `tension_n_per_m` (in space
+    /// `tension_n`: the plane has unit thickness): of every line that of its muscle, 0 for tissue.
     ///
-    /// Of finite elements follow Green's `strain` and `cauchy_stress_pa`, in the plane with what is across
-    /// it, as tensors, row by row; `von_mises_pa`; `pressure_pa`, a third of Cauchy's trace with the sign of
-    /// a pressure; and `fibre_stress_pa`, along the muscle in the cell, 0 where there is none. They are 0 of
-    /// lines.
+    /// For finite elements follow Green's `strain` and `cauchy_stress_pa` as 3 x 3 tensors, row by row, in
+    /// the plane with the components across it; `von_mises_pa`; `pressure_pa`, a third of Cauchy's trace with
+    /// the sign of a pressure; and `fibre_stress_pa` along the muscle in the cell, 0 if there is none. They
+    /// are 0 for lines.
     pub fn arrays(&self) -> Vec<Array> {
         let (mesh, lines) = (self.mesh, self.pairs().count());
         let count = mesh.elements().count();
         let parts = mesh.cells.len() / count.max(1);
-        // Parts are equally large at rest.
+        // The parts have equal size at rest.
         let mean = |values: Vec<f64>| {
             let of_cell = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
             values.chunks(parts.max(1)).map(of_cell).collect::<Vec<_>>()
@@ -115,7 +115,7 @@ impl<'a, const D: usize> Fields<'a, D> {
 
 const NO_TENSOR: &str = "0 0 0 0 0 0 0 0 0";
 
-/// The nine components in space, row by row; `across` is that of the third direction where the tensor is of
+/// The nine components in space, row by row; `across` is the component in the third direction of a tensor in
 /// the plane.
 fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
     let component = |n: usize| match (n / 3, n % 3) {

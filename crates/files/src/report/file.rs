@@ -1,4 +1,4 @@
-//! Output files that are either whole or not there: each is written beside its place and renamed into it.
+//! Output files that are complete or absent: each is written under a temporary name and renamed.
 
 use std::fs;
 use std::io::{self, BufWriter, Write};
@@ -8,7 +8,7 @@ use super::ReportError;
 use super::export::{Export, Provenance};
 use super::staged::{Staged, persist};
 
-/// A folder that was found to be writable.
+/// A folder that can be written to.
 ///
 /// # Example
 /// ```
@@ -16,7 +16,7 @@ use super::staged::{Staged, persist};
 ///
 /// # let home = tempfile::tempdir()?;
 /// # let folder = home.path().join("results");
-/// let out = OutputDir::prepare(&folder)?; // before the work, so that it is not done in vain
+/// let out = OutputDir::prepare(&folder)?; // before the work, so that a bad folder is found early
 /// let written = out.write_all(&[("fit.json", b"{}\n"), ("fit.csv", b"muscle\n")])?; // both or neither
 /// assert_eq!(written[1], folder.join("fit.csv"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -90,7 +90,7 @@ impl OutputDir {
         for &(name, write) in files {
             let path = self.place(name)?;
             let fail = |source| ReportError::File { path: path.clone(), source };
-            // A rename onto a folder fails, which would come too late for the files renamed before it.
+            // A rename onto a folder fails, and other files of the set would be renamed already.
             if path.is_dir() {
                 return Err(fail(io::ErrorKind::IsADirectory.into()));
             }

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::export::{Export, Provenance};
 
-/// A record as one JSON object, indented: `version`, `command` and, where it is known, `tissue` come before its own fields, which
-/// must not have these names.
+/// A record as one indented JSON object: `version`, `command` and, if it is known, `tissue` come before its
+/// own fields, which must not have these names.
 #[derive(Debug, Clone, Copy)]
 pub struct Json<'a, T>(pub &'a T);
 

@@ -76,7 +76,7 @@ impl<const D: usize> Export for Msh<'_, D> {
     }
 }
 
-/// A view: a value for each of the nodes or elements, which are numbered from 1 on.
+/// A view: a value for each of the nodes or elements, numbered from 1.
 fn view(
     out: &mut dyn Write,
     section: &str,

@@ -19,12 +19,12 @@ use tongue_input::measured::{Target, TargetKind, Vowel, reference_muscle};
 /// The branch of equilibria that begins at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BranchRecord {
-    /// Where it ends; `None` when it reaches the whole load.
+    /// End of the branch; `None` if it reaches the whole load.
     pub critical: Option<statics::Critical>,
     /// Whether another equilibrium at this load was met.
     pub another: bool,
-    /// Part of the tensions at which following it was given up, if it was: the answer's branch is then not
-    /// known.
+    /// Part of the tensions at which following the branch was given up, if it was; the answer's branch is
+    /// then not known.
     pub stopped: Option<f64>,
 }
 
@@ -58,10 +58,10 @@ pub struct SimulationRecord {
     pub stability: statics::Stability,
     /// What is known of the way from rest.
     pub connection: statics::Connection,
-    /// Elements in which the barrier against inversion acts: where there are any, the published law does not
+    /// Elements in which the barrier against inversion acts. If there are any, the published law does not
     /// hold there.
     pub guarded: usize,
-    /// The branch of equilibria from rest, where it was followed.
+    /// The branch of equilibria from rest, if it was followed.
     pub branch: Option<BranchRecord>,
     /// Reasons for doubt.
     pub alarms: Vec<AlarmRecord>,
@@ -116,21 +116,21 @@ impl SimulationRecord {
     }
 }
 
-/// What the data leave open, by muscle.
+/// What the data leave undetermined, by muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct IdentifiabilityRecord {
     /// Singular values of d(fitted value)/d(tension), 1/N, largest first.
     pub singular_values: Vec<f64>,
-    /// How many directions are undetermined.
+    /// Number of undetermined directions.
     pub undetermined: usize,
     /// Unit vectors over `active`, in its order.
     pub null_directions: Vec<Vec<f64>>,
-    /// For each of them, how far the fit stays within the misfit tolerance.
+    /// For each of them, the range within the misfit tolerance.
     pub segments: Vec<Segment>,
 }
 
-/// The two ends of a curve of tensions that fit equally well; between them the curve is no straight line
-/// ([`ValleyRecord`]).
+/// The two ends of a curve of tensions that fit equally well ([`ValleyRecord`]); the curve between them is
+/// not straight.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Segment {
     /// One end, N.
@@ -167,32 +167,32 @@ pub struct FitRecord {
     pub made_by: Provenance,
     /// The subject.
     pub subject: String,
-    /// The vowel fitted.
+    /// The fitted vowel.
     pub vowel: Vowel,
-    /// The vowel taken as rest.
+    /// The vowel that changes are counted from.
     pub baseline: Vowel,
     /// `ratio` or `stretch`.
     pub target_kind: TargetKind,
-    /// The muscle that ratios are over.
+    /// The reference muscle of ratios.
     pub reference: String,
     /// Contracting muscles.
     pub active: Vec<String>,
     /// Muscles whose change is within the rounding of the data.
     pub uncertain: Vec<String>,
-    /// Muscles of the table or the body that were not measured in both rows, and so are no observations.
+    /// Muscles of the table or the body that were not measured in both rows, which are not observations.
     pub not_measured: Vec<String>,
     /// How the fit ended.
     pub status: inverse::Status,
-    /// Tensions found, N per metre of thickness.
+    /// Fitted tensions, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
     /// Tension in the baseline, N per metre of thickness: one number for every muscle, or one for each.
-    /// Changes are counted from the posture that it makes; 0 is rest.
+    /// Changes are counted from the posture of the baseline; 0 is rest.
     pub tone_n_per_m: Tone,
     /// Displacement of the hyoid, mm by axis (to the back of the head, up); null if it was fixed.
     pub hyoid_mm: Option<Vec<f64>>,
     /// The 95 % interval of each, mm.
     pub hyoid_interval_mm: Option<Vec<[f64; 2]>>,
-    /// All bones that were freed, by name.
+    /// All free bones, by name.
     pub bones: ByMuscle<BoneRecord>,
     /// Simulated lengths, mm (of the model, whose size is not the subject's).
     pub lengths_mm: ByMuscle<f64>,
@@ -219,20 +219,20 @@ pub struct FitRecord {
     pub misfit: f64,
     /// Root mean square residual of the muscles that do not contract and that the fit does not see.
     pub passive_rms: Option<f64>,
-    /// Equilibria solved in the search.
+    /// Number of equilibria solved in the search.
     pub evaluations: usize,
-    /// Where each start of the search ended.
+    /// End of each start of the search.
     pub starts: Vec<inverse::Start>,
     /// Reasons for doubt.
     pub alarms: Vec<AlarmRecord>,
-    /// The curve of all tensions that fit as well, where one direction is undetermined.
+    /// The curve of all tensions that fit as well, if one direction is undetermined.
     pub valley: Option<ValleyRecord>,
-    /// Elements in which the barrier against inversion acts: where there are any, the published law does not
+    /// Elements in which the barrier against inversion acts. If there are any, the published law does not
     /// hold there.
     pub guarded: usize,
     /// How the answer is connected to rest.
     pub connection: statics::Connection,
-    /// What the data leave open; null where the equilibrium is singular.
+    /// What the data leave undetermined; null if the equilibrium is singular.
     pub identifiability: Option<IdentifiabilityRecord>,
     /// Largest residual force of the answer solved again from rest, N.
     pub max_residual_force_n: f64,
@@ -243,10 +243,10 @@ pub struct FitRecord {
     pub min_area_ratio: f64,
     /// Largest such ratio.
     pub max_area_ratio: f64,
-    /// What data and model leave open; left out where it was not asked for.
+    /// The posterior; left out if it was not asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posterior: Option<tongue_infer::posterior::Report>,
-    /// Time of the whole fit, s; left out of files that must be the same after every run.
+    /// Duration of the whole fit, s; left out of files that must be the same after every run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_s: Option<f64>,
 }
@@ -258,8 +258,7 @@ impl From<&Alarm> for AlarmRecord {
 }
 
 impl FitRecord {
-    /// The record of a fit that took `wall_s` seconds, of who made it, and of `alarms` that say what to
-    /// doubt.
+    /// The record of a fit that took `wall_s` seconds, with its provenance and the `alarms` about it.
     pub fn new<const D: usize>(fit: &Fit<D>, alarms: &[Alarm], made_by: Provenance, wall_s: f64) -> Self {
         let (target, all) = (&fit.target, &fit.muscles);
         let measured = &target.muscles;
@@ -335,9 +334,8 @@ impl FitRecord {
         }
     }
 
-    /// Fits a target by its derivatives under the usual premises ([`Premises::of`]), and says what to doubt:
-    /// what `tongue-fit --vowel` with `--method gauss-newton` and nothing else finds, without the time that
-    /// it took.
+    /// Fits a target by Gauss-Newton under the usual premises ([`Premises::of`]), with alarms: the result of
+    /// `tongue-fit --vowel` with `--method gauss-newton`, without its duration.
     ///
     /// # Errors
     /// As [`inverse::fit`] and [`Setup::new`].
@@ -362,15 +360,15 @@ impl FitRecord {
         Ok(Self { wall_s: None, ..Self::new(&fit, &alarms, made_by, 0.0) })
     }
 
-    /// The same as pretty JSON with a newline at the end.
+    /// The record as indented JSON with a newline at the end.
     ///
     /// # Errors
-    /// None in practice: every field has a JSON form.
+    /// None in practice: every field can be serialised.
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self).map(|s| s + "\n")
     }
 
-    /// A tidy table: one row a muscle.
+    /// A tidy table with one row for each muscle.
     ///
     /// # Errors
     /// None in practice: memory can be written to.

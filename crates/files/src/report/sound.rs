@@ -1,4 +1,4 @@
-//! What is heard of a tongue, as a record.
+//! The sound of a tongue as a record.
 
 use serde::Serialize;
 
@@ -15,27 +15,27 @@ pub struct AreaRow {
     pub area_cm2: f64,
 }
 
-/// How the formants answer to a muscle.
+/// Derivatives of the formants by the tension of a muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FormantsByTension {
     /// The muscle.
     pub muscle: String,
-    /// Rate of each formant's frequency, Hz for 1 N per metre of thickness.
+    /// Derivative of each formant's frequency, Hz for 1 N per metre of thickness.
     pub hz_per_n: Vec<f64>,
 }
 
-/// What is heard.
+/// The sound.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SoundRecord {
     /// Frequencies of the formants, Hz.
     pub formants_hz: Vec<f64>,
     /// Their bandwidths, Hz.
     pub bandwidths_hz: Vec<f64>,
-    /// How they answer to the tensions of the muscles that contract.
+    /// Derivatives by the tensions of the contracting muscles.
     pub by_tension: Vec<FormantsByTension>,
-    /// The tract.
+    /// Name of the tract.
     pub tract: String,
-    /// Where jaw, hyoid and lips are.
+    /// Posture of jaw, hyoid and lips.
     pub posture: Articulation,
     /// Distance from the glottis to the lips along the midline, mm.
     pub tract_length_mm: f64,

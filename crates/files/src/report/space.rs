@@ -1,4 +1,4 @@
-//! What an equilibrium of a body in space says of itself: a record for JSON, and a file for ParaView.
+//! An equilibrium of a body in space: a record for JSON, and a file for ParaView.
 
 use std::io::{self, Write};
 
@@ -18,15 +18,15 @@ use tongue_input::measured::ByMuscle;
 /// One equilibrium in space: `tongue-fit simulate --body FOLDER --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpaceRecord {
-    /// What the body is.
+    /// Description of the body.
     pub body: String,
     /// Number of nodes.
     pub nodes: usize,
     /// Number of hexahedra.
     pub hexahedra: usize,
-    /// Number of unknown coordinates that were solved for.
+    /// Number of unknown coordinates.
     pub unknowns: usize,
-    /// Whether one half stood for the whole, because nothing differs between the sides.
+    /// Whether only one half was solved, because both sides are alike.
     pub half: bool,
     /// How the solve ended.
     pub status: statics::Status,
@@ -34,7 +34,7 @@ pub struct SpaceRecord {
     pub activations: ByMuscle<f64>,
     /// Lengths of one fibre of each muscle, mm.
     pub lengths_mm: ByMuscle<f64>,
-    /// The same to those at rest.
+    /// Their lengths over those at rest.
     pub stretches: ByMuscle<f64>,
     /// Positions of all nodes, m.
     pub positions_m: Vec<[f64; 3]>,
@@ -48,27 +48,26 @@ pub struct SpaceRecord {
     pub max_volume_ratio: f64,
     /// Largest residual force on a free node, N.
     pub max_residual_force_n: f64,
-    /// What is known of the eigenvalues of the stiffness.
+    /// Stability: what is known of the eigenvalues of the stiffness.
     pub stability: statics::Stability,
     /// What is known of the way from rest.
     pub connection: statics::Connection,
-    /// Fibres so short that the barrier acts in them.
+    /// Number of fibres so short that the barrier acts in them.
     pub guarded: usize,
     /// Newton iterations.
     pub iterations: usize,
     /// Factorisations of the stiffness.
     pub factorisations: usize,
-    /// The branch of equilibria from rest, where it was followed.
+    /// The branch of equilibria from rest, if it was followed.
     pub branch: Option<BranchRecord>,
-    /// What speaks against the answer.
+    /// Reasons for doubt.
     pub alarms: Vec<AlarmRecord>,
-    /// Time of the solve, s.
+    /// Duration of the solve, s.
     pub wall_s: f64,
 }
 
 impl SpaceRecord {
-    /// Collects what a solve of a system found about a body: activations of all muscles and positions of all
-    /// nodes, m.
+    /// The record of a solve: activations of all muscles and positions of all nodes, m.
     pub fn new(
         body: &SpaceBody,
         (system, solution): (&System<3>, &Solution),
@@ -118,10 +117,10 @@ impl SpaceRecord {
     }
 }
 
-/// One shape of a body in space as a VTU file. Points lie at the given positions (m) and carry
-/// `displacement_m`. Each hexahedron carries `volume_ratio` (to that at rest), `muscle` (the most active one
-/// that runs through it, by number; -1 where none does), its `activation`, and of its fibres in the middle
-/// the direction `fibre`, as they lie now, and their `stretch`.
+/// One shape of a body in space as a VTU file. Points have the given positions (m) and `displacement_m`. Each
+/// hexahedron has `volume_ratio` (to that at rest), `muscle` (number of the most active muscle through it; -1
+/// if there is none), its `activation`, and at its centre the present direction `fibre` of its fibres and
+/// their `stretch`.
 #[derive(Debug, Clone, Copy)]
 pub struct SpaceVtu<'a> {
     /// The body.
@@ -132,7 +131,7 @@ pub struct SpaceVtu<'a> {
     pub activations: &'a [f64],
 }
 
-/// VTK's number for a hexahedron.
+/// VTK's cell type of a hexahedron.
 const HEXAHEDRON: &str = "12";
 
 /// The fibres of the most active muscle in an element.
@@ -143,8 +142,7 @@ struct Fibre {
 }
 
 impl SpaceVtu<'_> {
-    /// The most active muscle of each element, if one runs through it; of several that are as active the
-    /// first.
+    /// The most active muscle of each element, the first of equals; `None` if no muscle runs through it.
     fn muscles(&self) -> Vec<Option<usize>> {
         let mut of: Vec<Option<usize>> = vec![None; self.body.mesh.hexahedra.len()];
         for (number, muscle) in self.body.muscles.iter().enumerate() {

@@ -18,15 +18,15 @@ fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// While it lives, no file is begun and none is renamed.
+/// Guard: while it exists, no file is begun or renamed.
 #[derive(Debug)]
 pub struct Standstill {
     _lock: MutexGuard<'static, BTreeSet<PathBuf>>,
 }
 
-/// Removes every file that is not finished, in all folders, and lets none be begun or take its name while
-/// the result lives: for a program that was told to stop and is about to. A set of files that belong
-/// together ([`OutputDir::write_all`](super::OutputDir::write_all)) is then there as a whole or not at all.
+/// Removes all unfinished files in all folders, and prevents that files are begun or renamed while the result
+/// exists: for a program that is about to stop. A set of files
+/// ([`OutputDir::write_all`](super::OutputDir::write_all)) is then complete or absent.
 ///
 /// A thread that is writing a file fails, or waits for the end of the program.
 #[must_use = "files are begun again once it is dropped"]
@@ -42,16 +42,16 @@ pub fn discard_unfinished() -> Standstill {
 /// A file under a temporary name, which is removed unless it is renamed.
 #[derive(Debug)]
 pub(super) struct Staged {
-    /// Open, and being written.
+    /// The open file, while it is written.
     file: Option<NamedTempFile>,
-    /// Closed, and waiting for its name. So files that wait do not count as open, of which a process may
-    /// have only so many.
+    /// The closed file before it is renamed. Closing keeps the number of open files below the limit of a
+    /// process.
     closed: Option<TempPath>,
 }
 
 impl Staged {
-    /// Begins a file in the folder. It is made with the permissions of an ordinary file (the umask applies):
-    /// a temporary file's own 0600 would survive the renaming.
+    /// Begins a file in the folder with the permissions of an ordinary file (by the umask), not with a
+    /// temporary file's 0600.
     pub(super) fn begin(folder: &Path) -> io::Result<Self> {
         let mut builder = Builder::new();
         builder.prefix(".tongue-fit-");
@@ -95,7 +95,7 @@ impl Drop for Staged {
 /// # Errors
 /// [`ReportError::File`] if a file cannot be renamed; the files before it are renamed already.
 pub(super) fn persist(mut ready: Vec<(Staged, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
-    // Held throughout, so that an interruption cannot come between two files of a set.
+    // Held until the end, so that an interruption cannot separate the files of a set.
     let mut unfinished = unfinished();
     let mut written = Vec::with_capacity(ready.len());
     for (staged, path) in &mut ready {

@@ -1,15 +1,15 @@
-//! Lengths and tensions over time as OpenSim's storage file (`.sto`), which OpenSim, its plotter and its Moco read.
+//! Lengths and tensions over time as OpenSim's storage file (`.sto`), for OpenSim, its plotter and Moco.
 
 use std::io::{self, Write};
 
 use super::History;
 use super::export::{Export, Provenance};
 
-/// A row for each time, in SI units as everything in OpenSim: `time` (s), the lengths `GGa_length_m` .. and tensions
-/// `GGa_tension_n_per_m` .. (per metre of thickness).
+/// A row for each time, in SI units as usual in OpenSim: `time` (s), the lengths `GGa_length_m` .. and
+/// tensions `GGa_tension_n_per_m` .. (per metre of thickness).
 ///
-/// The format is that of the OpenSim documentation, "Storage (.sto) Files": a name, keys up to `endheader`, labels, numbers,
-/// separated by tabs.
+/// The format is that of the OpenSim documentation, "Storage (.sto) Files": a name, keys up to `endheader`,
+/// labels, numbers, separated by tabs.
 #[derive(Debug, Clone, Copy)]
 pub struct Sto<'a>(pub &'a History);
 
@@ -27,7 +27,7 @@ impl Export for Sto<'_> {
     }
 }
 
-/// Any table over time in this format: its first column is `time`, s.
+/// A table over time in this format; its first column is `time`, s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoTable {
     /// The first line.

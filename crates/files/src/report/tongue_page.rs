@@ -31,9 +31,9 @@ pub struct PageBody {
     pub model: Model,
     /// The name of its text in messages.
     pub file: String,
-    /// An anatomy of one's own (TOML).
+    /// The user's own anatomy (TOML).
     pub anatomy: Option<String>,
-    /// A mesh of one's own, as `tongue-fit mesh --json` prints it.
+    /// The user's own mesh, in the format of `tongue-fit mesh --json`.
     pub mesh: Option<String>,
 }
 
@@ -79,7 +79,7 @@ impl TonguePage {
     }
 }
 
-/// What differs from a scene's defaults, by the names that scenes have for it.
+/// The differences from a scene's defaults, by their names in scenes.
 fn material(model: &Model) -> Value {
     let mut keys = serde_json::Map::new();
     if model.constants.poisson_ratio != Constants::TONGUE.poisson_ratio {
@@ -109,7 +109,7 @@ fn shortened(fit: &FitRecord) -> Result<Value, serde_json::Error> {
 
 impl Export for TonguePage {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        // The text stands in a script element: no label may end it, or begin a comment in it.
+        // The text is in a script element: no label may end it or begin a comment.
         let own = self.own(by)?.to_string().replace('<', "\\u003c");
         let (before, after) = PAGE
             .split_once(OWN)

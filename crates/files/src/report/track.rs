@@ -1,4 +1,4 @@
-//! What tracking says of itself: JSON, tidy CSV, OpenSim's table.
+//! Results of tracking: JSON, tidy CSV, OpenSim's table.
 
 use serde::Serialize;
 
@@ -10,53 +10,56 @@ use tongue_input::measured::recording::{Fault, Seen};
 /// One frame of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FrameRecord {
-    /// Which recording.
+    /// Name of the recording.
     pub recording: String,
     /// Time, s.
     pub time_s: f64,
     /// How it ended.
     pub status: FrameStatus,
-    /// Tensions, N per metre of thickness, with which the frame's shape was found.
+    /// Fitted tensions of the frame, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
     /// Lower ends of the 95 % intervals.
     pub low: ByMuscle<f64>,
     /// Upper ends.
     pub high: ByMuscle<f64>,
-    /// Displacements of the bones that were freed because they were not seen.
+    /// Displacements of the bones that are unknowns because they were not seen.
     #[serde(skip_serializing_if = "ByMuscle::is_empty")]
     pub bones: ByMuscle<BoneRecord>,
-    /// Root mean square distance of the points that were fitted, mm; null where nothing was.
+    /// Root mean square distance of the fitted points, mm; null if there are none.
     pub rms_mm: Option<f64>,
-    /// The same of the points that were kept back; null without any.
+    /// Root mean square distance of the held-out points, mm; null if there are none.
     pub held_out_rms_mm: Option<f64>,
     /// Directions of the tensions whose standard deviation is below a quarter of the prior's scale.
     pub resolved: usize,
-    /// What was wrong with what was seen.
+    /// Faults of the measured points.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
 }
 
-/// What is known of the course of one muscle.
+/// Reliability of the course of one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CourseRecord {
     /// The muscle.
     pub muscle: String,
-    /// Whether its course can be read: more is seen than assumed, and it does not hang on the frames that made the rest shape.
+    /// Whether the course is reliable: the data outweigh the prior, and it does not depend on the frames that
+    /// made the rest shape.
     pub known: bool,
-    /// Median over the frames of the standard deviation of its score: 1 is all prior, 0 all data.
+    /// Median over the frames of the standard deviation of its score: 1 if all comes from the prior, 0 if all
+    /// comes from the data.
     pub unknown_part: f64,
-    /// Correlation of its course with rest shapes made of odd and of even frames; null where none was made.
+    /// Correlation of its courses with rest shapes made from odd and from even frames; null if none was made.
     pub odd_even_correlation: Option<f64>,
-    /// Mean difference of its level between the two, N per metre of thickness.
+    /// Mean difference of the levels of these two courses, N per metre of thickness.
     pub odd_even_level_n: Option<f64>,
 }
 
-/// A course is not known whose scores keep more than this part of the prior's standard deviation,
+/// Largest part of the prior's standard deviation that the scores of a reliable course keep.
 const UNKNOWN: f64 = 0.6;
-/// or whose courses with rest shapes of odd and of even frames correlate less than this.
+/// Smallest correlation of reliable courses with rest shapes from odd and from even frames.
 const SAME_COURSE: f64 = 0.8;
 
-/// What is known of every muscle's course over all frames; `pair` are the same frames with rest shapes of odd and of even frames.
+/// Reliability of every muscle's course over all frames; `pair` has the same frames with rest shapes from odd
+/// and from even frames.
 pub fn courses(names: &[String], frames: &[&Tracked], pair: Option<&[Vec<Tracked>; 2]>) -> Vec<CourseRecord> {
     let course = |(i, name): (usize, &String)| {
         let sd = frames.iter().map(|f| f.covariance[(i, i)].max(0.0).sqrt());
@@ -92,21 +95,21 @@ fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
     r.is_finite().then_some(r)
 }
 
-/// The prior that the intervals stand under.
+/// The prior of the intervals.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PriorRecord {
     /// Scale of the half-normal tensions, N per metre of thickness.
     pub scale_n: f64,
     /// Whether mean and covariance of the scores were learned from the recordings.
     pub learned: bool,
-    /// Time over which tensions are remembered, s.
+    /// Correlation time of the tensions, s.
     pub memory_s: f64,
-    /// Medians of the tensions before anything is seen, N per metre of thickness.
+    /// Medians of the prior of the tensions, N per metre of thickness.
     pub medians_n: ByMuscle<f64>,
 }
 
 impl PriorRecord {
-    /// Of a prior of these muscles.
+    /// The record of a prior of these muscles.
     pub fn new(prior: &Prior, muscles: &[String]) -> Self {
         let medians = prior.mean.iter().map(|g| prior.scale_n * tongue_infer::track::scores::tension(*g).0);
         let n = prior.mean.len();
@@ -127,28 +130,29 @@ pub struct TrackRecord {
     pub recordings: Vec<String>,
     /// The body.
     pub body: String,
-    /// How its rest shape was found; null for a body that was given.
+    /// Origin of its rest shape; null for a given body.
     pub rest: Option<tongue_infer::adapt::How>,
-    /// What the intervals stand under.
+    /// The prior of the intervals.
     pub prior: PriorRecord,
-    /// How many frames ended how.
+    /// Number of frames by status.
     pub statuses: std::collections::BTreeMap<String, usize>,
     /// Median over the frames of the root mean square distance, mm.
     pub median_rms_mm: Option<f64>,
-    /// What is known of each muscle's course.
+    /// Reliability of each muscle's course.
     pub courses: Vec<CourseRecord>,
-    /// The points that were kept back: this model and its opponents.
+    /// Errors of the held-out points: this model and its opponents.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
-    /// What has to be known.
+    /// Notes for the reader.
     pub notes: Vec<String>,
     /// All frames.
     pub frames: Vec<FrameRecord>,
-    /// Time of the run, s.
+    /// Duration of the run, s.
     pub wall_s: f64,
 }
 
-/// The frames of a recording as records; `faults` are what was found before the fit, `freed` the names of the freed bones.
+/// The frames of a recording as records; `faults` were found before the fit, `freed` are the names of the
+/// free bones.
 pub fn frame_records<'a>(
     seen: &Seen,
     faults: &[Vec<Fault>],
@@ -184,7 +188,7 @@ pub fn frame_records<'a>(
     tracked.iter().enumerate().map(record).collect()
 }
 
-/// The name of a status as outputs write it.
+/// The name of a status in outputs.
 pub fn status_name(status: FrameStatus) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
@@ -225,8 +229,8 @@ impl TrackRecord {
         Table { columns: columns.map(str::to_owned).to_vec(), rows }
     }
 
-    /// One recording for OpenSim: tensions, the ends of their intervals, displacements of freed bones, and the number of resolved
-    /// directions over time.
+    /// One recording for OpenSim: tensions, the ends of their intervals, displacements of free bones, and the
+    /// number of resolved directions over time.
     pub fn sto(&self, recording: &str) -> StoTable {
         let muscles: Vec<&String> =
             self.frames.first().map(|f| f.tensions_n.0.iter().map(|(m, _)| m).collect()).unwrap_or_default();

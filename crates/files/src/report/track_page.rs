@@ -1,4 +1,4 @@
-//! The page of a tracked recording: one HTML file that needs no network.
+//! The page of a tracked recording: one HTML file without a network.
 
 use std::io::{self, Write};
 
@@ -12,20 +12,20 @@ use super::track::{TrackRecord, status_name};
 /// Pictures of one recording.
 #[derive(Debug, Clone)]
 pub struct TrackPicture {
-    /// Which recording.
+    /// Name of the recording.
     pub recording: String,
-    /// Its courses.
+    /// Figure of its courses.
     pub courses: Svg,
-    /// The name of the file with its animation, where there is one.
+    /// The name of the file with its animation, if there is one.
     pub animation: Option<String>,
 }
 
 /// The page.
 #[derive(Debug)]
 pub struct TrackPage<'a> {
-    /// What was found.
+    /// The results.
     pub record: &'a TrackRecord,
-    /// A picture a recording.
+    /// One for each recording.
     pub pictures: Vec<TrackPicture>,
 }
 
@@ -63,7 +63,7 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
                 "Tensions are newtons per metre of thickness, with 95 % intervals under a half-normal prior of scale " (record.prior.scale_n)
                 " N/m that remembers " (record.prior.memory_s) " s"
                 @if record.prior.learned { ", its mean and covariance learned from these recordings" }
-                ". A contour or a few coils cannot tell eight tensions apart: what they leave open is the prior. Courses that cannot be known are grey; frames that are not to be believed are shaded."
+                ". A contour or a few coils do not determine eight tensions: the rest comes from the prior. Unreliable courses are grey; unreliable frames are shaded."
             }
             @for note in &record.notes { p.alarms { (note) } }
         }
@@ -86,7 +86,7 @@ fn courses(record: &TrackRecord) -> Markup {
                     td { (number(c.odd_even_level_n, 1)) }
                 } } }
             }
-            p { "Levels hang on the rest shape: with rest shapes made of the odd and of the even frames they differ by so much. Changes within a recording are surer." }
+            p { "Levels depend on the rest shape: the last column is their difference between rest shapes made from odd and from even frames. Changes within a recording are more reliable." }
         }
     }
 }
@@ -95,7 +95,7 @@ fn held_out(record: &TrackRecord) -> Markup {
     html! {
         @if let Some(held) = &record.held_out {
             section {
-                h2 { "Points that were kept back" }
+                h2 { "Points that were held out" }
                 p { (held.points.join(", ")) "; learned on " (held.trained_on) "." }
                 table {
                     thead { tr { @for h in ["told by", "points", "median, mm", "pooled, mm"] { th { (h) } } } }
@@ -103,7 +103,7 @@ fn held_out(record: &TrackRecord) -> Markup {
                         td { (o.name) } td { (o.points) } td { (format!("{:.2}", o.median_mm)) } td { (format!("{:.2}", o.pooled_mm)) }
                     } } }
                 }
-                p { "The model is there for the tensions, not for interpolation: opponents that have seen this speaker may well tell points better." }
+                p { "The model is made for tensions, not for interpolation: opponents trained on this speaker may predict points better." }
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What a trajectory says of itself in JSON and CSV.
+//! A trajectory as a record for JSON and CSV.
 
 use serde::Serialize;
 
@@ -16,30 +16,31 @@ pub struct TrajectoryRecord {
     pub dt_s: Option<f64>,
     /// Error allowed in a step, mm; null with a fixed step.
     pub tolerance_mm: Option<f64>,
-    /// The end asked for, s.
+    /// The requested end, s.
     pub t_end_s: f64,
-    /// The end reached, s.
+    /// The time reached, s.
     pub time_s: f64,
-    /// Part of the way to its equilibrium, under the tensions at the end reached, that the body has gone; null where there is
-    /// no such way.
+    /// Part of the way to its equilibrium, under the tensions at the time reached, that the body has moved;
+    /// null if there is no such way.
     pub part_of_way_to_equilibrium: Option<f64>,
-    /// Elements in which the barrier against inversion acts at the end: there the published law does not hold.
+    /// Elements in which the barrier against inversion acts at the end: the published law does not hold
+    /// there.
     pub guarded: usize,
-    /// What it cost.
+    /// Cost of the run.
     pub counts: Counts,
-    /// Lengths at the end reached, mm.
+    /// Lengths at the time reached, mm.
     pub lengths_mm: ByMuscle<f64>,
     /// Smallest ratio of a triangle's area to that at rest, at the end.
     pub min_area_ratio: f64,
     /// Largest such ratio.
     pub max_area_ratio: f64,
-    /// Time of the run, s.
+    /// Duration of the run, s.
     pub wall_s: f64,
 }
 
 impl TrajectoryRecord {
-    /// Collects what a run left: how it was made, the end asked for (s), what it did and how far that was, lengths (mm) and area ratios at
-    /// the end reached, and the time it took (s).
+    /// The record of a run: method and control, the requested end (s), the outcome and the part of the way to
+    /// equilibrium, lengths (mm) and area ratios at the time reached, and the duration (s).
     pub fn new(
         (method, control): (Method, Control),
         t_end: f64,
@@ -80,7 +81,7 @@ pub struct History {
 }
 
 impl History {
-    /// `time` in front, then for every muscle its name with the first ending, then again with the second.
+    /// The column of times, then for every muscle its name with the first suffix, then again with the second.
     pub(super) fn columns(&self, time: &str, [length, tension]: [&str; 2]) -> Vec<String> {
         let of = |what: &str| self.muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
         [vec![time.to_owned()], of(length), of(tension)].concat()

@@ -8,19 +8,20 @@ use super::by_muscle::{by, mm};
 use tongue_infer::inverse;
 use tongue_infer::inverse::valley::Valley;
 
-/// All tensions that meet an undetermined target as well as the answer: points of a curve, from one end to the other.
+/// All tensions that meet an undetermined target as well as the answer: points on a curve from end to end.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ValleyRecord {
     /// The points.
     pub points: Vec<ValleyPointRecord>,
-    /// Number of the answer among them.
+    /// Index of the answer among them.
     pub answer: usize,
-    /// Why the curve ends before the first point, and why after the last.
+    /// Why the curve ends before the first point and after the last.
     pub ends: [String; 2],
 }
 
 impl ValleyRecord {
-    /// The record of a curve over `unknowns` in a body with these muscles, whose lengths `of_body` takes from those of all chains.
+    /// The record of a curve over `unknowns` in a body with these muscles; `of_body` selects their lengths
+    /// from those of all chains.
     pub fn new(
         valley: &Valley,
         unknowns: &[String],
@@ -40,7 +41,7 @@ impl ValleyRecord {
         }
     }
 
-    /// A row a point: its number, tension and length of every muscle, misfit and passive residual.
+    /// A row for each point: its number, tension and length of every muscle, misfit and passive residual.
     pub fn table(&self) -> Table {
         let Some(first) = self.points.first() else { return Table::default() };
         let tensions = first.tensions_n.0.iter().map(|(m, _)| format!("tension_{m}_n_per_m"));
@@ -66,6 +67,6 @@ pub struct ValleyPointRecord {
     pub lengths_mm: ByMuscle<f64>,
     /// Root mean square residual of the fitted muscles.
     pub misfit: f64,
-    /// Root mean square residual of the other measured muscles, in the quantity that is fitted.
+    /// Root mean square residual of the other measured muscles, in the fitted quantity.
     pub passive_rms: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! Frames for ParaView: VTK XML files (ASCII, unstructured grid) and the collection that gives them their times.
+//! Frames for ParaView: VTK XML files (ASCII, unstructured grid) and a collection with their times.
 
 use std::io::{self, Write};
 
@@ -11,26 +11,28 @@ use super::svg::escaped;
 use tongue_core::body::Mesh;
 use tongue_core::material::Stress;
 
-/// VTK's numbers for lines, and in the plane and in space for cells and for quadratic ones.
+/// VTK's types of lines, and in the plane and in space of cells and of quadratic cells.
 const LINE: u8 = 3;
 const CELL: [u8; 2] = [5, 10];
 const QUADRATIC: [u8; 2] = [22, 24];
 
-/// One shape of the body as a VTU file: the triangles (in space: tetrahedra; of a continuum quadratic ones), then the connections of the muscles as lines, one
-/// muscle after another.
+/// One shape of the body as a VTU file: the triangles (in space: tetrahedra; of a continuum quadratic ones),
+/// then the connections of the muscles as lines, one muscle after another.
 ///
-/// Points lie at the given positions (m) and carry `displacement_m` from rest. Cells carry `muscle` (its
-/// number in `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1 for lines),
-/// `stretch` (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m` (N per metre of thickness; in
-/// space `tension_n`; 0 for tissue).
+/// Points have the given positions (m) and `displacement_m` from rest. Cells have `muscle` (its number in
+/// `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1
+/// for lines), `stretch` (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m`
+/// (N per metre of thickness; in space `tension_n`, N; 0 for tissue).
 #[derive(Debug, Clone)]
 pub struct Vtu<'a, const D: usize>(Fields<'a, D>);
 
 impl<'a, const D: usize> Vtu<'a, D> {
-    /// Of the positions of all nodes, m, and the tensions of all muscles, N (in the plane per metre of thickness).
+    /// The shape with the positions of all nodes, m, and the tensions of all muscles, N (in the plane per
+    /// metre of thickness).
     ///
     /// # Errors
-    /// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for [`super::tongue`].
+    /// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for
+    /// [`super::tongue`].
     pub fn new(
         mesh: &'a Mesh<D>,
         positions: &'a [SVector<f64, D>],
@@ -39,8 +41,9 @@ impl<'a, const D: usize> Vtu<'a, D> {
         Fields::new(mesh, positions, tensions).map(Self)
     }
 
-    /// With strain and stress of every cell, where there are any, which finite elements have ([`tongue_core::system::System::stresses`]):
-    /// `strain` (Green's), `cauchy_stress_pa`, `von_mises_pa`, `pressure_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 where there is none.
+    /// Adds strain and stress of every cell if they are known, as for finite elements
+    /// ([`tongue_core::system::System::stresses`]): `strain` (Green's), `cauchy_stress_pa`, `von_mises_pa`,
+    /// `pressure_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 if there is none.
     #[must_use]
     pub fn with_stresses(mut self, stresses: Vec<Stress<D>>) -> Self {
         self.0.stresses = stresses;
@@ -89,8 +92,8 @@ impl<const D: usize> Export for Vtu<'_, D> {
     }
 }
 
-/// The head of a file. Who made it stands in a processing instruction, which readers pass over, and which unlike a comment can
-/// hold every command line.
+/// The head of a file. The provenance is a processing instruction, which readers ignore and which, unlike a
+/// comment, can contain every command line.
 pub(super) fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
     write!(out, "<?xml version=\"1.0\"?>\n<?tongue-fit")?;
     for (name, value) in by.entries() {
@@ -106,7 +109,7 @@ pub(super) fn array(
     components: usize,
     values: impl IntoIterator<Item = String>,
 ) -> io::Result<()> {
-    // Readers take scalars for vectors of one component where the one is named.
+    // Readers take scalars for vectors if one component is given.
     let components = match components {
         1 => String::new(),
         n => format!(" NumberOfComponents=\"{n}\""),
@@ -116,7 +119,7 @@ pub(super) fn array(
     out.write_all(b"</DataArray>\n")
 }
 
-/// The PVD file that gives every frame (time in s, plain file name) its time.
+/// The PVD file with the time (s) and the plain file name of every frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Pvd<'a>(pub &'a [(f64, String)]);
 

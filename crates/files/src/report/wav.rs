@@ -1,4 +1,4 @@
-//! A voice as a WAV file, which says in its list of information who made it.
+//! A voice as a WAV file with its provenance in the list of information.
 
 use std::io::{self, Write};
 

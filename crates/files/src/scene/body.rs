@@ -1,4 +1,4 @@
-//! The body that a scene names.
+//! The body of a scene.
 
 use std::path::Path;
 
@@ -7,15 +7,16 @@ use super::file::{self, Block, Cylinder, Kind};
 use tongue_core::body::{Body, BodyError, ContinuumSettings, solid};
 use tongue_input::bodies::AnyBody;
 
-/// Most cells along an edge of a solid: finer ones are a slip of the pen.
+/// Maximum number of cells along an edge of a solid.
 const MOST_LAYERS: f64 = 60.0;
-/// Most nodes of a solid: more take minutes to order and factorise.
+/// Maximum number of nodes of a solid: more take minutes to order and factorise.
 const MOST_NODES: usize = 12_000;
 
 /// Makes the body of a scene.
 ///
 /// # Errors
-/// Sizes out of range, a mesh file that cannot be read or does not hang together, or that cannot be the continuum that is asked for.
+/// Sizes out of range, and a mesh file that cannot be read, is inconsistent or cannot be a continuum if one
+/// is asked for.
 pub fn build(body: &file::Body) -> Result<AnyBody, SceneError> {
     let settings = ContinuumSettings::default();
     let made = match body {

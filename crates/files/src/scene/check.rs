@@ -1,4 +1,4 @@
-//! What a scene asks for that cannot be had together, as far as it shows without the mesh.
+//! Consistency of a scene, as far as it can be checked without the mesh.
 
 use super::SceneError;
 use super::body::{finite, not_negative, positive};
@@ -7,16 +7,17 @@ use tongue_core::dynamics::SHORTEST_S;
 use tongue_core::material::Preset;
 use tongue_infer::track;
 
-/// Below this a wall's barrier is stiffer than the rest of the body by more than numbers can tell, mm.
+/// Minimum reach of a wall, mm: a smaller one makes its barrier stiffer than double precision can resolve.
 const LEAST_REACH_MM: f64 = 1e-3;
-/// Points of a wall nearer to each other than this are one, mm.
+/// Minimum distance of neighbouring points of a wall, mm.
 const LEAST_SEGMENT_MM: f64 = 1e-3;
 
 impl Scene {
-    /// Names the first two things that contradict each other, or the first number out of its range.
+    /// Checks a scene for contradictions and for numbers out of range.
     ///
     /// # Errors
-    /// [`SceneError::Contradiction`] and [`SceneError::Value`].
+    /// [`SceneError::Contradiction`] with the first two keys that contradict each other, and
+    /// [`SceneError::Value`].
     pub fn check(&self) -> Result<(), SceneError> {
         self.check_numbers()?;
         self.check_tissue()?;
@@ -29,11 +30,11 @@ impl Scene {
         self.check_tract()?;
         match &self.effects.gravity {
             Some(g) if g.posture.is_some() == g.direction.is_some() => {
-                let why = "say exactly one of them, since each tells where things fall";
+                let why = "give exactly one of them, since each gives the direction of weight";
                 Err(contradiction("effects.gravity.posture", "effects.gravity.direction", why))
             }
             Some(g) if g.posture.is_some() && self.is_solid() => {
-                let why = "a simple solid has no head to hold; give effects.gravity.direction";
+                let why = "a simple solid has no head; give effects.gravity.direction";
                 Err(contradiction("effects.gravity.posture", self.body_key(), why))
             }
             _ => Ok(()),
@@ -42,7 +43,7 @@ impl Scene {
 
     fn check_points(&self) -> Result<(), SceneError> {
         let Some(points) = &self.points else { return Ok(()) };
-        let why = "points tell the tensions; give one or the other";
+        let why = "tensions are found from points; give one or the other";
         if let Some(muscle) = self.tensions_n.keys().next() {
             return Err(contradiction("[points]", format!("tensions_n.{muscle}"), why));
         }
@@ -55,7 +56,7 @@ impl Scene {
         }
         let e = &self.effects;
         if e.incompressibility != Some(true) && e.finite_elements != Some(true) {
-            let why = "springs alone turn over at tensions that have to be tried; ask for effects.incompressibility = true";
+            let why = "cells of springs alone invert at tensions of the search; ask for effects.incompressibility = true";
             return Err(contradiction("[points]", "effects.incompressibility = false", why));
         }
         positive("points.noise_mm", points.noise_mm)?;
@@ -70,7 +71,7 @@ impl Scene {
         let seen = points.contour_mm.len() + 2 * points.sensors.len();
         if seen < track::FEWEST {
             let key = "the number of points of points.contour_mm and, twice, points.sensors";
-            return Err(SceneError::Value { key, value: seen as f64, must: "at least 3: fewer say nothing" });
+            return Err(SceneError::Value { key, value: seen as f64, must: "at least 3: fewer do not determine tensions" });
         }
         Ok(())
     }
@@ -86,7 +87,7 @@ impl Scene {
                 wanted && self.tract.is_none(),
                 "want = \"sound\"",
                 "the lack of [tract]",
-                "say what is round the tongue: [tract] alone takes the one that is drawn, with its lips open by 8 mm",
+                "describe the tract: [tract] alone takes the built-in one with lips open by 8 mm",
             ),
             (
                 !wanted && self.tract.is_some() && self.want != Want::Trajectory,
@@ -241,7 +242,7 @@ impl Scene {
             (
                 e.viscosity == Some(false),
                 "effects.viscosity = false",
-                "without dampers the body would swing for ever at frequencies that no step could follow",
+                "without dampers the body would oscillate for ever at frequencies that no step could follow",
             ),
             (self.points.is_some(), "[points]", "points show one posture at rest; want = \"shape\""),
             (
@@ -273,7 +274,7 @@ pub(super) fn contradiction(first: impl Into<String>, second: impl Into<String>,
     SceneError::contradiction(first, second, why)
 }
 
-/// The first rule that is broken: whether it is, the two things that exclude each other, and why.
+/// Checks the rules in order: whether one is broken, the two things that exclude each other, and why.
 fn first_broken(rules: &[(bool, &str, &str, &str)]) -> Result<(), SceneError> {
     match rules.iter().find(|(broken, ..)| *broken) {
         Some((_, first, second, why)) => Err(contradiction(*first, *second, why)),

@@ -1,4 +1,4 @@
-//! What pruning saves: a scene against the same scene with everything simulated.
+//! Cost of a scene against the same scene with everything simulated.
 
 use std::time::Instant;
 
@@ -13,44 +13,46 @@ use tongue_core::body::{Body, largest_distance};
 use tongue_core::dynamics;
 use tongue_core::statics::{self, Settings, Status, Workspace};
 
-/// Solves of which the fastest counts.
+/// Number of solves, of which the fastest counts.
 const REPETITIONS: usize = 15;
-/// Long enough for the slowest mode of the tissue (about a second, in space some seconds) to die out, s.
+/// Duration after which the slowest mode of the tissue (about a second, in space some seconds) has decayed,
+/// s.
 const LONG_S: f64 = 200.0;
-/// Error allowed in each step on the way there, mm.
+/// Error allowed in each step of the motion, mm.
 const TOLERANCE_MM: f64 = 1e-6;
 
-/// A scene run in three ways. What a scene does not have is empty.
+/// Comparison of three runs of a scene. Values that a scene does not have are empty.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
-    /// The scene.
+    /// Name of the scene.
     pub scene: String,
     /// Whether all runs converged.
     pub converged: bool,
-    /// Time of what the plan computes, ms.
+    /// Time of the planned computation, ms.
     pub pruned_ms: f64,
-    /// Time with every muscle contracting, weight and wall without strength, ms.
+    /// Time of the equilibrium with every muscle contracting and weight and wall of zero strength, ms.
     pub full_static_ms: Option<f64>,
-    /// Time of the same in motion until it rests, ms.
+    /// Time of the motion of the same system until it rests, ms.
     pub full_dynamic_ms: Option<f64>,
-    /// Largest distance of a node between the first two, mm.
+    /// Largest distance of a node between the planned and the full equilibrium, mm.
     pub static_difference_mm: Option<f64>,
     /// Largest distance of a node between the pruned equilibrium and the end of the motion, mm.
     pub dynamic_difference_mm: Option<f64>,
-    /// Elements that the pruned system visits in an evaluation.
+    /// Number of elements of the planned system in an evaluation.
     pub pruned_elements: usize,
-    /// Elements that the full one visits.
+    /// Number of elements of the full system in an evaluation.
     pub full_elements: usize,
-    /// Steps of the motion.
+    /// Number of steps of the motion.
     pub steps: Option<u64>,
 }
 
-/// Runs a scene pruned, with everything in place but at rest, and with everything over time until it rests. Of a fit, which solves
-/// tens to thousands of equilibria, only the pruned run is made. A trajectory is compared by the equilibrium that it tends to: on the way
-/// passive muscles of three elements would move otherwise than the tissue that they are.
+/// Runs a scene as planned, with everything simulated at equilibrium, and with everything simulated in motion
+/// until it rests. For a fit, which solves tens to thousands of equilibria, only the planned run is made. A
+/// trajectory is compared by its final equilibrium, because on the way passive muscles with three elements
+/// move differently from tissue.
 ///
 /// # Errors
-/// [`SceneError`] where a run cannot begin.
+/// [`SceneError`] if a run cannot begin.
 pub fn compare<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) -> Result<Compared, SceneError> {
     let mut pruned = prepare(scene, body.clone(), Extent::Pruned)?;
     let full = prepare(scene, body.clone(), Extent::Full)?;

@@ -1,4 +1,5 @@
-//! The scene file: what happens and what is wanted, in TOML. Lengths in mm, angles in degrees, else SI; the units are in the keys.
+//! Scene files in TOML: loads and wanted results. Lengths in mm, angles in degrees, else SI units; keys
+//! contain their units.
 
 use std::collections::BTreeMap;
 
@@ -16,35 +17,35 @@ use tongue_input::measured::recording::CONTOUR_SD_M;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// One line that says what is shown.
+    /// One line that describes the scene.
     pub title: String,
-    /// Where the numbers come from, and what to know of them.
+    /// Origin of the numbers, and remarks.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
-    /// What is wanted; decides what need not be computed.
+    /// The wanted result; it decides what is computed.
     pub want: Want,
     /// The body.
     pub body: Body,
-    /// What the body is made of.
+    /// Constants of the tissue.
     #[serde(default)]
     pub material: Material,
-    /// Contractile tensions by muscle, N (2D: per metre of thickness). Muscles that are not named are plain tissue.
+    /// Contractile tensions by muscle, N (2D: per metre of thickness). Other muscles are passive tissue.
     #[serde(default)]
     pub tensions_n: BTreeMap<String, f64>,
-    /// Measured lengths to fit, in place of tensions.
+    /// Measured lengths to fit, instead of tensions.
     pub fit: Option<FitTarget>,
-    /// Points seen on the tongue to fit, in place of tensions.
+    /// Points measured on the tongue to fit, instead of tensions.
     pub points: Option<Points>,
-    /// What acts.
+    /// Effects on the body.
     #[serde(default)]
     pub effects: Effects,
-    /// How long to follow the motion; goes with `want = "trajectory"`.
+    /// Duration of the motion; for `want = "trajectory"`.
     pub trajectory: Option<Trajectory>,
-    /// The tract round the tongue; goes with `want = "sound"`, and with a trajectory whose formants are wanted.
+    /// The tract around the tongue; for `want = "sound"`, and for a trajectory with formants.
     pub tract: Option<Tract>,
 }
 
-/// What is wanted of a scene.
+/// The wanted result of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Want {
@@ -52,9 +53,9 @@ pub enum Want {
     Lengths,
     /// The whole shape at equilibrium.
     Shape,
-    /// The way there: the shape over time.
+    /// The shape over time.
     Trajectory,
-    /// The vowel: areas of the tract round the tongue, its formants, and how they answer to tensions.
+    /// The vowel: areas of the tract around the tongue, its formants, and their derivatives by tensions.
     Sound,
 }
 
@@ -64,22 +65,25 @@ pub enum Want {
 pub enum Body {
     /// The reference tongue, in the midsagittal plane.
     Tongue(Tongue),
-    /// A mesh from a file: Gmsh's (.msh), in the plane or in space, or as `tongue-fit mesh --json` prints it.
+    /// A mesh from a file: Gmsh's (.msh), in the plane or in space, or the JSON of `tongue-fit mesh --json`.
     Mesh(MeshFile),
-    /// A solid cylinder of tissue that stands on its fixed base (z = 0), with axial muscle fibres called `axial`.
+    /// A solid cylinder of tissue that stands on its fixed base (z = 0), with axial muscle fibres called
+    /// `axial`.
     Cylinder(Cylinder),
     /// A solid block of tissue that stands on its fixed base (z = 0).
     Block(Block),
 }
 
-/// What a body is made of.
+/// Elements of a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// Springs, or linear finite elements where effects ask for them, with muscles along connections and bones that hold nodes.
+    /// Springs, or linear finite elements if effects ask for them, with muscles along connections and bones
+    /// that hold nodes.
     #[default]
     Springs,
-    /// Quadratic elements with muscles of finite width and bones that hold patches, whose answers do not depend on the mesh.
+    /// Quadratic elements with muscles of finite width and bones that hold patches; answers do not depend on
+    /// the mesh.
     Continuum,
 }
 
@@ -93,10 +97,10 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tongue {
-    /// Mesh spacing, mm; 5.5 where none is given, of a continuum too.
+    /// Mesh spacing, mm; default 5.5, also for a continuum.
     #[serde(default = "default_spacing")]
     pub h_mm: f64,
-    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.
+    /// `springs` (or linear finite elements, if effects ask for them) or `continuum`.
     #[serde(default, skip_serializing_if = "Kind::is_default")]
     pub kind: Kind,
 }
@@ -110,7 +114,7 @@ pub struct MeshFile {
     /// Unit of the coordinates in a .msh file: `m` or `mm`.
     #[serde(default)]
     pub unit: Unit,
-    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.
+    /// `springs` (or linear finite elements, if effects ask for them) or `continuum`.
     #[serde(default, skip_serializing_if = "Kind::is_default")]
     pub kind: Kind,
 }
@@ -125,7 +129,8 @@ pub struct Cylinder {
     pub length_mm: f64,
     /// Mesh spacing, mm.
     pub h_mm: f64,
-    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`, each fibre a line of its own.
+    /// `springs` (or linear finite elements, if effects ask for them) or `continuum`, each fibre a line of
+    /// its own.
     #[serde(default, skip_serializing_if = "Kind::is_default")]
     pub kind: Kind,
 }
@@ -138,13 +143,13 @@ pub struct Block {
     pub size_mm: [f64; 3],
     /// Mesh spacing, mm.
     pub h_mm: f64,
-    /// `springs` (or linear finite elements, where effects ask for them) or `continuum`.
+    /// `springs` (or linear finite elements, if effects ask for them) or `continuum`.
     #[serde(default, skip_serializing_if = "Kind::is_default")]
     pub kind: Kind,
 }
 
 impl Body {
-    /// What it is made of.
+    /// Its elements.
     pub fn kind(&self) -> Kind {
         match self {
             Self::Tongue(Tongue { kind, .. })
@@ -155,7 +160,7 @@ impl Body {
     }
 }
 
-/// Physical constants; those of table 4.1 of the thesis where nothing is said.
+/// Physical constants; by default those of table 4.1 of the thesis.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
@@ -167,10 +172,12 @@ pub struct Material {
     pub density_kg_per_m3: Option<f64>,
     /// Viscosity, Pa s.
     pub viscosity_pa_s: Option<f64>,
-    /// Coefficients identified from the constants (`consistent`), or table 4.2 of the thesis to the letter (`as-printed`).
+    /// Coefficients identified from the constants (`consistent`), or those printed in table 4.2 of the thesis
+    /// (`as-printed`).
     pub preset: Option<Preset>,
-    /// Stiffness on every connection once (`per-connection`, as the thesis; the default in the plane), or once for each cell it
-    /// belongs to (`assembled`; the default in space, where every connection is shared by several tetrahedra).
+    /// Stiffness of every connection counted once (`per-connection`, as in the thesis; the default in the
+    /// plane), or once for each of its cells (`assembled`; the default in space, where every connection
+    /// belongs to several tetrahedra).
     pub spread: Option<Spread>,
 }
 
@@ -185,14 +192,14 @@ pub struct FitTarget {
     /// `ratio` (to GGa) or `stretch` (to the subject's own /ɯ/).
     #[serde(default = "default_kind")]
     pub target: String,
-    /// Tension of every muscle in the baseline vowel, N (2D: per metre of thickness), from which changes are then counted; 0, as
-    /// in the thesis, where nothing is said. Muscles that are longer than in the baseline have none.
+    /// Tension of every muscle in the baseline vowel, N (2D: per metre of thickness), from which changes are
+    /// counted; default 0, as in the thesis. Muscles that are longer than in the baseline have no tension.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub tone_n_per_m: f64,
 }
 
-/// Points of one posture, in the frame of the body, seen on the surface of the tongue in the midsagittal plane: the tensions of all
-/// muscles follow as in `tongue-fit track`.
+/// Points of one posture in the frame of the body, measured on the surface of the tongue in the midsagittal
+/// plane. The tensions of all muscles are found as in `tongue-fit track`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Points {
@@ -205,7 +212,7 @@ pub struct Points {
     /// Standard deviation of every coordinate, mm.
     #[serde(default = "default_noise")]
     pub noise_mm: f64,
-    /// Scale of the tensions before anything is seen, N per metre of thickness: they are half-normal.
+    /// Scale of the half-normal prior of the tensions, N per metre of thickness.
     #[serde(default = "default_prior")]
     pub prior_n_per_m: f64,
 }
@@ -214,31 +221,31 @@ pub struct Points {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
-    /// How far behind the tip, along the surface at rest, mm.
+    /// Distance behind the tip along the surface at rest, mm.
     pub surface_mm: f64,
-    /// Where it is seen, mm.
+    /// Measured position, mm.
     pub at_mm: [f64; 2],
 }
 
-/// What acts on the body. Each is off unless asked for, or needed for what is wanted.
+/// Effects on the body. Each is off unless it is asked for or needed for the wanted result.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Effects {
     /// Tissue as springs on the connections (thesis 3.2.2). Needed unless finite elements are asked for.
     pub springs: Option<bool>,
-    /// Tissue as a continuum, in place of springs and of incompressibility.
+    /// Tissue as linear finite elements, instead of springs and incompressibility.
     pub finite_elements: Option<bool>,
-    /// Cells that keep their area or volume (thesis 3.3).
+    /// Incompressibility: cells keep their area or volume (thesis 3.3).
     pub incompressibility: Option<bool>,
-    /// One straight element in place of a chain that runs outside the tissue and could fold. On unless refused.
+    /// One straight element instead of a chain that runs outside the tissue and could fold. On by default.
     pub straight_paths: Option<bool>,
     /// Weight.
     pub gravity: Option<Gravity>,
     /// Palate and teeth.
     pub contact: Option<Contact>,
-    /// A mandible that turns about its joint and carries the origin of the genioglossus.
+    /// A mandible that rotates about its joint and carries the origin of the genioglossus.
     pub jaw: Option<Jaw>,
-    /// A hyoid bone that is shifted.
+    /// A displaced hyoid bone.
     pub hyoid: Option<Hyoid>,
     /// Mass; only a trajectory needs it.
     pub inertia: Option<bool>,
@@ -248,20 +255,20 @@ pub struct Effects {
     pub muscle_dynamics: Option<bool>,
 }
 
-/// Weight. Say either the posture or the direction.
+/// Weight. Give either the posture or the direction.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gravity {
-    /// How the head is held.
+    /// Posture of the head.
     pub posture: Option<Posture>,
-    /// Where things fall: one number for each dimension, of any length.
+    /// Direction of the weight: one number for each dimension, of any length.
     pub direction: Option<Vec<f64>>,
     /// Acceleration, m/s².
     #[serde(default = "default_gravity")]
     pub acceleration_m_per_s2: f64,
 }
 
-/// How the head of the midsagittal model is held.
+/// Posture of the head of the midsagittal model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Posture {
@@ -277,16 +284,16 @@ pub enum Posture {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Corners of the wall in the x-y plane, mm; the palate of `targets/palate.toml` where none are given.
+    /// Corners of the wall in the x-y plane, mm; by default the palate of `targets/palate.toml`.
     pub outline_mm: Option<Vec<[f64; 2]>>,
-    /// How hard the wall pushes, N/m (2D: per metre of thickness); the spring constant of the tissue where nothing is said.
+    /// Stiffness of the wall, N/m (2D: per metre of thickness); by default the spring constant of the tissue.
     pub stiffness_n_per_m: Option<f64>,
-    /// Distance from which on it acts, mm.
+    /// Distance at which the wall begins to act, mm.
     #[serde(default = "default_reach")]
     pub reach_mm: f64,
 }
 
-/// A mandible that is turned.
+/// A rotated mandible.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Jaw {
@@ -297,7 +304,7 @@ pub struct Jaw {
     pub joint_mm: [f64; 2],
 }
 
-/// A hyoid bone that is shifted.
+/// A displaced hyoid bone.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hyoid {
@@ -305,13 +312,14 @@ pub struct Hyoid {
     pub shift_mm: [f64; 2],
 }
 
-/// How long to follow a motion. It starts at rest: without weight and tension, the bones where the scene takes them.
+/// Duration of a motion. It starts at rest, without weight and tension, with the bones at their places in the
+/// scene.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Trajectory {
     /// Duration, s.
     pub duration_s: f64,
-    /// Time over which the tensions grow, s; zero is a step.
+    /// Time in which the tensions grow, s; zero is a step.
     #[serde(default)]
     pub ramp_s: f64,
     /// Error allowed in each step, mm.
@@ -323,7 +331,7 @@ fn default_spacing() -> f64 {
     5.5
 }
 
-/// Whether there is nothing to be written.
+/// Whether the value is the default and need not be written.
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
@@ -358,10 +366,11 @@ fn default_tolerance() -> f64 {
 }
 
 impl Scene {
-    /// Reads a scene; `origin` is what messages call the text, usually its path.
+    /// Reads a scene; `origin` is its name in messages, usually its path.
     ///
     /// # Errors
-    /// [`SceneError::Syntax`] with line and column; an unknown key or word comes with the nearest one that is known.
+    /// [`SceneError::Syntax`] with line and column, and for an unknown key or word with the nearest known
+    /// one.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, SceneError> {
         toml::from_str(text).map_err(|error| {
             let start = error.span().map_or(0, |s| s.start);
@@ -375,14 +384,14 @@ impl Scene {
         })
     }
 
-    /// The JSON schema of scene files, from which editors complete and check them.
+    /// The JSON schema of scene files, with which editors complete and check them.
     pub fn schema() -> schemars::Schema {
         schemars::schema_for!(Scene)
     }
 }
 
-/// Serde's message about an unknown field or variant lists the known ones; this adds which of them is nearest. The one about a
-/// second body does not say what there are two of; this does.
+/// Adds the nearest known name to serde's message about an unknown field or variant, and replaces its message
+/// about a second body.
 fn with_nearest(message: &str) -> String {
     if message.starts_with("wanted exactly 1 element") {
         return "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned();

@@ -1,8 +1,8 @@
-//! Scenes: what happens and what is wanted. The plan decides what must be computed for it; nothing else is computed.
+//! Scenes: loads and wanted results. The plan decides what must be computed; nothing else is computed.
 //!
-//! [`mod@file`] is the scene as it is written, [`body`] the body that it names, [`plan`] what is simulated and what is left
-//! out and why, [`prepare`] the system made after it, [`points`] tensions from what was seen, [`run`] the result, [`compare`] what
-//! pruning saves, [`sound`] what is heard.
+//! [`mod@file`] is the scene file, [`body`] its body, [`plan`] what is simulated and what is left out and
+//! why, [`prepare`] the system for it, [`points`] tensions from measured points, [`run`] the result,
+//! [`compare`] the cost of simulating everything, [`sound`] the sound.
 
 pub mod body;
 mod check;
@@ -30,16 +30,16 @@ pub use plan::Plan;
 pub use run::simulate;
 pub use shipped::{names, shipped};
 
-/// The temporomandibular joint of the reference tongue, mm: drawn, not traced, 110 mm from the mental spine.
+/// The temporomandibular joint of the reference tongue, mm: estimated, 110 mm from the mental spine.
 pub const JOINT_MM: [f64; 2] = [70.0, 85.0];
 
 /// Why a scene cannot be planned or run.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// The text is no scene.
+    /// The text is not a valid scene.
     #[error("{origin}:{line}:{column}: {problem}")]
     Syntax {
-        /// The file, or what stands for it.
+        /// The file, or a name for its source.
         origin: String,
         /// Line, from 1.
         line: usize,
@@ -48,23 +48,23 @@ pub enum SceneError {
         /// What is wrong.
         problem: String,
     },
-    /// No scene of that name is shipped.
+    /// There is no built-in scene of this name.
     #[error("unknown scene \"{name}\"; {}", suggest::hint(name, shipped::names()))]
     Unknown {
-        /// What was asked for.
+        /// The given name.
         name: String,
     },
-    /// Two things that exclude each other.
+    /// Two things contradict each other.
     #[error("{first} contradicts {second}: {why}")]
     Contradiction {
-        /// One.
+        /// The first.
         first: String,
-        /// The other.
+        /// The second.
         second: String,
         /// Why, and what to do.
         why: String,
     },
-    /// A number out of its range.
+    /// A number is out of range.
     #[error("{key} is {value}; it must be {must}")]
     Value {
         /// The key in the scene file.
@@ -77,10 +77,10 @@ pub enum SceneError {
     /// The body cannot be made or read.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// The file of the body gives none.
+    /// The file contains no usable body.
     #[error(transparent)]
     BodyFile(#[from] tongue_input::bodies::BodyFileError),
-    /// Constants out of their range.
+    /// Constants are out of range.
     #[error(transparent)]
     Material(#[from] MaterialError),
     /// The system cannot be made.
@@ -89,10 +89,10 @@ pub enum SceneError {
     /// The target cannot be read.
     #[error(transparent)]
     Target(#[from] measured::TargetError),
-    /// A name that is no vowel.
+    /// A name is not a vowel.
     #[error(transparent)]
     Vowel(#[from] measured::lengths::BadLabel),
-    /// A name that is no kind of target.
+    /// A name is not a kind of target.
     #[error(transparent)]
     Kind(#[from] measured::UnknownTargetKind),
     /// The fit cannot begin.
@@ -101,13 +101,13 @@ pub enum SceneError {
     /// The body cannot be set in motion.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// The bones cannot be brought to where a trajectory starts.
+    /// The bones cannot be moved to the start of a trajectory.
     #[error(
         "effects.jaw and effects.hyoid: the bones could not be brought to their places before the motion began \
          ({status:?}); move them less far, or the wall out of their way"
     )]
     NotCarried {
-        /// How the equilibrium on the way there ended.
+        /// How the last equilibrium ended.
         status: statics::Status,
     },
     /// The tract cannot be read, or its walls meet.
@@ -118,7 +118,7 @@ pub enum SceneError {
     TractFile {
         /// The file.
         path: String,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// The motion cannot be followed with this tolerance.

@@ -14,22 +14,22 @@ pub struct Planned {
     pub effect: &'static str,
     /// Whether it is simulated.
     pub simulated: bool,
-    /// Why, or why not.
+    /// The reason.
     pub why: String,
-    /// Elements that every evaluation visits (springs, cells, nodes and so on); 0 where it is left out.
+    /// Number of elements in an evaluation (springs, cells, nodes and so on); 0 if it is left out.
     pub elements: usize,
     /// Estimated cost of one iteration (energy, force and stiffness), microseconds.
     pub estimated_us: f64,
 }
 
-/// What a muscle of the mesh is in the scene.
+/// Role of a muscle of the mesh in the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Role {
     /// Its name.
     pub muscle: String,
-    /// Whether it contracts: the three-element model in place of tissue.
+    /// Whether it contracts: it then has the three-element model instead of tissue.
     pub contracting: bool,
-    /// Why, or why not.
+    /// The reason.
     pub why: String,
 }
 
@@ -38,11 +38,11 @@ pub struct Role {
 pub struct Plan {
     /// Title of the scene.
     pub title: String,
-    /// What is wanted.
+    /// The wanted result.
     pub want: Want,
-    /// The body, in words.
+    /// Description of the body.
     pub body: String,
-    /// How the answer is found, in words.
+    /// Description of the method.
     pub method: String,
     /// 2 or 3.
     pub dimension: usize,
@@ -50,36 +50,38 @@ pub struct Plan {
     pub nodes: usize,
     /// Scalar unknowns of a solve.
     pub unknowns: usize,
-    /// Scalar entries of the stiffness matrix that can be other than zero, both triangles.
+    /// Structurally nonzero scalar entries of the stiffness matrix, both triangles.
     pub nonzeros: usize,
-    /// The same of its Cholesky factor, one triangle, fill-in included.
+    /// Nonzero scalar entries of its Cholesky factor, one triangle, with fill-in.
     pub factor_nonzeros: usize,
-    /// Whether it is made in supernodes, by faer, rather than block by block.
+    /// Whether the factor is computed in supernodes, by faer, rather than block by block.
     pub factor_in_supernodes: bool,
     /// Floating-point operations of one factorisation.
     pub factor_operations: usize,
     /// Estimated cost of a factorisation, microseconds.
     pub estimated_factor_us: f64,
-    /// Every effect that a scene can ask for.
+    /// Every effect of scenes.
     pub effects: Vec<Planned>,
-    /// Every muscle of the mesh; those of one name once.
+    /// Every muscle of the mesh, each name once.
     pub muscles: Vec<Role>,
 }
 
-/// Nanoseconds that an iteration spends for each stiffness block that an element writes, with its share of energy and force. By
-/// dimension. Like the other rates here it is what `tongue-fit scene run` measured on the reference tongue and the shipped solids.
+/// Nanoseconds of an iteration for each stiffness block that an element writes, with its share of energy and
+/// force, by dimension. This and the other rates are measurements by `tongue-fit scene run` on the reference
+/// tongue and the built-in solids.
 const NS_PER_BLOCK: [f64; 2] = [4.0, 10.0];
-/// Nanoseconds for an element that writes no blocks of its own (a node's weight, a node facing a segment of a wall).
+/// Nanoseconds for an element without blocks of its own (the weight of a node, a node near a segment of a
+/// wall).
 const NS_PER_LIGHT_ELEMENT: f64 = 8.0;
-/// Operations that a factorisation does in a nanosecond: block by block, and in supernodes (`cargo bench factorise`).
+/// Operations of a factorisation per nanosecond: block by block, and in supernodes (`cargo bench factorise`).
 const OPERATIONS_PER_NS: [f64; 2] = [8.0, 20.0];
 
-/// What decides about an effect, before the system is there to be counted.
+/// Decision about an effect, before the system is made.
 pub(super) struct Decision {
     pub effect: &'static str,
     pub simulated: bool,
     pub why: String,
-    /// Nodes or elements of what is no effect of its own in the system.
+    /// Number of nodes or elements, if it is not an effect of its own in the system.
     pub elements: usize,
 }
 
@@ -96,13 +98,13 @@ impl Decision {
         Self { elements, ..self }
     }
 
-    /// Asked for or not, nothing else.
+    /// A decision that depends only on whether the effect is asked for.
     pub fn asked(effect: &'static str, asked: bool) -> Self {
         if asked { Self::yes(effect, "asked for") } else { Self::no(effect, "not asked for") }
     }
 }
 
-/// What only a trajectory needs.
+/// Decisions about effects that only a trajectory needs.
 pub(super) fn motion(scene: &Scene, contracting: bool) -> Vec<Decision> {
     let e = &scene.effects;
     let moving = scene.want == Want::Trajectory;
@@ -124,7 +126,7 @@ pub(super) fn motion(scene: &Scene, contracting: bool) -> Vec<Decision> {
     ]
 }
 
-/// Elements and estimated microseconds of the effects of a system that carry the name.
+/// Number of elements and estimated microseconds of the effects of a system with this name.
 fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
     let mut elements = 0;
     let mut ns = 0.0;
@@ -144,8 +146,8 @@ fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
     (elements, ns * 1e-3)
 }
 
-/// Elements and estimated microseconds of what the plan names: an effect of the system, or what its nodes and elements do in a
-/// motion.
+/// Number of elements and estimated microseconds of a part of the plan: an effect of the system, or the work
+/// of its nodes and elements in a motion.
 fn planned_cost<const D: usize>(system: &System<D>, decision: &Decision) -> (usize, f64) {
     let light = |elements: usize| (elements, elements as f64 * NS_PER_LIGHT_ELEMENT * 1e-3);
     let elements = |name: &str| cost(system, name).0;
@@ -160,7 +162,7 @@ fn planned_cost<const D: usize>(system: &System<D>, decision: &Decision) -> (usi
     }
 }
 
-/// Counts what the decisions come to in the system that was made after them.
+/// Adds the counts of the system that was made from the decisions.
 pub(super) fn count<const D: usize>(
     scene: &Scene,
     body: &str,
@@ -207,7 +209,7 @@ impl Plan {
     }
 }
 
-/// A direction with as many numbers as there are dimensions, made a unit vector.
+/// A direction as a unit vector, checked for its dimension.
 pub(super) fn unit<const D: usize>(given: &[f64]) -> Result<SVector<f64, D>, SceneError> {
     if given.len() != D {
         return Err(SceneError::contradiction(
@@ -219,7 +221,7 @@ pub(super) fn unit<const D: usize>(given: &[f64]) -> Result<SVector<f64, D>, Sce
     let direction = SVector::<f64, D>::from_column_slice(given);
     let largest = direction.amax();
     if largest > 0.0 {
-        // Scaled first, since squares of very large or small numbers are no numbers.
+        // Scaled first, since squares of very large or small numbers overflow or vanish.
         Ok((direction / largest).normalize())
     } else {
         Err(SceneError::Value {

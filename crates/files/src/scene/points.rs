@@ -1,4 +1,4 @@
-//! Tensions of a scene from points that were seen on the tongue.
+//! Tensions of a scene from points measured on the tongue.
 
 use std::any::Any;
 
@@ -12,14 +12,15 @@ use tongue_core::system::System;
 use tongue_infer::track::{self, Frame, FrameStatus, Prior, Settings, Surface};
 use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
 
-/// What the points of a scene say.
+/// Result of a fit to points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PointsFit {
     /// How it ended.
     pub status: FrameStatus,
     /// Root mean square distance of the points, mm.
     pub rms_mm: Option<f64>,
-    /// Directions of the tensions whose standard deviation is below a quarter of the prior's scale; the rest is the prior.
+    /// Number of directions of the tensions whose standard deviation is below a quarter of the prior's scale;
+    /// the others come from the prior.
     pub resolved: usize,
     /// Lower ends of the 95 % intervals, N per metre of thickness: one for each chain of the mesh.
     pub low_n: Vec<f64>,
@@ -27,7 +28,7 @@ pub struct PointsFit {
     pub high_n: Vec<f64>,
 }
 
-/// The points of a scene as observations of its body; `None` where it has none.
+/// The points of a scene as observations of its body; `None` if it has none.
 ///
 /// # Errors
 /// [`SceneError::Contradiction`] with a body in space or without an outline.
@@ -64,8 +65,8 @@ fn seen(points: &Points) -> Seen {
     }
 }
 
-/// Finds the tensions of all chains of the mesh, N, and what is known of them. `None` for a system in space, of which [`frame`] makes
-/// no observations.
+/// Finds the tensions of all chains of the mesh, N, and their intervals. `None` in space, for which [`frame`]
+/// makes no observations.
 pub(super) fn fit<const D: usize>(
     points: &Points,
     frame: &Frame,

@@ -1,4 +1,4 @@
-//! From a scene and its body to the system that simulates what the scene calls for and nothing else.
+//! Makes the system of a scene, with only what the scene needs.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use tongue_input::measured::{Dataset, Target, TargetError, TargetKind, TargetOpt
 /// A scene ready to run.
 #[derive(Debug)]
 pub struct Prepared<const D: usize> {
-    /// What is computed.
+    /// The plan.
     pub plan: Plan,
     /// The body.
     pub body: Body<D>,
@@ -27,33 +27,35 @@ pub struct Prepared<const D: usize> {
     pub system: Arc<System<D>>,
     /// For a fit, the body in its baseline.
     pub setup: Option<Setup<D>>,
-    /// For a trajectory with carried bones: the same without weight and contraction, which says where it starts.
+    /// For a trajectory with carried bones: the system without weight and contraction, whose equilibrium is
+    /// the start.
     pub start: Option<System<D>>,
     /// Tension of every muscle of the mesh, N.
     pub tensions: Vec<f64>,
     /// The wall, if there is one.
     pub wall: Option<Contact>,
-    /// What is to be fitted, if anything.
+    /// The target of a fit, if there is one.
     pub target: Option<Target>,
-    /// The points that are to be fitted, if any.
+    /// The points of a fit, if there are any.
     pub seen: Option<Frame>,
-    /// The tract round the body, if it is to be heard.
+    /// The tract around the body, if a sound is wanted.
     pub airway: Option<Airway>,
 }
 
-/// How much is simulated.
+/// Extent of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// What the scene calls for.
+    /// Only what the scene needs.
     Pruned,
-    /// Everything, whether or not it has an effect: every muscle with the three-element model, weight and walls of no strength.
+    /// Everything, even without an effect: every muscle with the three-element model, and weight and walls of
+    /// zero strength.
     Full,
 }
 
 /// Plans a scene and makes its system.
 ///
 /// # Errors
-/// [`SceneError`]: what contradicts itself, what is out of range.
+/// [`SceneError`] for contradictions and values out of range.
 pub fn prepare<const D: usize>(
     scene: &Scene,
     body: Body<D>,
@@ -97,7 +99,7 @@ pub fn prepare<const D: usize>(
         for idle in decisions.iter_mut().filter(|d| matches!(d.effect, "gravity" | "contact") && !d.simulated)
         {
             idle.simulated = idle.effect == "gravity" || wall.is_some();
-            idle.why = "without strength: everything is simulated".to_owned();
+            idle.why = "with zero strength, because everything is simulated".to_owned();
         }
     }
 
@@ -116,7 +118,7 @@ pub fn prepare<const D: usize>(
     Ok(Prepared { plan, body, system, setup, start, tensions, wall, target, seen, airway })
 }
 
-/// The same body and bones, with nothing that acts on them but the wall.
+/// The body and its bones without loads except the wall.
 fn unloaded<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) -> Additions<D> {
     let mut unloaded = Additions {
         incompressible: additions.incompressible,
@@ -128,7 +130,7 @@ fn unloaded<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) ->
 }
 
 impl Scene {
-    /// Of what the body is made, in the plane or in space.
+    /// The model of the tissue, in the plane or in space.
     pub fn model<const D: usize>(&self) -> Model {
         let (m, e, table) = (&self.material, &self.effects, Constants::TONGUE);
         let spread = if D == 3 { Spread::Assembled } else { Spread::PerConnection };
@@ -295,7 +297,8 @@ fn contact<const D: usize>(
     Ok(Some(wall))
 }
 
-/// A corner of the wall inside a triangle, m. (In space the wall has no end, so it meets an edge of every cell that it passes.)
+/// A corner of the wall inside a triangle, m. (In space the wall is unbounded, so it meets an edge of every
+/// cell that it passes.)
 fn corner_inside<const D: usize>(wall: &Contact, mesh: &Mesh<D>) -> Option<[f64; 2]> {
     let inside = |p: &&Vector2<f64>| {
         D == 2
@@ -311,7 +314,7 @@ fn corner_inside<const D: usize>(wall: &Contact, mesh: &Mesh<D>) -> Option<[f64;
     wall.outline().iter().find(inside).map(|p| [p.x, p.y])
 }
 
-/// Where jaw and hyoid take the nodes that they hold.
+/// Positions to which jaw and hyoid move the nodes that they hold.
 fn carry_bones<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
@@ -386,9 +389,8 @@ fn method(scene: &Scene) -> String {
     }
 }
 
-/// Numbers of the muscles that contract, by the plan of a prepared scene.
 impl<const D: usize> Prepared<D> {
-    /// The effects of the system, each name once, with the effects that carry it.
+    /// The effects of the system by name, each name once.
     pub fn effects_by_name(&self) -> Vec<(&'static str, Vec<&dyn Effect<D>>)> {
         let mut groups: Vec<(&'static str, Vec<&dyn Effect<D>>)> = Vec::new();
         for effect in self.system.effects() {

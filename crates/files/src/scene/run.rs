@@ -1,4 +1,4 @@
-//! A scene run: the shape or the way to it, what it cost, and what the walls and bones bear.
+//! Runs a scene: the shape or trajectory, its cost, and the forces on walls and bones.
 
 use std::time::Instant;
 
@@ -20,67 +20,68 @@ use tongue_infer::inverse;
 use tongue_infer::track::FrameStatus;
 use tongue_input::bodies::AnyBody;
 
-/// Moments at which a trajectory is looked at.
+/// Number of sampled times of a trajectory.
 const SAMPLES: usize = 121;
-/// Repetitions of each evaluation when effects are timed.
+/// Number of repetitions of each evaluation when effects are timed.
 const REPETITIONS: u32 = 50;
 
-/// Length of a muscle; of muscles that share a name the mean.
+/// Length of a muscle; for muscles of one name the mean.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MuscleLength {
     /// Its name.
     pub muscle: String,
     /// Its tension, N (2D: per metre of thickness).
     pub tension_n: f64,
-    /// Its 95 % interval, where points were fitted.
+    /// Its 95 % interval, if points were fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval_n: Option<[f64; 2]>,
     /// Length at rest, mm.
     pub rest_mm: f64,
     /// Length, mm.
     pub length_mm: f64,
-    /// Length to that in the baseline: at rest, unless a fit gives the baseline a tone.
+    /// Length over that in the baseline, which is rest unless a fit has a tone.
     pub stretch: f64,
 }
 
-/// What a wall bears.
+/// Force on a wall.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactForce {
     /// Force of the body on the wall, N (2D: per metre of thickness).
     pub on_wall_n: Vec<f64>,
     /// Largest force of a node on the wall, N.
     pub largest_n: f64,
-    /// Nodes on which the wall acts.
+    /// Number of nodes on which the wall acts.
     pub touching: usize,
     /// Smallest distance of a node from the wall, mm.
     pub closest_mm: f64,
-    /// Whether a corner of the wall has come between two nodes: it acts on nodes, not on the lines between them.
+    /// Whether a corner of the wall is between two nodes: the wall acts on nodes, not on the lines between
+    /// them.
     pub edge_through_wall: bool,
 }
 
-/// Time of an effect in the solve: the measured time of each evaluation by the number of them.
+/// Time of an effect in the solve: the measured time of each evaluation times their number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectTime {
     /// The effect.
     pub effect: &'static str,
     /// One evaluation of the energy, microseconds.
     pub energy_us: f64,
-    /// One of the force, microseconds.
+    /// One evaluation of the force, microseconds.
     pub force_us: f64,
-    /// One of the stiffness, microseconds.
+    /// One evaluation of the stiffness, microseconds.
     pub stiffness_us: f64,
-    /// All of them in the solve, microseconds.
+    /// All evaluations of the solve, microseconds.
     pub total_us: f64,
 }
 
-/// The body at one moment of a trajectory.
+/// The body at one time of a trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Moment {
     /// Time, s.
     pub time_s: f64,
-    /// Length of every muscle, mm; of muscles that share a name the mean.
+    /// Length of every muscle, mm; for muscles of one name the mean.
     pub lengths_mm: Vec<f64>,
-    /// Formants, Hz, where the scene has a tract; null where its walls meet.
+    /// Formants, Hz, if the scene has a tract; null if its walls meet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub formants_hz: Option<Vec<f64>>,
 }
@@ -92,20 +93,20 @@ pub struct Way {
     pub status: dynamics::Status,
     /// Time reached, s.
     pub time_s: f64,
-    /// Part of the way to its equilibrium that the body has gone; null where there is no such way.
+    /// Part of the way to its equilibrium that the body has moved; null if there is no such way.
     pub part_of_way_to_equilibrium: Option<f64>,
-    /// What it cost.
+    /// Cost.
     pub counts: Counts,
-    /// The body at evenly spaced moments.
+    /// The body at equidistant times.
     pub moments: Vec<Moment>,
 }
 
 /// The result of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
-    /// What was planned.
+    /// The plan.
     pub plan: Plan,
-    /// Whether all of it converged.
+    /// Whether everything converged.
     pub converged: bool,
     /// Tension of every muscle chain of the mesh, N (2D: per metre of thickness).
     pub tensions_n: Vec<f64>,
@@ -115,36 +116,37 @@ pub struct Outcome {
     pub min_cell_ratio: f64,
     /// Largest such ratio.
     pub max_cell_ratio: f64,
-    /// Area, m², or volume, m³, of the whole to that at rest.
+    /// Total area, m², or volume, m³, over that at rest.
     pub measure_ratio: f64,
-    /// What the wall bears.
+    /// Force on the wall.
     pub contact: Option<ContactForce>,
-    /// Force of the body on the bones, N, by dimension; none at the end of a trajectory, where dampers and masses bear on them too.
+    /// Force of the body on the bones, N, by dimension; null at the end of a trajectory, where dampers and
+    /// masses act on them too.
     pub on_bones_n: Option<Vec<f64>>,
-    /// The last equilibrium, where one was wanted.
+    /// The last equilibrium, if one was wanted.
     pub solution: Option<Solution>,
-    /// How the fit ended, where there was one.
+    /// How the fit ended, if there was one.
     pub fit: Option<inverse::Status>,
-    /// What the points say, where some were given.
+    /// Result of the fit to points, if points were given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<PointsFit>,
-    /// What is heard, where that was wanted.
+    /// The sound, if it was wanted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound: Option<SoundRecord>,
-    /// The trajectory, where one was wanted.
+    /// The trajectory, if it was wanted.
     pub trajectory: Option<Way>,
-    /// Time of the answer, s: solve, fit or trajectory.
+    /// Duration of the solve, fit or trajectory, s.
     pub wall_s: f64,
-    /// The same by effect, for a trajectory or the last equilibrium; what is left is mostly the linear algebra.
+    /// Time by effect, for a trajectory or the last equilibrium; the rest is mostly linear algebra.
     pub time_by_effect: Vec<EffectTime>,
     /// Positions of all nodes, m.
     pub positions_m: Vec<Vec<f64>>,
 }
 
-/// Runs a scene from beginning to end: its body, its plan, its result.
+/// Runs a scene: its body, its plan, its result.
 ///
 /// # Errors
-/// [`SceneError`] where it cannot begin; whatever happens later is in the outcome.
+/// [`SceneError`] if the run cannot begin; later failures are in the outcome.
 pub fn simulate(scene: &Scene) -> Result<Outcome, SceneError> {
     scene.check()?;
     match body::build(&scene.body)? {
@@ -153,12 +155,12 @@ pub fn simulate(scene: &Scene) -> Result<Outcome, SceneError> {
     }
 }
 
-/// Runs a prepared scene, which then has the tensions that were found.
+/// Runs a prepared scene and stores the tensions that were found in it.
 ///
 /// # Errors
-/// [`SceneError`] where it cannot begin; whatever happens later is in the outcome.
+/// [`SceneError`] if the run cannot begin; later failures are in the outcome.
 pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<Outcome, SceneError> {
-    // Made before the clock starts; a trajectory has no use for it.
+    // Made before the clock starts; a trajectory does not need it.
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
     let mut fitted = None;
@@ -185,7 +187,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         workspace.positions().to_vec()
     } else {
         let (way, positions) = follow(scene, prepared)?;
-        // What was pulled at the end, which the ramp may not have reached.
+        // The tensions at the end; the ramp may not be complete.
         let tensions = tensions_over_time(scene, prepared);
         tensions.at(way.time_s, &mut prepared.tensions);
         trajectory = Some(way);
@@ -247,11 +249,11 @@ fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> 
     Tensions::Ramp { to: prepared.tensions.clone(), duration }
 }
 
-/// Follows the motion from rest. Bones that are carried have been so before it begins, and the body has followed them, still
-/// without weight.
+/// Follows the motion from rest. Carried bones are moved before it begins, and the body follows them to an
+/// equilibrium without weight.
 ///
 /// # Errors
-/// [`SceneError::NotCarried`] where the bones cannot be brought to their places; what motion and method refuse.
+/// [`SceneError::NotCarried`] if the bones cannot be moved to their places; the errors of motion and method.
 pub(super) fn follow<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,
@@ -337,7 +339,8 @@ fn on_bones<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) ->
     total.iter().copied().collect()
 }
 
-/// Times every effect at the answer, and multiplies by how often its energy, force and stiffness were evaluated on the way there.
+/// Times every effect at the answer, and multiplies by the number of evaluations of its energy, force and
+/// stiffness.
 fn time_by_effect<const D: usize>(
     prepared: &Prepared<D>,
     at: Configuration<'_, D>,
@@ -346,7 +349,7 @@ fn time_by_effect<const D: usize>(
     let mut force = vec![SVector::zeros(); at.positions.len()];
     let mut stiffness = BlockMatrix::zeros(prepared.system.pattern());
     let us = |work: &mut dyn FnMut()| {
-        // The fastest of some: whatever makes it slower is not the effect.
+        // The fastest of several counts, since other load only adds time.
         let once = |_| {
             let clock = Instant::now();
             work();

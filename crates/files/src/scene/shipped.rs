@@ -1,8 +1,8 @@
-//! The scenes that are built into the program.
+//! Built-in scenes.
 
 use super::{Scene, SceneError};
 
-/// Name and text of every shipped scene.
+/// Name and text of every built-in scene.
 const SHIPPED: [(&str, &str); 17] = [
     ("vowel-a", include_str!("../../../../targets/scenes/vowel-a.toml")),
     ("vowel-a-jaw", include_str!("../../../../targets/scenes/vowel-a-jaw.toml")),
@@ -23,12 +23,12 @@ const SHIPPED: [(&str, &str); 17] = [
     ("block-3d", include_str!("../../../../targets/scenes/block-3d.toml")),
 ];
 
-/// The names of the shipped scenes.
+/// The names of the built-in scenes.
 pub fn names() -> impl Iterator<Item = &'static str> + Clone {
     SHIPPED.iter().map(|(name, _)| *name)
 }
 
-/// The shipped scene of a name.
+/// The built-in scene of a name.
 ///
 /// # Errors
 /// [`SceneError::Unknown`] with the nearest name.

@@ -1,4 +1,4 @@
-//! What a scene hears: the tract round its tongue, formants, and how they answer to tensions.
+//! The sound of a scene: the tract around its tongue, its formants, and their derivatives by tensions.
 
 use std::any::Any;
 use std::io;
@@ -16,21 +16,21 @@ use tongue_core::statics::{Response, Workspace};
 use tongue_infer::heard::{Airway, AirwayError, Articulation};
 use tongue_input::files;
 
-/// Steps of the transfer function that is reported, and its end, Hz.
+/// Step of the reported transfer function, and its largest frequency, Hz.
 const STEP_HZ: f64 = 20.0;
 const HIGHEST_HZ: f64 = 5000.0;
 
-/// The tract round the tongue. Jaw and larynx are where `effects.jaw` and `effects.hyoid` take them.
+/// The tract around the tongue. `effects.jaw` and `effects.hyoid` move its jaw and larynx.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tract {
-    /// Its file, from the current folder; the tract that is drawn round the reference tongue where none is given.
+    /// Its file, from the current folder; by default the tract of the reference tongue.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Height of the opening between the lips, mm.
     #[serde(default = "default_opening")]
     pub lip_opening_mm: f64,
-    /// How far the lips are protruded, mm.
+    /// Protrusion of the lips, mm.
     #[serde(default)]
     pub lip_protrusion_mm: f64,
 }
@@ -45,7 +45,7 @@ fn default_opening() -> f64 {
     Articulation::default().lip_opening_mm
 }
 
-/// Where jaw, hyoid and lips of a scene are.
+/// Posture of jaw, hyoid and lips of a scene.
 pub(super) fn posture(scene: &Scene) -> Articulation {
     let tract = scene.tract.clone().unwrap_or_default();
     Articulation {
@@ -56,10 +56,11 @@ pub(super) fn posture(scene: &Scene) -> Articulation {
     }
 }
 
-/// The tract round the body of a scene; `None` where nothing is to be heard.
+/// The tract around the body of a scene; `None` if no sound is wanted.
 ///
 /// # Errors
-/// [`SceneError::Contradiction`] with a body that has no tongue's outline, [`SceneError::Airway`], and as the file cannot be read.
+/// [`SceneError::Contradiction`] for a body without a tongue's outline, [`SceneError::Airway`], and if the
+/// file cannot be read.
 pub(super) fn airway<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Airway>, SceneError> {
     let Some(wanted) =
         scene.tract.as_ref().filter(|_| scene.want != Want::Shape && scene.want != Want::Lengths)
@@ -86,10 +87,10 @@ pub(super) fn airway<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Op
     }
 }
 
-/// What is heard of the equilibrium that the last solve left in a workspace.
+/// The sound of the last equilibrium in a workspace.
 ///
 /// # Errors
-/// [`SceneError::Airway`] where walls meet.
+/// [`SceneError::Airway`] if walls meet.
 pub(super) fn hear<const D: usize>(
     prepared: &Prepared<D>,
     posture: Articulation,
@@ -123,7 +124,7 @@ pub(super) fn hear<const D: usize>(
         transfer_db: airway.transfer(sections, STEP_HZ, HIGHEST_HZ),
     };
     let rates = airway.rates(&sound);
-    // An equilibrium that is not a stable one has no rates.
+    // An equilibrium that is not stable has no derivatives.
     if let Ok(mut response) = Response::new(&prepared.system, workspace) {
         for &chain in prepared.system.contracting() {
             let muscle = &prepared.body.mesh.muscles[chain].name;
@@ -137,7 +138,7 @@ pub(super) fn hear<const D: usize>(
     Ok(Some(record))
 }
 
-/// Formants of a shape on the way, Hz; none where walls meet.
+/// Formants of a shape of a trajectory, Hz; `None` if walls meet.
 pub(super) fn formants<const D: usize>(
     prepared: &Prepared<D>,
     posture: &Articulation,

@@ -1,4 +1,4 @@
-//! A body with its contracting muscles, ready to be solved, and what can be observed of it, by name.
+//! A body with its contracting muscles, ready to be solved, and its observables by name.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use super::error::check_tension;
 use super::once::Once;
 use super::{Dimension, Error, Observations, Solver, Space};
 
-/// A body of which some muscles can contract, made into a [`System`]. A clone is another handle to the same.
+/// A body of which some muscles can contract, made into a [`System`]. A clone shares its data.
 #[derive(Debug, Clone)]
 pub struct Assembly<const D: usize>(Arc<Parts<D>>);
 
@@ -27,8 +27,8 @@ struct Parts<const D: usize> {
 
 /// Makes a body ready to be solved under a [`Model`].
 pub trait Assemble {
-    /// Makes `body` ready to be solved, with the muscles of these names contracting: all fibres of each. Every other muscle is plain
-    /// tissue.
+    /// Makes `body` ready to be solved, with the named muscles contracting: all fibres of each. All other
+    /// muscles are passive tissue.
     ///
     /// # Errors
     /// [`Error::NoSuchMuscle`] with the nearest name, [`Error::Repeated`], and as [`System::new`].
@@ -75,7 +75,7 @@ impl<const D: usize> Assembly<D> {
         &self.0.body
     }
 
-    /// What made a system of it.
+    /// Its model.
     pub fn model(&self) -> &Model {
         &self.0.model
     }
@@ -85,7 +85,7 @@ impl<const D: usize> Assembly<D> {
         &self.0.system
     }
 
-    /// Names of the muscles that can contract, each once, in the order in which they were given.
+    /// Names of the muscles that can contract, each once, in the given order.
     pub fn contracting(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::new();
         for &muscle in self.system().contracting() {
@@ -97,7 +97,7 @@ impl<const D: usize> Assembly<D> {
         names
     }
 
-    /// What solves it: one a thread.
+    /// A solver of it; each thread needs its own.
     pub fn solver(&self) -> Solver<D>
     where
         Space: Dimension<D>,
@@ -108,7 +108,7 @@ impl<const D: usize> Assembly<D> {
     /// The length of a muscle, m.
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`], and [`Error::Fibres`] where it is not one line.
+    /// [`Error::NoSuchMuscle`], and [`Error::Fibres`] if it has several fibres.
     pub fn length(&self, muscle: &str) -> Result<Length, Error> {
         Ok(Length::new(self.system().muscle_ends(self.line(muscle)?)))
     }
@@ -130,11 +130,11 @@ impl<const D: usize> Assembly<D> {
         Ok(Ratio::new(self.length(muscle)?, self.length(over)?))
     }
 
-    /// What a target measured says of this body: an observation for every fitted muscle, with its range of rounding, and one for
-    /// every other muscle that was measured.
+    /// The observations of this body in a target: one for every fitted muscle, with its range of rounding,
+    /// and one for every other measured muscle.
     ///
     /// # Errors
-    /// [`Error::Fit`] names a muscle that the target needs and the body lacks.
+    /// [`Error::Fit`] with a muscle that the target needs and the body lacks.
     pub fn observations(&self, target: &Target) -> Result<Observations<D>, Error> {
         let matched = Matched::new(&self.body().mesh, target)?;
         let system = self.system();
@@ -154,7 +154,7 @@ impl<const D: usize> Assembly<D> {
             ref all => Err(Error::Fibres {
                 muscle: muscle.to_owned(),
                 fibres: all.len(),
-                why: "what is observed of a muscle needs one line; name the fibres apart",
+                why: "an observable needs a muscle with one line; give the fibres different names",
             }),
         }
     }
@@ -171,7 +171,7 @@ impl<const D: usize> Assembly<D> {
         }
     }
 
-    /// Tensions of all muscles of the body, N, from those given by name; every other is zero.
+    /// Tensions of all muscles of the body, N, from those given by name; all others are zero.
     pub(super) fn tensions(&self, given: &[(&str, f64)]) -> Result<Vec<f64>, Error> {
         let mut all = vec![0.0; self.system().muscle_count()];
         let mut seen = Vec::with_capacity(given.len());
@@ -200,14 +200,15 @@ impl<const D: usize> Assembly<D> {
 }
 
 impl Assembly<2> {
-    /// The signed distance of a measured point, m, from the outline of the tissue (of several the longest): positive outside.
+    /// The signed distance of a measured point, m, from the outline of the tissue (the longest, if there are
+    /// several): positive outside.
     ///
     /// # Errors
     /// [`Error::Value`] for a point that is not finite or a body without an outline.
     pub fn contour(&self, point: SVector<f64, 2>) -> Result<Contour, Error> {
         let mesh = &self.body().mesh;
         let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
-        // Where the ends of the curve meet it is straight, so they had better meet on bone.
+        // The curve is straight where its ends meet, so that should be on bone.
         let seam = outline.iter().position(|n| mesh.fixed.binary_search(n).is_ok()).unwrap_or(0);
         outline.rotate_left(seam);
         outline.extend(outline.first().copied());

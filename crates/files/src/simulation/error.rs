@@ -1,4 +1,4 @@
-//! What a name or a number can be wrong in.
+//! Errors of names and numbers.
 
 use tongue_core::body::NoSuchMuscle;
 use tongue_core::dynamics::{MethodError, MotionError};
@@ -6,7 +6,7 @@ use tongue_core::suggest;
 use tongue_core::system::SystemError;
 use tongue_infer::inverse::FitError;
 
-/// Why something cannot be begun. Whatever goes wrong later is a status of the result.
+/// Why something cannot begin. Later failures are a status of the result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// The body has no muscle of this name.
@@ -15,12 +15,12 @@ pub enum Error {
     /// The body has no bone of this name.
     #[error("there is no bone \"{name}\" in this body; {}", bones(name, known))]
     NoSuchBone {
-        /// What was asked for.
+        /// The given name.
         name: String,
         /// The bones of the body.
         known: Vec<String>,
     },
-    /// A muscle of the body that was not named when the model was assembled.
+    /// The muscle was not named when the model was assembled.
     #[error(
         "{muscle} does not contract in this model; name it when the model is assembled (contracting: {})",
         contracting.join(", ")
@@ -28,26 +28,26 @@ pub enum Error {
     Passive {
         /// The muscle.
         muscle: String,
-        /// Those that contract.
+        /// The muscles that contract.
         contracting: Vec<String>,
     },
-    /// A muscle or bone named twice.
+    /// A muscle or bone is named twice.
     #[error("{name} is given twice; give each name once")]
     Repeated {
         /// The name.
         name: String,
     },
-    /// A muscle of several fibres where one line is needed.
+    /// A muscle has several fibres, but one line is needed.
     #[error("{muscle} has {fibres} fibres; {why}")]
     Fibres {
         /// The muscle.
         muscle: String,
-        /// How many.
+        /// Number of fibres.
         fibres: usize,
-        /// Why that is too many, and what to do.
+        /// Why one line is needed, and what to do.
         why: &'static str,
     },
-    /// A muscle or bone of which this is asked is none of the unknowns of the fit.
+    /// A muscle or bone is not an unknown of the fit.
     #[error("{name} is not searched for; {what}")]
     NotUnknown {
         /// Its name.
@@ -55,22 +55,22 @@ pub enum Error {
         /// What to do.
         what: &'static str,
     },
-    /// A number out of its range.
+    /// A number is out of range.
     #[error("{name} is {value}; it must be {must}")]
     Value {
-        /// Which.
+        /// Its name.
         name: String,
         /// Its value, SI.
         value: f64,
         /// The accepted range.
         must: &'static str,
     },
-    /// A shape of another body.
+    /// The shape is of another body.
     #[error("the shape to start from has {given} nodes, the body {nodes}; take a shape of the same body")]
     OtherBody {
-        /// Nodes of the shape.
+        /// Number of nodes of the shape.
         given: usize,
-        /// Nodes of the body.
+        /// Number of nodes of the body.
         nodes: usize,
     },
     /// The system cannot be made.
@@ -94,15 +94,15 @@ fn bones(name: &str, known: &[String]) -> String {
     }
 }
 
-/// `value` where it is as it must be.
+/// `value` if it is `good`.
 pub(super) fn checked(name: &str, value: f64, good: bool, must: &'static str) -> Result<f64, Error> {
     if good { Ok(value) } else { Err(Error::Value { name: name.to_owned(), value, must }) }
 }
 
-/// Whether a muscle can have this tension, N (2D: per metre of thickness).
+/// Checks the tension of a muscle, N (2D: per metre of thickness).
 ///
 /// # Errors
-/// [`Error::Value`] for one that is negative or not finite.
+/// [`Error::Value`] for a tension that is negative or not finite.
 pub fn check_tension(muscle: &str, tension: f64) -> Result<(), Error> {
     let good = tension.is_finite() && tension >= 0.0;
     let must = "finite and not negative: muscles pull, they do not push";

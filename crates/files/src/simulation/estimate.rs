@@ -1,4 +1,4 @@
-//! What an inverse problem's fit found, by name.
+//! Result of an inverse problem, by name.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -9,18 +9,18 @@ use tongue_infer::inverse::{Answer, Constant, Quantity, Status, Unknown};
 
 use super::{Assembly, Error, Shape};
 
-/// The values of the unknowns that fit the observations best.
+/// The values of the unknowns with the best fit of the observations.
 #[derive(Debug, Clone)]
 pub struct Estimate<const D: usize> {
     /// How the fit ended.
     pub status: Status,
-    /// All that is known of the answer: misfit, what the data leave open, where the starts ended.
+    /// The whole answer: misfit, what the data leave undetermined, the ends of the starts.
     pub answer: Answer<D>,
     /// The shape at the answer, solved from rest.
     pub shape: Shape<D>,
-    /// What each observation is in that shape, in their order and units.
+    /// The value of each observable in that shape, in the order and units of the observations.
     pub simulated: Vec<f64>,
-    /// What was measured, in the same order.
+    /// The measured values, in the same order.
     pub measured: Vec<f64>,
     unknowns: Vec<Unknown>,
     bones: Vec<String>,
@@ -48,12 +48,13 @@ impl<const D: usize> Estimate<D> {
         }
     }
 
-    /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law.
+    /// Whether the observations are met by the shape to which the tensions lead from rest, under the
+    /// published law.
     pub fn is_trustworthy(&self) -> bool {
         self.status == Status::Converged && self.shape.is_traced() && self.shape.guarded() == 0
     }
 
-    /// The tension of a muscle, N (2D: per metre of thickness), found or given.
+    /// The tension of a muscle, N (2D: per metre of thickness), fitted or given.
     ///
     /// # Errors
     /// [`Error::NoSuchMuscle`].
@@ -61,15 +62,16 @@ impl<const D: usize> Estimate<D> {
         self.shape.tension(muscle)
     }
 
-    /// The tensions of all contracting muscles, as [`Solver::equilibrium`](super::Solver::equilibrium) takes them.
+    /// The tensions of all contracting muscles, as arguments of
+    /// [`Solver::equilibrium`](super::Solver::equilibrium).
     pub fn tensions(&self) -> Vec<(&str, f64)> {
         self.contracting.iter().filter_map(|name| Some((name.as_str(), self.tension(name).ok()?))).collect()
     }
 
-    /// How far a freed bone is from where it is at rest, m.
+    /// Displacement of a free bone from its place at rest, m.
     ///
     /// # Errors
-    /// [`Error::NotUnknown`] for a bone that was not freed.
+    /// [`Error::NotUnknown`] for a bone that is not free.
     pub fn displacement(&self, bone: &str) -> Result<SVector<f64, D>, Error> {
         let what = "free the bone (InverseProblem::free_bone)";
         let number = self.bones.iter().position(|b| b == bone);
@@ -85,12 +87,12 @@ impl<const D: usize> Estimate<D> {
         Ok(shift)
     }
 
-    /// Young's modulus, Pa, where it was searched for.
+    /// Young's modulus, Pa, if it was an unknown.
     pub fn young_modulus(&self) -> Option<f64> {
         self.constant(Constant::YoungModulus)
     }
 
-    /// Poisson's ratio, where it was searched for.
+    /// Poisson's ratio, if it was an unknown.
     pub fn poisson_ratio(&self) -> Option<f64> {
         self.constant(Constant::PoissonRatio)
     }
@@ -101,13 +103,13 @@ impl<const D: usize> Estimate<D> {
         found.map(|(unknown, x)| x * unknown.unit)
     }
 
-    /// In how many directions the unknowns can be changed without the fit becoming worse; `None` where that is not known, because
-    /// the answer is singular or none was found.
+    /// Number of directions in which the unknowns can change without a worse fit; `None` if it is not known,
+    /// because the answer is singular or there is none.
     pub fn undetermined(&self) -> Option<usize> {
         self.answer.identifiability.as_ref().map(|i| i.null_directions.len())
     }
 
-    /// The curve of all answers that fit as well, where just one direction is undetermined.
+    /// The curve of all answers that fit as well, if exactly one direction is undetermined.
     pub fn valley(&self) -> Option<ValleyRecord> {
         let [open] = self.answer.identifiability.as_ref()?.null_directions.as_slice() else { return None };
         let muscles = &self.shape.assembly().body().mesh.muscles;
@@ -122,7 +124,7 @@ impl<const D: usize> Estimate<D> {
         Some(ValleyRecord::new(open.valley.as_ref()?, &unknowns, &names, <[f64]>::to_vec))
     }
 
-    /// All of it, to be written as JSON ([`crate::report::Json`]).
+    /// The whole answer as a record for JSON ([`crate::report::Json`]).
     pub fn record(&self) -> EstimateRecord {
         let displacement = |name: &String| {
             let shift = self.displacement(name).ok()?;
@@ -146,7 +148,7 @@ impl<const D: usize> Estimate<D> {
     }
 }
 
-/// An estimate as it is written.
+/// An estimate as a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EstimateRecord {
     /// How the fit ended.
@@ -155,24 +157,24 @@ pub struct EstimateRecord {
     pub active: Vec<String>,
     /// Root mean square residual of the observations.
     pub misfit: f64,
-    /// What each observation is in the shape found, in their order and units.
+    /// The value of each observable in the fitted shape, in the order and units of the observations.
     pub simulated: Vec<f64>,
-    /// What was measured, in the same order.
+    /// The measured values, in the same order.
     pub measured: Vec<f64>,
-    /// Displacements of the freed bones, mm.
+    /// Displacements of the free bones, mm.
     pub displacements_mm: ByMuscle<Vec<f64>>,
-    /// Young's modulus, Pa, where it was searched for.
+    /// Young's modulus, Pa, if it was an unknown.
     pub young_modulus_pa: Option<f64>,
-    /// Poisson's ratio, where it was searched for.
+    /// Poisson's ratio, if it was an unknown.
     pub poisson_ratio: Option<f64>,
-    /// Equilibria solved.
+    /// Number of equilibria solved.
     pub evaluations: usize,
     /// Singular values of d(residual)/d(unknown in its unit), largest first.
     pub singular_values: Option<Vec<f64>>,
-    /// In how many directions the unknowns can be changed without the fit becoming worse.
+    /// Number of directions in which the unknowns can change without a worse fit.
     pub undetermined: Option<usize>,
-    /// The curve of all answers that fit as well, where just one direction is undetermined.
+    /// The curve of all answers that fit as well, if exactly one direction is undetermined.
     pub valley: Option<ValleyRecord>,
-    /// The shape found: tensions, lengths, ratios, stretches, positions.
+    /// The fitted shape: tensions, lengths, ratios, stretches, positions.
     pub shape: SimulationRecord,
 }

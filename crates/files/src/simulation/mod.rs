@@ -1,15 +1,19 @@
-//! The whole of it by name: a body, its contracting muscles, shapes, motions and fits. Nothing here counts nodes or muscles, and
-//! nothing is computed here: it is a way to the other rooms ([`tongue_core::system`], [`tongue_core::statics`], [`tongue_core::dynamics`],
-//! [`tongue_infer::inverse`]), with the same bits.
+//! The library by names of muscles and bones: a body, its contracting muscles, shapes, motions and fits. This
+//! layer uses no numbers of nodes or muscles and computes nothing itself: it calls [`tongue_core::system`],
+//! [`tongue_core::statics`], [`tongue_core::dynamics`] and [`tongue_infer::inverse`] with the same results to
+//! the last bit.
 //!
 //! ```text
-//! Model::default().assemble(&body, ["GGa", ..]) -> Assembly   the body ready to be solved; cheap to clone, shared by threads
+//! Model::default().assemble(&body, ["GGa", ..]) -> Assembly   the body ready to be solved; cheap to clone,
+//! shared by threads
 //!     .solver()            -> Solver      one a thread        .equilibrium(&[("GGa", 12.0)]) -> Shape
 //!     .trajectory(..)      -> Trajectory  the motion there
 //!     .stretch("GGa")      -> an observable; with what was measured an Observation
-//!     InverseProblem::new(&model, observations).fit() -> Estimate    tensions, displaced bones and constants that fit
+//! InverseProblem::new(&model, observations).fit() -> Estimate    tensions, displaced bones and constants
+//! that fit
 //! ```
-//! An [`Error`] is a wrong name or number, told before anything is solved. A solve, motion or fit that fails is a status of its result.
+//! An [`Error`] is a wrong name or number, reported before anything is solved. A failure of a solve, motion
+//! or fit is a status of its result.
 //!
 //! # Example
 //! ```
@@ -19,9 +23,10 @@
 //! let body = Body::tongue(5.5e-3)?;
 //! let model = Model::default().assemble(&body, ["GGa", "HGa"])?;
 //! let shape = model.solver().equilibrium(&[("GGa", 12.0), ("HGa", 4.5)])?;
-//! // As if the two had been measured to 1 mm, with the hyoid where it is at rest to within a millimetre or two:
+//! // Both lengths as measured to 1 mm, with the hyoid at its place at rest to within 2 mm:
 //! let observations: Vec<_> = ["GGa", "HGa"].into_iter()
-//!     .map(|name| Ok(Observation::new(model.length(name)?, shape.length(name)?).with_standard_deviation(0.3e-3)))
+//! .map(|name| Ok(Observation::new(model.length(name)?,
+//! shape.length(name)?).with_standard_deviation(0.3e-3)))
 //!     .collect::<Result<_, Box<dyn std::error::Error>>>()?;
 //! let estimate = InverseProblem::new(&model, observations)
 //!     .free_bone("hyoid", 10e-3)?

@@ -1,5 +1,5 @@
-//! The work behind the names, compiled once, here, for the plane and for space: a program that uses it links it, and need not
-//! compile solvers and searches anew.
+//! Non-generic entry points, compiled in this crate for the plane and for space, so that a program that uses
+//! them does not compile solvers and searches again.
 
 use nalgebra::SVector;
 
@@ -12,14 +12,14 @@ use tongue_infer::inverse::{self, Answer, FitError, FreedBone, Inverse};
 use super::Error;
 use super::samples::{Samples, follow};
 
-/// Stands for the dimensions in which bodies can be solved by name: those in which it is [`Dimension`].
+/// Marker of the dimensions in which bodies can be solved by name: those for which it is [`Dimension`].
 #[derive(Debug)]
 pub struct Space;
 
-/// That bodies of `D` dimensions can be solved by name: of 2 and 3.
+/// Marker that bodies of `D` dimensions can be solved by name: 2 and 3.
 pub trait Dimension<const D: usize>: Once<D> {}
 
-/// What is compiled once. It can neither be called nor implemented from elsewhere.
+/// Entry points that are compiled once. They cannot be called or implemented outside this crate.
 #[allow(missing_docs, reason = "each is the function that it calls")]
 pub trait Once<const D: usize> {
     fn system(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<System<D>, SystemError>;

@@ -1,4 +1,4 @@
-//! An inverse problem by name: what was seen of a body, and what is searched for.
+//! An inverse problem by name: the observations of a body, and the unknowns.
 
 use tongue_core::observe::Observation;
 use tongue_infer::inverse::{FreedBone, Inverse, Prior, Quantity, Settings, Tissue, Unknown};
@@ -7,30 +7,31 @@ use super::error::checked;
 use super::once::Once;
 use super::{Assembly, Dimension, Error, Estimate, Space};
 
-/// What was seen of a body.
+/// The observations of a body.
 #[derive(Debug, Clone, Default)]
 pub struct Observations<const D: usize> {
-    /// What a fit is to meet.
+    /// Observations to fit.
     pub fitted: Vec<Observation<D>>,
-    /// What else was measured. Where what is fitted leaves a direction open, it tells the best of the answers.
+    /// Other measurements. If the fitted observations leave a direction undetermined, these select the best
+    /// of the answers.
     pub others: Vec<Observation<D>>,
 }
 
 impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
-    /// All of them fitted.
+    /// All observations are fitted.
     fn from(fitted: Vec<Observation<D>>) -> Self {
         Self { fitted, others: Vec::new() }
     }
 }
 
-/// What was seen of a body and what is unknown of it: at first the tension of every contracting muscle, from 0 to
+/// The observations of a body and its unknowns: at first the tension of every contracting muscle, from 0 to
 /// [`Settings::upper_bound`].
 ///
-/// Priors are weighed against observations by their standard deviations, so where there are priors the observations need theirs
-/// ([`Observation::with_standard_deviation`]).
+/// Priors are weighed against observations by their standard deviations, so with priors the observations need
+/// theirs too ([`Observation::with_standard_deviation`]).
 #[derive(Debug, Clone)]
 pub struct InverseProblem<const D: usize> {
-    /// How it is searched.
+    /// Settings of the search.
     pub settings: Settings,
     assembly: Assembly<D>,
     observations: Observations<D>,
@@ -38,7 +39,7 @@ pub struct InverseProblem<const D: usize> {
     unknowns: Vec<Unknown>,
     bone_names: Vec<String>,
     bones: Vec<FreedBone<D>>,
-    /// Tensions of all muscles of the body, N: those that are known.
+    /// Known tensions of all muscles of the body, N.
     tensions: Vec<f64>,
 }
 
@@ -46,7 +47,7 @@ impl<const D: usize> InverseProblem<D>
 where
     Space: Dimension<D>,
 {
-    /// The tensions of all contracting muscles from these observations.
+    /// The problem of finding the tensions of all contracting muscles from these observations.
     pub fn new(assembly: &Assembly<D>, observations: impl Into<Observations<D>>) -> Self {
         let tension = |&muscle: &usize| Unknown::tension(muscle, f64::INFINITY);
         Self {
@@ -60,16 +61,16 @@ where
         }
     }
 
-    /// The same, searched with other settings.
+    /// The problem with other settings.
     #[must_use]
     pub fn with_settings(self, settings: Settings) -> Self {
         Self { settings, ..self }
     }
 
-    /// The same with a tension that is known, N (2D: per metre of thickness), and not searched for.
+    /// The problem with a known tension, N (2D: per metre of thickness).
     ///
     /// # Errors
-    /// Names and tensions as [`Solver::equilibrium`](super::Solver::equilibrium).
+    /// As [`Solver::equilibrium`](super::Solver::equilibrium) for names and tensions.
     pub fn with_tension(mut self, muscle: &str, tension: f64) -> Result<Self, Error> {
         let known = self.assembly.tensions(&[(muscle, tension)])?;
         for fibre in self.assembly.fibres(muscle)? {
@@ -79,7 +80,7 @@ where
         Ok(self)
     }
 
-    /// The same with other bounds of a tension, N (2D: per metre of thickness).
+    /// The problem with other bounds of a tension, N (2D: per metre of thickness).
     ///
     /// # Errors
     /// A name that is not among the unknowns; bounds that are not finite, not in order or negative.
@@ -93,11 +94,12 @@ where
         Ok(self)
     }
 
-    /// The same with something known of a tension beforehand: it is near `mean`, give or take `sd` (standard deviation), N (2D: per
-    /// metre of thickness).
+    /// The problem with a normal prior of a tension: its mean and standard deviation, N (2D: per metre of
+    /// thickness).
     ///
     /// # Errors
-    /// A name that is not among the unknowns; a mean that is not finite, a standard deviation that is not positive.
+    /// A name that is not among the unknowns; a mean that is not finite, a standard deviation that is not
+    /// positive.
     pub fn with_prior(mut self, muscle: &str, mean: f64, sd: f64) -> Result<Self, Error> {
         checked(&format!("the mean of the tension of {muscle}"), mean, mean.is_finite(), "finite")?;
         let weight = weight(muscle, sd)?;
@@ -105,12 +107,12 @@ where
         Ok(self)
     }
 
-    /// The same with a bone whose displacement is searched for, all of its nodes together, at most `most` (m) either way along each
-    /// axis.
+    /// The problem with the displacement of a bone as an unknown, the same for all its nodes, of at most
+    /// `most` (m) in both directions of each axis.
     ///
     /// # Errors
-    /// [`Error::NoSuchBone`] with the nearest name, [`Error::Repeated`], a length that is none, and [`Error::System`] where nothing
-    /// else holds the body.
+    /// [`Error::NoSuchBone`] with the nearest name, [`Error::Repeated`], a length that is not positive, and
+    /// [`Error::System`] if no other bone holds the body.
     pub fn free_bone(mut self, bone: &str, most: f64) -> Result<Self, Error> {
         let nodes = self.assembly.bone(bone)?;
         checked(&format!("the most that {bone} moves"), most, most.is_finite() && most > 0.0, POSITIVE)?;
@@ -129,10 +131,12 @@ where
         Ok(self)
     }
 
-    /// The same with a freed bone that stays near its place at rest, give or take `sd` (standard deviation, m) along each axis.
+    /// The problem with a normal prior of a free bone's displacement: its standard deviation along each axis,
+    /// m.
     ///
     /// # Errors
-    /// [`Error::NotUnknown`] for a bone that was not freed, [`Error::Value`] for a standard deviation that is not positive.
+    /// [`Error::NotUnknown`] for a bone that is not free, [`Error::Value`] for a standard deviation that is
+    /// not positive.
     pub fn with_bone_prior(mut self, bone: &str, sd: f64) -> Result<Self, Error> {
         let weight = weight(bone, sd)?;
         let freed = self.bone_names.iter().position(|name| name == bone).ok_or_else(|| {
@@ -146,14 +150,14 @@ where
         Ok(self)
     }
 
-    /// The same with Young's modulus searched for too, between these values, Pa.
+    /// The problem with Young's modulus as an unknown between these values, Pa.
     #[must_use]
     pub fn free_young_modulus(mut self, lower: f64, upper: f64) -> Self {
         self.unknowns.push(Unknown::young_modulus(lower / 100.0, upper / 100.0));
         self
     }
 
-    /// The same with Poisson's ratio searched for too, between these values.
+    /// The problem with Poisson's ratio as an unknown between these values.
     #[must_use]
     pub fn free_poisson_ratio(mut self, lower: f64, upper: f64) -> Self {
         self.unknowns.push(Unknown::poisson_ratio(lower * 100.0, upper * 100.0));
@@ -167,18 +171,18 @@ where
         )
     }
 
-    /// Searches for what fits the observations best. The same bits for any number of threads.
+    /// Searches for the best fit of the observations. The result has the same bits for any number of threads.
     ///
     /// # Errors
-    /// [`Error::Fibres`] for a muscle whose tension is one unknown of several fibres; [`Error::Fit`] for settings and bounds out of
-    /// range, no observations, nothing unknown. Whatever happens later is a status of the estimate.
+    /// [`Error::Fibres`] for a muscle with an unknown tension and several fibres; [`Error::Fit`] for settings
+    /// and bounds out of range, no observations or no unknowns. Later failures are a status of the estimate.
     pub fn fit(&self) -> Result<Estimate<D>, Error> {
         let (assembly, system) = (&self.assembly, self.assembly.system());
         for muscle in assembly.contracting() {
             let fibres = assembly.fibres(muscle)?;
             let searched = |u: &Unknown| u.quantity == Quantity::Tension { muscle: fibres[0] };
             if fibres.len() > 1 && self.unknowns.iter().any(searched) {
-                let why = "a fit needs one line for each tension; give its tension (with_tension), or name the fibres apart";
+                let why = "a fit needs one line for each tension; give its tension (with_tension), or give the fibres different names";
                 return Err(Error::Fibres { muscle: muscle.to_owned(), fibres: fibres.len(), why });
             }
         }
@@ -205,7 +209,7 @@ where
 
 const POSITIVE: &str = "positive and finite";
 
-/// One over a standard deviation.
+/// The inverse of a standard deviation.
 fn weight(name: &str, sd: f64) -> Result<f64, Error> {
     let what = format!("the standard deviation of {name}");
     checked(&what, sd, sd.is_finite() && sd > 0.0, POSITIVE).map(|sd| 1.0 / sd)

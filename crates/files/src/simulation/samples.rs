@@ -1,4 +1,4 @@
-//! What is seen of a body in motion.
+//! Sampling of a motion.
 
 use nalgebra::SVector;
 
@@ -7,10 +7,11 @@ use tongue_core::system::System;
 
 use super::Error;
 
-/// Error that a step may make, m.
+/// Error allowed in a step, m.
 const TOLERANCE: f64 = 1e-6;
 
-/// Follows the motion of a system from rest: how it ended, the part of its way to equilibrium that it went, and what was seen.
+/// Follows the motion of a system from rest: returns how it ended, the part of its way to equilibrium, and
+/// the samples.
 pub(super) fn follow<const D: usize>(
     system: &System<D>,
     tensions: Tensions,
@@ -27,12 +28,12 @@ pub(super) fn follow<const D: usize>(
     Ok((outcome, motion.part_of_way(&start, &state), seen))
 }
 
-/// What is seen of a motion.
+/// Samples of a motion.
 #[derive(Debug, Default)]
 pub struct Samples<const D: usize> {
     /// Times, s.
     pub times: Vec<f64>,
-    /// Positions of all nodes at each of them, m.
+    /// Positions of all nodes at each time, m.
     pub positions: Vec<Vec<SVector<f64, D>>>,
 }
 

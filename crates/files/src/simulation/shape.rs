@@ -1,4 +1,4 @@
-//! A shape of a body: where its nodes are, and how it was found.
+//! A shape of a body: the positions of its nodes, and the solve that found it.
 
 use nalgebra::SVector;
 
@@ -8,12 +8,12 @@ use tongue_infer::inverse::alarms;
 
 use super::{Assembly, Error};
 
-/// A shape of a body under tensions, which lives on when the solver has gone to the next.
+/// A shape of a body under tensions, independent of the solver.
 #[derive(Debug, Clone)]
 pub struct Shape<const D: usize> {
     /// How the solve ended, and what it cost.
     pub solution: Solution,
-    /// The branch of equilibria from rest, where it was followed.
+    /// The branch of equilibria from rest, if it was followed.
     pub trace: Option<Trace>,
     assembly: Assembly<D>,
     tensions: Vec<f64>,
@@ -40,18 +40,18 @@ impl<const D: usize> Shape<D> {
         self.solution.status == Status::Converged
     }
 
-    /// Whether it is known to lie on the branch of equilibria that begins at rest.
+    /// Whether it is known to lie on the branch of equilibria from rest.
     pub fn is_traced(&self) -> bool {
         self.solution.connection == Connection::Traced
     }
 
-    /// Number of elements in which the barrier against inversion acts: where there are any, the shape is not that of the published
-    /// law.
+    /// Number of elements in which the barrier against inversion acts. If it is not zero, the shape is not
+    /// that of the published law.
     pub fn guarded(&self) -> usize {
         self.solution.guarded
     }
 
-    /// Positions of all nodes, m, in the order of the body's.
+    /// Positions of all nodes, m, in the order of the body's nodes.
     pub fn positions(&self) -> &[SVector<f64, D>] {
         &self.positions
     }
@@ -91,7 +91,7 @@ impl<const D: usize> Shape<D> {
         Ok(sum / fibres.len() as f64)
     }
 
-    /// The length of a muscle over its length at rest: below 1 where it shortened.
+    /// The length of a muscle over its length at rest: below 1 if it shortened.
     ///
     /// # Errors
     /// [`Error::NoSuchMuscle`].
@@ -112,7 +112,7 @@ impl<const D: usize> Shape<D> {
         self.assembly.system().cell_ratios(&self.positions)
     }
 
-    /// All of it, to be written as JSON ([`report::Json`]): what `tongue-fit simulate --json` prints, without the time it took.
+    /// A record for JSON ([`report::Json`]), as of `tongue-fit simulate --json`, without the duration.
     pub fn record(&self) -> SimulationRecord {
         let names = self.assembly.body().mesh.muscle_names();
         let (system, positions) = (self.assembly.system(), &self.positions);
@@ -129,7 +129,7 @@ impl<const D: usize> Shape<D> {
         }
     }
 
-    /// Shape and tensions for ParaView.
+    /// Shape and tensions as a file for ParaView.
     ///
     /// # Errors
     /// [`ReportError`] for a shape that is not finite.
@@ -159,7 +159,7 @@ impl Shape<2> {
 }
 
 impl Shape<3> {
-    /// A picture: the surface, shaded, over the edges of the body at rest.
+    /// A picture: the shaded surface over the edges of the body at rest.
     ///
     /// # Errors
     /// [`ReportError`] for a shape that is not finite.

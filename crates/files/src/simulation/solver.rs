@@ -8,10 +8,11 @@ use super::error::checked;
 use super::once::Once;
 use super::{Assembly, Dimension, Error, Shape, Space};
 
-/// Solves equilibria of an [`Assembly`], one after another; what it writes to is its own, so every thread needs one.
+/// Solves equilibria of an [`Assembly`], one after another. It writes to its own memory, so every thread
+/// needs one.
 #[derive(Debug)]
 pub struct Solver<const D: usize> {
-    /// When a solve stops.
+    /// Settings of a solve.
     pub settings: Settings,
     assembly: Assembly<D>,
     workspace: Workspace<D>,
@@ -27,20 +28,20 @@ where
         Self { settings: Settings::default(), assembly: assembly.clone(), workspace }
     }
 
-    /// The equilibrium at these tensions (N; 2D: per metre of thickness), from rest. Muscles that are not named have none. The same
-    /// bits whatever was solved before.
+    /// The equilibrium at these tensions (N; 2D: per metre of thickness), from rest. Other muscles have no
+    /// tension. The result does not depend on earlier solves.
     ///
     /// # Errors
-    /// A name that the body does not have or that was not assembled, or is given twice; a tension that is negative or not finite.
-    /// Whether there is an equilibrium says [`Shape::is_converged`].
+    /// A name that the body does not have, that was not assembled, or that is given twice; a tension that is
+    /// negative or not finite. [`Shape::is_converged`] says whether there is an equilibrium.
     pub fn equilibrium(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, Error> {
         let tensions = self.assembly.tensions(tensions)?;
         self.workspace.start_from_rest(self.assembly.system());
         Ok(self.solve(tensions))
     }
 
-    /// As [`Solver::equilibrium`], from a shape that was solved before: for tensions that change little. Where there are several
-    /// equilibria, the one found is near that shape.
+    /// As [`Solver::equilibrium`], starting from an earlier shape: for small changes of the tensions. If
+    /// there are several equilibria, the result is one near that shape.
     ///
     /// # Errors
     /// As [`Solver::equilibrium`], and [`Error::OtherBody`].
@@ -56,8 +57,8 @@ where
         Ok(self.solve(tensions))
     }
 
-    /// As [`Solver::equilibrium`], and follows the equilibria from rest as the tensions grow, which tells whether the shape lies on
-    /// the branch that begins at rest ([`Shape::is_traced`]). Costs about forty solves.
+    /// As [`Solver::equilibrium`], and follows the equilibria from rest as the tensions grow, to check that
+    /// the shape lies on that branch ([`Shape::is_traced`]). Costs about forty solves.
     ///
     /// # Errors
     /// As [`Solver::equilibrium`].
@@ -72,8 +73,9 @@ where
         Ok(shape)
     }
 
-    /// How the nodes of an equilibrium move for a unit of each tension, m/N (2D: per newton per metre of thickness): a list for each
-    /// contracting muscle, in their order, with an entry for each node. `None` where the shape is not a stable equilibrium.
+    /// Derivatives of the positions of the nodes of an equilibrium by each tension, m/N (2D: per newton per
+    /// metre of thickness): a list for each contracting muscle, in their order, with an entry for each node.
+    /// `None` if the shape is not a stable equilibrium.
     ///
     /// # Errors
     /// [`Error::OtherBody`].
@@ -93,7 +95,7 @@ where
         if given == nodes { Ok(()) } else { Err(Error::OtherBody { given, nodes }) }
     }
 
-    /// Has every later solve bring a bone to where it is at rest, and `shift` (m) from there.
+    /// Displaces a bone by `shift` (m) from its place at rest in all later solves.
     ///
     /// # Errors
     /// [`Error::NoSuchBone`] with the nearest name, [`Error::Value`] for a shift that is not finite.

@@ -9,16 +9,16 @@ use super::once::Once;
 use super::samples::Samples;
 use super::{Assembly, Dimension, Error, Space};
 
-/// A body in motion, from rest, at even times.
+/// The motion of a body from rest, at equidistant times.
 #[derive(Debug, Clone)]
 pub struct Trajectory<const D: usize> {
     /// How it ended, and what it cost.
     pub outcome: Outcome,
-    /// Part of its way to equilibrium that the body has gone at the end; `None` where there is no such way.
+    /// Part of the way to equilibrium that the body has moved at the end; `None` if there is no such way.
     pub part_of_way: Option<f64>,
     /// Times, s.
     pub times: Vec<f64>,
-    /// Positions of all nodes at each of them, m.
+    /// Positions of all nodes at each time, m.
     pub positions: Vec<Vec<SVector<f64, D>>>,
     assembly: Assembly<D>,
 }
@@ -27,11 +27,13 @@ impl<const D: usize> Assembly<D>
 where
     Space: Dimension<D>,
 {
-    /// The motion from rest while the tensions (N; 2D: per metre of thickness) grow to their values in `ramp_s` (s) and then stay,
-    /// until `t_end_s`, looked at `samples` times evenly; by TR-BDF2 with an error of 1 µm a step.
+    /// The motion from rest while the tensions (N; 2D: per metre of thickness) grow to their values in
+    /// `ramp_s` (s) and then stay, until `t_end_s`, at `samples` equidistant times; by TR-BDF2 with an error
+    /// of 1 µm a step.
     ///
     /// # Errors
-    /// Names and tensions as [`Solver::equilibrium`](super::Solver::equilibrium); times that are no times; tissue without dampers.
+    /// As [`Solver::equilibrium`](super::Solver::equilibrium) for names and tensions; times out of range;
+    /// tissue without dampers.
     pub fn trajectory(
         &self,
         tensions: &[(&str, f64)],

@@ -1,10 +1,10 @@
-//! Tensions as they are typed: `GGa=12`.
+//! Tensions as words: `GGa=12`.
 
 use tongue_core::body::Body;
 
 use super::{Error, check_tension};
 
-/// A word that is no muscle with its tension.
+/// A word that is not a muscle with its tension.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{word}: {why}")]
 pub struct BadTension {
@@ -14,10 +14,11 @@ pub struct BadTension {
     pub why: String,
 }
 
-/// Reads words such as `GGa=12`: numbers of the body's muscles and their tensions, N (2D: per metre of thickness).
+/// Reads words such as `GGa=12` into numbers of the body's muscles and tensions, N (2D: per metre of
+/// thickness).
 ///
 /// # Errors
-/// [`BadTension`] for the first word that is none: no number, no muscle of the body, a muscle for the second time.
+/// [`BadTension`] for the first invalid word: no number, an unknown muscle, or a repeated muscle.
 pub fn read_tensions<const D: usize>(
     words: &[String],
     body: &Body<D>,

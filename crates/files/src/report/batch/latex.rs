@@ -1,13 +1,14 @@
-//! `tensions.tex`: the tensions of a batch as a table for a paper, a row a fit.
+//! `tensions.tex`: the tensions of a batch as a table for a paper, one row for each fit.
 
 use super::Provenance;
 use super::record::AssessedRecord;
 use super::tables::name;
 
-/// What a cell without a value holds.
+/// Text of a cell without a value.
 const NONE: &str = "--";
 
-/// Everything before the first row; `muscles` are the columns, `draws` how many the intervals are from.
+/// The text before the first row; `muscles` are the columns, `draws` is the number of draws for the
+/// intervals.
 pub fn head(muscles: &[String], draws: usize, p: &Provenance) -> String {
     let names: String = muscles.iter().map(|m| format!(" & {}", escaped(m))).collect();
     let intervals = match draws {
@@ -64,10 +65,10 @@ pub fn row(muscles: &[String], r: &AssessedRecord) -> String {
     )
 }
 
-/// Everything after the last row.
+/// The text after the last row.
 pub const FOOT: &str = "\\end{longtable}\n";
 
-/// A text in which nothing is a command of LaTeX.
+/// A text with LaTeX's special characters escaped.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

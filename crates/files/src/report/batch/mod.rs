@@ -1,5 +1,5 @@
-//! What a batch leaves behind: tables (CSV, LaTeX), one JSON document, one page and one picture, made of what each fit said when it was
-//! done.
+//! Outputs of a batch: tables (CSV, LaTeX), one JSON document, one page and one picture, assembled from the
+//! parts that each fit wrote when it was done.
 
 pub mod journal;
 mod latex;
@@ -30,12 +30,12 @@ pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::shard::Shard;
 pub use self::summary::{Digest, PassiveGroup, Summary, passive_groups};
 
-/// Where an output comes from; said by each of them.
+/// Provenance of an output.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Provenance {
     /// Version of tongue-fit.
     pub version: String,
-    /// The command line, without what changes no result.
+    /// The command line without options that do not change results.
     pub command: String,
     /// Seed of the draws.
     pub seed: u64,
@@ -43,20 +43,20 @@ pub struct Provenance {
     pub inputs_sha256: String,
 }
 
-/// What a batch consists of, beside the fits.
+/// Content of a batch beside the fits.
 #[derive(Debug)]
 pub struct Batch<'a> {
-    /// Where it comes from.
+    /// Its provenance.
     pub provenance: &'a Provenance,
     /// The jobs, in order.
     pub jobs: &'a [Job],
     /// The rows that are baselines.
     pub baselines: &'a [BaselineRow],
-    /// The rows that could not be fitted; those that fail later are added.
+    /// The rows that could not be fitted; rows that fail later are added.
     pub refusals: &'a [Refusal],
-    /// What was wrong with rows that could not be read.
+    /// Faults of the rows that could not be read.
     pub unreadable: &'a [String],
-    /// The numbers.
+    /// The summary.
     pub summary: &'a Summary,
     /// The mesh.
     pub mesh: &'a Mesh<2>,
@@ -64,10 +64,10 @@ pub struct Batch<'a> {
     pub muscles: &'a [String],
 }
 
-/// A fit in the words of every output.
+/// The parts of a fit for all outputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
-    /// For the summary.
+    /// Its part of the summary.
     pub digest: Digest,
     /// Its record: a JSON object on one line.
     pub json: String,
@@ -77,10 +77,10 @@ pub struct Fitted {
     pub fits: String,
     /// Its row of `tensions.tex`.
     pub latex: String,
-    /// Its lines of `posterior.csv`; empty where no posterior was asked for.
+    /// Its lines of `posterior.csv`; empty if no posterior was asked for.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub posterior: String,
-    /// Its part of the page, for as many fits as the page shows.
+    /// Its part of the page, if the page shows the fit.
     pub page: Option<page::PageFit>,
 }
 
@@ -95,7 +95,7 @@ impl Kept for Fitted {
 /// The journal of a batch.
 pub type Journal = journal::Journal<Fitted>;
 
-/// SHA-256 of texts, one after another and told apart, in hexadecimal.
+/// SHA-256 of a sequence of texts with their lengths, in hexadecimal.
 pub fn sha256(texts: &[&str]) -> String {
     use sha2::Digest as _;
     let mut hash = sha2::Sha256::new();
@@ -106,7 +106,8 @@ pub fn sha256(texts: &[&str]) -> String {
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Makes the fit of a job, in its words; where it cannot begin, why. As [`batch::assess`] and [`fitted`].
+/// Makes the fit of a job and its parts of the outputs, or says why it cannot begin, by [`batch::assess`] and
+/// [`fitted`].
 ///
 /// # Errors
 /// As [`fitted`].
@@ -126,37 +127,38 @@ pub fn assess(
     }
 }
 
-/// In what the fits of a batch are made, and how.
+/// Body, model and settings of the fits of a batch.
 #[derive(Debug, Clone, Copy)]
 pub struct Within<'a> {
     /// The mesh.
     pub mesh: &'a Mesh<2>,
     /// Names of its muscles, in the order of columns.
     pub muscles: &'a [String],
-    /// What makes a system of it.
+    /// The model that makes a system of it.
     pub model: &'a Model,
     /// The body under premises other than the thesis's.
     pub setup: Option<&'a Setup>,
-    /// What is known of muscles and vowels.
+    /// Known facts about muscles and vowels.
     pub known: &'a Known,
-    /// What to compare with.
+    /// The thesis's results for comparison.
     pub thesis: &'a Thesis,
-    /// The posterior of the row, where one was asked for, or why there is none.
+    /// The posterior of the row, or why there is none, if one was asked for.
     pub posterior: Option<&'a Result<RowPosterior, String>>,
-    /// How fits are made.
+    /// Settings of the fits.
     pub how: &'a Thoroughness,
 }
 
 /// The posterior of a row.
 #[derive(Debug, Clone)]
 pub struct RowPosterior {
-    /// What is told.
+    /// Its report.
     pub report: tongue_infer::posterior::Report,
-    /// The ridges of its changes, SVG; none where it has not mixed or the page does not show the fit.
+    /// The ridges of its changes, SVG; `None` if it has not mixed or the page does not show the fit.
     pub ridges: Option<String>,
 }
 
-/// Names of a mesh's muscles in the order of columns: those that the table has, in its order, then the others.
+/// Names of a mesh's muscles in the order of columns: those that the table has, in its order, then the
+/// others.
 pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
     let has = |name: &&String| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name));
     let mut names: Vec<String> = data.muscles().iter().filter(has).cloned().collect();
@@ -168,8 +170,8 @@ pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
     names
 }
 
-/// Puts a finished fit into the words of every output; `muscles` are those of the mesh in the order of columns, and beside it
-/// stand what the thesis simulated and the posterior of its row, where there are any.
+/// Makes the parts of all outputs of a finished fit; `muscles` are those of the mesh in the order of columns.
+/// The thesis's simulation and the posterior of the row are included if there are any.
 ///
 /// # Errors
 /// [`ReportError`] for a figure that cannot be drawn or a record that cannot be written.
@@ -210,7 +212,7 @@ pub fn fitted(
     })
 }
 
-/// Writes all files of a finished batch, each whole or not at all, and returns their paths.
+/// Writes all files of a finished batch, completely or not at all, and returns their paths.
 ///
 /// # Errors
 /// [`ReportError::File`] as the operating system.
@@ -237,7 +239,7 @@ pub fn write_files(
     out.write_streams(if has_posterior { &files } else { &files[..6] })
 }
 
-/// The JSON document; `with_times` adds what differs from run to run.
+/// Writes the JSON document; `with_times` adds the durations, which differ from run to run.
 ///
 /// # Errors
 /// As the operating system.
@@ -287,7 +289,7 @@ pub fn write_json(
     writeln!(w, "}}")
 }
 
-/// Every fit has kept its rows under a header; one header stands in the file.
+/// Every fit stored its rows under a header; the file gets one header.
 fn write_rows(
     w: &mut dyn Write,
     batch: &Batch<'_>,
@@ -322,7 +324,7 @@ fn write_latex(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::R
     w.write_all(latex::FOOT.as_bytes())
 }
 
-/// The fits, in the order of the jobs, with the time each took, s.
+/// The fits in the order of the jobs, with the duration of each, s.
 fn each_fit(
     batch: &Batch<'_>,
     journal: &Journal,
@@ -336,7 +338,7 @@ fn each_fit(
     Ok(())
 }
 
-/// Those of the plan and those that could not begin.
+/// The refused rows of the plan and the jobs that could not begin.
 fn all_refusals(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<Refusal>> {
     let mut all = batch.refusals.to_vec();
     for (number, job) in batch.jobs.iter().enumerate().filter(|(n, _)| journal.is_refused(*n)) {

@@ -1,4 +1,4 @@
-//! All that is said of one fit of a batch, in JSON.
+//! The JSON record of one fit of a batch.
 
 use serde::Serialize;
 
@@ -16,48 +16,49 @@ use tongue_input::measured::lengths::rest_distance::RestDistance;
 use tongue_input::measured::published_patterns::PatternCheck;
 use tongue_input::measured::thesis::Thesis;
 
-/// One fit of a batch: the record of the fit, and how far it can be believed.
+/// One fit of a batch: the record of the fit, and its reliability.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AssessedRecord {
-    /// As `tongue-fit --vowel` writes it.
+    /// The fields of `tongue-fit --vowel`.
     #[serde(flatten)]
     pub fit: FitRecord,
     /// Line of the row in its file.
     pub line: u64,
-    /// Whether the baseline stands in for a missing /ɯ/.
+    /// Whether the baseline replaces a missing /ɯ/.
     pub substitute_baseline: bool,
     /// The muscles that the fit has to hit.
     pub fitted: Vec<String>,
     /// Smallest objective.
     pub cost: f64,
-    /// The muscles that the fit does not see, beside two yardsticks.
+    /// Errors of the muscles that the fit does not see, with two references.
     pub passive: Passive,
-    /// How far the model in its baseline is from the row's.
+    /// Distance of the model in its baseline from the row's baseline.
     pub rest_shape: Option<RestDistance>,
-    /// For every singular direction, how far the tensions may go within the rounding of the data; null where the equilibrium is
-    /// singular.
+    /// For every singular direction, the range of tensions within the rounding of the data; null if the
+    /// equilibrium is singular.
     pub within_rounding: Option<Vec<RoundingSegmentRecord>>,
-    /// Ranges of the answers to lengths redrawn within their rounding; null where none were asked for.
+    /// Ranges of the answers to lengths redrawn within their rounding; null if not asked for.
     pub intervals: Option<IntervalsRecord>,
-    /// Where other starts ended.
+    /// Other local optima, where other starts ended.
     pub other_optima: Vec<OptimumRecord>,
-    /// How many other subsets of contracting muscles meet the target within rounding.
+    /// Number of other subsets of contracting muscles that meet the target within rounding.
     pub other_subsets_within_rounding: usize,
     /// The best of the other subsets.
     pub other_subsets: Vec<SubsetRecord>,
-    /// Beside the published activation pattern (Fang et al. 2009).
+    /// Comparison with the published activation pattern (Fang et al. 2009).
     pub pattern: Option<PatternCheck>,
 }
 
-/// Root mean square residuals of the passive muscles; null where there is no such number. Of ratios GGa is left out, whose ratio
-/// is 1 by definition.
+/// Root mean square residuals of the passive muscles; null if there is no such number. Ratios are without
+/// GGa, whose ratio is 1 by definition.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Passive {
     /// Stretches of the fit.
     pub rms_stretch: Option<f64>,
     /// Stretches if nothing changed against the baseline.
     pub no_change_rms_stretch: Option<f64>,
-    /// Stretches of the thesis's own simulation (table 4.8 over table 4.5), taking GGa as stretched as here.
+    /// Stretches of the thesis's own simulation (table 4.8 over table 4.5), with the stretch of GGa of this
+    /// fit.
     pub thesis_rms_stretch: Option<f64>,
     /// Ratios of the fit.
     pub rms_ratio: Option<f64>,
@@ -70,7 +71,7 @@ pub struct Passive {
 /// [`tongue_infer::inverse::rounding::RoundingSegment`] by muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RoundingSegmentRecord {
-    /// How strongly the targets answer, 1/N.
+    /// Sensitivity of the targets in this direction, 1/N.
     pub singular_value: f64,
     /// Unit vector over the active muscles.
     pub direction: ByMuscle<f64>,
@@ -83,16 +84,16 @@ pub struct RoundingSegmentRecord {
 /// [`Intervals`] by muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct IntervalsRecord {
-    /// Part of the draws within.
+    /// Part of the draws inside the interval.
     pub level: f64,
-    /// Draws.
+    /// Number of draws.
     pub draws: usize,
-    /// Draws without an equilibrium.
+    /// Number of draws without an equilibrium.
     pub failed: usize,
-    /// Draws that no tensions meet.
+    /// Number of draws that no tensions meet.
     pub not_met: usize,
-    /// Tensions of the contracting muscles, N; null where an interval would say nothing: the answer is at the upper bound, the muscle
-    /// is slack in all draws, all draws are the same, or most of them cannot be met.
+    /// Tensions of the contracting muscles, N; null if an interval has no meaning: the answer is at the upper
+    /// bound, the muscle is slack in all draws, all draws are the same, or most of them cannot be met.
     pub tensions_n: ByMuscle<Option<Interval>>,
     /// Simulated lengths over that of GGa.
     pub ratios: ByMuscle<Interval>,
@@ -107,7 +108,7 @@ pub struct OptimumRecord {
     pub tensions_n: ByMuscle<f64>,
     /// Objective.
     pub cost: f64,
-    /// Starts that ended there.
+    /// Number of starts that ended there.
     pub starts: usize,
 }
 
@@ -124,11 +125,11 @@ pub struct SubsetRecord {
     pub within_rounding: bool,
 }
 
-/// Subsets that are listed; the count of all that are within rounding is given beside them.
+/// Number of listed subsets; the record also has the count of all subsets within rounding.
 const LISTED_SUBSETS: usize = 8;
 
 impl AssessedRecord {
-    /// The record of a finished job of the batch that `command` asked for; `thesis` is what to compare with.
+    /// The record of a finished job of the batch of `command`; `thesis` is for comparison.
     pub fn new<const D: usize>(job: &Job, a: &Assessment<D>, thesis: Option<&Thesis>, command: &str) -> Self {
         let mut fit = FitRecord::new(&a.fit, &a.alarms, Provenance::new(command), 0.0);
         fit.wall_s = None;
@@ -174,7 +175,7 @@ fn intervals<const D: usize>(a: &Assessment<D>, i: &Intervals) -> IntervalsRecor
     let mostly_met = 2 * i.not_met <= i.draws;
     for (&m, interval) in fit.target.active.iter().zip(&i.tensions) {
         let at_upper_bound = a.alarms.contains(&Alarm::AtUpperBound { muscle: fit.muscles[m].clone() });
-        // A muscle that is slack in every draw has no width either; what it could be, these draws do not tell.
+        // The draws say nothing about the tension of a muscle that is slack in all of them.
         let slack = interval.high < AT_BOUND;
         let width = interval.high - interval.low;
         tensions[m] = (mostly_met && !at_upper_bound && !slack && width > 0.0).then_some(*interval);
@@ -190,7 +191,7 @@ fn intervals<const D: usize>(a: &Assessment<D>, i: &Intervals) -> IntervalsRecor
     }
 }
 
-/// The passive muscles beside their yardsticks; `thesis` where there is one and it simulated this row.
+/// Errors of the passive muscles and their references; `thesis` is used if it simulated this row.
 fn passive<const D: usize>(a: &Assessment<D>, thesis: Option<&Thesis>) -> Passive {
     let (fit, target) = (&a.fit, &a.fit.target);
     let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);

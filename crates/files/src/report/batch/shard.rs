@@ -1,28 +1,28 @@
-//! A batch cut into parts that run apart, each as one task of a cluster's engine.
+//! Shards: parts of a batch that run separately, each as one task of a cluster's engine.
 
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-/// One of several parts of a batch: every `of`th job, so that parts take about as long.
+/// One of several parts of a batch: every `of`th job, so that all parts take about equally long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
-    /// From 1.
+    /// Number of the part, from 1.
     pub number: usize,
-    /// How many there are.
+    /// Number of parts.
     pub of: usize,
 }
 
-/// Cut finer than this a batch is surely cut by a slip.
+/// Maximum number of parts.
 const MOST: usize = 100_000;
 
 impl Shard {
-    /// Whether a job is one of its.
+    /// Whether a job is in this part.
     pub fn has(self, job: usize) -> bool {
         job % self.of == self.number - 1
     }
 
-    /// Name of the journal that it leaves.
+    /// Name of its journal.
     pub fn journal(self) -> String {
         format!("batch-{}-of-{}.journal", self.number, self.of)
     }

@@ -1,4 +1,4 @@
-//! A batch in a few numbers.
+//! Summary of a batch.
 
 use std::collections::BTreeMap;
 
@@ -9,32 +9,33 @@ use super::tables::name;
 use tongue_input::measured::Vowel;
 use tongue_input::measured::lengths::rest_distance::NearestRow;
 
-/// What the summary needs of one fit.
+/// Data of one fit for the summary.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Digest {
     /// `ratio` or `stretch`.
     pub target_kind: String,
     /// The vowel.
     pub vowel: Vowel,
-    /// Whether the baseline stands in for a missing /ɯ/.
+    /// Whether the baseline replaces a missing /ɯ/.
     pub substitute_baseline: bool,
     /// How it ended.
     pub status: String,
     /// Mean square residual of the passive stretches.
     pub passive: Option<f64>,
-    /// The same if nothing changed.
+    /// Mean square of the passive stretches' changes, the error of "no change".
     pub no_change: Option<f64>,
     /// Number of passive muscles.
     pub passive_muscles: usize,
-    /// Whether the fit saw a combination of them: where its target leaves tensions open, they decide.
+    /// Whether the fit saw a combination of them: they decide which tensions it takes among those that its
+    /// target leaves open.
     pub seen_in_part: bool,
-    /// Whether a posterior was asked for and cannot be told.
+    /// Whether a posterior was asked for and cannot be reported.
     #[serde(default)]
     pub posterior_untold: bool,
 }
 
 impl Digest {
-    /// Of a record.
+    /// The digest of a record.
     pub fn new(r: &AssessedRecord) -> Self {
         Self {
             target_kind: r.fit.target_kind.to_string(),
@@ -50,33 +51,34 @@ impl Digest {
     }
 }
 
-/// Passive stretches of a group of fits beside "no change", root mean square.
+/// Root mean square errors of the passive stretches of a group of fits, and of "no change".
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PassiveGroup {
     /// `ratio` or `stretch`.
     pub target_kind: String,
     /// One vowel, or all.
     pub vowel: Option<Vowel>,
-    /// Whether these are the fits against a baseline that stands in for a missing /ɯ/.
+    /// Whether the fits are against a baseline that replaces a missing /ɯ/.
     pub substitute_baseline: bool,
-    /// Fits with passive muscles.
+    /// Number of fits with passive muscles.
     pub fits: usize,
-    /// Over the fits, each of the same weight.
+    /// Error over the fits, each of the same weight.
     pub rms_stretch: f64,
-    /// "No change", over the fits.
+    /// Error of "no change" over the fits.
     pub no_change_rms_stretch: f64,
-    /// Over all passive muscles, each of the same weight.
+    /// Error over all passive muscles, each of the same weight.
     pub rms_stretch_over_muscles: f64,
-    /// "No change", over all passive muscles.
+    /// Error of "no change" over all passive muscles.
     pub no_change_rms_stretch_over_muscles: f64,
     /// Whether the model is worse than "no change", over the fits.
     pub worse_than_no_change: bool,
-    /// Fits that saw a combination of these muscles, so that the figures of the group are none of prediction.
+    /// Number of fits that saw a combination of these muscles; if there are any, the errors are not errors of
+    /// prediction.
     pub seen_in_part: usize,
 }
 
 impl PassiveGroup {
-    /// What the figures say, in words.
+    /// The conclusion in words.
     pub fn verdict(&self) -> String {
         match (self.seen_in_part, self.worse_than_no_change) {
             (0, false) => "better".to_owned(),
@@ -91,47 +93,48 @@ fn is_none(count: &usize) -> bool {
     *count == 0
 }
 
-/// The batch as a whole.
+/// Summary of the batch.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Rows that were read.
+    /// Number of rows that were read.
     pub rows: usize,
-    /// Fits that were made.
+    /// Number of fits.
     pub fits: usize,
-    /// How many ended how.
+    /// Number of fits by status.
     pub statuses: BTreeMap<String, usize>,
-    /// Rows that are baselines.
+    /// Number of rows that are baselines.
     pub baselines: usize,
-    /// Rows, or fits of rows, that could not be made.
+    /// Number of rows, or fits of rows, that could not be made.
     pub not_fitted: usize,
-    /// Rows of the file that could not be read.
+    /// Number of rows of the file that could not be read.
     pub unreadable_rows: usize,
-    /// Posteriors that were asked for and cannot be told: the alarms of their fits say why.
+    /// Number of posteriors that were asked for and cannot be reported; the alarms of their fits say why.
     #[serde(skip_serializing_if = "is_none")]
     pub posteriors_untold: usize,
-    /// Subjects whose baseline stands in for a missing /ɯ/.
+    /// Subjects whose baseline replaces a missing /ɯ/.
     pub substitute_baselines: Vec<String>,
-    /// In which measure the model at rest is compared with rows.
+    /// Measure of the distance between the model at rest and rows.
     pub rest_shape_measure: String,
     /// The measured row that is nearest to the model at rest.
     pub nearest_row_to_rest: Option<NearestRow>,
-    /// Passive muscles, by kind of target and vowel.
+    /// Errors of the passive muscles, by kind of target and vowel.
     pub passive: Vec<PassiveGroup>,
-    /// Draws a fit for the intervals.
+    /// Number of draws of a fit for the intervals.
     pub draws: usize,
-    /// Muscles in which other subsets may differ.
+    /// Number of muscles in which other subsets may differ.
     pub subset_changes: u32,
     /// Thickness assumed, m.
     pub thickness_m: f64,
 }
 
-/// Groups the digests: for each kind, own and substitute baselines apart, every vowel and then all together.
+/// Groups the digests: for each kind of target, and own and substitute baselines separately, every vowel and
+/// then all together.
 pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> Vec<PassiveGroup> {
     let mut out = Vec::new();
     let mut kinds: Vec<&str> = digests.clone().map(|d| d.target_kind.as_str()).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    // In the order of the rows.
+    // Vowels in the order of the rows.
     let mut vowels: Vec<&Vowel> = Vec::new();
     for digest in digests.clone() {
         if !vowels.contains(&&digest.vowel) {

@@ -1,5 +1,5 @@
-//! The two tables of a batch: `muscles.csv`, a row for each muscle of each fit, and `fits.csv`, a row for each fit, baseline and row
-//! that could not be fitted.
+//! The tables of a batch: `muscles.csv` with a row for each muscle of each fit, and `fits.csv` with a row for
+//! each fit, baseline and row that could not be fitted.
 
 use serde::Serialize;
 
@@ -13,8 +13,9 @@ use tongue_infer::inverse::uncertainty::Interval;
 use tongue_input::measured::published_patterns::PatternCheck;
 use tongue_input::measured::{TargetKind, Vowel};
 
-/// A row of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
-/// is another. Ratios are to the reference muscle, stretches to the baseline: measured, or the model's with its tone. What was not measured is empty.
+/// A row of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual
+/// lengths have the size of the model. Ratios are to the reference muscle, stretches to the baseline
+/// (measured, or the model's with its tone). Missing measurements are empty.
 #[derive(Serialize)]
 struct MuscleRow<'a> {
     subject: &'a str,
@@ -54,7 +55,7 @@ struct MuscleRow<'a> {
     command: &'a str,
 }
 
-/// The rows of `muscles.csv` for one fit, with the header in front where that is asked for.
+/// The rows of `muscles.csv` for one fit, with the header if `with_header`.
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
@@ -147,7 +148,7 @@ struct PosteriorRow<'a> {
     command: &'a str,
 }
 
-/// The rows of `posterior.csv` for one fit under their header; nothing where it has no posterior.
+/// The rows of `posterior.csv` for one fit with their header; empty if it has no posterior.
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
@@ -235,7 +236,8 @@ const AFTER: [&str; 29] = [
     "command",
 ];
 
-/// The columns of `fits.csv` for a body with these muscles: tension, low and high of each stand in the middle.
+/// The columns of `fits.csv` for a body with these muscles: tension, low and high of each muscle are in the
+/// middle.
 fn fit_columns(muscles: &[String]) -> Vec<String> {
     let tensions =
         muscles.iter().flat_map(|m| ["", "_low", "_high"].map(|what| format!("tension_{m}{what}_n_per_m")));
@@ -339,7 +341,7 @@ pub fn refusal_line(muscles: &[String], r: &Refusal, p: &Provenance) -> csv::Res
     bare(muscles, [&r.subject, r.vowel.label(), "", "", &kind, "not_fitted", &r.message], r.line, p)
 }
 
-/// A line with nothing but its first columns and where it comes from.
+/// A line with only its first columns and the provenance.
 fn bare(muscles: &[String], first: [&str; 7], number: u64, p: &Provenance) -> csv::Result<String> {
     line(fit_columns(muscles).into_iter().enumerate().map(|(i, column)| match column.as_str() {
         "line" => number.to_string(),
@@ -355,7 +357,7 @@ fn optional(value: Option<impl ToString>) -> String {
     value.map(|v| v.to_string()).unwrap_or_default()
 }
 
-/// A number in its shortest form: with an exponent where it is very small or large.
+/// A number in its shortest form: with an exponent if it is very small or large.
 fn shortest(value: f64) -> String {
     format!("{value:?}")
 }

@@ -1,4 +1,5 @@
-//! The tongue in motion as one SVG file that plays in a browser (SMIL animation; no script, nothing loaded).
+//! The tongue in motion as one SVG file that plays in a browser (SMIL animation, without scripts or external
+//! files).
 
 use std::fmt::Write as _;
 
@@ -14,7 +15,7 @@ use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, escaped, text
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 
-/// One moment of a motion.
+/// One frame of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Time, s.
@@ -25,8 +26,8 @@ pub struct Frame {
     pub tensions: Vec<f64>,
 }
 
-/// Draws the motion in real time, again and again: as [`super::tongue`], with the tissue and the muscles moving. A muscle is drawn
-/// as contracting that has a tension in any frame. Where SMIL is not played the last frame is shown.
+/// Draws the motion in real time in a loop: as [`super::tongue`], with moving tissue and muscles. A muscle
+/// with a tension in any frame is drawn as contracting. Without SMIL the last frame is shown.
 ///
 /// Frames must be evenly spaced in time.
 ///
@@ -41,7 +42,8 @@ pub fn animation(
     animation_of_seen(mesh, palate, frames, &[], title)
 }
 
-/// As [`animation`], with what was seen in each frame as dots (m; as many sets as frames, or none), and muscles lit by their tensions.
+/// As [`animation`], with measured points of each frame as dots (m; one set for each frame, or none), and
+/// muscles coloured by their tensions.
 ///
 /// # Errors
 /// As [`animation`].
@@ -69,7 +71,7 @@ pub fn animation_of_seen(
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     let end = view.end();
-    // Muscles may go on beyond the view.
+    // Muscles may extend beyond the view.
     let _ = writeln!(
         svg.elements,
         "<clipPath id=\"view\"><rect x=\"{LEFT}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/></clipPath>\n\
@@ -130,7 +132,7 @@ pub fn animation_of_seen(
     Ok(svg.finish(bottom + height + MARGIN))
 }
 
-/// The names of the muscles, each carried along by the middle of its line.
+/// The names of the muscles, each moving with the middle of its line.
 fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration: f64, most: &[f64]) {
     let Some(last) = frames.last() else { return };
     let drawn = lines(view, mesh, &last.positions, most);
@@ -159,7 +161,7 @@ fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration:
     }
 }
 
-/// The bones, those that are carried along with their ways.
+/// The bones; carried bones move.
 fn moving_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration: f64) {
     let Some(last) = frames.last() else { return };
     for &node in &mesh.fixed {
@@ -185,7 +187,7 @@ fn moving_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], du
     }
 }
 
-/// What was seen in each frame while it is shown, as dots.
+/// The measured points of each frame as dots, shown during the frame.
 fn marks(svg: &mut Svg, view: &View, seen: &[Vec<SVector<f64, 2>>], duration: f64) {
     for (nth, points) in seen.iter().enumerate() {
         let shown: Vec<&str> = (0..seen.len()).map(|i| if i == nth { "visible" } else { "hidden" }).collect();
@@ -205,10 +207,10 @@ fn marks(svg: &mut Svg, view: &View, seen: &[Vec<SVector<f64, 2>>], duration: f6
     }
 }
 
-/// Colour of what was seen.
+/// Colour of measured points.
 const SEEN: &str = "#111111";
 
-/// The time of each frame while it is shown.
+/// The time of each frame, shown during the frame.
 fn times(svg: &mut Svg, frames: &[Frame], duration: f64, at: Px) {
     let count = frames.len();
     for (nth, frame) in frames.iter().enumerate() {
@@ -257,7 +259,7 @@ mod tests {
         let document = roxmltree::Document::parse(&svg).unwrap();
         let animated: Vec<_> =
             document.descendants().filter(|n| n.attribute("attributeName") == Some("d")).collect();
-        assert_eq!(animated.len(), 4, "the mesh and its  and a muscle with its edge");
+        assert_eq!(animated.len(), 4, "the mesh and its edge, and a muscle with its edge");
         for a in animated {
             let values: Vec<_> = a.attribute("values").unwrap().split(';').collect();
             assert_eq!(values.len(), 3);

@@ -1,4 +1,4 @@
-//! A part of the plane on the sheet, with axes in millimetres of one scale.
+//! A part of the plane on the sheet, with axes in millimetres of equal scale.
 
 use std::ops::RangeInclusive;
 
@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::{Anchor, Face, INK, MARGIN, Px, Svg, data};
 
-/// Room for the numbers and the name of the vertical axis, px, and of the horizontal one.
+/// Room for the numbers and the name of the vertical axis, px, and of the horizontal axis.
 pub(super) const LEFT: f64 = 84.0;
 pub(super) const BELOW: f64 = 76.0;
 const TICK: f64 = 6.0;
@@ -21,7 +21,7 @@ pub(in crate::report) struct Bounds {
 }
 
 impl Bounds {
-    /// Around points, m; empty (upside down) without any.
+    /// The bounding rectangle of points, m; empty (low above high) if there are none.
     pub fn of<'a>(points: impl IntoIterator<Item = &'a SVector<f64, 2>>) -> Self {
         let none = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
         points.into_iter().fold(none, |b, p| Self {
@@ -34,7 +34,7 @@ impl Bounds {
         [0, 1].map(|i| (self.high[i] - self.low[i]).max(0.0))
     }
 
-    /// Both rectangles and what is between.
+    /// The bounding rectangle of both.
     pub fn with(self, other: Self) -> Self {
         Self {
             low: [0, 1].map(|i| self.low[i].min(other.low[i])),
@@ -42,7 +42,7 @@ impl Bounds {
         }
     }
 
-    /// Wider by `margin` (m) on every side, out to the next multiple of `step` (m).
+    /// Extended by `margin` (m) on every side, out to the next multiple of `step` (m).
     pub fn outwards(self, margin: f64, step: f64) -> Self {
         Self {
             low: self.low.map(|v| ((v - margin) / step).floor() * step),
@@ -50,7 +50,7 @@ impl Bounds {
         }
     }
 
-    /// Never flatter than 1 : 2 nor higher than 4 : 3, so that a figure of any body fits a page.
+    /// Extended to an aspect ratio between 1 : 2 and 4 : 3, so that a figure of any body fits a page.
     pub fn paged(self) -> Self {
         let [w, h] = self.size();
         let size = [w.max(0.75 * h), h.max(0.5 * w)];
@@ -66,7 +66,7 @@ impl Bounds {
     }
 }
 
-/// Where a rectangle of the plane lies on the sheet.
+/// Position of a rectangle of the plane on the sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct View {
     pub bounds: Bounds,
@@ -77,7 +77,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// As wide as `width` px from `corner` on.
+    /// The view with its upper left corner at `corner` and a width of `width` px.
     pub fn new(bounds: Bounds, corner: Px, width: f64) -> Self {
         Self { bounds, corner, scale: width / bounds.size()[0].max(1e-9) }
     }
@@ -104,7 +104,7 @@ impl View {
         data(chains.into_iter().map(|c| c.iter().filter_map(|&n| Some(self.place(positions.get(n)?)))))
     }
 
-    /// The axes at the left and below, with a name each.
+    /// The left and the lower axis, each with a name.
     pub fn axes(&self, svg: &mut Svg, [x, y]: [&str; 2]) {
         let [left, top] = self.corner;
         let [right, bottom] = self.end();
@@ -114,7 +114,7 @@ impl View {
         for value in ticks(mm(0)) {
             let [at, _] = self.place(&SVector::from([1e-3 * value, 0.0]));
             svg.line([at, bottom], [at, bottom + TICK], INK, 1.5);
-            // A number with a sign must not leave the sheet.
+            // A number with a sign must stay inside the sheet.
             let inside = right + MARGIN - 0.7 * Face::Plain.width(&tick(value));
             svg.text([at.min(inside), bottom + 22.0], Anchor::Middle, Face::Plain, &tick(value));
         }
@@ -127,7 +127,8 @@ impl View {
         svg.upright_text([left - LEFT + MARGIN + 8.0, 0.5 * (top + bottom)], y);
     }
 
-    /// The part of a chain of points (m) that is in view, from its first point in view on, and whether it goes on beyond.
+    /// The visible part of a chain of points (m), from its first visible point, and its exit from the view,
+    /// if any.
     pub fn visible(&self, points: &[SVector<f64, 2>]) -> (Vec<Px>, Option<[Px; 2]>) {
         let mut seen = Vec::new();
         let mut leaves = None;
@@ -153,7 +154,7 @@ impl View {
         (seen, leaves)
     }
 
-    /// Where the way from a point in view to one out of it crosses the edge, m.
+    /// The intersection of the edge with the line from a visible point to an invisible one, m.
     fn exit(&self, from: &SVector<f64, 2>, to: &SVector<f64, 2>) -> SVector<f64, 2> {
         let way = to - from;
         let part = |i: usize| {
@@ -164,7 +165,7 @@ impl View {
     }
 }
 
-/// Round numbers in a range, between five and eleven of them.
+/// Between five and eleven round numbers in a range.
 pub(super) fn ticks(range: RangeInclusive<f64>) -> Vec<f64> {
     let (low, high) = range.into_inner();
     let span = (high - low).max(1e-9);

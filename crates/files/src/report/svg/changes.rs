@@ -3,34 +3,36 @@
 use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, WIDTH, legend};
 use crate::report::ReportError;
 
-/// Fill of the bars of each series. Dark, light, hollow and black: they differ in grey print as well.
+/// Fill of the bars of each series. Dark, light, hollow and black can be distinguished in grey print too.
 const FILLS: [&str; 4] = ["#0072b2", "#e69f00", "#ffffff", INK];
 
 const PLOT: f64 = 420.0;
 const LABELS: f64 = 48.0;
 const AXIS: f64 = 100.0;
 const SAMPLE: f64 = 46.0;
-/// Part of the distance between groups that the bars take.
+/// Part of the distance between groups that bars fill.
 const FILLED: f64 = 0.78;
 
-/// One bar for each muscle.
+/// A series with one bar for each muscle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Name in the legend, e.g. `measured`.
     pub name: String,
-    /// Length relative to the subject's own length in the baseline, dimensionless; one for each label.
+    /// Length over the subject's own length in the baseline, dimensionless; one for each label.
     pub values: Vec<f64>,
 }
 
 /// Draws grouped bars that grow from 1.00, upwards for a longer muscle and downwards for a shorter one
 /// (Kato 2014, figure 4.9), as SVG text.
 ///
-/// `baseline` is the symbol of the vowel that the lengths are relative to. `labels` name the groups; a label that ends in `*` marks a contracting muscle and is explained in the legend. The
-/// vertical axis spans the data in steps of 0.1 where that gives a readable number of steps.
+/// `baseline` is the symbol of the vowel that the lengths are relative to. `labels` name the groups; a label
+/// that ends in `*` marks a contracting muscle and is explained in the legend. The vertical axis spans the
+/// data in steps of 0.1 if that gives a readable number of steps.
 ///
 /// # Errors
-/// [`ReportError::ChartShape`] without labels or with no or more than four series, [`ReportError::SeriesLength`] if a
-/// series has not one value for each label, [`ReportError::Ratio`] for a value that is no ratio of lengths.
+/// [`ReportError::ChartShape`] without labels or with no or more than four series,
+/// [`ReportError::SeriesLength`] if a series has not one value for each label, [`ReportError::Ratio`] for a
+/// value that is not a ratio of lengths.
 pub fn changes(
     labels: &[String],
     series: &[Series],
@@ -72,12 +74,12 @@ fn description(labels: &[String], series: &[Series], baseline: &str) -> String {
     format!("Muscle lengths relative to /{baseline}/. {}", told.collect::<Vec<_>>().join(" "))
 }
 
-/// Ends of the vertical axis and the number of steps between them: the data, 1.00 and a little room.
+/// Ends of the vertical axis and the number of steps between them: the data, 1.00 and a margin.
 fn axis(series: &[Series]) -> (f64, f64, usize) {
     let values = || series.iter().flat_map(|s| s.values.iter().copied());
     let lowest = values().fold(0.9, f64::min);
     let highest = values().fold(1.1, f64::max);
-    // Steps of 1, 2 or 5 tenths, ones, tens: the first that needs at most nine.
+    // The smallest step that needs at most nine of them.
     let steps = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
     let step = steps.into_iter().find(|s| (highest - lowest) / s <= 7.5).unwrap_or(50.0);
     let room = 0.2 * step;
@@ -100,7 +102,7 @@ fn bars(svg: &mut Svg, labels: &[String], series: &[Series], baseline: &str, top
     svg.upright_text([MARGIN + 8.0, top + 0.5 * PLOT], &format!("length relative to /{baseline}/"));
     svg.line([left, y(1.0)], [right, y(1.0)], INK, 2.0);
     let width = FILLED * group / series.len() as f64;
-    // A muscle that did not change still shows a bar: a sliver on the line at 1.00.
+    // A muscle that did not change gets a thin bar at 1.00.
     let sliver = 0.006 * (high - low);
     for (nth, (one, fill)) in series.iter().zip(FILLS).enumerate() {
         for (number, &value) in one.values.iter().enumerate() {
@@ -117,7 +119,7 @@ fn bars(svg: &mut Svg, labels: &[String], series: &[Series], baseline: &str, top
     }
 }
 
-/// The legend over the plot, where it lies on no bar; returns its height.
+/// The legend above the plot, clear of the bars; returns its height.
 fn key(svg: &mut Svg, series: &[Series], any_active: bool, top: f64) -> f64 {
     let named = series.iter().map(|s| Entry { sample: SAMPLE, face: Face::Plain, name: &s.name });
     let mark = any_active.then_some(Entry { sample: 0.0, face: Face::Bold, name: "* contracting" });

@@ -1,4 +1,4 @@
-//! The stretch of the tissue as bands of colour.
+//! Contours: the stretch of the tissue as bands of colour.
 
 use nalgebra::{Matrix2, SVector};
 
@@ -6,7 +6,7 @@ use super::axes::{View, ticks};
 use super::{Anchor, Face, INK, MARGIN, Px, Svg, WIDTH, closed};
 use tongue_core::body::Mesh;
 
-/// Steps of viridis, which grows in lightness and which colour-blind readers can read.
+/// Steps of viridis, which becomes steadily lighter and is readable for colour-blind readers.
 const COLOURS: [&str; 10] = [
     "#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b",
     "#fde725",
@@ -15,8 +15,8 @@ const COLOURS: [&str; 10] = [
 /// The values between which colours change, ascending.
 pub(super) struct Bands(Vec<f64>);
 
-/// Fills the tissue by its largest principal stretch, a mean of the triangles around every node and linear between; `None`
-/// where there is no tissue.
+/// Fills the tissue by its largest principal stretch, averaged at every node over its triangles and linear
+/// between nodes; `None` if there is no tissue.
 pub(super) fn fill(
     svg: &mut Svg,
     view: &View,
@@ -41,7 +41,7 @@ pub(super) fn fill(
             parts.push(cut(&above, |v| band[1] - v).into_iter().map(|(p, _)| p).collect::<Vec<Px>>());
         }
         let d = closed(parts.into_iter().filter(|p| p.len() > 2));
-        // The edge of the same colour closes the gaps that rounding leaves between triangles.
+        // An edge of the same colour closes the gaps between triangles from rounding.
         svg.element(
             "path",
             format_args!("d=\"{d}\" fill=\"{colour}\" stroke=\"{colour}\" stroke-width=\"0.6\""),
@@ -50,12 +50,12 @@ pub(super) fn fill(
     Some(Bands(levels))
 }
 
-/// The colour of a band of several, which share the whole scale.
+/// The colour of a band; the bands span the whole scale.
 fn colour(nth: usize, bands: usize) -> &'static str {
     COLOURS[(nth * (COLOURS.len() - 1) / (bands - 1).max(1)).min(COLOURS.len() - 1)]
 }
 
-/// Largest principal stretch at every node, 1 where there is no tissue.
+/// Largest principal stretch at every node, 1 if it has no tissue.
 fn at_nodes(mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> Option<Vec<f64>> {
     let mut sums = vec![(0.0, 0.0); mesh.nodes.len()];
     for cell in mesh.cells.iter() {
@@ -73,7 +73,7 @@ fn at_nodes(mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> Option<Vec<f64>> {
     (!mesh.cells.is_empty()).then(|| sums.iter().map(|(s, a)| if *a > 0.0 { s / a } else { 1.0 }).collect())
 }
 
-/// The part of a polygon where `side` of the value is not negative (Sutherland and Hodgman 1974).
+/// The part of a polygon with `side` of the value not negative (Sutherland and Hodgman 1974).
 fn cut(polygon: &[(Px, f64)], side: impl Fn(f64) -> f64) -> Vec<(Px, f64)> {
     let mut out = Vec::new();
     for (&(p, v), &(q, w)) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
@@ -90,7 +90,7 @@ fn cut(polygon: &[(Px, f64)], side: impl Fn(f64) -> f64) -> Vec<(Px, f64)> {
 }
 
 impl Bands {
-    /// The bar that tells the colours, from `top` on; returns where it ends.
+    /// The legend of the colours, from `top` on; returns its lower end.
     pub fn key(&self, svg: &mut Svg, left: f64, top: f64) -> f64 {
         let bands = self.0.len().saturating_sub(1).max(1);
         let width = (WIDTH - MARGIN - 30.0 - left) / bands as f64;

@@ -1,10 +1,10 @@
-//! Names beside lines, where they hide as little as possible.
+//! Placement of names beside lines with little overlap.
 
 use super::{Face, Px, TEXT};
 
-/// Free room between a name and its line, px.
+/// Gap between a name and its line, px.
 const GAP: f64 = 7.0;
-/// Where along its line a name is tried, best first.
+/// Candidate positions of a name along its line, best first.
 const PARTS: [f64; 9] = [0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2, 0.9, 0.1];
 
 /// A line and its name.
@@ -30,15 +30,15 @@ impl Area {
         (0..2).all(|i| (self.low[i]..=self.high[i]).contains(&p[i]))
     }
 
-    /// Area that both have, px².
+    /// Common area of both, px².
     fn shared(&self, other: &Self) -> f64 {
         let side = |i: usize| (self.high[i].min(other.high[i]) - self.low[i].max(other.low[i])).max(0.0);
         side(0) * side(1)
     }
 }
 
-/// The middle of every name, in the order of the lines; `None` for a line without length. Names keep within the frame (two
-/// corners, px), off each other, off the lines and off `points`, as far as that can be done.
+/// The centre of every name, in the order of the lines; `None` for a line without length. Names stay inside
+/// the frame (two corners, px) and avoid each other, the lines and `points` as far as possible.
 pub(super) fn place(lines: &[Named<'_>], points: &[Px], frame: [Px; 2]) -> Vec<Option<Px>> {
     let frame = Area { low: frame[0], high: frame[1] };
     let obstacles: Vec<Px> =

@@ -1,6 +1,6 @@
-//! Figures as SVG: one small writer, and a file for each kind of figure.
+//! Figures as SVG: a small writer, and a file for each kind of figure.
 //!
-//! Nothing is loaded from elsewhere and the same numbers give the same bytes.
+//! Figures load nothing, and the same numbers give the same bytes.
 
 mod animation;
 mod axes;
@@ -42,17 +42,17 @@ pub use valley::valley;
 pub use vowel::{VowelPicture, vowel};
 pub use work_precision::{Curve, work_precision};
 
-/// Width of an ordinary figure, px. Printed in a journal column of 85 mm, 24 px are 6.4 points: no text is smaller.
+/// Width of an ordinary figure, px. In a journal column of 85 mm, 24 px are 6.4 points, the smallest text.
 const WIDTH: f64 = 900.0;
 /// Size of ordinary text, px.
 const TEXT: f64 = 24.0;
-/// Mean width of a letter of a sans-serif face to its size, and of a bold one.
+/// Mean width of a letter of a sans-serif face over its size, plain and bold.
 const LETTER: f64 = 0.55;
 const BOLD_LETTER: f64 = 0.62;
 /// Size of the title, px, and the height of one of its lines.
 const TITLE: f64 = 28.0;
 const TITLE_LINE: f64 = 36.0;
-/// Lines of a title that are shown; the rest is in the accessible title only.
+/// Maximum number of visible lines of a title; the accessible title is complete.
 const TITLE_LINES: usize = 6;
 /// Free margin at the edges, px.
 const MARGIN: f64 = 16.0;
@@ -60,7 +60,7 @@ const MARGIN: f64 = 16.0;
 const INK: &str = "#222222";
 const RULE: &str = "#dddddd";
 
-/// A place on the sheet, px, y downwards.
+/// A point on the sheet, px, y downwards.
 type Px = [f64; 2];
 
 /// A figure as SVG. [`fmt::Display`] writes it.
@@ -73,7 +73,7 @@ pub struct Svg {
     elements: String,
 }
 
-/// Where a text is relative to its place; vertically always in the middle.
+/// Alignment of a text at its point; vertically it is always centred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Anchor {
     Start,
@@ -81,7 +81,7 @@ enum Anchor {
     End,
 }
 
-/// Ordinary or emphasised text.
+/// Plain or bold text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Face {
     Plain,
@@ -97,7 +97,7 @@ impl Face {
 }
 
 impl Svg {
-    /// A figure that is still empty under its title, and the height of that, px.
+    /// An empty figure with its title, and the height of the title, px.
     fn new(title: &str, description: &str, width: f64) -> (Self, f64) {
         let mut svg = Self {
             title: printable(title),
@@ -123,12 +123,12 @@ impl Svg {
         self
     }
 
-    /// An element without content; what stands in `attributes` must need no escaping.
+    /// An element without content; `attributes` must not need escaping.
     fn element(&mut self, name: &str, attributes: fmt::Arguments<'_>) {
         let _ = writeln!(self.elements, "<{name} {attributes}/>");
     }
 
-    /// An open path of the data `d`, of a width in px.
+    /// An open path with the data `d` and a width in px.
     fn stroke(&mut self, d: &str, colour: &str, width: f64) {
         self.element(
             "path",
@@ -173,12 +173,12 @@ impl Svg {
         self.sized_text(at, anchor, face, TEXT, "", text);
     }
 
-    /// Text on a drawing: with a white edge, so that it can be read over lines.
+    /// Text on a drawing, with a white edge for contrast with lines.
     fn label(&mut self, at: Px, face: Face, text: &str) {
         self.sized_text(at, Anchor::Middle, face, TEXT, HALO, text);
     }
 
-    /// Text that reads upwards.
+    /// Text that runs upwards.
     fn upright_text(&mut self, at: Px, text: &str) {
         let turned = format!(" transform=\"rotate(-90 {:.1} {:.1})\"", at[0], at[1]);
         self.sized_text(at, Anchor::Middle, Face::Plain, TEXT, &turned, text);
@@ -194,7 +194,7 @@ impl Svg {
     }
 }
 
-/// What gives a text a white edge.
+/// Attributes of the white edge of a text.
 const HALO: &str = " stroke=\"#ffffff\" stroke-width=\"6\" stroke-linejoin=\"round\" paint-order=\"stroke\"";
 
 fn text_attributes(at: Px, anchor: Anchor, face: Face, size: f64) -> String {
@@ -204,7 +204,8 @@ fn text_attributes(at: Px, anchor: Anchor, face: Face, size: f64) -> String {
         Anchor::End => "end",
     };
     let weight = if face == Face::Bold { " font-weight=\"bold\"" } else { "" };
-    // A letter's middle is about a third of the size above its foot; readers differ on `dominant-baseline`.
+    // The middle of a letter is about a third of the size above the baseline; viewers differ in
+    // `dominant-baseline`.
     format!(
         "x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\"{weight}",
         at[0],
@@ -213,7 +214,7 @@ fn text_attributes(at: Px, anchor: Anchor, face: Face, size: f64) -> String {
 }
 
 impl Svg {
-    /// The text of the figure, with what stands in `metadata`.
+    /// The SVG text of the figure, with the content of `metadata`.
     fn render(&self, out: &mut impl fmt::Write, metadata: &str) -> fmt::Result {
         let Self { title, description, width, height, elements } = self;
         write!(
@@ -228,7 +229,7 @@ impl Svg {
 }
 
 impl fmt::Display for Svg {
-    /// As part of a page, which says itself who made it.
+    /// As part of a page, which has its own provenance.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.render(f, "")
     }
@@ -244,7 +245,7 @@ impl Export for Svg {
     }
 }
 
-/// Chains of points as the data of a path, in tenths of a pixel.
+/// Chains of points as the data of a path, rounded to a tenth of a pixel.
 fn data<L: IntoIterator<Item = Px>>(lines: impl IntoIterator<Item = L>) -> String {
     let mut out = String::new();
     for line in lines {
@@ -261,7 +262,7 @@ fn closed<L: IntoIterator<Item = Px>>(lines: impl IntoIterator<Item = L>) -> Str
     lines.into_iter().map(|line| data([line]) + "Z").collect()
 }
 
-/// Text without the control characters that XML 1.0 forbids even when escaped.
+/// Text without the control characters that XML 1.0 forbids even if escaped.
 fn printable(text: &str) -> String {
     text.chars()
         .map(|c| if c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}') { ' ' } else { c })
@@ -273,7 +274,7 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The words of `text` in lines of at most `most` letters; a longer word has a line of its own.
+/// The words of `text` in lines of at most `most` letters; a longer word gets a line of its own.
 fn wrapped(text: &str, most: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -288,7 +289,7 @@ fn wrapped(text: &str, most: usize) -> Vec<String> {
     lines
 }
 
-/// An entry of a legend: the width of what is shown, px, and its name.
+/// An entry of a legend: the width of its symbol, px, and its name.
 struct Entry<'a> {
     sample: f64,
     face: Face,
@@ -298,8 +299,8 @@ struct Entry<'a> {
 /// Height of a row of a legend, px.
 const LEGEND_ROW: f64 = 36.0;
 
-/// Writes the names of a legend in as many rows as they need from `left` to `right`; returns where each entry begins
-/// (the middle of its row) and the height of all rows.
+/// Writes the names of a legend in as many rows as needed between `left` and `right`; returns the beginning
+/// of each entry (in the middle of its row) and the height of all rows.
 fn legend(svg: &mut Svg, entries: &[Entry<'_>], [left, right]: [f64; 2], top: f64) -> (Vec<Px>, f64) {
     let [mut x, mut y] = [left, top + 0.5 * LEGEND_ROW];
     let mut places = Vec::new();

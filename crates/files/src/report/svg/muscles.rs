@@ -1,4 +1,4 @@
-//! What each muscle does alone: one small picture each, all with the same axes.
+//! The effect of each muscle alone: one small picture each, all with the same axes.
 
 use nalgebra::SVector;
 
@@ -10,23 +10,23 @@ use super::{Anchor, Face, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 
-/// Pictures in a row.
+/// Number of pictures in a row.
 const COLUMNS: usize = 4;
 /// Width of a picture, px: a row fills the width of a page.
 const PANEL: f64 = 400.0;
-/// Between pictures, px.
+/// Gap between pictures, px.
 const GAP: f64 = 28.0;
-/// Room for the name and two lines of text over a picture, px.
+/// Room for the name and two lines of text above a picture, px.
 const HEAD: f64 = 4.2 * TEXT;
-/// Distance of the lines of the grid, m.
+/// Spacing of the grid, m.
 const GRID: f64 = 0.02;
 
-/// A shape of a body in which few muscles pull, to be seen beside others.
+/// A shape of a body with few active muscles, for comparison with others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// What pulls.
+    /// The active muscles.
     pub title: String,
-    /// What happens, in at most two short lines.
+    /// Description of the effect, in at most two short lines.
     pub lines: Vec<String>,
     /// Position of every node, m.
     pub positions: Vec<SVector<f64, 2>>,
@@ -34,8 +34,8 @@ pub struct Panel {
     pub tensions: Vec<f64>,
 }
 
-/// Draws shapes of one body side by side, each with the tissue at rest (grey), the muscles that pull and the palate, if it has
-/// points (m).
+/// Draws shapes of one body side by side, each with the tissue at rest (grey), the active muscles and the
+/// palate, if it has points (m).
 ///
 /// # Errors
 /// As [`super::tongue`] for each shape; [`ReportError::NoFrame`] without any.
@@ -72,7 +72,7 @@ pub fn panels(
         bottom = view.end()[1];
     }
     let y = bottom + MARGIN + 0.5 * LEGEND_ROW;
-    let met = if palate.is_empty() { "" } else { "; palate: for orientation, nothing meets it" };
+    let met = if palate.is_empty() { "" } else { "; palate: for orientation, without contact" };
     let note =
         format!("grey: at rest; dark outline: as this muscle pulls; grid of 20 mm; front to the left{met}");
     svg.text([MARGIN, y], Anchor::Start, Face::Plain, &note);
@@ -88,7 +88,7 @@ fn draw(svg: &mut Svg, view: &View, mesh: &Mesh<2>, palate: &[SVector<f64, 2>], 
     };
     let upright = steps(0).map(|x| [point(x, low[1]), point(x, high[1])]);
     let level = steps(1).map(|y| [point(low[0], y), point(high[0], y)]);
-    // A body of another size than a tongue's has no grid rather than a black one.
+    // A body much larger than a tongue gets no grid, which would be black.
     if (high[0] - low[0]) < 20.0 * GRID {
         svg.stroke(&data(upright.chain(level)), RULE, 1.0);
     }

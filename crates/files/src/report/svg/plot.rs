@@ -5,21 +5,21 @@ use std::ops::RangeInclusive;
 use super::axes::ticks;
 use super::{Anchor, Face, INK, Px, RULE, Svg, data};
 
-/// Where values lie on the sheet.
+/// Positions of values on the sheet.
 #[derive(Debug, Clone)]
 pub(super) struct Plot {
     /// Upper left corner, px.
     pub corner: Px,
     /// Width and height, px.
     pub size: [f64; 2],
-    /// From the left edge to the right one; may fall.
+    /// Values at the left and at the right edge; the second may be smaller.
     pub x: [f64; 2],
-    /// From the lower edge to the upper one; may fall.
+    /// Values at the lower and at the upper edge; the second may be smaller.
     pub y: [f64; 2],
 }
 
 impl Plot {
-    /// The place of a pair of values, px; what lies outside comes to the edge.
+    /// The position of a pair of values, px, moved to the edge if it is outside.
     pub fn place(&self, x: f64, y: f64) -> Px {
         let part = |v: f64, [from, to]: [f64; 2]| ((v - from) / (to - from)).clamp(0.0, 1.0);
         [
@@ -33,7 +33,7 @@ impl Plot {
         data([points.into_iter().map(|[x, y]| self.place(x, y))])
     }
 
-    /// Rules, numbers and names of both axes.
+    /// Lines, numbers and names of both axes.
     pub fn axes(&self, svg: &mut Svg, [x, y]: [&str; 2]) {
         let number = |v: f64| format!("{v}").replace('-', "\u{2212}");
         let range = |[a, b]: [f64; 2]| -> RangeInclusive<f64> { a.min(b)..=a.max(b) };

@@ -1,4 +1,4 @@
-//! Figures of a posterior: ridges of the changes, changes in pairs, outlines of draws laid over each other.
+//! Figures of a posterior: ridges of the changes, pairs of changes, and outlines of draws.
 
 use nalgebra::SVector;
 
@@ -8,19 +8,19 @@ use tongue_core::body::Mesh;
 use tongue_infer::posterior::{Posterior, Spread};
 use tongue_input::measured::muscles::Muscles;
 
-/// Height of a ridge, px, and how much of it the next one leaves free.
+/// Height of a ridge, px, and the part that the next one leaves free.
 const RIDGE: f64 = 84.0;
 const FREE: f64 = 62.0;
 /// Room for the names of muscles and for the probabilities, px.
 const NAMES: f64 = 90.0;
 const ODDS: f64 = 120.0;
-/// Points of a curve.
+/// Number of points of a curve.
 const POINTS: usize = 160;
-/// Most points of a cloud.
+/// Maximum number of points of a cloud.
 const CLOUD: usize = 400;
-/// Most muscles in pairs.
+/// Maximum number of muscles in pairs.
 const MOST_PAIRED: usize = 5;
-/// Fill of what has no colour of its own.
+/// Fill without a colour of its own.
 const SHADE: &str = "#bbbbbb";
 
 /// Changes of a muscle in all draws, N per metre of thickness.
@@ -28,13 +28,13 @@ fn changes(posterior: &Posterior<'_>, muscle: usize) -> Vec<f64> {
     posterior.draws.iter().map(|d| d.change(muscle)).collect()
 }
 
-/// Probability that it is above zero.
+/// Probability that the change is above zero.
 fn rises(changes: &[f64]) -> f64 {
     changes.iter().filter(|c| **c > 0.0).count() as f64 / changes.len().max(1) as f64
 }
 
-/// A ridge for every muscle: how probable each change of its tension from the baseline is; a bar over its middle 95 %, a thick one over
-/// its middle half.
+/// A ridge for every muscle: the density of the change of its tension from the baseline, with a bar over its
+/// 95 % interval and a thick one over its 50 % interval.
 pub fn ridges(posterior: &Posterior<'_>, title: &str) -> Svg {
     let names = &posterior.density.ground.muscles;
     let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, m)).collect();
@@ -98,13 +98,13 @@ pub fn ridges(posterior: &Posterior<'_>, title: &str) -> Svg {
     svg.finish(foot + MARGIN + 54.0 + 2.0 * MARGIN)
 }
 
-/// How dense values lie along a range: a normal kernel of Silverman's width (1986, eq. 3.31).
+/// Kernel density of values in a range, with a normal kernel of Silverman's width (1986, eq. 3.31).
 fn density(values: &[f64], low: f64, high: f64) -> Vec<f64> {
     let n = values.len().max(2) as f64;
     let mean = values.iter().sum::<f64>() / n;
     let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
     let width = (0.9 * sd * n.powf(-0.2)).max(1e-3 * (high - low));
-    // Counted in narrow bins first, so that many draws cost no more than few.
+    // Values are counted in narrow bins first, so that the time does not depend on the number of draws.
     let cells = 4 * POINTS;
     let mut counts = vec![0.0; cells];
     for v in values {
@@ -122,13 +122,13 @@ fn density(values: &[f64], low: f64, high: f64) -> Vec<f64> {
     (0..POINTS).map(|i| height(at(i))).collect()
 }
 
-/// Round numbers away from both ends of a range, where they would meet those of the next panel.
+/// Round numbers not near the ends of a range, where they would overlap those of the next panel.
 fn inner([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     let room = 0.15 * (high - low);
     ticks(low..=high).into_iter().filter(move |v| (low + room..=high - room).contains(v)).step_by(3)
 }
 
-/// The changes of the muscles that are surest to rise or fall, in pairs.
+/// Pairs of changes of the muscles that are surest to rise or fall.
 pub fn pairs(posterior: &Posterior<'_>, title: &str) -> Svg {
     let names = &posterior.density.ground.muscles;
     let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, m)).collect();
@@ -208,7 +208,7 @@ pub fn pairs(posterior: &Posterior<'_>, title: &str) -> Svg {
     svg.finish(top + MARGIN + (side + gap) * count as f64 + 72.0)
 }
 
-/// The outlines of shapes, positions of all nodes of `mesh`, m, laid over each other and over that of the body at rest.
+/// The outlines of shapes (positions of all nodes of `mesh`, m) over that of the body at rest.
 pub fn outlines(mesh: &Mesh<2>, shapes: &[Vec<SVector<f64, 2>>], title: &str) -> Svg {
     let loops: Vec<Vec<usize>> =
         mesh.outlines().into_iter().map(|l| l.iter().copied().chain(l.first().copied()).collect()).collect();

@@ -1,4 +1,4 @@
-//! Predicted against measured, a panel for each way to predict, a colour for each muscle.
+//! Predicted against measured values: a panel for each method, a colour for each muscle.
 
 use super::axes::ticks;
 use super::section::colours;
@@ -12,7 +12,7 @@ const FOOT: f64 = 3.0 * TEXT;
 const COLUMNS: usize = 3;
 const DOT: f64 = 6.5;
 
-/// What one way predicts.
+/// Predictions of one method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scatter {
     /// Its name.
@@ -23,7 +23,7 @@ pub struct Scatter {
     pub points: Vec<(usize, f64, f64)>,
 }
 
-/// Draws `panels`, all with the same axes; on the diagonal predicted is measured.
+/// Draws `panels` with the same axes and the diagonal of exact predictions.
 pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
     let values = || panels.iter().flat_map(|p| p.points.iter().flat_map(|&(_, x, y)| [x, y]));
     let low = values().fold(0.95, f64::min) - 0.02;
@@ -101,7 +101,7 @@ mod tests {
             })
             .collect()
         };
-        // Two of the legend, then those of the panels.
+        // Two dots of the legend, then those of the panels.
         let dots = of("c");
         assert_eq!(dots.len(), 5);
         assert!((dots[2][0] - dots[3][0] + dots[2][1] - dots[3][1]).abs() < 0.3, "{dots:?}");

@@ -1,4 +1,5 @@
-//! Picture of a body in the plane: tissue at rest and deformed, muscles with their names, bones, and the palate where there is one.
+//! Picture of a body in the plane: tissue at rest and deformed, muscles with their names, bones, and the
+//! palate if there is one.
 
 use nalgebra::SVector;
 
@@ -16,49 +17,53 @@ pub(super) const DEFORMED: &str = "#555555";
 const EDGES: &str = "#c9c9c9";
 pub(super) const PALATE: &str = "#a8a8a8";
 
-/// What grey is called where it is the body at rest.
+/// Name of the grey shape if it is the body at rest.
 const REST_NAME: &str = "rest";
-/// A bone that has moved by less is where it was, m.
+/// A bone moved by less than this counts as not moved, m.
 const MOVED: f64 = 1e-5;
-/// Thickness of the palate as it is drawn, m.
+/// Thickness of the drawn palate, m.
 const PALATE_THICKNESS: f64 = 0.0025;
-/// Free room around the tissue at rest to its longest side.
+/// Margin around the tissue at rest, over its longest side.
 const ROOM: f64 = 0.14;
-/// Width of the line of a muscle that contracts, and of one that does not, px; its edge is wider by the second number.
+/// Line width of contracting and of passive muscles, px, each with the extra width of its edge.
 const CONTRACTING: [f64; 2] = [8.0, 2.5];
 const PASSIVE: [f64; 2] = [3.5, 2.0];
 const SAMPLE: f64 = 62.0;
 
-/// A shape of a body in the plane and what is drawn with it.
+/// A shape of a body in the plane with everything to draw.
 #[derive(Debug, Clone, Copy)]
 pub struct Section<'a> {
     /// The body at rest.
     pub mesh: &'a Mesh<2>,
     /// Position of every node, m.
     pub positions: &'a [SVector<f64, 2>],
-    /// Tension of every muscle of the mesh, N per metre of thickness: those that have one are drawn as contracting.
+    /// Tension of every muscle of the mesh, N per metre of thickness: muscles with a tension are drawn as
+    /// contracting.
     pub tensions: &'a [f64],
     /// The palate, m; empty without one.
     pub palate: &'a [SVector<f64, 2>],
-    /// Whether the body meets the palate; else it is there for orientation.
+    /// Whether the body can touch the palate; otherwise it is for orientation.
     pub contact: bool,
     /// Whether the tissue is coloured by its largest principal stretch.
     pub stretch: bool,
-    /// What the body at rest is called: another posture than rest may stand in its place.
+    /// Name of the grey shape, which may be another posture than rest.
     pub grey: &'a str,
     /// Title.
     pub title: &'a str,
 }
 
-/// Draws the tissue at rest (light grey) and deformed (dark), muscles in colour with their names, bones, and the palate in grey.
+/// Draws the tissue at rest (light grey) and deformed (dark), muscles in colour with their names, bones, and
+/// the palate in grey.
 ///
-/// Axes are in mm with equal scales: x grows to the back of the head, y upwards. What is in view depends on the tissue at
-/// rest alone as long as the deformed tissue keeps within it, so that pictures of one body have the same axes. A muscle
-/// that comes from a bone beyond has an arrow at the edge. Contracting muscles (tension above zero) are thick and solid.
+/// Axes are in mm with equal scales: x grows to the back of the head, y upwards. The view depends only on the
+/// tissue at rest, as long as the deformed tissue stays in it, so that pictures of one body have the same
+/// axes. A muscle from a bone outside the view has an arrow at the edge. Contracting muscles (tension above
+/// zero) are thick and solid.
 ///
 /// # Errors
-/// [`ReportError::NodeCount`] if the positions belong to another mesh, [`ReportError::Position`] for a position that is not
-/// finite, [`ReportError::Number`] for a node that the mesh does not have or where the mesh has not one tension a muscle.
+/// [`ReportError::NodeCount`] if the positions belong to another mesh, [`ReportError::Position`] for a
+/// position that is not finite, [`ReportError::Number`] for a node that the mesh does not have or for a wrong
+/// number of tensions.
 pub fn tongue(section: &Section<'_>) -> Result<Svg, ReportError> {
     let Section { mesh, positions, tensions, palate, contact, stretch, grey, title } = *section;
     check(mesh, positions, tensions)?;
@@ -85,7 +90,7 @@ pub fn tongue(section: &Section<'_>) -> Result<Svg, ReportError> {
     Ok(svg.finish(bottom + height + MARGIN))
 }
 
-/// Every number and position that the drawing relies on.
+/// Checks all numbers and positions that are drawn.
 pub(in crate::report) fn check<const D: usize>(
     mesh: &Mesh<D>,
     deformed: &[SVector<f64, D>],
@@ -138,7 +143,7 @@ fn description(section: &Section<'_>) -> String {
     )
 }
 
-/// What is in view: the tissue at rest with room around it, wider only where a shape needs it.
+/// The view: the tissue at rest with a margin, extended only for shapes that need it.
 pub(in crate::report) fn frame<'a>(
     mesh: &Mesh<2>,
     shapes: impl IntoIterator<Item = &'a [SVector<f64, 2>]>,
@@ -173,7 +178,7 @@ pub(super) fn tissue_edges(mesh: &Mesh<2>) -> Vec<&[usize]> {
     mesh.connections.iter().filter(kept).map(<[usize; 2]>::as_slice).collect()
 }
 
-/// A grey band on the side of the outline where the tissue is not.
+/// A grey band on the outer side of the outline.
 pub(super) fn draw_palate(svg: &mut Svg, view: &View, mesh: &Mesh<2>, outline: &[SVector<f64, 2>]) {
     if outline.len() < 2 {
         return;
@@ -207,9 +212,9 @@ pub(super) struct Line<'a> {
     pub name: String,
     pub colour: String,
     pub contracting: bool,
-    /// The part in view, px.
+    /// The visible part, px.
     pub seen: Vec<Px>,
-    /// Where it leaves the view: a point inside and the one at the edge.
+    /// Its exit from the view: a point inside and the point at the edge.
     pub leaves: Option<[Px; 2]>,
     pub nodes: &'a [usize],
 }
@@ -220,13 +225,13 @@ impl Line<'_> {
     }
 }
 
-/// The colours of muscles, as SVG and CSS write them.
+/// The colours of muscles for SVG and CSS.
 pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
     let known = Muscles::reference().map(|m| m.of(names)).unwrap_or_default();
     known.iter().map(|m| m.colour.to_string().to_lowercase()).collect()
 }
 
-/// The muscles of a shape; a contracting one's name has its tension behind it.
+/// The muscles of a shape; the name of a contracting one is followed by its tension.
 pub(super) fn lines<'a>(
     view: &View,
     mesh: &'a Mesh<2>,
@@ -254,7 +259,8 @@ pub(super) fn lines<'a>(
     all
 }
 
-/// Draws the muscles, contracting ones last, then the bones, then the names. Returns whether a muscle leaves the view.
+/// Draws the muscles, contracting ones last, then the bones, then the names. Returns whether a muscle leaves
+/// the view.
 fn muscles(
     svg: &mut Svg,
     view: &View,
@@ -275,7 +281,7 @@ fn muscles(
     lines.iter().any(|l| l.leaves.is_some())
 }
 
-/// Where bones were that a fit has displaced: hollow, with a line to where they are.
+/// Original places of bones that a fit has displaced: hollow, with a line to their present places.
 fn places_of_moved_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) {
     for &node in &mesh.fixed {
         let (Some(was), Some(is)) = (mesh.nodes.get(node), positions.get(node)) else { continue };
@@ -298,7 +304,7 @@ pub(super) fn bones(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) 
     seen.map(|p| view.place(p)).collect()
 }
 
-/// Where the name of every muscle goes, in the order of the lines; those that contract choose first.
+/// The place of every muscle's name, in the order of the lines; contracting muscles choose first.
 pub(super) fn label_places(view: &View, lines: &[Line<'_>], bones: &[Px]) -> Vec<Option<Px>> {
     let named: Vec<Named<'_>> =
         lines.iter().rev().map(|l| Named { name: &l.name, face: l.face(), line: &l.seen }).collect();
@@ -317,7 +323,7 @@ pub(super) fn names(svg: &mut Svg, view: &View, lines: &[Line<'_>], bones: &[Px]
     }
 }
 
-/// A muscle over a slightly wider dark line, which gives the light colours an edge on white paper.
+/// A muscle over a slightly wider dark line, so that light colours have an edge on white paper.
 pub(super) fn muscle(svg: &mut Svg, d: &str, colour: &str, contracting: bool) {
     let [width, edge] = widths(contracting);
     for (width, colour) in [(width + edge, INK), (width, colour)] {
@@ -330,7 +336,7 @@ pub(super) fn widths(contracting: bool) -> [f64; 2] {
     if contracting { CONTRACTING } else { PASSIVE }
 }
 
-/// The head of an arrow that ends at `to`.
+/// The head of an arrow with its tip at `to`.
 pub(super) fn arrow(svg: &mut Svg, from: Px, to: Px, colour: &str) {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0].hypot(way[1]).max(1e-9);
@@ -345,17 +351,17 @@ pub(super) fn bone(svg: &mut Svg, [x, y]: Px) {
     svg.rectangle([x - 7.0, y - 7.0], [x + 7.0, y + 7.0], INK, None);
 }
 
-/// What a picture shows, for its legend.
+/// Content of a picture, for its legend.
 pub(super) struct Seen<'a> {
     pub grey: &'a str,
     pub tensions: &'a [f64],
     pub arrows: bool,
-    /// Whether the palate is met, where there is one.
+    /// Whether the body can touch the palate; `None` without a palate.
     pub palate: Option<bool>,
     pub bones: bool,
 }
 
-/// What the lines mean, from `top` on; returns the height.
+/// The legend, from `top` on; returns its height.
 pub(super) fn key(svg: &mut Svg, seen: &Seen<'_>, top: f64) -> f64 {
     let contracting = seen.tensions.iter().any(|t| *t > 0.0);
     let passive = seen.tensions.iter().any(|t| *t <= 0.0);

@@ -1,4 +1,4 @@
-//! Picture of a body in space: its surface, shaded, with what lies behind hidden.
+//! Picture of a body in space: its shaded surface with hidden parts removed.
 
 use std::collections::BTreeMap;
 
@@ -13,17 +13,18 @@ use tongue_core::body::Mesh;
 /// Turn about the vertical and tilt towards the viewer, rad.
 const TURN: f64 = 0.5;
 const TILT: f64 = 0.35;
-/// Direction that light comes from: from the left, above and before the body, as the viewer has it.
+/// Direction to the light in the viewer's frame: from the left, above and in front of the body.
 const LIGHT: [f64; 3] = [-0.38, 0.62, 0.69];
-/// Faces that meet at more than this angle (cosine) have an edge, which is drawn of the body at rest.
+/// Faces that meet at more than this angle (cosine) have an edge, which is drawn for the body at rest.
 const FLAT: f64 = 0.8;
 const REST: &str = "#9a9a9a";
 const SAMPLE: f64 = 50.0;
 
-/// Draws the surface in parallel projection from the side and a little from above: deformed as shaded faces, of those that are
-/// turned to the viewer the farthest first, so that nearer ones hide it, over the edges of the body at rest (grey, dashed).
+/// Draws the surface in parallel projection from the side and a little from above. The deformed body has
+/// shaded faces; those that face the viewer are drawn from far to near. The edges of the body at rest are
+/// dashed grey lines.
 ///
-/// `positions` holds the position of every node, m.
+/// `positions` has the position of every node, m.
 ///
 /// # Errors
 /// As [`super::tongue`].
@@ -79,7 +80,7 @@ pub fn solid(mesh: &Mesh<3>, positions: &[SVector<f64, 3>], title: &str) -> Resu
     Ok(svg.finish(bottom + LEGEND_ROW + MARGIN))
 }
 
-/// As the viewer has it: across, up, and towards the viewer, m.
+/// Coordinates of the viewer: right, up, and towards the viewer, m.
 fn seen(p: &SVector<f64, 3>) -> SVector<f64, 3> {
     let (across, deep) = (p.x * TURN.cos() - p.y * TURN.sin(), p.x * TURN.sin() + p.y * TURN.cos());
     let [up, towards] = [p.z * TILT.cos() + deep * TILT.sin(), p.z * TILT.sin() - deep * TILT.cos()];
@@ -114,7 +115,7 @@ fn edges(faces: &[[usize; 3]], x: &[SVector<f64, 3>]) -> Vec<[usize; 2]> {
     meeting.into_iter().filter(|(_, n)| bent(n)).map(|(pair, _)| pair).collect()
 }
 
-/// A bar of a round length.
+/// A scale bar of a round length.
 fn scale(svg: &mut Svg, view: &View, top: f64) {
     let fifth = 0.2 * view.bounds.size()[0];
     let tens = 10f64.powf(fifth.log10().floor());
@@ -130,7 +131,7 @@ fn scale(svg: &mut Svg, view: &View, top: f64) {
     svg.text([end + 12.0, y], Anchor::Start, Face::Plain, &format!("{mm} mm"));
 }
 
-/// The directions of x, y and z as they are seen.
+/// The projected directions of x, y and z.
 fn directions(svg: &mut Svg, from: Px) {
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let way = seen(&SVector::from_fn(|i, _| if i == axis { 1.0 } else { 0.0 }));

@@ -1,4 +1,5 @@
-//! The tensions of many fits: a row a fit, a column a muscle, a dot with its interval for each that contracts.
+//! The tensions of many fits: a row for each fit, a column for each muscle, and a dot with its interval for
+//! each contracting muscle.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,33 +7,33 @@ use super::axes::ticks;
 use super::section::colours;
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, data};
 
-/// Least width of the names of the fits, width of a column, px, and height of a row.
+/// Minimum width of the names of the fits, width of a column, px, and height of a row.
 const NAMES: f64 = 190.0;
 const COLUMN: f64 = 150.0;
 const GAP: f64 = 18.0;
 const ROW: f64 = 34.0;
-/// Half the height of the ends of an interval, px.
+/// Half the height of the end marks of an interval, px.
 const END: f64 = 7.0;
 
-/// A tension that was found, N per metre of thickness.
+/// A fitted tension, N per metre of thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tension {
     /// The answer.
     pub value: f64,
-    /// The range that the rounding of the lengths leaves, where it was found.
+    /// The range by the rounding of the lengths, if it is known.
     pub interval: Option<[f64; 2]>,
 }
 
 /// The tensions of one fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
-    /// What was fitted.
+    /// Name of the fit.
     pub label: String,
-    /// One for every muscle; `None` if it was given none.
+    /// One for every muscle; `None` if it has no tension.
     pub tensions: Vec<Option<Tension>>,
 }
 
-/// Draws the tensions of `found`, whose values are those of `muscles` in their order, on axes that all columns share.
+/// Draws the tensions of `found`, with values in the order of `muscles`, on common axes.
 pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
     let all = || found.iter().flat_map(|f| f.tensions.iter().flatten());
     let most = all().map(|t| t.interval.map_or(t.value, |i| i[1].max(t.value))).fold(1.0, f64::max);
@@ -51,7 +52,7 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
         svg.line([MARGIN + names, y], [width - MARGIN, y], RULE, 1.0);
     }
     let marks: Vec<f64> = ticks(0.0..=most).into_iter().filter(|v| *v == 0.0 || *v > 0.4 * most).collect();
-    // Within their column, so that those of neighbours keep apart.
+    // The first and the last mark stay in their column, apart from the neighbours'.
     let marks = [(marks.first(), Anchor::Start), (marks.last(), Anchor::End)];
     for (column, (name, colour)) in muscles.iter().zip(colours(muscles)).enumerate() {
         let left = MARGIN + names + column as f64 * (COLUMN + GAP) + 0.5 * GAP;
@@ -113,7 +114,7 @@ mod tests {
             .map(|n| n.attribute("cx").unwrap().parse().unwrap())
             .collect();
         assert_eq!(dots.len(), 3);
-        // 5 N apart are a quarter of the largest value, 20 N, and so of the column.
+        // 5 N are a quarter of the largest value, 20 N, and so of the column's width.
         assert!((dots[0] - dots[1] - 0.25 * COLUMN).abs() < 0.11);
         assert!((dots[2] - dots[1] - (COLUMN + GAP) - 0.75 * COLUMN).abs() < 0.11);
         assert!(svg.contains("S2 /a/: GGa 10.0 (8.0 to 20.0)."));

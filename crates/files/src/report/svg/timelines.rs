@@ -1,9 +1,9 @@
-//! Tensions over time, a panel a muscle, with their 95 % intervals.
+//! Tensions over time with their 95 % intervals, a panel for each muscle.
 
 use super::{Anchor, Face, INK, MARGIN, Px, RULE, Svg, TEXT, WIDTH, closed, data};
 
 const LEFT: f64 = 150.0;
-/// Height of a panel and the gap between two, px.
+/// Height of a panel and the gap between panels, px.
 const PANEL: f64 = 92.0;
 const GAP: f64 = 14.0;
 const BAND: &str = "#9ecae1";
@@ -16,14 +16,14 @@ const GREY_LINE: &str = "#a0a0a0";
 pub struct Timeline {
     /// The muscle.
     pub name: String,
-    /// Whether its course can be read; else it is grey.
+    /// Whether the course is reliable; otherwise it is grey.
     pub known: bool,
     /// Tension, N per metre of thickness, and the ends of its interval, at each time.
     pub values: Vec<[f64; 3]>,
 }
 
-/// Draws courses over common times, s; all panels have the same scale. Where a frame is not to be believed (`doubtful`, one a time) its
-/// time is shaded.
+/// Draws courses over common times, s; all panels have the same scale. Times of unreliable frames
+/// (`doubtful`, one for each time) are shaded.
 pub fn timelines(title: &str, times: &[f64], doubtful: &[bool], courses: &[Timeline]) -> Svg {
     let known: Vec<&str> = courses.iter().filter(|c| c.known).map(|c| c.name.as_str()).collect();
     let told = format!(
@@ -61,7 +61,7 @@ pub fn timelines(title: &str, times: &[f64], doubtful: &[bool], courses: &[Timel
             let value = tick * n as f64;
             let at = place(ends[0], value);
             svg.line([at[0] - 6.0, at[1]], at, INK, 1.5);
-            // The lowest of a panel and the highest of the next would meet.
+            // The lowest number of a panel and the highest of the next would overlap.
             if n % 2 == 0 && (n > 0 || nth + 1 == courses.len()) || (n == 0 && height / tick <= 2.0) {
                 svg.text(
                     [at[0] - 10.0, at[1].min(foot - 0.3 * TEXT)],

@@ -1,4 +1,5 @@
-//! The curve of tensions that fit equally well: the tensions along it, and beneath them what the other muscles say.
+//! The curve of tensions that fit equally well: the tensions along it, and below them the errors of the other
+//! muscles.
 
 use crate::report::ValleyRecord;
 use tongue_input::measured::muscles::Muscles;
@@ -8,16 +9,16 @@ use super::{Anchor, Face, INK, MARGIN, Px, RULE, Svg, WIDTH, data};
 
 /// Room for the numbers and the name of the vertical axes, px.
 const LEFT: f64 = 104.0;
-/// Heights of the two plots, px, and what lies between them.
+/// Heights of the two plots, px, and the gap between them.
 const UPPER: f64 = 330.0;
 const LOWER: f64 = 170.0;
 const BETWEEN: f64 = 40.0;
 /// Room for the names of the muscles at the right, px.
 const NAMES: f64 = 70.0;
-/// Least distance of two names, px.
+/// Minimum distance of two names, px.
 const APART: f64 = 26.0;
 
-/// A plot with straight axes.
+/// A plot with linear axes.
 struct Plot {
     x: [f64; 2],
     y: [f64; 2],
@@ -49,12 +50,12 @@ impl Plot {
     }
 }
 
-/// Draws a valley; `reference` is the muscle that ratios are over.
+/// Draws a valley; `reference` is the reference muscle of ratios.
 pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
     let names: Vec<String> =
         valley.points.first().map_or(Vec::new(), |p| p.tensions_n.0.iter().map(|(m, _)| m.clone()).collect());
     let tension = |p: usize, m: usize| valley.points[p].tensions_n.0[m].1;
-    // The way along the curve, N.
+    // Arc length along the curve, N.
     let mut way: Vec<f64> = vec![0.0];
     for p in 1..valley.points.len() {
         let squares: f64 = (0..names.len()).map(|m| (tension(p, m) - tension(p - 1, m)).powi(2)).sum();
@@ -109,7 +110,7 @@ pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
         }
     }
     lower.curve(&mut svg, &rms, INK);
-    // Names from the top down, none over another.
+    // Names from the top down without overlap.
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut free = f64::NEG_INFINITY;
     for (y, m) in labels {

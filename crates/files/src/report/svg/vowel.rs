@@ -1,4 +1,4 @@
-//! A vowel: the tongue in its tract, the vowel chart, areas and transfer function.
+//! A vowel: the tongue in its tract, the vowel chart, the areas and the transfer function.
 
 use nalgebra::SVector;
 
@@ -15,16 +15,16 @@ const MEAN: &str = "#777777";
 const LOWER: f64 = 250.0;
 const CHART: f64 = 330.0;
 
-/// What is drawn of a vowel.
+/// Content of the picture.
 #[derive(Debug, Clone, Copy)]
 pub struct VowelPicture<'a> {
     /// The body at rest.
     pub mesh: &'a Mesh<2>,
     /// Position of every node, m.
     pub positions: &'a [SVector<f64, 2>],
-    /// What is heard.
+    /// The sound.
     pub sound: &'a SoundRecord,
-    /// Means that were published: vowel, first and second formant, Hz.
+    /// Published means: vowel, first and second formant, Hz.
     pub means: &'a [(String, [f64; 2])],
     /// Title.
     pub title: &'a str,
@@ -80,7 +80,7 @@ fn tract(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     view.end()[1] + BELOW
 }
 
-/// First against second formant, as phoneticians draw it; returns its lower end, px.
+/// First against second formant with the axes of phonetics; returns its lower end, px.
 fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     let heard = [0, 1].map(|i| shown.sound.formants_hz.get(i).copied().unwrap_or(0.0));
     let all = || shown.means.iter().map(|(_, f)| *f).chain([heard]);

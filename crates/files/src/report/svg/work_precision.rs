@@ -1,4 +1,4 @@
-//! Work-precision diagram: error against what it costs, both axes logarithmic, a curve for each method.
+//! Work-precision diagram: error against cost on logarithmic axes, a curve for each method.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::ops::RangeInclusive;
@@ -6,9 +6,9 @@ use std::ops::RangeInclusive;
 use super::{Anchor, Entry, Face, INK, MARGIN, Px, RULE, Svg, WIDTH, closed, data, legend};
 use crate::report::ReportError;
 
-/// Okabe and Ito's (2008) colours that stand out on white; neighbours in the list differ in lightness too.
+/// Colours of Okabe and Ito (2008) with contrast to white; neighbours in the list differ in lightness too.
 const COLOURS: [&str; 7] = [INK, "#e69f00", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9"];
-/// Most curves: as many as there are marker shapes, so that shape alone tells them apart.
+/// Maximum number of curves: the number of marker shapes, which distinguish curves without colour.
 const MOST_CURVES: usize = 10;
 
 const PLOT: f64 = 520.0;
@@ -18,17 +18,17 @@ const SAMPLE: f64 = 56.0;
 /// Half the size of a marker, px.
 const MARK: f64 = 9.0;
 
-/// What one method achieved.
+/// The runs of one method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     /// Name in the legend.
     pub name: String,
-    /// Cost and error of each run, joined in this order; points that are not positive and finite have no place on
-    /// logarithmic axes and are left out.
+    /// Cost and error of each run, joined in this order; points that are not positive and finite are left
+    /// out, because the axes are logarithmic.
     pub points: Vec<(f64, f64)>,
 }
 
-/// Draws the curves as SVG text. `x` and `y` name the axes, units included.
+/// Draws the curves as SVG text. `x` and `y` are the names of the axes with units.
 ///
 /// # Errors
 /// [`ReportError::Curves`] without a point to draw or with more than ten curves.
@@ -63,7 +63,7 @@ fn description(x: &str, y: &str, curves: &[Curve]) -> String {
     format!("{y} against {x}. {}", told.collect::<Vec<_>>().join(" "))
 }
 
-/// The whole decades that hold all values.
+/// The whole decades that contain all values.
 fn decades(values: impl Iterator<Item = f64>) -> RangeInclusive<i32> {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = values.map(f64::log10).fold(none, |(l, h), v| (l.min(v), h.max(v)));
@@ -71,7 +71,7 @@ fn decades(values: impl Iterator<Item = f64>) -> RangeInclusive<i32> {
     low..=high.max(low + 1)
 }
 
-/// Where the decades lie on the canvas.
+/// Position of the decades on the sheet.
 struct Frame {
     x: RangeInclusive<i32>,
     y: RangeInclusive<i32>,
@@ -123,7 +123,7 @@ fn draw(svg: &mut Svg, frame: &Frame, number: usize, curve: &Curve) {
     points.into_iter().for_each(|p| mark(svg, number, p));
 }
 
-/// The marker of curve `number`: its shape alone tells it from the others.
+/// The marker of curve `number`, with a shape of its own.
 fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
     let colour = COLOURS[number % COLOURS.len()];
     let spike = |angle: f64, reach: f64| [x + MARK * reach * angle.cos(), y + MARK * reach * angle.sin()];
@@ -151,7 +151,7 @@ fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
     svg.stroke(&outline, colour, 2.2);
 }
 
-/// The legend over the plot; returns its height.
+/// The legend above the plot; returns its height.
 fn key(svg: &mut Svg, curves: &[Curve], top: f64) -> f64 {
     let entries: Vec<Entry<'_>> =
         curves.iter().map(|c| Entry { sample: SAMPLE, face: Face::Plain, name: &c.name }).collect();

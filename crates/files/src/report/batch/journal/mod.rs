@@ -1,10 +1,11 @@
-//! Finished jobs, each kept the moment it is done, so that a run that was killed goes on where it was, and runs that shared the jobs can
-//! be brought together.
+//! Journal of a batch: finished jobs are written at once, so that a killed run can be resumed and runs that
+//! shared the jobs can be merged.
 //!
-//! A file of lines. The first names the version, the inputs and the command's words, every other is a checksum, a space and one entry as JSON. The
-//! checksum is over the inputs too, so a line that was damaged, or that another batch wrote, is not taken for one of this
-//! batch: its job is done again. A line is appended in one piece; what a kill left of a last one is cut off. The journal of
-//! other inputs or of another version is begun anew. What records are, it does not know.
+//! The journal is a file of lines. The first has the version, the inputs and the arguments of the command;
+//! every other has a checksum, a space and one entry as JSON. The checksum includes the inputs, so that a
+//! line that is damaged or of another batch is not accepted, and its job is done again. A line is appended in
+//! one write; an incomplete last line is cut off. A journal of other inputs or of another version is replaced
+//! by a new one. The journal does not depend on the type of its records.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -19,11 +20,11 @@ use crate::report::ReportError;
 
 /// The name of the journal in the output folder.
 pub const NAME: &str = "batch.journal";
-/// Format of the journal; another one is begun anew.
+/// Format of the journal; a journal of another format is replaced.
 const FORMAT: u32 = 3;
-/// Digits of a checksum that stand before a line.
+/// Number of digits of the checksum in front of a line.
 const DIGITS: usize = 16;
-/// No line is longer, bytes.
+/// Maximum length of a line, bytes.
 const LONGEST_LINE: u64 = 64 << 20;
 
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -31,32 +32,33 @@ struct Header {
     tongue_fit_batch_journal: u32,
     version: String,
     inputs_sha256: String,
-    /// The words of the command, without what changes no result.
+    /// Arguments of the command, without those that do not change results.
     arguments: Vec<String>,
 }
 
-/// The words of the command whose jobs the journal at `path` keeps.
+/// The arguments of the command whose jobs are in the journal at `path`.
 ///
 /// # Errors
-/// [`ReportError::Journal`] as the operating system, and for what is no journal of this version.
+/// [`ReportError::Journal`] with the error of the operating system, or if the file is not a journal of this
+/// version.
 pub fn arguments(path: &Path) -> Result<Vec<String>, ReportError> {
     let fail = |source| ReportError::Journal { path: path.to_owned(), source };
     let file = regular(path).and_then(|()| File::open(path)).map_err(fail)?;
     let mut line = Vec::new();
     BufReader::new(file).take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(fail)?;
     let header: Header =
-        serde_json::from_slice(&line).map_err(|_| fail(io::Error::other("it is no journal of a batch")))?;
+        serde_json::from_slice(&line).map_err(|_| fail(io::Error::other("it is not a journal of a batch")))?;
     match header.version == crate::VERSION {
         true => Ok(header.arguments),
         false => Err(fail(io::Error::other(format!(
-            "it was written by version {}, this is {}; bring it together with the version that made it",
+            "it was written by version {}, this is {}; merge it with the version that made it",
             header.version,
             crate::VERSION
         )))),
     }
 }
 
-/// An error for what exists and is no regular file. Told before it is opened: opening a pipe waits, and a link leads elsewhere.
+/// Refuses anything but a regular file before it is opened: opening a pipe waits, and a link leads elsewhere.
 fn regular(path: &Path) -> io::Result<()> {
     match std::fs::symlink_metadata(path) {
         Ok(found) if !found.is_file() => {
@@ -66,27 +68,27 @@ fn regular(path: &Path) -> io::Result<()> {
     }
 }
 
-/// What a journal keeps of a job that ended well.
+/// The record that a journal keeps of a successful job.
 pub trait Kept: Serialize + DeserializeOwned {
-    /// What is held in memory of it while the batch runs.
+    /// The part of it that is kept in memory while the batch runs.
     type Digest: Clone;
 
-    /// It.
+    /// Its digest.
     fn digest(&self) -> Self::Digest;
 }
 
 /// One finished job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Entry<T> {
-    /// Its number in the plan.
+    /// Its number in the list of jobs.
     pub job: usize,
-    /// Time it took, s; in no output file, which are to be the same after every run.
+    /// Its duration, s. It is in no output file, because these are the same after every run.
     pub wall_s: f64,
-    /// What came of it, or why nothing did.
+    /// The record, or why the job failed.
     pub result: Result<T, String>,
 }
 
-/// What is known of a finished job without reading its entry.
+/// The place of a finished job's entry in the file.
 #[derive(Debug)]
 struct Place<D> {
     offset: u64,
@@ -94,11 +96,11 @@ struct Place<D> {
     digest: Option<D>,
 }
 
-/// What is in the file of a journal that is not of the batch in hand.
+/// Lines of a journal's file that do not belong to this batch.
 struct Scan {
-    /// What it is of, where all of it is of something else.
+    /// The batch that the whole file belongs to, if it is another one.
     other: Option<String>,
-    /// Lines that were left out.
+    /// Number of lines that were left out.
     dropped: usize,
 }
 
@@ -107,7 +109,7 @@ struct Scan {
 pub struct Journal<T: Kept> {
     path: PathBuf,
     file: File,
-    /// Of the inputs; goes into every checksum.
+    /// Hash of the inputs, which every checksum includes.
     key: String,
     end: u64,
     done: BTreeMap<usize, Place<T::Digest>>,
@@ -115,12 +117,13 @@ pub struct Journal<T: Kept> {
 }
 
 impl<T: Kept> Journal<T> {
-    /// Opens the journal at `path` of a batch of `jobs` jobs that `arguments` asked for, and goes on with it if it is of the inputs that
-    /// `key` is a hash of, else begins a new one; [`Journal::notes`] says what was not taken over.
+    /// Opens the journal at `path` for a batch of `jobs` jobs of a command with `arguments`. It resumes a
+    /// journal with the same `key`, the hash of the inputs, or else begins a new one; [`Journal::notes`] says
+    /// what was left out.
     ///
     /// # Errors
-    /// [`ReportError::Journal`] as the operating system, for what is no regular file (a link, a pipe), and when another run holds
-    /// the journal.
+    /// [`ReportError::Journal`] with the error of the operating system, if it is not a regular file (a link,
+    /// a pipe), or if another run uses the journal.
     pub fn open(path: PathBuf, key: &str, arguments: &[String], jobs: usize) -> Result<Self, ReportError> {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
@@ -129,10 +132,10 @@ impl<T: Kept> Journal<T> {
         Ok(journal)
     }
 
-    /// Opens the journal of another run of the same batch to read it; it is left as it is.
+    /// Opens the journal of another run of the same batch for reading only.
     ///
     /// # Errors
-    /// As [`Journal::open`], and where it is of other inputs.
+    /// As [`Journal::open`], and if it has other inputs.
     pub fn open_finished(
         path: PathBuf,
         key: &str,
@@ -144,7 +147,7 @@ impl<T: Kept> Journal<T> {
         match journal.scan(&header, jobs) {
             Ok(Scan { other: None, .. }) => Ok(journal),
             Ok(Scan { other: Some(of), .. }) => {
-                Err(journal.failed(io::Error::other(format!("it is of {of}, and so no part of this batch"))))
+                Err(journal.failed(io::Error::other(format!("it is of {of}, so it is not part of this batch"))))
             }
             Err(source) => Err(journal.failed(source)),
         }
@@ -171,7 +174,7 @@ impl<T: Kept> Journal<T> {
         }
     }
 
-    /// Finds what the file has of the batch with this header.
+    /// Reads the entries of the batch with this header.
     fn scan(&mut self, header: &Header, jobs: usize) -> io::Result<Scan> {
         let mut reader = BufReader::new(self.file.try_clone()?);
         let mut line = Vec::new();
@@ -203,7 +206,7 @@ impl<T: Kept> Journal<T> {
         }
         if scan.dropped > 0 {
             self.notes.push(format!(
-                "lines of the journal that are damaged or not of this batch, left out: {}; what they held is done again",
+                "lines of the journal that are damaged or not of this batch, left out: {}; their jobs are done again",
                 scan.dropped
             ));
         }
@@ -213,7 +216,7 @@ impl<T: Kept> Journal<T> {
     fn resume(&mut self, arguments: &[String], jobs: usize) -> io::Result<()> {
         let header = self.header(arguments);
         if let Some(of) = self.scan(&header, jobs)?.other {
-            self.notes.push(format!("the journal in this folder was of {of}: begun anew"));
+            self.notes.push(format!("the journal in this folder was of {of}: it was replaced by a new one"));
         }
         if self.done.is_empty() {
             self.end = 0;
@@ -227,10 +230,10 @@ impl<T: Kept> Journal<T> {
         Ok(())
     }
 
-    /// Keeps what another journal of the same batch has and this one has not.
+    /// Adds the entries of another journal of the same batch that this one lacks.
     ///
     /// # Errors
-    /// [`ReportError::Journal`] as the operating system.
+    /// [`ReportError::Journal`] with the error of the operating system.
     pub fn take_over(&mut self, other: &Self) -> Result<(), ReportError> {
         for &job in other.done.keys() {
             if !self.has(job)
@@ -242,7 +245,7 @@ impl<T: Kept> Journal<T> {
         Ok(())
     }
 
-    /// What of an earlier journal could not be taken over, in sentences.
+    /// Notes about parts of an earlier journal that were left out.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -252,30 +255,30 @@ impl<T: Kept> Journal<T> {
         self.done.contains_key(&job)
     }
 
-    /// Whether a job is done without a result.
+    /// Whether a job is done and failed.
     pub fn is_refused(&self, job: usize) -> bool {
         self.done.get(&job).is_some_and(|p| p.digest.is_none())
     }
 
-    /// How many jobs are done.
+    /// Number of finished jobs.
     pub fn len(&self) -> usize {
         self.done.len()
     }
 
-    /// Whether none is.
+    /// Whether no job is done.
     pub fn is_empty(&self) -> bool {
         self.done.is_empty()
     }
 
-    /// Digests of what was kept, in the order of the jobs.
+    /// Digests of the records, in the order of the jobs.
     pub fn digests(&self) -> impl Iterator<Item = &T::Digest> + Clone {
         self.done.values().filter_map(|p| p.digest.as_ref())
     }
 
-    /// Keeps an entry.
+    /// Appends an entry.
     ///
     /// # Errors
-    /// [`ReportError::Journal`] as the operating system.
+    /// [`ReportError::Journal`] with the error of the operating system.
     pub fn append(&mut self, entry: &Entry<T>) -> Result<(), ReportError> {
         let write = |this: &mut Self| -> io::Result<()> {
             let json = serde_json::to_string(entry)?;
@@ -291,7 +294,8 @@ impl<T: Kept> Journal<T> {
     /// The entry of a job, or `None` if it is not done.
     ///
     /// # Errors
-    /// [`ReportError::Journal`] as the operating system, and where the journal was changed while it was in use.
+    /// [`ReportError::Journal`] with the error of the operating system, or if the journal was changed while
+    /// it was in use.
     pub fn read(&self, job: usize) -> Result<Option<Entry<T>>, ReportError> {
         let Some(place) = self.done.get(&job) else { return Ok(None) };
         let read = || -> io::Result<Entry<T>> {
@@ -304,10 +308,10 @@ impl<T: Kept> Journal<T> {
         read().map(Some).map_err(|source| self.failed(source))
     }
 
-    /// Removes the journal: all of it stands in the outputs.
+    /// Removes the journal after its content was written to the outputs.
     ///
     /// # Errors
-    /// [`ReportError::Journal`] as the operating system.
+    /// [`ReportError::Journal`] with the error of the operating system.
     pub fn remove(self) -> Result<(), ReportError> {
         std::fs::remove_file(&self.path).map_err(|source| self.failed(source))
     }
@@ -320,13 +324,13 @@ impl<T: Kept> Journal<T> {
         sha256(&[&self.key, json])[..DIGITS].to_owned()
     }
 
-    /// The entry of a line, if it is one and whole.
+    /// The entry of a line; `None` if the line is damaged.
     fn entry(&self, line: &[u8]) -> Option<Entry<T>> {
         let (sum, json) = std::str::from_utf8(line).ok()?.trim_end_matches('\n').split_once(' ')?;
         (sum == self.checksum(json)).then(|| serde_json::from_str(json).ok())?
     }
 
-    /// Remembers where the line of an entry begins and how many bytes it has.
+    /// Stores the offset and the length of an entry's line.
     fn place(&mut self, entry: &Entry<T>, offset: u64, length: usize) {
         let digest = entry.result.as_ref().ok().map(Kept::digest);
         self.done.insert(entry.job, Place { offset, length, digest });

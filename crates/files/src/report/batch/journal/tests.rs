@@ -83,7 +83,7 @@ fn lines_of_other_batches_and_jobs_out_of_the_plan_are_dropped_with_a_note() {
     drop(other);
     let foreign = std::fs::read_to_string(&path).unwrap().lines().nth(1).unwrap().to_owned();
     let mut journal = Journal::<f64>::open(folder.path().join(NAME), "abc", &[], 10).unwrap();
-    assert!(journal.is_empty() && journal.notes()[0].contains("of other inputs: begun anew"));
+    assert!(journal.is_empty() && journal.notes()[0].contains("of other inputs: it was replaced"));
     [0, 7].iter().for_each(|job| journal.append(&entry(*job)).unwrap());
     drop(journal);
     let text = std::fs::read_to_string(&path).unwrap() + &foreign + "\nnonsense\n";
@@ -94,7 +94,7 @@ fn lines_of_other_batches_and_jobs_out_of_the_plan_are_dropped_with_a_note() {
     drop(journal);
     std::fs::write(&path, text.replace(crate::VERSION, "0.0.1 (f00)")).unwrap();
     let journal = open(folder.path(), "abc");
-    assert!(journal.is_empty() && journal.notes()[0].contains("of 0.0.1 (f00): begun anew"));
+    assert!(journal.is_empty() && journal.notes()[0].contains("of 0.0.1 (f00): it was replaced"));
 }
 
 #[test]

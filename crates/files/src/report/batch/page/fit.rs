@@ -1,4 +1,4 @@
-//! One fit's part of the page.
+//! The part of a batch's page for one fit.
 
 use maud::{Markup, PreEscaped, html};
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ use tongue_infer::posterior::Report;
 /// Residual at which a cell of the heat map has its full colour.
 const FULL_COLOUR: f64 = 0.25;
 
-/// What the page shows of one fit, ready to be put in its places.
+/// The parts of the page for one fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PageFit {
     /// Number of the job.
@@ -29,25 +29,25 @@ pub struct PageFit {
     pub table_row: String,
     /// Figure and findings.
     pub detail: String,
-    /// Row of the table of posteriors; empty where the fit has none.
+    /// Row of the table of posteriors; empty if the fit has none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub posterior_row: String,
     /// Displacement of every node from rest, µm.
     pub moved: Vec<[i64; 2]>,
     /// Names of the contracting muscles, which have a tension.
     pub active: Vec<String>,
-    /// One for every muscle that was fitted.
+    /// One for every muscle, if it was fitted.
     pub tensions: Vec<Option<Tension>>,
 }
 
-/// Metres as whole micrometres.
+/// A length in metres as an integer number of micrometres.
 pub fn micrometres(metres: f64) -> i64 {
     (metres * 1e6).round() as i64
 }
 
 impl PageFit {
-    /// Of a record and the fit that it is of; `muscles` are those of the mesh in the order of columns, `ridges` the picture of the row's
-    /// posterior.
+    /// The parts for a record and its fit; `muscles` are those of the mesh in the order of columns, `ridges`
+    /// is the picture of the row's posterior.
     ///
     /// # Errors
     /// [`ReportError`] for a figure that cannot be drawn.
@@ -108,7 +108,7 @@ fn heat_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> Ma
     }
 }
 
-/// Vermilion for too long, blue for too short: colours that colour-blind readers can tell apart.
+/// Vermilion for too long, blue for too short: colours that colour-blind readers can distinguish.
 fn colour(residual: f64) -> String {
     shade(residual / FULL_COLOUR)
 }
@@ -152,7 +152,8 @@ fn table_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> M
     }
 }
 
-/// By how much more every muscle pulls than in the baseline, the deeper the colour the surer.
+/// Row of the posterior: the change of every muscle's tension from the baseline, in deeper colour the surer
+/// its sign.
 fn posterior_row(
     id: usize,
     r: &AssessedRecord,
@@ -161,7 +162,7 @@ fn posterior_row(
     muscles: &[String],
 ) -> Markup {
     let f = &r.fit;
-    // Without the sign of what rounds to nothing.
+    // Adding zero removes the sign of -0.
     let whole = |v: f64| format!("{:.0}", v.round() + 0.0);
     html! {
         tr {
@@ -236,7 +237,7 @@ fn tensions(values: &ByMuscle<f64>) -> String {
     values.0.iter().map(|(m, v)| format!("{m} {v:.1}")).collect::<Vec<_>>().join(", ") + " N"
 }
 
-/// Figure 4.9 for this fit. Its title is the page's, so the figure needs none of its own beside the label.
+/// Figure 4.9 for this fit. The page has the title, so the figure has only the label.
 fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
     let f = &r.fit;
     let measured: Vec<&String> = f.target_stretches.0.iter().map(|(m, _)| m).collect();

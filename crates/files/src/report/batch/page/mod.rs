@@ -1,6 +1,7 @@
-//! The page of a batch: one HTML file that needs no network, light and dark.
+//! The page of a batch: one HTML file without a network, in light and dark.
 //!
-//! The text is made here and in `fit.rs`; sorting, the slider and the choice of a shape are a few lines of script in `page.js`.
+//! The text is made here and in `fit.rs`; sorting, the slider and the choice of a shape are in the script
+//! `page.js`.
 
 mod fit;
 
@@ -16,7 +17,7 @@ use tongue_core::body::Mesh;
 
 pub use self::fit::PageFit;
 
-/// Fits that the page shows; a table of thousands would be too large for a browser.
+/// Maximum number of fits on the page; a table of thousands is too large for a browser.
 pub const MOST_FITS: usize = 200;
 
 const SCRIPT: &str = include_str!("page.js");
@@ -36,7 +37,7 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Res
                     (passive(&batch.summary.passive))
                     section {
                         h2 { "Every fit" }
-                        p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and what speaks for and against the answer." }
+                        p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and reasons to trust or to doubt the answer." }
                         @for f in &fits { (PreEscaped(&f.detail)) }
                     }
                     (others(batch, journal)?)
@@ -56,7 +57,7 @@ pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -
     tensions(batch.muscles, &shown(batch, journal)?).write(w, &by)
 }
 
-/// The fits that the page shows.
+/// The fits on the page.
 fn shown(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<PageFit>> {
     let mut fits = Vec::new();
     each_fit(batch, journal, |_, fitted| {
@@ -130,7 +131,7 @@ fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
     }
 }
 
-/// What the posteriors say of every row, where there are any.
+/// The posteriors of all rows, if there are any.
 fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
     let rows: Vec<&str> =
         fits.iter().map(|f| f.posterior_row.as_str()).filter(|row| !row.is_empty()).collect();
@@ -203,7 +204,7 @@ fn others(batch: &Batch<'_>, journal: &Journal) -> io::Result<Markup> {
     })
 }
 
-/// The tensions of all fits at a glance.
+/// The tensions of all fits in one figure.
 fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
     let found: Vec<Found> =
         fits.iter().map(|f| Found { label: f.label.clone(), tensions: f.tensions.clone() }).collect();
@@ -215,7 +216,7 @@ fn number(value: f64, digits: usize) -> Markup {
     html! { td data-v=(value) { (format!("{value:.digits$}")) } }
 }
 
-/// The mesh once, and of every fit the displacements: µm, integers.
+/// The mesh once, and for every fit the displacements as integers in µm.
 fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
     let rest: Vec<[i64; 2]> = mesh.nodes.iter().map(|p| [p.x, p.y].map(fit::micrometres)).collect();
     let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
@@ -235,6 +236,6 @@ fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
         "view": [low[0], -high[1], high[0] - low[0], high[1] - low[1]], "rest": rest, "connections": mesh.connections, "fixed": mesh.fixed, "muscles": muscles, "shapes": shapes,
     })
     .to_string()
-    // The text stands in a script element, which only this sequence could end.
+    // In a script element only this sequence could end the text.
     .replace("</", "<\\/")
 }
