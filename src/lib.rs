@@ -1,43 +1,44 @@
-//! tongue-fit: how hard does each tongue muscle pull, if it is this long?
+//! tongue-fit: the tensions of tongue muscles from their lengths.
 //!
 //! # The equations
-//! A tongue is nodes `x_i` joined by connections, in the midsagittal plane (`D = 2`, plane strain, everything per metre of
-//! thickness) or in space (`D = 3`). At equilibrium its free nodes minimise the potential energy
-//!
+//! A tongue is nodes `x_i` joined by connections, in the midsagittal plane (`D = 2`, plane strain, everything
+//! per metre of thickness) or in space (`D = 3`). At equilibrium its free nodes minimise the potential energy
 //! ```text
 //! E(x; F) =  sum over connections         1/2 k (l - l0)²            tissue (Kelvin-Voigt at rest)
-//!         +  sum over muscle connections  F (l - l0)                 tension F >= 0 of the contractile element
-//!         +  sum over cells               1/2 kappa ((S - S0)/S0)²   near-incompressible triangles or tetrahedra
+//! +  sum over muscle connections  F (l - l0)                 tension F >= 0 of the contractile element
+//! +  sum over cells               1/2 kappa ((S - S0)/S0)²   near-incompressible triangles or tetrahedra
 //! ```
 //!
-//! and the inverse problem is to find the tensions `F` whose muscle lengths (straight distances between a muscle's ends) meet
-//! measured ratios or stretches. Model and coefficients: Kato, bachelor thesis, Osaka University 2014, with its slips mended
-//! (listed in docs/model.md); lengths: Takano and Honda, Speech Communication 49 (2007).
+//! and the inverse problem is to find the tensions `F` whose muscle lengths (straight distances between a
+//! muscle's ends) meet measured ratios or stretches. Model and coefficients: Kato, bachelor thesis, Osaka
+//! University 2014, with its misprints corrected (listed in docs/model.md); lengths: Takano and Honda, Speech
+//! Communication 49 (2007).
 //!
 //! # The flow, one way
 //! ```text
-//! targets/*.csv            -> measured     tables of lengths: who contracts, what to hit
+//! targets/*.csv            -> measured     tables of lengths: which muscles contract, what to fit
 //! anatomy or Gmsh file     -> body         nodes, cells, named muscles, named bones
 //! E, nu, rho, eta          -> material     coefficients by stiffness matching, laws
-//! body + material          -> system       only the effects that are called for; unknowns and sparsity, made once
-//! system + tensions        -> statics      Newton's method on a sparse block Cholesky; the branch of equilibria from rest
-//! system + tensions(t)     -> dynamics     masses, dampers, three-element muscles over time; integrators behind one trait
-//! what was measured        -> observe      lengths, ratios, stretches, points, contours: value, gradient, how sure it is
-//! system + observations    -> inverse      tensions, displaced bones, constants: Nelder-Mead, Gauss-Newton, what the data leave open
-//! body + recording         -> adapt        a speaker's body; track: tensions over time from contours, sensors and bones
-//! body + tract             -> heard        areas, formants and how they answer to the nodes, a voice
-//! any result               -> report       JSON, CSV, SVG, VTU, MSH, .sto
-//! a file                   -> scene        says what happens and what is wanted; nothing else is computed
+//! body + material          -> system       only the effects that are needed; unknowns and sparsity, made
+//! once system + tensions        -> statics      Newton's method on a sparse block Cholesky; the branch of
+//! equilibria from rest system + tensions(t)     -> dynamics     masses, dampers, three-element muscles over
+//! time; integrators behind one trait measurements             -> observe      lengths, ratios, stretches,
+//! points, contours: value, gradient, standard deviation system + observations    -> inverse      tensions,
+//! displaced bones, constants: Nelder-Mead, Gauss-Newton, what the data leave undetermined body + recording
+//! -> adapt        a speaker's body; track: tensions over time from contours, sensors and bones body + tract
+//! -> heard        areas, formants and their derivatives by the nodes, a voice any result               ->
+//! report       JSON, CSV, SVG, VTU, MSH, .sto a file                   -> scene        loads and wanted
+//! results; nothing else is computed
 //! ```
-//! [`simulation`] leads through all of it by the names of muscles and bones.
+//! [`simulation`] is the interface to all of it by the names of muscles and bones.
 //!
-//! # The shortest whole
+//! # A complete example
 //! ```
 //! use tongue_fit::prelude::*;
 //!
-//! let target = Dataset::reference()?.stretches("S2", "a")?; // who shortened in /a/, and to which length
-//! let body = Body::tongue(5.5 * MM)?; // or AnyBody::read("my.msh".as_ref(), Unit::Mm)?.flat()?
-//! let model = Model::default().assemble(&body, target.active_names())?; // these muscles can contract
+//! let target = Dataset::reference()?.stretches("S2", "a")?; // which muscles shortened in /a/, and by how
+//! much let body = Body::tongue(5.5 * MM)?; // or AnyBody::read("my.msh".as_ref(), Unit::Mm)?.flat()? let
+//! model = Model::default().assemble(&body, target.active_names())?; // these muscles can contract
 //!
 //! let shape = model.solver().follow_from_rest(&[("GGa", 12.0), ("HGa", 4.5)])?; // N per metre of thickness
 //! println!("GGa: {:.3} of its length at rest, {:?}", shape.stretch("GGa")?, shape.solution.status);
@@ -51,14 +52,15 @@
 //! # assert!(shape.is_converged() && shape.is_traced() && fit.is_trustworthy());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-//! Further programs are in `examples/`: data of one's own, a body of one's own, a scene, what ratios leave open, three dimensions
-//! (`cargo run --example own_data`).
+//! Further programs are in `examples/`: data of your own, a body of your own, a scene, tensions that ratios
+//! leave undetermined, three dimensions (`cargo run --example own_data`).
 //!
 //! # Features
-//! `parallel`: starts and fits on rayon's threads, with the same bits as without. `files`: reading and writing of files; without it
-//! the library takes and gives bytes and text. `cli` (the default, with both): the program `tongue-fit` itself.
+//! `parallel`: starts and fits on rayon's threads, with the same bits as without. `files`: reading and
+//! writing of files; without it the library takes and gives bytes and text. `cli` (the default, with both):
+//! the program `tongue-fit` itself.
 
-// The program's modules name the library as its users do.
+// The program's modules use the library as its users do.
 #[cfg(feature = "cli")]
 extern crate self as tongue_fit;
 
@@ -88,7 +90,7 @@ pub mod dynamics {
     pub use tongue_input::curves::{Curves, CurvesError};
 }
 
-/// A millimetre in metres, the unit of all lengths: `5.5 * MM`.
+/// A millimetre in metres: `5.5 * MM`.
 pub const MM: f64 = 1e-3;
 
 /// What most programs need: `use tongue_fit::prelude::*;`.

@@ -1,4 +1,5 @@
-//! The `tongue-fit` command. All of it is in the library's [`tongue_fit::cli`], so that nothing of the library is compiled twice.
+//! The `tongue-fit` command. Its code is in the library's [`tongue_fit::cli`], so that nothing is compiled
+//! twice.
 
 use std::process::ExitCode;
 

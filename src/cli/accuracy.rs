@@ -1,4 +1,4 @@
-//! `tongue-fit accuracy`: what accuracy costs in time.
+//! `tongue-fit accuracy`: accuracy and its cost in time.
 
 use miette::IntoDiagnostic;
 use tongue_fit::report::{Export, Markdown, OutputDir, Rows};
@@ -14,15 +14,16 @@ const DEFAULT_OUT: &str = "results/accuracy";
 #[group(skip)]
 #[command(after_help = "Example:\n  tongue-fit accuracy --quick --out results/accuracy-here")]
 pub struct Arguments {
-    /// Within half a minute: fewer repeats, no mesh below 1.4 mm, long explicit runs refused (the full study: ten minutes)
+    /// A quick study of half a minute: fewer repeats, no mesh below 1.4 mm, long explicit runs refused (the
+    /// full study: ten minutes)
     #[arg(long)]
     quick: bool,
-    /// Only the continuum, its mesh, and its settings that have no data (a minute or two)
+    /// Only the continuum: its mesh, and the settings that were chosen without data (a minute or two)
     #[arg(long, conflicts_with = "quick")]
     continuum: bool,
 }
 
-/// Levels of nested meshes of the continuum: 11 mm to 1.4 mm.
+/// Number of nested meshes of the continuum, from 11 mm to 1.4 mm.
 const LEVELS: usize = 4;
 
 fn continuum(global: &Global) -> miette::Result<Outcome> {
@@ -33,7 +34,7 @@ fn continuum(global: &Global) -> miette::Result<Outcome> {
     let mut made = format!("Made by `{}` on {}.", super::command_line(), machine());
     if let Some((before, after)) = before.zip(busy()) {
         made += &format!(
-            " So many programs wanted to run at once, this one included: {before} before and {after} after (load average)."
+            " Programs ready to run, with this one: {before} before and {after} after (load average)."
         );
     }
     let page = Markdown(continuum::page(&study, &made).into_diagnostic()?);
@@ -48,14 +49,14 @@ fn continuum(global: &Global) -> miette::Result<Outcome> {
     written(&out, &files, global)
 }
 
-/// How many programs wanted to run in the last minute, where the system says so.
+/// The load average of the last minute, if the system has one.
 fn busy() -> Option<String> {
     let text = tongue_fit::files::read(std::path::Path::new("/proc/loadavg")).ok()?;
     let text = String::from_utf8(text).ok()?;
     text.split_whitespace().next().map(str::to_owned)
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if arguments.continuum {
         return continuum(global);
@@ -72,7 +73,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     written(&out, &all, global)
 }
 
-/// Writes the files of a study and names them.
+/// Writes the files of a study and returns the list of them.
 fn written(out: &OutputDir, files: &[(&str, &dyn Export)], global: &Global) -> miette::Result<Outcome> {
     let written = out.export(files, &super::provenance()).into_diagnostic()?;
     if global.json {
@@ -83,7 +84,7 @@ fn written(out: &OutputDir, files: &[(&str, &dyn Export)], global: &Global) -> m
     Ok(Outcome::Good)
 }
 
-/// Processor, threads and operating system, as far as they can be known.
+/// Processor, threads and operating system, as far as they are known.
 fn machine() -> String {
     let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpu.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));

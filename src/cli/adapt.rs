@@ -1,4 +1,4 @@
-//! `tongue-fit adapt`: a speaker's body.
+//! `tongue-fit adapt`: makes a speaker's body.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -26,13 +26,14 @@ const DEFAULT_OUT: &str = "results/speaker";
 pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
-    /// How the rest shape is found from recordings
+    /// Method for the rest shape from recordings
     #[arg(long, value_name = "HOW", value_enum, default_value = "joint")]
     rest: RestName,
-    /// Landmarks of one posture at rest, in place of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm, or 3D Slicer's .mrk.json)
+    /// Landmarks of one posture at rest instead of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm, or
+    /// 3D Slicer's .mrk.json)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "example", "rest"])]
     landmarks: Option<PathBuf>,
-    /// The contour of the tongue in that posture, in the same forms
+    /// The contour of the tongue in that posture, in the same formats
     #[arg(long, value_name = "FILE", requires = "landmarks")]
     contour: Option<PathBuf>,
     #[command(flatten)]
@@ -60,7 +61,7 @@ struct Record {
     notes: Vec<String>,
 }
 
-/// A body's file: its mesh, and how it came to be.
+/// A body's file: its mesh and its origin.
 #[derive(Serialize)]
 struct BodyFile {
     #[serde(flatten)]
@@ -68,7 +69,7 @@ struct BodyFile {
     adaptation: Adaptation,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
     let prior = arguments.prior.prior(given.body.mesh.muscles.len())?;
@@ -85,7 +86,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             let mut landmarks = read(path)?;
             if let Some(contour) = &arguments.contour {
                 let drawn = read(contour)?;
-                // A point list is a contour too where a contour was asked for.
+                // If a contour was asked for, a list of points is one too.
                 landmarks.contour = match drawn.contour.is_empty() {
                     true => drawn.named.into_values().collect(),
                     false => drawn.contour,
@@ -181,7 +182,7 @@ fn write(
     let (json, said) = (Json(&file), Json(record));
     let mut files: Vec<(&str, &dyn Export)> =
         vec![("body.json", &json), ("adapt.json", &said), ("rest.svg", &picture)];
-    // TOML says who made it in a comment.
+    // The provenance is a comment in TOML.
     let anatomy = speaker.anatomy.as_ref().map(|text| {
         let line = |text: &str| text.replace(char::is_control, " ");
         format!("# version: {}\n# command: {}\n{text}", line(by.version), line(&by.command))

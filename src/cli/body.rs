@@ -1,4 +1,4 @@
-//! Options that say which body is simulated and how.
+//! Options of the body and its model.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use tongue_fit::system::{self, Model, OutsidePath, TissueModel};
 
 use super::output;
 
-/// Mesh spacing of a continuum where none is given, m.
+/// Default mesh spacing of a continuum, m.
 const CONTINUUM_SPACING_M: f64 = 4e-3;
 
 /// The body and its model.
@@ -22,23 +22,25 @@ const CONTINUUM_SPACING_M: f64 = 4e-3;
 #[group(skip)]
 #[command(next_help_heading = "Body")]
 pub struct Arguments {
-    /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres [default: 5.5mm, of a continuum 4mm]
+    /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres [default: 5.5mm, of a continuum
+    /// 4mm]
     #[arg(long, value_name = "LENGTH")]
     h: Option<String>,
-    /// Anatomy file (TOML) in place of the built-in one
+    /// Anatomy file (TOML) instead of the built-in one
     #[arg(long, value_name = "FILE")]
     anatomy: Option<PathBuf>,
-    /// Gmsh mesh (.msh, 4.1 or 2.2), or what `mesh --json` printed (.json), in place of an anatomy; `tongue-fit mesh check` says what a .msh must have
+    /// Gmsh mesh (.msh, 4.1 or 2.2), or the JSON of `mesh --json` (.json), instead of an anatomy;
+    /// `tongue-fit mesh check` explains what a .msh needs
     #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
     mesh: Option<PathBuf>,
     /// Unit of the coordinates in that file
     #[arg(long, value_name = "UNIT", value_enum, default_value = "m", requires = "mesh")]
     mesh_unit: UnitName,
-    /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis to the letter; `thesis` also takes its assumptions
-    /// in a fit: a baseline without tone, and bones that stay where they are
+    /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis as printed; `thesis` also
+    /// makes its assumptions in a fit: a baseline without tone, and fixed bones
     #[arg(long, value_enum, default_value = "consistent")]
     preset: PresetName,
-    /// Stiffness on every connection once (as the thesis), or once for each triangle it belongs to
+    /// Stiffness of every connection counted once (as in the thesis), or once for each of its triangles
     #[arg(long, value_enum, default_value = "per-connection")]
     spread: SpreadName,
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
@@ -47,11 +49,12 @@ pub struct Arguments {
     /// Muscle parts outside the tissue: straight, as in a sheath, or a chain that can fold
     #[arg(long, value_enum, default_value = "straight")]
     outside: OutsideName,
-    /// Body: springs on connections (the thesis's), a continuum of quadratic elements with muscles of finite width, whose answers do not
-    /// depend on the mesh, or in `simulate` a folder with ArtiSynth's tongue in space [springs, continuum, FOLDER]
+    /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
+    /// finite width, whose answers do not depend on the mesh, or in `simulate` a folder with ArtiSynth's
+    /// tongue in space [springs, continuum, FOLDER]
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
-    /// Tissue: springs and area terms (as the thesis), or finite elements of the same E and nu
+    /// Tissue: springs and area terms (as in the thesis), or finite elements of the same E and nu
     #[arg(long, value_enum, default_value = "springs")]
     tissue: TissueName,
 }
@@ -79,19 +82,19 @@ enum OutsideName {
 enum BodyName {
     Springs,
     Continuum,
-    /// Files of a body in space.
+    /// Folder with the files of a body in space.
     Folder(PathBuf),
 }
 
-/// Reads what stands behind `--body`.
+/// Parses the value of `--body`.
 fn body_name(word: &str) -> Result<BodyName, String> {
     match word {
         "springs" => Ok(BodyName::Springs),
         "continuum" => Ok(BodyName::Continuum),
-        // A path that does not exist is told by whoever reads it.
+        // The reader reports a path that does not exist.
         _ if Path::new(word).is_dir() || word.contains('/') => Ok(BodyName::Folder(PathBuf::from(word))),
         _ => Err(format!(
-            "it is no folder either, which would be a body in space; {}",
+            "it is not a folder of a body in space either; {}",
             suggest::hint(word, ["springs", "continuum"])
         )),
     }
@@ -127,12 +130,12 @@ impl Arguments {
         self.mesh.is_some() || self.anatomy.is_some()
     }
 
-    /// The file of its mesh, where there is one.
+    /// The file of its mesh, if there is one.
     pub fn mesh_file(&self) -> Option<&Path> {
         self.mesh.as_deref()
     }
 
-    /// The anatomy that it is meshed of; `None` for a mesh.
+    /// The anatomy of the mesh; `None` for a mesh file.
     ///
     /// # Errors
     /// As [`Arguments::body`].
@@ -147,8 +150,8 @@ impl Arguments {
     /// The body.
     ///
     /// # Errors
-    /// A spacing that is no length or out of range; an anatomy or mesh file that cannot be read or is wrong; a mesh in space, or
-    /// far larger than any tongue.
+    /// For a spacing that is not a length or out of range; for an anatomy or mesh file that cannot be read or
+    /// is wrong; for a mesh in space, or one far larger than any tongue.
     pub fn body(&self) -> miette::Result<Body<2>> {
         self.check()?;
         let h = match (&self.h, &self.body) {
@@ -189,7 +192,7 @@ impl Arguments {
         Ok(body)
     }
 
-    /// The same for a page, which makes the body anew.
+    /// The body for a page, which builds it again.
     ///
     /// # Errors
     /// As [`Arguments::body`].
@@ -223,10 +226,10 @@ impl Arguments {
         Ok(page)
     }
 
-    /// The folder of a body in space, where one was given.
+    /// The folder of a body in space, if one was given.
     ///
     /// # Errors
-    /// Options beside it that say what a body of the plane is made of.
+    /// For options that describe a body in the plane.
     pub fn space(&self) -> miette::Result<Option<&Path>> {
         let BodyName::Folder(folder) = &self.body else { return Ok(None) };
         let of_the_plane = [
@@ -248,7 +251,7 @@ impl Arguments {
         }
     }
 
-    /// What is asked for does not contradict itself.
+    /// Checks the options for contradictions.
     fn check(&self) -> miette::Result<()> {
         if let BodyName::Folder(folder) = &self.body {
             return Err(miette!(
@@ -276,7 +279,7 @@ impl Arguments {
         matches!(self.preset, PresetName::Thesis)
     }
 
-    /// How the mesh is modelled.
+    /// The model of the tissue.
     pub fn model(&self) -> Model {
         Model {
             constants: Constants { poisson_ratio: self.poisson_ratio, ..Constants::TONGUE },
@@ -320,7 +323,7 @@ fn spacing(text: &str) -> miette::Result<f64> {
         .map_err(|_| miette!("--h is \"{text}\", not a length; write millimetres, like 5.5mm"))
 }
 
-/// Reads `MUSCLE=N` words: numbers of the body's muscles and their tensions, N (2D: per metre of thickness).
+/// Parses `MUSCLE=N` words into numbers of the body's muscles and tensions, N (2D: per metre of thickness).
 pub fn tensions<const D: usize>(words: &[String], body: &Body<D>) -> miette::Result<Vec<(usize, f64)>> {
     simulation::read_tensions(words, body).map_err(|error| miette!("--tension {error}"))
 }

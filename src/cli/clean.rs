@@ -1,18 +1,18 @@
-//! What is printed holds no commands to the terminal: names in tables and recordings are other people's.
+//! Removes terminal commands from the output, since names in tables and recordings are other people's.
 
 use std::io::{self, Write};
 
-/// Passes UTF-8 on, with `\u001b` in place of a control character. Line ends and tabs are kept. The escapes are those of JSON, so that JSON
-/// stays what it was.
+/// Writes UTF-8 with control characters escaped, such as `\u001b`. Line ends and tabs are kept. The escapes
+/// are those of JSON, so that JSON keeps its meaning.
 #[derive(Debug)]
 pub struct Clean<W: Write> {
     out: W,
-    /// The first bytes of a character whose other bytes are still to come.
+    /// The first bytes of an incomplete character.
     begun: Vec<u8>,
 }
 
 impl<W: Write> Clean<W> {
-    /// Passes on to `out`.
+    /// A writer into `out`.
     pub fn new(out: W) -> Self {
         Self { out, begun: Vec::new() }
     }
@@ -32,7 +32,7 @@ impl<W: Write> Write for Clean<W> {
                 }
             }
             self.begun = part.invalid().to_vec();
-            // What more bytes cannot complete is passed on as it is.
+            // Invalid bytes are written unchanged.
             if !is_incomplete(&self.begun) {
                 passed.append(&mut self.begun);
             }
@@ -46,8 +46,8 @@ impl<W: Write> Write for Clean<W> {
     }
 }
 
-/// Whether a terminal would act on the character: control characters (ESC, and those of C1, which some terminals take for ESC and a
-/// letter), and those that reverse the direction of the text behind them.
+/// Whether a terminal acts on the character: control characters (ESC, and those of C1, which some terminals
+/// take for ESC and a letter), and those that reverse the direction of text.
 fn is_command(character: char) -> bool {
     (character.is_control() && !matches!(character, '\n' | '\t'))
         || matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')

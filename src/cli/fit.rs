@@ -45,8 +45,8 @@ pub struct Arguments {
     /// Measured lengths (CSV) in place of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
-    /// What searches: the simplex of the thesis, or the derivatives of the equilibrium, which find the same tensions ten
-    /// times faster (and are what batch takes)
+    /// What searches: the simplex of the thesis, or the derivatives of the equilibrium, which find the same
+    /// tensions ten times faster (and are what batch takes)
     #[arg(long, value_enum, default_value = "nelder-mead")]
     method: MethodName,
     /// Number of starting points of the search
@@ -55,14 +55,16 @@ pub struct Arguments {
     /// Upper bound of every tension, N per metre of thickness
     #[arg(long, value_name = "N", default_value_t = Settings::default().upper_bound, allow_hyphen_values = true)]
     upper_bound: f64,
-    /// Of tensions that meet the target equally well: those nearest to the other measured muscles, or those of the smallest sum
+    /// Of tensions that meet the target equally well: those nearest to the other measured muscles, or those
+    /// of the smallest sum
     #[arg(long, value_enum, default_value = "others")]
     among: AmongName,
-    /// Thickness over which tensions act, mm: shows them in newtons too, and compares these with published forces [default for the
-    /// comparison: 40]
+    /// Thickness over which tensions act, mm: shows them in newtons too, and compares these with published
+    /// forces [default for the comparison: 40]
     #[arg(long, value_name = "MM")]
     thickness: Option<f64>,
-    /// Half width of the rounding of every length, mm [default: as the table says or its digits show, 0.5 for whole millimetres]
+    /// Half width of the rounding of every length, mm [default: as the table says or its digits show, 0.5 for
+    /// whole millimetres]
     #[arg(long, value_name = "MM")]
     error_mm: Option<f64>,
     #[command(flatten)]

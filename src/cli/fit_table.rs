@@ -1,4 +1,5 @@
-//! One fit as text: tensions, then what each muscle does beside what was measured of it, then what is to be thought of it.
+//! One fit as text: tensions, then what each muscle does beside what was measured of it, then what is to be
+//! thought of it.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

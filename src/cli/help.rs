@@ -1,4 +1,4 @@
-//! `--help` shows the options that most people use; `--help-all` shows all of them, grouped.
+//! `--help` shows the most used options; `--help-all` shows all of them, grouped.
 
 use std::ffi::OsString;
 
@@ -7,7 +7,7 @@ use clap::{Arg, Command};
 /// Options of every command that `--help` shows.
 const OF_EVERY_COMMAND: [&str; 4] = ["out", "threads", "json", "help-all"];
 
-/// For commands with many options: those of their own that `--help` shows.
+/// For commands with many options: the command's own options that `--help` shows.
 const USUAL: [(&str, &[&str]); 10] = [
     ("tongue-fit", &["vowel", "subject", "lengths", "target", "points", "posterior", "body"]),
     ("batch", &["lengths", "subjects", "vowels", "target", "draws", "posterior", "shard"]),
@@ -21,7 +21,7 @@ const USUAL: [(&str, &[&str]); 10] = [
     ("validate", &["lengths", "baseline", "posterior", "body"]),
 ];
 
-/// The command with everything hidden from its help that few people use, unless the words ask for all.
+/// The command with its rarely used options hidden, unless the words ask for all.
 pub fn shown(command: Command, words: &[OsString]) -> Command {
     if words.iter().any(|word| word == "--help-all") { command } else { without_rare_options(command) }
 }
@@ -53,7 +53,7 @@ mod tests {
     }
 
     fn options(help: &str) -> Vec<&str> {
-        // Lines of descriptions are indented further, and can begin with an option that they mention.
+        // Lines of descriptions are indented further, and can begin with the name of an option.
         let names = help.lines().filter_map(|line| line.strip_prefix("      --"));
         names.map(|line| line.split([' ', '=']).next().unwrap()).collect()
     }

@@ -1,6 +1,6 @@
-//! `tongue-fit completions` and `tongue-fit man`: what a shell and `man` need to know.
+//! `tongue-fit completions` and `tongue-fit man`: completion scripts for shells, and manual pages.
 //!
-//! Both are made by the program that they describe, because `cargo install` puts nothing but the program in its place.
+//! The program makes both, because `cargo install` installs nothing but the program.
 
 use clap::{Command, CommandFactory};
 use clap_complete::Shell;
@@ -36,15 +36,16 @@ pub fn completions(arguments: &Completions) -> miette::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Cli::command(), "tongue-fit", &mut script);
     let script = String::from_utf8_lossy(&script);
-    // In bash, clap_complete 4.6 spells a program's hyphen in two ways and so completes nothing behind a subcommand
-    // (https://github.com/clap-rs/clap/issues/6421). Where it is mended there is nothing to replace.
+    // For bash, clap_complete 4.6 spells a hyphen in the program's name in two ways, so that nothing is
+    // completed after a subcommand (https://github.com/clap-rs/clap/issues/6421). When that is fixed, there
+    // is nothing to replace.
     output::print(&script.replace("tongue__subcmd__fit", "tongue__fit"))?;
     Ok(Outcome::Good)
 }
 
 /// Writes a page for every command, or prints the first.
 pub fn man(global: &Global) -> miette::Result<Outcome> {
-    // Built, so that subcommands know their full names.
+    // Built, so that subcommands have their full names.
     let mut command = Cli::command().disable_help_subcommand(true);
     command.build();
     let Some(folder) = &global.out else {
@@ -59,7 +60,7 @@ pub fn man(global: &Global) -> miette::Result<Outcome> {
     Ok(Outcome::Good)
 }
 
-/// A command and all below it.
+/// A command and all its subcommands.
 pub fn everything(command: &Command) -> Vec<&Command> {
     let mut all = vec![command];
     all.extend(command.get_subcommands().flat_map(everything));
@@ -72,7 +73,7 @@ fn page(command: &Command) -> miette::Result<(String, String)> {
     let page = Man::new(command.clone()).source(version);
     let mut text = Vec::new();
     page.render(&mut text).into_diagnostic()?;
-    // What follows the help is examples, and a reader of manuals looks for them under that name.
+    // The text after the help is examples, and manual pages have a section of this name.
     let text = String::from_utf8_lossy(&text).replace(".SH EXTRA", ".SH EXAMPLES");
     Ok((page.get_filename(), text))
 }

@@ -1,21 +1,21 @@
-//! Signals: after Ctrl-C no half-written file stays behind, and the program ends as a shell expects of one that was interrupted; a
-//! file that reaches the limit of file sizes is an error with a message.
+//! Signals: Ctrl-C leaves no unfinished files and ends the program by the signal, as shells expect; reaching
+//! the limit of file sizes is an error with a message.
 
 #[cfg(unix)]
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 
-/// What to say to someone who interrupts.
+/// The message at an interruption.
 static LAST_WORDS: Mutex<Option<String>> = Mutex::new(None);
 
-/// From now on, an interruption at a terminal is answered with this.
+/// Sets the message at an interruption at a terminal.
 pub fn set_last_words(words: Option<String>) {
     *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
 }
 
-/// On SIGINT and SIGTERM, removes unfinished files and then lets the signal end the program as it would have: a shell that
-/// runs several commands stops only if the one it interrupted died of the signal. Elsewhere than on Unix the system's own
-/// way is left alone.
+/// On SIGINT and SIGTERM, removes unfinished files and then lets the signal end the program: a shell stops a
+/// series of commands only if the interrupted one died of the signal. Systems other than Unix keep their
+/// default.
 #[cfg(unix)]
 pub fn tidy_up_when_told_to_stop() {
     use signal_hook::consts::{SIGINT, SIGTERM};
@@ -23,12 +23,12 @@ pub fn tidy_up_when_told_to_stop() {
     use signal_hook::low_level::emulate_default_handler;
 
     let wanted = [SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
-    // Without it a signal just ends the program.
+    // Without a handler a signal just ends the program.
     let Ok(mut signals) = Signals::new(wanted) else { return };
     std::thread::spawn(move || {
         for signal in signals.forever() {
             let _standstill = tongue_fit::report::discard_unfinished();
-            // Only to a terminal: to a pipe that nobody empties, the words would wait for ever.
+            // Only at a terminal, because writing to a full pipe would wait for ever.
             if std::io::stderr().is_terminal()
                 && let Some(words) = LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner).as_deref()
             {
@@ -39,13 +39,13 @@ pub fn tidy_up_when_told_to_stop() {
     });
 }
 
-/// From now on a write beyond the limit of file sizes (`ulimit -f`) fails with an error, which is reported like any other. Without it the
-/// signal SIGXFSZ would end the program without a word.
+/// Makes a write beyond the limit of file sizes (`ulimit -f`) fail with an error, which is reported like any
+/// other. By default the signal SIGXFSZ ends the program without a message.
 #[cfg(unix)]
 pub fn report_files_that_become_too_large() {
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
-    // That the signal has a handler is all that is wanted; the flag is read by nobody.
+    // The signal only needs a handler; the flag is never read.
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)));
 }
 
@@ -55,8 +55,8 @@ pub fn report_files_that_become_too_large() {}
 #[cfg(not(unix))]
 pub fn tidy_up_when_told_to_stop() {}
 
-/// Whether the signal was to be ignored when the program was started, as background jobs are told for SIGINT; Linux alone
-/// says so.
+/// Whether the signal was ignored when the program was started, as SIGINT is for background jobs; only Linux
+/// reports it.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

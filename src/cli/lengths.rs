@@ -1,4 +1,4 @@
-//! `tongue-fit lengths check`: what is understood of a table of lengths.
+//! `tongue-fit lengths check`: how a table of lengths is understood.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,7 +13,7 @@ use tongue_fit::measured::lengths::{
 use super::scene_table::left;
 use super::{Global, Outcome, output, table};
 
-/// More subjects, rows and columns than this are counted and not listed, but in JSON.
+/// Maximum number of subjects, rows and columns that are listed, except in JSON.
 const MOST_LISTED: usize = 50;
 
 /// Options of `tongue-fit lengths`.
@@ -27,7 +27,7 @@ pub struct Arguments {
 
 #[derive(Debug, Clone, clap::Subcommand)]
 enum Action {
-    /// Read a table of lengths and say what is understood of it
+    /// Read a table of lengths and report how it is understood
     Check(Check),
 }
 
@@ -47,7 +47,7 @@ struct Check {
     /// The vowel that the others are compared with
     #[arg(long, value_name = "VOWEL", default_value_t = Vowel::unrounded_u())]
     baseline: Vowel,
-    /// Half width of the rounding of every length, mm [default: what the table says or its digits show, else 0.5]
+    /// Half width of the rounding of every length, mm [default: from the table or its digits, else 0.5]
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     error_mm: Option<f64>,
 }
@@ -66,7 +66,7 @@ struct Record<'a> {
 #[derive(Serialize)]
 struct SubjectRecord<'a> {
     subject: &'a str,
-    /// The row that this subject's others are compared with.
+    /// The baseline of this subject.
     baseline: Option<&'a Vowel>,
     rows: Vec<RowRecord<'a>>,
 }
@@ -80,7 +80,7 @@ struct RowRecord<'a> {
     not_measured: Vec<&'a str>,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let Action::Check(check) = &arguments.action;
     let data = Dataset::from_path(&check.file).into_diagnostic()?;
@@ -143,7 +143,7 @@ fn text(record: &Record<'_>, data: &Dataset) -> String {
     let mut rows = table::counted(data.rows().len(), "row");
     if !reading.rows_without_lengths.is_empty() {
         let lines = reading.rows_without_lengths.iter().map(u64::to_string);
-        let _ = write!(rows, "; without lengths, so not there: line {}", listed(lines, ", "));
+        let _ = write!(rows, "; ignored, because without lengths: line {}", listed(lines, ", "));
     }
     line("rows", rows);
     if !reading.set_aside.is_empty() {
@@ -168,7 +168,7 @@ fn text(record: &Record<'_>, data: &Dataset) -> String {
     text
 }
 
-/// How the text is written, in one line (for `-v` too).
+/// Format of the text in one line (also for `-v`).
 pub(super) fn form(reading: &Reading) -> String {
     let encoding = match reading.encoding {
         Encoding::Utf8 => "UTF-8",
@@ -187,7 +187,7 @@ pub(super) fn form(reading: &Reading) -> String {
     format!("{encoding}, {ends} line ends, {} between fields, decimal {mark}", reading.separator.plural())
 }
 
-/// A row a muscle.
+/// One row for each muscle.
 fn muscles(data: &Dataset) -> comfy_table::Table {
     let mut t = table::table(&["muscle", "column", "measured", "shortest, mm", "longest, mm", "half width"]);
     left(&mut t, 1);
@@ -216,11 +216,11 @@ fn half_width(column: &Column) -> String {
         HalfWidth::Column { name, else_mm } => format!("column {name:?}, else {else_mm} mm"),
         HalfWidth::Given { mm } => format!("{mm} mm, as given"),
         HalfWidth::Digits { mm } => format!("{mm} mm, by the digits"),
-        HalfWidth::Default { mm } => format!("{mm} mm, by default: too many digits to go by"),
+        HalfWidth::Default { mm } => format!("{mm} mm, by default: more digits than a measurement has"),
     }
 }
 
-/// A row a subject.
+/// One row for each subject.
 fn subjects(record: &Record<'_>) -> String {
     let mut t = table::table(&["subject", "vowels", "baseline", "not measured"]);
     for column in 1..4 {
@@ -243,7 +243,7 @@ fn subjects(record: &Record<'_>) -> String {
     }
 }
 
-/// The first of `parts`, and how many more there are.
+/// The first of `parts`, and the number of the others.
 fn listed(parts: impl Iterator<Item = String>, between: &str) -> String {
     let mut parts: Vec<String> = parts.collect();
     let more = parts.len().saturating_sub(MOST_LISTED);

@@ -1,4 +1,4 @@
-//! `tongue-fit merge`: the shards of a batch brought together.
+//! `tongue-fit merge`: merges the shards of a batch.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use tongue_fit::report::batch::{Journal, Shard};
 use super::batch::{self, Prepared};
 use super::{Cli, Command, Global, Outcome, line_of, output};
 
-/// Shards that are named one by one.
+/// Maximum number of shards that are named one by one.
 const MOST_NAMED: usize = 20;
 
 /// Options of `tongue-fit merge`.
@@ -29,7 +29,7 @@ pub struct Arguments {
     folders: Vec<PathBuf>,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let shards = shards(&arguments.folders)?;
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     prepared.finish(&out, whole, global, clock.elapsed().as_secs_f64())
 }
 
-/// The journals of shards in these folders, by shard.
+/// The journals of the shards in these folders, by shard.
 fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> {
     let mut found: BTreeMap<Shard, Vec<PathBuf>> = BTreeMap::new();
     for folder in folders {
@@ -97,14 +97,14 @@ fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> 
         }
     }
     for paths in found.values_mut() {
-        // Folders are listed in no order, and one folder may have been named twice.
+        // Folders are listed in any order, and one folder may have been named twice.
         paths.sort();
         paths.dedup_by_key(|path| path.canonicalize().unwrap_or_else(|_| path.clone()));
     }
     Ok(found)
 }
 
-/// Which shards are not there at all.
+/// The missing shards.
 fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>> {
     let mut counts: Vec<usize> = shards.keys().map(|s| s.of).collect();
     counts.sort_unstable();
@@ -119,7 +119,7 @@ fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>
     Ok(all.filter(|s| !shards.contains_key(s)).map(|s| format!("{s} is missing")).collect())
 }
 
-/// The batch whose words these are.
+/// The batch of a command with these words.
 fn prepare(words: &[String]) -> miette::Result<Prepared> {
     let typed = std::iter::once("tongue-fit").chain(words.iter().map(String::as_str));
     let parsed = Cli::try_parse_from(typed).into_diagnostic()?;

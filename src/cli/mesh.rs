@@ -26,11 +26,11 @@ pub struct Arguments {
 
 #[derive(Debug, Clone, clap::Subcommand)]
 enum Action {
-    /// Read a Gmsh mesh (.msh) and say what it is, how good, and what it lacks
+    /// Read a Gmsh mesh (.msh) and report what it contains, its quality, and what it lacks
     Check(mesh_check::Arguments),
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(Action::Check(check)) = &arguments.action {
         return mesh_check::run(check, global);

@@ -1,4 +1,4 @@
-//! `tongue-fit mesh check`: what a Gmsh file holds, how good it is, and what it lacks.
+//! `tongue-fit mesh check`: content of a Gmsh file, its quality, and what it lacks.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -76,7 +76,7 @@ struct BoneRecord {
     nodes: usize,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = arguments.file.display().to_string();
     let bytes = tongue_fit::files::read(&arguments.file)
@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         true => output::print(&output::json(&record)?)?,
         false => output::print(&text(&record))?,
     }
-    // 3 is for results that cannot be trusted; a warning is about what somebody meant.
+    // Status 3 is for results that cannot be trusted; a warning is about the user's intention.
     Ok(if record.usable { Outcome::Good } else { Outcome::Unusable })
 }
 
@@ -118,7 +118,7 @@ fn record<const D: usize>(
     let mesh = &content.body.mesh;
     let refusal = System::new(mesh, &Model::default(), &[]).err();
     match &refusal {
-        // Said already, with what to do about it in a file.
+        // Already reported, with advice for the file.
         None | Some(SystemError::TooLarge(_)) => {}
         Some(SystemError::Loose { .. }) if mesh.fixed.is_empty() => {}
         Some(SystemError::Loose { node }) => {

@@ -43,26 +43,26 @@ use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-/// Exit status when a run is done but a result did not converge or cannot be trusted.
+/// Exit status of a completed run with a result that did not converge or cannot be trusted.
 const UNTRUSTWORTHY: u8 = 3;
 
-/// More threads than this are surely a slip, and starting them takes longer than a fit.
+/// Maximum number of threads; starting more takes longer than a fit.
 const MOST_THREADS: usize = 1024;
 
-/// How a command ended, other than by an error.
+/// How a command ended without an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     /// Everything converged: exit status 0.
     Good,
-    /// Something did not converge or sits on a bound: exit status 3.
+    /// Something did not converge or is at a bound: exit status 3.
     Untrustworthy,
-    /// The input was read and told about, but nothing can be computed with it: exit status 1.
+    /// The input was read and reported, but nothing can be computed with it: exit status 1.
     Unusable,
-    /// The rest is done, but some rows of the input could not be used: exit status 1.
+    /// Everything else is done, but some rows of the input could not be used: exit status 1.
     SomeRowsRefused,
 }
 
-/// Finds how hard each tongue muscle pulls from how long it is.
+/// Finds the tensions of tongue muscles from their lengths.
 ///
 /// Without a subcommand it fits one vowel: `tongue-fit --vowel a`.
 #[derive(Debug, Parser)]
@@ -79,7 +79,8 @@ struct Cli {
     command: Option<Command>,
     #[command(flatten)]
     fit: fit::Arguments,
-    /// Find the tensions of one posture from points on the tongue (CSV point,x_mm,y_mm): short for `tongue-fit track FILE`, with its options
+    /// Find the tensions of one posture from points on the tongue (CSV point,x_mm,y_mm): short for
+    /// `tongue-fit track FILE`, with its options
     #[arg(long, value_name = "FILE", conflicts_with = "vowel")]
     points: Option<PathBuf>,
     #[command(flatten)]
@@ -91,7 +92,8 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results, or a folder of the command's in it; simulate, mesh, scene and man write files only when it is given]
+    /// Folder for the output files [default: results, or a folder of the command's in it; simulate, mesh,
+    /// scene and man write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
     /// Number of threads; results do not depend on it [default: one for each core]
@@ -100,10 +102,11 @@ struct Global {
     /// Print one JSON object on stdout, and nothing else there
     #[arg(long, global = true)]
     json: bool,
-    /// Say nothing but errors, and print no table of what stands in the files written
+    /// Print errors only, and no table of results that are in the files written
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
-    /// Say on stderr what is done: version, threads, mesh, search, seeds, each after the time since the start
+    /// Report every step on stderr: version, threads, mesh, search, seeds, each after the time since the
+    /// start
     #[arg(short, long, global = true)]
     verbose: bool,
     /// Print help with all options, grouped
@@ -123,9 +126,9 @@ impl Global {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Fit every subject and vowel of a table, with errors that can be believed
+    /// Fit every subject and vowel of a table, with intervals and alarms
     Batch(batch::Arguments),
-    /// Bring the shards of a batch together
+    /// Merge the shards of a batch
     Merge(merge::Arguments),
     /// Solve one equilibrium at given tensions, or follow the motion there
     Simulate(simulate::Arguments),
@@ -133,34 +136,34 @@ enum Command {
     Adapt(adapt::Arguments),
     /// Find tensions over time from recorded contours, sensors and bones
     Track(track::Arguments),
-    /// The vowel that is heard: the tract round the tongue, its formants, and a voice
+    /// The sound of a vowel: the tract around the tongue, its formants, and a voice
     Sound(sound::Arguments),
-    /// What each muscle does alone, side by side
+    /// The effect of each muscle alone, side by side
     Muscles(muscles::Arguments),
-    /// Write a page in which the tongue moves as its muscles are pulled, for any browser
+    /// Write a page for any browser in which the tongue moves with its muscles
     Page(page::Arguments),
-    /// Scenes: simulate only the effects that a scene calls for
+    /// Scenes: simulate only the effects that a scene needs
     Scene(scene::Arguments),
-    /// Tables of measured lengths: what is understood of them
+    /// Tables of measured lengths: how they are understood
     Lengths(lengths::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
-    /// Run the hard cases: loads, materials, meshes and targets far from the ordinary
+    /// Run the hard cases: extreme loads, materials, meshes and targets
     Stability(stability::Arguments),
     /// The priors of a posterior, as TOML
     Priors(posterior::PriorsArguments),
-    /// How well muscles are predicted that were not fitted, beside other ways to predict them
+    /// Validate predictions of muscles that were not fitted, against other ways to predict them
     Validate(validate::Arguments),
-    /// Measure what accuracy costs in time, for every way to get an answer
+    /// Measure accuracy against time for every method of solution
     Accuracy(accuracy::Arguments),
     /// Print a script that completes tongue-fit's options in a shell
     Completions(install::Completions),
-    /// Print the manual page; with --out a page for every command is written
+    /// Print the manual page; with --out write a page for every command
     Man(install::ManPages),
 }
 
-/// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad input or I/O, 2 wrong
-/// usage, 3 done but something did not converge or cannot be trusted.
+/// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad
+/// input or I/O, 2 wrong usage, 3 done but something did not converge or cannot be trusted.
 pub fn main() -> ExitCode {
     let words = with_points_tracked(std::env::args_os().collect());
     let matches = help::shown(Cli::command(), &words).get_matches_from(words);
@@ -175,12 +178,11 @@ pub fn main() -> ExitCode {
         Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
     }
     if cli.points.is_some() {
-        let message =
-            "--points stands in front of all other options, as in tongue-fit --points my.csv --as-is";
+        let message = "--points must come before all other options, as in tongue-fit --points my.csv --as-is";
         Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
     }
     if cli.command.is_none() && !cli.fit.is_given() {
-        let message = "say which vowel to fit: --vowel i, e, a, o or ɯ (or name a subcommand)";
+        let message = "give a vowel to fit: --vowel i, e, a, o or ɯ (or a subcommand)";
         Cli::command().error(ErrorKind::MissingRequiredArgument, message).exit();
     }
     output::begin(cli.global.volume());
@@ -209,7 +211,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Untrustworthy) => {
-            output::complain("something did not converge or cannot be trusted; the results say what");
+            output::complain("something did not converge or cannot be trusted; see the results");
             ExitCode::from(UNTRUSTWORTHY)
         }
         Ok(Outcome::Unusable | Outcome::SomeRowsRefused) => ExitCode::FAILURE,
@@ -220,7 +222,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// `--points FILE` in front of everything is `track FILE`.
+/// `--points FILE` as the first option means `track FILE`.
 fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
     if words.get(1).is_some_and(|w| w == "--points") && words.len() > 2 {
         words[1] = "track".into();
@@ -228,7 +230,7 @@ fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
     words
 }
 
-/// An option of the fit that was given although a subcommand follows; options of every command may stand anywhere.
+/// An option of the fit before a subcommand; options of every command may be anywhere.
 fn misplaced_option(matches: &ArgMatches) -> Option<String> {
     matches.subcommand()?;
     let command = Cli::command();
@@ -260,12 +262,13 @@ fn command_line() -> String {
     line_of(words())
 }
 
-/// Who makes the files of this run.
+/// Provenance of the files of this run.
 fn provenance() -> tongue_fit::report::Provenance {
     tongue_fit::report::Provenance::new(command_line())
 }
 
-/// The words of the command line without the options that change no result, so that outputs are the same wherever they are made.
+/// The words of the command line without options that do not change results, so that outputs are the same
+/// wherever they are made.
 fn words_of_the_result() -> Vec<String> {
     let mut words = words().into_iter();
     let mut kept = Vec::new();
@@ -286,7 +289,7 @@ fn words() -> Vec<String> {
     std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect()
 }
 
-/// The words as a shell takes them: in quotes where it would split or change them.
+/// The words as one line for a shell, quoted if the shell would split or change them.
 fn line_of(words: Vec<String>) -> String {
     let plain = |c: char| c.is_alphanumeric() || "_@%+=:,./-".contains(c);
     let quoted = |word: String| match !word.is_empty() && word.chars().all(plain) {
@@ -303,7 +306,7 @@ fn line_of(words: Vec<String>) -> String {
 mod tests {
     use super::*;
 
-    /// Every command and subcommand, by its words: `scene run`, and the empty one for the fit.
+    /// Every command and subcommand by its words: `scene run`, and the empty one for the fit.
     fn commands() -> Vec<(Vec<String>, clap::Command)> {
         let mut command = Cli::command().disable_help_subcommand(true);
         command.build();
@@ -326,7 +329,7 @@ mod tests {
             let examples: Vec<&str> = help.lines().filter_map(|l| l.strip_prefix("  ")).collect();
             assert!(!examples.is_empty(), "{words:?}");
             for example in examples {
-                // What follows is for the shell.
+                // The rest is for the shell.
                 let typed: Vec<&str> = example.split(['>', '|']).next().unwrap().split_whitespace().collect();
                 let matches =
                     Cli::command().try_get_matches_from(&typed).unwrap_or_else(|e| panic!("{example}: {e}"));

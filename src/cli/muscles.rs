@@ -1,4 +1,4 @@
-//! `tongue-fit muscles`: what each muscle does alone.
+//! `tongue-fit muscles`: the effect of each muscle alone.
 
 use miette::{IntoDiagnostic, miette};
 use nalgebra::SVector;
@@ -19,14 +19,14 @@ const DEFAULT_OUT: &str = "results/muscles";
     tongue-fit muscles --out results/muscles\n  \
     tongue-fit muscles --tension 30")]
 pub struct Arguments {
-    /// Tension of the muscle that pulls, N per metre of thickness
+    /// Tension of the active muscle, N per metre of thickness
     #[arg(long, value_name = "N", default_value_t = 15.0, allow_negative_numbers = true)]
     tension: f64,
     #[command(flatten)]
     body: body::Arguments,
 }
 
-/// What one muscle's pull does to one muscle, and to three places of the surface.
+/// The effect of one muscle on the length of a muscle and on three places of the surface.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
     pulling: String,
@@ -50,7 +50,7 @@ struct Record {
     muscles: Vec<Row>,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let tension = arguments.tension;
     if !(tension.is_finite() && tension > 0.0) {
@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
-/// The equilibrium that the body comes to from rest as the muscle `name` pulls.
+/// The equilibrium to which the tension of the muscle `name` leads from rest.
 fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Result<(Vec<Row>, Panel)> {
     let mesh = &body.mesh;
     let pulling: Vec<usize> = body.muscles_called(name).collect();

@@ -1,4 +1,4 @@
-//! What reaches the terminal, and how much of it: results on stdout, all else on stderr.
+//! Output to the terminal: results on stdout, everything else on stderr.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -12,18 +12,18 @@ use serde::Serialize;
 
 use super::clean::Clean;
 
-/// How much is said.
+/// Amount of output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Volume {
-    /// `-q`: errors, warnings, and results that stand in no file.
+    /// `-q`: errors, warnings, and results that are in no file.
     Quiet,
-    /// Results and notes; progress where stderr is a terminal.
+    /// Results and notes; progress if stderr is a terminal.
     Normal,
-    /// `-v`: each step too, with the time since the start.
+    /// `-v`: also each step, with the time since the start.
     Verbose,
 }
 
-/// Set once by [`begin`]; tests and whatever speaks before that have the normal volume.
+/// Set once by [`begin`]; tests and output before that have the normal volume.
 static BEGUN: OnceLock<(Volume, Instant)> = OnceLock::new();
 
 /// Sets the volume and starts the clock of [`step`].
@@ -35,16 +35,16 @@ fn volume() -> Volume {
     BEGUN.get().map_or(Volume::Normal, |(volume, _)| *volume)
 }
 
-/// Writes to stdout, at every volume. That nobody reads it any more (`| head`) is no error: the run goes on and ends as it
-/// would have.
+/// Writes to stdout at every volume. A closed pipe (`| head`) is not an error: the run goes on and ends
+/// normally.
 ///
 /// # Errors
-/// As the operating system, but for a closed pipe.
+/// As the operating system, except for a closed pipe.
 pub fn print(text: &str) -> miette::Result<()> {
     stream(|out| out.write_all(text.as_bytes()))
 }
 
-/// As [`print`], but not with `-q` where the files say it too.
+/// As [`print`], but not with `-q` if the files contain the same.
 ///
 /// # Errors
 /// As [`print`].
@@ -52,7 +52,7 @@ pub fn summary(text: &str, files: &[PathBuf]) -> miette::Result<()> {
     if volume() == Volume::Quiet && !files.is_empty() { Ok(()) } else { print(text) }
 }
 
-/// As [`print`], for what is too large to be held: `write` writes it.
+/// As [`print`], for output that is too large for memory: `write` writes it.
 ///
 /// # Errors
 /// As [`print`].
@@ -64,20 +64,20 @@ pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::R
     }
 }
 
-/// JSON for people and programs: indented, with a line end.
+/// Indented JSON with a line end.
 ///
 /// # Errors
-/// When the value has no JSON form.
+/// If the value cannot be serialised.
 pub fn json(value: &impl Serialize) -> miette::Result<String> {
     Ok(serde_json::to_string_pretty(value).into_diagnostic()? + "\n")
 }
 
-/// What went wrong, on stderr at every volume, causes included, each said once.
+/// Reports an error with its causes, each once, on stderr at every volume.
 pub fn error(report: &miette::Report) {
     let mut message = String::new();
     for cause in report.chain() {
         let cause = cause.to_string();
-        // Errors that quote their cause need not be followed by it.
+        // A cause that is quoted already is not repeated.
         if !message.contains(&cause) {
             message = if message.is_empty() { cause } else { format!("{message}: {cause}") };
         }
@@ -85,19 +85,19 @@ pub fn error(report: &miette::Report) {
     complain(&message);
 }
 
-/// Something that went wrong, on stderr at every volume.
+/// Reports a problem on stderr at every volume.
 pub fn complain(what: &str) {
     line(format_args!("error: {what}"));
 }
 
-/// Worth knowing, on stderr; not with `-q`.
+/// Reports a note on stderr, not with `-q`.
 pub fn note(what: &str) {
     if volume() >= Volume::Normal {
         line(what);
     }
 }
 
-/// How far a long run is, a line at a time, on stderr: on a terminal or with `-v`.
+/// Reports the progress of a long run, one line at a time, on stderr: on a terminal or with `-v`.
 pub fn progress(what: &str) {
     match volume() {
         Volume::Verbose => step(|| what.to_owned()),
@@ -106,19 +106,19 @@ pub fn progress(what: &str) {
     }
 }
 
-/// With `-v`: what is done next or was found, on stderr after the time since the start.
+/// With `-v`: reports a step on stderr after the time since the start.
 pub fn step(what: impl FnOnce() -> String) {
     if let Some((Volume::Verbose, start)) = BEGUN.get() {
         line(format_args!("[{:8.3} s] {}", start.elapsed().as_secs_f64(), what()));
     }
 }
 
-/// A progress bar on stderr: on a terminal, and neither with `-q` nor among the lines of `-v`.
+/// A progress bar on stderr: on a terminal, and neither with `-q` nor with `-v`.
 ///
 /// # Errors
-/// When the template is none of indicatif's.
+/// If the template is not one of indicatif's.
 pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
-    // What indicatif draws to stderr it draws on a terminal only.
+    // Indicatif draws to stderr only if it is a terminal.
     let target = match volume() {
         Volume::Normal => ProgressDrawTarget::stderr(),
         Volume::Quiet | Volume::Verbose => ProgressDrawTarget::hidden(),
@@ -127,7 +127,7 @@ pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
     Ok(ProgressBar::with_draw_target(Some(length), target).with_style(style))
 }
 
-/// If even stderr cannot be written to there is nobody to tell.
+/// An error of writing to stderr cannot be reported.
 fn line(what: impl Display) {
     let _ = writeln!(Clean::new(io::stderr().lock()), "{what}");
 }

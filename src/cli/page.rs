@@ -1,4 +1,4 @@
-//! `tongue-fit page`: a page in which the tongue moves as its muscles are pulled.
+//! `tongue-fit page`: a page in which the tongue moves with its muscles.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use tongue_fit::report::{FitRecord, Json, OutputDir, PageTable, TonguePage};
 use super::{Global, Outcome, body, output, table};
 
 const DEFAULT_OUT: &str = "results/tongue.html";
-/// Fits that a page holds; it makes further ones itself.
+/// Maximum number of fits in a page; it computes further ones itself.
 const MOST_FITS: usize = 200;
 
 /// Options of `tongue-fit page`.
@@ -22,10 +22,10 @@ const MOST_FITS: usize = 200;
     tongue-fit page --out tongue.html\n  \
     tongue-fit page --lengths my.csv --body continuum --out mine.html")]
 pub struct Arguments {
-    /// Measured lengths (CSV) in place of the built-in ones
+    /// Measured lengths (CSV) instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
-    /// Leave the fits to the page, which makes each when it is asked for
+    /// Leave the fits to the page, which computes each on demand
     #[arg(long)]
     no_fits: bool,
     #[command(flatten)]
@@ -39,7 +39,7 @@ struct Record {
     not_fitted: Vec<String>,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into());
     let is_page =

@@ -1,4 +1,4 @@
-//! `--posterior N`: what data and model leave open of one fit.
+//! `--posterior N`: the posterior of one fit.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -18,9 +18,9 @@ use super::Global;
 use super::output;
 use super::table::{counted, table};
 
-/// Draws whose outlines are drawn.
+/// Number of draws whose outlines are drawn.
 const OUTLINES: usize = 60;
-/// Shares below this are not told one by one, parts of one.
+/// Smallest share that is printed, as a part of one.
 const TOLD: f64 = 5e-4;
 
 /// Options of a posterior.
@@ -28,13 +28,14 @@ const TOLD: f64 = 5e-4;
 #[group(skip)]
 #[command(next_help_heading = "Posterior")]
 pub struct Arguments {
-    /// Draw so many times from the posterior of the tensions: all measured stretches, every muscle may pull, and baseline posture, hyoid,
-    /// anatomy, constants and the model's own error have their share. Its premises are those of --priors, not those of the fit (--tone, --hyoid,
-    /// --poisson-ratio, --muscles). An interval takes 400 effective draws: 1000 have them, fewer than 500 seldom do, of a continuum or --tissue fe take
-    /// 2000
+    /// Number of draws from the posterior of the tensions: it uses all measured stretches, every muscle may
+    /// pull, and baseline posture, hyoid, anatomy, constants and the model's own error contribute. Its
+    /// premises are those of --priors, not those of the fit (--tone, --hyoid, --poisson-ratio, --muscles). An
+    /// interval needs 400 effective draws: 1000 draws have them, fewer than 500 seldom do; for a continuum or
+    /// --tissue fe take 2000
     #[arg(long, value_name = "N")]
     posterior: Option<usize>,
-    /// Priors of the posterior (TOML) in place of the built-in ones, which `tongue-fit priors` prints
+    /// Priors of the posterior (TOML) instead of the built-in ones, which `tongue-fit priors` prints
     #[arg(long, value_name = "FILE", requires = "posterior")]
     priors: Option<PathBuf>,
     /// Seed of the posterior's draws
@@ -48,7 +49,7 @@ pub struct Arguments {
     after_help = "Examples:\n  tongue-fit priors > priors.toml\n  tongue-fit priors --schema > priors.schema.json"
 )]
 pub struct PriorsArguments {
-    /// Print the JSON schema of a file of priors, from which editors complete it
+    /// Print the JSON schema of a file of priors, with which editors complete it
     #[arg(long)]
     schema: bool,
 }
@@ -68,10 +69,10 @@ pub fn priors(arguments: &PriorsArguments, global: &Global) -> miette::Result<()
     output::print(&text)
 }
 
-/// A posterior and what is told of it.
+/// A posterior and its report.
 pub struct Sampled<'a> {
     posterior: Posterior<'a>,
-    /// What is told.
+    /// The report.
     pub report: Report,
     what: String,
     baseline: String,
@@ -79,10 +80,10 @@ pub struct Sampled<'a> {
 }
 
 impl Arguments {
-    /// The body under its priors; `None` where no posterior was asked for.
+    /// The body under its priors; `None` if no posterior was asked for.
     ///
     /// # Errors
-    /// Priors or a body that cannot be used.
+    /// For priors or a body that cannot be used.
     pub fn ground(&self, body: &Body<2>, model: &Model) -> miette::Result<Option<Ground>> {
         if self.posterior.is_none() {
             return Ok(None);
@@ -134,13 +135,13 @@ impl Arguments {
 }
 
 impl<'a> Sampled<'a> {
-    /// The change of every tension; `None` where the chains have not mixed.
+    /// The change of every tension; `None` if the chains have not mixed.
     pub fn ridges(&self) -> Option<Svg> {
         let title = format!("{}: change of every tension from the baseline", self.what);
         self.report.summary.is_some().then(|| report::ridges(&self.posterior, &title))
     }
 
-    /// The files of its own.
+    /// The files of the posterior.
     pub fn files<'s>(&'s self, mesh: &Mesh<2>) -> Vec<(&'static str, Box<dyn Export + 's>)> {
         let mut files: Vec<(&'static str, Box<dyn Export + 's>)> =
             vec![("posterior.csv", Box::new(Draws(&self.posterior)))];
@@ -164,7 +165,7 @@ impl<'a> Sampled<'a> {
         files
     }
 
-    /// For a terminal.
+    /// Text for a terminal.
     pub fn text(&self) -> String {
         let report = &self.report;
         let mut text = format!(
@@ -207,7 +208,7 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// Sources with their parts, the largest first.
+/// Sources with their shares, the largest first.
 fn shares(shares: &Shares) -> String {
     let mut each = shares.each();
     each.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -219,7 +220,7 @@ fn range(ends: [f64; 2], digits: usize) -> String {
     format!("{} to {}", rounded(ends[0], digits), rounded(ends[1], digits))
 }
 
-/// Without the sign of a zero.
+/// A rounded number without the sign of a zero.
 fn rounded(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     let is_zero = text.trim_start_matches(['-', '0', '.']).is_empty();

@@ -1,4 +1,4 @@
-//! Options that say what holds in the baseline, and which bones a fit may displace.
+//! Options of the baseline, and of the bones that a fit may displace.
 
 use std::path::Path;
 
@@ -11,26 +11,27 @@ use tongue_fit::system::Model;
 
 use super::output;
 
-/// What is assumed beside a target.
+/// Premises of a fit.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Baseline and bones")]
 pub struct Arguments {
-    /// Tension of every muscle in the baseline, from which changes are counted: N per metre of thickness (0: the baseline is rest, as
-    /// in the thesis), `table` (one for each muscle, fitted to the built-in lengths) or a CSV file of muscle,tone_n_per_m [default: 8
-    /// where stretches are fitted, 0 where ratios are]
+    /// Tension of every muscle in the baseline, from which changes are counted: N per metre of thickness (0:
+    /// the baseline is rest, as in the thesis), `table` (one for each muscle, fitted to the built-in lengths)
+    /// or a CSV file of muscle,tone_n_per_m [default: 8 for fits of stretches, 0 for fits of ratios]
     #[arg(long, value_name = "N|table|FILE", allow_hyphen_values = true)]
     tone: Option<String>,
-    /// Whether the hyoid may be displaced in the vowel, near its place (5 mm): anywhere, forward and back, or not [default: free
-    /// where stretches are fitted, fixed where ratios are]
+    /// Whether the hyoid may be displaced in the vowel, near its place (5 mm): anywhere, forward and back, or
+    /// not [default: free for fits of stretches, fixed for fits of ratios]
     #[arg(long, value_enum)]
     hyoid: Option<HyoidName>,
-    /// Another bone of the body that may be displaced in the same way, such as mental_spine; may be given several times
+    /// Another bone of the body that may be displaced in the same way, such as mental_spine; may be given
+    /// several times
     #[arg(long, value_name = "NAME")]
     free_bone: Vec<String>,
 }
 
-/// How the hyoid may move.
+/// Motion of the hyoid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum HyoidName {
     Free,
@@ -49,10 +50,10 @@ impl From<HyoidName> for HyoidMotion {
 }
 
 impl Arguments {
-    /// What is assumed where a quantity is fitted; `thesis` says that the thesis's assumptions are the default.
+    /// The premises of a fit of a quantity; `thesis`: whether the thesis's assumptions are the default.
     ///
     /// # Errors
-    /// A tone that is none.
+    /// For an invalid tone.
     pub fn premises(&self, kind: TargetKind, body: &Body<2>, thesis: bool) -> miette::Result<Premises> {
         let tone = self.tone.as_deref().map(read_tone).transpose()?;
         let active = kind == TargetKind::Stretch && !thesis;
@@ -64,7 +65,7 @@ impl Arguments {
         Premises::of(kind, body, &Said { thesis, tone, hyoid, free_bones: &self.free_bone }).into_diagnostic()
     }
 
-    /// The body under its premises; `None` where these are the thesis's.
+    /// The body under its premises; `None` if these are the thesis's.
     ///
     /// # Errors
     /// As [`Arguments::premises`] and [`Setup::new`].
@@ -83,7 +84,7 @@ impl Arguments {
     }
 }
 
-/// A tone from what stands behind `--tone`.
+/// Parses the value of `--tone`.
 fn read_tone(text: &str) -> miette::Result<Tone> {
     if let Ok(value) = text.trim().parse::<f64>() {
         return Ok(Tone::Uniform(value));

@@ -8,25 +8,25 @@ use tongue_fit::measured::{Target, TargetKind};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 
-/// The published answer, simulated here. Lists run parallel to the target's muscles.
+/// The published answer, simulated here. Lists are parallel to the target's muscles.
 #[derive(Debug, Clone)]
 pub struct Published {
     /// The tensions of thesis 4.4.1, N.
     pub tensions: Vec<f64>,
-    /// Simulated here: lengths to GGa.
+    /// Lengths over that of GGa, simulated here.
     pub ratios: Vec<f64>,
-    /// Simulated here: lengths to rest.
+    /// Lengths over those at rest, simulated here.
     pub stretches: Vec<f64>,
-    /// Table 4.8: the thesis's own simulation, lengths to GGa.
+    /// Table 4.8: lengths over that of GGa in the thesis's own simulation.
     pub thesis_ratios: Vec<f64>,
-    /// The same as stretches of its own rest lengths, taking GGa as stretched as it is here.
+    /// These ratios as stretches of the thesis's rest lengths, with the stretch of GGa of this simulation.
     pub thesis_stretches: Vec<f64>,
-    /// Root mean square difference of the two over the ratios.
+    /// Root mean square difference of both ratios.
     pub rms: f64,
 }
 
 impl Published {
-    /// What was simulated here in the quantity of a kind, and what the thesis simulated.
+    /// The values simulated here and in the thesis, for a kind of target.
     pub fn of(&self, kind: TargetKind) -> (&[f64], &[f64]) {
         match kind {
             TargetKind::Ratio => (&self.ratios, &self.thesis_ratios),
@@ -41,7 +41,7 @@ impl Published {
     }
 }
 
-/// Solves the published tensions, where the target is the one that they were published for.
+/// Solves the published tensions, if they were published for this target.
 pub fn answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<Option<Published>> {
     let thesis = Thesis::reference().into_diagnostic()?;
     let published = thesis.tensions_a();

@@ -1,4 +1,4 @@
-//! Options that name recordings, and how they are read.
+//! Options for recordings, and how they are read.
 
 use std::path::PathBuf;
 
@@ -19,32 +19,32 @@ use super::{body, output};
 /// The built-in recording.
 const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 
-/// Recordings and how they are understood.
+/// Options of recordings.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Recordings")]
 pub struct Arguments {
-    /// Recordings of one speaker: AAA's tables and fans, tidy CSV, AG50x (.pos), Edinburgh Speech Tools or MOCHA (.ema), X-ray microbeam
-    /// (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con)
+    /// Recordings of one speaker: AAA's tables and fans, tidy CSV, AG50x (.pos), Edinburgh Speech Tools or
+    /// MOCHA (.ema), X-ray microbeam (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con)
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Take the built-in recording: two utterances of a simulated tongue, as AAA exports them
+    /// Use the built-in recording: two utterances of a simulated tongue in AAA's export format
     #[arg(long, conflicts_with = "files")]
     pub example: bool,
-    /// Which channel is what, and in which axes and unit (TOML); recordings whose channels have usual names need none
+    /// Meaning of channels, axes and unit (TOML); not needed for recordings whose channels have usual names
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
     /// Write a map for the first recording into this file, to be corrected, and do nothing else
     #[arg(long, value_name = "FILE", conflicts_with = "map")]
     pub map_template: Option<PathBuf>,
-    /// The palate in the frame of the recordings (CSV point,x_mm,y_mm from front to back): points beyond it are told, and the tongue
-    /// meets it
+    /// The palate in the frame of the recordings (CSV point,x_mm,y_mm from front to back): points beyond it
+    /// are reported, and the tongue is in contact with it
     #[arg(long, value_name = "FILE")]
     palate: Option<PathBuf>,
-    /// Only the recordings of this speaker, where files have several
+    /// Only the recordings of this speaker, if files have several
     #[arg(long, value_name = "NAME")]
     speaker: Option<String>,
-    /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat or dlc [default: as their content says]
+    /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat or dlc [default: from their content]
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     format: Option<Format>,
 }
@@ -58,21 +58,22 @@ fn format(name: &str) -> Result<Format, String> {
     })
 }
 
-/// What is assumed of the tensions.
+/// Prior of the tensions.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Prior")]
 pub struct PriorArguments {
-    /// Scale of the tensions before anything is seen, N per metre of thickness: they are half-normal, with their median at 0.67 of it
+    /// Scale of the half-normal prior of the tensions, N per metre of thickness; its median is 0.67 of the
+    /// scale
     #[arg(long, value_name = "N", default_value_t = 20.0, allow_negative_numbers = true)]
     prior: f64,
-    /// Time over which tensions are remembered, s; 0: every frame by itself
+    /// Correlation time of the tensions, s; 0: every frame by itself
     #[arg(long, value_name = "S", default_value_t = 0.1, allow_negative_numbers = true)]
     memory: f64,
 }
 
 impl PriorArguments {
-    /// The prior of so many muscles.
+    /// The prior for a number of muscles.
     pub fn prior(&self, muscles: usize) -> miette::Result<Prior> {
         if !(self.prior.is_finite() && self.prior > 0.0) {
             return Err(miette!(
@@ -87,14 +88,14 @@ impl PriorArguments {
     }
 }
 
-/// Names of the ways to a rest shape.
+/// Methods for a rest shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum RestName {
     /// The shape that explains many frames at once
     Joint,
-    /// The shape of one frame: that with which all frames cost least
+    /// The shape of one frame: that with the least cost of all frames
     Frame,
-    /// The body turned, scaled and shifted to the speaker's bones, and no more
+    /// The body only turned, scaled and shifted to the speaker's bones
     Similarity,
 }
 
@@ -108,13 +109,13 @@ impl From<RestName> for How {
     }
 }
 
-/// A recording with what was taken out of it.
+/// A screened recording.
 pub struct Screened {
-    /// What is left.
+    /// The remaining points.
     pub seen: Seen,
     /// Faults of every frame.
     pub faults: Vec<Vec<Fault>>,
-    /// The palate that was given, in the frame of the body, m.
+    /// The given palate in the frame of the body, m.
     pub palate: Option<Vec<Point>>,
 }
 
@@ -128,7 +129,7 @@ impl Arguments {
         Map::from_toml(&text, &path.display().to_string()).into_diagnostic()
     }
 
-    /// The palate as it is given: metres in the axes of the recordings.
+    /// The palate in metres, in the axes of the recordings.
     fn palate(&self) -> miette::Result<Option<Vec<Point>>> {
         let Some(path) = &self.palate else { return Ok(None) };
         let found = Recording::from_path(path, Some(Format::Tidy)).into_diagnostic()?;
@@ -140,7 +141,7 @@ impl Arguments {
         }
     }
 
-    /// Writes the map that was asked for; `None` where none was.
+    /// Writes the map that was asked for; `None` if none was.
     pub fn write_template(&self) -> miette::Result<Option<PathBuf>> {
         let Some(path) = &self.map_template else { return Ok(None) };
         let recordings = match self.files.first() {
@@ -199,7 +200,7 @@ impl Arguments {
                 }
                 seen.notes.extend(told.into_iter().map(|d| d.said));
                 let faults = screen(&mut seen, own.as_deref().or(palate));
-                // Names tell recordings apart in every output.
+                // Names distinguish recordings in every output.
                 let same = all.iter().filter(|s| s.seen.name == seen.name).count();
                 if same > 0 {
                     seen.name = format!("{} ({})", seen.name, same + 1);
@@ -243,7 +244,7 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
-/// Refuses recordings whose bones are so far from those of a body that they cannot be in its frame.
+/// Refuses recordings whose bones are too far from those of a body to be in its frame.
 pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Result<()> {
     for Screened { seen, .. } in recordings {
         for bone in followed {
@@ -263,7 +264,7 @@ pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Re
     Ok(())
 }
 
-/// Refuses maps that name what a body does not have: other bones, places behind the end of its surface.
+/// Refuses maps with points that the body lacks: unknown bones, places behind the end of its surface.
 pub fn check_points(recordings: &[Screened], body: &Body<2>) -> miette::Result<()> {
     let along = Surface::of(body).map(|s| s.tip);
     for Screened { seen, .. } in recordings {
@@ -292,10 +293,10 @@ pub fn check_points(recordings: &[Screened], body: &Body<2>) -> miette::Result<(
     Ok(())
 }
 
-/// Speakers' tongues are so many times as large as the body that they are adapted from.
+/// Range of a speaker's size over that of the body that is adapted.
 const SCALES: std::ops::RangeInclusive<f64> = 0.6..=1.6;
 
-/// Refuses a body of a size that no speaker has.
+/// Refuses a body of an implausible size.
 pub fn check_scale(scale: f64) -> miette::Result<()> {
     match SCALES.contains(&scale) {
         true => Ok(()),
@@ -317,7 +318,7 @@ pub fn check_reach(frames: &[FrameRecord]) -> miette::Result<()> {
     let rms = upper_median(frames.iter().filter_map(|f| f.rms_mm));
     let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
     Err(miette!(
-        "{out} of {} frames cannot be reached by this body{met}, so nothing is told of the tensions; look at the unit, the axes and the \
+        "{out} of {} frames cannot be reached by this body{met}, so no tensions are reported; check the unit, the axes and the \
          places of coils in the map, or adapt a body to the speaker (tongue-fit adapt)",
         frames.len()
     ))
@@ -343,10 +344,10 @@ pub fn left_out(recordings: &[Screened], frames: &[FrameRecord]) -> Vec<String> 
     out
 }
 
-/// Bones move by some millimetres in speech, m.
+/// Largest plausible motion of a bone in speech, m.
 const FARTHEST_BONE_M: f64 = 20e-3;
 
-/// What was wrong with recordings, in sentences.
+/// Faults of recordings, in sentences.
 pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<String> {
     let mut out = Vec::new();
     for Screened { seen, faults, .. } in recordings {
@@ -359,7 +360,7 @@ pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<S
             }
         };
         tell(FaultKind::Jumped, "points jump; they are left out");
-        tell(FaultKind::OutOfOrder, "points of the contour are in each other's place; they are left out");
+        tell(FaultKind::OutOfOrder, "points of the contour are exchanged; they are left out");
         tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
         tell(FaultKind::BoneMissing, "a bone was not seen; it stays where the nearest frames show it");
         for bone in [tongue_fit::body::MANDIBLE, tongue_fit::body::HYOID] {
@@ -378,13 +379,13 @@ pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<S
     out
 }
 
-/// The body that is given or begun with, and what its file says of an adaptation.
+/// The given or default body, with the adaptation in its file.
 pub struct Given {
     /// The body.
     pub body: Body<2>,
-    /// What it was meshed of.
+    /// Its anatomy.
     pub anatomy: Option<Anatomy>,
-    /// What `tongue-fit adapt` wrote into its file.
+    /// The adaptation that `tongue-fit adapt` wrote into its file.
     pub adaptation: Option<Adaptation>,
 }
 
@@ -393,9 +394,7 @@ impl Given {
     pub fn read(arguments: &body::Arguments) -> miette::Result<Self> {
         let body = arguments.body()?;
         if body.mesh.continuum.is_some() {
-            return Err(miette!(
-                "a continuum cannot be adapted or tracked yet: its rest shape has more to it than nodes; leave out --body continuum"
-            ));
+            return Err(miette!("a continuum cannot be adapted or tracked yet; leave out --body continuum"));
         }
         let adaptation = match arguments.mesh_file() {
             Some(path) if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) => {
@@ -407,7 +406,7 @@ impl Given {
         Ok(Self { body, anatomy: arguments.anatomy()?, adaptation })
     }
 
-    /// What it is adapted with.
+    /// The basis of its adaptation.
     pub fn basis(&self, arguments: &body::Arguments, prior: Prior) -> Basis<'_> {
         Basis {
             body: &self.body,

@@ -34,7 +34,7 @@ enum Action {
     /// List the scenes that are built in
     #[command(after_help = "Example:\n  tongue-fit scene list")]
     List,
-    /// Say what is simulated for a scene, what is left out, and why
+    /// Show what is simulated for a scene, what is left out, and why
     #[command(
         after_help = "Examples:\n  tongue-fit scene explain vowel-a\n  tongue-fit scene explain my-scene.toml --json"
     )]
@@ -44,10 +44,11 @@ enum Action {
         tongue-fit scene run vowel-i-palate --out results/scenes\n  \
         tongue-fit scene run my-scene.toml")]
     Run(Which),
-    /// Run scenes pruned and with everything simulated, and compare times and shapes; with --out as CSV too
+    /// Run scenes as planned and with everything simulated, and compare times and shapes; with --out also
+    /// write a CSV file
     #[command(after_help = "Example:\n  tongue-fit scene compare vowel-a supine --out results/scenes")]
     Compare(Several),
-    /// Print the JSON schema of scene files, from which editors complete them
+    /// Print the JSON schema of scene files, with which editors complete them
     #[command(after_help = "Example:\n  tongue-fit scene schema > scene.schema.json")]
     Schema,
 }
@@ -61,7 +62,7 @@ struct Which {
 
 #[derive(Debug, Clone, clap::Args)]
 struct Several {
-    /// Built-in scenes, or paths of scene files [default: all that are built in]
+    /// Built-in scenes, or paths of scene files [default: all built-in scenes]
     #[arg(value_name = "NAME")]
     names: Vec<PathBuf>,
 }
@@ -72,7 +73,7 @@ struct Listed {
     title: String,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     match &arguments.action {
         Action::List => list(global),
@@ -109,7 +110,7 @@ fn list(global: &Global) -> miette::Result<Outcome> {
     Ok(Outcome::Good)
 }
 
-/// A built-in scene, or one in a file where the name is that of a file.
+/// A built-in scene, or that in a file of this name.
 fn load(path: &Path) -> miette::Result<Scene> {
     let name = path.to_string_lossy();
     if scene::names().any(|n| n == name) || !(path.exists() || name.ends_with(".toml")) {
@@ -177,7 +178,8 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
     Ok(outcome(&result))
 }
 
-/// Runs a prepared scene and writes its files, named after it: what came out, who made it, and which files.
+/// Runs a prepared scene and writes its files, named after it: returns the outcome, the provenance and the
+/// files.
 fn answered<const D: usize>(
     scene: &Scene,
     mut prepared: Prepared<D>,
@@ -206,7 +208,7 @@ fn answered<const D: usize>(
     Ok((result, by, written))
 }
 
-/// With `-v`: what is about to be simulated.
+/// With `-v`: reports what is simulated.
 fn tell(plan: &Plan) {
     output::step(|| {
         let on: Vec<&str> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
@@ -214,7 +216,7 @@ fn tell(plan: &Plan) {
     });
 }
 
-/// A result must not take the place of the mesh that the scene was made from.
+/// Refuses to overwrite the mesh that the scene was made from.
 fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {
     let Body::Mesh(mesh) = &scene.body else { return Ok(()) };
     let Ok(mesh) = std::fs::canonicalize(&mesh.file) else { return Ok(()) };

@@ -11,7 +11,7 @@ use tongue_fit::scene::run::{Moment, Outcome};
 
 use super::table::{self, files, table};
 
-/// Letters of a reason that fit beside the other columns.
+/// Maximum length of a reason beside the other columns.
 const REASON: usize = 50;
 
 /// What is simulated, what is left out, and why.
@@ -57,7 +57,7 @@ pub fn plan(plan: &Plan) -> String {
     text
 }
 
-/// What came out.
+/// The result of a scene.
 pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", o.plan.title, o.plan.body, o.plan.method);
     if !o.muscles.is_empty() {
@@ -83,7 +83,7 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         let muscles = o.plan.muscles.len();
         let _ = writeln!(
             text,
-            "points met to {:.2} mm (RMS), {}; {} of {muscles} directions of tension are resolved, the rest is the prior\n",
+            "points met to {:.2} mm (RMS), {}; {} of {muscles} directions of tension are resolved, the others come from the prior\n",
             p.rms_mm.unwrap_or(f64::NAN),
             report::status_name(p.status).replace('_', " "),
             p.resolved,
@@ -109,7 +109,7 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
         text += table::way_from_rest(s.connection);
     }
     if o.min_cell_ratio <= 0.0 {
-        text += "A CELL IS TURNED OVER: springs alone do not keep cells upright; ask for effects.incompressibility = true\n";
+        text += "A CELL IS INVERTED: springs alone do not prevent that; ask for effects.incompressibility = true\n";
     }
     if let Some(c) = &o.contact {
         let _ = writeln!(
@@ -160,7 +160,7 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
     text + &files(written)
 }
 
-/// The lengths over time, a row a moment.
+/// The lengths over time, one row for each time.
 pub fn lengths_over_time(o: &Outcome) -> report::Table {
     let lengths = o.muscles.iter().map(|m| format!("{}_mm", m.muscle));
     let row = |m: &Moment| {
@@ -203,7 +203,7 @@ fn wrapped(text: &str) -> Vec<String> {
     lines
 }
 
-/// Pruned against full, a row a scene.
+/// Times as planned and with everything simulated, one row for each scene.
 pub fn pruning(all: &[Compared], written: &[PathBuf]) -> String {
     let mut t = table(&["scene", "pruned ms", "all static ms", "all in time ms", "differ mm", "in time mm"]);
     for c in all {
@@ -220,7 +220,7 @@ pub fn pruning(all: &[Compared], written: &[PathBuf]) -> String {
         ]);
     }
     let text = format!(
-        "{t}\n\nall static: every muscle with the three-element model, weight and wall without strength; the same shape.\n\
+        "{t}\n\nall static: every muscle with the three-element model, weight and wall of zero strength; the same shape.\n\
          all in time: that, with mass, dampers and muscle dynamics, followed from rest until nothing moves.\n"
     );
     text + &files(written)

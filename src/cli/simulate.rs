@@ -26,8 +26,8 @@ pub struct Arguments {
     /// Tension of a muscle, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
     tension: Vec<String>,
-    /// Solve at the whole tensions only: do not follow the equilibria from rest as the tensions grow, which is what tells whether
-    /// the answer lies on the branch that begins at rest. For very fine meshes
+    /// Solve at the full tensions only. By default the equilibria from rest are followed as the tensions
+    /// grow, to check that the answer lies on their branch. For very fine meshes
     #[arg(long, conflicts_with = "trajectory")]
     direct: bool,
     /// Colour the tissue of the picture by its largest principal stretch
@@ -41,7 +41,7 @@ pub struct Arguments {
     space: space::Arguments,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(folder) = arguments.body.space()? {
         let of_the_plane = [

@@ -1,4 +1,4 @@
-//! `tongue-fit sound`: the vowel that is heard.
+//! `tongue-fit sound`: the sound of a vowel.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,7 +19,7 @@ use tongue_sound::voice::{self, Voice};
 use super::{Global, Outcome, output, table};
 
 const DEFAULT_OUT: &str = "results/sound";
-/// The vowel that lengths are counted from.
+/// The baseline vowel.
 const BASELINE: &str = "ɯ";
 
 /// Options of `tongue-fit sound`.
@@ -29,34 +29,35 @@ const BASELINE: &str = "ɯ";
     tongue-fit sound --vowel a\n  \
     tongue-fit sound --tension GGp=20 --tension SGa=4 --lip-opening 7 --out results/mine")]
 pub struct Arguments {
-    /// Vowel whose lengths are fitted, with jaw and lips as the tract has them for it; of the baseline ɯ the tongue at rest
+    /// Vowel whose lengths are fitted, with jaw and lips as in the tract's file; for the baseline ɯ the
+    /// tongue at rest
     #[arg(long, value_name = "V", required_unless_present = "tension", conflicts_with = "tension")]
     vowel: Option<String>,
     /// Subject whose lengths are fitted
     #[arg(long, value_name = "NAME", default_value = "S2")]
     subject: String,
-    /// Quantity to hit: ratio (to GGa) or stretch (to the subject's own /ɯ/)
+    /// Quantity to fit: ratio (to GGa) or stretch (to the subject's own /ɯ/)
     #[arg(long, value_name = "KIND", default_value = "stretch")]
     target: String,
     /// Tension of every muscle in the baseline, N per metre of thickness
     #[arg(long, value_name = "N", default_value_t = 0.0)]
     tone: f64,
-    /// Tension of a muscle in place of a vowel, N per metre of thickness; may be given several times
+    /// Tension of a muscle instead of a vowel, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
     tension: Vec<String>,
-    /// Tract (TOML) in place of the one that is drawn round the reference tongue
+    /// Tract (TOML) instead of that of the reference tongue
     #[arg(long, value_name = "FILE")]
     tract: Option<PathBuf>,
-    /// Angle by which the jaw is opened, degrees [default: as the tract has it for the vowel, else 0]
+    /// Opening of the jaw, degrees [default: that of the tract's file for the vowel, else 0]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     jaw: Option<f64>,
     /// Shift of the hyoid, mm: back,up
     #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     hyoid: Option<Vec<f64>>,
-    /// Height of the opening between the lips, mm [default: as the tract has it for the vowel, else 8]
+    /// Height of the opening between the lips, mm [default: that of the tract's file for the vowel, else 8]
     #[arg(long, value_name = "MM")]
     lip_opening: Option<f64>,
-    /// How far the lips are protruded, mm [default: as the tract has it for the vowel, else 0]
+    /// Protrusion of the lips, mm [default: that of the tract's file for the vowel, else 0]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     lip_protrusion: Option<f64>,
     /// Mesh spacing, mm
@@ -70,13 +71,13 @@ pub struct Arguments {
     seconds: f64,
 }
 
-/// What came out.
+/// Result of the command.
 #[derive(Debug, Clone, Serialize)]
 struct Record {
     subject: Option<String>,
     vowel: Option<String>,
     converged: bool,
-    /// N per metre of thickness.
+    /// Tensions, N per metre of thickness.
     tensions_n: BTreeMap<String, f64>,
     #[serde(flatten)]
     sound: SoundRecord,
@@ -108,7 +109,7 @@ impl Arguments {
         Airway::read(&text, &path.display().to_string()).into_diagnostic()
     }
 
-    /// The scene that is heard.
+    /// The scene with the sound.
     fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
         let drawn = vowel.and_then(|v| tract.posture.get(v.label())).copied().unwrap_or_default();
         let posture = Articulation {
@@ -160,7 +161,7 @@ impl Arguments {
     }
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
@@ -174,7 +175,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     let mut prepared = prepare(&scene, body, Extent::Pruned).into_diagnostic()?;
     let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
-    let Some(heard) = answer.sound else { return Err(miette!("nothing is heard of this scene")) };
+    let Some(heard) = answer.sound else { return Err(miette!("this scene has no sound")) };
     let means = mean_vowels().into_diagnostic()?;
     let mean = |v: &Vowel| means.iter().find(|m| m.vowel == v.label()).map(|m| [m.f1_hz, m.f2_hz]);
     let record = Record {
@@ -187,7 +188,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         wall_s: answer.wall_s,
     };
     let positions: Vec<_> = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-    let title = format!("{}: the vowel that is heard", scene.title);
+    let title = format!("{}: the sound of the vowel", scene.title);
     let shown: Vec<_> = means.iter().map(|m: &MeanVowel| (m.vowel.clone(), [m.f1_hz, m.f2_hz])).collect();
     let picture = report::vowel(&VowelPicture {
         mesh: &prepared.body.mesh,

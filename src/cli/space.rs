@@ -24,12 +24,12 @@ pub struct Arguments {
     /// several times
     #[arg(long, value_name = "MUSCLE=A", allow_hyphen_values = true)]
     activation: Vec<String>,
-    /// Muscles: stress along fibres, whose answers hold on finer meshes, or lines from node to node, as
-    /// ArtiSynth has them
+    /// Muscles: stress along fibres, whose answers hold on finer meshes, or lines from node to node, as in
+    /// ArtiSynth
     #[arg(long, value_name = "KIND", value_enum, default_value = "stress")]
     muscles_as: MusclesName,
-    /// By how much full activation stiffens the tissue of a muscle, as a multiple of its passive stiffness
-    /// (ArtiSynth: 9)
+    /// Stiffening of a muscle's tissue by full activation, as a multiple of its passive stiffness (ArtiSynth:
+    /// 9)
     #[arg(long, value_name = "GAIN", default_value_t = 0.0, allow_hyphen_values = true)]
     stiffening: f64,
     /// Cut every hexahedron in eight
@@ -44,7 +44,7 @@ enum MusclesName {
 }
 
 impl Arguments {
-    /// What was given that only a body in space understands.
+    /// The first given option that needs a body in space.
     pub fn given(&self) -> Option<&'static str> {
         let all = [
             ("--activation", !self.activation.is_empty()),
@@ -102,7 +102,7 @@ pub fn run(folder: &Path, arguments: &Arguments, direct: bool, global: &Global) 
     output::step(|| {
         let (unknowns, entries) = (3 * system.pattern().unknowns(), system.pattern().factor_entries::<3>());
         let made = clock.elapsed().as_secs_f64();
-        let what = if half.is_some() { "one half stands for the whole: " } else { "" };
+        let what = if half.is_some() { "only one half is solved: " } else { "" };
         format!(
             "{}: {what}{unknowns} unknowns, {entries} entries of the factor, set up in {made:.2} s",
             body.what
@@ -147,7 +147,7 @@ pub fn run(folder: &Path, arguments: &Arguments, direct: bool, global: &Global) 
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
-/// The record for a terminal.
+/// The record as text for a terminal.
 fn text(record: &SpaceRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
     let mut t = table::table(&["muscle", "activation", "fibre mm", "stretch"]);
     for (i, (muscle, activation)) in record.activations.0.iter().enumerate() {
@@ -173,7 +173,7 @@ fn text(record: &SpaceRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
         record.iterations,
         record.factorisations,
         record.unknowns,
-        if record.half { " (one half: nothing differs between the sides)" } else { "" },
+        if record.half { " (one half: both sides are alike)" } else { "" },
         100.0 * record.min_volume_ratio,
         100.0 * record.max_volume_ratio
     );

@@ -23,7 +23,7 @@ pub struct Arguments {
     case: Vec<u8>,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let extent = if arguments.full { Extent::Full } else { Extent::Sample };
     if let Some(unknown) = arguments.case.iter().find(|c| !CASES.contains(c)) {

@@ -60,7 +60,7 @@ pub fn simulation(record: &SimulationRecord, alarms: &[Alarm], written: &[PathBu
         100.0 * record.max_area_ratio
     );
     if record.status == statics::Status::Inverted {
-        text += "A CELL IS TURNED OVER: nothing in this model keeps cells upright\n";
+        text += "A CELL IS INVERTED: no effect in this model prevents that\n";
     }
     text += &way(record.branch.as_ref(), record.connection);
     text + &self::alarms(alarms.iter().cloned()) + &files(written)

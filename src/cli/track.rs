@@ -36,24 +36,24 @@ const DEFAULT_OUT: &str = "results/track";
 pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
-    /// How the rest shape is found where no body is given
+    /// Method for the rest shape if no body is given
     #[arg(long, value_name = "HOW", value_enum, default_value = "joint")]
     rest: RestName,
-    /// Take the body as it is: the recordings are in its frame
+    /// Use the body unchanged: the recordings are in its frame
     #[arg(long, conflicts_with = "rest")]
     as_is: bool,
-    /// Contour points (numbers or names) that are not fitted but told, beside what a spline, principal components and a Gaussian of the
-    /// speaker tell of them
+    /// Contour points (numbers or names) that are predicted instead of fitted, and compared with predictions
+    /// of a spline, principal components and a Gaussian of the speaker
     #[arg(long, value_name = "POINTS", value_delimiter = ',')]
     hold_out: Vec<String>,
     /// Muscles that can contract [default: all of the body]
     #[arg(long, value_name = "MUSCLES", value_delimiter = ',')]
     muscles: Vec<String>,
-    /// A bone that may be displaced in recordings in which it was not seen, such as hyoid: near its place (5 mm), its displacement is
-    /// found with the tensions; may be given several times
+    /// A bone that may be displaced in recordings in which it was not seen, such as hyoid: near its place (5
+    /// mm), found together with the tensions; may be given several times
     #[arg(long, value_name = "NAME")]
     free_bone: Vec<String>,
-    /// Take the half-normal prior also where the body's file has a learned one, or one could be learned
+    /// Use the half-normal prior even if the body's file has a learned one, or one could be learned
     #[arg(long)]
     plain_prior: bool,
     #[command(flatten)]
@@ -67,17 +67,17 @@ pub struct Arguments {
 /// Distance from the palate at which it begins to act, m.
 const PALATE_REACH_M: f64 = 1e-3;
 
-/// A body ready for recordings.
+/// A body ready for tracking.
 struct Speaker {
     body: Body<2>,
     followed: Vec<Followed>,
     prior: Prior,
     how: Option<How>,
-    /// How the body came to be; none where it was given without saying so.
+    /// Origin of the body; `None` if its file does not say it.
     adaptation: Option<Adaptation>,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     if let Some(written) = arguments.recordings.write_template()? {
@@ -130,7 +130,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         if speaker.is_none() || leave_out {
             let others: Vec<&Seen> =
                 seen.iter().enumerate().filter(|(o, _)| !leave_out || *o != nth).map(|(_, s)| *s).collect();
-            // A single recording must not teach its own hidden points.
+            // A single recording must not provide training data for its own hidden points.
             let unseen: &[String] = if leave_out { &[] } else { &hide };
             speaker = Some(run.speaker(&others, unseen)?);
         }
@@ -211,7 +211,7 @@ impl Run<'_> {
         self.basis.model
     }
 
-    /// The body that was given, or one adapted to these recordings.
+    /// The given body, or one adapted to these recordings.
     fn speaker(&self, seen: &[&Seen], hide: &[String]) -> miette::Result<Speaker> {
         if self.is_given {
             return Ok(self.known(self.given.body.clone(), self.given.adaptation.as_ref()));
@@ -233,7 +233,7 @@ impl Run<'_> {
         Ok(self.known(made.body, Some(&adaptation)))
     }
 
-    /// A body with what is known of how it came to be.
+    /// A body with its adaptation.
     fn known(&self, body: Body<2>, adaptation: Option<&Adaptation>) -> Speaker {
         let plain = self.basis.prior.clone();
         let (followed, learned) = match adaptation {
@@ -251,7 +251,7 @@ impl Run<'_> {
         Found { body, contracting: self.basis.contracting.clone(), frames }
     }
 
-    /// The journal of this run: recordings that an earlier run of the same inputs has done are taken from it.
+    /// The journal of this run, with the recordings that an earlier run of the same inputs has finished.
     fn journal(&self, out: &OutputDir, seen: &[&Seen]) -> miette::Result<Journal<KeptRecording>> {
         let words = super::words_of_the_result();
         let (mesh, model) = (&self.given.body.mesh, self.model());
@@ -263,13 +263,13 @@ impl Run<'_> {
         ]);
         let path = out.path().join("track.journal");
         let last_words = format!(
-            "stopped; the finished recordings are kept in \"{}\": the same command goes on after them",
+            "stopped; the finished recordings are kept in \"{}\": the same command resumes after them",
             path.display()
         );
         let journal = Journal::open(path, &key, &words, seen.len()).into_diagnostic()?;
         journal.notes().iter().for_each(|note| output::note(note));
         if !journal.is_empty() {
-            output::note(&format!("going on after {} of {} recordings", journal.len(), seen.len()));
+            output::note(&format!("resuming after {} of {} recordings", journal.len(), seen.len()));
         }
         interrupt::set_last_words(Some(last_words));
         Ok(journal)
@@ -311,12 +311,12 @@ impl Run<'_> {
         Ok(found)
     }
 
-    /// The bones whose displacement is unknown in a recording.
+    /// The bones whose displacement is an unknown in a recording.
     fn freed<'b>(&'b self, seen: &'b Seen) -> impl Iterator<Item = &'b str> {
         self.arguments.free_bone.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
     }
 
-    /// Refuses bones that are freed to no effect.
+    /// Refuses free bones without an effect.
     fn check_freed(&self, seen: &[&Seen]) -> miette::Result<()> {
         let mut names: Vec<&str> = Vec::new();
         for name in self.arguments.free_bone.iter().map(|b| b.trim()) {
@@ -335,21 +335,19 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The palate that was given, as a wall; none where the body at rest would lie in it.
+    /// The given palate as a wall; empty if the body at rest would pass through it.
     fn wall(&self, body: &Body<2>) -> miette::Result<Vec<Box<dyn Effect<2>>>> {
         let Some(palate) = self.palate else { return Ok(Vec::new()) };
         let stiffness = system::coefficients(&body.mesh, &self.model()).into_diagnostic()?.tissue_stiffness;
         let wall = Contact::new(palate.to_vec(), &body.mesh.surface_nodes(), stiffness, PALATE_REACH_M);
         if wall.penetrated(&body.mesh.nodes, &body.mesh.connections).is_some() {
-            output::note(
-                "the body at rest passes through the palate: the tongue is tracked as if it met none",
-            );
+            output::note("the body at rest passes through the palate: the tongue is tracked without contact");
             return Ok(Vec::new());
         }
         Ok(vec![Box::new(wall)])
     }
 
-    /// Tensions with the rest shape made of the odd frames, and with that of the even ones: muscles, and over all frames.
+    /// Tensions with the rest shape from the odd frames, and with that from the even ones, over all frames.
     fn odd_and_even(&self, seen: &[&Seen]) -> Option<[Vec<Tracked>; 2]> {
         let half = |odd: usize| -> Option<Vec<Tracked>> {
             let part = |s: &&Seen| Seen {
@@ -390,7 +388,7 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<Stri
     Ok(names)
 }
 
-/// Names of the points that are kept back.
+/// Names of the held-out points.
 fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<String>> {
     let mut out = Vec::new();
     for word in &arguments.hold_out {
@@ -409,7 +407,7 @@ fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<
         out.push(found.clone());
     }
     if !out.is_empty() && recordings.iter().any(|r| r.seen.contour.len() < out.len() + 3) {
-        return Err(miette!("--hold-out leaves fewer than three points to fit; keep back fewer"));
+        return Err(miette!("--hold-out leaves fewer than three points to fit; hold out fewer"));
     }
     Ok(out)
 }

@@ -1,4 +1,4 @@
-//! The files that tracking leaves.
+//! Output files of tracking.
 
 use std::path::PathBuf;
 
@@ -12,9 +12,9 @@ use tongue_fit::report::{
 use tongue_fit::system::TissueModel;
 use tongue_fit::track::{FrameStatus, Tracked};
 
-/// What was found of one recording.
+/// Result of one recording.
 pub struct Found {
-    /// The body that it was found with.
+    /// The body with which it was tracked.
     pub body: Body<2>,
     /// Numbers of the contracting muscles, in the order of tensions.
     pub contracting: Vec<usize>,
@@ -22,19 +22,20 @@ pub struct Found {
     pub frames: Vec<Tracked>,
 }
 
-/// What is written beside the tables.
+/// Options of the files beside the tables.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Files")]
 pub struct Arguments {
-    /// Most frames of a recording in the animation and for ParaView, evenly chosen; 0 writes neither
+    /// Maximum number of frames of a recording in the animation and for ParaView, equally spaced; 0 writes
+    /// neither
     #[arg(long, value_name = "N", default_value_t = 100)]
     frames: usize,
 }
 
 type File<'a> = (String, Box<dyn Export + 'a>);
 
-/// Writes all files; names those that a reader opens.
+/// Writes all files and returns those of interest to a reader.
 pub fn write(
     out: &OutputDir,
     record: &TrackRecord,
@@ -68,7 +69,7 @@ pub fn write(
                 })
                 .collect();
             let title = format!(
-                "{}: seen (dots) and simulated; muscles lit by tension, with their largest",
+                "{}: measured (dots) and simulated; muscles coloured by tension, with their largest",
                 one.name
             );
             let svg =
@@ -96,7 +97,7 @@ pub fn write(
     Ok(written)
 }
 
-/// A collection of frames that holds its own names.
+/// A collection of frames with names of its own.
 struct Moments(Vec<(f64, String)>);
 
 impl Export for Moments {
@@ -109,7 +110,7 @@ impl Export for Moments {
     }
 }
 
-/// Numbers of at most `most` frames, evenly chosen.
+/// Numbers of at most `most` frames, equally spaced.
 fn moments(frames: &[Tracked], most: usize) -> impl Iterator<Item = usize> {
     let every = if most == 0 { usize::MAX } else { frames.len().div_ceil(most).max(1) };
     (0..if most == 0 { 0 } else { frames.len() }).step_by(every)

@@ -1,4 +1,4 @@
-//! Recordings that are done, kept so that a run that was killed goes on after them.
+//! Finished recordings, kept so that a killed run can be resumed.
 
 use serde::{Deserialize, Serialize};
 use tongue_fit::adapt::Adaptation;
@@ -7,16 +7,16 @@ use tongue_fit::geometry::Point;
 use tongue_fit::report::batch::journal::Kept;
 use tongue_fit::track::Tracked;
 
-/// Longer recordings are not kept: their entry would be larger than a journal takes.
+/// Longer recordings are not kept, because their entry would be too large for a journal.
 pub const MOST_FRAMES: usize = 5000;
 
-/// A recording with the body that it was tracked with.
+/// A recording and the body with which it was tracked.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KeptRecording {
     what: String,
     /// Nodes of the body at rest, m.
     nodes: Vec<[f64; 2]>,
-    /// How it came to be; none where it was given.
+    /// Origin of the body; `None` if it was given.
     pub adaptation: Option<Adaptation>,
     /// The frames.
     pub frames: Vec<Tracked>,
@@ -29,7 +29,7 @@ impl Kept for KeptRecording {
 }
 
 impl KeptRecording {
-    /// What was found of a recording.
+    /// The entry of a recording.
     pub fn new(body: &Body<2>, adaptation: Option<Adaptation>, frames: &[Tracked]) -> Self {
         Self {
             what: body.what.clone(),
@@ -39,7 +39,7 @@ impl KeptRecording {
         }
     }
 
-    /// The body, made of the one that it was adapted from.
+    /// The body, made from the one that it was adapted from.
     pub fn body(&self, of: &Body<2>) -> Body<2> {
         let mut body = Body { what: self.what.clone(), ..of.clone() };
         if self.adaptation.is_some() {

@@ -39,14 +39,12 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
             if course.known { "known" } else { "NOT KNOWN" }.to_owned(),
         ]);
     }
-    let _ = writeln!(
-        text,
-        "\n{t}\nmedians over the frames; prior left: part of the prior's standard deviation that the data left"
-    );
+    let _ =
+        writeln!(text, "\n{t}\nmedians over the frames; prior left: posterior over prior standard deviation");
     let resolved = upper_median(record.frames.iter().map(|f| f.resolved as f64)).unwrap_or(0.0);
     let _ = writeln!(
         text,
-        "{resolved} of {} directions of tension are resolved in the median frame; the rest is the prior",
+        "{resolved} of {} directions of tension are resolved in the median frame; the others come from the prior",
         record.courses.len()
     );
     for (bone, end) in freed(record) {
@@ -56,7 +54,7 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
         );
     }
     if let Some(held) = &record.held_out {
-        let mut t = table::table(&["hidden points told by", "points", "median mm", "pooled mm"]);
+        let mut t = table::table(&["hidden points predicted by", "points", "median mm", "pooled mm"]);
         for o in &held.opponents {
             t.add_row([
                 o.name.clone(),
@@ -65,7 +63,7 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
                 format!("{:.2}", o.pooled_mm),
             ]);
         }
-        let _ = writeln!(text, "\n{} kept back; learned on {}\n{t}", held.points.join(", "), held.trained_on);
+        let _ = writeln!(text, "\n{} held out; trained on {}\n{t}", held.points.join(", "), held.trained_on);
         let model = held.opponents.iter().find(|o| o.name == "the model");
         if let Some(model) = model {
             let better: Vec<&str> = held
@@ -77,7 +75,7 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
             if !better.is_empty() {
                 let _ = writeln!(
                     text,
-                    "better than the model: {}; the model is there for the tensions, not for interpolation",
+                    "better than the model: {}; the model is made for tensions, not for interpolation",
                     better.join("; ")
                 );
             }
@@ -86,7 +84,7 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
     text + "\n" + &table::files(written)
 }
 
-/// Bones that were freed, and how far each is displaced.
+/// Free bones and their displacements.
 fn freed(record: &TrackRecord) -> Vec<(String, String)> {
     let mut names: Vec<&String> =
         record.frames.iter().flat_map(|f| f.bones.0.iter().map(|(name, _)| name)).collect();

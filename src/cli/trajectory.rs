@@ -21,19 +21,19 @@ use tongue_fit::system::System;
 use super::body::tensions;
 use super::{Global, Outcome, body, output, table};
 
-/// The folder for outputs where none is named.
+/// The default folder for outputs.
 const DEFAULT_OUT: &str = "results";
-/// Where no step is given: this part of the stability limit for explicit methods,
+/// Default step of explicit methods, as a part of the stability limit.
 const PART_OF_LIMIT: f64 = 0.9;
-/// and this step for implicit ones without error control, s.
+/// Default step of implicit methods without error control, s.
 const IMPLICIT_STEP: f64 = 1e-3;
-/// Lengths are written this many times as often as frames.
+/// Number of times at which lengths are written, for each frame.
 const LENGTHS_PER_FRAME: usize = 10;
-/// Most frames: each is a file.
+/// Maximum number of frames: each is a file.
 const MOST_FRAMES: usize = 2000;
-/// A run that is expected to take longer is refused.
+/// Longest expected duration of a run; longer runs are refused.
 const LONGEST_RUN: Duration = Duration::from_secs(30 * 60);
-/// Nothing is shown of a run shorter than this.
+/// Shortest duration of a run with a progress bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Options of a trajectory.
@@ -41,7 +41,8 @@ const PATIENCE: Duration = Duration::from_secs(1);
 #[group(skip)]
 #[command(next_help_heading = "Trajectory")]
 pub struct Arguments {
-    /// Follow the motion from rest over time, in place of solving for the equilibrium; writes to --out [default: results]
+    /// Follow the motion from rest over time instead of solving for the equilibrium; writes to --out
+    /// [default: results]
     #[arg(long)]
     trajectory: bool,
     /// End of the motion, s
@@ -56,7 +57,8 @@ pub struct Arguments {
     /// Integrator: tr-bdf2, backward-euler, verlet, rk4 or symplectic-euler
     #[arg(long, value_name = "NAME", default_value = Method::TrBdf2.name(), requires = "trajectory")]
     method: String,
-    /// Fixed step, s [default: error control; 1 ms for backward-euler; 0.9 of the stability limit for explicit methods]
+    /// Fixed step, s [default: error control; 1 ms for backward-euler; 0.9 of the stability limit for
+    /// explicit methods]
     #[arg(
         long,
         value_name = "S",
@@ -68,7 +70,7 @@ pub struct Arguments {
     /// Largest error of a node in one step of tr-bdf2, mm [default: 1e-6]
     #[arg(long, value_name = "MM", allow_hyphen_values = true, requires = "trajectory")]
     tolerance: Option<f64>,
-    /// Time in which the tensions grow to what --tension says, s
+    /// Time in which the tensions grow to the values of --tension, s
     #[arg(
         long,
         value_name = "S",
@@ -77,10 +79,11 @@ pub struct Arguments {
         requires = "trajectory"
     )]
     ramp: f64,
-    /// Tensions over time in place of --tension: CSV with the columns time_s, GGa, ... (N per metre of thickness)
+    /// Tensions over time instead of --tension: CSV with the columns time_s, GGa, ... (N per metre of
+    /// thickness)
     #[arg(long, value_name = "FILE", requires = "trajectory", conflicts_with_all = ["tension", "ramp"])]
     tension_curves: Option<PathBuf>,
-    /// Number of frames for ParaView and the animation, the first and the last moment included
+    /// Number of frames for ParaView and the animation, with the first and the last time
     #[arg(long, value_name = "N", default_value_t = 31, requires = "trajectory")]
     frames: usize,
     /// Run even beyond the stability limit, and however long it takes
@@ -88,7 +91,7 @@ pub struct Arguments {
     force: bool,
 }
 
-/// Tolerance of a step where none is given, mm.
+/// Default tolerance of a step, mm.
 const TOLERANCE_MM: f64 = 1e-6;
 
 impl Arguments {
@@ -174,7 +177,7 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// Runs it; `given` are the words of `--tension`.
+/// Runs the command; `given` are the words of `--tension`.
 pub fn run(
     arguments: &Arguments,
     given: &[String],
@@ -238,7 +241,7 @@ pub fn run(
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
-/// Writes all files; names those that a reader opens.
+/// Writes all files and returns those of interest to a reader.
 fn write(
     out: &OutputDir,
     record: &TrajectoryRecord,
@@ -285,7 +288,7 @@ fn write(
     Ok(written)
 }
 
-/// Collects lengths and frames, and shows how far a long run is.
+/// Collects lengths and frames, and shows the progress of a long run.
 struct Watch<'a> {
     system: &'a System<2>,
     /// Times, s, and lengths, m.

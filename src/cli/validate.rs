@@ -1,4 +1,4 @@
-//! `tongue-fit validate`: how well muscles are predicted that were not fitted.
+//! `tongue-fit validate`: accuracy of predictions of muscles that were not fitted.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -19,26 +19,27 @@ const DEFAULT_OUT: &str = "results/validate";
     after_help = "Examples:\n  tongue-fit validate\n  tongue-fit validate --lengths mine.csv --baseline e --out results/mine"
 )]
 pub struct Arguments {
-    /// Measured lengths (CSV) in place of the built-in ones
+    /// Measured lengths (CSV) instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
     /// Vowel that the others are compared with [default: ɯ]
     #[arg(long, value_name = "V")]
     baseline: Option<String>,
-    /// Permutations of the names of muscles
+    /// Number of permutations of the names of muscles
     #[arg(long, value_name = "N", default_value_t = 25)]
     permutations: u16,
     /// Seed of permutations and bootstraps
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Have the posterior among the opponents too: every muscle told from all others, as a distribution (takes some minutes)
+    /// Validate the posterior too: every muscle is predicted from all others, as a distribution (takes some
+    /// minutes)
     #[arg(long)]
     posterior: bool,
     #[command(flatten)]
     body: body::Arguments,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let data = match &arguments.lengths {

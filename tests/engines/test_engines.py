@@ -99,12 +99,12 @@ def test_the_lines_for_slurm_as_they_are_printed_with_a_task_that_is_killed(slur
     subprocess.run(["scontrol", "requeue", f"{job}_2"], env=env, check=True)
     slurm.wait_for_jobs(180)
     # What Slurm took away is started again by Slurm, and goes on; what was killed is named.
-    assert "going on after " in log("shard-2.log"), log("shard-2.log")
+    assert "resuming after " in log("shard-2.log"), log("shard-2.log")
     assert f"nothing is written: 1/{shards} has 1 of 2 fits" in log("merge.log"), log("merge.log")
     assert not (tmp_path / "batch").exists()
     submit()
     slurm.wait_for_jobs(180)
-    assert "going on after 1" in log("shard-1.log") and "written batch" in log("merge.log")
+    assert "resuming after 1" in log("shard-1.log") and "written batch" in log("merge.log")
     options = ["--lengths", "my.csv", "--target", "stretch", "--out", "one"]
     subprocess.run(["tongue-fit", "batch", *options], cwd=tmp_path, capture_output=True)
     assert same_files(tmp_path / "one", tmp_path / "batch")

@@ -82,7 +82,7 @@ fn a_file_that_reaches_the_limit_of_file_sizes_is_told() {
     let (status, printed) = run(folder.path(), &format!("ulimit -f 64; {batch}"));
     assert_eq!((status, printed.contains("the same command goes on")), (Some(1), true), "{printed}");
     let (status, printed) = run(folder.path(), batch);
-    assert!(matches!(status, Some(0 | 3)) && printed.contains("going on after"), "{printed}");
+    assert!(matches!(status, Some(0 | 3)) && printed.contains("resuming after"), "{printed}");
 }
 
 #[test]

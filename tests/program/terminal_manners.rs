@@ -283,7 +283,7 @@ fn an_interrupted_batch_leaves_its_journal_and_goes_on_unless_it_was_told_to_ign
     assert_eq!((status.signal(), names(&out)), (Some(2), vec!["batch.journal".to_owned()]));
 
     let (_, _, told) = run(folder.path(), &batch.replace("--out", "--threads 1 --out"));
-    assert!(told.contains("going on after") && told.contains("of 12 fits"), "{told}");
+    assert!(told.contains("resuming after") && told.contains("of 12 fits"), "{told}");
     assert_eq!(
         names(&out),
         ["batch.html", "batch.json", "fits.csv", "muscles.csv", "tensions.svg", "tensions.tex"]

@@ -77,7 +77,7 @@ fn killed_again_and_again_and_its_journal_damaged_it_ends_with_the_files_of_an_u
     assert!(kills >= 2, "killed only {kills} times");
     let (status, _, told) = run(&killed, &arguments);
     assert_eq!(status, 3);
-    assert!(told.contains("going on after"), "{told}");
+    assert!(told.contains("resuming after"), "{told}");
     assert!(told.contains("lines of the journal that are damaged"), "{told}");
     // What a kill in the middle of writing the outputs leaves is a hidden file; it is of no consequence.
     assert!(files(&killed) == files(&undisturbed), "the files differ");

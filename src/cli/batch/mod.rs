@@ -1,4 +1,4 @@
-//! `tongue-fit batch`: every subject and vowel of a table.
+//! `tongue-fit batch`: fits every subject and vowel of a table.
 
 mod prepared;
 
@@ -22,7 +22,7 @@ use super::{Global, Outcome, body, interrupt, output, posterior, premises};
 
 pub use self::prepared::Prepared;
 
-/// The folder for outputs where none is named.
+/// The default folder for outputs.
 pub const DEFAULT_OUT: &str = "results/batch";
 /// Options of `tongue-fit batch`.
 #[derive(Debug, Clone, clap::Args)]
@@ -33,7 +33,7 @@ pub const DEFAULT_OUT: &str = "results/batch";
     tongue-fit batch --lengths mine.csv --baseline e --baseline P7=i\n\n\
     A run that was stopped goes on where it was when it is started again with the same options and folder.")]
 pub struct Arguments {
-    /// Measured lengths (CSV) in place of the built-in ones
+    /// Measured lengths (CSV) instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
     /// Only these subjects, such as S1,S2
@@ -42,14 +42,14 @@ pub struct Arguments {
     /// Only these vowels, such as a,i
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     vowels: Option<Vec<String>>,
-    /// Quantities to hit: ratio, stretch or both
+    /// Quantities to fit: ratio, stretch or both
     #[arg(long, value_name = "KIND", default_value = "both")]
     target: String,
-    /// Vowel taken as rest, of all subjects (e) or of one (S4=i); may be given several times [default: ɯ, and e for who has
-    /// no ɯ]
+    /// Vowel taken as rest, for all subjects (e) or for one (S4=i); may be given several times [default: ɯ,
+    /// and e for subjects without ɯ]
     #[arg(long, value_name = "V|SUBJECT=V")]
     baseline: Vec<String>,
-    /// Draws of every length within its rounding, for the ranges that rounding leaves; 0 for none
+    /// Number of draws of the lengths within their rounding, for intervals by rounding; 0 for none
     #[arg(long, value_name = "N", default_value_t = Thoroughness::default().draws)]
     draws: usize,
     /// Seed of the draws
@@ -61,8 +61,8 @@ pub struct Arguments {
     /// Thickness over which tensions act, mm, to compare them with published forces
     #[arg(long, value_name = "MM", default_value_t = 1e3 * DEFAULT_THICKNESS_M)]
     thickness: f64,
-    /// What searches: the derivatives of the equilibrium, or the simplex of the thesis, which finds the same tensions ten times
-    /// slower (and is what the fit of one vowel takes, to do as the thesis did)
+    /// Search method: by the derivatives of the equilibrium, or by the simplex of the thesis, which finds the
+    /// same tensions ten times slower (and is the default for the fit of one vowel, as in the thesis)
     #[arg(long, value_enum, default_value = "gauss-newton")]
     method: MethodName,
     /// Number of starting points of each search
@@ -71,10 +71,12 @@ pub struct Arguments {
     /// Upper bound of every tension, N per metre of thickness
     #[arg(long, value_name = "N", default_value_t = Settings::default().upper_bound, allow_hyphen_values = true)]
     upper_bound: f64,
-    /// Half width of the rounding of every length, mm [default: as the table says or its digits show, 0.5 for whole millimetres]
+    /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole
+    /// millimetres]
     #[arg(long, value_name = "MM")]
     error_mm: Option<f64>,
-    /// Make every Nth of the fits only, as one task of a cluster: 3/16 is the third of sixteen; `tongue-fit merge` brings them together
+    /// Make only every Nth of the fits, as one task of a cluster: 3/16 is the third of sixteen;
+    /// `tongue-fit merge` merges them
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
     #[command(flatten)]
@@ -142,7 +144,7 @@ impl Arguments {
     }
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let words = super::words_of_the_result();
@@ -161,7 +163,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let journal = Journal::open(path.clone(), &prepared.key, &words, jobs.len()).into_diagnostic()?;
     journal.notes().iter().for_each(|note| output::note(note));
     if !journal.is_empty() {
-        output::note(&format!("going on after {} of {} fits", journal.len(), mine.len()));
+        output::note(&format!("resuming after {} of {} fits", journal.len(), mine.len()));
     }
     output::step(|| {
         format!(
@@ -175,7 +177,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         )
     });
     interrupt::set_last_words(Some(format!(
-        "stopped; the finished fits are kept in \"{}\": the same command goes on after them",
+        "stopped; the finished fits are kept in \"{}\": the same command resumes after them",
         path.display()
     )));
     let journal = fit_all(&prepared, &mine, journal)?;
@@ -195,7 +197,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 }))?)?,
                 false => output::summary(&text, &[path])?,
             }
-            // What the fits came to is told by who brings them together; an engine takes any other status for a task that failed.
+            // `merge` reports the quality of the fits; an engine takes any other status for a failed task.
             Outcome::Good
         }
         None => {
@@ -207,7 +209,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(outcome)
 }
 
-/// Makes the fits that the journal does not have, as many at a time as there are threads, and keeps each when it is done.
+/// Makes the fits that the journal lacks, one on each thread at a time, and stores each when it is done.
 fn fit_all(prepared: &Prepared, mine: &[usize], journal: Journal) -> miette::Result<Journal> {
     let jobs = &prepared.plan.jobs;
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
@@ -229,7 +231,7 @@ fn fit_all(prepared: &Prepared, mine: &[usize], journal: Journal) -> miette::Res
     Ok(journal.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// A finished job in a line.
+/// A finished job in one line.
 fn told(job: &Job, entry: &Entry<Fitted>) -> String {
     let Target { subject, vowel, kind, .. } = &job.target;
     let came = match &entry.result {

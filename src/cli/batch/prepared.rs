@@ -1,4 +1,4 @@
-//! A batch made ready: what is to be fitted, and all that a fit needs.
+//! A prepared batch: its jobs, and everything that a fit needs.
 
 use std::collections::BTreeMap;
 
@@ -20,10 +20,10 @@ use tongue_fit::system::{Model, System};
 use super::Arguments;
 use crate::cli::{Global, Outcome, line_of, output, posterior, table};
 
-/// Broken rows that are told one by one.
+/// Maximum number of broken rows that are reported one by one.
 const MOST_NOTES: usize = 10;
 
-/// What a batch fits, and with what; shared between threads. The same arguments and files give the same, whoever asks.
+/// Jobs and inputs of a batch, shared by threads. They depend on the arguments and files only.
 pub struct Prepared {
     data: Dataset,
     unreadable: Vec<String>,
@@ -32,10 +32,10 @@ pub struct Prepared {
     /// Names of the mesh's muscles in the order of columns: those of the table first.
     muscles: Vec<String>,
     model: Model,
-    /// The body under the premises of each kind of target; none where these are the thesis's.
+    /// The body under the premises of each kind of target; `None` for those of the thesis.
     setups: Vec<(TargetKind, Option<Setup>)>,
     pub how: Thoroughness,
-    /// Where posteriors are asked for: how, and the body under its priors.
+    /// Options of the posterior, and the body under its priors if posteriors are asked for.
     posterior: (posterior::Arguments, Option<Ground>),
     known: Known,
     thesis: Thesis,
@@ -45,7 +45,8 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Of the batch that these arguments ask for, which are `words` without what changes no result.
+    /// Prepares the batch of these arguments; `words` are the arguments without those that do not change
+    /// results.
     pub fn new(arguments: &Arguments, words: &[String]) -> miette::Result<Self> {
         let (selection, how) = (arguments.selection()?, arguments.thoroughness()?);
         let data = match &arguments.lengths {
@@ -59,7 +60,7 @@ impl Prepared {
         let unreadable: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
         let plan = batch::plan(&data, &selection).into_diagnostic()?;
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
-        // What no fit could be made with is refused once, before anything is written.
+        // An error that concerns all fits is reported before anything is written.
         System::new(&tongue.mesh, &model, &[]).into_diagnostic()?;
         let thesis = arguments.body.is_thesis();
         let setup = |&kind: &TargetKind| Ok((kind, arguments.premises.setup(kind, &tongue, &model, thesis)?));
@@ -118,7 +119,8 @@ impl Prepared {
         Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }
 
-    /// The posterior of a job's row, where it is asked for: once for every row, since it does not depend on the quantity that is fitted.
+    /// The posterior of a job's row, if it is asked for: once for every row, since it does not depend on the
+    /// fitted quantity.
     fn posterior(&self, number: usize, job: &Job) -> Option<Result<RowPosterior, String>> {
         let (how, ground) = &self.posterior;
         let last = self.setups.last().is_some_and(|(kind, _)| *kind == job.target.kind);
@@ -127,11 +129,11 @@ impl Prepared {
             let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges()).flatten();
             RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report: sampled.report }
         });
-        // What it is about is said where it is told.
+        // The caller adds the row to the message.
         Some(told.map_err(|e| e.root_cause().to_string()))
     }
 
-    /// Writes what came of all jobs, tells it and removes the journal, whose content it is.
+    /// Writes the outputs of all jobs, prints a summary, and removes the journal.
     pub fn finish(
         &self,
         out: &OutputDir,
@@ -207,7 +209,7 @@ impl Prepared {
         }
     }
 
-    /// What is left out, on stderr, before the work begins.
+    /// Reports rows that are left out on stderr, before the work begins.
     pub fn tell_what_is_left_out(&self) {
         for message in self.unreadable.iter().take(MOST_NOTES) {
             output::complain(&format!("{message} (this row is left out)"));

@@ -138,7 +138,7 @@ fn remedy_of_journal(refusal: &io::Error) -> String {
     match refusal.kind() {
         StorageFull | QuotaExceeded | FileTooLarge => {
             format!(
-                "; {}. The fits that it has are kept: the same command goes on after them",
+                "; {}. The fits that it has are kept: the same command resumes after them",
                 remedy(refusal)
             )
         }

@@ -98,7 +98,7 @@ fn held_out(record: &TrackRecord) -> Markup {
                 h2 { "Points that were held out" }
                 p { (held.points.join(", ")) "; learned on " (held.trained_on) "." }
                 table {
-                    thead { tr { @for h in ["told by", "points", "median, mm", "pooled, mm"] { th { (h) } } } }
+                    thead { tr { @for h in ["predicted by", "points", "median, mm", "pooled, mm"] { th { (h) } } } }
                     tbody { @for o in &held.opponents { tr {
                         td { (o.name) } td { (o.points) } td { (format!("{:.2}", o.median_mm)) } td { (format!("{:.2}", o.pooled_mm)) }
                     } } }

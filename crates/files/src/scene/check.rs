@@ -71,7 +71,11 @@ impl Scene {
         let seen = points.contour_mm.len() + 2 * points.sensors.len();
         if seen < track::FEWEST {
             let key = "the number of points of points.contour_mm and, twice, points.sensors";
-            return Err(SceneError::Value { key, value: seen as f64, must: "at least 3: fewer do not determine tensions" });
+            return Err(SceneError::Value {
+                key,
+                value: seen as f64,
+                must: "at least 3: fewer do not determine tensions",
+            });
         }
         Ok(())
     }

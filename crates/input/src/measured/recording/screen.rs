@@ -28,7 +28,7 @@ impl FaultKind {
     pub fn said(self) -> &'static str {
         match self {
             Self::Jumped => "jumped",
-            Self::OutOfOrder => "in each other's place",
+            Self::OutOfOrder => "exchanged",
             Self::BeyondPalate => "beyond the palate",
             Self::BoneMissing => "not seen",
             Self::FarFromFit => "far from the fit, left out",

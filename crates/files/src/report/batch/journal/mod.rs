@@ -46,8 +46,8 @@ pub fn arguments(path: &Path) -> Result<Vec<String>, ReportError> {
     let file = regular(path).and_then(|()| File::open(path)).map_err(fail)?;
     let mut line = Vec::new();
     BufReader::new(file).take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(fail)?;
-    let header: Header =
-        serde_json::from_slice(&line).map_err(|_| fail(io::Error::other("it is not a journal of a batch")))?;
+    let header: Header = serde_json::from_slice(&line)
+        .map_err(|_| fail(io::Error::other("it is not a journal of a batch")))?;
     match header.version == crate::VERSION {
         true => Ok(header.arguments),
         false => Err(fail(io::Error::other(format!(
@@ -147,7 +147,8 @@ impl<T: Kept> Journal<T> {
         match journal.scan(&header, jobs) {
             Ok(Scan { other: None, .. }) => Ok(journal),
             Ok(Scan { other: Some(of), .. }) => {
-                Err(journal.failed(io::Error::other(format!("it is of {of}, so it is not part of this batch"))))
+                Err(journal
+                    .failed(io::Error::other(format!("it is of {of}, so it is not part of this batch"))))
             }
             Err(source) => Err(journal.failed(source)),
         }
