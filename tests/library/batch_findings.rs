@@ -1,4 +1,4 @@
-//! What a batch says of a fit beside its tensions: alarms, other subsets, intervals by seed.
+//! Results of a batch about a fit beside its tensions: alarms, other subsets, intervals by seed.
 
 use crate::fixtures::{target, tongue};
 use tongue_fit::body::Mesh;
@@ -20,7 +20,7 @@ fn assessed(mesh: &Mesh<2>, subject: &str, kind: TargetKind, how: &Thoroughness)
 }
 
 #[test]
-fn each_alarm_is_raised_by_what_it_is_about() {
+fn each_alarm_is_raised_by_its_cause() {
     let mesh = tongue();
     let mut found = assessed(&mesh, "S2", TargetKind::Stretch, &how());
     // S2 /a/ against /ɯ/: only SGp is within rounding (59 mm in both).
@@ -57,7 +57,8 @@ fn each_alarm_is_raised_by_what_it_is_about() {
 #[test]
 fn a_smaller_subset_that_fits_as_well_comes_first() {
     let mesh = tongue();
-    // Of the ratio fits of S2 /a/ that of the smallest sum leaves HGa without tension, so GGa and SGm alone must do as well.
+    // In the ratio fit of S2 /a/ with the smallest sum HGa has no tension, so GGa and SGm alone must fit as
+    // well.
     let settings = Settings { among: Among::LeastTotal, ..how().settings };
     let how = Thoroughness { settings, subset_changes: 1, ..how() };
     let found = assessed(&mesh, "S2", TargetKind::Ratio, &how);
@@ -88,7 +89,7 @@ fn the_same_seed_gives_the_same_intervals_and_another_seed_others() {
     assert_ne!(of(1), of(2));
 }
 
-/// What results/batch/README.md says of weak and strong opponents: no change, and one number taken from the other two subjects.
+/// The comparison in results/batch/README.md: no change, and one number from the other two subjects.
 #[test]
 fn one_constant_from_the_other_subjects_predicts_passive_stretches_better_than_no_change() {
     let rows = ["S1", "S2", "S3"].map(|s| {

@@ -1,5 +1,5 @@
-//! A speaker's body: an identity changes no bit, landmarks turn and scale, contours change the shape at rest, and what would fold is
-//! refused.
+//! A speaker's body: an identity changes no bit, landmarks turn and scale, contours change the shape at rest,
+//! and what would fold is refused.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Hexahedra and muscles with directions: exact solutions, one side against the other, and what is refused.
+//! Hexahedra and muscles with directions: exact solutions, symmetry of the sides, and refused input.
 
 use std::path::PathBuf;
 
@@ -34,7 +34,7 @@ fn an_even_deformation_costs_what_the_law_says_and_turning_nothing() {
     let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.0);
     let turned: Vec<_> = x.iter().map(|p| turn * p).collect();
     assert!((energy(&tissue, &turned) / found - 1.0).abs() < 1e-12);
-    // Turned over at one corner.
+    // Inverted at one corner.
     let mut over = x;
     over[17] = over[0];
     assert_eq!(energy(&tissue, &over), f64::INFINITY);
@@ -91,7 +91,7 @@ fn a_nearly_incompressible_beam_bends_as_much_as_a_compressible_one() {
     eprintln!(
         "part of the beam's deflection: {compressible:.3} at nu 0.13, {incompressible:.3} at nu 0.49995"
     );
-    // Elements without a mean volume keep a twentieth of it.
+    // Elements without a mean volume have only a twentieth of it.
     assert!(compressible > 0.85 && compressible < 1.03, "{compressible}");
     assert!(incompressible > 0.85 && incompressible < 1.03, "{incompressible}");
 }

@@ -1,5 +1,5 @@
-//! The continuum of quadratic elements: exact for homogeneous strain, of the third order for smooth ones, with muscles and bones whose
-//! forces do not depend on the mesh.
+//! The continuum of quadratic elements: exact for homogeneous strain, of third order for smooth strain, with
+//! forces of muscles and bones that do not depend on the mesh.
 
 use crate::fixtures;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
@@ -19,7 +19,7 @@ fn model() -> Model {
     Model { tissue: CONTINUUM, ..Model::default() }
 }
 
-/// The mesh as a continuum, held on its whole surface.
+/// The mesh as a continuum that is held on its whole surface.
 fn held_all_around<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
     mesh.fixed = mesh.surface_nodes();
     mesh.muscles.clear();
@@ -72,7 +72,7 @@ impl<const D: usize> Effect<D> for Load<D> {
     }
 }
 
-/// A smooth field of displacements, m, over a body of size `SIZE`, its gradient, and the force per volume that holds it.
+/// A smooth field of displacements, m, over a body of size `SIZE`, its gradient, and its body force.
 const SIZE: f64 = 0.02;
 
 fn field<const D: usize>(p: &SVector<f64, D>) -> SVector<f64, D> {
@@ -120,7 +120,7 @@ fn held_by<const D: usize>(law: NeoHookean, p: &SVector<f64, D>) -> SVector<f64,
     out
 }
 
-/// Barycentric coordinates and weights of many points of a cell: those of its parts' parts.
+/// Barycentric coordinates and weights of many points of a cell: those of repeated subdivision.
 fn fine_points<const D: usize>(depth: usize) -> Vec<([f64; 4], f64)> {
     let mut cells = vec![std::array::from_fn::<[f64; 4], 4, _>(|i| {
         std::array::from_fn(|j| f64::from(u8::from(i == j && i <= D)))
@@ -146,10 +146,10 @@ fn fine_points<const D: usize>(depth: usize) -> Vec<([f64; 4], f64)> {
     cells.into_iter().flat_map(within).collect()
 }
 
-/// Errors of displacement (root mean square, m) and of strain energy (J) where the manufactured field is imposed on the surface and held
-/// by its body force within.
+/// Errors of displacement (root mean square, m) and of strain energy (J) with the manufactured field on the
+/// surface and its body force inside.
 fn errors<const D: usize>(mut mesh: Mesh<D>) -> (f64, f64) {
-    // Uneven elements, in the same way at every spacing.
+    // Irregular elements, in the same way at every spacing.
     for p in &mut mesh.nodes {
         let q = *p / SIZE;
         p[0] += 0.1 * SIZE * (2.0 * q[1]).sin();
@@ -221,11 +221,11 @@ fn a_smooth_field_is_met_with_the_third_order_in_displacement_and_more_in_energy
     assert!(displacement > 2.5 && energy > 2.5, "{displacement} {energy}");
 }
 
-/// A cylinder of ten-node tetrahedra with a bundle of fibres along its axis that contracts: its volume to that at rest, and by which part
-/// the axis shortens.
+/// A cylinder of ten-node tetrahedra with a contracting bundle of fibres along its axis: its volume over that
+/// at rest, and the part by which the axis shortens.
 fn contracted_cylinder(rings: usize, layers: usize) -> (f64, f64) {
     let length = 20e-3;
-    // Of the same cross-section at every fineness: the mesh's is a regular polygon.
+    // The same cross-section at every resolution, although the mesh's is a regular polygon.
     let corners = 6.0 * rings as f64;
     let polygon = 0.5 * corners * (std::f64::consts::TAU / corners).sin();
     let radius = 10e-3 * (std::f64::consts::PI / polygon).sqrt();
@@ -297,7 +297,7 @@ fn a_bundle_in_a_homogeneous_stretch_has_the_energy_of_its_line_whatever_the_mes
             system.effects().iter().filter(|e| e.name() == "fibres").map(|e| e.energy(at)).sum()
         })
         .collect();
-    // One line of all of it: the fibres' directions differ by a hundredth, and the outline clips them.
+    // One straight line: the directions of the fibres differ by a hundredth, and the outline clips them.
     let way = SVector::from([28.9e-3, 50.056e-3]);
     let line = 3.0 * ((stretch * way).norm() - way.norm());
     assert!(energies.iter().all(|e| (e / line - 1.0).abs() < 0.05), "{energies:?} {line}");
@@ -312,7 +312,7 @@ fn a_patch_on_a_straight_edge_holds_with_sixteen_fifteenths_of_its_radius() {
     let settings = ContinuumSettings { patch_radius_m: 12e-3, ..ContinuumSettings::default() };
     let mesh = continuum::lay(&mesh, None, &settings).unwrap().mesh;
     let ties = &mesh.continuum.as_ref().unwrap().ties;
-    // All of the tissue moved by one: the integral of the profile.
+    // A displacement of all tissue by one gives the integral of the profile.
     let held: f64 = ties
         .iter()
         .map(|tie| {
@@ -350,7 +350,7 @@ fn forces_of_muscles_end_on_the_bones() {
     let on = |bone: &str| body.bone(bone).iter().map(|&n| workspace.force()[n]).sum::<SVector<f64, 2>>();
     let [spine, hyoid, styloid] = ["mental_spine", "hyoid", "styloid"].map(on);
     assert!((spine + hyoid + styloid).norm() < 1e-9, "reactions cancel: {spine} {hyoid} {styloid}");
-    // All of SGp is outside: it pulls at the styloid process with its whole tension.
+    // All of SGp is outside the tissue: it pulls at the styloid process with its whole tension.
     assert!((styloid.norm() - 5.0).abs() < 1e-12, "{styloid}");
     assert!(body.bone("hyoid").len() > 2 && body.bone("styloid").len() == 1);
 }
@@ -388,7 +388,7 @@ fn lengths_answer_to_tensions_as_their_sensitivities_say() {
 }
 
 #[test]
-fn what_cannot_be_a_continuum_says_why() {
+fn bodies_that_cannot_be_a_continuum_are_refused_with_the_reason() {
     let settings = ContinuumSettings::default();
     let rope = continuum::lay(&fixtures::rope(3, 1e-2), None, &settings).unwrap_err();
     assert_eq!(rope, ContinuumError::NoCells);

@@ -1,5 +1,5 @@
-//! Every integrator against motions that are known exactly, with its observed order: a mass on a spring, creep of a Kelvin-Voigt
-//! element, and the three-element muscle answering a step of its tension.
+//! Every integrator against exact motions, with its observed order: a mass on a spring, creep of a
+//! Kelvin-Voigt element, and the response of the three-element muscle to a step of its tension.
 
 use crate::fixtures;
 use nalgebra::{Matrix3, Vector3};
@@ -7,9 +7,9 @@ use tongue_fit::dynamics::{Control, Method, Motion, State, Status, Tensions, run
 use tongue_fit::material::{Constants, Preset};
 use tongue_fit::system::{Model, System};
 
-/// N.
+/// Force, N.
 const PULL: f64 = 3.0;
-/// Of a node, kg: as consistent in the tongue.
+/// Mass of a node, kg: the consistent mass in the tongue.
 const MASS: f64 = 2.2e-2;
 
 /// A bar between a bone and a free node that moves along it.
@@ -47,7 +47,7 @@ fn a_mass_on_a_spring_oscillates() {
     let mut start = motion.at_rest();
     let amplitude = 1e-3;
     start.positions[1].x += amplitude;
-    // A time at which both the phase and the amplitude count.
+    // A time at which both phase and amplitude matter.
     let t_end = 7.0 / omega;
     let exact = amplitude * 7.0f64.cos();
     for method in Method::ALL {
@@ -81,7 +81,8 @@ fn a_kelvin_voigt_element_creeps() {
     }
 }
 
-/// Position at `t` of a three-element muscle that starts to pull at time zero, from the matrix exponential of its equations.
+/// Position at `t` of a three-element muscle with a step of tension at time zero, by the matrix exponential
+/// of its equations.
 fn pulled(system: &System<2>, mass: f64, t: f64) -> f64 {
     let c = system.coefficients();
     let (k1, k2, b) = (c.muscle_parallel_stiffness, c.muscle_series_stiffness, c.contractile_damping);
@@ -111,8 +112,8 @@ fn the_three_element_muscle_answers_a_step() {
 
 #[test]
 fn without_mass_the_muscle_and_tissue_in_series_answer_with_two_exponentials() {
-    // Muscle from bone to a middle node, tissue from there to bone: with little mass (k1 + k + k2) e + b e' = k2 c and
-    // b_cc c' = k2 (e - c) - F, whose two rates are the eigenvalues of a 2 x 2 matrix.
+    // Muscle from bone to a middle node, tissue from there to bone: with little mass (k1 + k + k2) e + b e' =
+    // k2 c and b_cc c' = k2 (e - c) - F, whose two rates are the eigenvalues of a 2 x 2 matrix.
     let model = Model::default();
     let system = System::new(&fixtures::two_bars(5e-3), &model, &[0]).unwrap();
     let motion = Motion::with_mass(&system, Tensions::Constant(vec![PULL]), MASS).unwrap();
@@ -130,7 +131,8 @@ fn without_mass_the_muscle_and_tissue_in_series_answer_with_two_exponentials() {
         // The mass delays by m/b, microseconds.
         assert!((found - exact).abs() < 3e-8, "{t} s: {found} {exact}");
     }
-    // And the rest is the static one, F / (k + k1), where Q2 and the contractile damper have dropped out.
+    // The remainder is the static deformation, F / (k + k1), which is independent of Q2 and the contractile
+    // damper.
     assert!((rest.x + PULL / (k + k1)).abs() < 1e-15);
 }
 

@@ -1,4 +1,4 @@
-//! The body in motion: where it ends, how fast it gets there, how long a step may be, and that nothing comes from nothing.
+//! The body in motion: its final state, its speed, the limit of the step, and conservation.
 
 use crate::fixtures;
 use nalgebra::SVector;
@@ -44,7 +44,7 @@ impl Observer<2> for Keep {
 }
 
 #[test]
-fn in_the_long_run_the_body_stands_where_the_equilibrium_is() {
+fn in_the_long_run_the_body_comes_to_the_equilibrium() {
     for (outside, tissue) in [
         (OutsidePath::Straight, TissueModel::MassSpring),
         (OutsidePath::Chain, TissueModel::MassSpring),
@@ -72,7 +72,7 @@ fn in_the_long_run_the_body_stands_where_the_equilibrium_is() {
 }
 
 #[test]
-fn energy_never_grows_where_nothing_pulls() {
+fn energy_never_grows_without_tension() {
     // Soft dampers, so that the body swings; the muscle is there, with its internal states, and slack.
     let mesh = fixtures::lattice(4, 4, 5.5e-3);
     let constants = Constants { viscosity: 20.0, ..Constants::TONGUE };
@@ -97,7 +97,7 @@ fn energy_never_grows_where_nothing_pulls() {
 }
 
 #[test]
-fn the_stability_limit_is_where_explicit_runs_begin_to_blow_up() {
+fn explicit_runs_diverge_beyond_the_stability_limit() {
     let mesh = fixtures::lattice(4, 4, 5.5e-3);
     for viscosity in [0.0, 5.0, 3000.0] {
         let constants = Constants { viscosity, ..Constants::TONGUE };
@@ -113,7 +113,8 @@ fn the_stability_limit_is_where_explicit_runs_begin_to_blow_up() {
                 run(&motion, integrator.as_mut(), &mut state, 3000.0 * limit, &[], &mut ()).status
             };
             assert_eq!(status(0.98), Status::Completed, "{method} at viscosity {viscosity}");
-            // RK4 is limited by the stiffest and the most damped mode as if they were one; they are not quite.
+            // RK4 is limited by the stiffest and the most damped mode as if they were one; they are not
+            // quite.
             let beyond = if method == Method::Rk4 && viscosity == 5.0 { 1.3 } else { 1.05 };
             assert_ne!(status(beyond), Status::Completed, "{method} at viscosity {viscosity}");
         }
@@ -201,7 +202,7 @@ fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
 }
 
 #[test]
-fn the_limits_are_those_that_the_thesis_met() {
+fn the_limits_explain_the_steps_of_the_thesis() {
     let limit = |preset, method: Method| {
         let (system, tensions) = reference(preset);
         let motion = Motion::new(&system, Tensions::Constant(vec![0.0; tensions.len()])).unwrap();
@@ -217,7 +218,8 @@ fn the_limits_are_those_that_the_thesis_met() {
     assert!((consistent / printed / 100.0 - 1.0).abs() < 0.1, "{consistent:e}");
     let area = 2.0 / spectrum.stiffness.sqrt();
     assert!((2.3e-4..3.5e-4).contains(&area), "{area:e}");
-    // Half the rate of the strongest damper for Verlet as the thesis may have run it: symplectic Euler's limit is 2 / rate.
+    // Half the rate of the strongest damper for Verlet as the thesis may have run it: symplectic Euler's
+    // limit is 2 / rate.
     let (symplectic, spectrum) = limit(Preset::AsPrinted, Method::SymplecticEuler);
     assert!((symplectic * spectrum.damping / 2.0 - 1.0).abs() < 1e-3, "{symplectic:e}");
 }
@@ -261,7 +263,7 @@ fn an_adaptive_trajectory_is_right_to_a_tenth_of_a_micrometre_in_few_steps() {
 }
 
 #[test]
-fn tissue_relaxes_as_its_dampers_say_and_contracting_muscles_are_slower() {
+fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
     // Released from the shape of /a/ the passive body keeps 7 % of it after 3 s: b/k = 1.12 s.
     let (system, tensions) = reference(Preset::Consistent);
     let shape = static_positions(&system, &tensions);

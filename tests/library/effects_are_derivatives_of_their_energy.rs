@@ -1,8 +1,10 @@
-//! Every effect that a system can simulate: its force is minus the derivative of its energy, its stiffness minus the
-//! derivative of its force, its convex stiffness has no negative eigenvalue, and its tension derivative is what it says. In motion
-//! its damping is minus the derivative of its viscous force, and what acts through internal states obeys the same rules.
+//! For every effect: its force is minus the derivative of its energy, its stiffness is minus the derivative
+//! of its force, its convex stiffness has no negative eigenvalue, and its tension derivative is correct. In
+//! motion its damping is minus the derivative of its viscous force, and effects with internal states obey the
+//! same rules.
 //!
-//! The effects are those of systems with everything switched on; one that has a file in src/effect but is in none of them fails.
+//! The effects are those of systems with everything switched on. An effect with a file in src/effect that is
+//! in none of them fails the test.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -31,10 +33,10 @@ fn force<const D: usize>(effect: &dyn Effect<D>, at: Configuration<'_, D>) -> Ve
     f
 }
 
-/// Effects that act from outside: their forces need not cancel.
+/// External effects, whose forces need not cancel.
 const FROM_OUTSIDE: [&str; 3] = ["gravity", "contact", "mirror"];
 
-/// Weight, a plane through three free nodes that holds them, and a bent wall close over the highest nodes.
+/// Weight, a plane that holds three free nodes, and a bent wall close above the highest nodes.
 fn additions<const D: usize>(mesh: &Mesh<D>, side: f64) -> Additions<D> {
     let [width, height] = [0, 1].map(|d| mesh.nodes.iter().map(|p| p[d]).fold(0.0, f64::max));
     let wall = [[-1.0, 2.0], [0.4 * width / side, 1.2], [0.6 * width / side, 1.3], [width / side + 1.0, 2.0]];
@@ -61,7 +63,8 @@ fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64, tissue: TissueModel) -> 
     check_system(&system, &fixtures::shaken(mesh, far * side), side, &[7.5], 1.0)
 }
 
-/// Checks every effect of a system at positions and tensions; with the tension of the first muscle `more` larger too.
+/// Checks every effect of a system at positions and tensions; with the tension of the first muscle `more`
+/// larger too.
 fn check_system<const D: usize>(
     system: &System<D>,
     x: &[SVector<f64, D>],
@@ -123,7 +126,8 @@ fn check_system<const D: usize>(
     system.effects().iter().map(|e| e.name()).collect()
 }
 
-/// The damping is minus the derivative of the viscous force, never feeds energy, and does not resist moving as a whole.
+/// The damping is minus the derivative of the viscous force, never adds energy, and does not resist a
+/// translation.
 fn check_damping<const D: usize>(
     system: &System<D>,
     effect: &dyn Effect<D>,
@@ -158,8 +162,8 @@ fn check_damping<const D: usize>(
     assert!(together.iter().all(|f| f.norm() < 1e-9), "{}: resists moving as a whole", effect.name());
 }
 
-/// The force through internal states is minus the derivative of its energy; with the states settled, its stiffness is minus the
-/// derivative of that; settled states solve their equation.
+/// The force with internal states is minus the derivative of its energy. With settled states, its stiffness
+/// is minus the derivative of that force, and the states solve their equation.
 fn check_internal<const D: usize>(
     system: &System<D>,
     effect: &dyn Effect<D>,

@@ -1,5 +1,5 @@
-//! Newton's method against exact solutions, against the energy's own minimum, and against the other way of modelling the
-//! parts outside the tissue.
+//! Newton's method against exact solutions, against the minimum of the energy, and against the other model of
+//! the parts outside the tissue.
 
 use crate::fixtures::{self, tongue};
 use nalgebra::SVector;
@@ -19,8 +19,8 @@ fn solved<const D: usize>(system: &System<D>, tensions: &[f64]) -> (Solution, Wo
     (solution, workspace)
 }
 
-/// A line of `n` connections of 1 cm between a bone and a free end, all one muscle; and where the end must come to rest
-/// under tension `F`: each connection at `l0 - F/k`.
+/// A line of `n` connections of 1 cm between a bone and a free end, as one muscle, and the equilibrium of the
+/// end under tension `F`: each connection at `l0 - F/k`.
 fn rope(n: usize, tension: f64) -> (Mesh<2>, f64) {
     let mesh = fixtures::rope(n, 0.01);
     let k = tongue_fit::system::coefficients(&mesh, &Model::default()).unwrap().muscle_parallel_stiffness;
@@ -34,7 +34,7 @@ fn a_contracting_rope_shortens_by_f_over_k_a_connection() {
     let (solution, workspace) = solved(&system, &[8.0]);
     assert_eq!(solution.status, Status::Converged, "{solution:?}");
     assert!((system.length(workspace.positions(), 0) - exact).abs() < 1e-12);
-    // The inner nodes are placed by the condensed path, evenly.
+    // The condensed path places the inner nodes evenly.
     for (i, p) in workspace.positions().iter().enumerate() {
         assert!((p.x - exact * i as f64 / 5.0).abs() < 1e-12 && p.y == 0.0, "node {i} at {p}");
     }
@@ -45,7 +45,7 @@ fn rest_is_an_equilibrium_and_stays_one() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
     let (solution, workspace) = solved(&system, &[0.0; 8]);
     assert_eq!((solution.status, solution.iterations), (Status::Converged, 0));
-    // Inner nodes of the straight paths are placed anew, so they may differ by a rounding.
+    // Inner nodes of straight paths are computed again, so they may differ by rounding.
     for (p, q) in workspace.positions().iter().zip(system.rest()) {
         assert!((p - q).norm() < 1e-16, "{p} {q}");
     }
@@ -71,12 +71,12 @@ fn the_tongue_rests_where_every_free_node_is_in_balance_and_the_energy_is_least(
         }
         assert!(energy(&moved) > least, "seed {seed}: {:e} below", least - energy(&moved));
     }
-    // The bones carry what the tissue does not: the reactions add up to the sum of nothing.
+    // The bones carry what the tissue does not: all forces with the reactions add up to zero.
     let total: SVector<f64, 2> = workspace.force().iter().sum();
     assert!(total.norm() < 1e-10, "{total}");
 }
 
-/// The work counts of the ordinary solves, pinned: an increase is a loss of speed that no clock needs to see.
+/// Work counts of ordinary solves: an increase is a loss of speed, visible without timing.
 #[test]
 fn the_published_load_takes_as_many_factorisations_as_before_and_a_neighbour_fewer() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
@@ -106,7 +106,7 @@ fn a_straight_path_equals_the_chain_where_the_chain_pulls() {
 
 #[test]
 fn a_pushed_path_stays_straight_and_in_balance() {
-    // HGa and GGp together press on the hyoid side; HGp shortens although it does not contract.
+    // HGa and GGp together push the hyoid side; HGp shortens although it does not contract.
     let mesh = tongue();
     let system = System::new(&mesh, &Model::default(), &[2, 5, 6]).unwrap();
     let (solution, workspace) = solved(&system, &[0.0, 0.0, 20.0, 0.0, 0.0, 20.0, 30.0, 0.0]);
@@ -176,7 +176,7 @@ fn a_trace_counts_all_that_it_took_and_says_where_it_stopped() {
     assert_eq!(part.solution.status, Status::Converged);
 }
 
-/// Slack chains outside the tissue turn at every small load, so that following their branch has no end.
+/// Slack chains outside the tissue fold at every small load, so that following their branch does not end.
 #[test]
 fn a_branch_that_turns_without_end_is_given_up_and_a_direct_answer_stands() {
     let model = Model { preset: Preset::AsPrinted, outside: OutsidePath::Chain, ..Model::default() };

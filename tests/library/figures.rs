@@ -1,4 +1,4 @@
-//! The SVG figures: well-formed, true to the numbers, readable, the same bytes every time.
+//! The SVG figures: well-formed, correct, readable, and the same bytes every time.
 
 use nalgebra::SVector;
 use roxmltree::{Document, Node};
@@ -33,7 +33,7 @@ fn stroked<'a>(document: &'a Document, colour: &str, width: &str) -> Vec<Node<'a
     all(document, "path").into_iter().filter(is).collect()
 }
 
-/// Left, top, right, bottom of a text, by the mean width of sans-serif letters; none if it is rotated.
+/// Left, top, right, bottom of a text, by the mean width of sans-serif letters; `None` if it is rotated.
 fn text_box(node: Node) -> Option<[f64; 4]> {
     if node.has_attribute("transform") {
         return None;
@@ -50,7 +50,7 @@ fn text_box(node: Node) -> Option<[f64; 4]> {
     Some([left, foot - 0.75 * size, left + width, foot + 0.05 * size])
 }
 
-/// What every figure must be, whatever it shows.
+/// Properties of every figure.
 fn check_figure(svg: &str) {
     let document = Document::parse(svg).unwrap();
     let root = document.root_element();
@@ -91,8 +91,8 @@ const INK: &str = "#222222";
 const ORANGE: &str = "#e69f00";
 const VERMILLION: &str = "#d55e00";
 
-/// A square of 20 mm in 8 triangles, node `3 row + column`, and a node outside it at (30, 30) mm. `GGa` lies along the
-/// lower edge, `GGm` along the diagonal and out to the lone node.
+/// A square of 20 mm in 8 triangles, node `3 row + column`, and a node outside it at (30, 30) mm. `GGa` lies
+/// along the lower edge, `GGm` along the diagonal and out to the lone node.
 fn patch() -> Mesh<2> {
     let mut nodes: Vec<_> =
         (0..9).map(|n| SVector::from([0.01 * f64::from(n % 3), 0.01 * f64::from(n / 3)])).collect();
@@ -207,7 +207,7 @@ fn the_picture_has_one_scale_x_to_the_right_and_y_up() {
     let [left, right, top, bottom] = ring(REST, "2");
     assert!((right - left - (bottom - top)).abs() <= 0.2, "a square is a square");
     let unit = (right - left) / 20.0;
-    // The top left corner went 3 mm to the left, and nothing else moved.
+    // The top left corner moved 3 mm to the left, and nothing else.
     let [moved, ..] = ring(DEFORMED, "2.6");
     assert!((left - moved - 3.0 * unit).abs() <= 0.2);
     let corner = chains(stroked(&document, DEFORMED, "2.6")[0]).remove(0);
@@ -261,7 +261,7 @@ fn a_picture_of_eight_muscles_names_each() {
     mesh.muscles = names
         .map(|name| MuscleChain { name: name.to_owned(), nodes: mesh.muscles[1].nodes.clone() })
         .to_vec();
-    // Apart from each other, as muscles are.
+    // The muscles at a distance from each other.
     for (nth, muscle) in mesh.muscles.iter_mut().enumerate() {
         muscle.nodes = [[0, 4], [1, 5], [3, 7], [4, 8], [1, 2], [3, 6], [6, 7], [2, 5]][nth].to_vec();
     }
@@ -335,7 +335,8 @@ fn bars_are_as_long_as_the_change_and_on_its_side_of_one() {
     let svg = changes(&labels(), &both, "ɯ", "Figure 4.9: changes relative to /ɯ/").unwrap().to_string();
     check_figure(&svg);
     let document = Document::parse(&svg).unwrap();
-    // The sheet itself, then the samples in the legend, then the bars of each series in the order of the labels.
+    // The sheet itself, then the samples in the legend, then the bars of each series in the order of the
+    // labels.
     let bars = all(&document, "rect").split_off(3);
     assert_eq!(bars.len(), 16);
     let edges = |bar: Node| (number(bar, "y"), number(bar, "y") + number(bar, "height"));

@@ -1,4 +1,5 @@
-//! The finite elements are those of the textbook: `K_CST` at small strain, exact for homogeneous deformation, and never inverted.
+//! The linear finite elements: `K_CST` at small strain, exact for homogeneous deformation, and never
+//! inverted.
 
 use crate::fixtures;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
@@ -19,7 +20,8 @@ const FE: Model = Model {
     tissue: TissueModel::FiniteElement,
 };
 
-/// `B^T C B` S with the strain-displacement matrix and the plane-strain elasticity matrix of thesis 3.38-3.42.
+/// `B^T C B` S with the strain-displacement matrix and the plane-strain elasticity matrix of thesis
+/// 3.38-3.42.
 fn k_cst(x: [[f64; 2]; 3]) -> SMatrix<f64, 6, 6> {
     let (e, nu) = (6.9e3, 0.49);
     let c = Matrix3::new(1.0 - nu, nu, 0.0, nu, 1.0 - nu, 0.0, 0.0, 0.0, 0.5 - nu)
@@ -59,7 +61,8 @@ fn the_stiffness_at_rest_is_that_of_the_constant_strain_triangle() {
     }
 }
 
-/// Velocities `G x`: the viscous forces do the work of Newtonian stress, `-2 η d:d V`, and none at all where `G` is a turning.
+/// Velocities `G x`: the viscous forces do the work of Newtonian stress, `-2 η d:d V`, which is zero if `G`
+/// is a rotation.
 fn flow<const D: usize>(mesh: &Mesh<D>, side: f64, gradient: SMatrix<f64, D, D>) {
     let system = System::new(mesh, &FE, &[]).unwrap();
     let elements = system.effects().iter().find(|e| e.name() == "finite elements").unwrap();
@@ -88,8 +91,8 @@ fn a_flowing_element_resists_as_a_newtonian_fluid() {
     flow(&fixtures::block(2, 5.5e-3), 5.5e-3, gradient);
 }
 
-/// A triangle on two bones whose tip is let go from simple shear: of neo-Hookean tissue with this viscosity it comes back along the
-/// line it went as `exp(-t μ/η)`, however large the shear, and a small mass does not count.
+/// A triangle on two bones whose tip is released from simple shear: neo-Hookean tissue with this viscosity
+/// returns along the same line as `exp(-t μ/η)` for any shear; a small mass has no effect.
 #[test]
 fn shear_relaxes_with_viscosity_over_shear_modulus() {
     let mut cells = Cells::new();
@@ -121,7 +124,8 @@ fn shear_relaxes_with_viscosity_over_shear_modulus() {
     }
 }
 
-/// Moves every node of the edge of a shaken mesh by a homogeneous deformation; the inner ones must follow it.
+/// Moves every node of the edge of a distorted mesh by a homogeneous deformation; the inner nodes must follow
+/// it.
 fn patch<const D: usize>(mut mesh: Mesh<D>, side: f64, deformation: SMatrix<f64, D, D>) {
     mesh.fixed.clear();
     let shape = fixtures::shaken(&mesh, 0.1 * side);
@@ -134,7 +138,7 @@ fn patch<const D: usize>(mut mesh: Mesh<D>, side: f64, deformation: SMatrix<f64,
     let held: Vec<usize> = (0..mesh.nodes.len()).filter(|n| !inner.contains(n)).collect();
     let system = system_of(held.clone(), mesh.nodes.clone());
     let moved: Vec<_> = mesh.nodes.iter().map(|p| deformation * p).collect();
-    // Inner nodes start away from where they belong.
+    // Inner nodes start away from the solution.
     let mut start = moved.clone();
     for (i, &n) in inner.iter().enumerate() {
         start[n][i % D] += 0.15 * side;

@@ -1,4 +1,4 @@
-//! The inverse problem against answers that are known because they were simulated, and against the thesis.
+//! The inverse problem against known answers of simulations, and against the thesis.
 
 use crate::fixtures::{target, target_of, tongue, vowel};
 use tongue_fit::body::Mesh;
@@ -20,7 +20,7 @@ fn simulated(mesh: &Mesh<2>, tensions: &[(&str, f64)]) -> (Vec<f64>, Vec<f64>) {
     (system.lengths(system.rest()), system.lengths(w.positions()))
 }
 
-/// A target made of simulated lengths, and the tensions that made them.
+/// A target from simulated lengths, and their tensions.
 fn synthetic(mesh: &Mesh<2>, tensions: &[(&str, f64)], kind: TargetKind) -> Target {
     let (rest, lengths) = simulated(mesh, tensions);
     let muscles: Vec<&str> = tensions.iter().map(|(m, _)| *m).collect();
@@ -67,7 +67,7 @@ fn ratios_of_three_muscles_leave_one_direction_open_and_the_other_lengths_close_
     let i = fit.identifiability.as_ref().unwrap();
     assert_eq!(i.null_directions.len(), 1);
     assert!(i.singular_values[2] < 1e-9 && i.singular_values[1] > 1e-3, "{:?}", i.singular_values);
-    // The other lengths of a synthetic row tell which point of the curve is the truth.
+    // The other lengths of a synthetic row determine which point of the curve is the truth.
     for (m, t) in truth {
         assert!((tension(&fit, m) - t).abs() < 1e-3, "{m}: {}", tension(&fit, m));
     }
@@ -78,7 +78,8 @@ fn ratios_of_three_muscles_leave_one_direction_open_and_the_other_lengths_close_
     assert!(total(&least) < total(&fit) - 1.0 && least.misfit < 1e-9);
 }
 
-/// Every stored point of every curve, solved from rest as a stranger would, meets the target; the ends are where they say.
+/// Every stored point of every curve, solved independently from rest, meets the target; the ends are where
+/// they are reported.
 #[test]
 fn every_point_of_every_valley_meets_the_target() {
     let mesh = tongue();
@@ -114,8 +115,9 @@ fn every_point_of_every_valley_meets_the_target() {
     assert!(curves >= 6, "{curves}");
 }
 
-/// findings.md, A6: the curve of S4 /i/ was said to end at GGa 21.65, where warm starts fell onto another equilibrium, though it goes
-/// smoothly on; that of S3 /e/ ends where the shape jumps, and was said to end since the target could not be met.
+/// Two earlier defects: the curve of S4 /i/ was reported to end at GGa 21.65, where warm starts fell onto
+/// another equilibrium, although it goes on; that of S3 /e/ ends where the shape jumps, which was reported as
+/// a target that cannot be met.
 #[test]
 fn a_curve_is_followed_to_where_the_shape_jumps() {
     let mesh = tongue();
@@ -131,7 +133,7 @@ fn a_curve_is_followed_to_where_the_shape_jumps() {
         let furthest = valley.points.iter().map(|p| p.x[0]).fold(0.0, f64::max);
         assert!(furthest > 24.0, "{subject} /{label}/: GGa to {furthest}");
         assert!(valley.ends.contains(&End::Jump), "{:?}", valley.ends);
-        // Beyond the jump others fit as well: nothing that is said of the end denies it.
+        // Other points beyond the jump may fit as well; the reported end does not deny it.
         if let Some(beyond) = beyond {
             let (rest, lengths) = simulated(&mesh, &beyond);
             let values = target.simulated(&lengths, &rest);
@@ -140,17 +142,17 @@ fn a_curve_is_followed_to_where_the_shape_jumps() {
     }
 }
 
-/// An answer that misses its target is no point of a curve of answers, and none is followed from it.
+/// An answer that misses its target is not a point of a curve of answers, so none is followed.
 #[test]
-fn where_the_target_is_missed_there_is_no_curve() {
+fn a_missed_target_has_no_curve() {
     let fit = fitted(&tongue(), &target("S3", "a", TargetKind::Ratio));
     assert!(fit.misfit > 0.01 && fit.status == Status::AtUpperBound);
     assert!(fit.valley().is_none() && !fit.identifiability.unwrap().null_directions.is_empty());
 }
 
-/// What rounding leaves of a slack muscle is no tension, with either method.
+/// A slack muscle has no tension after rounding, with either method.
 #[test]
-fn a_muscle_contracts_where_it_has_a_tension_to_speak_of() {
+fn a_slack_muscle_has_no_tension_from_rounding() {
     for (subject, label) in [("S3", "e"), ("S1", "e")] {
         for method in [Method::NelderMead, Method::GaussNewton] {
             let settings = Settings { method, ..Settings::default() };
@@ -165,17 +167,18 @@ fn a_muscle_contracts_where_it_has_a_tension_to_speak_of() {
 }
 
 #[test]
-fn s2_a_has_three_contracting_muscles_nearest_to_what_else_was_measured() {
+fn s2_a_has_three_contracting_muscles_nearest_to_the_other_lengths() {
     let fit = fitted(&tongue(), &s2_a(TargetKind::Ratio));
     for (muscle, newtons) in [("GGa", 10.5), ("SGm", 8.0), ("HGa", 3.0)] {
         assert!((tension(&fit, muscle) - newtons).abs() < 0.2, "{muscle}: {}", tension(&fit, muscle));
     }
-    // No other point of the curve comes nearer.
+    // No other point of the curve is nearer.
     let rms = fit.passive_rms().unwrap();
     assert!(fit.valley().unwrap().points.iter().all(|p| p.other_rms.unwrap() > rms - 1e-9));
 }
 
-/// findings.md, A3: solved directly the tensions of this fit gave a shape to which they do not lead from rest.
+/// An earlier defect: solved directly, the tensions of this fit gave a shape to which they do not lead from
+/// rest.
 #[test]
 fn the_answer_is_the_shape_to_which_its_tensions_lead_from_rest() {
     let mesh = tongue();
@@ -201,10 +204,10 @@ fn s2_a_is_met_and_the_effort_costs_less_than_a_thousandth_of_a_ratio() {
     assert!(fit.replay.largest_difference < 1e-12 && fit.replay.solution.max_residual_force < 1e-9);
 }
 
-/// Every row of S1 to S3, both kinds: whatever is called converged meets its target, the shape is found again from rest, and
-/// the lengths reported are those of an independent solve at the tensions reported.
+/// Every row of S1 to S3 with both kinds of target: a converged fit meets its target, its shape is found
+/// again from rest, and the reported lengths are those of an independent solve at the reported tensions.
 #[test]
-fn all_rows_beside_a_baseline_end_in_a_status_that_is_true() {
+fn all_rows_with_a_baseline_end_in_a_true_status() {
     let mesh = tongue();
     let mut converged = 0;
     for subject in ["S1", "S2", "S3"] {
@@ -245,7 +248,7 @@ fn all_rows_beside_a_baseline_end_in_a_status_that_is_true() {
 }
 
 #[test]
-fn eight_muscles_meet_seven_ratios_without_the_effort_in_the_way() {
+fn eight_muscles_meet_seven_ratios_in_spite_of_the_effort_term() {
     let data = Dataset::reference().unwrap();
     let options = TargetOptions { muscles: Some(data.muscles().to_vec()), baseline: None };
     let target = Target::new(&data, "S2", &vowel("a"), TargetKind::Ratio, &options).unwrap();

@@ -1,4 +1,4 @@
-//! Nelder-Mead, which sees costs only, and Gauss-Newton, which sees derivatives, come to the same tensions.
+//! Nelder-Mead, which uses costs only, and Gauss-Newton, which uses derivatives, find the same tensions.
 
 use crate::fixtures::{target, tongue};
 use tongue_fit::inverse::{self, Fit, Method, Settings};
@@ -13,7 +13,7 @@ fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
             for vowel in ["i", "e", "a", "o"] {
                 let target = target(subject, vowel, kind);
                 let run = |method| {
-                    // Nelder-Mead is asked for more than by default, so that its own error is not what is compared.
+                    // Nelder-Mead gets a tighter tolerance than by default, so that its own error is small.
                     let settings = Settings { method, tension_tolerance: 1e-6, ..Settings::default() };
                     inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap()
                 };
@@ -21,7 +21,7 @@ fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
                 assert_eq!(simplex.status, derivatives.status, "{subject} {vowel} {kind}");
                 let equilibria: usize = derivatives.starts.iter().map(|s| s.evaluations).sum();
                 assert!(equilibria < 100, "{equilibria} equilibria");
-                // What the searches found, before a fit moves it onto an undetermined target.
+                // Results of the searches, before a fit with an undetermined target selects another one.
                 let found = |fit: &Fit| -> Vec<f64> {
                     let best = fit.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
                     best.unwrap().x.clone()

@@ -1,4 +1,4 @@
-//! Recordings as laboratories have them, in files that were written from each format's description.
+//! Recordings in the formats of laboratories, in files written from each format's description.
 
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{Format, Map, Recording, Seen, Times};
@@ -32,7 +32,7 @@ fn the_microbeam_counts_microseconds_and_thousandths_of_a_millimetre() {
     let names: Vec<&str> = seen.sensors.iter().map(|(n, _)| n.as_str()).collect();
     assert_eq!(names, ["T1", "T2", "T3", "T4"]);
     assert!(near(seen.frames[1].sensors[0].map(|m| m.at), [0.0199, 0.0051]), "{:?}", seen.frames[1]);
-    // As usual: a centimetre behind the tip, then somewhat more than the way between them.
+    // The usual places: a centimetre behind the tip, then slightly more than the distance of the coils.
     let places: Vec<f64> = seen.sensors.iter().map(|(_, at)| at * 1e3).collect();
     assert!((places[0] - 10.0).abs() < 1e-9 && (places[1] - 20.3).abs() < 1e-6, "{places:?}");
     assert_eq!(seen.measured, [false; 4]);
@@ -71,7 +71,7 @@ fn an_ag500_without_a_header_has_twelve_sensors() {
     let slow = seen(found, map);
     assert_eq!(slow.frames[3].time_s, 0.03);
     assert!(refused(&bytes[..bytes.len() - 1], "0001.pos").contains("AG50x"));
-    // Bytes that are no numbers of millimetres are no positions.
+    // Bytes that are not millimetres are not positions.
     assert!(refused(&[0x7f; 336], "0001.pos").contains("AG50x"));
 }
 
@@ -92,7 +92,7 @@ fn structures_of_mview_are_read_plain_and_compressed() {
 }
 
 #[test]
-fn matlab_files_say_what_is_wrong_with_them() {
+fn faults_of_matlab_files_are_reported() {
     let good = mview(true);
     assert!(refused(&good[..good.len() - 20], "a.mat").contains("cut off"));
     let mut newer = good.clone();
@@ -100,7 +100,7 @@ fn matlab_files_say_what_is_wrong_with_them() {
     assert!(refused(&newer, "a.mat").contains("-v7"));
     let other = matlab::file(&[matlab::structures("x", &["A"], &[vec![matlab::text("b")]])], false);
     assert!(refused(&other, "a.mat").contains("NAME, SRATE and SIGNAL"));
-    // A small file that becomes a large one is not inflated.
+    // A small file that becomes a large one is not decompressed.
     let bomb = matlab::file(&[vec![0; 80 << 20]], true);
     assert!(refused(&bomb, "a.mat").contains("64 MB"));
 }
@@ -139,16 +139,16 @@ fn aaa_tables_may_have_decimal_commas() {
 #[test]
 fn rows_of_several_labels_are_brought_into_the_order_of_time() {
     let row = |time: f64, label: &str, x: f64| format!("s\td\t{time}\tpa\t{label}\t{x}\t2\t3\t4\n");
-    // The second label begins before the first one ends: a row is there twice.
+    // The second label begins before the first one ends, so one row is repeated.
     let text = [row(0.03, "b", 3.0), row(0.04, "b", 4.0), row(0.02, "a", 2.0), row(0.03, "a", 3.0)].concat();
     let found = &read(format!("{AAA}{text}").as_bytes(), "a.tsv");
     let times: Vec<f64> = found[0].samples.iter().map(|s| s.time_s).collect();
     assert_eq!((found.len(), times), (1, vec![0.02, 0.03, 0.04]));
-    // The same time with other coordinates is two recordings in one.
+    // The same time with other coordinates means two recordings in one.
     let odd = [row(0.03, "b", 3.0), row(0.03, "a", 5.0)].concat();
     let told = refused(format!("{AAA}{odd}").as_bytes(), "a.tsv");
     assert!(told.starts_with("a.tsv:3:") && told.contains("line 2"), "{told}");
-    // Times within annotations begin anew with each.
+    // Times within annotations begin again with each.
     let within = AAA.replace("in recording", "in annot");
     let text = [row(0.01, "a", 2.0), row(0.02, "a", 3.0), row(0.01, "b", 5.0)].concat();
     let found = read(format!("{within}{text}").as_bytes(), "a.tsv");
@@ -182,8 +182,8 @@ fn fans_without_a_header_are_contours_without_bones() {
 }
 
 #[test]
-fn limits_are_of_a_file_and_not_of_a_recording() {
-    // Many recordings of many points, each a little: together more than a file may have.
+fn limits_hold_for_a_file_and_not_for_a_recording() {
+    // Many recordings with many points: together more than a file may have.
     let mut text = "recording,time_s,point,x_mm,y_mm\n".to_owned();
     for recording in 0..20 {
         for row in 0..1500 {
@@ -195,7 +195,7 @@ fn limits_are_of_a_file_and_not_of_a_recording() {
 }
 
 #[test]
-fn the_unit_of_coils_is_found_by_the_way_between_them() {
+fn the_unit_of_coils_is_found_from_their_distances() {
     let head = "EST_File Track\nDataType ascii\nNumFrames 1\nNumChannels 6\nBreaksPresent false\n";
     for (unit, mm) in [(1.4, "10 mm"), (1400.0, "0.01 mm"), (14.0, "1 mm")] {
         let names = ["tt_x", "tt_y", "tb_x", "tb_y", "td_x", "td_y"];
@@ -265,7 +265,7 @@ fn wrong_keys_of_a_map_are_named_with_the_right_ones() {
         let told = wrong(text);
         assert!(told.contains(right) && !told.contains("untagged"), "{text}: {told}");
     }
-    // A rate beside times of the file's own is no rate.
+    // A rate in the map contradicts times in the file.
     let table = &read(b"time_s,point,x_mm,y_mm\n0,tongue_0,1,2\n", "t.csv")[0];
     let told = Seen::new(table, &Map::from_toml("rate_hz = 50", "m").unwrap()).unwrap_err().to_string();
     assert!(told.contains("own times"), "{told}");

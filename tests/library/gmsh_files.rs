@@ -1,5 +1,5 @@
-//! Files that the real Gmsh wrote (tests/gmsh/make_meshes.py) are read as Gmsh itself understands them, and what is no body
-//! is refused.
+//! Files of the real Gmsh (tests/gmsh/make_meshes.py) are read as Gmsh itself reads them, and other meshes
+//! are refused.
 
 use crate::fixtures;
 use std::collections::{BTreeMap, BTreeSet};
@@ -47,7 +47,7 @@ fn refused(name: &str) -> (Place, Problem) {
     (error.place, error.problem)
 }
 
-/// What Gmsh's own interface says of a mesh: positions by tag, and the elements of each group.
+/// A mesh read through Gmsh's own interface: positions by tag, and the elements of each group.
 #[derive(serde::Deserialize)]
 struct Said {
     nodes_m: BTreeMap<u64, [f64; 3]>,
@@ -180,7 +180,7 @@ fn a_solid_is_read_and_contracts() {
 }
 
 #[test]
-fn what_is_no_body_is_refused_with_its_place_and_what_to_do() {
+fn meshes_without_a_body_are_refused_with_place_and_advice() {
     let gga = || "GGa".to_owned();
     assert!(read("broken/square.msh").is_ok(), "the others differ from this one by their fault alone");
     assert!(
@@ -202,7 +202,7 @@ fn what_is_no_body_is_refused_with_its_place_and_what_to_do() {
 }
 
 #[test]
-fn of_elements_of_the_second_order_the_corners_are_read_and_higher_orders_are_refused() {
+fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() {
     let (first, second) = (flat("broken/square.msh"), flat("second_order.msh"));
     let (first, second) = (&first.body.mesh, &second.body.mesh);
     assert_eq!(second.cells.len(), first.cells.len());
@@ -214,7 +214,7 @@ fn of_elements_of_the_second_order_the_corners_are_read_and_higher_orders_are_re
     let length = |mesh: &Mesh<2>| mesh.distance(mesh.muscles[0].ends());
     assert!((length(second) / length(first) - 1.0).abs() < 1e-12);
 
-    // The same file with the middle of one side drawn out: the body is the same, and it is told.
+    // The same file with the middle of one side moved: the body is the same, and the curved side is reported.
     assert_eq!(flat("second_order.msh").bent, None);
     let text = String::from_utf8(bytes("second_order.msh")).unwrap();
     let curved = text.replace("0.04 0.009999999999984759 0", "0.043 0.009999999999984759 0");
@@ -225,7 +225,7 @@ fn of_elements_of_the_second_order_the_corners_are_read_and_higher_orders_are_re
     let told = gmsh::review(&curved, 45.0).iter().map(ToString::to_string).collect::<String>();
     assert!(told.contains("taken as straight (1 of them, by up to 3.00 mm)"), "{told}");
 
-    // The same file, its six-node triangles called ten-node ones.
+    // The same file with its six-node triangles declared as ten-node ones.
     let header = text.lines().find(|l| l.starts_with("2 1 9 ")).unwrap();
     let third = text.replace(header, &header.replace("2 1 9 ", "2 1 21 "));
     let error = gmsh::read(third.as_bytes(), "third.msh", Unit::M).unwrap_err();
@@ -260,7 +260,7 @@ fn a_continuum_is_written_as_elements_of_the_second_order_whose_middles_lie_on_t
 }
 
 #[test]
-fn a_review_tells_what_is_missing_misspelt_or_of_another_unit() {
+fn a_review_reports_missing_and_misspelt_groups_and_wrong_units() {
     let square = flat("broken/square.msh");
     let missing = |body: &Content<2>| {
         gmsh::review(body, 45.0)
@@ -287,7 +287,7 @@ fn a_review_tells_what_is_missing_misspelt_or_of_another_unit() {
 }
 
 #[test]
-fn what_we_write_we_read_to_the_last_bit() {
+fn written_meshes_are_read_back_to_the_last_bit() {
     let read = |text: &str| gmsh::read(text.as_bytes(), "own", Unit::M).unwrap();
     let tongue = fixtures::tongue();
     let File::Flat(back) = read(&gmsh::write(&tongue, &[])) else { panic!() };
@@ -315,7 +315,7 @@ fn triangles_listed_clockwise_are_turned() {
     assert_eq!(back.body.mesh.cells, upright);
 }
 
-/// Reads bytes that may be anything; whatever is accepted hangs together.
+/// Reads arbitrary bytes; an accepted body is consistent.
 fn never_panics(bytes: &[u8]) {
     match gmsh::read(bytes, "fuzz.msh", Unit::Mm) {
         Ok(File::Flat(body)) => whole(&body),
@@ -356,7 +356,7 @@ proptest! {
                 1 => bytes.insert(at, byte),
                 2 => { bytes.remove(at); }
                 _ if byte < 40 => bytes.truncate(at),
-                // A digit in place of what is there: numbers out of range rather than no numbers.
+                // A digit instead of the byte, which makes numbers out of range.
                 _ => bytes[at] = b'0' + byte % 10,
             }
         }

@@ -1,4 +1,5 @@
-//! Equilibria in lanes beside those solved one at a time: the same shapes and statuses, and the same bits for any number of threads.
+//! Equilibria solved in lanes and one at a time have the same shapes and statuses, and the same bits for any
+//! number of threads.
 
 use crate::fixtures::{block, tongue};
 use nalgebra::SVector;
@@ -11,9 +12,10 @@ use tongue_fit::system::{Model, System, TissueModel};
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
-/// 1e-9 mm.
+/// Tolerance of positions, m: 1e-9 mm.
 const SAME: f64 = 1e-12;
-/// A hundredth of the usual residual, with which shapes are known to 1e-9 mm: a newton moves the softest node by some millimetres.
+/// A hundredth of the usual residual, with which shapes are known to 1e-9 mm: a newton moves the softest node
+/// by some millimetres.
 const SHARP: Settings =
     Settings { tolerance: 1e-11, max_iterations: 200, load_steps: 60, certify: false, most_solves: 600 };
 
@@ -37,7 +39,7 @@ fn one_at_a_time<const D: usize>(
     (solution, w)
 }
 
-/// Compares every answer with that of the solver for one; returns how many were solved in lanes.
+/// Compares every answer with that of the scalar solver; returns the number of lane solutions.
 fn compare<const D: usize>(system: &System<D>, loads: &[Load<'_, D>]) -> usize {
     let answers = Lanes::new(system).solve(loads, &SHARP);
     assert_eq!(answers.len(), loads.len());
@@ -53,7 +55,7 @@ fn compare<const D: usize>(system: &System<D>, loads: &[Load<'_, D>]) -> usize {
     answers.iter().filter(|a| !a.alone).count()
 }
 
-/// Tensions of all muscles, each up to `most` or, as likely, zero, N/m.
+/// Tensions of all muscles, each up to `most` or, with equal probability, zero, N/m.
 fn draw(random: &mut fastrand::Rng, most: f64) -> Vec<f64> {
     ALL.map(|_| if random.bool() { most * random.f64() } else { 0.0 }).to_vec()
 }
@@ -70,7 +72,7 @@ fn shapes_and_statuses_are_those_of_the_solver_for_one_from_rest() {
 }
 
 #[test]
-fn so_they_are_from_a_neighbour_with_displaced_bones_and_in_bodies_of_their_own() {
+fn shapes_agree_from_a_neighbour_with_displaced_bones_and_in_separate_bodies() {
     let mesh = tongue();
     let system = all_can_pull();
     let hyoid: Vec<usize> =
@@ -104,14 +106,14 @@ fn so_they_are_from_a_neighbour_with_displaced_bones_and_in_bodies_of_their_own(
 }
 
 #[test]
-fn what_lanes_cannot_do_is_left_to_the_solver_for_one() {
-    // Where the barrier acts, and where a tension is no number.
+fn loads_unsuited_for_lanes_are_solved_one_at_a_time() {
+    // Loads at which the barrier acts, and a tension of NaN.
     let system = all_can_pull();
     let hard = [vec![3000.0; 8], vec![f64::NAN; 8], vec![5.0; 8], vec![1.0; 3], PUBLISHED.to_vec()];
     let loads: Vec<Load<'_, 2>> = hard.into_iter().map(Load::new).collect();
     assert!(compare(&system, &loads) >= 2);
     assert!(Lanes::new(&system).solve(&loads, &SHARP)[0].solution.guarded > 0, "a case without the barrier");
-    // In space, and of finite elements.
+    // A body in space, and finite elements.
     let solid = block(2, 0.01);
     let solid = System::new(&solid, &Model::default(), &[0]).unwrap();
     assert_eq!(compare(&solid, &[Load::new(vec![2.0]), Load::new(vec![3.0])]), 0);
@@ -144,7 +146,7 @@ fn bits_do_not_depend_on_threads() {
     let tensions: Vec<Vec<f64>> = (0..333).map(|_| draw(&mut random, 90.0)).collect();
     let load = |i: usize| {
         let load = Load::new(tensions[i].clone());
-        // A part of the chunks begins with the factors of others.
+        // Some of the chunks begin with factors of other loads.
         if i < 200 { load.starting_at(&middle) } else { load }
     };
     let all = |threads| {
@@ -153,14 +155,14 @@ fn bits_do_not_depend_on_threads() {
     };
     let one = all(1);
     assert!(one.iter().filter(|a| a.alone).count() < 300);
-    // The energy of what failed may be no number.
+    // The energy of a failed solve may be NaN.
     for threads in [2, 3] {
         assert_eq!(format!("{one:?}"), format!("{:?}", all(threads)), "{threads} threads");
     }
 }
 
 #[test]
-fn stability_is_looked_at_where_it_is_asked_for() {
+fn stability_is_checked_if_asked_for() {
     let system = all_can_pull();
     let loads = [vec![0.0; 8], PUBLISHED.to_vec()].map(Load::new);
     let plain = Lanes::new(&system).solve(&loads, &Settings::default());
@@ -205,7 +207,7 @@ fn adjoints_are_the_derivatives_by_tensions_forces_and_bones() {
             }
         }
     }
-    // A force on a node of the tissue moves the others as the others' forces move it.
+    // Reciprocity: a force on one node moves another as a force on the other moves the first.
     let (p, q) = (system.pattern().node(3), system.pattern().node(40));
     let unit = |node: usize| {
         let mut gradient = vec![SVector::zeros(); mesh.nodes.len()];

@@ -1,5 +1,5 @@
-//! What the library computes, against exact solutions, published numbers and codes of others. A module is named by what it
-//! proves; bodies that several of them use are in [`fixtures`].
+//! Results of the library against exact solutions, published numbers and other codes. Each module is named by
+//! what it proves; bodies shared by several modules are in [`fixtures`].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 #![allow(clippy::print_stderr, reason = "a test that is skipped says why")]
 

@@ -1,4 +1,4 @@
-//! The mesh agrees with what the thesis publishes of its own, at any spacing keeps the anatomy, and says what is wrong.
+//! The mesh agrees with the thesis's published numbers, keeps the anatomy at any spacing, and reports faults.
 
 use tongue_fit::body::{
     Anatomy, AnatomyProblem, Body, Cells, DEFAULT_SPACING_M, MANDIBLE, Mesh, MeshError, MeshFault,
@@ -86,7 +86,7 @@ fn every_spacing_keeps_area_lengths_and_good_triangles() {
     }
 }
 
-/// Spacings between the round ones put crossings at awkward distances from other nodes.
+/// Intermediate spacings put crossings at small distances from other nodes.
 #[test]
 fn no_spacing_between_the_round_ones_fails() {
     let anatomy = Anatomy::reference().unwrap();

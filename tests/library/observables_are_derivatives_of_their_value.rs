@@ -1,4 +1,5 @@
-//! Every observable's gradient is the difference of its values, in the plane and in space, and its rate is the gradient along a motion.
+//! Every observable's gradient is the difference of its values, in the plane and in space, and its rate is
+//! the gradient along a motion.
 
 use nalgebra::{SVector, Vector2, Vector3};
 use tongue_fit::observe::{
@@ -22,7 +23,7 @@ fn common<const D: usize>(direction: SVector<f64, D>) -> Named<D> {
     ]
 }
 
-/// The upper edge of a lattice of 5 x 4 nodes; the tissue lies to the left when it is walked towards -x.
+/// The upper edge of a lattice of 5 x 4 nodes, walked towards -x with the tissue on the left.
 fn upper_edge(rest: &[Vector2<f64>]) -> Curve {
     Curve::through((15..20).rev().collect(), rest).unwrap()
 }
@@ -113,7 +114,7 @@ fn a_contour_through_points_of_a_circle_measures_distances_from_it_with_the_orde
             .collect();
         let curve = Curve::through((0..=n).collect(), &nodes).unwrap();
         let distances = (0..50).map(|i| {
-            // Away from the ends, where the curve has one neighbour only.
+            // Away from the ends, where the curve has only one neighbour.
             let angle = 0.8 + 1.5 * f64::from(i) / 50.0;
             let point = Vector2::new(angle.cos(), angle.sin()) * 0.034;
             (Contour::new(curve.clone(), point).value(&nodes) - 0.004).abs()
@@ -139,7 +140,7 @@ fn places_on_a_curve_are_where_their_arc_length_says_and_its_nodes_are_on_it() {
 }
 
 #[test]
-fn an_inequality_counts_only_where_it_is_broken() {
+fn an_inequality_counts_only_if_it_is_violated() {
     let positions = [Vector2::zeros(), Vector2::new(0.02, 0.0)];
     let motion = [Vector2::zeros(), Vector2::x()];
     let seen = |sense, measured| Observation { sense, ..Observation::new(Length::new([0, 1]), measured) };

@@ -1,4 +1,4 @@
-//! Homogeneous strain and linear elasticity: what a lattice of springs reproduces exactly, and what it does not.
+//! Homogeneous strain and linear elasticity: which deformations a lattice of springs reproduces exactly.
 
 use nalgebra::{Matrix2, SVector, Vector2};
 use tongue_fit::body::Mesh;
@@ -14,7 +14,7 @@ fn system(mesh: &Mesh<2>) -> System<2> {
     System::new(mesh, &Model { spread: Spread::Assembled, ..Model::default() }, &[]).unwrap()
 }
 
-/// Nodes with all six of their triangles around them.
+/// Nodes with all six triangles around them.
 fn inner(mesh: &Mesh<2>) -> Vec<usize> {
     let n = mesh.nodes.len() / LAYERS;
     (0..mesh.nodes.len())
@@ -54,12 +54,13 @@ fn a_homogeneous_stretch_of_a_regular_lattice_is_in_balance_to_rounding() {
     assert!(error < 1e-12, "{error:e}");
 }
 
-/// The springs' patch test fails on irregular triangles, and by a part of the force that does not shrink with the spacing: the
-/// error belongs to the shape of the triangles, not to their size. Stated here so that nobody takes it for convergent. The area
-/// term fails it too, because one kappa_s for triangles of different area gives each its own pressure, kappa_s (s - 1)/S0.
+/// The springs' patch test fails on irregular triangles by a part of the force that does not decrease with
+/// the spacing: the error depends on the shape of the triangles, not on their size, so springs do not
+/// converge. The area term fails too, because one kappa_s for triangles of different area gives each its own
+/// pressure, kappa_s (s - 1)/S0.
 #[test]
 fn on_irregular_triangles_springs_fail_the_patch_test_by_the_same_part_at_every_spacing() {
-    // At constant area, which only the springs see, and at a change of area.
+    // At constant area, which only the springs feel, and with a change of area.
     for stretch in [Matrix2::new(1.1, 0.0, 0.0, 1.0 / 1.1), Matrix2::new(1.1, 0.0, 0.0, 0.95)] {
         let errors =
             [1e-2, 5e-3, 2.5e-3].map(|side| imbalance(&shaken(lattice(9, LAYERS, side), 0.4), &stretch));
@@ -71,7 +72,8 @@ fn on_irregular_triangles_springs_fail_the_patch_test_by_the_same_part_at_every_
     }
 }
 
-/// The stiffness matching promises: assembled springs and area terms on equilateral triangles are plane-strain elasticity.
+/// The stiffness matching: assembled springs and area terms on equilateral triangles are plane-strain
+/// elasticity.
 #[test]
 fn small_strain_of_assembled_springs_on_an_equilateral_lattice_is_linear_plane_strain_elasticity() {
     let mesh = lattice(9, LAYERS, 5e-3);
@@ -79,7 +81,8 @@ fn small_strain_of_assembled_springs_on_an_equilateral_lattice_is_linear_plane_s
     let mut stiffness = BlockMatrix::<2>::zeros(system.pattern());
     let at = Configuration { positions: &mesh.nodes, tensions: &[0.0] };
     system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
-    // Energy of a displacement of the free nodes, by the assembled stiffness and by elasticity, element by element.
+    // Energy of a displacement of the free nodes, by the assembled stiffness and by elasticity, element by
+    // element.
     let (lambda, mu) = Constants::TONGUE.lame();
     let displacement = |i: usize| {
         if mesh.fixed.contains(&i) {

@@ -183,7 +183,8 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     }
 }
 
-/// Scores of draws of the posterior's normal approximation at a mode, without those of which there is no equilibrium.
+/// Scores of draws of the posterior's normal approximation at a mode, without those of which there is no
+/// equilibrium.
 fn about(mode: &Mode, count: usize, seed: u64) -> Vec<DVector<f64>> {
     let mut random = fastrand::Rng::with_seed(seed);
     let root = mode.precision.clone().cholesky().unwrap().inverse().cholesky().unwrap().unpack();
@@ -258,7 +259,8 @@ fn pairs_weigh_as_draws_of_the_prior_do_and_predict_as_draws_of_the_posterior() 
     let draws = sample(&ground, other.seen.clone(), &Settings { draws: 800, seed: 1 }).unwrap();
     let direct = draws.draws.iter().map(|d| d.stretch(density.seen.muscles[position])).sum::<f64>()
         / draws.draws.len() as f64;
-    // The conditional mean moves with the residuals by what geometry has in common, which is little beside such errors.
+    // The conditional mean moves with the residuals by what geometry has in common, which is little beside
+    // such errors.
     let wide = 0.25 * (found.spread.interval_95[1] - found.spread.interval_95[0]);
     assert!((found.spread.mean - direct).abs() < 0.15 * wide, "{} {direct} {wide}", found.spread.mean);
 }

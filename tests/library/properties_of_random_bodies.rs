@@ -1,5 +1,5 @@
-//! Properties that hold for every mesh, load and material in range, tried at random. What fails is kept in
-//! `proptest-regressions/` and tried first from then on.
+//! Properties of every mesh, load and material in range, tested on random cases. Failing cases are stored in
+//! `proptest-regressions/` and tested first in later runs.
 
 use nalgebra::SVector;
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ use tongue_fit::statics::{Settings, Stability, Status, Workspace, solve};
 use tongue_fit::study::hard_cases::bodies::{lattice, place};
 use tongue_fit::system::{Model, System};
 
-/// A lattice whose free nodes are moved by up to 0.3 of a side, so that no triangle turns over.
+/// A lattice whose free nodes are moved by up to 0.3 of a side, so that no triangle is inverted.
 fn body() -> impl Strategy<Value = Mesh<2>> {
     (2usize..8, 3usize..7, 1e-3..1e-2, prop::collection::vec((-0.3..0.3, -0.3..0.3), 56)).prop_map(
         |(columns, rows, side, moves)| {
@@ -23,7 +23,7 @@ fn body() -> impl Strategy<Value = Mesh<2>> {
     )
 }
 
-/// Materials from soft to hard, Poisson's ratio from where springs alone have it to nearly incompressible.
+/// Materials from soft to hard, with Poisson's ratio from that of springs alone to nearly incompressible.
 fn material() -> impl Strategy<Value = Model> {
     (2.0..6.0f64, 0.26..0.499f64).prop_map(|(log_e, poisson_ratio)| {
         let constants = Constants { young_modulus: 10f64.powf(log_e), poisson_ratio, ..Constants::TONGUE };
@@ -54,7 +54,7 @@ proptest! {
             prop_assert!(matches!(s.stability, Stability::Stable | Stability::Neutral), "{s:?}");
             prop_assert!(s.load_reached == 1.0);
         }
-        // Within what muscle can do to tissue of this stiffness, it converges.
+        // Within the forces of muscles on tissue of this stiffness, it converges.
         if load.abs() < 0.1 * system.coefficients().tissue_stiffness * 1e-3 {
             prop_assert_eq!(s.status, Status::Converged, "{:?}", s);
         }
@@ -81,7 +81,7 @@ proptest! {
         let system = system(&mesh, &model);
         let moved: Vec<_> = mesh.nodes.iter().map(|p| place(p, angle, false, SVector::from([x, y]))).collect();
         let energy = system.energy(Configuration { positions: &moved, tensions: &[0.0] });
-        // Rounding of the positions, squared, times the stiffness: nothing.
+        // Squared rounding of the positions times the stiffness.
         let c = system.coefficients();
         prop_assert!(energy.abs() < 1e-20 * (c.tissue_stiffness + c.kappa * 1e6 + 1.0) * 1e3, "{energy:e}");
     }

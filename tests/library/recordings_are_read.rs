@@ -1,4 +1,4 @@
-//! Recordings of every format are read as their makers write them, and what is wrong with one is said with its place.
+//! Recordings of every format are read, and their faults are reported with their place.
 
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{FaultKind, Format, Map, Recording, Seen, screen};
@@ -31,7 +31,7 @@ fn aaa_tables_part_into_recordings_and_need_no_map() {
     assert_eq!(found[0].name, "s, d1, pa");
     assert_eq!(found[0].channels, ["tongue_0", "tongue_1", "hyoid", "mandible", "mental_spine"]);
     let seen = Seen::new(&found[0], &Map::default()).unwrap();
-    // The spine lies at larger x than the hyoid: the face looks to the right and is turned round.
+    // The spine lies at larger x than the hyoid, so the face looks to the right and is mirrored.
     assert!(seen.mirrored);
     let first = &seen.frames[0];
     assert!(near(first.contour[0].map(|m| m.at), [-0.010, 0.020]));
@@ -87,7 +87,7 @@ fn carstens_positions_are_seven_numbers_a_sensor() {
     assert_eq!((found.samples[0].places[2], found.samples[3].time_s), (None, 0.012));
     let map = Map::from_toml("back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }\n", "m.toml").unwrap();
     let seen = Seen::new(found, &map).unwrap();
-    // z is up; sensors are half a millimetre sure.
+    // z is up; sensors have a standard deviation of half a millimetre.
     assert!(near(seen.frames[2].sensors[0].map(|m| m.at), [0.012, 0.102]));
     assert!((seen.frames[2].sensors[0].unwrap().sd - 0.5e-3).abs() < 1e-12);
     assert!(refused(&bytes[..bytes.len() - 3], "0001.pos").contains("cut off"));
@@ -107,7 +107,7 @@ fn tracks_of_the_edinburgh_tools_are_the_same_in_binary_and_as_text() {
     }
     assert_eq!(binary.samples[1].places, [None], "a break");
     assert_eq!(binary.samples[2].places[0], Some([0.0, -3.5, 2.25]));
-    // The unit is nowhere in the file.
+    // The file has no unit.
     let message = Seen::new(&binary, &Map::from_toml("[points]\nT1 = \"contour\"", "m").unwrap())
         .unwrap_err()
         .to_string();
@@ -131,7 +131,7 @@ fn edgetrak_contours_want_a_pixel_and_a_rate() {
     let seen = Seen::new(found, &map).unwrap();
     assert_eq!(seen.frames[1].time_s, 0.025);
     assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.005, -0.010]), "pixels count downwards");
-    // GetContours puts two lines of titles in front.
+    // GetContours writes two header lines.
     let titled = format!("FRAME1\t\tFRAME2\nX\tY\tX\tY\n{text}");
     assert_eq!(read(titled.as_bytes(), "x.con")[0].samples, found.samples);
     assert!(refused(b"1 2\n3\n", "x.con").starts_with("x.con:2:"));
@@ -151,7 +151,8 @@ fn maps_are_checked_with_their_lines() {
 
 #[test]
 fn a_head_that_moves_is_brought_back_to_its_references() {
-    // Two reference points; from the first to the second frame everything is turned by a right angle and shifted.
+    // Two reference points; from the first to the second frame everything is rotated by a right angle and
+    // shifted.
     let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
     for (t, turn) in [(0, false), (1, true)] {
         for (name, x, y) in [("r1", 0.0, 50.0), ("r2", 40.0, 60.0), ("T", 20.0, 10.0)] {
@@ -181,7 +182,7 @@ fn changed(change: impl Fn(&mut [[f64; 2]; 7])) -> Seen {
 }
 
 #[test]
-fn what_no_tongue_does_is_taken_out_and_told() {
+fn implausible_points_are_removed_and_reported() {
     let told = |seen: &mut Seen, palate: Option<&[Point]>| {
         let faults = screen(seen, palate);
         assert!(faults.iter().enumerate().all(|(t, f)| t == 4 || f.is_empty()), "{faults:?}");

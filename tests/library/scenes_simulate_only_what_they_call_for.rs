@@ -1,5 +1,5 @@
-//! Scenes: what is left out changes nothing, what is off costs nothing, what is asked for is right, and what cannot be had
-//! together is named.
+//! Scenes: parts that are left out change nothing, disabled effects cost nothing, enabled effects are
+//! correct, and contradictions are reported.
 
 use nalgebra::Vector2;
 use tongue_fit::body::{AnyBody, Body};
@@ -50,7 +50,7 @@ fn compared(name: &str) -> Compared {
 }
 
 #[test]
-fn what_every_shipped_scene_leaves_out_does_not_change_its_answer() {
+fn the_parts_left_out_of_shipped_scenes_do_not_change_their_answers() {
     for name in scene::names() {
         let c = compared(name);
         assert!(c.converged, "{c:?}");
@@ -77,14 +77,14 @@ fn an_effect_that_is_off_costs_nothing() {
     assert_eq!(solution, plain_solution, "the same work, and the same bits");
     assert_eq!(workspace.positions(), other.positions());
 
-    // Without incompressibility its cells are gone, and only they.
+    // Without incompressibility only its cells are missing.
     let (_, loose) = planned(&format!("{TONGUE}[tensions_n]\nGGa = 12.0\n"));
     let fewer: Vec<_> = names(&plain).into_iter().filter(|(n, _)| *n != "incompressibility").collect();
     assert_eq!(names(&loose.system), fewer);
 }
 
 #[test]
-fn an_effect_without_strength_is_as_good_as_absent() {
+fn an_effect_of_zero_strength_is_as_good_as_absent() {
     let base = format!("{TONGUE}[tensions_n]\nGGp = 45.0\n[effects]\nincompressibility = true\n");
     let (_, prepared) = planned(&base);
     let (_, without) = solved(&prepared);
@@ -155,7 +155,7 @@ fn the_palate_holds_the_tongue_back_and_lets_no_node_through() {
     assert!(walled.converged, "{:?}", walled.contact);
     let contact = walled.contact.as_ref().unwrap();
     assert!(contact.touching > 1 && contact.closest_mm > 0.0, "{contact:?}");
-    // What the body presses on wall and bones cancels: nothing else acts on it.
+    // The forces of the body on wall and bones cancel, since no other forces act.
     for (wall, bone) in contact.on_wall_n.iter().zip(walled.on_bones_n.as_ref().unwrap()) {
         assert!((wall + bone).abs() < 1e-7, "{wall} {bone}");
     }
@@ -208,7 +208,7 @@ fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     assert!(after > 1.04 * before, "{before} {after}");
 }
 
-/// A shipped scene with its body a continuum.
+/// A built-in scene with its body as a continuum.
 fn as_continuum(name: &str) -> String {
     let path = format!("{}/targets/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap().replace("incompressibility = true\n", "");
@@ -227,13 +227,13 @@ fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
     let (_, jaw) = planned(&as_continuum("vowel-a-jaw"));
     let names: Vec<&str> = jaw.system.effects().iter().map(|e| e.name()).collect();
     assert!(names.contains(&"quadratic elements") && names.contains(&"fibres"), "{names:?}");
-    // The palate is not passed, and something is at it.
+    // Nodes touch the palate but do not pass it.
     let (_, palate) = planned(&as_continuum("vowel-i-palate"));
     let (solution, workspace) = solved(&palate);
     let wall = palate.wall.as_ref().unwrap();
     assert_eq!(solution.status, Status::Converged);
     assert!(wall.penetrated(workspace.positions(), &palate.body.mesh.connections).is_none());
-    // The way there ends where the equilibrium is, given the time that the viscous tissue needs.
+    // The trajectory ends at the equilibrium, given the time that the viscous tissue needs.
     let motion = as_continuum("vowel-a-trajectory").replace("duration_s = 3.0", "duration_s = 60.0");
     let motion = outcome(&motion);
     assert!(motion.converged);
@@ -253,7 +253,7 @@ fn solids_of_ten_node_tetrahedra_contract_and_sag() {
 }
 
 #[test]
-fn what_a_continuum_is_not_made_of_is_refused() {
+fn effects_that_a_continuum_lacks_are_refused() {
     for effect in ["springs = true", "incompressibility = true", "finite_elements = true"] {
         let text = format!("{TONGUE}kind = \"continuum\"\n[effects]\n{effect}\n");
         let error = Scene::from_toml(&text, "t").and_then(|s| s.check()).unwrap_err().to_string();
@@ -281,13 +281,13 @@ fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_carried() {
         assert!((a - b).abs() < 1e-6, "a jaw that does not move changes the start: {a} {b}");
     }
     assert!((lengths(start("jaw = { opening_deg = 5.0 }\n").unwrap())[0] - still[0]).abs() > 0.1);
-    // The mandible would take the tongue's origin through the lower end of the outline.
+    // The mandible would move the tongue's origin through the lower end of the outline.
     let error = start("jaw = { opening_deg = -20.0 }\ncontact = {}\n").unwrap_err().to_string();
     assert!(error.contains("effects.jaw") && error.contains("before the motion began"), "{error}");
 }
 
 #[test]
-fn weight_falls_in_its_direction_however_long_that_is_written() {
+fn weight_acts_in_its_direction_of_any_length() {
     let sag = |direction: &str| {
         let text = "[effects]\nincompressibility = true\ngravity = { direction = ";
         outcome(&format!("{TONGUE}{text}{direction} }}\n")).positions_m
@@ -298,9 +298,9 @@ fn weight_falls_in_its_direction_however_long_that_is_written() {
     }
 }
 
-/// Each scene, and what its message must name.
+/// Each scene, and the words of its message.
 #[test]
-fn what_contradicts_itself_is_named() {
+fn contradictions_are_named() {
     let motion =
         |extra: &str| TONGUE.replace("shape", "trajectory") + extra + "\n[trajectory]\nduration_s = 1.0\n";
     let cases: Vec<(String, Vec<&str>)> = vec![
@@ -424,7 +424,7 @@ fn what_contradicts_itself_is_named() {
 }
 
 #[test]
-fn points_of_a_scene_with_weight_and_a_shifted_hyoid_tell_its_tensions() {
+fn points_of_a_scene_with_weight_and_a_shifted_hyoid_determine_its_tensions() {
     let kept = "[effects]\nincompressibility = true\n";
     let effects =
         format!("{kept}gravity = {{ posture = \"upright\" }}\nhyoid = {{ shift_mm = [2.0, -1.0] }}\n");
@@ -454,7 +454,7 @@ fn points_of_a_scene_with_weight_and_a_shifted_hyoid_tell_its_tensions() {
         assert!(low <= muscle.tension_n && muscle.tension_n <= high, "{muscle:?}");
         assert!((muscle.tension_n - truth).abs() < 3.0, "{muscle:?}");
     }
-    // Without the weight and the hyoid the same points say something else.
+    // Without the weight and the hyoid the same points give other tensions.
     let other = simulate(&Scene::from_toml(&format!("{body}{points}{kept}"), "t").unwrap()).unwrap();
     assert!(other.points.unwrap().rms_mm.unwrap() > 3.0 * told.rms_mm.unwrap());
 }

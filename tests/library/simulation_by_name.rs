@@ -1,4 +1,4 @@
-//! The way by name gives the same bits as the rooms that it leads to, and says what is wrong with a name or a number.
+//! The interface by name gives the same bits as the layers below it, and reports wrong names and numbers.
 
 use nalgebra::{SVector, Vector3};
 use tongue_fit::body::{Body, ContinuumSettings, MuscleChain, largest_distance, solid};
@@ -19,7 +19,7 @@ fn model() -> Assembly<2> {
     Model::default().assemble(&Body::tongue(5.5 * MM).unwrap(), MUSCLES).unwrap()
 }
 
-/// The system and the tensions that the published answer means, made by hand.
+/// The system and the tensions of the published answer, without the interface by name.
 fn by_hand() -> (System<2>, Vec<f64>) {
     let body = Body::tongue(5.5 * MM).unwrap();
     let numbers = MUSCLES.map(|name| body.muscle(name).unwrap());
@@ -112,7 +112,7 @@ fn a_motion_has_the_same_bits() {
 }
 
 #[test]
-fn bones_priors_and_constants_are_searched_for_by_name() {
+fn bones_priors_and_constants_are_fitted_by_name() {
     let body = Body::tongue(5.5 * MM).unwrap();
     let model = Model::default().assemble(&body, ["GGa", "HGa"]).unwrap();
     let mut solver = model.solver();
@@ -135,7 +135,7 @@ fn bones_priors_and_constants_are_searched_for_by_name() {
     assert!(free.tensions().iter().zip(truth).all(|(found, true_)| (found.1 - true_.1).abs() < 1e-3));
     assert!(free.simulated.iter().zip(&free.measured).all(|(s, m)| (s - m).abs() < 1e-7));
 
-    // A bone that is believed to stay where it is moves less; a tension that is believed to be small is smaller.
+    // A bone with a narrow prior moves less; a tension with a small prior is smaller.
     let held = problem().free_bone("hyoid", 10.0 * MM).unwrap().with_bone_prior("hyoid", 0.1 * MM).unwrap();
     let held = held.fit().unwrap().displacement("hyoid").unwrap();
     assert!(held.norm() < 0.8 * shift.norm(), "{held:?}");
@@ -145,7 +145,7 @@ fn bones_priors_and_constants_are_searched_for_by_name() {
     let capped = problem().with_bounds("HGa", 1.0, 5.0).unwrap().fit().unwrap().tension("HGa").unwrap();
     assert!((1.0..=5.0).contains(&capped), "{capped}");
 
-    // With known tensions the softness can be found; a tension that is given is not searched for.
+    // With known tensions the stiffness can be found; a given tension is not an unknown.
     let soft = Model {
         constants: tongue_fit::material::Constants { young_modulus: 4700.0, ..Model::default().constants },
         ..Model::default()
@@ -191,7 +191,7 @@ fn distances_from_surfaces_are_positive_outside_and_zero_on_them() {
 }
 
 #[test]
-fn a_muscle_of_many_fibres_pulls_with_all_of_them_and_is_no_single_unknown() {
+fn a_muscle_of_many_fibres_pulls_with_all_and_is_not_a_single_unknown() {
     let body = Body::new("a cylinder", solid::cylinder(10.0 * MM, 40.0 * MM, 2, 4));
     let model = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
     let model = model.assemble(&body, ["axial"]).unwrap();
@@ -205,7 +205,7 @@ fn a_muscle_of_many_fibres_pulls_with_all_of_them_and_is_no_single_unknown() {
 }
 
 #[test]
-fn wrong_names_and_numbers_are_told_in_a_sentence() {
+fn wrong_names_and_numbers_are_reported_in_a_sentence() {
     let body = Body::tongue(5.5 * MM).unwrap();
     let model = model();
     let mut solver = model.solver();
@@ -255,9 +255,9 @@ fn wrong_names_and_numbers_are_told_in_a_sentence() {
     assert_eq!(vowel("a").label(), "a");
 }
 
-/// Of every node, those of straight paths and of a continuum's muscles too.
+/// Of every node, also of straight paths and of a continuum's muscles.
 #[test]
-fn nodes_move_with_tensions_as_differences_say() {
+fn derivatives_of_nodes_by_tensions_are_the_differences() {
     let continuum = Body::continuum(8.0 * MM, &ContinuumSettings::default()).unwrap();
     let tissue = TissueModel::Continuum;
     let laid = Model { tissue, ..Model::default() }.assemble(&continuum, MUSCLES).unwrap();

@@ -1,4 +1,4 @@
-//! The block Cholesky factorisation against faer's sparse one, and against the residual of what it solves.
+//! The block Cholesky factorisation against faer's sparse one, and against the residual of its solution.
 
 use crate::fixtures;
 use faer::linalg::solvers::Solve;
@@ -50,7 +50,7 @@ fn agrees<const D: usize>(mesh: &Mesh<D>, side: f64) {
 fn in_the_plane_and_in_space() {
     agrees(&fixtures::lattice(12, 9, 5.5e-3), 5.5e-3);
     agrees(&fixtures::block(4, 5.5e-3), 5.5e-3);
-    // So full that it is factorised in supernodes.
+    // So dense that it is factorised in supernodes.
     agrees(&fixtures::block(8, 5.5e-3), 5.5e-3);
 }
 
@@ -72,7 +72,7 @@ fn refuses<const D: usize>(mesh: &Mesh<D>) {
     k.shift(pattern, -1.0e4);
     let failure = factor.factorise(pattern, &k).unwrap_err();
     let failure = factor.find_failure(pattern, &k, failure);
-    // What it says about the failure is true: a direction along which the matrix is not positive.
+    // The reported direction proves the failure: along it the matrix is not positive.
     let mut d = vec![SVector::zeros(); pattern.unknowns()];
     factor.negative_curvature(pattern, &failure, &mut d);
     let mut image = vec![SVector::zeros(); pattern.unknowns()];

@@ -1,4 +1,5 @@
-//! Tensions over time are found again in recordings of a tongue that was simulated with known ones; what is no recording is told.
+//! Tensions over time are found again in recordings of a tongue that was simulated with known ones; what is
+//! no recording is told.
 
 use tongue_fit::adapt::followed;
 use tongue_fit::body::Body;
@@ -65,7 +66,8 @@ fn courses_are_found_again_as_far_as_a_contour_tells() {
 fn bones_are_carried_to_where_they_are_seen() {
     let speaker = speaker();
     let mut seen = recorded(&speaker, 4, 1e-6);
-    // All that is seen is shifted with the head: with bones that follow it is the same tongue but for the styloid, which is far away.
+    // All that is seen is shifted with the head: with bones that follow it is the same tongue but for the
+    // styloid, which is far away.
     let by = Point::new(0.4e-3, -0.3e-3);
     for frame in &mut seen.frames {
         frame.contour.iter_mut().flatten().for_each(|m| m.at += by);

@@ -1,5 +1,5 @@
-//! Fits against an active baseline, with a hyoid that may move: what was put in comes out, whoever searches, and with the tone of the
-//! thesis they are the thesis's.
+//! Fits against an active baseline with a movable hyoid: simulated values are recovered by both searches, and
+//! with the tone of the thesis the fits are the thesis's.
 
 use nalgebra::SVector;
 use tongue_fit::body::Body;
@@ -43,7 +43,8 @@ fn stretches(setup: &Setup, tensions: &[f64], shift: SVector<f64, 2>) -> Option<
         .then(|| lengths.iter().zip(&setup.lengths).map(|(l, from)| l / from).collect())
 }
 
-/// The target of a subject whose muscles have these stretches: made through a table, so that who contracts is the rule's.
+/// The target of a subject whose muscles have these stretches, made through a table, so that the rule decides
+/// which muscles contract.
 fn target_of(stretches: &[f64]) -> Option<Target> {
     let names = body().mesh.muscle_names();
     let header: String = names.iter().map(|m| format!(",{m}_mm,{m}_half_width_mm")).collect();
@@ -73,7 +74,7 @@ fn without_tone_a_body_whose_muscles_all_can_contract_gives_the_answers_of_the_t
 #[test]
 fn tensions_come_back_from_the_stretches_that_they_make_of_a_baseline_with_tone() {
     let setup = setup(with_tone(8.0));
-    // What has the tone of the baseline changes nothing.
+    // The tone of the baseline changes nothing.
     let same = stretches(&setup, &setup.tensions, SVector::zeros()).unwrap();
     assert!(same.iter().all(|s| (s - 1.0).abs() < 1e-9), "{same:?}");
     let truth = [20.0, 0.0, 0.0, 0.0, 30.0, 0.0, 25.0, 0.0];
@@ -83,7 +84,7 @@ fn tensions_come_back_from_the_stretches_that_they_make_of_a_baseline_with_tone(
     for (found, truth) in found.tensions.iter().zip(truth) {
         assert!((found - truth).abs() < 1e-3, "{:?}", found);
     }
-    // Counted from the baseline, not from rest.
+    // Stretches are relative to the baseline, not to rest.
     assert!(found.residuals.iter().all(|r| r.abs() < 1e-6), "{:?}", found.residuals);
     let shorter = |m: usize| found.baseline_lengths[m] < found.rest_lengths[m];
     assert!((0..8).filter(|&m| shorter(m)).count() >= 4);
@@ -98,7 +99,7 @@ fn the_jacobian_holds_signs_and_priors() {
     let settings = Settings { equilibrium, ..gauss_newton() };
     let inverse = matched.inverse(&setup, &settings);
     assert_eq!((inverse.observations.len(), inverse.signs.len(), inverse.unknowns.len()), (3, 5, 5));
-    // Strong tensions and a hyoid far up: some of the muscles that should not be shorter are.
+    // Strong tensions and a hyoid far up: some muscles are shorter that should not be.
     let x = [30.0, 20.0, 40.0, -3.0, 9.0];
     let mut forward = Forward::new(&inverse, &settings);
     let linear = forward.linearise(&x).unwrap();
@@ -127,9 +128,9 @@ fn both_searches_find_the_same_hyoid_and_the_signs_hold() {
     for (a, b) in simplex.tensions.iter().zip(&newton.tensions) {
         assert!((a - b).abs() < 1e-2, "{a} and {b}");
     }
-    // In /i/ the hyoid goes to the front: to negative x.
+    // In /i/ the hyoid moves to the front: to negative x.
     assert!(newton.bones[0].shift.x < -2e-3, "{}", newton.bones[0].shift);
-    // Forward alone leaves the height alone.
+    // With forward motion only, the height stays.
     let hyoid = LooseBone { name: "hyoid".into(), axes: vec![0] };
     let forward = Premises { bones: vec![hyoid], ..Premises::active_baseline(2) };
     let forward = fitted(&self::setup(forward), &target, &gauss_newton());
@@ -137,7 +138,8 @@ fn both_searches_find_the_same_hyoid_and_the_signs_hold() {
     assert!(forward.bones[0].shift.x < -2e-3);
 }
 
-/// Truths drawn from the priors, measured with the assumed error: nineteen of twenty intervals hold them.
+/// Truths drawn from the priors and measured with the assumed error: nineteen of twenty intervals contain
+/// them.
 #[test]
 fn intervals_of_the_hyoid_hold_it_at_their_rate() {
     let setup = setup(Premises::active_baseline(2));
@@ -169,7 +171,7 @@ fn intervals_of_the_hyoid_hold_it_at_their_rate() {
 #[test]
 fn muscles_of_which_nothing_was_measured_keep_their_tone() {
     let setup = setup(with_tone(8.0));
-    // One of the others has the tension of the baseline and is longer all the same.
+    // Another muscle has the tension of the baseline and is longer.
     let with = |unmeasured: usize| {
         let mut truth = [20.0, 0.0, 0.0, 0.0, 30.0, 0.0, 25.0, 0.0];
         truth[unmeasured] = 8.0;
@@ -187,7 +189,7 @@ fn muscles_of_which_nothing_was_measured_keep_their_tone() {
 }
 
 #[test]
-fn what_cannot_be_assumed_is_told() {
+fn invalid_premises_are_reported() {
     let refused =
         |premises: Premises| Setup::new(&body(), &Model::default(), premises).unwrap_err().to_string();
     let bone = |name: &str| LooseBone { name: name.into(), axes: vec![0, 1] };

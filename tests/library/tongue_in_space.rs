@@ -1,5 +1,6 @@
-//! The tongue of ArtiSynth against its own recordings and against an independent program of the same law, where its files stand beside
-//! the repository (`../shared/reference/artisynth_tongue3d`); what needs no such file is in [`super::bodies_in_space`].
+//! The tongue of ArtiSynth against its own recordings and against an independent program of the same law, if
+//! its files are beside the repository (`../shared/reference/artisynth_tongue3d`); tests without these files
+//! are in [`super::bodies_in_space`].
 
 use std::path::PathBuf;
 
@@ -10,15 +11,16 @@ use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 /// The node at the tip.
 const TIP: usize = 919;
-/// The nodes that ArtiSynth's recordings are of, in their order.
+/// The recorded nodes of ArtiSynth, in their order.
 const RECORDED: [usize; 22] = [
     338, 339, 340, 341, 919, 359, 926, 361, 751, 752, 753, 754, 772, 774, 166, 301, 299, 141, 579, 554, 712,
     714,
 ];
-/// In which order the excitations of the recordings stand.
+/// Order of the excitations in the recordings.
 const EXCITED: [&str; 11] = ["GGP", "GGM", "GGA", "STY", "GH", "MH", "HG", "VERT", "TRANS", "IL", "SL"];
-/// What an independent program found for the way of the tip (x back, z up, mm) of each muscle at a = 0.1, both sides, without
-/// stiffening: lines from node to node, stress along fibres, and that with every hexahedron cut in eight.
+/// Displacement of the tip (x back, z up, mm) by an independent program for each muscle at a = 0.1, both
+/// sides, without stiffening: lines from node to node, stress along fibres, and the latter with every
+/// hexahedron cut in eight.
 const TIPS_MM: [(&str, [[f64; 2]; 3]); 11] = [
     ("GGP", [[-3.85, -5.50], [-3.87, -5.53], [-4.06, -5.98]]),
     ("GGM", [[-3.05, -2.82], [-3.29, -2.93], [-3.31, -3.41]]),
@@ -32,7 +34,7 @@ const TIPS_MM: [(&str, [[f64; 2]; 3]); 11] = [
     ("IL", [[4.68, -5.85], [4.04, -4.93], [4.24, -5.51]]),
     ("SL", [[17.53, 17.42], [18.25, 17.48], [19.00, 18.13]]),
 ];
-/// The same with lines and the stiffening of ArtiSynth.
+/// The same for lines with the stiffening of ArtiSynth.
 const STIFFENED_MM: [(&str, [f64; 2]); 4] =
     [("GGP", [-3.50, -4.60]), ("TRANS", [-1.88, -0.53]), ("HG", [12.96, 11.12]), ("SL", [13.56, 15.33])];
 
@@ -60,7 +62,7 @@ fn equilibrium(
     statics::solve(system, w, &body.activations(given).unwrap(), &Settings::default())
 }
 
-/// The way of the tip, mm.
+/// The displacement of the tip, mm.
 fn tip_mm(body: &SpaceBody, w: &Workspace<3>) -> Vector3<f64> {
     (w.positions()[TIP] - body.mesh.nodes[TIP]) * 1e3
 }
@@ -155,7 +157,7 @@ fn excitations_that_artisynth_recorded_bring_its_points_where_it_recorded_them()
     let model = SpaceModel { muscles: MusclesAs::Lines, stiffening: 9.0, ..SpaceModel::default() };
     let system = System::in_space(&body, &model).unwrap();
     let mut w = Workspace::new(&system);
-    // The turning point: where its own points are farthest from where they began.
+    // The turning point, where its own points are farthest from their start.
     let at = |row: &[f64], i: usize| Vector3::new(row[3 * i], row[3 * i + 1], row[3 * i + 2]);
     let first = &reached.rows[0].1;
     let rms = |difference: &dyn Fn(usize) -> Vector3<f64>| {
@@ -183,7 +185,7 @@ fn half_a_tongue_answers_as_the_whole() {
         System::of_half(&half, &SpaceModel::default()).unwrap(),
     );
     let (mut w, mut l) = (Workspace::new(&whole), Workspace::new(&left));
-    // The styloid processes are 90 µm from each other's image, which the styloglossus feels.
+    // The styloid processes are 90 µm from each other's mirror image, which affects the styloglossus.
     assert_eq!(half.activations(&body.activations(&[("STY", 0.1)]).unwrap()), None);
     for (name, _) in TIPS_MM.into_iter().filter(|(name, _)| *name != "STY") {
         let activations = body.activations(&[(name, 0.1)]).unwrap();
@@ -195,7 +197,7 @@ fn half_a_tongue_answers_as_the_whole() {
         let apart = largest_distance(&half.whole(l.positions()), w.positions());
         let tip = (half.whole(l.positions())[TIP] - w.positions()[TIP]).norm();
         eprintln!("half {name}: {:.1e} mm at most, {:.1e} at the tip", 1e3 * apart, 1e3 * tip);
-        // The nodes of the tissue are each other's image to 4 µm only.
+        // The nodes of the tissue are each other's mirror image only to 4 µm.
         assert!(tip < 1e-7 && apart < 4e-6, "{name} {tip} {apart}");
     }
 }

@@ -1,5 +1,5 @@
-//! Tensions, displaced bones and constants of the tissue come back from what they do, in the plane and in space; and their Jacobian is
-//! the difference of solved residuals.
+//! Tensions, displaced bones and constants of the tissue are recovered from their effects, in the plane and
+//! in space, and their Jacobian is the difference of solved residuals.
 
 use nalgebra::{SVector, Vector3};
 use tongue_fit::body::{AnyBody, Body, Mesh, MuscleChain, gmsh};
@@ -29,7 +29,7 @@ fn relative(found: &[f64], truth: &[f64]) -> f64 {
     found.iter().zip(truth).map(|(f, t)| (f / t - 1.0).abs()).fold(0.0, f64::max)
 }
 
-/// A block of tissue on bone with two muscles along upper edges, as Gmsh's files give it.
+/// A block of tissue on bone with two muscles along upper edges, from Gmsh's files.
 fn solid() -> Body<3> {
     let mut mesh = block(3, 0.008);
     let edge = |step: usize| -> Vec<usize> { (0..4).map(|i| 48 + i * step).collect() };
@@ -62,7 +62,8 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     });
     fit(stretches.map(|o| Observation { measured: o.observable.value(&seen), ..o }).collect());
 
-    // Points on the upper face as a scanner sees them: no node, no name, known to a tenth of a millimetre.
+    // Points on the upper face as from a scanner: without names, not at nodes, with a standard deviation of a
+    // tenth of a millimetre.
     let top: Vec<[usize; 3]> = body
         .mesh
         .surface()
@@ -116,7 +117,7 @@ fn tongue() -> Tongue {
     Tongue { hyoid: body.bone("hyoid").to_vec(), muscles, mesh: body.mesh }
 }
 
-/// What a contour, sensors and lengths say of the tongue; measured values are filled in by the caller.
+/// Observations of the tongue by a contour, sensors and lengths; the caller fills in the measured values.
 fn observations(system: &System<2>) -> Vec<Observation<2>> {
     let mut out = Vec::new();
     for muscle in 0..system.muscle_count() {
@@ -206,7 +207,8 @@ fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
         assert!((moved - SVector::from([3e-3, -2e-3])).norm() < 1e-8);
     }
 
-    // Of lengths alone Young's modulus only scales tensions: with a third muscle's stretch fixed tensions tell it.
+    // With lengths alone Young's modulus only scales tensions; the stretch of a third muscle with a fixed
+    // tension determines it.
     let constants = Tissue { mesh: &t.mesh, model, contracting: &t.muscles };
     let unknowns = vec![Unknown::young_modulus(10.0, 200.0)];
     let mut tensions = vec![0.0; system.muscle_count()];
@@ -225,7 +227,7 @@ fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
 }
 
 #[test]
-fn what_does_not_go_together_is_refused_with_a_sentence() {
+fn incompatible_problems_are_refused_with_a_sentence() {
     let t = tongue();
     let system = System::new(&t.mesh, &Model::default(), &t.muscles).unwrap();
     let seen = || observations(&system);

@@ -1,5 +1,5 @@
-//! The tract round the reference tongue: formants answer to nodes and tensions as differences say, and the vowels of S2 are where vowels
-//! of Japanese are to each other.
+//! The tract around the reference tongue: the derivatives of formants by nodes and tensions are differences,
+//! and the vowels of S2 have the relative positions of Japanese vowels.
 
 use std::sync::Arc;
 
@@ -56,7 +56,7 @@ fn a_formant_is_an_observable_whose_gradient_is_its_derivative() {
 }
 
 #[test]
-fn formants_answer_to_tensions_as_differences_say() {
+fn derivatives_of_formants_by_tensions_are_the_differences() {
     let (body, system, tensions) = pulled();
     let airway = Airway::round(&body, Airway::drawn().unwrap()).unwrap();
     let settings = Settings::default();
@@ -120,7 +120,7 @@ fn the_vowels_of_s2_lie_to_each_other_as_vowels_do() {
 }
 
 #[test]
-fn nothing_acoustic_is_made_where_a_scene_does_not_call_for_it() {
+fn no_acoustics_are_computed_unless_a_scene_asks_for_them() {
     let made = |text: &str| {
         let scene = Scene::from_toml(text, "t.toml").unwrap();
         let tongue_fit::body::AnyBody::Flat(body) = build(&scene.body).unwrap() else { panic!() };
@@ -145,7 +145,7 @@ fn nothing_acoustic_is_made_where_a_scene_does_not_call_for_it() {
 }
 
 #[test]
-fn a_trajectory_with_a_tract_says_its_formants_on_the_way() {
+fn a_trajectory_with_a_tract_has_formants_over_time() {
     let text = "title = \"t\"\nwant = \"trajectory\"\n[body.tongue]\n[tensions_n]\nGGa = 12.0\n[tract]\n\
                 [effects]\nincompressibility = true\n[trajectory]\nduration_s = 0.3\n";
     let way = scene::simulate(&Scene::from_toml(text, "t.toml").unwrap()).unwrap().trajectory.unwrap();

@@ -19,7 +19,7 @@ fn pushed<const D: usize>(effects: Vec<Box<dyn Effect<D>>>) -> Additions<D> {
     Additions { effects, ..Additions::default() }
 }
 
-/// Springs in a row, hanging: each carries the weight below it.
+/// A hanging row of springs: each carries the weight below it.
 #[test]
 fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
     let (links, side, mass, g) = (6, 0.01, 0.4, 9.81);
@@ -49,7 +49,7 @@ fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
 
 /// `u(L) = rho g L² / 2E` for a column that cannot swell (Poisson's ratio 0).
 #[test]
-fn a_finite_element_column_sags_as_the_rod_of_the_textbook() {
+fn a_finite_element_column_sags_like_an_elastic_rod() {
     let (length, g) = (0.05, 0.02);
     let column = solid::block([0.01, 0.01, length], [2, 2, 12]);
     let constants = Constants { poisson_ratio: 0.0, ..Constants::TONGUE };
@@ -85,9 +85,9 @@ fn the_bone_carries_the_whole_weight_in_the_plane_and_in_space() {
     check(&fixtures::block(3, side), (3.0 * side).powi(3));
 }
 
-/// A block on a bone is pressed against a bent wall over it, softly and hard.
+/// A block on a bone is pressed against a bent wall above it, softly and hard.
 #[test]
-fn a_pressed_block_bears_on_the_wall_what_the_bone_does_not_and_no_node_passes() {
+fn a_pressed_block_balances_wall_and_bone_and_no_node_passes() {
     let side = 5.5e-3;
     let block = fixtures::lattice(7, 5, side);
     let top = block.nodes.iter().map(|p| p.y).fold(0.0, f64::max);
@@ -122,7 +122,8 @@ fn a_pressed_block_bears_on_the_wall_what_the_bone_does_not_and_no_node_passes()
 #[test]
 fn a_free_tongue_follows_its_jaw_as_a_rigid_body() {
     let mut tongue = fixtures::tongue();
-    // Free of hyoid and styloid process: held by the mental spine and its neighbours alone, and without the chains outside.
+    // Without hyoid and styloid process: held only by the mental spine and its neighbours, without the chains
+    // outside.
     let spine = (0..tongue.nodes.len()).find(|&n| tongue.nodes[n].norm() < 1e-6).unwrap();
     let joined = tongue.connections.iter().filter(|c| c.contains(&spine)).flatten();
     tongue.fixed = joined.copied().collect();

@@ -1,4 +1,5 @@
-//! What is assumed of the baseline and which bones may move: options, outputs, and the thesis's numbers where it is asked for.
+//! Premises of the baseline and of movable bones: options, outputs, and the thesis's numbers with
+//! `--preset thesis`.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -29,8 +30,8 @@ fn near(found: &[f64], wanted: &[f64], tolerance: f64) {
     }
 }
 
-/// Numbers of commit 045c151, before there was a tone. Bits are compared by `.ci/compare_binaries.py`; other processors may round
-/// the last digits otherwise.
+/// Numbers of commit 045c151, before there was a tone. `.ci/compare_binaries.py` compares bits; other
+/// processors may round the last digits differently.
 #[test]
 fn the_preset_thesis_gives_the_numbers_from_before_there_was_a_tone() {
     let before: [(&str, &str, &[f64], f64, u64); 3] = [
@@ -126,7 +127,7 @@ fn a_scene_can_have_a_tone() {
 }
 
 #[test]
-fn what_cannot_be_assumed_is_refused_in_one_message() {
+fn invalid_premises_are_refused_in_one_message() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("tone.csv"), "muscle,tone_n_per_m\nGGa,3\nGGx,1\n").unwrap();
     let refused = |options: &[&str]| {

@@ -1,4 +1,4 @@
-//! The page of a batch in a real browser: no errors on the console, and its controls do what they are there for.
+//! The page of a batch in a real browser: no errors on the console, and its controls work.
 
 use std::process::Command;
 
@@ -16,11 +16,11 @@ fn the_page_sorts_slides_and_turns_dark_without_errors() {
         .unwrap();
     let page = folder.path().join("batch.html");
     let html = std::fs::read_to_string(&page).unwrap();
-    // Names of XML namespaces are no addresses to load from.
+    // Names of XML namespaces are not addresses of resources.
     let addresses = html.replace("http://www.w3.org/", "");
     assert!(!addresses.contains("http://") && !addresses.contains("https://"), "the page needs no network");
 
-    // Opened with this fragment the page tries its own controls and writes what it found into the document.
+    // With this fragment the page tests its own controls and writes the results into the document.
     let done = Command::new(browser)
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"])
         .arg("--virtual-time-budget=10000")

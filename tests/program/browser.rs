@@ -1,4 +1,4 @@
-//! A real browser, driven over a pipe (the DevTools protocol), for pages that are looked at.
+//! A real browser, driven over a pipe (the DevTools protocol), for tests of pages.
 
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-/// Set where these tests must not be skipped, as in CI.
+/// Set if these tests must not be skipped, as in CI.
 const REQUIRED: &str = "TONGUE_FIT_REQUIRE_BROWSER";
 const PATIENCE: Duration = Duration::from_secs(240);
 
-/// The browser of this machine; `None` where there is none, and none is required.
+/// The browser of this machine; `None` if there is none and none is required.
 pub fn found() -> Option<PathBuf> {
     let paths = std::env::var_os("PATH")?;
     let names = ["chromium", "chromium-browser", "google-chrome"];
@@ -34,7 +34,7 @@ pub struct Browser {
     to: File,
     from: BufReader<File>,
     calls: u64,
-    /// What was told without being asked for.
+    /// Events that the browser sent without a request.
     events: Vec<Value>,
     _folder: tempfile::TempDir,
 }
@@ -83,7 +83,7 @@ impl Browser {
         }
     }
 
-    /// Opens a file, with a fragment such as `#v=a` or none, and waits until it says that it is ready.
+    /// Opens a file with a fragment such as `#v=a` or none, and waits until it is ready.
     pub fn open(&mut self, file: &Path, fragment: &str) -> Page {
         let target = self.call(None, "Target.createTarget", json!({"url": "about:blank"}));
         let to = json!({"targetId": target["targetId"], "flatten": true});
@@ -100,7 +100,7 @@ impl Browser {
         page
     }
 
-    /// What an expression comes to.
+    /// Value of an expression.
     pub fn run(&mut self, page: &Page, expression: &str) -> Value {
         let how = json!({"expression": expression, "awaitPromise": true, "returnByValue": true});
         let mut answer = self.call(Some(page), "Runtime.evaluate", how);
@@ -128,7 +128,7 @@ impl Browser {
         }
     }
 
-    /// Roles of controls of a page that have no accessible name, and how many controls there are.
+    /// Roles of controls of a page without an accessible name, and the number of controls.
     pub fn nameless_controls(&mut self, page: &Page) -> (Vec<String>, usize) {
         let tree = self.call(Some(page), "Accessibility.getFullAXTree", json!({}));
         let roles =
@@ -140,7 +140,7 @@ impl Browser {
         (nameless.map(|n| n["role"]["value"].to_string()).collect(), controls.len())
     }
 
-    /// The first of what pages wrote on the console, threw, or had refused.
+    /// The first messages on the console, exceptions, and refused requests.
     pub fn complaints(&self) -> Vec<String> {
         let kinds = ["Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded"];
         let told = self.events.iter().filter(|e| e["method"].as_str().is_some_and(|m| kinds.contains(&m)));

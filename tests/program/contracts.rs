@@ -1,4 +1,4 @@
-//! The command as its users meet it: contracts, exit statuses, messages.
+//! The command as users meet it: contracts, exit statuses, messages.
 
 use std::io::Write;
 use std::path::Path;
@@ -27,7 +27,7 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// Runs what must fail: returns the message after checking the status, that stdout is empty and that the message is one.
+/// Runs a command that must fail, checks the status and that stdout is empty, and returns its only message.
 fn refused(arguments: &[&str], status: i32) -> String {
     let folder = tempfile::tempdir().unwrap();
     let output = run_in(folder.path(), arguments);
@@ -41,9 +41,9 @@ fn refused(arguments: &[&str], status: i32) -> String {
     message
 }
 
-/// findings.md, A8: where the barrier acts or the branch from rest was left, table, JSON and exit status of every command say so.
+/// If the barrier acts or the branch from rest was left, table, JSON and exit status of every command say so.
 #[test]
-fn what_is_no_equilibrium_of_the_law_from_rest_is_said_everywhere() {
+fn doubtful_equilibria_are_reported_everywhere() {
     let barrier = "the barrier against inversion acts in";
     let branch = "the branch of equilibria from rest ends at";
     let folder = tempfile::tempdir().unwrap();
@@ -149,7 +149,8 @@ fn a_simulation_reports_lengths_that_its_positions_have() {
     }
 }
 
-/// An independent reading of the outputs: the forces recomputed here from the mesh's JSON balance at the simulation's positions.
+/// Independent check of the outputs: forces recomputed here from the mesh's JSON balance at the simulation's
+/// positions.
 #[test]
 fn the_published_mesh_and_positions_balance_in_an_independent_recalculation() {
     let s =
@@ -269,7 +270,7 @@ fn options_that_contradict_each_other_are_refused() {
 }
 
 #[test]
-fn tensions_that_are_none_are_refused() {
+fn invalid_tensions_are_refused() {
     assert!(refused(&["simulate", "--tension", "GGa=twelve"], 1).contains("not a number"));
     assert!(refused(&["simulate", "--tension", "GGa=-1"], 1).contains("not negative"));
     assert!(refused(&["simulate", "--tension", "GGa=NaN"], 1).contains("finite"));
@@ -285,7 +286,7 @@ fn both_presets_and_both_spreads_solve_the_published_load() {
             &[&["simulate", "--json", "--tension", "GGa=12", "--tension", "SGm=11.5"], &options[..]].concat(),
         );
         assert_eq!(s["status"], "converged", "{options:?}");
-        // The printed kappa_s makes the body 1000 times stiffer, and with it the rounding of its forces.
+        // The printed kappa_s makes the body 1000 times stiffer, and so the rounding of its forces larger.
         let bound = if options[1] == "as-printed" { 2e-8 } else { 1e-9 };
         assert!(s["max_residual_force_n"].as_f64().unwrap() < bound, "{options:?}");
         assert!(s["stretches"]["GGa"].as_f64().unwrap() < 0.95);
@@ -293,7 +294,7 @@ fn both_presets_and_both_spreads_solve_the_published_load() {
 }
 
 #[test]
-fn the_published_answer_stands_only_beside_what_it_was_published_for() {
+fn the_published_answer_is_shown_only_for_its_own_row() {
     let folder = tempfile::tempdir().unwrap();
     let printed = |options: &[&str]| stdout(&run_in(folder.path(), &[&["--vowel", "a"], options].concat()));
     assert!(printed(&[]).contains("table 4.8"));
@@ -338,7 +339,7 @@ fn spacings_and_settings_out_of_range_are_refused() {
 }
 
 #[test]
-fn faulty_length_files_are_told_with_line_and_column() {
+fn faulty_length_files_are_reported_with_line_and_column() {
     let folder = tempfile::tempdir().unwrap();
     let header = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm\n";
     let rest = "X,ɯ,46,60,45,59,32,42,42,31\n";
@@ -363,7 +364,7 @@ fn faulty_length_files_are_told_with_line_and_column() {
 }
 
 #[test]
-fn a_faulty_anatomy_is_told_with_its_place() {
+fn a_faulty_anatomy_is_reported_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("anatomy.toml");
     std::fs::write(&path, "outline = [[0, 0], [1, \"x\"]]\n").unwrap();
@@ -382,7 +383,7 @@ fn an_unwritable_folder_is_refused_before_the_work() {
 }
 
 #[test]
-fn a_closed_pipe_is_no_error() {
+fn a_closed_pipe_is_not_an_error() {
     let mut child = Command::new(cargo_bin("tongue-fit"))
         .args(["mesh", "--h", "1mm", "--json"])
         .stdout(Stdio::piped())

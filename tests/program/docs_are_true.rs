@@ -1,9 +1,10 @@
-//! Every command in the guide and the README works, on the files that they show, and prints what they show.
+//! Every command in the guide and the README works on the files shown there and prints the output shown.
 //!
-//! Read are the fenced blocks: one that opens with a kind and a name (```` ```csv my.csv ````) is a file; in ```` ```console ````
-//! a line that begins with `$ ` is a command and the lines after it are what it prints, `...` standing for any lines, or within a
-//! line for anything. Commands of one page run in one folder, one after the other, and end with status 0 unless `$ echo $?`
-//! and another follow.
+//! The fenced blocks are read. One that opens with a kind and a name
+//! (```` ```csv my.csv ````) is a file. In ```` ```console ```` a line that begins with `$
+//! ` is a command, and the lines after it are its output; `...` stands for any lines, or within a line for
+//! any text. Commands of one page run in one folder, one after the other, and end with status 0 unless
+//! `$ echo $?` and another status follow.
 #![cfg(unix)]
 
 use std::fs;
@@ -12,11 +13,11 @@ use std::process::Command;
 
 use assert_cmd::cargo::cargo_bin;
 
-/// Commands that would install something or need another tool; every other must be tongue-fit.
+/// Commands that would install something or need another tool; all others must be tongue-fit.
 const NOT_RUN: [&str; 3] = ["cargo ", "man ", ".ci/"];
 
 struct Block<'a> {
-    /// What follows the backquotes.
+    /// Text after the backquotes.
     info: &'a str,
     lines: Vec<&'a str>,
 }
@@ -32,7 +33,7 @@ fn blocks(text: &str) -> Vec<Block<'_>> {
     blocks
 }
 
-/// Commands and what is shown of their output.
+/// Commands with the output shown for them.
 fn commands<'a>(block: &Block<'a>) -> Vec<(&'a str, Vec<&'a str>)> {
     let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
     for &line in &block.lines {
@@ -45,7 +46,7 @@ fn commands<'a>(block: &Block<'a>) -> Vec<(&'a str, Vec<&'a str>)> {
     all
 }
 
-/// Whether what was printed is what is shown.
+/// Whether the printed output is the output shown.
 fn agrees(shown: &[&str], printed: &[&str]) -> bool {
     match (shown.split_first(), printed.split_first()) {
         (None, _) => printed.is_empty(),
@@ -133,15 +134,15 @@ fn every_command_shown_works_and_prints_what_is_shown() {
     assert!(ran.iter().sum::<usize>() >= 15, "{ran:?}");
 }
 
-/// Commands within lines are not run (some take minutes): their options must be those of the program, which its help, asked for
-/// behind them, comes only after.
+/// Commands within lines are not run (some take minutes). Their options must exist: `--help` behind them is
+/// reached only after the options are parsed.
 #[test]
-fn every_command_named_in_passing_has_options_that_exist() {
+fn every_command_within_a_line_has_options_that_exist() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
     for page in pages() {
         let text = fs::read_to_string(&page).unwrap();
-        // Within a fence every odd piece is code; fences themselves are taken out before.
+        // Within a fence every second piece is code; fences themselves are removed first.
         let prose: String = text.split("```").step_by(2).collect();
         for code in prose.split('`').skip(1).step_by(2).filter(|c| c.starts_with("tongue-fit ")) {
             let output = Command::new(cargo_bin("tongue-fit"))
@@ -157,7 +158,7 @@ fn every_command_named_in_passing_has_options_that_exist() {
     assert!(seen >= 15, "{seen}");
 }
 
-/// How a link names a heading.
+/// The anchor of a heading.
 fn place_of(heading: &str) -> String {
     let kept = heading.trim_start_matches(['#', ' ']).to_lowercase();
     kept.chars()
@@ -199,7 +200,7 @@ fn every_path_that_contributors_are_sent_to_exists() {
     assert!(seen >= 30, "{seen}");
 }
 
-/// A manual page is written for every command, which makes these pages the program's own list of its commands.
+/// A manual page is written for every command, so these pages are the program's own list of its commands.
 #[test]
 fn the_page_of_all_commands_lists_those_of_the_program() {
     let folder = tempfile::tempdir().unwrap();
@@ -230,7 +231,7 @@ fn the_page_of_all_commands_lists_those_of_the_program() {
     assert_eq!(listed, commands);
 }
 
-/// Paragraphs and items of lists; tables, headings and fenced blocks are left out.
+/// Paragraphs and items of lists, without tables, headings and fenced blocks.
 fn paragraphs(text: &str) -> Vec<String> {
     let mut all = vec![String::new()];
     let mut is_fenced = false;
@@ -265,7 +266,7 @@ fn paragraphs_are_short_enough_to_be_read() {
 }
 
 #[test]
-fn what_is_shown_is_compared_line_by_line() {
+fn the_output_shown_is_compared_line_by_line() {
     let printed = ["a 1", "b", "c in 5 ms"];
     assert!(agrees(&["a 1", "b", "c in ... ms"], &printed));
     assert!(agrees(&["...", "b", "..."], &printed) && agrees(&["a 1", "..."], &printed));

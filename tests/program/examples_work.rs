@@ -1,9 +1,9 @@
-//! Every program in `examples/` runs, prints what it is about and writes its files.
+//! Every program in `examples/` runs, prints its results and writes its files.
 
 use std::fs;
 use std::process::Command;
 
-/// What an example prints, and the files that it writes.
+/// Runs an example, checks its files and returns its output.
 fn run(name: &str, files: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let mut cargo = Command::new(env!("CARGO"));
@@ -22,7 +22,7 @@ fn run(name: &str, files: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The number in a text behind some words.
+/// The number after some words in a text.
 fn number(text: &str, before: &str) -> f64 {
     let rest = text.split(before).nth(1).unwrap_or_else(|| panic!("no \"{before}\" in {text}"));
     let end = rest.trim_start().find(|c: char| !(c.is_ascii_digit() || ".-".contains(c))).unwrap();
@@ -54,7 +54,7 @@ fn a_scene_meets_the_palate() {
 }
 
 #[test]
-fn the_valley_is_followed_to_both_ends_and_its_misfit_is_none() {
+fn the_valley_is_followed_to_both_ends_without_misfit() {
     let said = run("valley", &["valley.csv", "valley.svg"]);
     assert!(said.contains("2 ratios, 3 tensions") && said.contains("it ends: HGa is slack;"), "{said}");
     let misfits =
@@ -72,7 +72,7 @@ fn tensions_of_a_solid_come_back() {
     }
 }
 
-/// The recording in `targets/recordings` is what the example makes, to the rounding of its digits.
+/// The recording in `targets/recordings` is the output of the example, to the rounding of its digits.
 #[test]
 fn the_synthetic_recording_is_that_of_the_example() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Every file that a command writes says with which version and which command line it was made, and of what tissue.
+//! Every file written by a command contains version, command line and tissue.
 
 use std::path::Path;
 use std::process::Command;

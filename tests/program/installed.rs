@@ -1,4 +1,4 @@
-//! What an installed program brings along: its version, manual pages and completions.
+//! An installed program's version, manual pages and completions.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -42,7 +42,7 @@ fn there_is_a_manual_page_for_every_command_with_its_options_and_example() {
     let page = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
     let whole = page("tongue-fit.1");
     assert_eq!(whole, printed(&["man"]));
-    // Each subcommand that a page lists has its page.
+    // Each subcommand listed on a page has its own page.
     let mut seen = 0;
     let names =
         std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
@@ -75,7 +75,7 @@ fn the_completions_of_each_shell_name_commands_and_options_and_bash_takes_them()
     let folder = tempfile::tempdir().unwrap();
     let script = folder.path().join("tongue-fit.bash");
     std::fs::write(&script, printed(&["completions", "bash"])).unwrap();
-    // As the shell does when the user presses the tabulator after the last word.
+    // As the shell does if the user presses the tabulator key after the last word.
     let complete = |words: &str| {
         let line = format!(
             "source '{}'; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); \

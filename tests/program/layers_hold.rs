@@ -1,9 +1,10 @@
-//! The crates stand in layers: each may use those below it, and no other.
+//! The crates are layers: each may use only those below it.
 
 use std::fs;
 use std::path::Path;
 
-/// The crates from the lowest to the highest. `sound` and whatever else uses no crate of the project may stand anywhere.
+/// The crates from the lowest to the highest. `sound` and other crates that use none of the project's are in
+/// no layer.
 const LAYERS: [&str; 5] = ["core", "input", "infer", "files", "study"];
 
 fn dependencies(manifest: &Path) -> Vec<String> {

@@ -1,4 +1,5 @@
-//! `tongue-fit lengths check` tells what is understood of a table, and its exit status whether that is all.
+//! `tongue-fit lengths check` reports how a table is understood, and its exit status says whether all of it
+//! is.
 
 use std::io::Write;
 use std::path::Path;
@@ -7,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 use assert_cmd::cargo::cargo_bin;
 use serde_json::{Value, json};
 
-/// As a German Excel exports it, with a broken row, a missing cell and columns that are no lengths.
+/// An export of a German Excel, with a broken row, a missing cell and columns that are not lengths.
 const EXPORT: &str = "\u{feff}Proband;Vokal;GGa (mm);GGm (mm);HG_cm;Bemerkung\r\n\
                       M;u;46,5;56;3,6;gut, sehr\r\nM;a;38;;3,4;\r\nM;ɔ;38,5;57;x;\r\nN;a;40;40;4;\r\nN;e;-;-;;\r\n";
 
@@ -20,13 +21,13 @@ fn check(arguments: &[&str], stdin: &[u8]) -> Output {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // It may have refused the command line and gone.
+    // The program may already have ended with a refusal of the command line.
     let _ = child.stdin.take().unwrap().write_all(stdin);
     child.wait_with_output().unwrap()
 }
 
 #[test]
-fn an_export_is_understood_but_for_its_broken_row() {
+fn an_export_is_understood_except_its_broken_row() {
     let output = check(&["-", "--json"], EXPORT.as_bytes());
     assert_eq!(output.status.code(), Some(1));
     let record: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -76,7 +77,7 @@ fn the_built_in_table_is_all_understood() {
 }
 
 #[test]
-fn what_is_no_table_is_refused_with_one_message() {
+fn files_that_are_not_tables_are_refused_with_one_message() {
     for (arguments, stdin, expected) in [
         (&["-"][..], "", "error: stdin:1:1: the file is empty; begin with a line like"),
         (&["-"], "name,what\nX,a\n", "error: stdin:1:3: missing from the header: subject, vowel, a length"),

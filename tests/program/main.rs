@@ -1,4 +1,4 @@
-//! What `tongue-fit` prints, writes and answers when it is run as its users run it.
+//! Output, files and answers of `tongue-fit` when users run it.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

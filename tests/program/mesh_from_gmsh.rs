@@ -1,4 +1,5 @@
-//! A mesh from Gmsh in every command: the same answers as from the body that it is, and exit statuses that say what is wrong.
+//! A mesh from Gmsh in every command: the same answers as from the original body, and exit statuses for
+//! faults.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -28,7 +29,7 @@ fn refused(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn check_ends_with_0_where_the_mesh_can_be_used_and_with_1_where_not_and_says_why() {
+fn check_ends_with_0_for_usable_meshes_and_with_1_and_a_reason_for_others() {
     let folder = tempfile::tempdir().unwrap();
     let check = |name: &str| {
         let done = run(folder.path(), &["mesh", "check", &fixture(name), "--json"]);
@@ -114,7 +115,7 @@ fn every_command_takes_a_mesh() {
 }
 
 #[test]
-fn what_does_not_go_together_is_refused() {
+fn incompatible_options_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = fixture("tongue_41.msh");
     let refused = |arguments: &[&str]| refused(folder.path(), arguments);
@@ -167,7 +168,7 @@ fn a_scene_takes_a_mesh_in_the_plane_and_in_space() {
     let same = scene("same.toml", "[body.mesh]\nfile = \"mesh.msh\"", "GGp = 20.0", jaw);
     assert_eq!(own["positions_m"], same["positions_m"], "the bones keep their names");
 
-    // Groups of bones say what a jaw carries.
+    // The groups of bones determine which nodes a jaw carries.
     let theirs = format!("[body.mesh]\nfile = \"{}\"", fixture("tongue_41_binary.msh"));
     let shut = scene("shut.toml", &theirs, "GGp = 20.0", "");
     let open = scene("open.toml", &theirs, "GGp = 20.0", jaw);

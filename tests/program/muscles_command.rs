@@ -1,4 +1,4 @@
-//! `tongue-fit muscles`: what each muscle does, side by side.
+//! `tongue-fit muscles`: the effect of each muscle, side by side.
 
 use std::collections::BTreeSet;
 use std::process::Command;
@@ -28,7 +28,8 @@ fn every_muscle_shortens_where_it_pulls_and_all_are_drawn_with_the_same_axes() {
         assert_eq!(row["status"], "converged");
         assert!(row["stretch"].as_f64().unwrap() < 0.95, "{row}");
     }
-    // The posterior genioglossus pushes the tongue forward, the styloglossus draws its tip back (Takano and Honda 2007).
+    // The posterior genioglossus pushes the tongue forward, the styloglossus pulls its tip back (Takano and
+    // Honda 2007).
     let tip =
         |name: &str| rows.iter().find(|r| r["pulling"] == name).unwrap()["tip_forward_mm"].as_f64().unwrap();
     assert!(tip("GGp") > 1.0 && tip("SGa") < -1.0);
@@ -42,7 +43,7 @@ fn every_muscle_shortens_where_it_pulls_and_all_are_drawn_with_the_same_axes() {
     for name in ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"] {
         assert_eq!(told.iter().filter(|t| t.starts_with(name)).count(), 1, "{name}");
     }
-    // The outline at rest is the same path in every picture, but for where the picture lies.
+    // The outline at rest is the same path in every picture, except for the picture's place.
     let shapes: BTreeSet<Vec<[i64; 2]>> = document
         .descendants()
         .filter(|n| n.attribute("fill") == Some("#f1f1f1"))
@@ -61,7 +62,7 @@ fn every_muscle_shortens_where_it_pulls_and_all_are_drawn_with_the_same_axes() {
 }
 
 #[test]
-fn a_tension_that_is_none_is_refused() {
+fn an_invalid_tension_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     for tension in ["0", "-3", "nan"] {
         let (status, _, told) = muscles(folder.path(), &["--tension", tension]);

@@ -1,5 +1,5 @@
-//! Bodies from Gmsh with other muscles than the eight that are built in, fewer and more, go through every command as the reference
-//! does.
+//! Bodies from Gmsh with other muscles than the eight built-in ones, fewer and more, work in every command
+//! like the reference.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
 use tongue_fit::body::{Bone, MuscleChain, REFERENCE, gmsh, solid};
 
-/// Muscles that pull in the simulation, N per metre of thickness.
+/// Active muscles in the simulation, N per metre of thickness.
 const PULL: [(&str, f64); 3] = [("hyoglossus", 5.0), ("longitudinalis superior", 6.0), ("verticalis", 8.0)];
 const FIVE: &str = r#"
     genioglossus = [[0.0, 0.0], [28.9, 50.056]]
@@ -37,7 +37,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
-/// The names under which numbers stand.
+/// The names of values by muscle.
 fn names(by_muscle: &Value) -> Vec<&str> {
     by_muscle.as_object().unwrap().keys().map(String::as_str).collect()
 }
@@ -65,7 +65,7 @@ fn make_body(folder: &Path, muscles: &str, count: usize) {
     );
 }
 
-/// Lengths of the body at rest and pulled, as the table of a subject, in `own.csv`.
+/// Lengths of the body at rest and under tension, as the table of a subject, in `own.csv`.
 fn measure(folder: &Path) -> Value {
     let pull: Vec<String> = PULL.iter().map(|(muscle, n)| format!("{muscle}={n}")).collect();
     let mut arguments = vec!["simulate", "--mesh", "body.msh", "--json", "--out", "simulated"];
@@ -146,7 +146,8 @@ fn eleven_muscles_go_through_every_command() {
     goes_all_the_way(&format!("{FIVE}{SIX_MORE}"), 11);
 }
 
-/// A block on bone with muscles along three upper edges, called as in Takano's table, meets what was measured there.
+/// A block on bone with muscles along three upper edges, named as in Takano's table, meets the lengths
+/// measured there.
 #[test]
 fn a_scene_fits_a_solid() {
     let folder = tempfile::tempdir().unwrap();

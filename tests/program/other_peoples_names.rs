@@ -1,5 +1,5 @@
-//! Names in tables and recordings are other people's: no terminal and no spreadsheet is told by them what to do. And limits of the
-//! system end a run with a message.
+//! Names in tables and recordings are other people's and must not control terminals or spreadsheets. Also:
+//! limits of the system end a run with a message.
 #![cfg(unix)]
 
 use std::fs;
@@ -8,7 +8,7 @@ use std::process::Command;
 
 use assert_cmd::cargo::cargo_bin;
 
-/// Exit status, and all that is printed.
+/// Exit status and all output.
 fn run(folder: &Path, line: &str) -> (Option<i32>, String) {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("{line} 2>&1")]).current_dir(folder);
@@ -36,7 +36,7 @@ fn escapes_in_names_are_shown_and_not_obeyed() {
     let (status, printed) = run(folder.path(), TRACK);
     assert_eq!(status, Some(0), "{printed}");
     assert!(printed.contains("o\\u001b]0;title\\u0007ne: the hyoid was never seen"), "{printed}");
-    // JSON holds the name itself.
+    // JSON contains the name itself.
     let (_, printed) = run(folder.path(), &format!("{TRACK} --json 2>/dev/null | cat"));
     assert!(!printed.contains(['\u{1b}', '\u{7}']), "{printed}");
     let record: serde_json::Value = serde_json::from_str(&printed).unwrap();
@@ -51,7 +51,7 @@ fn escapes_in_names_are_shown_and_not_obeyed() {
 }
 
 #[test]
-fn names_that_a_spreadsheet_would_run_are_text() {
+fn names_that_look_like_formulas_are_text() {
     let folder = tempfile::tempdir().unwrap();
     record(folder.path(), "=cmd|x");
     let (status, printed) = run(folder.path(), TRACK);
@@ -73,7 +73,7 @@ fn names_that_a_spreadsheet_would_run_are_text() {
 }
 
 #[test]
-fn a_file_that_reaches_the_limit_of_file_sizes_is_told() {
+fn a_file_that_reaches_the_limit_of_file_sizes_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let (status, printed) = run(folder.path(), "ulimit -f 4; \"$TONGUE_FIT\" --vowel a --out fit");
     assert_eq!((status, printed.contains("raise the limit of file sizes")), (Some(1), true), "{printed}");

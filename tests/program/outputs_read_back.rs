@@ -1,4 +1,5 @@
-//! What is written for Gmsh, ParaView and OpenSim, read back by readers that are not ours: meshio, Gmsh itself, OpenSim's rules.
+//! Files for Gmsh, ParaView and OpenSim are read back by independent readers: meshio, Gmsh itself, OpenSim's
+//! rules.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,12 +9,12 @@ use assert_cmd::cargo::CommandCargoExt;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// A Python that has the packages meshio and gmsh.
+/// A Python with the packages meshio and gmsh.
 const PYTHON: &str = "TONGUE_FIT_PYTHON";
-/// Set where the tests must not be skipped, as in CI.
+/// Set if the tests must not be skipped, as in CI.
 const REQUIRED: &str = "TONGUE_FIT_REQUIRE_PYTHON";
 
-/// That Python; `None`, with a printed reason, where there is none.
+/// That Python; `None`, with a printed reason, if there is none.
 fn python() -> Option<PathBuf> {
     let python = std::env::var_os(PYTHON).map(PathBuf::from);
     if python.is_none() {
@@ -41,7 +42,7 @@ fn numbers<T: for<'a> Deserialize<'a>>(value: &Value) -> T {
     serde_json::from_value(value.clone()).unwrap()
 }
 
-/// A mesh as meshio saw it.
+/// A mesh read by meshio.
 #[derive(Deserialize)]
 struct Seen {
     points: Vec<Vec<f64>>,
@@ -53,14 +54,14 @@ struct Seen {
 
 const TENSIONS: [&str; 6] = ["--tension", "GGa=12", "--tension", "SGm=11.5", "--tension", "HGa=4.5"];
 
-/// A simulation into `out`, its record, and the mesh at rest.
+/// Simulates into `out`; returns the record and the mesh at rest.
 fn simulated(folder: &Path) -> (Value, Value) {
     let mesh = tongue_fit(folder, &["mesh", "--json", "--out", "out"]);
     let arguments = [&["simulate"][..], &TENSIONS, &["--json", "--out", "out"]].concat();
     (tongue_fit(folder, &arguments), mesh)
 }
 
-/// Points, cells and every array are those of the record.
+/// Checks that points, cells and every array are those of the record.
 fn assert_is_the_simulation(seen: &Seen, record: &Value, mesh: &Value, points_m: &[[f64; 2]]) {
     for (point, [x, y]) in seen.points.iter().zip(points_m) {
         assert_eq!(point[..], [*x, *y, 0.0]);
@@ -71,7 +72,7 @@ fn assert_is_the_simulation(seen: &Seen, record: &Value, mesh: &Value, points_m:
     let chains: BTreeMap<String, Vec<usize>> = numbers(&mesh["muscles"]);
     let mut lines = Vec::new();
     let mut tensions = Vec::new();
-    // The JSON object lists the muscles in the order of the tables; so do the files.
+    // The JSON object and the files list the muscles in the order of the tables.
     for muscle in ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"] {
         let pairs = chains[muscle].windows(2).map(<[usize]>::to_vec);
         tensions.extend(pairs.clone().map(|_| record["tensions_n"][muscle].as_f64().unwrap()));
@@ -122,7 +123,7 @@ fn meshio_reads_the_shape_from_vtu_and_from_msh() {
     assert_eq!(at_rest.cells, msh.cells);
 }
 
-/// Tensors as nine in a row, or as three rows of three.
+/// Tensors as nine numbers in a row, or as three rows of three.
 fn tensors(of: &Value) -> Vec<Vec<f64>> {
     let of_cell = |tensor: &Value| match numbers::<Vec<Value>>(tensor)[0].is_array() {
         true => numbers::<Vec<Vec<f64>>>(tensor).concat(),

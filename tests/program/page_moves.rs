@@ -1,5 +1,5 @@
-//! The page with the moving tongue, in a real browser: its numbers are the program's, its controls do what they say, and nothing that
-//! one puts into it breaks it.
+//! The page with the moving tongue in a real browser: its numbers are the program's, its controls work, and
+//! invalid input does not break it.
 #![cfg(unix)]
 
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::browser::{Browser, Page};
 
-/// Names a page to be tested in place of the one that is kept: one just built (`.ci/page`).
+/// Names a newly built page to be tested instead of the committed one (`.ci/page`).
 const BUILT: &str = "TONGUE_FIT_PAGE";
 const MUSCLES: [&str; 8] = ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"];
 
@@ -22,7 +22,7 @@ fn kept() -> PathBuf {
     std::env::var_os(BUILT).map_or_else(|| root().join("web/tongue.html"), PathBuf::from)
 }
 
-/// What the program prints, and what it says is wrong.
+/// Output and errors of the program.
 fn program(arguments: &[&str]) -> (Value, String) {
     let folder = tempfile::tempdir().unwrap();
     let done = Command::new(cargo_bin("tongue-fit"))
@@ -35,7 +35,7 @@ fn program(arguments: &[&str]) -> (Value, String) {
     (serde_json::from_slice(&done.stdout).unwrap_or_default(), told)
 }
 
-/// Asks the library in the page.
+/// Sends a request to the library in the page.
 fn ask(browser: &mut Browser, page: &Page, request: &Value) -> Value {
     browser.run(page, &format!("live.ask({request})"))
 }
@@ -52,12 +52,13 @@ fn open(browser: &mut Browser, page: &Page, h_mm: f64, continuum: bool) {
     assert!(made["error"].is_null(), "{made}");
 }
 
-/// What numbers may differ by, of the larger of them and of 1.
+/// Tolerance of numbers, relative to the larger of them and 1.
 const CLOSE: f64 = 1e-9;
-/// The same for a fit of a continuum: its search ends at steps below 1e-4 N, and there the last digits of its equilibria count.
+/// Tolerance for a fit of a continuum: its search ends at steps below 1e-4 N, where the last digits of its
+/// equilibria matter.
 const CLOSE_IN_A_SEARCH: f64 = 1e-6;
 
-/// Compares numbers of both records: all in `paths` must be there and agree.
+/// Compares numbers of both records: all in `paths` must exist and agree.
 fn agree(page: &Value, program: &Value, paths: &[&str], close: f64, what: &str) {
     for path in paths {
         let [a, b] =
@@ -129,7 +130,7 @@ fn the_numbers_of_the_page_are_those_of_the_program() {
             }
         }
     }
-    // Weight, palate, jaw and hyoid: as scenes that the program ships.
+    // Weight, palate, jaw and hyoid, in built-in scenes.
     open(&mut browser, &page, 5.5, false);
     for (name, tensions, effects) in [
         ("supine", vec![], json!({"gravity": {"posture": "supine"}})),
@@ -162,7 +163,7 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     browser.press(&page, "Home", 36);
     browser.wait(&page, "state.tensions[0] === 0 && !asked");
 
-    // Along the valley the fitted ratios stay where they were measured.
+    // Along the valley the fitted ratios keep their measured values.
     browser.run(&page, "choose('a')");
     browser.wait(&page, "fit?.valley && !byId('valley').hidden && !asked");
     browser.run(&page, "byId('along').focus()");
@@ -181,7 +182,7 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     browser.run(&page, "pull(0, 20)");
     browser.wait(&page, "!asked");
 
-    // Jaw, weight, palate and the other body: each moves the tongue, and is taken back.
+    // Jaw, weight, palate and the other body: each moves the tongue, and is undone.
     for (set, back) in [
         (
             "byId('jaw').value = 6; byId('jaw').dispatchEvent(new Event('input'))",
@@ -224,7 +225,7 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     same(&again, &positions, CLOSE, "the link");
     assert_eq!(browser.run(&other, "link()"), link);
 
-    // Pictures to keep, dark and light, names for who cannot see.
+    // Pictures to save, dark and light, and names for screen readers.
     let svg = browser.run(&other, "pictureText(byId('mouth'), made())");
     let text = svg.as_str().unwrap();
     let document = roxmltree::Document::parse(text).unwrap();
@@ -276,21 +277,21 @@ fn a_page_holds_a_table_of_ones_own_whatever_its_labels() {
     browser.wait(&page, "fit?.target_kind === 'stretch'");
     let said = browser.run(&page, "byId('verdict').textContent");
     assert!(said.as_str().unwrap().contains("as the file has it"), "{said}");
-    // What the page finds itself is what was put into it.
+    // The page's own fit is the one put into it.
     let request = json!({"ask": "fit", "subject": label, "vowel": "a", "target": "stretch"});
     let found = ask(&mut browser, &page, &request);
     let embedded = browser.run(&page, "fit");
     agree(&found, &embedded, &["/tensions_n", "/lengths_mm", "/hyoid_mm"], CLOSE, "own table");
     assert_eq!(browser.complaints(), [""; 0]);
 
-    // A body of one's own comes along.
+    // The page contains the user's own body.
     let mesh = root().join("targets/anatomy.toml");
     let (_, told) =
         program(&["page", "--anatomy", mesh.to_str().unwrap(), "--h", "6.5mm", "--out", out_text]);
     let page = browser.open(&out, "");
     assert_eq!(browser.run(&page, "body.what"), "a tongue at 6.5 mm", "{told}");
     assert_eq!(browser.run(&page, "own.fits.length"), 30);
-    // So does its spacing, which is the program's and not the page's where a continuum is asked for.
+    // It has the body's spacing, and for a continuum the program's default.
     program(&["page", "--no-fits", "--body", "continuum", "--out", out_text]);
     let own = std::fs::read_to_string(&out).unwrap();
     assert!(
@@ -300,7 +301,7 @@ fn a_page_holds_a_table_of_ones_own_whatever_its_labels() {
 }
 
 #[test]
-fn what_the_program_refuses_the_page_refuses_in_its_words() {
+fn the_page_refuses_with_the_messages_of_the_program() {
     let Some(mut browser) = Browser::start() else { return };
     let page = browser.open(&kept(), "");
     for word in ["GGa=-3", "GGa=x", "GGb=3", "GGa", "GGa=1e400"] {
@@ -324,7 +325,7 @@ fn what_the_program_refuses_the_page_refuses_in_its_words() {
         let (_, told) = program(&["--lengths", path, "--subject", "X", "--vowel", "a"]);
         assert_eq!(format!("error: {}\n", said["error"].as_str().unwrap()), told);
     }
-    // Nothing stops the library: neither numbers out of all range, nor requests that are none.
+    // The library survives numbers far out of range and invalid requests.
     ask(&mut browser, &page, &json!({"ask": "table", "text": null, "file": ""}));
     for request in [
         "{}",
@@ -356,7 +357,7 @@ fn what_the_program_refuses_the_page_refuses_in_its_words() {
         let said = browser.run(&page, &frame);
         assert!(!said.as_str().unwrap().contains("itself failed"), "{bones}: {said}");
     }
-    // And a link with nonsense in it is answered.
+    // A link with invalid parts gets an answer.
     let page = browser.open(&kept(), "#t=GGa=-3&s=S9&v=q&k=width&bones=a,b&along=-7&gravity=up&body=jelly");
     let said = browser.run(&page, "byId('trouble').textContent");
     assert!(said.as_str().unwrap().starts_with("GGa=-3: the tension of GGa is -3;"), "{said}");

@@ -93,7 +93,8 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     }
 }
 
-/// The posterior was asked for and is told, so the fit beside it, which ends on its bound, makes no status of 3.
+/// The posterior was asked for and is told, so the fit beside it, which ends on its bound, makes no status of
+/// 3.
 #[test]
 fn the_exit_status_is_that_of_the_posterior_where_one_was_asked_for() {
     let folder = tempfile::tempdir().unwrap();

@@ -85,7 +85,7 @@ fn a_mesh_file_is_the_body_that_it_was_printed_from() {
     let message = refused(folder.path(), &["scene", "run", "bare.toml"]);
     assert!(message.contains("bare.json") && message.contains("no triangles"), "{message}");
 
-    // The results of mesh.toml would take the name of its mesh.
+    // The results of mesh.toml would have the name of its mesh.
     std::fs::copy(folder.path().join("a.toml"), folder.path().join("mesh.toml")).unwrap();
     let message = refused(folder.path(), &["scene", "run", "mesh.toml", "--out", "."]);
     assert!(message.contains("mesh.json") && message.contains("--out"), "{message}");
@@ -93,7 +93,7 @@ fn a_mesh_file_is_the_body_that_it_was_printed_from() {
 }
 
 #[test]
-fn what_is_wrong_with_a_scene_file_is_said_with_its_place() {
+fn faults_of_a_scene_file_are_reported_with_their_place() {
     let folder = tempfile::tempdir().unwrap();
     let message = refused(folder.path(), &["scene", "run", "vowel-x"]);
     assert!(message.contains("unknown scene \"vowel-x\"; did you mean \"vowel-a\"?"), "{message}");

@@ -1,4 +1,4 @@
-//! `tongue-fit sound`: its numbers, its files, what it refuses, and its voice as Praat hears it.
+//! `tongue-fit sound`: its numbers, its files, its refusals, and its voice analysed by Praat.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -43,12 +43,12 @@ fn a_vowel_has_formants_areas_a_picture_and_a_voice() {
     roxmltree::Document::parse(&text("a.svg")).unwrap();
     assert!(text("a.csv").starts_with("from_glottis_mm,length_mm,area_cm2,"));
     assert_eq!(serde_json::from_str::<Value>(&text("a.json")).unwrap()["formants_hz"], record["formants_hz"]);
-    // The command line stands in the voice too.
+    // The voice contains the command line too.
     assert!(String::from_utf8_lossy(&wav).contains("command: tongue-fit sound --vowel a"));
 }
 
 #[test]
-fn tensions_jaw_lips_and_a_tract_of_ones_own_change_what_is_heard() {
+fn tensions_jaw_lips_and_another_tract_change_the_sound() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let pulled = ["--tension", "GGp=10", "--tension", "GGa=2"];
@@ -61,14 +61,14 @@ fn tensions_jaw_lips_and_a_tract_of_ones_own_change_what_is_heard() {
         std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/tract.toml")).unwrap();
     std::fs::write(at.join("mine.toml"), drawn.replace("step_mm = 4.0", "step_mm = 2.0")).unwrap();
     let finer = formants(&heard(at, &[&pulled[..], &["--tract", "mine.toml"]].concat()));
-    // Half the step changes the first four by less than 2 %: the grid is fine enough.
+    // Half the step changes the first four formants by less than 2 %, so the grid is fine enough.
     for (a, b) in plain.iter().zip(&finer).take(4) {
         assert!((a / b - 1.0).abs() < 0.02 && a != b, "{plain:?} {finer:?}");
     }
 }
 
 #[test]
-fn what_has_no_sound_is_refused_in_a_line() {
+fn input_without_a_sound_is_refused_in_a_line() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     std::fs::write(at.join("bad.toml"), "name = 3").unwrap();
@@ -95,7 +95,7 @@ fn what_has_no_sound_is_refused_in_a_line() {
 }
 
 #[test]
-fn praat_hears_the_formants_that_were_computed() {
+fn praat_finds_the_computed_formants() {
     let required = std::env::var_os("TONGUE_FIT_REQUIRE_PYTHON").is_some();
     let listens = |python: &OsString| {
         let asked = Command::new(python).args(["-c", "import parselmouth"]).output();
@@ -124,7 +124,8 @@ fn praat_hears_the_formants_that_were_computed() {
         let mut theirs: Vec<f64> = serde_json::from_slice(&done.stdout).unwrap();
         println!("/{vowel}/ ours {ours:.0?}, Praat's {theirs:.0?}");
         if vowel == "a" {
-            // Linear prediction finds one more, weak peak there, near 1300 Hz, that is no resonance of the tract.
+            // Linear prediction finds one more, weak peak there, near 1300 Hz, that is not a resonance of the
+            // tract.
             theirs.remove(1);
         }
         for (a, b) in ours.iter().zip(&theirs) {

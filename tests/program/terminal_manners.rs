@@ -1,4 +1,4 @@
-//! What is expected of a program in a Unix terminal: a pipe that closes, a disk that is full, colours, progress, -q, -v, Ctrl-C.
+//! Behaviour in a Unix terminal: a closed pipe, a full disk, colours, progress, -q, -v, Ctrl-C.
 #![cfg(unix)]
 
 use std::fs;
@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use assert_cmd::cargo::cargo_bin;
 
-/// Every command, in a form that takes no time, with the exit status that it has.
+/// Every command in a quick form, with its exit status.
 const COMMANDS: [(&str, i32); 20] = [
     ("--vowel a", 0),
     ("--vowel a --json", 0),
@@ -57,7 +57,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn every_command_outlives_the_reader_of_its_output_and_ends_as_it_would_have() {
+fn every_command_survives_a_closed_pipe_with_its_usual_status() {
     for (arguments, expected) in COMMANDS {
         let folder = tempfile::tempdir().unwrap();
         let mut child = tongue_fit(folder.path(), arguments).spawn().unwrap();
@@ -87,7 +87,8 @@ fn a_result_that_cannot_be_printed_is_an_error() {
     }
 }
 
-/// Runs on a terminal of its own, by util-linux's `script`; gives what appears there. `None` where there is no such tool.
+/// Runs on a terminal of its own, by util-linux's `script`, and returns its content. `None` if there is no
+/// such tool.
 fn on_a_terminal(folder: &Path, arguments: &str, no_color: Option<&str>) -> Option<String> {
     if !cfg!(target_os = "linux") || Command::new("script").arg("--version").output().is_err() {
         eprintln!("skipped: util-linux's script is not there to make a terminal");
@@ -104,7 +105,7 @@ fn on_a_terminal(folder: &Path, arguments: &str, no_color: Option<&str>) -> Opti
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Whether a text sets colours or weights; to move the cursor is another thing.
+/// Whether a text sets colours or weights; moving the cursor does not count.
 fn is_coloured(text: &str) -> bool {
     text.split("\u{1b}[").skip(1).any(|rest| {
         let end = rest.find(|c: char| !c.is_ascii_digit() && c != ';');
@@ -113,7 +114,7 @@ fn is_coloured(text: &str) -> bool {
 }
 
 #[test]
-fn colours_are_for_terminals_and_for_those_who_do_not_say_no() {
+fn colours_are_for_terminals_without_no_color() {
     let folder = tempfile::tempdir().unwrap();
     for arguments in
         ["--help", "--vowl a", "scene run --help", "scene list", "batch --vowels a --draws 0 --subsets 0"]
@@ -130,7 +131,7 @@ fn colours_are_for_terminals_and_for_those_who_do_not_say_no() {
 }
 
 #[test]
-fn progress_is_for_terminals_and_not_for_the_quiet() {
+fn progress_is_for_terminals_and_not_with_q() {
     let folder = tempfile::tempdir().unwrap();
     let batch = "batch --vowels a --draws 20 --subsets 0";
     let stability = "stability --case 9";
@@ -145,7 +146,7 @@ fn progress_is_for_terminals_and_not_for_the_quiet() {
 }
 
 #[test]
-fn the_quiet_hear_errors_only_and_find_everything_in_the_files() {
+fn with_q_only_errors_are_printed_and_files_have_everything() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, first) in [
         ("--vowel a --out fit -q", "fit/fit.json"),
@@ -159,7 +160,7 @@ fn the_quiet_hear_errors_only_and_find_everything_in_the_files() {
         assert_eq!(run(folder.path(), arguments), (0, String::new(), String::new()), "{arguments}");
         assert!(folder.path().join(first).exists(), "{first}");
     }
-    // What stands in no file, and what was asked for by name, is printed all the same.
+    // Results that are in no file, and output that was asked for by name, are printed all the same.
     for arguments in ["simulate --tension GGa=12 -q", "mesh -q", "scene list -q", "--vowel a --json -q"] {
         let (status, out, told) = run(folder.path(), arguments);
         assert_eq!((status, out.is_empty(), told.as_str()), (0, false, ""), "{arguments}");
@@ -175,7 +176,7 @@ fn the_quiet_hear_errors_only_and_find_everything_in_the_files() {
 }
 
 #[test]
-fn the_curious_hear_each_step_on_stderr_and_get_the_same_result() {
+fn with_v_each_step_is_on_stderr_and_results_are_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let fit = "--vowel a --threads 2";
     let ((_, plain, silence), (_, out, told)) =
@@ -202,7 +203,7 @@ fn the_curious_hear_each_step_on_stderr_and_get_the_same_result() {
 }
 
 #[test]
-fn the_command_in_the_records_has_no_word_that_changes_no_result() {
+fn the_recorded_command_has_only_options_that_change_results() {
     let folder = tempfile::tempdir().unwrap();
     let batch = "batch --vowels a,u --subjects S2 --draws 0 --subsets 0";
     let command = |folder: &Path| {
@@ -217,7 +218,7 @@ fn the_command_in_the_records_has_no_word_that_changes_no_result() {
     assert_eq!(command(&spaced), format!("tongue-fit {batch}"));
 }
 
-/// Starts with Ctrl-C at its default, whatever the test was started with.
+/// Starts with Ctrl-C at its default, whatever the state of the test.
 fn start(folder: &Path, ctrl_c: &str, arguments: &str) -> Child {
     let mut command = Command::new("env");
     command.arg(format!("--{ctrl_c}-signal=INT")).arg(cargo_bin("tongue-fit"));
@@ -226,7 +227,7 @@ fn start(folder: &Path, ctrl_c: &str, arguments: &str) -> Child {
     command.spawn().unwrap()
 }
 
-/// Sends a signal as soon as `now` says so; `None` if the program was done before.
+/// Sends a signal as soon as `now` returns true; `None` if the program ended before.
 fn interrupted(mut child: Child, signal: &str, now: impl Fn() -> bool) -> Option<ExitStatus> {
     while !now() {
         if child.try_wait().unwrap().is_some() {
@@ -234,7 +235,7 @@ fn interrupted(mut child: Child, signal: &str, now: impl Fn() -> bool) -> Option
         }
         std::thread::sleep(Duration::from_micros(200));
     }
-    // The shell's own kill, which is everywhere.
+    // The shell's own `kill`, which exists everywhere.
     Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status().unwrap();
     Some(child.wait().unwrap())
 }
@@ -289,7 +290,7 @@ fn an_interrupted_batch_leaves_its_journal_and_goes_on_unless_it_was_told_to_ign
         ["batch.html", "batch.json", "fits.csv", "muscles.csv", "tensions.svg", "tensions.tex"]
     );
 
-    // As a job in the background of a script.
+    // As a background job of a script.
     fs::remove_dir_all(&out).unwrap();
     let status = interrupted(start(folder.path(), "ignore", batch), "INT", fitted).unwrap();
     assert!(status.code().is_some(), "{status}");
@@ -297,7 +298,7 @@ fn an_interrupted_batch_leaves_its_journal_and_goes_on_unless_it_was_told_to_ign
 }
 
 #[test]
-fn help_is_short_and_the_rest_is_asked_for() {
+fn help_is_short_and_help_all_is_complete() {
     let folder = tempfile::tempdir().unwrap();
     let printed = |arguments: &str| parts(tongue_fit(folder.path(), arguments).output().unwrap()).1;
     let (short, long) = (printed("--help"), printed("--help-all"));
@@ -311,6 +312,6 @@ fn help_is_short_and_the_rest_is_asked_for() {
         printed("batch --help-all").contains("      --tone")
             && !printed("batch --help").contains("      --tone")
     );
-    // What help does not show works as before.
+    // Options that help does not show work as before.
     assert_eq!(parts(tongue_fit(folder.path(), "mesh --preset thesis -q").output().unwrap()).0, 0);
 }

@@ -1,4 +1,5 @@
-//! `tongue-fit track` and `tongue-fit adapt`: from a recording to tensions, and what is told of recordings that are none.
+//! `tongue-fit track` and `tongue-fit adapt`: from a recording to tensions, and what is told of recordings
+//! that are none.
 
 use std::fs;
 use std::path::Path;
@@ -167,7 +168,8 @@ fn a_recording_with_faults_is_told_frame_by_frame() {
     let text = fs::read_to_string(RECORDING).unwrap();
     let mut lines: Vec<Vec<String>> =
         text.lines().map(|l| l.split('\t').map(str::to_owned).collect()).collect();
-    // Frame 10 has no data, in frame 15 a point is 30 mm away, in frame 20 two points are swapped, in frame 25 the hyoid is missing.
+    // Frame 10 has no data, in frame 15 a point is 30 mm away, in frame 20 two points are swapped, in frame
+    // 25 the hyoid is missing.
     lines[11].iter_mut().skip(4).for_each(|c| *c = String::new());
     lines[16][4 + 2 * 6 + 1] = "110.0".into();
     for axis in 0..2 {

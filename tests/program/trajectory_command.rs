@@ -50,7 +50,7 @@ fn lengths_frames_and_an_animation_are_written() {
 }
 
 #[test]
-fn a_motion_that_has_not_arrived_says_how_far_it_has_come() {
+fn a_motion_before_equilibrium_reports_its_part_of_the_way() {
     let folder = tempfile::tempdir().unwrap();
     let load = ["--tension", "GGa=12", "--tension", "SGm=11.5", "--tension", "HGa=4.5", "--frames", "2"];
     for (t_end, said) in [("3", "at 3 s the body has gone 82"), ("30", "at 30 s the body has gone 100.0 %")] {
@@ -62,7 +62,7 @@ fn a_motion_that_has_not_arrived_says_how_far_it_has_come() {
 }
 
 #[test]
-fn what_cannot_be_run_is_refused_with_one_message_and_leaves_nothing() {
+fn invalid_runs_are_refused_with_one_message_and_leave_nothing() {
     let curves = tempfile::tempdir().unwrap();
     let file = curves.path().join("curves.csv");
     std::fs::write(&file, "time_s,GGa\n0,0\n0.2,5\n0.1,6\n").unwrap();
@@ -95,7 +95,7 @@ fn what_cannot_be_run_is_refused_with_one_message_and_leaves_nothing() {
 }
 
 #[test]
-fn a_run_that_fails_says_so_and_keeps_what_it_saw() {
+fn a_failed_run_reports_it_and_keeps_its_frames() {
     let folder = tempfile::tempdir().unwrap();
     let arguments =
         ["--tension", "GGa=12", "--method", "verlet", "--dt", "1e-5", "--t-end", "0.1", "--force", "--json"];

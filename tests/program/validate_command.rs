@@ -1,5 +1,5 @@
-//! Muscles that were not fitted are predicted for anyone's table, the same on any number of threads; what is committed and what the
-//! README says of it are the same numbers.
+//! Muscles that were not fitted are predicted for any table, the same on any number of threads, and the
+//! README and the committed results agree.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -11,7 +11,7 @@ fn run_in(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap()
 }
 
-/// Two subjects, one of whom lacks a muscle, with a vowel of the table's own.
+/// Two subjects, one of whom lacks a muscle, with a vowel that is not built in.
 const TABLE: &str = "speaker,phoneme,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm\n\
     A,ɯ,46,56,46,56,25,40,36,31\nA,ɔ,38,57,50,54,21,47,33,33\nA,i,50,52,42,57,25,38,37,30\n\
     B,ɯ,44,55,44,58,28,41,40,\nB,ɔ,40,60,50,57,22,44,35,\n";
@@ -52,7 +52,7 @@ fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_thre
         assert!(of("low") <= of("rms") && of("rms") <= of("high") && of("rms") < 0.5, "{opponent}");
         assert!(opponent["tuned_parameters"].is_u64() && opponent["worse_than_no_change"].is_u64());
     }
-    // The errors are those of the predictions that are listed, each fit of the same weight.
+    // The errors are those of the listed predictions, each fit with the same weight.
     let predictions = found["predictions"].as_array().unwrap();
     let fits = [("A", "ɔ"), ("A", "i"), ("B", "ɔ")];
     for (number, name) in names.iter().enumerate() {
@@ -66,7 +66,7 @@ fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_thre
         let rms = (fits.iter().map(of_fit).sum::<f64>() / 3.0).sqrt();
         assert!((rms - found["opponents"][number]["rms"].as_f64().unwrap()).abs() < 1e-12, "{name}");
     }
-    // The constant is the mean of what the other subject's passive muscles did.
+    // The constant is the mean passive stretch of the other subject.
     let of = |subject: &'static str| predictions.iter().filter(move |p| p["subject"] == subject);
     let mean: f64 = of("A").map(|p| p["measured"].as_f64().unwrap()).sum::<f64>() / of("A").count() as f64;
     assert!(of("B").all(|p| (p["constant"].as_f64().unwrap() - mean).abs() < 1e-12));
@@ -101,9 +101,9 @@ fn rms(study: &Value, name: &str) -> f64 {
     opponents.iter().find(|o| o["name"] == name).unwrap()["rms"].as_f64().unwrap()
 }
 
-/// What README, guide and model page say is in the committed results; the tone table is theirs too.
+/// Statements of README, guide and model page agree with the committed results and the tone table.
 #[test]
-fn what_the_pages_say_of_predictions_is_in_the_results() {
+fn predictions_on_the_pages_are_those_of_the_results() {
     let study = committed("results/validate/validate.json");
     let left = |name: &str| {
         let all = study["leave_one_muscle_out"].as_array().unwrap();

@@ -1,4 +1,5 @@
-//! The study measures what it says, lists what it refused, and its page says nothing but what was measured.
+//! The accuracy study measures all its parts, lists what it refused, and its page contains only measured
+//! numbers.
 
 use std::collections::BTreeSet;
 use std::sync::OnceLock;

@@ -1,4 +1,5 @@
-//! A batch cut into shards and brought together is the batch; where a shard is missing or unfinished it is named and nothing is written.
+//! A batch cut into shards and merged is the same batch. A missing or unfinished shard is named, and nothing
+//! is written.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +10,7 @@ use assert_cmd::cargo::CommandCargoExt;
 
 const BATCH: [&str; 7] = ["batch", "--subjects", "S2,S3", "--draws", "10", "--subsets", "1"];
 
-/// In `folder`: exit status and stderr.
+/// Runs in `folder`; returns exit status and stderr.
 fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::cargo_bin("tongue-fit").unwrap();
     let done = command.args(arguments).current_dir(folder).output().unwrap();
@@ -87,7 +88,7 @@ fn a_shard_that_was_killed_or_damaged_is_named_and_goes_on() {
 }
 
 #[test]
-fn what_does_not_belong_together_is_refused() {
+fn shards_of_different_batches_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     shard(folder, "1/2", "out");
@@ -106,7 +107,7 @@ fn what_does_not_belong_together_is_refused() {
     fs::rename(folder.join("out/batch-2-of-2.journal"), folder.join("out/batch-2-of-5.journal")).unwrap();
     let (_, told) = run(folder, &["merge", "out"]);
     assert!(told.contains("shards of differently cut batches: of 2 and of 5"), "{told}");
-    // Of another version.
+    // A journal of another version.
     fs::remove_file(folder.join("out/batch-2-of-5.journal")).unwrap();
     let journal = folder.join("out/batch-1-of-2.journal");
     let text = fs::read_to_string(&journal).unwrap();

@@ -1,4 +1,5 @@
-//! `tongue-fit batch` as a user runs it: killed and started again, on any number of threads, on broken and on large tables.
+//! `tongue-fit batch` as a user runs it: killed and restarted, on any number of threads, on broken and on
+//! large tables.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -51,7 +52,8 @@ fn killed_again_and_again_and_its_journal_damaged_it_ends_with_the_files_of_an_u
     let (mut kills, mut before) = (0, 0);
     while kills < 5 {
         let mut child = batch(&killed, &arguments).spawn().unwrap();
-        // As soon as it is well further than the last one, or after a while that cuts anywhere in what is new.
+        // When it has clearly more than the last run, or after a while, so that the cut is anywhere in the
+        // new part.
         let clock = Instant::now();
         let length = || fs::metadata(&journal).map_or(0, |m| m.len());
         let in_a_while = || clock.elapsed() > Duration::from_millis(300) && length() > before;
@@ -65,7 +67,7 @@ fn killed_again_and_again_and_its_journal_damaged_it_ends_with_the_files_of_an_u
         child.wait().unwrap();
         kills += 1;
         before = length();
-        // And the first of what was kept is damaged.
+        // The first stored entry is damaged too.
         let mut bytes = fs::read(&journal).unwrap();
         let first_entry = bytes.iter().position(|b| *b == b'\n').unwrap() + 1;
         if let Some(byte) = bytes.get_mut(first_entry + 5) {
@@ -79,7 +81,7 @@ fn killed_again_and_again_and_its_journal_damaged_it_ends_with_the_files_of_an_u
     assert_eq!(status, 3);
     assert!(told.contains("resuming after"), "{told}");
     assert!(told.contains("lines of the journal that are damaged"), "{told}");
-    // What a kill in the middle of writing the outputs leaves is a hidden file; it is of no consequence.
+    // A kill while outputs are written leaves a hidden file without effect.
     assert!(files(&killed) == files(&undisturbed), "the files differ");
 }
 
@@ -112,7 +114,7 @@ fn every_output_says_where_it_comes_from() {
         assert!(text.contains(version) && text.contains(hash), "{name}");
         assert!(name == "muscles.csv" || text.contains(command), "{name}");
     }
-    // A fit of each kind, and the baseline is listed as such.
+    // A fit of each kind, and the baseline listed as such.
     assert_eq!(json["fits"].as_array().unwrap().len(), 2);
     assert_eq!(json["baselines"][0]["vowel"], "ɯ");
     assert!(json["fits"][0]["wall_s"].is_number());
@@ -122,9 +124,9 @@ fn every_output_says_where_it_comes_from() {
 }
 
 #[test]
-fn the_tables_are_tidy_and_residuals_are_what_they_say() {
+fn the_tables_are_tidy_and_residuals_are_correct() {
     let folder = tempfile::tempdir().unwrap();
-    // Without priors, so that what was fitted is met.
+    // Without priors, so that the fitted values are met.
     run(folder.path(), &["--draws", "0", "--subsets", "0", "--preset", "thesis"]);
     let outputs = files(folder.path());
     let fits = rows(&outputs[2].1);
@@ -132,7 +134,7 @@ fn the_tables_are_tidy_and_residuals_are_what_they_say() {
     assert_eq!((fits.len(), count("status", "baseline"), count("substitute_baseline", "true")), (34, 4, 7));
     let muscles = rows(&outputs[3].1);
     assert_eq!(muscles.len(), 30 * 8);
-    // The table for a paper has the same tensions, a row a fit and a cell a column.
+    // The table for a paper has the same tensions, a row for each fit and a cell for each column.
     let latex = String::from_utf8(outputs[5].1.clone()).unwrap();
     let (_, body) = latex.split_once("\\endfoot\n").unwrap();
     let cells: Vec<Vec<&str>> = body
@@ -167,7 +169,7 @@ fn the_tables_are_tidy_and_residuals_are_what_they_say() {
 }
 
 #[test]
-fn broken_rows_are_told_with_line_and_column_and_the_others_are_fitted() {
+fn broken_rows_are_reported_with_line_and_column_and_the_others_are_fitted() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("mine.csv");
     let mut text = REFERENCE.replace("S1,a,34,", "S1,a,3.4,").replace("S2,i,51,", "S2,i,\"51,5\",");
@@ -191,7 +193,7 @@ fn broken_rows_are_told_with_line_and_column_and_the_others_are_fitted() {
 }
 
 #[test]
-fn a_file_that_is_no_table_is_refused_whole() {
+fn a_file_that_is_not_a_table_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("mine.csv");
     let cases = [
@@ -211,7 +213,8 @@ fn a_file_that_is_no_table_is_refused_whole() {
     }
 }
 
-/// findings.md, C5: constants with which no fit can be made were refused fit by fit, without a word, and files of nothing written.
+/// An earlier defect: constants with which no fit can be made were refused fit by fit without a message, and
+/// empty files were written.
 #[test]
 fn constants_out_of_range_are_refused_once_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
@@ -224,7 +227,7 @@ fn constants_out_of_range_are_refused_once_and_nothing_is_written() {
     }
 }
 
-/// The real rows again and again under new names, every length moved by up to 1 mm.
+/// The real rows repeated under new names, with every length changed by up to 1 mm.
 fn many_rows(count: usize) -> String {
     let mut lines = REFERENCE.lines();
     let mut text = lines.next().unwrap().to_owned() + "\n";
@@ -256,7 +259,7 @@ fn ten_thousand_rows_take_less_than_200_megabytes() {
     let status = format!("/proc/{}/status", child.id());
     let mut peak_kb = 0;
     let code = loop {
-        // The peak so far, as the kernel keeps it.
+        // The peak so far, from the kernel.
         let now = fs::read_to_string(&status).unwrap_or_default();
         let line = now.lines().find_map(|l| l.strip_prefix("VmHWM:"));
         peak_kb = peak_kb.max(line.and_then(|l| l.trim().trim_end_matches(" kB").parse().ok()).unwrap_or(0));

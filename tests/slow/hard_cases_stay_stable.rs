@@ -1,4 +1,4 @@
-//! The cases of `tongue-fit stability`, in the sample that takes seconds: in each the promise is kept.
+//! The cases of `tongue-fit stability`, in the sample that takes seconds: the promise is kept in each.
 
 use crate::fixtures::{target, tongue};
 use tongue_fit::body::AnyBody;
@@ -11,7 +11,7 @@ use tongue_fit::statics::{Connection, Settings, Workspace, solve, trace};
 use tongue_fit::study::hard_cases::{Extent, Row, bodies, run};
 use tongue_fit::system::{Model, System};
 
-/// Runs a case and names every row in which the promise was broken.
+/// Runs a case and lists every row in which the promise was broken.
 fn kept(case: u8) -> Vec<Row> {
     let rows = run(case, Extent::Sample).unwrap();
     assert!(!rows.is_empty());
@@ -39,7 +39,8 @@ fn case_1_explicit_steps_of_the_printed_table_are_refused_with_the_limit_named_a
 fn case_8_steps_up_to_100_s_a_sudden_load_and_many_explicit_steps_leave_no_inverted_or_drifting_body() {
     let rows = kept(8);
     all_converge(&rows);
-    // A trapezoidal stage of 100 s would throw a body that starts out of balance; only that step is made otherwise.
+    // A trapezoidal stage of 100 s would overshoot for a body out of balance; only that step uses backward
+    // Euler.
     let damped: Vec<_> = rows.iter().filter(|r| r.note.contains("by backward Euler")).collect();
     let names: Vec<_> = damped.iter().map(|r| (r.solver, r.variant.as_str())).collect();
     assert_eq!(names, [("tr-bdf2", "20 steps of 1e2 s")]);
@@ -51,10 +52,10 @@ fn case_2_subsets_of_muscles_up_to_1000_newtons_converge_to_stable_equilibria_wi
     let rows = kept(2);
     all_converge(&rows);
     assert!(rows.iter().all(|r| r.min_area_ratio.is_some_and(|a| a > 0.0)));
-    // Up to 10 N the barrier is never touched: there the answers are those of the published law.
+    // Up to 10 N the barrier is never active, so the answers are those of the published law.
     let ordinary = |r: &&Row| r.variant.ends_with(" 1 N") || r.variant.ends_with(" 10 N");
     assert!(rows.iter().filter(ordinary).all(|r| r.guarded == 0));
-    // There they also lie on the branch of equilibria that begins at rest, followed there and back.
+    // They also lie on the branch of equilibria from rest, followed there and back.
     let beside: Vec<_> = rows.iter().filter(ordinary).collect();
     assert_eq!(2 * beside.len(), rows.len());
     assert!(beside.iter().all(|r| r.is_on_branch()), "{beside:?}");
@@ -66,7 +67,8 @@ fn case_11_subsets_of_muscles_of_a_continuum_up_to_1000_newtons_converge_without
     all_converge(&rows);
     assert!(rows.iter().all(|r| r.min_area_ratio.is_some_and(|a| a > 0.0)));
     let at = |load: &str| rows.iter().filter(|r| r.variant.ends_with(load)).collect::<Vec<_>>();
-    // The barriers serve loads far beyond muscle; up to 10 N the answers are those of the law alone, on the branch from rest.
+    // The barriers are for loads far above those of muscles; up to 10 N the answers are those of the law
+    // alone, on the branch from rest.
     let ordinary = [at(" 1 N"), at(" 10 N")].concat();
     assert!(ordinary.iter().all(|r| r.guarded == 0 && r.is_on_branch()), "{ordinary:?}");
     assert!(at(" 1000 N").iter().all(|r| r.guarded > 0));
@@ -80,11 +82,11 @@ fn case_3_nearly_incompressible_uneven_and_area_less_tissue_converges() {
     let converged = |start: &str| rows.iter().filter(|r| r.variant.starts_with(start)).all(|r| r.converged);
     assert!(converged("nu = 0.26") && converged("nu = 0.4") && converged("every second"), "{rows:?}");
     assert!(converged("kappa_s x 1"), "{rows:?}");
-    // Without an area term nothing keeps the cells upright, and the status says so.
+    // Without an area term nothing prevents inverted cells, and the status says so.
     let without: Vec<_> =
         rows.iter().filter(|r| r.status == "inverted").map(|r| r.variant.as_str()).collect();
     assert_eq!(without, ["nu = 0.25", "kappa_s x 0e0"]);
-    // The continuum takes what the springs' area term cannot.
+    // The continuum is stable where the springs' area term is not.
     let continuum: Vec<_> = rows.iter().filter(|r| r.variant.ends_with("finite elements")).collect();
     assert!(continuum.len() == 6 && continuum.iter().all(|r| r.converged), "{continuum:?}");
     let springs = rows.iter().find(|r| r.variant == "nu = 0").unwrap();
@@ -101,7 +103,8 @@ fn case_5_broken_meshes_are_refused_with_what_is_wrong_and_slivers_are_solved() 
     let rows = kept(5);
     let hint = rows.iter().find(|r| r.variant.starts_with("millimetres")).unwrap();
     assert!(hint.note.contains("divide them by 1000"), "{}", hint.note);
-    // Rounding in triangles a millionth as high as wide makes forces as large as the load: no residual can be told from them.
+    // Rounding in triangles a millionth as high as wide causes forces as large as the load, so that a
+    // residual has no meaning.
     let flat = rows.iter().find(|r| r.variant == "slivers: height x 1e-6").unwrap();
     assert!(!flat.converged && flat.note.contains("rounding alone makes"), "{flat:?}");
     let boneless = rows.iter().find(|r| r.variant == "no bone").unwrap();
@@ -116,7 +119,8 @@ fn case_6_targets_that_cannot_be_met_are_not_called_met() {
 #[test]
 fn case_7_searches_that_begin_badly_end_in_a_status() {
     let rows = kept(7);
-    // Where the solves fail in the middle of the search, it still finds the answer outside the region in which they do.
+    // If solves fail in the middle of the search, it still finds the answer outside the region in which they
+    // do.
     let partly: Vec<_> = rows.iter().filter(|r| r.variant.starts_with("failures in the middle")).collect();
     assert_eq!(partly.len(), 2);
     assert!(
@@ -124,7 +128,8 @@ fn case_7_searches_that_begin_badly_end_in_a_status() {
         "{partly:?}"
     );
     let nothing = rows.iter().find(|r| r.variant.starts_with("every solve fails")).unwrap();
-    // Followed from rest in small steps there is an equilibrium; the search itself had none to go by.
+    // Followed from rest in small steps there is an equilibrium, but the search itself had none to start
+    // from.
     assert_eq!(nothing.status, "iteration_limit");
 }
 
@@ -135,7 +140,8 @@ fn case_9_buckling_and_snap_through_are_found_at_their_exact_critical_loads() {
     assert!(rows.iter().any(|r| r.note.contains("limit_point")));
 }
 
-/// A trace that had found the end of a branch once left a step on the bones, which stopped every later solve.
+/// An earlier defect: a trace that had found the end of a branch left a step on the bones, which stopped
+/// every later solve.
 #[test]
 fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
     let mesh = bodies::truss(0.02, 0.01, 0.03, 40);
@@ -151,7 +157,7 @@ fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
     assert_eq!(used.positions(), new.positions());
 }
 
-/// What a fit answers is solved directly; that the body also comes there from rest, as the tensions grow, is tried here.
+/// A fit's answer is solved directly; here the body must also reach it from rest as the tensions grow.
 #[test]
 fn converged_fits_lie_on_the_branch_of_equilibria_that_begins_at_rest() {
     let mesh = tongue();
@@ -170,7 +176,8 @@ fn converged_fits_lie_on_the_branch_of_equilibria_that_begins_at_rest() {
     }
 }
 
-/// Found by the fuzz target of scenes: one that asks for no incompressibility, with a muscle that folds the springs.
+/// Found by the fuzz target of scenes: a scene without incompressibility, with a muscle that folds the
+/// springs.
 #[test]
 fn a_scene_of_springs_alone_whose_cells_turn_over_does_not_count_as_converged() {
     let text =

@@ -1,5 +1,5 @@
-//! Tensions are chosen, the lengths they lead to simulated and rounded to 1 mm as the published ones are, and fitted again: the
-//! 95 % intervals have to hold the truth in 95 % of the cases.
+//! Lengths simulated at chosen tensions are rounded to 1 mm like the published ones and fitted again: the 95
+//! % intervals must contain the truth in 95 % of the cases.
 
 use crate::fixtures::{target_of, tongue};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use tongue_fit::system::{Model, System};
 const CASES: u64 = 240;
 const DRAWS: usize = 200;
 
-/// How many intervals there were, and how many of them held the truth.
+/// Number of intervals, and of those that contain the truth.
 #[derive(Debug, Clone, Copy, Default)]
 struct Count {
     intervals: usize,
@@ -31,7 +31,7 @@ impl Count {
     }
 }
 
-/// Truth, and what a rounded measurement leaves of it.
+/// A true answer and its rounded measurement.
 struct Case {
     target: Target,
     tensions: Vec<f64>,
@@ -39,8 +39,8 @@ struct Case {
     values: Vec<f64>,
 }
 
-/// Two to four muscles pull with 3 to 25 N in a subject who is smaller or larger than the model. GGa stays passive where ratios to
-/// it are fitted: there are then as many equations as tensions, and the truth is the only answer.
+/// Two to four muscles pull with 3 to 25 N in a subject who is smaller or larger than the model. For ratios
+/// to GGa, GGa stays passive: there are then as many equations as tensions, and the truth is the only answer.
 fn case(mesh: &Mesh<2>, seed: u64, kind: TargetKind) -> Option<Case> {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut muscles: Vec<usize> = (0..mesh.muscles.len()).filter(|m| kind.constrains(*m, 0)).collect();

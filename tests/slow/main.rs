@@ -1,4 +1,4 @@
-//! What takes tens of seconds: runs that are killed, hard cases, whole studies.
+//! Tests that take tens of seconds: killed runs, hard cases, whole studies.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
 mod accuracy_study;
@@ -23,7 +23,7 @@ mod recordings;
 #[path = "../fixtures/synthetic.rs"]
 mod synthetic;
 
-/// How many synthetic cases a coverage is counted on: as many as take a while, or those of the environment variable `TONGUE_FIT_CASES`.
+/// Number of synthetic cases of a coverage: `usual`, or that of the environment variable `TONGUE_FIT_CASES`.
 fn cases(usual: usize) -> usize {
     std::env::var("TONGUE_FIT_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
 }

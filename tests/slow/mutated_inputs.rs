@@ -1,6 +1,6 @@
-//! Good inputs of every kind, with some bytes or numbers of them changed, end in a value or in an error: no panic, no hang. Some
-//! 1500 of them; `TONGUE_FIT_MUTATIONS=13000` tries as many as that, and
-//! `TONGUE_FIT_MUTATED=recording` only kinds whose name has this word.
+//! Valid inputs of every kind with some changed bytes or numbers end in a value or in an error, without panic
+//! or hang. About 1500 are tested; `TONGUE_FIT_MUTATIONS=13000` tests as many as that, and
+//! `TONGUE_FIT_MUTATED=recording` only kinds whose name contains this word.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -14,9 +14,9 @@ use tongue_fit::study::hard_cases::bodies::lattice;
 use crate::inputs::KINDS;
 use crate::recordings::{DLC, est, fan_row, headerless_pos, mocha, mview, pos, txy};
 
-/// An input that takes longer hangs: the slowest takes a second.
+/// Time after which an input counts as hanging; the slowest takes a second.
 const HANGS: Duration = Duration::from_secs(300);
-/// What numbers are replaced by.
+/// Replacements of numbers.
 const NUMBERS: [&str; 14] = [
     "0",
     "-0.0",
@@ -34,7 +34,7 @@ const NUMBERS: [&str; 14] = [
     "0x7f",
 ];
 
-/// Good inputs of a kind.
+/// Valid inputs of a kind.
 fn seeds(kind: &str) -> Vec<Vec<u8>> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/");
     let files = |folder: &str, ends: &str| -> Vec<Vec<u8>> {
@@ -86,7 +86,8 @@ fn lines(text: &[u8], count: usize) -> Vec<u8> {
     text.split_inclusive(|b| *b == b'\n').take(count).flatten().copied().collect()
 }
 
-/// A few changes: bytes flipped, replaced, put in or taken out, pieces doubled, numbers replaced by odd ones.
+/// A few changes: bytes flipped, replaced, inserted or removed, pieces doubled, numbers replaced by unusual
+/// ones.
 fn mutate(input: &[u8], rng: &mut Rng) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..rng.usize(1..=4) {
@@ -100,7 +101,7 @@ fn mutate(input: &[u8], rng: &mut Rng) -> Vec<u8> {
             3 => drop(bytes.drain(at..end)),
             4 => drop(bytes.splice(at..at, bytes[at..end].to_vec())),
             5 => bytes.truncate(at),
-            // The number that begins next.
+            // The next number.
             _ => {
                 let is_part = |b: &u8| b.is_ascii_digit() || b".eE+-".contains(b);
                 let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|n| at + n) else {

@@ -1,5 +1,6 @@
-//! A posterior says how sure it is, and is as sure as it says: simulation-based calibration of the sampler (Talts and others 2018), and
-//! coverage where the body that made the data is another one than the body of the fit.
+//! A posterior says how sure it is, and is as sure as it says: simulation-based calibration of the sampler
+//! (Talts and others 2018), and coverage where the body that made the data is another one than the body of
+//! the fit.
 
 use tongue_fit::MM;
 use tongue_fit::body::Body;
@@ -49,7 +50,8 @@ fn seen(ground: &Ground, stretches: &[f64], random: &mut fastrand::Rng) -> Seen 
     }
 }
 
-/// Probability that uniform numbers are as far from uniform as these, after Kolmogorov and Smirnov, with Stephens's correction.
+/// Probability that uniform numbers are as far from uniform as these, after Kolmogorov and Smirnov, with
+/// Stephens's correction.
 fn p_of_uniform(mut all: Vec<f64>) -> f64 {
     all.sort_by(f64::total_cmp);
     let n = all.len() as f64;
@@ -98,8 +100,8 @@ fn ranks_of_the_truth_among_draws_are_uniform() {
     assert!(p_of_uniform(ranks.iter().map(|r| r[0].powi(4)).collect()) < 0.01, "the test can fail");
 }
 
-/// Part of 95 % intervals of tensions and of changes that hold the truth, where ends, outline and kappa of the body that was measured are
-/// other ones than those of the body that is fitted.
+/// Part of 95 % intervals of tensions and of changes that hold the truth, where ends, outline and kappa of
+/// the body that was measured are other ones than those of the body that is fitted.
 fn coverage(truth: &Ground, fitted: &Ground, count: usize) -> [f64; 2] {
     let numbers: Vec<usize> = (0..count).collect();
     let all: Vec<usize> = (0..truth.muscles.len()).collect();
@@ -131,7 +133,8 @@ fn coverage(truth: &Ground, fitted: &Ground, count: usize) -> [f64; 2] {
         let seen = seen(truth, &measured, &mut random);
         let posterior = sample(fitted, seen, &Settings { draws: 400, seed: number as u64 }).unwrap();
         if posterior.draws.is_empty() {
-            // The most probable point is not where its tensions lead from rest: not mixed, and nothing is told.
+            // The most probable point is not where its tensions lead from rest: not mixed, and nothing is
+            // told.
             return None;
         }
         let holds = |value: &dyn Fn(&Meaning) -> f64| {
@@ -175,7 +178,8 @@ fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
 
 #[test]
 fn with_everything_but_rounding_off_intervals_are_as_wide_as_those_of_the_bootstrap() {
-    // Draws of both lengths within their rounding, refitted: rest for a baseline, and tensions in who contracts alone.
+    // Draws of both lengths within their rounding, refitted: rest for a baseline, and tensions in who
+    // contracts alone.
     let mesh = tongue();
     let target = target("S2", "a", TargetKind::Stretch);
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
@@ -204,7 +208,8 @@ fn with_everything_but_rounding_off_intervals_are_as_wide_as_those_of_the_bootst
             at(0.025),
             at(0.975)
         );
-        // Of two uniform roundings the middle 95 % are 3 % narrower than those of a normal number of the same variance.
+        // Of two uniform roundings the middle 95 % are 3 % narrower than those of a normal number of the same
+        // variance.
         assert!((ratio - 1.0).abs() < 0.05, "{}: {ratio}", target.muscles[muscle]);
     }
 }

@@ -1,5 +1,5 @@
-//! Recordings are simulated at tensions drawn from the prior that the intervals stand under; 95 % of the intervals hold the truth,
-//! whatever is recorded.
+//! Recordings are simulated at tensions drawn from the prior that the intervals stand under; 95 % of the
+//! intervals hold the truth, whatever is recorded.
 
 use nalgebra::DVector;
 use tongue_fit::adapt::followed;

@@ -1,4 +1,4 @@
-//! The committed validation is what the command finds.
+//! The committed validation is reproduced by the command.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use tongue_fit::system::Model;
 
 use crate::fixtures::target;
 
-/// What `tongue-fit validate --posterior` wrote.
+/// The output of `tongue-fit validate --posterior`.
 fn committed() -> Value {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join("results/validate/validate.json")).unwrap();
@@ -36,7 +36,7 @@ fn the_committed_numbers_are_found_again_and_the_levers_beat_the_constant() {
     {
         assert!(near(found.rms, &committed["rms"]), "{}: {} {}", found.name, found.rms, committed["rms"]);
     }
-    // The first two of the permutations are the same ones.
+    // The first two permutations are the same.
     let permuted = &study.permuted_labels;
     assert!(near(permuted.true_rms, &committed["permuted_labels"]["true_rms"]));
     for (found, committed) in
@@ -44,8 +44,8 @@ fn the_committed_numbers_are_found_again_and_the_levers_beat_the_constant() {
     {
         assert!(near(*found, committed) && *found > permuted.true_rms);
     }
-    // What the experiments behind the levers found: in a nearly incompressible body one tone and the hyoid stay below 0.065 on
-    // subjects that they were not tuned on, and beat the constant in nearly every bootstrap.
+    // In a nearly incompressible body one tone and the hyoid have errors below 0.065 on subjects that they
+    // were not tuned on, and are better than the constant in nearly every bootstrap.
     let levers = study.opponent("tone_hyoid_nu_0.499").unwrap();
     assert!(levers.rms <= 0.065 && levers.worse_than_no_change <= 2 && levers.better_than_constant >= 0.95);
     assert!((study.opponent("no_change").unwrap().rms - 0.1141).abs() < 1e-4);
@@ -83,7 +83,8 @@ fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
     assert!((rms - of(2, "rms")).abs() < 1e-3, "{rms}");
     assert!((log_score - of(2, "log_score")).abs() < 1e-2, "{log_score}");
     assert!((held - of(2, "coverage_95")).abs() < 0.011, "{held}");
-    // As sure as it says, and a better distribution than the normal one of the other speakers, whose mean errs hardly more.
+    // The intervals are calibrated, and the distribution is better than the normal one of the other speakers,
+    // whose mean has hardly a larger error.
     assert!((0.9..=0.98).contains(&held) && log_score > of(1, "log_score") && rms < of(1, "rms"), "{held}");
     let permuted = committed["posterior"]["permuted_rms"].as_array().unwrap();
     assert!(

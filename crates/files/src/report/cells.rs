@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_spreadsheet_would_run_is_text() {
+    fn formulas_are_written_as_text() {
         for formula in [
             "=1+1",
             "=cmd|' /C calc'!A0",
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn it_does_not_matter_how_the_bytes_are_cut() {
+    fn the_result_does_not_depend_on_how_bytes_are_split() {
         let text = "a,\"=x,1\",-5,=y\n\"-a\"\"b\",\"\",=z\n";
         let whole = {
             let mut out = AsText::new(Vec::new());

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_reads_back() {
+    fn written_frames_are_read_back() {
         let mesh = triangle();
         let moved = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]].map(SVector::from);
         let text = Vtu::new(&mesh, &moved, &[12.5]).unwrap().text(&Provenance::new("a --b ?> <")).unwrap();

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_latex_would_take_for_a_command_is_escaped() {
+    fn latex_commands_are_escaped() {
         assert_eq!(escaped("A_1 50% \\x{y} ~^#$&"), {
             "A\\_1 50\\% \\textbackslash{}x\\{y\\} \\textasciitilde{}\\textasciicircum{}\\#\\$\\&"
         });

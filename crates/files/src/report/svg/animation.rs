@@ -233,7 +233,7 @@ mod tests {
     use tongue_core::body::{Cells, MuscleChain};
 
     #[test]
-    fn every_frame_is_there_and_the_last_one_shows_where_nothing_moves() {
+    fn every_frame_is_there_and_the_last_one_shows_without_animation() {
         let mut cells = Cells::new();
         cells.push(&[0, 1, 2]);
         let nodes = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(SVector::from).to_vec();

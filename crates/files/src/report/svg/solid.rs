@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_a_block_three_sides_are_seen_and_twelve_edges_drawn() {
+    fn a_block_shows_three_sides_and_twelve_edges() {
         let mesh = tongue_core::body::solid::block([1.0, 1.0, 1.0], [2, 2, 2]);
         let edges = edges(&mesh.outward_faces(), &mesh.nodes);
         assert_eq!(edges.len(), 12 * 2, "each of two connections");

@@ -42,7 +42,7 @@ fn a_line_cut_by_a_kill_is_dropped_and_the_rest_kept() {
 }
 
 #[test]
-fn whatever_byte_is_changed_what_is_taken_over_is_what_was_kept() {
+fn after_a_change_of_any_byte_only_unchanged_entries_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let mut journal = open(folder.path(), "abc");
     (0..3).for_each(|job| journal.append(&entry(job)).unwrap());
@@ -98,7 +98,7 @@ fn lines_of_other_batches_and_jobs_out_of_the_plan_are_dropped_with_a_note() {
 }
 
 #[test]
-fn two_runs_exclude_each_other_and_what_is_no_file_is_left_alone() {
+fn two_runs_exclude_each_other_and_other_files_are_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let journal = open(folder.path(), "abc");
     let refused = Journal::<f64>::open(folder.path().join(NAME), "abc", &[], JOBS).unwrap_err().to_string();
