@@ -13,13 +13,13 @@ mod fixtures;
 
 use divan::Bencher;
 use faer::sparse::{SparseColMat, Triplet};
+use tongue_core::sparse::BlockMatrix;
+use tongue_core::sparse::cholesky::Factor;
+use tongue_core::statics::lanes::{Lanes, Load};
 use tongue_fit::body::{self, Anatomy, Body, ContinuumSettings, solid};
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::inverse;
 use tongue_fit::measured::TargetKind;
-use tongue_fit::sparse::BlockMatrix;
-use tongue_fit::sparse::cholesky::Factor;
-use tongue_fit::statics::lanes::{Lanes, Load};
 use tongue_fit::statics::{Settings, Workspace, solve};
 use tongue_fit::system::{Model, System, TissueModel};
 

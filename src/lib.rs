@@ -68,26 +68,314 @@ extern crate self as tongue_fit;
 #[doc(hidden)]
 pub mod cli;
 
-pub use tongue_core::{
-    effect, geometry, material, observe, parallel, random, sparse, statics, statistics, suggest, system,
-};
-pub use tongue_files::{VERSION, report, scene, simulation};
-pub use tongue_infer::{adapt, heard, inverse, posterior, track};
-#[doc(hidden)]
-pub use tongue_input::files;
-pub use tongue_input::measured;
-pub use tongue_study as study;
+#[doc(inline)]
+pub use tongue_files::VERSION;
+#[doc(inline)]
+pub use tongue_infer::{adapt, posterior, track};
 
 pub mod body {
     //! Bodies: meshes with named muscles and bones, from an anatomy, from a file, or of your own.
-    pub use tongue_core::body::*;
-    pub use tongue_input::bodies::{AnyBody, BodyFileError, Unit, artisynth, gmsh, json};
+    #[doc(inline)]
+    pub use tongue_core::body::{
+        Anatomy, Body, BodyError, Bone, Cells, ContinuumSettings, DEFAULT_SPACING_M, HYOID, MANDIBLE, Mesh,
+        MuscleChain, Quality, REFERENCE, SolidQuality, SpaceBody, SpaceMuscle, build,
+    };
+    #[doc(inline)]
+    pub use tongue_input::bodies::{AnyBody, BodyFileError, Unit};
+
+    pub mod artisynth {
+        //! The tongue of ArtiSynth, from its folder.
+        #[doc(inline)]
+        pub use tongue_input::bodies::artisynth::{ArtiSynthError, Files, Text, body, read, read_probe};
+    }
+
+    pub mod gmsh {
+        //! Meshes of Gmsh, read and written.
+        #[doc(inline)]
+        pub use tongue_input::bodies::gmsh::{
+            Concern, Content, File, GmshError, MshFormat, Unused, read, review, write,
+        };
+    }
+
+    pub mod json {
+        //! Bodies as JSON.
+        #[doc(inline)]
+        pub use tongue_input::bodies::json::{MeshRecord, read};
+    }
+
+    pub mod solid {
+        //! Simple bodies in space.
+        #[doc(inline)]
+        pub use tongue_core::body::solid::{block, cylinder};
+    }
+
+    pub mod space {
+        //! Muscles of bodies in space.
+        #[doc(inline)]
+        pub use tongue_core::body::space::{Segment, Side};
+    }
 }
 
 pub mod dynamics {
     //! Motion: masses, dampers and three-element muscles over time.
-    pub use tongue_core::dynamics::*;
+    #[doc(inline)]
+    pub use tongue_core::dynamics::{
+        Control, IntegrationMethod, Integrator, Motion, MotionError, MotionOutcome, MotionStatus, Observer,
+        SHORTEST_S, State, StepCounts, Tensions, cost_per_step, run, sample_times,
+    };
+    #[doc(inline)]
     pub use tongue_input::curves::{Curves, CurvesError};
+}
+
+pub mod effect {
+    //! Effects: what pulls and pushes at the nodes of a body.
+    #[doc(inline)]
+    pub use tongue_core::effect::{
+        Configuration, Contact, Effect, FiniteElements, Gravity, Part, Tangent, lumped_masses,
+    };
+}
+
+pub mod files {
+    //! Reading files with a limit on their size, and advice where the operating system refuses.
+    #[doc(inline)]
+    pub use tongue_input::files::{advice, read, read_text};
+}
+
+pub mod geometry {
+    //! Points and similarities.
+    #[doc(inline)]
+    pub use tongue_core::geometry::{Point, Similarity};
+
+    pub mod topology {
+        //! What bounds a mesh.
+        #[doc(inline)]
+        pub use tongue_core::geometry::topology::{outlines, surface};
+    }
+}
+
+pub mod heard {
+    //! What is heard of a tongue: formants, how they answer to its nodes, a voice.
+    #[doc(inline)]
+    pub use tongue_infer::heard::{
+        Airway, AirwayError, Articulation, Formant, Heard, MeanVowel, Rates, Sound, Tract, mean_vowels,
+    };
+}
+
+pub mod inverse {
+    //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
+    #[doc(inline)]
+    pub use tongue_infer::inverse::{
+        Among, Answer, Fit, FitError, FreedBone, HyoidMotion, LooseBone, Matched, Method, MovedBone,
+        Premises, Prior, Problem, Said, Settings, Setup, Status, Tissue, Tone, Unknown, fit, fit_in,
+        fit_under, solve,
+    };
+
+    pub mod alarms {
+        //! What to doubt in an answer.
+        #[doc(inline)]
+        pub use tongue_infer::inverse::alarms::{
+            Alarm, DEFAULT_THICKNESS_M, alarms, barrier, of_equilibrium,
+        };
+    }
+
+    pub mod batch {
+        //! Every subject and vowel of a table.
+        #[doc(inline)]
+        pub use tongue_infer::inverse::batch::{
+            Assessment, BatchPlan, Job, Known, SUBSTITUTE_BASELINE, Selection, Thoroughness, assess, plan,
+        };
+    }
+
+    pub mod valley {
+        //! The curve of tensions that meet the same ratios.
+        #[doc(inline)]
+        pub use tongue_infer::inverse::valley::{End, Valley};
+    }
+}
+
+pub mod material {
+    //! Materials: constants of tissue, coefficients matched to them, laws.
+    #[doc(inline)]
+    pub use tongue_core::material::{
+        Coefficients, Constants, MaterialError, MooneyRivlin, NeoHookean, Preset, Spread,
+    };
+}
+
+pub mod measured {
+    //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
+    #[doc(inline)]
+    pub use tongue_input::measured::{
+        ByMuscle, Dataset, Lengths, Target, TargetError, TargetKind, TargetOptions, Vowel, reference_muscle,
+    };
+
+    pub mod lengths {
+        //! Tables of lengths, and how they were read.
+        #[doc(inline)]
+        pub use tongue_input::measured::lengths::{
+            BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LengthsError, LineEnds, Malformed, Reading,
+            Row,
+        };
+
+        pub mod rest_distance {
+            //! How far the model in its baseline is from a measured row.
+            #[doc(inline)]
+            pub use tongue_input::measured::lengths::rest_distance::{measure, nearest};
+        }
+    }
+
+    pub mod muscles {
+        //! Names, groups and capacities of muscles.
+        #[doc(inline)]
+        pub use tongue_input::measured::muscles::Muscles;
+    }
+
+    pub mod recording {
+        //! Recordings of moving tongues.
+        #[doc(inline)]
+        pub use tongue_input::measured::recording::{
+            Fault, FaultKind, Format, Map, MapError, Recording, RecordingError, Seen, doubts, palate_doubt,
+            screen,
+        };
+    }
+
+    pub mod thesis {
+        //! What the thesis simulated.
+        #[doc(inline)]
+        pub use tongue_input::measured::thesis::Thesis;
+    }
+
+    pub mod tone {
+        //! Tensions at rest.
+        #[doc(inline)]
+        pub use tongue_input::measured::tone::{read, reference};
+    }
+}
+
+pub mod observe {
+    //! What can be observed of a body: its value, its gradient, how sure it is.
+    #[doc(inline)]
+    pub use tongue_core::observe::{
+        Certainty, Contour, Curve, Length, NodePosition, Observable, Observation, Ratio, Sense, Stretch,
+        Surface,
+    };
+}
+
+pub mod parallel {
+    //! Work on several threads, with the same bits as on one.
+    #[doc(inline)]
+    pub use tongue_core::parallel::{map, with_threads};
+}
+
+pub mod report {
+    //! Outputs: records, tables, pictures and pages.
+    #[doc(inline)]
+    pub use tongue_files::report::{
+        AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord,
+        History, Json, Markdown, Msh, OutputDir, PageBody, PageTable, Panel, PriorRecord, Provenance, Pvd,
+        ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceVtu, Sto,
+        Svg, Table, Timeline, TonguePage, TrackPage, TrackPicture, TrackRecord, TrajectoryRecord,
+        VowelPicture, Vtu, Wav, animation, animation_of_seen, changes, courses, discard_unfinished,
+        frame_records, outlines, pairs, panels, ridges, solid, status_name, timelines, tongue, valley, vowel,
+        write,
+    };
+
+    pub mod batch {
+        //! The files of a batch.
+        #[doc(inline)]
+        pub use tongue_files::report::batch::{
+            Batch, BatchJournal, BatchProvenance, BatchSummary, Fitted, MOST_FITS_ON_PAGE, RowPosterior,
+            Shard, Within, assess, columns, passive_groups, sha256, write_files, write_json,
+        };
+
+        pub mod journal {
+            //! Finished jobs, kept.
+            #[doc(inline)]
+            pub use tongue_files::report::batch::journal::{Entry, Journal, Kept, NAME, arguments};
+        }
+    }
+}
+
+pub mod scene {
+    //! Scenes: files that say what happens to a tongue and what is wanted.
+    #[doc(inline)]
+    pub use tongue_files::scene::{JOINT_MM, Scene, SceneError, ScenePlan, names, shipped, simulate};
+
+    pub mod body {
+        //! Bodies of scenes.
+        #[doc(inline)]
+        pub use tongue_files::scene::body::build;
+    }
+
+    pub mod compare {
+        //! A scene on two kinds of body.
+        #[doc(inline)]
+        pub use tongue_files::scene::compare::{Compared, compare};
+    }
+
+    pub mod file {
+        //! What stands in a scene file.
+        #[doc(inline)]
+        pub use tongue_files::scene::file::{
+            Effects, FitTarget, Hyoid, Jaw, Kind, Material, SceneBody, SceneTongue, Want,
+        };
+    }
+
+    pub mod prepare {
+        //! Scenes made ready.
+        #[doc(inline)]
+        pub use tongue_files::scene::prepare::{Prepared, SceneExtent, prepare};
+    }
+
+    pub mod run {
+        //! Scenes run.
+        #[doc(inline)]
+        pub use tongue_files::scene::run::{Moment, SceneOutcome, run};
+    }
+
+    pub mod sound {
+        //! The tract of a scene.
+        #[doc(inline)]
+        pub use tongue_files::scene::sound::SceneTract;
+    }
+}
+
+pub mod simulation {
+    //! The whole library by names of muscles and bones.
+    #[doc(inline)]
+    pub use tongue_files::simulation::{
+        Assemble, Assembly, Estimate, EstimateRecord, InverseProblem, Observations, Shape, SimulationError,
+        Solver, Trajectory, read_tensions,
+    };
+}
+
+pub mod statics {
+    //! Equilibria: Newton's method, the branch from rest.
+    #[doc(inline)]
+    pub use tongue_core::statics::{
+        Connection, CriticalKind, Settings, Solution, Stability, Status, TRACE_STEPS, Trace, Workspace,
+        solve, solve_and_trace, trace,
+    };
+}
+
+pub mod statistics {
+    //! Statistics.
+    #[doc(inline)]
+    pub use tongue_core::statistics::upper_median;
+}
+
+pub mod suggest {
+    //! "Did you mean".
+    #[doc(inline)]
+    pub use tongue_core::suggest::hint;
+}
+
+pub mod system {
+    //! Systems: the effects of a body that are called for, with its unknowns.
+    #[doc(inline)]
+    pub use tongue_core::system::{
+        Additions, Carried, Model, MusclesAs, OutsidePath, SpaceModel, System, SystemError, TissueModel,
+        coefficients, connection_stiffness,
+    };
 }
 
 /// A millimetre in metres: `5.5 * MM`.

@@ -15,7 +15,7 @@ use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{TargetKind, Vowel};
 use tongue_fit::report::batch as outputs;
-use tongue_fit::report::{self, Export, FitRecord, Provenance, Section, Svg};
+use tongue_fit::report::{self, Export, FitRecord, Provenance, SectionPicture, Svg};
 use tongue_fit::system::System;
 use tongue_fit::{body, parallel};
 
@@ -91,7 +91,7 @@ fn picture(body: &body::Body<2>, fit: &inverse::Fit) -> PyResult<Svg> {
     let title = format!("{} /{}/: {posture} (grey) and at the tensions found", target.subject, target.vowel);
     // The grey shape is the one that changes are counted from.
     let grey = Mesh { nodes: fit.baseline_positions.clone(), ..body.mesh.clone() };
-    let section = Section {
+    let section = SectionPicture {
         mesh: &grey,
         positions: &fit.positions,
         tensions: &fit.body_tensions,
@@ -239,7 +239,7 @@ pub fn fit_rows<'py>(
     let (sender, mut receiver) = channel();
     let workers = Arc::clone(&threads);
     std::thread::spawn(move || {
-        let provenance = outputs::Provenance {
+        let provenance = outputs::BatchProvenance {
             version: tongue_fit::VERSION.to_owned(),
             command,
             seed,

@@ -30,7 +30,10 @@ pub struct InverseProblem {
 }
 
 impl InverseProblem {
-    fn changed(&self, problem: Result<simulation::InverseProblem<2>, simulation::Error>) -> PyResult<Self> {
+    fn changed(
+        &self,
+        problem: Result<simulation::InverseProblem<2>, simulation::SimulationError>,
+    ) -> PyResult<Self> {
         Ok(Self { problem: problem.map_err(refused)?, of: self.of.clone() })
     }
 }

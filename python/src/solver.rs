@@ -87,7 +87,7 @@ impl Solver {
         &self,
         py: Python<'_>,
         is_long: bool,
-        solve: impl FnOnce(&mut simulation::Solver<2>) -> Result<T, simulation::Error> + Send + 'static,
+        solve: impl FnOnce(&mut simulation::Solver<2>) -> Result<T, simulation::SimulationError> + Send + 'static,
     ) -> PyResult<T> {
         let mut work = match self.work.try_lock() {
             Ok(work) => work,

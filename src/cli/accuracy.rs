@@ -2,8 +2,8 @@
 
 use miette::IntoDiagnostic;
 use tongue_fit::report::{Export, Markdown, OutputDir, Rows};
-use tongue_fit::study::accuracy::{self, Circumstances, Effort};
-use tongue_fit::study::continuum;
+use tongue_study::accuracy::{self, Circumstances, Effort};
+use tongue_study::continuum;
 
 use super::{Global, Outcome, output, table};
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use tongue_fit::adapt::{Adaptation, How, Landmarks, Speaker};
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
-use tongue_fit::report::{self, Export, Json, OutputDir, Section};
+use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
 use tongue_fit::system;
 
 use super::recordings::{self, Given, PriorArguments, RestName};
@@ -167,7 +167,7 @@ fn write(
     similar.nodes.iter_mut().for_each(|p| *p = speaker.similarity.place(*p));
     let (title, grey) =
         ("The speaker's tongue at rest (grey: turned and scaled only)", "turned and scaled only");
-    let section = Section {
+    let section = SectionPicture {
         mesh: &similar,
         positions: &mesh.nodes,
         tensions: &at_rest,

@@ -5,12 +5,13 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::body::{Body, Mesh, Point};
+use tongue_fit::body::{Body, Mesh};
+use tongue_fit::geometry::Point;
 use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
 use tongue_fit::inverse::{self, Among, Fit, Method, Settings};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
-use tongue_fit::report::{self, Export, FitRecord, OutputDir, Section, Series, Svg};
+use tongue_fit::report::{self, Export, FitRecord, OutputDir, SectionPicture, Series, Svg};
 use tongue_fit::system::Model;
 
 use super::fit_table::Shown;
@@ -272,7 +273,7 @@ fn pictures(
     let title = format!("{what}: {} (grey) and at the tensions found", fit.tone.posture());
     // What is grey is the shape that changes are counted from.
     let grey = Mesh { nodes: fit.baseline_positions.clone(), ..mesh.clone() };
-    let section = Section {
+    let section = SectionPicture {
         mesh: &grey,
         positions: &fit.positions,
         tensions: &fit.body_tensions,

@@ -6,9 +6,8 @@ use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
 use serde::Serialize;
-use tongue_fit::measured::lengths::{
-    BrokenRow, Column, Dataset, DecimalMark, Encoding, HalfWidth, Lengths, LineEnds, Reading, Vowel,
-};
+use tongue_fit::measured::lengths::{BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LineEnds, Reading};
+use tongue_fit::measured::{Dataset, Lengths, Vowel};
 
 use super::scene_table::left;
 use super::{Global, Outcome, output, table};

@@ -8,7 +8,7 @@ use clap::Parser;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::report::OutputDir;
 use tongue_fit::report::batch::journal::{self, NAME};
-use tongue_fit::report::batch::{Journal, Shard};
+use tongue_fit::report::batch::{BatchJournal, Shard};
 
 use super::batch::{self, Prepared};
 use super::{Cli, Command, Global, Outcome, line_of, output};
@@ -47,11 +47,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut parts = Vec::new();
     let mut wanting = missing(&shards)?;
     for (shard, paths) in &shards {
-        let opened = paths
-            .iter()
-            .map(|path| Journal::open_finished(path.clone(), &prepared.key, &words, jobs).into_diagnostic());
+        let opened = paths.iter().map(|path| {
+            BatchJournal::open_finished(path.clone(), &prepared.key, &words, jobs).into_diagnostic()
+        });
         let opened = opened.collect::<miette::Result<Vec<_>>>()?;
-        opened.iter().flat_map(Journal::notes).for_each(|note| output::note(note));
+        opened.iter().flat_map(BatchJournal::notes).for_each(|note| output::note(note));
         let mine = (0..jobs).filter(|&job| shard.has(job));
         let (all, done) = mine.fold((0, 0), |(all, done), job| {
             (all + 1, done + usize::from(opened.iter().any(|journal| journal.has(job))))
@@ -75,7 +75,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out = global.out.clone().unwrap_or_else(|| batch::DEFAULT_OUT.into());
     let out = OutputDir::prepare(out).into_diagnostic()?;
     prepared.tell_what_is_left_out();
-    let mut whole = Journal::open(out.path().join(NAME), &prepared.key, &words, jobs).into_diagnostic()?;
+    let mut whole =
+        BatchJournal::open(out.path().join(NAME), &prepared.key, &words, jobs).into_diagnostic()?;
     for part in &parts {
         whole.take_over(part).into_diagnostic()?;
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
-use tongue_fit::body::gmsh::{self, Concern, Content, File, Format, Unused};
+use tongue_fit::body::gmsh::{self, Concern, Content, File, MshFormat, Unused};
 use tongue_fit::body::{Quality, SolidQuality};
 use tongue_fit::system::{Model, System, SystemError};
 
@@ -31,7 +31,7 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Record {
     file: String,
-    format: Format,
+    format: MshFormat,
     dimension: usize,
     usable: bool,
     concerns: Vec<Told>,

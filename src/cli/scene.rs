@@ -7,13 +7,15 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::SVector;
 use serde::Serialize;
 use tongue_fit::body::{AnyBody, Mesh};
-use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, Rows, Section, Svg, Vtu};
+use tongue_fit::report::{
+    self, Export, Json, OutputDir, Provenance, ReportError, Rows, SectionPicture, Svg, Vtu,
+};
 use tongue_fit::scene::body;
 use tongue_fit::scene::compare::{Compared, compare};
-use tongue_fit::scene::file::Body;
-use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
-use tongue_fit::scene::run::{self, Outcome as Answer};
-use tongue_fit::scene::{self, Plan, Scene};
+use tongue_fit::scene::file::SceneBody;
+use tongue_fit::scene::prepare::{Prepared, SceneExtent, prepare};
+use tongue_fit::scene::run::{self, SceneOutcome as Answer};
+use tongue_fit::scene::{self, Scene, ScenePlan};
 use tongue_fit::statics::{Connection, Solution};
 
 use super::{Global, Outcome, output, scene_table};
@@ -131,12 +133,12 @@ enum Ready {
 fn prepared(scene: &Scene) -> miette::Result<Ready> {
     scene.check().into_diagnostic()?;
     Ok(match body::build(&scene.body).into_diagnostic()? {
-        AnyBody::Flat(b) => Ready::Flat(prepare(scene, b, Extent::Pruned).into_diagnostic()?),
-        AnyBody::Solid(b) => Ready::Solid(prepare(scene, b, Extent::Pruned).into_diagnostic()?),
+        AnyBody::Flat(b) => Ready::Flat(prepare(scene, b, SceneExtent::Pruned).into_diagnostic()?),
+        AnyBody::Solid(b) => Ready::Solid(prepare(scene, b, SceneExtent::Pruned).into_diagnostic()?),
     })
 }
 
-fn explain(plan: &Plan, global: &Global) -> miette::Result<Outcome> {
+fn explain(plan: &ScenePlan, global: &Global) -> miette::Result<Outcome> {
     match global.json {
         true => output::print(&output::json(plan)?)?,
         false => output::print(&scene_table::plan(plan))?,
@@ -155,7 +157,7 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
             let wall = wall.or_else(|| p.body.palate.clone()).unwrap_or_default();
             answered(&scene, p, to, |mesh, positions, tensions| {
                 let title = &scene.title;
-                report::tongue(&Section {
+                report::tongue(&SectionPicture {
                     mesh,
                     positions,
                     tensions,
@@ -209,7 +211,7 @@ fn answered<const D: usize>(
 }
 
 /// With `-v`: reports what is simulated.
-fn tell(plan: &Plan) {
+fn tell(plan: &ScenePlan) {
     output::step(|| {
         let on: Vec<&str> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
         format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
@@ -218,7 +220,7 @@ fn tell(plan: &Plan) {
 
 /// Refuses to overwrite the mesh that the scene was made from.
 fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {
-    let Body::Mesh(mesh) = &scene.body else { return Ok(()) };
+    let SceneBody::Mesh(mesh) = &scene.body else { return Ok(()) };
     let Ok(mesh) = std::fs::canonicalize(&mesh.file) else { return Ok(()) };
     let is_it = |name: &&String| std::fs::canonicalize(out.path().join(name)).is_ok_and(|path| path == mesh);
     match names.iter().find(is_it) {

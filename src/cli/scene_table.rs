@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use tongue_fit::inverse::alarms;
 use tongue_fit::report;
-use tongue_fit::scene::Plan;
+use tongue_fit::scene::ScenePlan;
 use tongue_fit::scene::compare::Compared;
-use tongue_fit::scene::run::{Moment, Outcome};
+use tongue_fit::scene::run::{Moment, SceneOutcome};
 
 use super::table::{self, files, table};
 
@@ -15,7 +15,7 @@ use super::table::{self, files, table};
 const REASON: usize = 50;
 
 /// What is simulated, what is left out, and why.
-pub fn plan(plan: &Plan) -> String {
+pub fn plan(plan: &ScenePlan) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", plan.title, plan.body, plan.method);
     let mut t = table(&["effect", "", "elements", "µs", "why"]);
     for e in &plan.effects {
@@ -58,7 +58,7 @@ pub fn plan(plan: &Plan) -> String {
 }
 
 /// The result of a scene.
-pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
+pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", o.plan.title, o.plan.body, o.plan.method);
     if !o.muscles.is_empty() {
         let tension = if o.plan.dimension == 2 { "tension N/m" } else { "tension N" };
@@ -161,7 +161,7 @@ pub fn outcome(o: &Outcome, written: &[PathBuf]) -> String {
 }
 
 /// The lengths over time, one row for each time.
-pub fn lengths_over_time(o: &Outcome) -> report::Table {
+pub fn lengths_over_time(o: &SceneOutcome) -> report::Table {
     let lengths = o.muscles.iter().map(|m| format!("{}_mm", m.muscle));
     let row = |m: &Moment| {
         std::iter::once(m.time_s).chain(m.lengths_mm.iter().copied()).map(|v| v.to_string()).collect()

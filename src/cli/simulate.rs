@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, miette};
 
 use tongue_fit::inverse::alarms;
 use tongue_fit::report::{
-    self, AlarmRecord, BranchRecord, Export, Json, Msh, OutputDir, Section, SimulationRecord, Vtu,
+    self, AlarmRecord, BranchRecord, Export, Json, Msh, OutputDir, SectionPicture, SimulationRecord, Vtu,
 };
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::System;
@@ -97,8 +97,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(out) = &out {
         let title = "Tongue at rest (grey) and deformed";
         let stretch = arguments.colour_stretch;
-        let section =
-            Section { mesh, positions, tensions: &all, palate, contact: false, stretch, grey: "rest", title };
+        let section = SectionPicture {
+            mesh,
+            positions,
+            tensions: &all,
+            palate,
+            contact: false,
+            stretch,
+            grey: "rest",
+            title,
+        };
         let picture = report::tongue(&section).into_diagnostic()?;
         let stresses = system.stresses(positions);
         let vtu = Vtu::new(mesh, positions, &all).into_diagnostic()?.with_stresses(stresses.clone());

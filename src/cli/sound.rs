@@ -11,8 +11,8 @@ use tongue_fit::body::AnyBody;
 use tongue_fit::heard::{Airway, Articulation, Formant, MeanVowel, Tract, mean_vowels};
 use tongue_fit::measured::Vowel;
 use tongue_fit::report::{self, Export, Json, OutputDir, Rows, SoundRecord, VowelPicture, Wav};
-use tongue_fit::scene::file::{Body, Effects, FitTarget, Hyoid, Jaw, Material, Tongue, Want};
-use tongue_fit::scene::prepare::{Extent, prepare};
+use tongue_fit::scene::file::{Effects, FitTarget, Hyoid, Jaw, Material, SceneBody, SceneTongue, Want};
+use tongue_fit::scene::prepare::{SceneExtent, prepare};
 use tongue_fit::scene::{Scene, body, run, sound};
 use tongue_sound::voice::{self, Voice};
 
@@ -134,7 +134,7 @@ impl Arguments {
             },
             note: String::new(),
             want: Want::Sound,
-            body: Body::Tongue(Tongue { h_mm: self.h, kind: Default::default() }),
+            body: SceneBody::Tongue(SceneTongue { h_mm: self.h, kind: Default::default() }),
             material: Material::default(),
             tensions_n,
             fit: fitted.map(|v| FitTarget {
@@ -152,7 +152,7 @@ impl Arguments {
                 ..Effects::default()
             },
             trajectory: None,
-            tract: Some(sound::Tract {
+            tract: Some(sound::SceneTract {
                 file: self.tract.as_ref().map(|p| p.display().to_string()),
                 lip_opening_mm: posture.lip_opening_mm,
                 lip_protrusion_mm: posture.lip_protrusion_mm,
@@ -173,7 +173,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let AnyBody::Flat(body) = body::build(&scene.body).into_diagnostic()? else {
         return Err(miette!("only a body in the plane has a tract"));
     };
-    let mut prepared = prepare(&scene, body, Extent::Pruned).into_diagnostic()?;
+    let mut prepared = prepare(&scene, body, SceneExtent::Pruned).into_diagnostic()?;
     let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
     let Some(heard) = answer.sound else { return Err(miette!("this scene has no sound")) };
     let means = mean_vowels().into_diagnostic()?;

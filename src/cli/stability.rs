@@ -4,7 +4,7 @@ use std::path::Path;
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::report::{Export, Markdown, OutputDir, Rows};
-use tongue_fit::study::hard_cases::{self, CASES, Extent};
+use tongue_study::hard_cases::{self, CASES, HowMany};
 
 use super::{Global, Outcome, command_line, output, table};
 
@@ -25,7 +25,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let extent = if arguments.full { Extent::Full } else { Extent::Sample };
+    let extent = if arguments.full { HowMany::Full } else { HowMany::Sample };
     if let Some(unknown) = arguments.case.iter().find(|c| !CASES.contains(c)) {
         let known: Vec<String> = CASES.iter().map(u8::to_string).collect();
         return Err(miette!("--case {unknown}: there is no such case; there are {}", known.join(", ")));

@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use comfy_table::{CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
 use tongue_fit::inverse::alarms::Alarm;
-use tongue_fit::report::batch::Journal;
+use tongue_fit::report::batch::BatchJournal;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{BranchRecord, SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
-use tongue_fit::study::validate::{LeftOut, Study};
+use tongue_study::validate::{ValidationStudy, WithoutMuscle};
 
 pub(super) fn table(header: &[&str]) -> Table {
     let mut t = Table::new();
@@ -132,7 +132,7 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
         counts.force_evaluations,
         counts.factorisations
     );
-    if record.status == tongue_fit::dynamics::Status::Unstable {
+    if record.status == tongue_fit::dynamics::MotionStatus::Unstable {
         text += "the steps grow there: take a shorter one (--dt), or --method tr-bdf2, which has no limit\n";
     }
     text += &way_gone(record.time_s, record.part_of_way_to_equilibrium);
@@ -165,7 +165,7 @@ pub(super) fn counted(n: usize, what: &str) -> String {
 }
 
 /// A validation.
-pub fn validation(study: &Study, written: &[PathBuf], wall_s: f64) -> String {
+pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> String {
     let mut text = format!(
         "passive stretches of {} of {}, from /{}/; each subject predicted from the other ones\n\n",
         counted(study.fits, "fit"),
@@ -203,7 +203,7 @@ pub fn validation(study: &Study, written: &[PathBuf], wall_s: f64) -> String {
             permuted.true_rms
         );
     }
-    let one = |o: &LeftOut| format!("{} {:.3}", o.name.replace('_', " "), o.rms);
+    let one = |o: &WithoutMuscle| format!("{} {:.3}", o.name.replace('_', " "), o.rms);
     let left: Vec<String> = study.leave_one_muscle_out.iter().map(one).collect();
     for line in left.chunks(4) {
         let _ = writeln!(text, "one muscle left out: {}", line.join(", "));
@@ -242,7 +242,7 @@ const MOST_LISTED: usize = 60;
 /// When the journal cannot be read.
 pub fn batch(
     batch: &Batch<'_>,
-    journal: &Journal,
+    journal: &BatchJournal,
     written: &[PathBuf],
     wall_s: f64,
 ) -> miette::Result<String> {
@@ -298,7 +298,7 @@ pub fn batch(
 }
 
 /// One line a fit.
-fn listed(batch: &Batch<'_>, journal: &Journal) -> miette::Result<String> {
+fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
     let mut t = table(&["fit", "tensions, N/m (rounding)", "misfit", "passive", "alarms"]);
     if let Some(c) = t.column_mut(1) {
         c.set_cell_alignment(CellAlignment::Left);

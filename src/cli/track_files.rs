@@ -6,7 +6,7 @@ use miette::IntoDiagnostic;
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::{
-    Export, Frame, Json, OutputDir, Pvd, Timeline, TrackPage, TrackPicture, TrackRecord, Vtu,
+    AnimationFrame, Export, Json, OutputDir, Pvd, Timeline, TrackPage, TrackPicture, TrackRecord, Vtu,
     animation_of_seen, timelines,
 };
 use tongue_fit::system::TissueModel;
@@ -45,7 +45,7 @@ pub fn write(
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
     let by = super::provenance().with_tissue(tissue);
-    let shapes: Vec<Vec<Frame>> =
+    let shapes: Vec<Vec<AnimationFrame>> =
         found.iter().map(|f| moments(&f.frames, arguments.frames).map(|t| frame(f, t)).collect()).collect();
     let mut files: Vec<File<'_>> = vec![
         ("track.json".to_owned(), Box::new(Json(record))),
@@ -116,13 +116,13 @@ fn moments(frames: &[Tracked], most: usize) -> impl Iterator<Item = usize> {
     (0..if most == 0 { 0 } else { frames.len() }).step_by(every)
 }
 
-fn frame(found: &Found, t: usize) -> Frame {
+fn frame(found: &Found, t: usize) -> AnimationFrame {
     let tracked = &found.frames[t];
     let mut tensions = vec![0.0; found.body.mesh.muscles.len()];
     for (muscle, tension) in found.contracting.iter().zip(&tracked.tensions_n) {
         tensions[*muscle] = *tension;
     }
-    Frame { time: tracked.time_s, positions: tracked.positions.clone(), tensions }
+    AnimationFrame { time: tracked.time_s, positions: tracked.positions.clone(), tensions }
 }
 
 fn courses(record: &TrackRecord, name: &str, frames: &[Tracked]) -> tongue_fit::report::Svg {

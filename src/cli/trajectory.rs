@@ -6,14 +6,16 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, miette};
 use nalgebra::SVector;
-use tongue_fit::body::{Mesh, Point};
+use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::{
-    self, Control, Curves, Integrator, Method, Motion, Observer, SHORTEST_S, State, Status, Tensions,
-    sample_times,
+    self, Control, Curves, IntegrationMethod, Integrator, Motion, MotionStatus, Observer, SHORTEST_S, State,
+    Tensions, sample_times,
 };
 use tongue_fit::effect::Configuration;
+use tongue_fit::geometry::Point;
+use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::{
-    self, ByMuscle, Export, Frame, History, Json, OutputDir, Provenance, Pvd, ReportError, Sto,
+    self, AnimationFrame, Export, History, Json, OutputDir, Provenance, Pvd, ReportError, Sto,
     TrajectoryRecord, Vtu,
 };
 use tongue_fit::system::System;
@@ -55,7 +57,7 @@ pub struct Arguments {
     )]
     t_end: f64,
     /// Integrator: tr-bdf2, backward-euler, verlet, rk4 or symplectic-euler
-    #[arg(long, value_name = "NAME", default_value = Method::TrBdf2.name(), requires = "trajectory")]
+    #[arg(long, value_name = "NAME", default_value = IntegrationMethod::TrBdf2.name(), requires = "trajectory")]
     method: String,
     /// Fixed step, s [default: error control; 1 ms for backward-euler; 0.9 of the stability limit for
     /// explicit methods]
@@ -101,7 +103,7 @@ impl Arguments {
     }
 
     /// Checks all numbers before anything is computed.
-    fn check(&self) -> miette::Result<Method> {
+    fn check(&self) -> miette::Result<IntegrationMethod> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
         if !is_time(self.t_end) {
             let must = format!("it must be a time in seconds, like 3, and at least {SHORTEST_S:e}");
@@ -125,7 +127,7 @@ impl Arguments {
         self.method.parse().into_diagnostic()
     }
 
-    fn control(&self, method: Method, motion: &Motion<'_, 2>) -> Control {
+    fn control(&self, method: IntegrationMethod, motion: &Motion<'_, 2>) -> Control {
         match (self.dt, method.step_limit(motion)) {
             (Some(dt), _) => Control::Fixed(dt),
             (None, Some(limit)) if self.tolerance.is_none() => Control::Fixed(PART_OF_LIMIT * limit),
@@ -139,7 +141,7 @@ impl Arguments {
     /// The integrator, unless its step is beyond its limit or the run would take too long.
     fn integrator(
         &self,
-        method: Method,
+        method: IntegrationMethod,
         control: Control,
         motion: &Motion<'_, 2>,
     ) -> miette::Result<Box<dyn Integrator<2>>> {
@@ -237,7 +239,7 @@ pub fn run(
     } else {
         output::summary(&table::trajectory(&record, &written), &written)?;
     }
-    let good = outcome.status == Status::Completed && record.guarded == 0;
+    let good = outcome.status == MotionStatus::Completed && record.guarded == 0;
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
@@ -258,8 +260,8 @@ fn write(
     let row = |(time, lengths): (f64, Vec<f64>)| (time, lengths, at(time));
     let history =
         History { muscles: mesh.muscle_names(), rows: watch.lengths.into_iter().map(row).collect() };
-    let frame = |(time, positions)| Frame { time, positions, tensions: at(time) };
-    let frames: Vec<Frame> = watch.frames.into_iter().map(frame).collect();
+    let frame = |(time, positions)| AnimationFrame { time, positions, tensions: at(time) };
+    let frames: Vec<AnimationFrame> = watch.frames.into_iter().map(frame).collect();
     let pulling = |m: &usize| frames.iter().any(|f| f.tensions[*m] > 0.0);
     let names: Vec<&str> =
         (0..mesh.muscles.len()).filter(pulling).map(|m| mesh.muscles[m].name.as_str()).collect();
@@ -268,7 +270,7 @@ fn write(
         false => format!("Pulling: {} (grey: at rest)", names.join(", ")),
     };
     let svg = report::animation(mesh, palate, &frames, &title).into_diagnostic()?;
-    let stresses = |f: &Frame| motion.system().stresses(&f.positions);
+    let stresses = |f: &AnimationFrame| motion.system().stresses(&f.positions);
     let shapes =
         frames.iter().map(|f| Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(stresses(f))));
     let shapes = shapes.collect::<Result<Vec<_>, ReportError>>().into_diagnostic()?;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use miette::IntoDiagnostic;
 use tongue_fit::measured::{Dataset, Vowel};
 use tongue_fit::report::{Export, Json, Markdown, OutputDir};
-use tongue_fit::study::validate::{self, Plan};
+use tongue_study::validate::{self, ValidationPlan};
 
 use super::{Global, Outcome, body, output, table};
 
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         None => Vowel::unrounded_u(),
     };
     let (permutations, seed) = (u64::from(arguments.permutations), arguments.seed);
-    let plan = Plan { baseline, permutations, seed, posterior: arguments.posterior };
+    let plan = ValidationPlan { baseline, permutations, seed, posterior: arguments.posterior };
     let (body, model) = (arguments.body.body()?, arguments.body.model());
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;

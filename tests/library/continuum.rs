@@ -3,15 +3,15 @@
 
 use crate::fixtures;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
-use tongue_fit::body::{
-    Anatomy, Body, ContinuumError, ContinuumSettings, Mesh, MuscleChain, continuum, solid,
-};
+use tongue_core::body::{ContinuumError, continuum};
+use tongue_core::geometry::{quadratic, simplex};
+use tongue_core::statics;
+use tongue_fit::body::{Anatomy, Body, ContinuumSettings, Mesh, MuscleChain, solid};
 use tongue_fit::effect::{Configuration, Effect};
-use tongue_fit::geometry::{quadratic, simplex};
 use tongue_fit::material::{Constants, NeoHookean};
-use tongue_fit::statics::{self, Settings, Status, Workspace};
-use tongue_fit::study::{PUBLISHED_A, Pulled};
+use tongue_fit::statics::{Settings, Status, Workspace};
 use tongue_fit::system::{Additions, Model, System, TissueModel};
+use tongue_study::{PUBLISHED_A, Pulled};
 
 const CONTINUUM: TissueModel = TissueModel::Continuum;
 

@@ -3,7 +3,7 @@
 
 use crate::fixtures;
 use nalgebra::{Matrix3, Vector3};
-use tongue_fit::dynamics::{Control, Method, Motion, State, Status, Tensions, run};
+use tongue_fit::dynamics::{Control, IntegrationMethod, Motion, MotionStatus, State, Tensions, run};
 use tongue_fit::material::{Constants, Preset};
 use tongue_fit::system::{Model, System};
 
@@ -20,17 +20,24 @@ fn bar(viscosity: f64, contracts: bool) -> System<2> {
 }
 
 /// Position of the free end at `t_end` relative to rest, m.
-fn travel(motion: &Motion<'_, 2>, start: &State<2>, method: Method, dt: f64, t_end: f64) -> f64 {
+fn travel(motion: &Motion<'_, 2>, start: &State<2>, method: IntegrationMethod, dt: f64, t_end: f64) -> f64 {
     let mut integrator = method.integrator(motion, Control::Fixed(dt)).unwrap();
     let mut state = start.clone();
     let outcome = run(motion, integrator.as_mut(), &mut state, t_end, &[], &mut ());
-    assert_eq!((outcome.status, outcome.time_s), (Status::Completed, t_end), "{method}");
+    assert_eq!((outcome.status, outcome.time_s), (MotionStatus::Completed, t_end), "{method}");
     assert_eq!(state.positions[1].y, 0.0);
     state.positions[1].x - motion.system().rest()[1].x
 }
 
 /// Halves the step and expects the error to fall by `2^order` within 12 % of the exponent.
-fn expect_order(motion: &Motion<'_, 2>, start: &State<2>, method: Method, dt: f64, t_end: f64, exact: f64) {
+fn expect_order(
+    motion: &Motion<'_, 2>,
+    start: &State<2>,
+    method: IntegrationMethod,
+    dt: f64,
+    t_end: f64,
+    exact: f64,
+) {
     let order = f64::from(method.order());
     let error = |dt| (travel(motion, start, method, dt, t_end) - exact).abs();
     let (coarse, fine) = (error(dt), error(0.5 * dt));
@@ -50,11 +57,11 @@ fn a_mass_on_a_spring_oscillates() {
     // A time at which both phase and amplitude matter.
     let t_end = 7.0 / omega;
     let exact = amplitude * 7.0f64.cos();
-    for method in Method::ALL {
+    for method in IntegrationMethod::ALL {
         let steps = match method {
-            Method::BackwardEuler | Method::SymplecticEuler => 4000.0,
-            Method::TrBdf2 | Method::Verlet => 200.0,
-            Method::Rk4 => 50.0,
+            IntegrationMethod::BackwardEuler | IntegrationMethod::SymplecticEuler => 4000.0,
+            IntegrationMethod::TrBdf2 | IntegrationMethod::Verlet => 200.0,
+            IntegrationMethod::Rk4 => 50.0,
         };
         expect_order(&motion, &start, method, t_end / steps, t_end, exact);
     }
@@ -75,7 +82,7 @@ fn a_kelvin_voigt_element_creeps() {
     start.positions[1].x += amplitude;
     let t_end = -1.5 / slow;
     let exact = amplitude * (fast * (slow * t_end).exp() - slow * (fast * t_end).exp()) / (fast - slow);
-    for method in Method::ALL {
+    for method in IntegrationMethod::ALL {
         let steps = if method.order() == 1 { 2000.0 } else { 60.0 };
         expect_order(&motion, &start, method, t_end / steps, t_end, exact);
     }
@@ -100,11 +107,11 @@ fn the_three_element_muscle_answers_a_step() {
     let t_end = 0.06;
     let exact = pulled(&system, motion.mass(), t_end);
     assert!(exact < -1e-5);
-    for method in Method::ALL {
+    for method in IntegrationMethod::ALL {
         let steps = match method {
-            Method::BackwardEuler | Method::SymplecticEuler => 8000.0,
-            Method::TrBdf2 | Method::Verlet => 400.0,
-            Method::Rk4 => 100.0,
+            IntegrationMethod::BackwardEuler | IntegrationMethod::SymplecticEuler => 8000.0,
+            IntegrationMethod::TrBdf2 | IntegrationMethod::Verlet => 400.0,
+            IntegrationMethod::Rk4 => 100.0,
         };
         expect_order(&motion, &start, method, t_end / steps, t_end, exact);
     }
@@ -122,10 +129,13 @@ fn without_mass_the_muscle_and_tissue_in_series_answer_with_two_exponentials() {
     let (b, bcc) = (c.tissue_damping, c.contractile_damping);
     let a = nalgebra::Matrix2::new(-(k + k1 + k2) / b, k2 / b, k2 / bcc, -k2 / bcc);
     let rest = a.try_inverse().unwrap() * nalgebra::Vector2::new(0.0, PULL / bcc);
-    let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(1e-10)).unwrap();
+    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-10)).unwrap();
     let mut state = motion.at_rest();
     for t in [0.2, 1.0, 3.0] {
-        assert_eq!(run(&motion, integrator.as_mut(), &mut state, t, &[], &mut ()).status, Status::Completed);
+        assert_eq!(
+            run(&motion, integrator.as_mut(), &mut state, t, &[], &mut ()).status,
+            MotionStatus::Completed
+        );
         let exact = (rest - (a * t).exp() * rest).x;
         let found = state.positions[1].x - system.rest()[1].x;
         // The mass delays by m/b, microseconds.
@@ -141,10 +151,11 @@ fn an_adaptive_run_keeps_to_the_sum_of_the_errors_that_it_allows() {
     let system = System::new(&fixtures::two_bars(5e-3), &Model::default(), &[0]).unwrap();
     let motion = Motion::with_mass(&system, Tensions::Constant(vec![PULL]), MASS).unwrap();
     let end = |tolerance| {
-        let mut integrator = Method::TrBdf2.integrator(&motion, Control::Adaptive(tolerance)).unwrap();
+        let mut integrator =
+            IntegrationMethod::TrBdf2.integrator(&motion, Control::Adaptive(tolerance)).unwrap();
         let mut state = motion.at_rest();
         let outcome = run(&motion, integrator.as_mut(), &mut state, 0.7, &[], &mut ());
-        assert_eq!(outcome.status, Status::Completed);
+        assert_eq!(outcome.status, MotionStatus::Completed);
         (state.positions[1].x, outcome.counts.steps)
     };
     let (reference, _) = end(1e-13);

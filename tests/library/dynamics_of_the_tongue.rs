@@ -2,9 +2,11 @@
 
 use crate::fixtures;
 use nalgebra::SVector;
+use tongue_core::dynamics::Spectrum;
 use tongue_fit::body::Body;
 use tongue_fit::dynamics::{
-    Control, Counts, Method, MethodError, Motion, Observer, Spectrum, Status, Tensions, run, sample_times,
+    Control, IntegrationMethod, Motion, MotionError, MotionStatus, Observer, StepCounts, Tensions, run,
+    sample_times,
 };
 use tongue_fit::material::{Constants, Preset};
 use tongue_fit::statics::{self, Workspace};
@@ -57,14 +59,14 @@ fn in_the_long_run_the_body_comes_to_the_equilibrium() {
         assert!(apart(&goal, system.rest()) > 1e-4);
         let motion = Motion::new(&system, Tensions::Ramp { to: tensions, duration: 0.3 }).unwrap();
         for (method, control) in [
-            (Method::TrBdf2, Control::Adaptive(1e-9)),
-            (Method::TrBdf2, Control::Fixed(0.1)),
-            (Method::BackwardEuler, Control::Fixed(0.2)),
+            (IntegrationMethod::TrBdf2, Control::Adaptive(1e-9)),
+            (IntegrationMethod::TrBdf2, Control::Fixed(0.1)),
+            (IntegrationMethod::BackwardEuler, Control::Fixed(0.2)),
         ] {
             let mut integrator = method.checked(&motion, control).unwrap();
             let mut state = motion.at_rest();
             let outcome = run(&motion, integrator.as_mut(), &mut state, 60.0, &[], &mut ());
-            assert_eq!(outcome.status, Status::Completed, "{method} {control:?}");
+            assert_eq!(outcome.status, MotionStatus::Completed, "{method} {control:?}");
             let left = apart(&state.positions, &goal);
             assert!(left < 1e-9, "{method} {control:?}: {left:e} m from the equilibrium");
         }
@@ -78,13 +80,13 @@ fn energy_never_grows_without_tension() {
     let constants = Constants { viscosity: 20.0, ..Constants::TONGUE };
     let systems = [TissueModel::MassSpring, TissueModel::FiniteElement]
         .map(|tissue| System::new(&mesh, &Model { constants, tissue, ..Model::default() }, &[0]).unwrap());
-    for (system, method) in systems.iter().flat_map(|s| Method::ALL.map(|m| (s, m))) {
+    for (system, method) in systems.iter().flat_map(|s| IntegrationMethod::ALL.map(|m| (s, m))) {
         let motion = Motion::new(system, Tensions::Constant(vec![0.0])).unwrap();
         let dt = method.step_limit(&motion).map_or(1e-4, |limit| 0.2 * limit);
         let mut integrator = method.checked(&motion, Control::Fixed(dt)).unwrap();
         let mut state = motion.at_rest();
         state.positions = fixtures::shaken(&mesh, 4e-4);
-        let (start, mut counts) = (motion.energy(&state), Counts::default());
+        let (start, mut counts) = (motion.energy(&state), StepCounts::default());
         let mut energy = start;
         for step in 0..400 {
             integrator.step(&motion, &mut state, f64::INFINITY, &mut counts).unwrap();
@@ -103,7 +105,7 @@ fn explicit_runs_diverge_beyond_the_stability_limit() {
         let constants = Constants { viscosity, ..Constants::TONGUE };
         let system = System::new(&mesh, &Model { constants, ..Model::default() }, &[]).unwrap();
         let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
-        for method in Method::ALL.into_iter().filter(|m| m.is_explicit()) {
+        for method in IntegrationMethod::ALL.into_iter().filter(|m| m.is_explicit()) {
             let limit = method.step_limit(&motion).unwrap();
             let status = |part: f64| {
                 let mut integrator = method.integrator(&motion, Control::Fixed(part * limit)).unwrap();
@@ -112,11 +114,11 @@ fn explicit_runs_diverge_beyond_the_stability_limit() {
                 state.positions = fixtures::shaken(&mesh, 1e-9);
                 run(&motion, integrator.as_mut(), &mut state, 3000.0 * limit, &[], &mut ()).status
             };
-            assert_eq!(status(0.98), Status::Completed, "{method} at viscosity {viscosity}");
+            assert_eq!(status(0.98), MotionStatus::Completed, "{method} at viscosity {viscosity}");
             // RK4 is limited by the stiffest and the most damped mode as if they were one; they are not
             // quite.
-            let beyond = if method == Method::Rk4 && viscosity == 5.0 { 1.3 } else { 1.05 };
-            assert_ne!(status(beyond), Status::Completed, "{method} at viscosity {viscosity}");
+            let beyond = if method == IntegrationMethod::Rk4 && viscosity == 5.0 { 1.3 } else { 1.05 };
+            assert_ne!(status(beyond), MotionStatus::Completed, "{method} at viscosity {viscosity}");
         }
     }
 }
@@ -125,7 +127,7 @@ fn explicit_runs_diverge_beyond_the_stability_limit() {
 fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that_its_steps_grow() {
     let mesh = Body::tongue(11e-3).unwrap().mesh;
     let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
-    let end = |motion: &Motion<'_, 2>, method: Method, control| {
+    let end = |motion: &Motion<'_, 2>, method: IntegrationMethod, control| {
         let mut integrator = method.integrator(motion, control).unwrap();
         let mut state = motion.at_rest();
         let outcome = run(motion, integrator.as_mut(), &mut state, 0.3, &[], &mut ());
@@ -135,9 +137,9 @@ fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that
         let mut tensions = vec![0.0; system.muscle_count()];
         tensions[0] = load;
         let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
-        let (_, expected) = end(&motion, Method::TrBdf2, Control::Adaptive(1e-8));
+        let (_, expected) = end(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(1e-8));
         let unloaded = Motion::new(&system, Tensions::Constant(vec![0.0; system.muscle_count()])).unwrap();
-        for method in Method::ALL.into_iter().filter(|m| m.is_explicit()) {
+        for method in IntegrationMethod::ALL.into_iter().filter(|m| m.is_explicit()) {
             let (loaded, at_rest) =
                 (method.step_limit(&motion).unwrap(), method.step_limit(&unloaded).unwrap());
             assert!(loaded < 0.95 * at_rest, "{method} at {load} N: {loaded:e} s, at rest {at_rest:e} s");
@@ -146,20 +148,20 @@ fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that
                 let dt = part * at_rest;
                 let refused = method.checked(&motion, Control::Fixed(dt)).unwrap_err();
                 assert!(
-                    matches!(refused, MethodError::Unstable { body: "as its tensions load it", .. })
+                    matches!(refused, MotionError::Unstable { body: "as its tensions load it", .. })
                         || part > 1.0
                 );
                 let (outcome, found) = end(&motion, method, Control::Fixed(dt));
                 let error = apart(&found, &expected);
                 let what =
                     format!("{method} at {load} N and {part} of the limit at rest: {outcome:?}, {error:e} m");
-                assert!(outcome.status != Status::Completed || error < 1e-6, "{what}");
-                unstable += usize::from(outcome.status == Status::Unstable);
-                assert!(part < 1.01 || outcome.status != Status::Completed, "{what}");
+                assert!(outcome.status != MotionStatus::Completed || error < 1e-6, "{what}");
+                unstable += usize::from(outcome.status == MotionStatus::Unstable);
+                assert!(part < 1.01 || outcome.status != MotionStatus::Completed, "{what}");
             }
             assert!(unstable > 0, "{method} at {load} N: where its steps grow it says so");
             let (outcome, found) = end(&motion, method, Control::Fixed(0.99 * loaded));
-            assert_eq!(outcome.status, Status::Completed);
+            assert_eq!(outcome.status, MotionStatus::Completed);
             assert!(apart(&found, &expected) < 1e-6);
         }
     }
@@ -181,46 +183,47 @@ fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
     for (tensions, t_end) in cases {
         let motion = Motion::new(&system, tensions.clone()).unwrap();
         for (method, control) in [
-            (Method::TrBdf2, Control::Adaptive(1e-9)),
-            (Method::TrBdf2, Control::Adaptive(f64::from_bits(1))),
-            (Method::BackwardEuler, Control::Fixed(1e-4)),
-            (Method::Verlet, Control::Fixed(1e-7)),
+            (IntegrationMethod::TrBdf2, Control::Adaptive(1e-9)),
+            (IntegrationMethod::TrBdf2, Control::Adaptive(f64::from_bits(1))),
+            (IntegrationMethod::BackwardEuler, Control::Fixed(1e-4)),
+            (IntegrationMethod::Verlet, Control::Fixed(1e-7)),
         ] {
             let mut integrator = method.checked(&motion, control).unwrap();
             let mut state = motion.at_rest();
             let outcome = run(&motion, integrator.as_mut(), &mut state, t_end, &[], &mut ());
             let hopeless = control == Control::Adaptive(f64::from_bits(1)) && t_end > 1e-15;
-            let expected = if hopeless { Status::StepTooSmall } else { Status::Completed };
+            let expected = if hopeless { MotionStatus::StepTooSmall } else { MotionStatus::Completed };
             assert_eq!(outcome.status, expected, "{method} {control:?} {tensions:?} to {t_end:e} s");
             assert!(state.positions.iter().flatten().all(|x| x.is_finite()));
         }
     }
     assert!(matches!(
-        Method::Verlet.integrator(&Motion::new(&system, table(&[0.0])).unwrap(), Control::Fixed(1e-320)),
-        Err(MethodError::Step { .. })
+        IntegrationMethod::Verlet
+            .integrator(&Motion::new(&system, table(&[0.0])).unwrap(), Control::Fixed(1e-320)),
+        Err(MotionError::Step { .. })
     ));
 }
 
 #[test]
 fn the_limits_explain_the_steps_of_the_thesis() {
-    let limit = |preset, method: Method| {
+    let limit = |preset, method: IntegrationMethod| {
         let (system, tensions) = reference(preset);
         let motion = Motion::new(&system, Tensions::Constant(vec![0.0; tensions.len()])).unwrap();
         (method.step_limit(&motion).unwrap(), Spectrum::of(&motion, &motion.at_rest()))
     };
     // Table 4.2 as printed: dampers 1.25e-8 s (velocity predicted over the full step), area 9.5e-7 s.
-    let (printed, spectrum) = limit(Preset::AsPrinted, Method::Verlet);
+    let (printed, spectrum) = limit(Preset::AsPrinted, IntegrationMethod::Verlet);
     assert!((1.0e-8..1.4e-8).contains(&printed), "{printed:e}");
     let area = 2.0 / spectrum.stiffness.sqrt();
     assert!((7.5e-7..1.1e-6).contains(&area), "{area:e}");
     // A hundred times the mass, a hundred times the step of the dampers; a thousandth of kappa.
-    let (consistent, spectrum) = limit(Preset::Consistent, Method::Verlet);
+    let (consistent, spectrum) = limit(Preset::Consistent, IntegrationMethod::Verlet);
     assert!((consistent / printed / 100.0 - 1.0).abs() < 0.1, "{consistent:e}");
     let area = 2.0 / spectrum.stiffness.sqrt();
     assert!((2.3e-4..3.5e-4).contains(&area), "{area:e}");
     // Half the rate of the strongest damper for Verlet as the thesis may have run it: symplectic Euler's
     // limit is 2 / rate.
-    let (symplectic, spectrum) = limit(Preset::AsPrinted, Method::SymplecticEuler);
+    let (symplectic, spectrum) = limit(Preset::AsPrinted, IntegrationMethod::SymplecticEuler);
     assert!((symplectic * spectrum.damping / 2.0 - 1.0).abs() < 1e-3, "{symplectic:e}");
 }
 
@@ -229,13 +232,16 @@ fn the_step_of_the_thesis_is_refused_and_blows_up_when_forced() {
     let (system, tensions) = reference(Preset::AsPrinted);
     let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
     let dt = 5.0e-6;
-    let refusal = Method::Verlet.checked(&motion, Control::Fixed(dt)).unwrap_err();
-    assert!(matches!(refusal, MethodError::Unstable { limit, .. } if limit < 2e-8), "{refusal}");
-    let mut integrator = Method::Verlet.integrator(&motion, Control::Fixed(dt)).unwrap();
+    let refusal = IntegrationMethod::Verlet.checked(&motion, Control::Fixed(dt)).unwrap_err();
+    assert!(matches!(refusal, MotionError::Unstable { limit, .. } if limit < 2e-8), "{refusal}");
+    let mut integrator = IntegrationMethod::Verlet.integrator(&motion, Control::Fixed(dt)).unwrap();
     let mut state = motion.at_rest();
     let outcome = run(&motion, integrator.as_mut(), &mut state, 3.0, &[], &mut ());
     assert!(
-        !matches!(outcome.status, Status::Completed | Status::StepTooSmall | Status::NotSolved),
+        !matches!(
+            outcome.status,
+            MotionStatus::Completed | MotionStatus::StepTooSmall | MotionStatus::NotSolved
+        ),
         "{outcome:?}"
     );
     assert!(outcome.time_s < 1e-3 && outcome.time_s == state.time);
@@ -248,10 +254,11 @@ fn an_adaptive_trajectory_is_right_to_a_tenth_of_a_micrometre_in_few_steps() {
     let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
     let times = sample_times(3.0, 61);
     let go = |tolerance| {
-        let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(tolerance)).unwrap();
+        let mut integrator =
+            IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance)).unwrap();
         let mut seen = Keep::default();
         let outcome = run(&motion, integrator.as_mut(), &mut motion.at_rest(), 3.0, &times, &mut seen);
-        assert_eq!(outcome.status, Status::Completed);
+        assert_eq!(outcome.status, MotionStatus::Completed);
         assert_eq!(seen.0.len(), times.len());
         (seen.0, outcome.counts)
     };
@@ -273,7 +280,7 @@ fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
     released.positions.copy_from_slice(&shape);
     let times = [0.0, 3.0, 6.0, 8.0];
     let mut seen = Keep::default();
-    let mut integrator = Method::TrBdf2.checked(&slack, Control::Adaptive(1e-10)).unwrap();
+    let mut integrator = IntegrationMethod::TrBdf2.checked(&slack, Control::Adaptive(1e-10)).unwrap();
     run(&slack, integrator.as_mut(), &mut released, 8.0, &times, &mut seen);
     let left: Vec<f64> = seen.0.iter().map(|x| apart(x, passive.rest())).collect();
     let time_constant = 2.0 / (left[2] / left[3]).ln();
@@ -283,7 +290,7 @@ fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
 
     // Pulled to the same shape, the contractile dampers (2.1 s for a muscle alone) have to follow too.
     let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
-    let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(1e-10)).unwrap();
+    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-10)).unwrap();
     let mut seen = Keep::default();
     run(&motion, integrator.as_mut(), &mut motion.at_rest(), 8.0, &times, &mut seen);
     let left: Vec<f64> = seen.0.iter().map(|x| apart(x, &shape)).collect();
@@ -298,15 +305,15 @@ fn hopeless_runs_end_with_a_status_and_finite_positions() {
     let tensions = vec![3000.0, 0.0, 0.0, 0.0, 3000.0, 0.0, 3000.0, 0.0];
     let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
     for (method, control) in [
-        (Method::BackwardEuler, Control::Fixed(1.0)),
-        (Method::TrBdf2, Control::Fixed(0.5)),
-        (Method::TrBdf2, Control::Adaptive(1e-6)),
+        (IntegrationMethod::BackwardEuler, Control::Fixed(1.0)),
+        (IntegrationMethod::TrBdf2, Control::Fixed(0.5)),
+        (IntegrationMethod::TrBdf2, Control::Adaptive(1e-6)),
     ] {
         let mut integrator = method.checked(&motion, control).unwrap();
         let mut state = motion.at_rest();
         let outcome = run(&motion, integrator.as_mut(), &mut state, 3.0, &[], &mut ());
         assert_eq!(
-            outcome.status == Status::Completed,
+            outcome.status == MotionStatus::Completed,
             outcome.time_s == 3.0,
             "{method} {control:?}: {outcome:?}"
         );
@@ -319,14 +326,14 @@ fn steps_and_tolerances_out_of_range_are_refused() {
     let system = System::new(&fixtures::lattice(4, 4, 5.5e-3), &Model::default(), &[0]).unwrap();
     let motion = Motion::new(&system, Tensions::Constant(vec![1.0])).unwrap();
     for bad in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
-        for method in Method::ALL {
-            assert!(matches!(method.checked(&motion, Control::Fixed(bad)), Err(MethodError::Step { .. })));
+        for method in IntegrationMethod::ALL {
+            assert!(matches!(method.checked(&motion, Control::Fixed(bad)), Err(MotionError::Step { .. })));
             assert!(method.checked(&motion, Control::Adaptive(bad)).is_err());
         }
     }
     assert_eq!(
-        Method::Rk4.checked(&motion, Control::Adaptive(1e-9)).unwrap_err(),
-        MethodError::NotAdaptive { method: Method::Rk4 }
+        IntegrationMethod::Rk4.checked(&motion, Control::Adaptive(1e-9)).unwrap_err(),
+        MotionError::NotAdaptive { method: IntegrationMethod::Rk4 }
     );
     assert!(Motion::new(&system, Tensions::Constant(vec![])).is_err());
 }

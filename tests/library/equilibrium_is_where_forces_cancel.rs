@@ -3,12 +3,11 @@
 
 use crate::fixtures::{self, tongue};
 use nalgebra::SVector;
+use tongue_core::statics::length_sensitivities;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
 use tongue_fit::material::Preset;
-use tongue_fit::statics::{
-    Connection, Settings, Solution, Status, Workspace, length_sensitivities, solve, solve_and_trace, trace,
-};
+use tongue_fit::statics::{Connection, Settings, Solution, Status, Workspace, solve, solve_and_trace, trace};
 use tongue_fit::system::{Model, OutsidePath, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];

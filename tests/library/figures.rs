@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use roxmltree::{Document, Node};
 use tongue_fit::body::{Cells, Mesh, MuscleChain};
-use tongue_fit::report::{ReportError, Section, Series, changes, tongue};
+use tongue_fit::report::{ReportError, SectionPicture, Series, changes, tongue};
 
 fn number(node: Node, name: &str) -> f64 {
     node.attribute(name).unwrap().parse().unwrap()
@@ -119,7 +119,7 @@ fn moved(mesh: &Mesh<2>) -> Vec<SVector<f64, 2>> {
 
 /// The picture of a shape whose muscles have these tensions.
 fn drawn(mesh: &Mesh<2>, positions: &[SVector<f64, 2>], tensions: &[f64], title: &str) -> String {
-    tongue(&Section {
+    tongue(&SectionPicture {
         mesh,
         positions,
         tensions,
@@ -220,7 +220,7 @@ fn the_palate_is_a_band_on_the_far_side_and_stretch_has_a_scale() {
     let mesh = patch();
     let palate = [[-0.004, 0.022], [0.01, 0.023], [0.024, 0.022]].map(SVector::from);
     let positions = moved(&mesh);
-    let section = Section {
+    let section = SectionPicture {
         mesh: &mesh,
         positions: &positions,
         tensions: &[0.0, 1.0],
@@ -280,7 +280,7 @@ fn a_picture_of_inconsistent_data_is_refused() {
     let mesh = patch();
     let good = moved(&mesh);
     let refused = |mesh: &Mesh<2>, positions: &[_], tensions: &[f64]| {
-        let section = Section {
+        let section = SectionPicture {
             mesh,
             positions,
             tensions,

@@ -3,12 +3,12 @@
 
 use crate::fixtures;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
+use tongue_core::geometry::simplex;
+use tongue_core::sparse::{BlockMatrix, Pattern};
 use tongue_fit::body::{Cells, Mesh};
-use tongue_fit::dynamics::{self, Control, Method, Motion, Tensions};
+use tongue_fit::dynamics::{self, Control, IntegrationMethod, Motion, Tensions};
 use tongue_fit::effect::{Configuration, Effect, FiniteElements, Tangent};
-use tongue_fit::geometry::simplex;
 use tongue_fit::material::{Constants, Spread};
-use tongue_fit::sparse::{BlockMatrix, Pattern};
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
 
@@ -115,9 +115,9 @@ fn shear_relaxes_with_viscosity_over_shear_modulus() {
     for shear in [0.01, 0.7] {
         let mut state = motion.at_rest();
         state.positions[2].x += shear * 4e-3;
-        let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(1e-12)).unwrap();
+        let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-12)).unwrap();
         let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, 1.5 * time, &[], &mut ());
-        assert_eq!(outcome.status, dynamics::Status::Completed);
+        assert_eq!(outcome.status, dynamics::MotionStatus::Completed);
         let left = (state.positions[2] - mesh.nodes[2]) / (shear * 4e-3);
         assert!((left.x / (-1.5f64).exp() - 1.0).abs() < 1e-4, "{left}");
         assert!(left.y.abs() < 1e-6, "{left}");

@@ -7,8 +7,8 @@ use tongue_fit::inverse::{self, Among, Fit, Matched, Method, Settings, Status};
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
 use tongue_fit::statics::{self, Workspace};
-use tongue_fit::study::pulling;
 use tongue_fit::system::{Model, System};
+use tongue_study::pulling;
 
 /// Lengths of the model, m, at rest and under the tensions.
 fn simulated(mesh: &Mesh<2>, tensions: &[(&str, f64)]) -> (Vec<f64>, Vec<f64>) {
@@ -189,7 +189,7 @@ fn the_answer_is_the_shape_to_which_its_tensions_lead_from_rest() {
     let mut w = Workspace::new(&system);
     let traced = statics::trace(&system, &mut w, &fit.body_tensions, &statics::Settings::default(), 20);
     assert_eq!(traced.solution.status, statics::Status::Converged);
-    let apart = tongue_fit::body::largest_distance(w.positions(), &fit.positions);
+    let apart = tongue_core::body::largest_distance(w.positions(), &fit.positions);
     assert!(apart < 1e-8, "{apart} m");
     assert_eq!(fit.replay.solution.connection, statics::Connection::Traced);
 }

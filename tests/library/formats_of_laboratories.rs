@@ -1,7 +1,8 @@
 //! Recordings in the formats of laboratories, in files written from each format's description.
 
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{Format, Map, Recording, Seen, Times};
+use tongue_fit::measured::recording::{Format, Map, Recording, Seen};
+use tongue_input::measured::recording::Times;
 
 use crate::recordings::{DLC, fan_row, headerless_pos, matlab, mocha, mview, txy};
 

@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::SVector;
 use proptest::prelude::*;
-use tongue_fit::body::gmsh::{self, Concern, Content, File, GmshError, Place, Problem, Unit};
+use tongue_core::geometry::simplex;
+use tongue_fit::body::gmsh::{Concern, Content, File, GmshError};
 use tongue_fit::body::{self, Mesh, Quality};
-use tongue_fit::geometry::simplex;
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{Model, System};
+use tongue_input::bodies::gmsh::{self, MshPlace, MshProblem, Unit};
 
 const FORMS: [(&str, &str, bool); 4] =
     [("41", "4.1", false), ("41_binary", "4.1", true), ("22", "2.2", false), ("22_binary", "2.2", true)];
@@ -42,7 +43,7 @@ fn solid(name: &str) -> Content<3> {
     }
 }
 
-fn refused(name: &str) -> (Place, Problem) {
+fn refused(name: &str) -> (MshPlace, MshProblem) {
     let error = read(&format!("broken/{name}.msh")).expect_err(name);
     (error.place, error.problem)
 }
@@ -184,21 +185,21 @@ fn meshes_without_a_body_are_refused_with_place_and_advice() {
     let gga = || "GGa".to_owned();
     assert!(read("broken/square.msh").is_ok(), "the others differ from this one by their fault alone");
     assert!(
-        matches!(refused("branch"), (Place::Line(6), Problem::Branch { name, lines: 3, .. }) if name == gga())
+        matches!(refused("branch"), (MshPlace::Line(6), MshProblem::Branch { name, lines: 3, .. }) if name == gga())
     );
-    assert!(matches!(refused("gap"), (Place::Line(6), Problem::Gap { ends, .. }) if ends.len() == 4));
-    assert!(matches!(refused("loop"), (Place::Line(6), Problem::Loop { .. })));
-    assert!(matches!(refused("not_embedded"), (Place::Line(6), Problem::NotEmbedded { .. })));
-    assert!(matches!(refused("apart"), (Place::Line(6), Problem::Apart { .. })));
+    assert!(matches!(refused("gap"), (MshPlace::Line(6), MshProblem::Gap { ends, .. }) if ends.len() == 4));
+    assert!(matches!(refused("loop"), (MshPlace::Line(6), MshProblem::Loop { .. })));
+    assert!(matches!(refused("not_embedded"), (MshPlace::Line(6), MshProblem::NotEmbedded { .. })));
+    assert!(matches!(refused("apart"), (MshPlace::Line(6), MshProblem::Apart { .. })));
     assert!(
-        matches!(refused("no_tissue"), (Place::Whole, Problem::NoTissue { found }) if found.contains("flesh"))
+        matches!(refused("no_tissue"), (MshPlace::Whole, MshProblem::NoTissue { found }) if found.contains("flesh"))
     );
     assert!(
-        matches!(refused("out_of_plane"), (_, Problem::OutOfPlane { z, .. }) if (z - 0.005).abs() < 1e-15)
+        matches!(refused("out_of_plane"), (_, MshProblem::OutOfPlane { z, .. }) if (z - 0.005).abs() < 1e-15)
     );
-    assert!(matches!(refused("quadrangles").1, Problem::Element { what, .. } if what == "quadrangle"));
-    assert_eq!(refused("version_40"), (Place::Line(2), Problem::Version { found: "4".to_owned() }));
-    assert_eq!(refused("partitioned").1, Problem::Partitioned);
+    assert!(matches!(refused("quadrangles").1, MshProblem::Element { what, .. } if what == "quadrangle"));
+    assert_eq!(refused("version_40"), (MshPlace::Line(2), MshProblem::Version { found: "4".to_owned() }));
+    assert_eq!(refused("partitioned").1, MshProblem::Partitioned);
 }
 
 #[test]
@@ -229,7 +230,7 @@ fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() 
     let header = text.lines().find(|l| l.starts_with("2 1 9 ")).unwrap();
     let third = text.replace(header, &header.replace("2 1 9 ", "2 1 21 "));
     let error = gmsh::read(third.as_bytes(), "third.msh", Unit::M).unwrap_err();
-    assert!(matches!(error.problem, Problem::Element { .. }), "{error}");
+    assert!(matches!(error.problem, MshProblem::Element { .. }), "{error}");
     let message = error.to_string();
     assert!(message.starts_with("third.msh:") && message.contains("Mesh.ElementOrder = 1 or 2"), "{message}");
 }

@@ -3,11 +3,13 @@
 
 use crate::fixtures::{block, tongue};
 use nalgebra::SVector;
-use tongue_fit::body::{self, Anatomy, Mesh, largest_distance};
+use tongue_core::body::largest_distance;
+use tongue_core::statics::lanes::{Equilibrium, Lanes, Load};
+use tongue_core::statics::length_sensitivities;
+use tongue_fit::body::{self, Anatomy, Mesh};
 use tongue_fit::material::Constants;
 use tongue_fit::parallel::with_threads;
-use tongue_fit::statics::lanes::{Equilibrium, Lanes, Load};
-use tongue_fit::statics::{Settings, Solution, Stability, Status, Workspace, length_sensitivities, solve};
+use tongue_fit::statics::{Settings, Solution, Stability, Status, Workspace, solve};
 use tongue_fit::system::{Model, System, TissueModel};
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];

@@ -1,8 +1,8 @@
 //! The mesh agrees with the thesis's published numbers, keeps the anatomy at any spacing, and reports faults.
 
+use tongue_core::body::{AnatomyProblem, MeshError, MeshFault};
 use tongue_fit::body::{
-    Anatomy, AnatomyProblem, Body, Cells, DEFAULT_SPACING_M, MANDIBLE, Mesh, MeshError, MeshFault,
-    MuscleChain, Quality, REFERENCE, build, json,
+    Anatomy, Body, Cells, DEFAULT_SPACING_M, MANDIBLE, Mesh, MuscleChain, Quality, REFERENCE, build, json,
 };
 
 const TABLES: &str = include_str!("../../targets/kato2014_tables.csv");
@@ -233,7 +233,7 @@ fn a_further_point_of_the_outline_can_be_put_on_bone() {
     let text = REFERENCE.replacen("[bones]", "[bones]\nmandible = [[-6.34, 17.10]]", 1);
     let mesh = build(&Anatomy::from_toml(&text, "my.toml").unwrap(), DEFAULT_SPACING_M).unwrap();
     assert_eq!(mesh.fixed.len(), 5);
-    let at = tongue_fit::body::Point::new(-6.34e-3, 17.10e-3);
+    let at = tongue_core::body::Point::new(-6.34e-3, 17.10e-3);
     assert!(mesh.fixed.iter().any(|n| (mesh.nodes[*n] - at).norm() < 1e-12));
 }
 

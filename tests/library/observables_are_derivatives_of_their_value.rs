@@ -3,7 +3,7 @@
 
 use nalgebra::{SVector, Vector2, Vector3};
 use tongue_fit::observe::{
-    Contour, Curve, Length, Observable, Observation, Point, Ratio, Sense, Stretch, Surface,
+    Contour, Curve, Length, NodePosition, Observable, Observation, Ratio, Sense, Stretch, Surface,
 };
 
 use crate::fixtures::{block, lattice, shaken};
@@ -18,8 +18,8 @@ fn common<const D: usize>(direction: SVector<f64, D>) -> Named<D> {
         ("ratio", Box::new(Ratio::new(a, b))),
         ("ratio of lengths that share an end", Box::new(Ratio::new(a, Length::new([17, 9])))),
         ("stretch", Box::new(Stretch::new(a, 0.013))),
-        ("node", Box::new(Point::node(7, direction))),
-        ("mean of nodes", Box::new(Point::mean(vec![(3, 0.2), (4, 0.5), (9, 0.3)], direction))),
+        ("node", Box::new(NodePosition::node(7, direction))),
+        ("mean of nodes", Box::new(NodePosition::mean(vec![(3, 0.2), (4, 0.5), (9, 0.3)], direction))),
     ]
 }
 
@@ -73,7 +73,10 @@ fn in_the_plane() {
     ] {
         all.push((name, Box::new(Contour::new(curve.clone(), Vector2::new(x, y)))));
     }
-    all.push(("place on the surface", Box::new(Point::on_curve(&curve, 0.0137, Vector2::new(0.0, 1.0)))));
+    all.push((
+        "place on the surface",
+        Box::new(NodePosition::on_curve(&curve, 0.0137, Vector2::new(0.0, 1.0))),
+    ));
     check(&all, &shaken(&mesh, 5e-4));
 }
 
@@ -131,7 +134,7 @@ fn places_on_a_curve_are_where_their_arc_length_says_and_its_nodes_are_on_it() {
     let curve = upper_edge(&mesh.nodes);
     assert!((curve.length() - 0.04).abs() < 1e-15);
     for (arc_length, x) in [(0.0, 0.055), (0.01, 0.045), (0.025, 0.030), (0.04, 0.015), (9.0, 0.015)] {
-        let place = Point::on_curve(&curve, arc_length, Vector2::x()).value(&mesh.nodes);
+        let place = NodePosition::on_curve(&curve, arc_length, Vector2::x()).value(&mesh.nodes);
         assert!((place - x).abs() < 1e-15, "{arc_length}: {place}");
     }
     assert!(Curve::through(vec![0, 1], &mesh.nodes).is_none(), "two nodes");

@@ -1,6 +1,8 @@
 //! The density of a posterior is differentiated exactly, and its sampler draws from what it is given.
 
 use nalgebra::{DMatrix, DVector, SVector};
+use tongue_core::random::normals;
+use tongue_core::statics::lanes::{Lanes, Load};
 use tongue_fit::MM;
 use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::inverse::Matched;
@@ -10,8 +12,6 @@ use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_fit::posterior::{
     Density, Evaluator, Ground, How, Mode, Pairs, Place, Priors, Report, Seen, Settings, sample, unseen,
 };
-use tongue_fit::random::normals;
-use tongue_fit::statics::lanes::{Lanes, Load};
 use tongue_fit::statics::{self, Status, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
 

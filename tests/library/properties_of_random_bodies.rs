@@ -7,8 +7,8 @@ use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
 use tongue_fit::material::Constants;
 use tongue_fit::statics::{Settings, Stability, Status, Workspace, solve};
-use tongue_fit::study::hard_cases::bodies::{lattice, place};
 use tongue_fit::system::{Model, System};
+use tongue_study::hard_cases::bodies::{lattice, place};
 
 /// A lattice whose free nodes are moved by up to 0.3 of a side, so that no triangle is inverted.
 fn body() -> impl Strategy<Value = Mesh<2>> {

@@ -6,8 +6,8 @@ use tongue_fit::body::{AnyBody, Body};
 use tongue_fit::inverse;
 use tongue_fit::scene::body;
 use tongue_fit::scene::compare::{Compared, compare};
-use tongue_fit::scene::prepare::{Extent, Prepared, prepare};
-use tongue_fit::scene::run::{Outcome, run};
+use tongue_fit::scene::prepare::{Prepared, SceneExtent, prepare};
+use tongue_fit::scene::run::{SceneOutcome, run};
 use tongue_fit::scene::{self, Scene, simulate};
 use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
 use tongue_fit::system::{Model, System};
@@ -26,11 +26,11 @@ fn flat(scene: &Scene) -> Body<2> {
 
 fn planned(text: &str) -> (Scene, Prepared<2>) {
     let scene = Scene::from_toml(text, "test").unwrap();
-    let prepared = prepare(&scene, flat(&scene), Extent::Pruned).unwrap();
+    let prepared = prepare(&scene, flat(&scene), SceneExtent::Pruned).unwrap();
     (scene, prepared)
 }
 
-fn outcome(text: &str) -> Outcome {
+fn outcome(text: &str) -> SceneOutcome {
     let (scene, mut prepared) = planned(text);
     run(&scene, &mut prepared).unwrap()
 }
@@ -112,7 +112,7 @@ fn an_effect_of_zero_strength_is_as_good_as_absent() {
 #[test]
 fn the_plan_says_what_is_simulated_and_why_not() {
     let scene = scene::shipped("vowel-a").unwrap();
-    let plan = prepare(&scene, flat(&scene), Extent::Pruned).unwrap().plan;
+    let plan = prepare(&scene, flat(&scene), SceneExtent::Pruned).unwrap().plan;
     let on: Vec<_> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
     assert_eq!(on, ["springs", "muscle", "incompressibility", "straight paths", "bone"]);
     assert!(plan.effect("inertia").unwrap().why.contains("equilibrium is wanted"));
@@ -124,12 +124,12 @@ fn the_plan_says_what_is_simulated_and_why_not() {
     assert!(plan.muscles[1].why.contains("passive: its connections are tissue"));
 
     let moving = scene::shipped("vowel-a-trajectory").unwrap();
-    let plan = prepare(&moving, flat(&moving), Extent::Pruned).unwrap().plan;
+    let plan = prepare(&moving, flat(&moving), SceneExtent::Pruned).unwrap().plan;
     for effect in ["inertia", "viscosity", "muscle dynamics"] {
         assert!(plan.effect(effect).unwrap().simulated, "{effect}");
     }
     let asked = Scene::from_toml(&format!("{TONGUE}[effects]\ninertia = true\n"), "test").unwrap();
-    let plan = prepare(&asked, flat(&asked), Extent::Pruned).unwrap().plan;
+    let plan = prepare(&asked, flat(&asked), SceneExtent::Pruned).unwrap().plan;
     let inertia = plan.effect("inertia").unwrap();
     assert!(!inertia.simulated && inertia.why.starts_with("asked for, but"), "{}", inertia.why);
 }
@@ -137,7 +137,7 @@ fn the_plan_says_what_is_simulated_and_why_not() {
 #[test]
 fn a_fit_in_a_scene_is_the_fit_of_the_main_flow() {
     let scene = scene::shipped("fit-vowel-a").unwrap();
-    let mut prepared = prepare(&scene, flat(&scene), Extent::Pruned).unwrap();
+    let mut prepared = prepare(&scene, flat(&scene), SceneExtent::Pruned).unwrap();
     let target = prepared.target.clone().unwrap();
     let mesh = prepared.body.mesh.clone();
     let there = run(&scene, &mut prepared).unwrap();
@@ -159,7 +159,7 @@ fn the_palate_holds_the_tongue_back_and_lets_no_node_through() {
     for (wall, bone) in contact.on_wall_n.iter().zip(walled.on_bones_n.as_ref().unwrap()) {
         assert!((wall + bone).abs() < 1e-7, "{wall} {bone}");
     }
-    let front = |o: &Outcome| o.positions_m.iter().map(|p| p[0]).fold(f64::INFINITY, f64::min);
+    let front = |o: &SceneOutcome| o.positions_m.iter().map(|p| p[0]).fold(f64::INFINITY, f64::min);
     assert!(front(&free) < front(&walled) - 1e-3, "{} {}", front(&free), front(&walled));
 }
 
@@ -196,7 +196,7 @@ fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     let scene = scene::shipped("cylinder-3d").unwrap();
     let AnyBody::Solid(built) = body::build(&scene.body).unwrap() else { panic!("a cylinder is solid") };
     let rest = built.mesh.nodes.clone();
-    let result = run(&scene, &mut prepare(&scene, built, Extent::Pruned).unwrap()).unwrap();
+    let result = run(&scene, &mut prepare(&scene, built, SceneExtent::Pruned).unwrap()).unwrap();
     assert!(result.converged);
     assert!(result.muscles[0].stretch < 0.9, "{:?}", result.muscles);
     assert!((result.measure_ratio - 1.0).abs() < 0.01, "{}", result.measure_ratio);
@@ -247,7 +247,7 @@ fn solids_of_ten_node_tetrahedra_contract_and_sag() {
     for name in ["cylinder-3d", "block-3d"] {
         let scene = Scene::from_toml(&as_continuum(name), "test").unwrap();
         let AnyBody::Solid(built) = body::build(&scene.body).unwrap() else { panic!("a solid") };
-        let done = run(&scene, &mut prepare(&scene, built, Extent::Pruned).unwrap()).unwrap();
+        let done = run(&scene, &mut prepare(&scene, built, SceneExtent::Pruned).unwrap()).unwrap();
         assert!(done.converged && done.min_cell_ratio > 0.5, "{name}: {:?}", done.solution);
     }
 }
@@ -271,7 +271,7 @@ fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_carried() {
         ));
         run(&scene, &mut prepared)
     };
-    let lengths = |o: Outcome| {
+    let lengths = |o: SceneOutcome| {
         assert!(o.converged && o.on_bones_n.is_none() && o.time_by_effect.len() > 2, "{o:?}");
         o.trajectory.unwrap().moments[0].lengths_mm.clone()
     };
@@ -410,8 +410,8 @@ fn contradictions_are_named() {
         let error = scene
             .check()
             .and_then(|()| match body::build(&scene.body)? {
-                AnyBody::Flat(built) => prepare(&scene, built, Extent::Pruned).map(drop),
-                AnyBody::Solid(built) => prepare(&scene, built, Extent::Pruned).map(drop),
+                AnyBody::Flat(built) => prepare(&scene, built, SceneExtent::Pruned).map(drop),
+                AnyBody::Solid(built) => prepare(&scene, built, SceneExtent::Pruned).map(drop),
             })
             .expect_err(&text)
             .to_string();

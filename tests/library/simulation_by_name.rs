@@ -1,12 +1,13 @@
 //! The interface by name gives the same bits as the layers below it, and reports wrong names and numbers.
 
 use nalgebra::{SVector, Vector3};
-use tongue_fit::body::{Body, ContinuumSettings, MuscleChain, largest_distance, solid};
+use tongue_core::body::largest_distance;
+use tongue_fit::body::{Body, ContinuumSettings, MuscleChain, solid};
 use tongue_fit::dynamics::{self, Control, Motion, Tensions};
 use tongue_fit::inverse::{self, Method, Settings};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::prelude::*;
-use tongue_fit::simulation::{Assembly, Error};
+use tongue_fit::simulation::{Assembly, SimulationError};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{System, TissueModel};
 
@@ -99,7 +100,8 @@ fn a_motion_has_the_same_bits() {
     }
     let (system, tensions) = by_hand();
     let motion = Motion::new(&system, Tensions::Ramp { to: tensions, duration: 0.02 }).unwrap();
-    let mut integrator = dynamics::Method::TrBdf2.checked(&motion, Control::Adaptive(1e-6)).unwrap();
+    let mut integrator =
+        dynamics::IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-6)).unwrap();
     let (mut state, mut last) = (motion.at_rest(), Last(Vec::new()));
     let times = dynamics::sample_times(0.05, 6);
     let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, 0.05, &times, &mut last);
@@ -199,7 +201,7 @@ fn a_muscle_of_many_fibres_pulls_with_all_and_is_not_a_single_unknown() {
     assert!(shape.is_converged() && shape.stretch("axial").unwrap() < 1.0);
     assert!(model.stretch("axial").unwrap_err().to_string().contains("19 fibres"));
     let z = SVector::from([0.0, 0.0, 1.0]);
-    let top = Observation::new(tongue_fit::observe::Point::node(body.mesh.nodes.len() - 1, z), 0.039);
+    let top = Observation::new(tongue_fit::observe::NodePosition::node(body.mesh.nodes.len() - 1, z), 0.039);
     let problem = InverseProblem::new(&model, vec![top]);
     assert!(problem.fit().unwrap_err().to_string().contains("19 fibres"));
 }
@@ -210,7 +212,7 @@ fn wrong_names_and_numbers_are_reported_in_a_sentence() {
     let model = model();
     let mut solver = model.solver();
     let problem = || InverseProblem::new(&model, Vec::<Observation<2>>::new());
-    let cases: [(Error, &[&str]); 16] = [
+    let cases: [(SimulationError, &[&str]); 16] = [
         (
             Model::default().assemble(&body, ["GGaa"]).unwrap_err(),
             &["\"GGaa\"", "did you mean \"GGa\"?", "HGp"],
@@ -245,7 +247,7 @@ fn wrong_names_and_numbers_are_reported_in_a_sentence() {
     let mut small = Body::tongue(5.5 * MM).unwrap();
     small.mesh.muscles.push(MuscleChain { name: "none".into(), nodes: vec![] });
     assert!(
-        matches!(Model::default().assemble(&small, ["GGa"]), Err(Error::System(_))),
+        matches!(Model::default().assemble(&small, ["GGa"]), Err(SimulationError::System(_))),
         "faulty meshes are no panic"
     );
     let coarse = Model::default().assemble(&Body::tongue(9.0 * MM).unwrap(), ["GGa"]).unwrap();
@@ -283,5 +285,5 @@ fn derivatives_of_nodes_by_tensions_are_the_differences() {
     }
     let shape = model().solver().equilibrium(&PUBLISHED).unwrap();
     let nowhere = Model::default().assemble(&Body::tongue(8.0 * MM).unwrap(), MUSCLES).unwrap();
-    assert!(matches!(nowhere.solver().position_rates(&shape), Err(Error::OtherBody { .. })));
+    assert!(matches!(nowhere.solver().position_rates(&shape), Err(SimulationError::OtherBody { .. })));
 }

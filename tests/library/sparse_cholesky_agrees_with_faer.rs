@@ -4,10 +4,10 @@ use crate::fixtures;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use nalgebra::SVector;
+use tongue_core::sparse::BlockMatrix;
+use tongue_core::sparse::cholesky::Factor;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Tangent};
-use tongue_fit::sparse::BlockMatrix;
-use tongue_fit::sparse::cholesky::Factor;
 use tongue_fit::system::{Model, System};
 
 fn agrees<const D: usize>(mesh: &Mesh<D>, side: f64) {

@@ -4,12 +4,12 @@
 use nalgebra::SVector;
 use tongue_fit::body::Body;
 use tongue_fit::inverse::{
-    Fit, Forward, LooseBone, Matched, Method, Premises, Problem, STRETCH_SD, Settings, Setup, Status, Tone,
-    fit, fit_in,
+    Fit, LooseBone, Matched, Method, Premises, Problem, Settings, Setup, Status, Tone, fit, fit_in,
 };
 use tongue_fit::measured::{Dataset, Target, TargetKind};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::Model;
+use tongue_infer::inverse::{Forward, STRETCH_SD};
 
 use crate::fixtures::target;
 

@@ -5,7 +5,8 @@
 use std::path::PathBuf;
 
 use nalgebra::Vector3;
-use tongue_fit::body::{SpaceBody, artisynth, largest_distance};
+use tongue_core::body::largest_distance;
+use tongue_fit::body::{SpaceBody, artisynth};
 use tongue_fit::statics::{self, Settings, Solution, Status, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 

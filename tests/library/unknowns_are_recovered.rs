@@ -2,13 +2,13 @@
 //! in space, and their Jacobian is the difference of solved residuals.
 
 use nalgebra::{SVector, Vector3};
-use tongue_fit::body::{AnyBody, Body, Mesh, MuscleChain, gmsh};
-use tongue_fit::inverse::{
-    self, Answer, Forward, FreedBone, Inverse, Method, Problem, Settings, Status, Tissue, Unknown,
-};
-use tongue_fit::observe::{Length, Observation, Point, Stretch, Surface};
+use tongue_fit::body::{AnyBody, Body, Mesh, MuscleChain};
+use tongue_fit::inverse::{self, Answer, FreedBone, Method, Problem, Settings, Status, Tissue, Unknown};
+use tongue_fit::observe::{Length, NodePosition, Observation, Stretch, Surface};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
+use tongue_infer::inverse::{Forward, Inverse};
+use tongue_input::bodies::gmsh;
 
 use crate::fixtures::block;
 
@@ -128,7 +128,9 @@ fn observations(system: &System<2>) -> Vec<Observation<2>> {
     for node in [20, 40, 60] {
         for axis in 0..2 {
             let direction = SVector::from_fn(|d, _| if d == axis { 1.0 } else { 0.0 });
-            out.push(Observation::new(Point::node(node, direction), 0.0).with_standard_deviation(5e-4));
+            out.push(
+                Observation::new(NodePosition::node(node, direction), 0.0).with_standard_deviation(5e-4),
+            );
         }
     }
     out

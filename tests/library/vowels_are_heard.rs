@@ -3,13 +3,14 @@
 
 use std::sync::Arc;
 
+use tongue_core::statics::Response;
 use tongue_fit::body::Body;
 use tongue_fit::heard::{Airway, Articulation, Heard, mean_vowels};
 use tongue_fit::observe::Observable;
 use tongue_fit::scene::body::build;
-use tongue_fit::scene::prepare::{Extent, prepare};
+use tongue_fit::scene::prepare::{SceneExtent, prepare};
 use tongue_fit::scene::{self, Scene};
-use tongue_fit::statics::{self, Response, Settings, Workspace};
+use tongue_fit::statics::{self, Settings, Workspace};
 use tongue_fit::system::{Additions, Model, System};
 
 fn pulled() -> (Body<2>, System<2>, Vec<f64>) {
@@ -124,7 +125,7 @@ fn no_acoustics_are_computed_unless_a_scene_asks_for_them() {
     let made = |text: &str| {
         let scene = Scene::from_toml(text, "t.toml").unwrap();
         let tongue_fit::body::AnyBody::Flat(body) = build(&scene.body).unwrap() else { panic!() };
-        prepare(&scene, body, Extent::Pruned)
+        prepare(&scene, body, SceneExtent::Pruned)
     };
     let of = |want: &str, more: &str| {
         made(&format!(

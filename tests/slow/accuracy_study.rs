@@ -5,15 +5,15 @@ use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use tongue_fit::report::Provenance;
-use tongue_fit::study::accuracy::ladder::Ended;
-use tongue_fit::study::accuracy::{self, Circumstances, Effort, Study};
+use tongue_study::accuracy::ladder::Ended;
+use tongue_study::accuracy::{self, AccuracyStudy, Circumstances, Effort};
 
-fn tiny() -> &'static Study {
-    static STUDY: OnceLock<Study> = OnceLock::new();
+fn tiny() -> &'static AccuracyStudy {
+    static STUDY: OnceLock<AccuracyStudy> = OnceLock::new();
     STUDY.get_or_init(|| accuracy::run(&Effort::TINY, &mut |_| ()).unwrap())
 }
 
-fn page(study: &Study) -> String {
+fn page(study: &AccuracyStudy) -> String {
     accuracy::page(study, &Circumstances { command: "a test".into(), machine: "a machine".into() }).unwrap()
 }
 

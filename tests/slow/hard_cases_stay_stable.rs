@@ -5,22 +5,22 @@ use tongue_fit::body::AnyBody;
 use tongue_fit::inverse;
 use tongue_fit::measured::TargetKind;
 use tongue_fit::scene::body::build;
-use tongue_fit::scene::prepare::{Extent as Simulated, prepare};
+use tongue_fit::scene::prepare::{SceneExtent as Simulated, prepare};
 use tongue_fit::scene::{self, Scene};
 use tongue_fit::statics::{Connection, Settings, Workspace, solve, trace};
-use tongue_fit::study::hard_cases::{Extent, Row, bodies, run};
 use tongue_fit::system::{Model, System};
+use tongue_study::hard_cases::{HardCase, HowMany, bodies, run};
 
 /// Runs a case and lists every row in which the promise was broken.
-fn kept(case: u8) -> Vec<Row> {
-    let rows = run(case, Extent::Sample).unwrap();
+fn kept(case: u8) -> Vec<HardCase> {
+    let rows = run(case, HowMany::Sample).unwrap();
     assert!(!rows.is_empty());
     let broken: Vec<_> = rows.iter().filter(|r| !r.kept).map(|r| format!("{r:?}")).collect();
     assert!(broken.is_empty(), "{}", broken.join("\n"));
     rows
 }
 
-fn all_converge(rows: &[Row]) {
+fn all_converge(rows: &[HardCase]) {
     let failed: Vec<_> = rows.iter().filter(|r| !r.converged).map(|r| format!("{r:?}")).collect();
     assert!(failed.is_empty(), "{}", failed.join("\n"));
 }
@@ -30,7 +30,7 @@ fn case_1_explicit_steps_of_the_printed_table_are_refused_with_the_limit_named_a
     let rows = kept(1);
     let refused: Vec<_> = rows.iter().filter(|r| r.status == "refused").collect();
     assert!(!refused.is_empty() && refused.iter().all(|r| r.note.contains("stability limit")), "{refused:?}");
-    let printed = |r: &&Row| r.variant.contains("2.2e-4 (printed), kappa_s 1.46e3 (printed)");
+    let printed = |r: &&HardCase| r.variant.contains("2.2e-4 (printed), kappa_s 1.46e3 (printed)");
     assert_eq!(rows.iter().filter(printed).filter(|r| r.status == "refused").count(), 3);
     assert!(rows.iter().filter(|r| ["backward-euler", "tr-bdf2"].contains(&r.solver)).all(|r| r.converged));
 }
@@ -53,7 +53,7 @@ fn case_2_subsets_of_muscles_up_to_1000_newtons_converge_to_stable_equilibria_wi
     all_converge(&rows);
     assert!(rows.iter().all(|r| r.min_area_ratio.is_some_and(|a| a > 0.0)));
     // Up to 10 N the barrier is never active, so the answers are those of the published law.
-    let ordinary = |r: &&Row| r.variant.ends_with(" 1 N") || r.variant.ends_with(" 10 N");
+    let ordinary = |r: &&HardCase| r.variant.ends_with(" 1 N") || r.variant.ends_with(" 10 N");
     assert!(rows.iter().filter(ordinary).all(|r| r.guarded == 0));
     // They also lie on the branch of equilibria from rest, followed there and back.
     let beside: Vec<_> = rows.iter().filter(ordinary).collect();

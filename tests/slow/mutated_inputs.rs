@@ -9,7 +9,7 @@ use std::time::Duration;
 use fastrand::Rng;
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
-use tongue_fit::study::hard_cases::bodies::lattice;
+use tongue_study::hard_cases::bodies::lattice;
 
 use crate::inputs::KINDS;
 use crate::recordings::{DLC, est, fan_row, headerless_pos, mocha, mview, pos, txy};

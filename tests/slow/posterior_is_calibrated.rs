@@ -2,6 +2,8 @@
 //! (Talts and others 2018), and coverage where the body that made the data is another one than the body of
 //! the fit.
 
+use tongue_core::random::{normal, normals, seed_of};
+use tongue_core::statics::lanes::Lanes;
 use tongue_fit::MM;
 use tongue_fit::body::Body;
 use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
@@ -10,8 +12,6 @@ use tongue_fit::material::Constants;
 use tongue_fit::measured::TargetKind;
 use tongue_fit::parallel;
 use tongue_fit::posterior::{Density, Draw, Ground, Meaning, Priors, Seen, Settings, sample};
-use tongue_fit::random::{normal, normals, seed_of};
-use tongue_fit::statics::lanes::Lanes;
 use tongue_fit::statics::{self, Status};
 use tongue_fit::system::{Model, System};
 

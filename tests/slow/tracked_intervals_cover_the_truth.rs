@@ -5,10 +5,11 @@ use nalgebra::DVector;
 use tongue_fit::adapt::followed;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::inverse::{BONE_SD_M, FreedBone};
+use tongue_fit::inverse::FreedBone;
 use tongue_fit::parallel;
 use tongue_fit::system::Model;
 use tongue_fit::track::{Prior, Settings, frames, track};
+use tongue_infer::inverse::BONE_SD_M;
 
 use crate::cases;
 use crate::synthetic::{Kind, Speaker, drawn, drawn_scores};

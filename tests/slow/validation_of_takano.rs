@@ -8,8 +8,8 @@ use tongue_fit::inverse::Matched;
 use tongue_fit::measured::{Dataset, TargetKind, Vowel};
 use tongue_fit::parallel;
 use tongue_fit::posterior::{Density, Ground, LeftOut, Mode, Priors, Seen, unseen};
-use tongue_fit::study::validate::{self, Plan};
 use tongue_fit::system::Model;
+use tongue_study::validate::{self, ValidationPlan};
 
 use crate::fixtures::target;
 
@@ -23,7 +23,7 @@ fn committed() -> Value {
 #[test]
 fn the_committed_numbers_are_found_again_and_the_levers_beat_the_constant() {
     let committed = committed();
-    let plan = Plan { baseline: Vowel::unrounded_u(), permutations: 2, seed: 1, posterior: false };
+    let plan = ValidationPlan { baseline: Vowel::unrounded_u(), permutations: 2, seed: 1, posterior: false };
     let (data, body) = (Dataset::reference().unwrap(), Body::tongue(0.0055).unwrap());
     let study = validate::run(&data, &body, &Model::default(), &plan, &|_, _, _| {}).unwrap();
     let near = |found: f64, committed: &Value| (found - committed.as_f64().unwrap()).abs() < 2e-4;

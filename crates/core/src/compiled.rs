@@ -9,7 +9,9 @@ use std::any::Any;
 use nalgebra::{DMatrix, SVector};
 
 use crate::body::Mesh;
-use crate::dynamics::{self, Control, Integrator, Method, MethodError, Motion, Observer, Outcome, State};
+use crate::dynamics::{
+    self, Control, IntegrationMethod, Integrator, Motion, MotionError, MotionOutcome, Observer, State,
+};
 use crate::effect::Effect;
 use crate::material::Coefficients;
 use crate::sparse::cholesky::NotPositiveDefinite;
@@ -25,10 +27,16 @@ type Rates<const D: usize> = fn(
     (&[SVector<f64, D>], &[f64]),
     &[Vec<usize>],
 ) -> Option<Vec<Vec<SVector<f64, D>>>>;
-type Run<const D: usize> =
-    fn(&Motion<'_, D>, &mut dyn Integrator<D>, &mut State<D>, f64, &[f64], &mut dyn Observer<D>) -> Outcome;
+type Run<const D: usize> = fn(
+    &Motion<'_, D>,
+    &mut dyn Integrator<D>,
+    &mut State<D>,
+    f64,
+    &[f64],
+    &mut dyn Observer<D>,
+) -> MotionOutcome;
 type MakeIntegrator<const D: usize> =
-    fn(Method, &Motion<'_, D>, Control) -> Result<Box<dyn Integrator<D>>, MethodError>;
+    fn(IntegrationMethod, &Motion<'_, D>, Control) -> Result<Box<dyn Integrator<D>>, MotionError>;
 
 /// Pointers to the functions of one dimension, compiled in this crate.
 #[derive(Debug, Clone, Copy)]
@@ -55,8 +63,8 @@ impl<const D: usize> Entries<D> {
             position_rates: statics::position_rates_here,
             smallest_eigenvalue: statics::smallest_eigenvalue_here,
             run: dynamics::run_here,
-            integrator: Method::integrator_here,
-            checked_integrator: Method::checked_here,
+            integrator: IntegrationMethod::integrator_here,
+            checked_integrator: IntegrationMethod::checked_here,
         }
     }
 }

@@ -8,11 +8,12 @@ mod table;
 pub mod validate;
 
 use tongue_core::body::BodyError;
-use tongue_core::dynamics::{MethodError, MotionError};
+use tongue_core::dynamics::MotionError;
 use tongue_core::system::SystemError;
 use tongue_files::report::ReportError;
 use tongue_infer::inverse::FitError;
-use tongue_input::measured::{TargetError, lengths};
+use tongue_infer::posterior::PosteriorError;
+use tongue_input::measured::{TargetError, Vowel, lengths};
 
 pub use pulled::{PUBLISHED_A, Pulled, pulling};
 
@@ -31,12 +32,9 @@ pub enum StudyError {
     /// The equations of motion cannot be set up.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// A step or a tolerance is invalid.
-    #[error(transparent)]
-    Method(#[from] MethodError),
     /// The table of lengths cannot be read.
     #[error(transparent)]
-    Lengths(#[from] lengths::Error),
+    Lengths(#[from] lengths::LengthsError),
     /// A vowel is unknown.
     #[error(transparent)]
     Vowel(#[from] lengths::BadLabel),
@@ -55,6 +53,24 @@ pub enum StudyError {
     /// A diagram cannot be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// Too few subjects.
+    #[error(
+        "{subjects} subject{} of {origin} {} a row for /{baseline}/ and another vowel with passive muscles; two or more are needed to \
+         predict one from the others (--baseline names another vowel)",
+        if *subjects == 1 { "" } else { "s" },
+        if *subjects == 1 { "has" } else { "have" }
+    )]
+    Subjects {
+        /// How many can be used.
+        subjects: usize,
+        /// The table.
+        origin: String,
+        /// The baseline.
+        baseline: Vowel,
+    },
+    /// The posterior.
+    #[error(transparent)]
+    Posterior(#[from] PosteriorError),
     /// Threads cannot be started.
     #[error("cannot start threads: {0}")]
     Threads(String),

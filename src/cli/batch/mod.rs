@@ -14,7 +14,7 @@ use tongue_fit::inverse::batch::{Job, Selection, Thoroughness};
 use tongue_fit::inverse::{Method, Settings};
 use tongue_fit::measured::{Target, TargetKind, Vowel};
 use tongue_fit::report::batch::journal::{Entry, NAME};
-use tongue_fit::report::batch::{Fitted, Journal, Shard};
+use tongue_fit::report::batch::{BatchJournal, Fitted, Shard};
 use tongue_fit::report::{OutputDir, ReportError};
 
 use super::fit::MethodName;
@@ -160,7 +160,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = out.path().join(arguments.shard.map_or_else(|| NAME.to_owned(), Shard::journal));
     let jobs = &prepared.plan.jobs;
     let mine: Vec<usize> = (0..jobs.len()).filter(|&n| arguments.shard.is_none_or(|s| s.has(n))).collect();
-    let journal = Journal::open(path.clone(), &prepared.key, &words, jobs.len()).into_diagnostic()?;
+    let journal = BatchJournal::open(path.clone(), &prepared.key, &words, jobs.len()).into_diagnostic()?;
     journal.notes().iter().for_each(|note| output::note(note));
     if !journal.is_empty() {
         output::note(&format!("resuming after {} of {} fits", journal.len(), mine.len()));
@@ -210,7 +210,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// Makes the fits that the journal lacks, one on each thread at a time, and stores each when it is done.
-fn fit_all(prepared: &Prepared, mine: &[usize], journal: Journal) -> miette::Result<Journal> {
+fn fit_all(prepared: &Prepared, mine: &[usize], journal: BatchJournal) -> miette::Result<BatchJournal> {
     let jobs = &prepared.plan.jobs;
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
     let bar = output::bar(mine.len() as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;

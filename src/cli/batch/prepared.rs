@@ -5,14 +5,15 @@ use std::collections::BTreeMap;
 use miette::IntoDiagnostic;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::Setup;
-use tongue_fit::inverse::batch::{self, Job, Known, Plan, Thoroughness};
+use tongue_fit::inverse::batch::{self, BatchPlan, Job, Known, Thoroughness};
 use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{Dataset, TargetKind, reference_muscle};
 use tongue_fit::posterior::Ground;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{
-    self as outputs, Batch, Fitted, Journal, MOST_FITS_ON_PAGE, Provenance, RowPosterior, Summary,
+    self as outputs, Batch, BatchJournal, BatchProvenance, BatchSummary, Fitted, MOST_FITS_ON_PAGE,
+    RowPosterior,
 };
 use tongue_fit::report::{OutputDir, ReportError};
 use tongue_fit::system::{Model, System};
@@ -27,7 +28,7 @@ const MOST_NOTES: usize = 10;
 pub struct Prepared {
     data: Dataset,
     unreadable: Vec<String>,
-    pub plan: Plan,
+    pub plan: BatchPlan,
     mesh: Mesh<2>,
     /// Names of the mesh's muscles in the order of columns: those of the table first.
     muscles: Vec<String>,
@@ -39,7 +40,7 @@ pub struct Prepared {
     posterior: (posterior::Arguments, Option<Ground>),
     known: Known,
     thesis: Thesis,
-    pub provenance: Provenance,
+    pub provenance: BatchProvenance,
     /// Hash of all inputs and of the command.
     pub key: String,
 }
@@ -87,7 +88,7 @@ impl Prepared {
         let inputs_sha256 = outputs::sha256(&inputs.iter().map(String::as_str).collect::<Vec<_>>());
         let key = outputs::sha256(&[&inputs_sha256, &command]);
         let version = tongue_fit::VERSION.to_owned();
-        let provenance = Provenance { version, command, seed: how.seed, inputs_sha256 };
+        let provenance = BatchProvenance { version, command, seed: how.seed, inputs_sha256 };
         Ok(Self {
             muscles: outputs::columns(&data, &mesh),
             known: Known::reference().into_diagnostic()?,
@@ -137,7 +138,7 @@ impl Prepared {
     pub fn finish(
         &self,
         out: &OutputDir,
-        journal: Journal,
+        journal: BatchJournal,
         global: &Global,
         wall_s: f64,
     ) -> miette::Result<Outcome> {
@@ -169,7 +170,7 @@ impl Prepared {
         })
     }
 
-    fn summary(&self, journal: &Journal) -> Summary {
+    fn summary(&self, journal: &BatchJournal) -> BatchSummary {
         let length = |name: &String| {
             let chain = self.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
             chain.map_or(f64::NAN, |chain| self.mesh.distance(chain.ends()))
@@ -191,7 +192,7 @@ impl Prepared {
         }
         substitutes.sort_unstable();
         substitutes.dedup();
-        Summary {
+        BatchSummary {
             rows: self.data.rows().len(),
             fits,
             statuses,

@@ -5,7 +5,7 @@
 use nalgebra::SVector;
 
 use super::stage::StageSolver;
-use super::{Counts, Failure, Integrator, Motion, State, after, cut};
+use super::{Failure, Integrator, Motion, State, StepCounts, after, cut};
 
 /// Newton's method stops at corrections below this, m.
 pub(super) const SOLVED: f64 = 1e-12;
@@ -33,7 +33,7 @@ impl<const D: usize> Integrator<D> for BackwardEuler<D> {
         motion: &Motion<'_, D>,
         state: &mut State<D>,
         until: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> Result<(), Failure> {
         let dt = cut(self.dt, state.time, until);
         let Self { solver, stage, way, .. } = self;

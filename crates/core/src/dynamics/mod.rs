@@ -44,10 +44,10 @@ use std::fmt::Debug;
 use nalgebra::{DMatrix, SVector};
 use serde::Serialize;
 
-pub use method::{Control, Method, MethodError, UnknownMethod};
+pub use method::{Control, IntegrationMethod, UnknownMethod};
 pub use motion::{Motion, MotionError, Rates};
 pub(crate) use run::run_here;
-pub use run::{Observer, Outcome, Status, run, sample_times};
+pub use run::{MotionOutcome, MotionStatus, Observer, run, sample_times};
 pub use spectrum::Spectrum;
 pub use step_limit::{cost_per_step, step_limit};
 pub use tensions::Tensions;
@@ -71,7 +71,7 @@ pub struct State<const D: usize> {
 
 /// Cost of a trajectory, in counts that do not depend on the machine.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct Counts {
+pub struct StepCounts {
     /// Steps taken.
     pub steps: u64,
     /// Steps rejected for their error, or because Newton's method did not converge.
@@ -109,7 +109,7 @@ pub trait Integrator<const D: usize>: Debug + Send {
         motion: &Motion<'_, D>,
         state: &mut State<D>,
         until: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> Result<(), Failure>;
 
     /// The fixed step of an explicit method, s; none for methods that are stable at every step.

@@ -10,7 +10,7 @@ use crate::sparse::BlockMatrix;
 use crate::statics::{self, Settings, Status, Workspace};
 use crate::system::System;
 
-use super::{Counts, State, Tensions};
+use super::{IntegrationMethod, SHORTEST_STEP, State, StepCounts, Tensions};
 
 /// Time after which contractile elements have settled, s.
 const LONG: f64 = 1e30;
@@ -28,7 +28,7 @@ pub struct Motion<'a, const D: usize> {
     internal: Vec<Range<usize>>,
 }
 
-/// Errors of setting up a motion.
+/// Why a motion cannot be set up or followed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MotionError {
     /// The number of tensions is not that of the muscles.
@@ -46,6 +46,46 @@ pub enum MotionError {
         name: &'static str,
         /// Its value, SI.
         value: f64,
+    },
+    /// A step that is not finite, or too short.
+    #[error("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")]
+    Step {
+        /// The step given, s.
+        dt: f64,
+    },
+    /// A tolerance that is not positive and finite.
+    #[error("the tolerance is {} mm; it must be positive and finite", tolerance * 1e3)]
+    Tolerance {
+        /// The tolerance given, m.
+        tolerance: f64,
+    },
+    /// A tolerance for a method without error control.
+    #[error(
+        "{method} has no error control, so it takes a step, not a tolerance: give a step, or use tr-bdf2"
+    )]
+    NotAdaptive {
+        /// The method.
+        method: IntegrationMethod,
+    },
+    /// A step beyond the stability limit.
+    #[error(
+        "a step of {dt:.3e} s is beyond the stability limit of {method}, {limit:.3e} s \
+         ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s): the run would blow up. \
+         Take a step below the limit, or tr-bdf2, which has none"
+    )]
+    Unstable {
+        /// The method.
+        method: IntegrationMethod,
+        /// The step asked for, s.
+        dt: f64,
+        /// The longest stable step, s.
+        limit: f64,
+        /// The state that has this limit: the body at rest, or as its tensions load it.
+        body: &'static str,
+        /// Largest angular frequency of the body, rad/s.
+        frequency: f64,
+        /// Largest damping rate of the body, 1/s.
+        damping: f64,
     },
 }
 
@@ -170,7 +210,7 @@ impl<'a, const D: usize> Motion<'a, D> {
     }
 
     /// Evaluates the right-hand side: one evaluation of the force.
-    pub fn evaluate(&self, state: &State<D>, rates: &mut Rates<D>, counts: &mut Counts) {
+    pub fn evaluate(&self, state: &State<D>, rates: &mut Rates<D>, counts: &mut StepCounts) {
         counts.force_evaluations += 1;
         let Rates { acceleration, internal, tensions, force } = rates;
         self.force(state, force);

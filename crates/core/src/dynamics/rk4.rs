@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, dmatrix};
 
-use super::{Counts, Failure, Integrator, Motion, Rates, State, after, cut};
+use super::{Failure, Integrator, Motion, Rates, State, StepCounts, after, cut};
 
 /// Where each further stage lies, as a part of the step.
 const NODES: [f64; 3] = [0.5, 0.5, 1.0];
@@ -49,7 +49,7 @@ impl<const D: usize> Integrator<D> for Rk4<D> {
         motion: &Motion<'_, D>,
         state: &mut State<D>,
         until: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> Result<(), Failure> {
         let nodes = motion.system().pattern().nodes();
         let dt = cut(self.dt, state.time, until);

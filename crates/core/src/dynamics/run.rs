@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use super::step_limit::Growth;
-use super::{Counts, Failure, Integrator, Motion, SHORTEST_STEP, State};
+use super::{Failure, Integrator, Motion, SHORTEST_STEP, State, StepCounts};
 
 /// A motion has diverged when a node is this many times further from the origin than the body is large.
 const FLOWN: f64 = 100.0;
@@ -15,7 +15,7 @@ const STRIDE: u64 = 64;
 /// How a trajectory ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Status {
+pub enum MotionStatus {
     /// It reached its end.
     Completed,
     /// Even the shortest step had too large an error.
@@ -35,13 +35,13 @@ pub enum Status {
 
 /// Result of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Outcome {
+pub struct MotionOutcome {
     /// How it ended.
-    pub status: Status,
+    pub status: MotionStatus,
     /// Where it ended, s; the state is the last good one.
     pub time_s: f64,
     /// Its cost.
-    pub counts: Counts,
+    pub counts: StepCounts,
 }
 
 /// Receives samples and progress.
@@ -76,7 +76,7 @@ pub fn run<const D: usize>(
     t_end: f64,
     samples: &[f64],
     observer: &mut dyn Observer<D>,
-) -> Outcome {
+) -> MotionOutcome {
     (motion.system().entries().run)(motion, integrator, state, t_end, samples, observer)
 }
 
@@ -88,12 +88,12 @@ pub(crate) fn run_here<const D: usize>(
     t_end: f64,
     samples: &[f64],
     observer: &mut dyn Observer<D>,
-) -> Outcome {
+) -> MotionOutcome {
     let system = motion.system();
     let size = system.rest().iter().map(|p| p.norm()).fold(0.0, f64::max);
     let far = (FLOWN * size).powi(2);
     let stride = if integrator.explicit_step().is_some() { STRIDE } else { 1 };
-    let mut counts = Counts::default();
+    let mut counts = StepCounts::default();
     let mut before = state.clone();
     let mut between = state.positions.clone();
     let mut growth = Growth::new(motion, integrator, state);
@@ -104,7 +104,7 @@ pub(crate) fn run_here<const D: usize>(
         observer.sample(time, &between);
         next += 1;
     }
-    let mut status = Status::Completed;
+    let mut status = MotionStatus::Completed;
     while state.time < t_end {
         before.clone_from(state);
         let until = motion.tensions().next_kink(state.time).min(t_end);
@@ -114,27 +114,27 @@ pub(crate) fn run_here<const D: usize>(
         }
         if let Err(failure) = integrator.step(motion, state, until, &mut counts) {
             status = match failure {
-                Failure::StepTooSmall => Status::StepTooSmall,
-                Failure::NotSolved => Status::NotSolved,
+                Failure::StepTooSmall => MotionStatus::StepTooSmall,
+                Failure::NotSolved => MotionStatus::NotSolved,
             };
             break;
         }
         // The comparison is written so that a number that is not finite fails too.
         if !system.pattern().nodes().iter().all(|&i| state.positions[i].norm_squared() <= far) {
             let finite = state.positions.iter().flatten().all(|x| x.is_finite());
-            status = if finite { Status::Diverged } else { Status::NotFinite };
+            status = if finite { MotionStatus::Diverged } else { MotionStatus::NotFinite };
             std::mem::swap(state, &mut before);
             break;
         }
         if counts.steps % stride == 0 || state.time >= t_end {
             if system.cell_ratios(&state.positions).0 <= 0.0 {
-                status = Status::InvertedCell;
+                status = MotionStatus::InvertedCell;
                 break;
             }
             observer.progress(state.time);
         }
         if growth.is_seen(motion, integrator, (&before, state), counts.steps, state.time >= t_end) {
-            status = Status::Unstable;
+            status = MotionStatus::Unstable;
             break;
         }
         while let Some(&time) = samples.get(next).filter(|&&t| t <= state.time) {
@@ -145,7 +145,7 @@ pub(crate) fn run_here<const D: usize>(
         }
     }
     system.place_path_nodes(&mut state.positions);
-    Outcome { status, time_s: state.time, counts }
+    MotionOutcome { status, time_s: state.time, counts }
 }
 
 /// Positions at a time between two states: the cubic with their positions and velocities.

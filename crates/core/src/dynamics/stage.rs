@@ -15,7 +15,7 @@ use crate::effect::{Configuration, Tangent};
 use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
 
-use super::{Counts, Motion, State};
+use super::{Motion, State, StepCounts};
 
 /// The old factor is replaced when the ratio of two successive corrections is above this.
 const SLOW: f64 = 0.2;
@@ -88,7 +88,7 @@ impl<const D: usize> StageSolver<D> {
         stage: &mut State<D>,
         g: f64,
         tolerance: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> Result<(), NotSolved> {
         // The ratio of an earlier solve becomes less reliable with time (Hairer and Wanner 1996, IV.8).
         self.contraction = self.contraction.powf(FORGETTING);
@@ -144,7 +144,7 @@ impl<const D: usize> StageSolver<D> {
         motion: &Motion<'_, D>,
         stage: &State<D>,
         g: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> Result<(), NotSolved> {
         // With a long step the matrix can be indefinite, near buckling; the convex one never is.
         for tangent in [Tangent::Exact, Tangent::Convex] {

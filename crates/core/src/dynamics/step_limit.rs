@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::SVector;
 
-use super::{Counts, Integrator, Motion, Spectrum, State};
+use super::{Integrator, Motion, Spectrum, State, StepCounts};
 
 /// Growth above 1 that counts as rounding.
 const ROUNDING: f64 = 1e-7;
@@ -117,7 +117,7 @@ pub fn cost_per_step<const D: usize>(
     t_end: f64,
 ) -> Duration {
     let mut copy = state.clone();
-    let mut counts = Counts::default();
+    let mut counts = StepCounts::default();
     let clock = Instant::now();
     let mut steps = 0;
     while clock.elapsed() < MEASUREMENT && copy.time < t_end {

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, dmatrix};
 
-use super::{Counts, Failure, Integrator, Motion, Rates, State, after, cut};
+use super::{Failure, Integrator, Motion, Rates, State, StepCounts, after, cut};
 
 /// Symplectic Euler with a fixed step.
 #[derive(Debug)]
@@ -27,7 +27,7 @@ impl<const D: usize> Integrator<D> for SymplecticEuler<D> {
         motion: &Motion<'_, D>,
         state: &mut State<D>,
         until: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> Result<(), Failure> {
         let dt = cut(self.dt, state.time, until);
         motion.evaluate(state, &mut self.rates, counts);

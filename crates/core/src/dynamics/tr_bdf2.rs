@@ -17,13 +17,13 @@
 //! The trapezoidal stage keeps the magnitude of an imbalance of forces and reverses its sign. When a body is
 //! pulled suddenly, a fixed step far beyond the time scale of its motion would lead to impossible shapes.
 //! Such a step is made by backward Euler, which damps the imbalance (Rannacher 1984), and counted in
-//! [`Counts::damped`]. With error control the step is shortened instead.
+//! [`StepCounts::damped`]. With error control the step is shortened instead.
 
 use nalgebra::SVector;
 
 use super::backward_euler::SOLVED;
 use super::stage::StageSolver;
-use super::{Control, Counts, Failure, Integrator, Motion, SHORTEST_STEP, State, after, cut};
+use super::{Control, Failure, Integrator, Motion, SHORTEST_STEP, State, StepCounts, after, cut};
 
 /// Newton's method stops at corrections below this part of the error allowed in a step.
 const SOLVE_PART: f64 = 0.02;
@@ -95,7 +95,7 @@ impl<const D: usize> TrBdf2<D> {
         }
     }
 
-    fn start(&mut self, motion: &Motion<'_, D>, state: &State<D>, counts: &mut Counts) {
+    fn start(&mut self, motion: &Motion<'_, D>, state: &State<D>, counts: &mut StepCounts) {
         let mut rates = motion.rates();
         motion.evaluate(state, &mut rates, counts);
         let first = &mut self.derivatives[0];
@@ -112,7 +112,7 @@ impl<const D: usize> TrBdf2<D> {
         state: &State<D>,
         h: f64,
         end: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> bool {
         let tolerance = match self.control {
             Control::Fixed(_) => SOLVED,
@@ -166,7 +166,7 @@ impl<const D: usize> TrBdf2<D> {
         state: &State<D>,
         h: f64,
         end: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> bool {
         let Self { solver, stage, derivatives: [.., last], .. } = self;
         stage.clone_from(state);
@@ -212,7 +212,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
         motion: &Motion<'_, D>,
         state: &mut State<D>,
         until: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> Result<(), Failure> {
         if !self.started {
             self.start(motion, state, counts);

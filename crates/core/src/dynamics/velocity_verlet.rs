@@ -13,7 +13,7 @@
 
 use nalgebra::{DMatrix, dmatrix};
 
-use super::{Counts, Failure, Integrator, Motion, Rates, State, after, cut};
+use super::{Failure, Integrator, Motion, Rates, State, StepCounts, after, cut};
 
 /// Velocity Verlet with a fixed step.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
         motion: &Motion<'_, D>,
         state: &mut State<D>,
         until: f64,
-        counts: &mut Counts,
+        counts: &mut StepCounts,
     ) -> Result<(), Failure> {
         if !self.known {
             motion.evaluate(state, &mut self.now, counts);

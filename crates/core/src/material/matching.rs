@@ -60,7 +60,7 @@ pub struct Coefficients {
 
 /// Result of the stiffness matching.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Matched {
+pub struct MatchedCell {
     /// Spring constant of each edge, N/m (2D: per metre of thickness).
     pub stiffness: f64,
     /// kappa_s or kappa_v, J (2D: per metre of thickness).
@@ -82,7 +82,7 @@ pub struct Matched {
 pub fn match_stiffness<const D: usize>(
     constants: &Constants,
     cell: &Corners<D>,
-) -> Result<Matched, MaterialError> {
+) -> Result<MatchedCell, MaterialError> {
     constants.check()?;
     let measure = simplex::measure(cell);
     if !(measure.is_finite() && measure > 0.0) {
@@ -131,7 +131,7 @@ pub fn match_stiffness<const D: usize>(
             left += (element(a, b) - springs(a, b) * stiffness - keep(a, b) * kappa).norm_squared();
         }
     }
-    Ok(Matched { stiffness, kappa, relative_residual: (left / ee).sqrt() })
+    Ok(MatchedCell { stiffness, kappa, relative_residual: (left / ee).sqrt() })
 }
 
 /// A regular simplex (equilateral triangle, regular tetrahedron) of a given side, m.

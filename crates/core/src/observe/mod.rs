@@ -5,7 +5,7 @@
 //! | [`Length`] | straight distance between a muscle's ends | m |
 //! | [`Ratio`] | a muscle's length over another's in the same shape (Kato 2014, 4.3.1) | 1 |
 //! | [`Stretch`] | a muscle's length over its length in a reference shape (4.3.2) | 1 |
-//! | [`Point`] | a coordinate of a material point: a node, or a place on the surface | m |
+//! | [`NodePosition`] | a coordinate of a material point: a node, or a place on the surface | m |
 //! | [`Contour`] | signed distance of a measured point from the surface curve (in the plane) | m |
 //! | [`Surface`] | signed distance of a measured point from the surface (in space) | m |
 //!
@@ -27,7 +27,7 @@ use nalgebra::SVector;
 pub use contour::{Contour, Curve};
 pub use length::Length;
 pub use observation::{Certainty, Observation, Sense};
-pub use point::Point;
+pub use point::NodePosition;
 pub use ratio::Ratio;
 pub use stretch::Stretch;
 pub use surface::Surface;

@@ -6,12 +6,12 @@ use super::{Curve, Observable};
 
 /// The coordinate along a direction, m, of a point that moves with the body: a weighted mean of nodes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point<const D: usize> {
+pub struct NodePosition<const D: usize> {
     weights: Vec<(usize, f64)>,
     direction: SVector<f64, D>,
 }
 
-impl<const D: usize> Point<D> {
+impl<const D: usize> NodePosition<D> {
     /// The coordinate of node number `node`; `direction` is a unit vector, such as an axis.
     pub fn node(node: usize, direction: SVector<f64, D>) -> Self {
         Self { weights: vec![(node, 1.0)], direction }
@@ -23,7 +23,7 @@ impl<const D: usize> Point<D> {
     }
 }
 
-impl Point<2> {
+impl NodePosition<2> {
     /// The coordinate of the place on a surface curve at `arc_length` (m, at rest, within the curve) from
     /// its beginning.
     pub fn on_curve(curve: &Curve, arc_length: f64, direction: SVector<f64, 2>) -> Self {
@@ -31,7 +31,7 @@ impl Point<2> {
     }
 }
 
-impl<const D: usize> Observable<D> for Point<D> {
+impl<const D: usize> Observable<D> for NodePosition<D> {
     fn value(&self, positions: &[SVector<f64, D>]) -> f64 {
         self.weights.iter().map(|&(node, weight)| weight * self.direction.dot(&positions[node])).sum()
     }

@@ -46,7 +46,7 @@ pub use json::Json;
 pub use markdown::Markdown;
 pub use msh::Msh;
 pub use record::{
-    AlarmRecord, BoneRecord, BranchRecord, FitRecord, IdentifiabilityRecord, Segment, SimulationRecord,
+    AlarmRecord, BodySegment, BoneRecord, BranchRecord, FitRecord, IdentifiabilityRecord, SimulationRecord,
 };
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{SpaceRecord, SpaceVtu};
@@ -54,9 +54,9 @@ pub use space::{SpaceRecord, SpaceVtu};
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::{Sto, StoTable};
 pub use svg::{
-    Curve, Frame, Panel, Scatter, Section, Series, Svg, Timeline, VowelPicture, animation, animation_of_seen,
-    changes, outlines, pairs, panels, ridges, scatter, solid, timelines, tongue, valley, vowel,
-    work_precision,
+    AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, Timeline, VowelPicture,
+    animation, animation_of_seen, changes, outlines, pairs, panels, ridges, scatter, solid, timelines,
+    tongue, valley, vowel, work_precision,
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]

@@ -126,13 +126,13 @@ pub struct IdentifiabilityRecord {
     /// Unit vectors over `active`, in its order.
     pub null_directions: Vec<Vec<f64>>,
     /// For each of them, the range within the misfit tolerance.
-    pub segments: Vec<Segment>,
+    pub segments: Vec<BodySegment>,
 }
 
 /// The two ends of a curve of tensions that fit equally well ([`ValleyRecord`]); the curve between them is
 /// not straight.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Segment {
+pub struct BodySegment {
     /// One end, N.
     pub from_n: ByMuscle<f64>,
     /// The other, N.
@@ -274,7 +274,7 @@ impl FitRecord {
                 .filter_map(|n| {
                     let points = &n.valley.as_ref()?.points;
                     let (from, to) = (points.first()?, points.last()?);
-                    Some(Segment { from_n: by(&active, &from.x), to_n: by(&active, &to.x) })
+                    Some(BodySegment { from_n: by(&active, &from.x), to_n: by(&active, &to.x) })
                 })
                 .collect(),
         });

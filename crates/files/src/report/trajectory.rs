@@ -3,15 +3,15 @@
 use serde::Serialize;
 
 use super::{ByMuscle, Table};
-use tongue_core::dynamics::{Control, Counts, Method, Outcome, Status};
+use tongue_core::dynamics::{Control, IntegrationMethod, MotionOutcome, MotionStatus, StepCounts};
 
 /// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrajectoryRecord {
     /// How it ended.
-    pub status: Status,
+    pub status: MotionStatus,
     /// The integrator.
-    pub method: Method,
+    pub method: IntegrationMethod,
     /// Fixed step, s; null with error control.
     pub dt_s: Option<f64>,
     /// Error allowed in a step, mm; null with a fixed step.
@@ -27,7 +27,7 @@ pub struct TrajectoryRecord {
     /// there.
     pub guarded: usize,
     /// Cost of the run.
-    pub counts: Counts,
+    pub counts: StepCounts,
     /// Lengths at the time reached, mm.
     pub lengths_mm: ByMuscle<f64>,
     /// Smallest ratio of a triangle's area to that at rest, at the end.
@@ -42,9 +42,9 @@ impl TrajectoryRecord {
     /// The record of a run: method and control, the requested end (s), the outcome and the part of the way to
     /// equilibrium, lengths (mm) and area ratios at the time reached, and the duration (s).
     pub fn new(
-        (method, control): (Method, Control),
+        (method, control): (IntegrationMethod, Control),
         t_end: f64,
-        (outcome, part_of_way): (Outcome, Option<f64>),
+        (outcome, part_of_way): (MotionOutcome, Option<f64>),
         lengths: ByMuscle<f64>,
         (area_ratios, guarded): ((f64, f64), usize),
         wall_s: f64,

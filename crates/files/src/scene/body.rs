@@ -17,16 +17,16 @@ const MOST_NODES: usize = 12_000;
 /// # Errors
 /// Sizes out of range, and a mesh file that cannot be read, is inconsistent or cannot be a continuum if one
 /// is asked for.
-pub fn build(body: &file::Body) -> Result<AnyBody, SceneError> {
+pub fn build(body: &file::SceneBody) -> Result<AnyBody, SceneError> {
     let settings = ContinuumSettings::default();
     let made = match body {
-        file::Body::Tongue(tongue) if tongue.kind == Kind::Continuum => {
+        file::SceneBody::Tongue(tongue) if tongue.kind == Kind::Continuum => {
             return Ok(AnyBody::Flat(Body::continuum(tongue.h_mm * 1e-3, &settings)?));
         }
-        file::Body::Tongue(tongue) => AnyBody::Flat(Body::tongue(tongue.h_mm * 1e-3)?),
-        file::Body::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
-        file::Body::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
-        file::Body::Block(b) => AnyBody::Solid(block(b)?),
+        file::SceneBody::Tongue(tongue) => AnyBody::Flat(Body::tongue(tongue.h_mm * 1e-3)?),
+        file::SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
+        file::SceneBody::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
+        file::SceneBody::Block(b) => AnyBody::Solid(block(b)?),
     };
     if body.kind() == Kind::Springs {
         return Ok(made);

@@ -2,7 +2,7 @@
 
 use super::SceneError;
 use super::body::{finite, not_negative, positive};
-use super::file::{Body, Kind, Scene, Want};
+use super::file::{Kind, Scene, SceneBody, Want};
 use tongue_core::dynamics::SHORTEST_S;
 use tongue_core::material::Preset;
 use tongue_infer::track;
@@ -260,16 +260,16 @@ impl Scene {
 
     /// Whether the body is in space.
     pub fn is_solid(&self) -> bool {
-        matches!(self.body, Body::Cylinder(_) | Body::Block(_))
+        matches!(self.body, SceneBody::Cylinder(_) | SceneBody::Block(_))
     }
 
     /// The key of the body in the file.
     pub(super) fn body_key(&self) -> &'static str {
         match self.body {
-            Body::Tongue(_) => "[body.tongue]",
-            Body::Mesh(_) => "[body.mesh]",
-            Body::Cylinder(_) => "[body.cylinder]",
-            Body::Block(_) => "[body.block]",
+            SceneBody::Tongue(_) => "[body.tongue]",
+            SceneBody::Mesh(_) => "[body.mesh]",
+            SceneBody::Cylinder(_) => "[body.cylinder]",
+            SceneBody::Block(_) => "[body.block]",
         }
     }
 }

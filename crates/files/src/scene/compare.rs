@@ -6,8 +6,8 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use super::SceneError;
-use super::file::{Scene, Trajectory, Want};
-use super::prepare::{Extent, Prepared, prepare};
+use super::file::{Scene, SceneTrajectory, Want};
+use super::prepare::{Prepared, SceneExtent, prepare};
 use super::run;
 use tongue_core::body::{Body, largest_distance};
 use tongue_core::dynamics;
@@ -54,8 +54,8 @@ pub struct Compared {
 /// # Errors
 /// [`SceneError`] if a run cannot begin.
 pub fn compare<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) -> Result<Compared, SceneError> {
-    let mut pruned = prepare(scene, body.clone(), Extent::Pruned)?;
-    let full = prepare(scene, body.clone(), Extent::Full)?;
+    let mut pruned = prepare(scene, body.clone(), SceneExtent::Pruned)?;
+    let full = prepare(scene, body.clone(), SceneExtent::Full)?;
     let mut out = Compared {
         scene: name.to_owned(),
         converged: true,
@@ -78,7 +78,7 @@ pub fn compare<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) -> Res
     if scene.want == Want::Trajectory {
         let (way, _, ms) = timed_way(scene, &pruned)?;
         out.pruned_ms = ms;
-        out.converged &= way.status == dynamics::Status::Completed;
+        out.converged &= way.status == dynamics::MotionStatus::Completed;
     } else {
         let (full_converged, full_shape, full_ms) = timed_solve(&full);
         out.pruned_ms = solve_ms;
@@ -89,13 +89,14 @@ pub fn compare<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) -> Res
     if scene.effects.finite_elements != Some(true) {
         let mut moving = scene.clone();
         moving.want = Want::Trajectory;
-        moving.trajectory = Some(Trajectory { duration_s: LONG_S, ramp_s: 0.0, tolerance_mm: TOLERANCE_MM });
-        let full = prepare(&moving, body.clone(), Extent::Full)?;
+        moving.trajectory =
+            Some(SceneTrajectory { duration_s: LONG_S, ramp_s: 0.0, tolerance_mm: TOLERANCE_MM });
+        let full = prepare(&moving, body.clone(), SceneExtent::Full)?;
         let (way, end, ms) = timed_way(&moving, &full)?;
         out.full_dynamic_ms = Some(ms);
         out.dynamic_difference_mm = Some(distance_mm(&shape, &end));
         out.steps = Some(way.counts.steps);
-        out.converged &= way.status == dynamics::Status::Completed;
+        out.converged &= way.status == dynamics::MotionStatus::Completed;
     }
     Ok(out)
 }

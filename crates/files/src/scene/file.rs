@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::SceneError;
-use super::sound::Tract;
+use super::sound::SceneTract;
 use tongue_core::material::{Preset, Spread};
 use tongue_core::suggest;
 use tongue_input::bodies::Unit;
@@ -25,7 +25,7 @@ pub struct Scene {
     /// The wanted result; it decides what is computed.
     pub want: Want,
     /// The body.
-    pub body: Body,
+    pub body: SceneBody,
     /// Constants of the tissue.
     #[serde(default)]
     pub material: Material,
@@ -40,9 +40,9 @@ pub struct Scene {
     #[serde(default)]
     pub effects: Effects,
     /// Duration of the motion; for `want = "trajectory"`.
-    pub trajectory: Option<Trajectory>,
+    pub trajectory: Option<SceneTrajectory>,
     /// The tract around the tongue; for `want = "sound"`, and for a trajectory with formants.
-    pub tract: Option<Tract>,
+    pub tract: Option<SceneTract>,
 }
 
 /// The wanted result of a scene.
@@ -62,9 +62,9 @@ pub enum Want {
 /// The body.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Body {
+pub enum SceneBody {
     /// The reference tongue, in the midsagittal plane.
-    Tongue(Tongue),
+    Tongue(SceneTongue),
     /// A mesh from a file: Gmsh's (.msh), in the plane or in space, or the JSON of `tongue-fit mesh --json`.
     Mesh(MeshFile),
     /// A solid cylinder of tissue that stands on its fixed base (z = 0), with axial muscle fibres called
@@ -96,7 +96,7 @@ impl Kind {
 /// The reference tongue.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Tongue {
+pub struct SceneTongue {
     /// Mesh spacing, mm; default 5.5, also for a continuum.
     #[serde(default = "default_spacing")]
     pub h_mm: f64,
@@ -148,11 +148,11 @@ pub struct Block {
     pub kind: Kind,
 }
 
-impl Body {
+impl SceneBody {
     /// Its elements.
     pub fn kind(&self) -> Kind {
         match self {
-            Self::Tongue(Tongue { kind, .. })
+            Self::Tongue(SceneTongue { kind, .. })
             | Self::Mesh(MeshFile { kind, .. })
             | Self::Cylinder(Cylinder { kind, .. })
             | Self::Block(Block { kind, .. }) => *kind,
@@ -240,9 +240,9 @@ pub struct Effects {
     /// One straight element instead of a chain that runs outside the tissue and could fold. On by default.
     pub straight_paths: Option<bool>,
     /// Weight.
-    pub gravity: Option<Gravity>,
+    pub gravity: Option<SceneGravity>,
     /// Palate and teeth.
-    pub contact: Option<Contact>,
+    pub contact: Option<SceneContact>,
     /// A mandible that rotates about its joint and carries the origin of the genioglossus.
     pub jaw: Option<Jaw>,
     /// A displaced hyoid bone.
@@ -258,7 +258,7 @@ pub struct Effects {
 /// Weight. Give either the posture or the direction.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Gravity {
+pub struct SceneGravity {
     /// Posture of the head.
     pub posture: Option<Posture>,
     /// Direction of the weight: one number for each dimension, of any length.
@@ -283,7 +283,7 @@ pub enum Posture {
 /// A rigid wall that the surface of the body cannot pass.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Contact {
+pub struct SceneContact {
     /// Corners of the wall in the x-y plane, mm; by default the palate of `targets/palate.toml`.
     pub outline_mm: Option<Vec<[f64; 2]>>,
     /// Stiffness of the wall, N/m (2D: per metre of thickness); by default the spring constant of the tissue.
@@ -316,7 +316,7 @@ pub struct Hyoid {
 /// scene.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Trajectory {
+pub struct SceneTrajectory {
     /// Duration, s.
     pub duration_s: f64,
     /// Time in which the tensions grow, s; zero is a step.

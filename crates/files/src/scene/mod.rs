@@ -16,7 +16,7 @@ mod shipped;
 pub mod sound;
 
 use tongue_core::body::BodyError;
-use tongue_core::dynamics::{MethodError, MotionError};
+use tongue_core::dynamics::MotionError;
 use tongue_core::material::MaterialError;
 use tongue_core::statics;
 use tongue_core::suggest;
@@ -26,7 +26,7 @@ use tongue_infer::inverse::FitError;
 use tongue_input::measured;
 
 pub use file::Scene;
-pub use plan::Plan;
+pub use plan::ScenePlan;
 pub use run::simulate;
 pub use shipped::{names, shipped};
 
@@ -98,7 +98,7 @@ pub enum SceneError {
     /// The fit cannot begin.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// The body cannot be set in motion.
+    /// The body cannot be set in motion, or its motion not be followed.
     #[error(transparent)]
     Motion(#[from] MotionError),
     /// The bones cannot be moved to the start of a trajectory.
@@ -121,9 +121,6 @@ pub enum SceneError {
         /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The motion cannot be followed with this tolerance.
-    #[error(transparent)]
-    Method(#[from] MethodError),
 }
 
 impl SceneError {

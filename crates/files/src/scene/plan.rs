@@ -24,7 +24,7 @@ pub struct Planned {
 
 /// Role of a muscle of the mesh in the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Role {
+pub struct EffectRole {
     /// Its name.
     pub muscle: String,
     /// Whether it contracts: it then has the three-element model instead of tissue.
@@ -35,7 +35,7 @@ pub struct Role {
 
 /// What is computed for a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Plan {
+pub struct ScenePlan {
     /// Title of the scene.
     pub title: String,
     /// The wanted result.
@@ -63,7 +63,7 @@ pub struct Plan {
     /// Every effect of scenes.
     pub effects: Vec<Planned>,
     /// Every muscle of the mesh, each name once.
-    pub muscles: Vec<Role>,
+    pub muscles: Vec<EffectRole>,
 }
 
 /// Nanoseconds of an iteration for each stiffness block that an element writes, with its share of energy and
@@ -168,9 +168,9 @@ pub(super) fn count<const D: usize>(
     body: &str,
     method: String,
     decisions: Vec<Decision>,
-    muscles: Vec<Role>,
+    muscles: Vec<EffectRole>,
     system: &System<D>,
-) -> Plan {
+) -> ScenePlan {
     let pattern = system.pattern();
     let effects = decisions
         .into_iter()
@@ -184,7 +184,7 @@ pub(super) fn count<const D: usize>(
     let factor_operations = pattern.factor_operations::<D>();
     let factor_in_supernodes = pattern.is_for_supernodes::<D>();
     let operations_per_ns = OPERATIONS_PER_NS[usize::from(factor_in_supernodes)];
-    Plan {
+    ScenePlan {
         title: scene.title.clone(),
         want: scene.want,
         body: body.to_owned(),
@@ -202,7 +202,7 @@ pub(super) fn count<const D: usize>(
     }
 }
 
-impl Plan {
+impl ScenePlan {
     /// The entry of an effect.
     pub fn effect(&self, name: &str) -> Option<&Planned> {
         self.effects.iter().find(|e| e.effect == name)

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::{SVector, Vector2};
 
-use super::file::{Gravity as GravityKeys, Kind, Posture, Scene, Want};
-use super::plan::{self, Decision, Plan, Role};
+use super::file::{Kind, Posture, Scene, SceneGravity, Want};
+use super::plan::{self, Decision, EffectRole, ScenePlan};
 use super::{SceneError, points, sound};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
 use tongue_core::effect::{Contact, Effect, Gravity, lumped_masses};
@@ -20,7 +20,7 @@ use tongue_input::measured::{Dataset, Target, TargetError, TargetKind, TargetOpt
 #[derive(Debug)]
 pub struct Prepared<const D: usize> {
     /// The plan.
-    pub plan: Plan,
+    pub plan: ScenePlan,
     /// The body.
     pub body: Body<D>,
     /// The system.
@@ -44,7 +44,7 @@ pub struct Prepared<const D: usize> {
 
 /// Extent of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Extent {
+pub enum SceneExtent {
     /// Only what the scene needs.
     Pruned,
     /// Everything, even without an effect: every muscle with the three-element model, and weight and walls of
@@ -59,7 +59,7 @@ pub enum Extent {
 pub fn prepare<const D: usize>(
     scene: &Scene,
     body: Body<D>,
-    extent: Extent,
+    extent: SceneExtent,
 ) -> Result<Prepared<D>, SceneError> {
     scene.check()?;
     let model = scene.model::<D>();
@@ -70,7 +70,7 @@ pub fn prepare<const D: usize>(
     let all = 0..body.mesh.muscles.len();
     let tone = Tone::Uniform(scene.fit.as_ref().map_or(0.0, |fit| fit.tone_n_per_m));
     let contracting: Vec<usize> = match (&target, extent) {
-        (_, Extent::Full) => all.collect(),
+        (_, SceneExtent::Full) => all.collect(),
         _ if !tone.is_none() || seen.is_some() => all.collect(),
         (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
         (Some(target), _) => Matched::new(&body.mesh, target)?.contracting(),
@@ -95,7 +95,7 @@ pub fn prepare<const D: usize>(
         n => Decision::yes("bone", format!("{n} nodes are fixed")).of(n),
     });
     decisions.extend(plan::motion(scene, !contracting.is_empty()));
-    if extent == Extent::Full {
+    if extent == SceneExtent::Full {
         for idle in decisions.iter_mut().filter(|d| matches!(d.effect, "gravity" | "contact") && !d.simulated)
         {
             idle.simulated = idle.effect == "gravity" || wall.is_some();
@@ -238,18 +238,18 @@ fn gravity<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     model: &Model,
-    extent: Extent,
+    extent: SceneExtent,
 ) -> Result<Option<Gravity<D>>, SceneError> {
     let acceleration = match &scene.effects.gravity {
         Some(keys) => direction::<D>(keys)? * keys.acceleration_m_per_s2,
-        None if extent == Extent::Full => SVector::zeros(),
+        None if extent == SceneExtent::Full => SVector::zeros(),
         None => return Ok(None),
     };
     let masses = lumped_masses(&body.mesh, model.constants.density);
     Ok(Some(Gravity::new(&masses, acceleration, &body.mesh.nodes)))
 }
 
-fn direction<const D: usize>(keys: &GravityKeys) -> Result<SVector<f64, D>, SceneError> {
+fn direction<const D: usize>(keys: &SceneGravity) -> Result<SVector<f64, D>, SceneError> {
     let flat = |x: f64, y: f64| {
         let mut v = SVector::zeros();
         (v[0], v[1]) = (x, y);
@@ -267,12 +267,12 @@ fn contact<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     tissue_stiffness: f64,
-    extent: Extent,
+    extent: SceneExtent,
 ) -> Result<Option<Contact>, SceneError> {
     let surface = body.mesh.surface_nodes();
     let Some(keys) = &scene.effects.contact else {
         let idle = |outline: &Vec<Vector2<f64>>| Contact::new(outline.clone(), &surface, 0.0, 1e-3);
-        return Ok(body.palate.as_ref().filter(|_| extent == Extent::Full).map(idle));
+        return Ok(body.palate.as_ref().filter(|_| extent == SceneExtent::Full).map(idle));
     };
     let outline: Vec<Vector2<f64>> = match (&keys.outline_mm, &body.palate) {
         (Some(points), _) => points.iter().map(|&[x, y]| Vector2::new(x, y) * 1e-3).collect(),
@@ -352,8 +352,8 @@ fn roles<const D: usize>(
     body: &Body<D>,
     contracting: &[usize],
     target: Option<&Target>,
-) -> Vec<Role> {
-    let mut roles: Vec<Role> = Vec::new();
+) -> Vec<EffectRole> {
+    let mut roles: Vec<EffectRole> = Vec::new();
     for (number, muscle) in body.mesh.muscles.iter().enumerate() {
         if roles.iter().any(|r| r.muscle == muscle.name) {
             continue;
@@ -371,7 +371,7 @@ fn roles<const D: usize>(
                 None => "contracts with 0 N, because everything is simulated".to_owned(),
             },
         };
-        roles.push(Role { muscle: muscle.name.clone(), contracting: contracts, why });
+        roles.push(EffectRole { muscle: muscle.name.clone(), contracting: contracts, why });
     }
     roles
 }

@@ -6,12 +6,12 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use super::file::{Scene, Want};
-use super::plan::Plan;
+use super::plan::ScenePlan;
 use super::points::PointsFit;
-use super::prepare::{Extent, Prepared, prepare};
+use super::prepare::{Prepared, SceneExtent, prepare};
 use super::{SceneError, body, sound};
 use crate::report::SoundRecord;
-use tongue_core::dynamics::{self, Control, Counts, Method, Motion, Observer, Tensions};
+use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, StepCounts, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::statics::{self, Settings, Solution, Workspace};
@@ -90,22 +90,22 @@ pub struct Moment {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Way {
     /// How it ended.
-    pub status: dynamics::Status,
+    pub status: dynamics::MotionStatus,
     /// Time reached, s.
     pub time_s: f64,
     /// Part of the way to its equilibrium that the body has moved; null if there is no such way.
     pub part_of_way_to_equilibrium: Option<f64>,
     /// Cost.
-    pub counts: Counts,
+    pub counts: StepCounts,
     /// The body at equidistant times.
     pub moments: Vec<Moment>,
 }
 
 /// The result of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Outcome {
+pub struct SceneOutcome {
     /// The plan.
-    pub plan: Plan,
+    pub plan: ScenePlan,
     /// Whether everything converged.
     pub converged: bool,
     /// Tension of every muscle chain of the mesh, N (2D: per metre of thickness).
@@ -147,11 +147,11 @@ pub struct Outcome {
 ///
 /// # Errors
 /// [`SceneError`] if the run cannot begin; later failures are in the outcome.
-pub fn simulate(scene: &Scene) -> Result<Outcome, SceneError> {
+pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SceneError> {
     scene.check()?;
     match body::build(&scene.body)? {
-        AnyBody::Flat(body) => run(scene, &mut prepare(scene, body, Extent::Pruned)?),
-        AnyBody::Solid(body) => run(scene, &mut prepare(scene, body, Extent::Pruned)?),
+        AnyBody::Flat(body) => run(scene, &mut prepare(scene, body, SceneExtent::Pruned)?),
+        AnyBody::Solid(body) => run(scene, &mut prepare(scene, body, SceneExtent::Pruned)?),
     }
 }
 
@@ -159,7 +159,7 @@ pub fn simulate(scene: &Scene) -> Result<Outcome, SceneError> {
 ///
 /// # Errors
 /// [`SceneError`] if the run cannot begin; later failures are in the outcome.
-pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<Outcome, SceneError> {
+pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<SceneOutcome, SceneError> {
     // Made before the clock starts; a trajectory does not need it.
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
@@ -205,10 +205,10 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     let converged = solution.is_none_or(|s| s.status == statics::Status::Converged)
         && fitted.is_none_or(|f| f == inverse::Status::Converged)
         && points.as_ref().is_none_or(|p| p.status == FrameStatus::Converged)
-        && trajectory.as_ref().is_none_or(|t| t.status == dynamics::Status::Completed)
+        && trajectory.as_ref().is_none_or(|t| t.status == dynamics::MotionStatus::Completed)
         && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
         && min_cell_ratio > 0.0;
-    Ok(Outcome {
+    Ok(SceneOutcome {
         converged,
         tensions_n: prepared.tensions.clone(),
         muscles: muscles(prepared, &positions, points.as_ref()),
@@ -261,7 +261,7 @@ pub(super) fn follow<const D: usize>(
     let wanted = scene.trajectory.as_ref();
     let (duration, tolerance) = wanted.map_or((0.0, 1e-6), |t| (t.duration_s, t.tolerance_mm * 1e-3));
     let motion = Motion::new(&prepared.system, tensions_over_time(scene, prepared))?;
-    let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(tolerance))?;
+    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance))?;
     let mut state = motion.at_rest();
     if let Some(start) = &prepared.start {
         let mut workspace = Workspace::new(start);

@@ -23,7 +23,7 @@ const HIGHEST_HZ: f64 = 5000.0;
 /// The tract around the tongue. `effects.jaw` and `effects.hyoid` move its jaw and larynx.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Tract {
+pub struct SceneTract {
     /// Its file, from the current folder; by default the tract of the reference tongue.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -35,7 +35,7 @@ pub struct Tract {
     pub lip_protrusion_mm: f64,
 }
 
-impl Default for Tract {
+impl Default for SceneTract {
     fn default() -> Self {
         Self { file: None, lip_opening_mm: default_opening(), lip_protrusion_mm: 0.0 }
     }

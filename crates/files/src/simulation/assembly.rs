@@ -12,7 +12,7 @@ use tongue_input::measured::Target;
 
 use super::error::check_tension;
 use super::once::Once;
-use super::{Dimension, Error, Observations, Solver, Space};
+use super::{Dimension, Observations, SimulationError, Solver, Space};
 
 /// A body of which some muscles can contract, made into a [`System`]. A clone shares its data.
 #[derive(Debug, Clone)]
@@ -31,12 +31,12 @@ pub trait Assemble {
     /// muscles are passive tissue.
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`] with the nearest name, [`Error::Repeated`], and as [`System::new`].
+    /// [`SimulationError::NoSuchMuscle`] with the nearest name, [`SimulationError::Repeated`], and as [`System::new`].
     fn assemble<const D: usize>(
         &self,
         body: &Body<D>,
         muscles: impl IntoIterator<Item = impl AsRef<str>>,
-    ) -> Result<Assembly<D>, Error>
+    ) -> Result<Assembly<D>, SimulationError>
     where
         Space: Dimension<D>;
 }
@@ -46,7 +46,7 @@ impl Assemble for Model {
         &self,
         body: &Body<D>,
         muscles: impl IntoIterator<Item = impl AsRef<str>>,
-    ) -> Result<Assembly<D>, Error>
+    ) -> Result<Assembly<D>, SimulationError>
     where
         Space: Dimension<D>,
     {
@@ -54,7 +54,7 @@ impl Assemble for Model {
         for name in muscles {
             let fibres = fibres(body, name.as_ref())?;
             if contracting.contains(&fibres[0]) {
-                return Err(Error::Repeated { name: name.as_ref().to_owned() });
+                return Err(SimulationError::Repeated { name: name.as_ref().to_owned() });
             }
             contracting.extend(fibres);
         }
@@ -64,7 +64,7 @@ impl Assemble for Model {
 }
 
 /// Numbers of the chains of a muscle: at least one.
-fn fibres<const D: usize>(body: &Body<D>, muscle: &str) -> Result<Vec<usize>, Error> {
+fn fibres<const D: usize>(body: &Body<D>, muscle: &str) -> Result<Vec<usize>, SimulationError> {
     let first = body.muscle(muscle)?;
     Ok(body.muscles_called(&body.mesh.muscles[first].name).collect())
 }
@@ -108,8 +108,8 @@ impl<const D: usize> Assembly<D> {
     /// The length of a muscle, m.
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`], and [`Error::Fibres`] if it has several fibres.
-    pub fn length(&self, muscle: &str) -> Result<Length, Error> {
+    /// [`SimulationError::NoSuchMuscle`], and [`SimulationError::Fibres`] if it has several fibres.
+    pub fn length(&self, muscle: &str) -> Result<Length, SimulationError> {
         Ok(Length::new(self.system().muscle_ends(self.line(muscle)?)))
     }
 
@@ -117,7 +117,7 @@ impl<const D: usize> Assembly<D> {
     ///
     /// # Errors
     /// As [`Assembly::length`].
-    pub fn stretch(&self, muscle: &str) -> Result<Stretch, Error> {
+    pub fn stretch(&self, muscle: &str) -> Result<Stretch, SimulationError> {
         let rest = self.system().length(self.system().rest(), self.line(muscle)?);
         Ok(Stretch::new(self.length(muscle)?, rest))
     }
@@ -126,7 +126,7 @@ impl<const D: usize> Assembly<D> {
     ///
     /// # Errors
     /// As [`Assembly::length`].
-    pub fn ratio(&self, muscle: &str, over: &str) -> Result<Ratio, Error> {
+    pub fn ratio(&self, muscle: &str, over: &str) -> Result<Ratio, SimulationError> {
         Ok(Ratio::new(self.length(muscle)?, self.length(over)?))
     }
 
@@ -134,8 +134,8 @@ impl<const D: usize> Assembly<D> {
     /// and one for every other measured muscle.
     ///
     /// # Errors
-    /// [`Error::Fit`] with a muscle that the target needs and the body lacks.
-    pub fn observations(&self, target: &Target) -> Result<Observations<D>, Error> {
+    /// [`SimulationError::Fit`] with a muscle that the target needs and the body lacks.
+    pub fn observations(&self, target: &Target) -> Result<Observations<D>, SimulationError> {
         let matched = Matched::new(&self.body().mesh, target)?;
         let system = self.system();
         let [fitted, others] = matched.observations(system, &system.lengths(system.rest()));
@@ -143,15 +143,15 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// Numbers of the chains of a muscle.
-    pub(super) fn fibres(&self, muscle: &str) -> Result<Vec<usize>, Error> {
+    pub(super) fn fibres(&self, muscle: &str) -> Result<Vec<usize>, SimulationError> {
         fibres(self.body(), muscle)
     }
 
     /// Number of the only chain of a muscle.
-    fn line(&self, muscle: &str) -> Result<usize, Error> {
+    fn line(&self, muscle: &str) -> Result<usize, SimulationError> {
         match self.fibres(muscle)?[..] {
             [line] => Ok(line),
-            ref all => Err(Error::Fibres {
+            ref all => Err(SimulationError::Fibres {
                 muscle: muscle.to_owned(),
                 fibres: all.len(),
                 why: "an observable needs a muscle with one line; give the fibres different names",
@@ -160,11 +160,11 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// Numbers of the chains of a muscle that contracts.
-    pub(super) fn pulling(&self, muscle: &str) -> Result<Vec<usize>, Error> {
+    pub(super) fn pulling(&self, muscle: &str) -> Result<Vec<usize>, SimulationError> {
         let fibres = self.fibres(muscle)?;
         match self.system().contracting().contains(&fibres[0]) {
             true => Ok(fibres),
-            false => Err(Error::Passive {
+            false => Err(SimulationError::Passive {
                 muscle: muscle.to_owned(),
                 contracting: self.contracting().into_iter().map(str::to_owned).collect(),
             }),
@@ -172,14 +172,14 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// Tensions of all muscles of the body, N, from those given by name; all others are zero.
-    pub(super) fn tensions(&self, given: &[(&str, f64)]) -> Result<Vec<f64>, Error> {
+    pub(super) fn tensions(&self, given: &[(&str, f64)]) -> Result<Vec<f64>, SimulationError> {
         let mut all = vec![0.0; self.system().muscle_count()];
         let mut seen = Vec::with_capacity(given.len());
         for &(muscle, tension) in given {
             check_tension(muscle, tension)?;
             let fibres = self.pulling(muscle)?;
             if seen.contains(&fibres[0]) {
-                return Err(Error::Repeated { name: muscle.to_owned() });
+                return Err(SimulationError::Repeated { name: muscle.to_owned() });
             }
             fibres.iter().for_each(|&fibre| all[fibre] = tension);
             seen.extend(fibres);
@@ -188,9 +188,9 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// The nodes of a bone: at least one.
-    pub(super) fn bone(&self, name: &str) -> Result<&[usize], Error> {
+    pub(super) fn bone(&self, name: &str) -> Result<&[usize], SimulationError> {
         match self.body().bone(name) {
-            [] => Err(Error::NoSuchBone {
+            [] => Err(SimulationError::NoSuchBone {
                 name: name.to_owned(),
                 known: self.body().bones.iter().map(|b| b.name.clone()).collect(),
             }),
@@ -204,8 +204,8 @@ impl Assembly<2> {
     /// several): positive outside.
     ///
     /// # Errors
-    /// [`Error::Value`] for a point that is not finite or a body without an outline.
-    pub fn contour(&self, point: SVector<f64, 2>) -> Result<Contour, Error> {
+    /// [`SimulationError::Value`] for a point that is not finite or a body without an outline.
+    pub fn contour(&self, point: SVector<f64, 2>) -> Result<Contour, SimulationError> {
         let mesh = &self.body().mesh;
         let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
         // The curve is straight where its ends meet, so that should be on bone.
@@ -221,8 +221,8 @@ impl Assembly<3> {
     /// The signed distance of a measured point, m, from the surface of the tissue: positive outside.
     ///
     /// # Errors
-    /// [`Error::Value`] for a point that is not finite or a body without cells.
-    pub fn surface(&self, point: SVector<f64, 3>) -> Result<Surface, Error> {
+    /// [`SimulationError::Value`] for a point that is not finite or a body without cells.
+    pub fn surface(&self, point: SVector<f64, 3>) -> Result<Surface, SimulationError> {
         let faces = self.body().mesh.outward_faces();
         match !faces.is_empty() && point.iter().all(|x| x.is_finite()) {
             true => Ok(Surface::new(faces, point)),
@@ -231,7 +231,11 @@ impl Assembly<3> {
     }
 }
 
-fn nowhere(point: &[f64]) -> Error {
+fn nowhere(point: &[f64]) -> SimulationError {
     let value = point.iter().copied().find(|x| !x.is_finite()).unwrap_or(f64::NAN);
-    Error::Value { name: "the distance of the point from the surface".to_owned(), value, must: "a number" }
+    SimulationError::Value {
+        name: "the distance of the point from the surface".to_owned(),
+        value,
+        must: "a number",
+    }
 }

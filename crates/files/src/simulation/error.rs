@@ -1,14 +1,14 @@
 //! Errors of names and numbers.
 
 use tongue_core::body::NoSuchMuscle;
-use tongue_core::dynamics::{MethodError, MotionError};
+use tongue_core::dynamics::MotionError;
 use tongue_core::suggest;
 use tongue_core::system::SystemError;
 use tongue_infer::inverse::FitError;
 
 /// Why something cannot begin. Later failures are a status of the result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Error {
+pub enum SimulationError {
     /// The body has no muscle of this name.
     #[error(transparent)]
     NoSuchMuscle(#[from] NoSuchMuscle),
@@ -79,12 +79,9 @@ pub enum Error {
     /// The fit cannot begin.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// The body cannot be set in motion.
+    /// The body cannot be set in motion, or its motion not be followed.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// The motion cannot be followed.
-    #[error(transparent)]
-    Method(#[from] MethodError),
 }
 
 fn bones(name: &str, known: &[String]) -> String {
@@ -95,15 +92,20 @@ fn bones(name: &str, known: &[String]) -> String {
 }
 
 /// `value` if it is `good`.
-pub(super) fn checked(name: &str, value: f64, good: bool, must: &'static str) -> Result<f64, Error> {
-    if good { Ok(value) } else { Err(Error::Value { name: name.to_owned(), value, must }) }
+pub(super) fn checked(
+    name: &str,
+    value: f64,
+    good: bool,
+    must: &'static str,
+) -> Result<f64, SimulationError> {
+    if good { Ok(value) } else { Err(SimulationError::Value { name: name.to_owned(), value, must }) }
 }
 
 /// Checks the tension of a muscle, N (2D: per metre of thickness).
 ///
 /// # Errors
-/// [`Error::Value`] for a tension that is negative or not finite.
-pub fn check_tension(muscle: &str, tension: f64) -> Result<(), Error> {
+/// [`SimulationError::Value`] for a tension that is negative or not finite.
+pub fn check_tension(muscle: &str, tension: f64) -> Result<(), SimulationError> {
     let good = tension.is_finite() && tension >= 0.0;
     let must = "finite and not negative: muscles pull, they do not push";
     checked(&format!("the tension of {muscle}"), tension, good, must).map(|_| ())

@@ -7,7 +7,7 @@ use crate::report::{ByMuscle, SimulationRecord, ValleyRecord};
 use tongue_core::observe::Observation;
 use tongue_infer::inverse::{Answer, Constant, Quantity, Status, Unknown};
 
-use super::{Assembly, Error, Shape};
+use super::{Assembly, Shape, SimulationError};
 
 /// The values of the unknowns with the best fit of the observations.
 #[derive(Debug, Clone)]
@@ -57,8 +57,8 @@ impl<const D: usize> Estimate<D> {
     /// The tension of a muscle, N (2D: per metre of thickness), fitted or given.
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`].
-    pub fn tension(&self, muscle: &str) -> Result<f64, Error> {
+    /// [`SimulationError::NoSuchMuscle`].
+    pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {
         self.shape.tension(muscle)
     }
 
@@ -71,11 +71,11 @@ impl<const D: usize> Estimate<D> {
     /// Displacement of a free bone from its place at rest, m.
     ///
     /// # Errors
-    /// [`Error::NotUnknown`] for a bone that is not free.
-    pub fn displacement(&self, bone: &str) -> Result<SVector<f64, D>, Error> {
+    /// [`SimulationError::NotUnknown`] for a bone that is not free.
+    pub fn displacement(&self, bone: &str) -> Result<SVector<f64, D>, SimulationError> {
         let what = "free the bone (InverseProblem::free_bone)";
         let number = self.bones.iter().position(|b| b == bone);
-        let number = number.ok_or_else(|| Error::NotUnknown { name: bone.to_owned(), what })?;
+        let number = number.ok_or_else(|| SimulationError::NotUnknown { name: bone.to_owned(), what })?;
         let mut shift = SVector::zeros();
         for (unknown, x) in self.unknowns.iter().zip(&self.answer.x) {
             if let Quantity::Bone { bone, axis } = unknown.quantity

@@ -12,7 +12,7 @@
 //! InverseProblem::new(&model, observations).fit() -> Estimate    tensions, displaced bones and constants
 //! that fit
 //! ```
-//! An [`Error`] is a wrong name or number, reported before anything is solved. A failure of a solve, motion
+//! An [`SimulationError`] is a wrong name or number, reported before anything is solved. A failure of a solve, motion
 //! or fit is a status of its result.
 //!
 //! # Example
@@ -53,7 +53,7 @@ mod trajectory;
 mod words;
 
 pub use assembly::{Assemble, Assembly};
-pub use error::{Error, check_tension};
+pub use error::{SimulationError, check_tension};
 pub use estimate::{Estimate, EstimateRecord};
 pub use once::{Dimension, Space};
 pub use problem::{InverseProblem, Observations};

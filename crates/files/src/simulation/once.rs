@@ -4,12 +4,12 @@
 use nalgebra::SVector;
 
 use tongue_core::body::Mesh;
-use tongue_core::dynamics::{Outcome, Tensions};
+use tongue_core::dynamics::{MotionOutcome, Tensions};
 use tongue_core::statics::{self, Settings, Solution, Trace, Workspace};
 use tongue_core::system::{Model, System, SystemError};
 use tongue_infer::inverse::{self, Answer, FitError, FreedBone, Inverse};
 
-use super::Error;
+use super::SimulationError;
 use super::samples::{Samples, follow};
 
 /// Marker of the dimensions in which bodies can be solved by name: those for which it is [`Dimension`].
@@ -44,7 +44,7 @@ pub trait Once<const D: usize> {
         tensions: Tensions,
         t_end_s: f64,
         samples: usize,
-    ) -> Result<(Outcome, Option<f64>, Samples<D>), Error>;
+    ) -> Result<(MotionOutcome, Option<f64>, Samples<D>), SimulationError>;
 }
 
 macro_rules! once {
@@ -109,7 +109,7 @@ macro_rules! once {
                 tensions: Tensions,
                 t_end_s: f64,
                 samples: usize,
-            ) -> Result<(Outcome, Option<f64>, Samples<$d>), Error> {
+            ) -> Result<(MotionOutcome, Option<f64>, Samples<$d>), SimulationError> {
                 follow(system, tensions, t_end_s, samples)
             }
         }

@@ -5,7 +5,7 @@ use tongue_infer::inverse::{FreedBone, Inverse, Prior, Quantity, Settings, Tissu
 
 use super::error::checked;
 use super::once::Once;
-use super::{Assembly, Dimension, Error, Estimate, Space};
+use super::{Assembly, Dimension, Estimate, SimulationError, Space};
 
 /// The observations of a body.
 #[derive(Debug, Clone, Default)]
@@ -71,7 +71,7 @@ where
     ///
     /// # Errors
     /// As [`Solver::equilibrium`](super::Solver::equilibrium) for names and tensions.
-    pub fn with_tension(mut self, muscle: &str, tension: f64) -> Result<Self, Error> {
+    pub fn with_tension(mut self, muscle: &str, tension: f64) -> Result<Self, SimulationError> {
         let known = self.assembly.tensions(&[(muscle, tension)])?;
         for fibre in self.assembly.fibres(muscle)? {
             self.tensions[fibre] = known[fibre];
@@ -84,7 +84,7 @@ where
     ///
     /// # Errors
     /// A name that is not among the unknowns; bounds that are not finite, not in order or negative.
-    pub fn with_bounds(mut self, muscle: &str, lower: f64, upper: f64) -> Result<Self, Error> {
+    pub fn with_bounds(mut self, muscle: &str, lower: f64, upper: f64) -> Result<Self, SimulationError> {
         let name = format!("the lower bound of {muscle}");
         checked(&name, lower, lower.is_finite() && lower >= 0.0, "finite and not negative")?;
         let good = upper.is_finite() && upper > lower;
@@ -100,7 +100,7 @@ where
     /// # Errors
     /// A name that is not among the unknowns; a mean that is not finite, a standard deviation that is not
     /// positive.
-    pub fn with_prior(mut self, muscle: &str, mean: f64, sd: f64) -> Result<Self, Error> {
+    pub fn with_prior(mut self, muscle: &str, mean: f64, sd: f64) -> Result<Self, SimulationError> {
         checked(&format!("the mean of the tension of {muscle}"), mean, mean.is_finite(), "finite")?;
         let weight = weight(muscle, sd)?;
         self.tension_of(muscle)?.prior = Some(Prior { mean, weight });
@@ -111,13 +111,13 @@ where
     /// `most` (m) in both directions of each axis.
     ///
     /// # Errors
-    /// [`Error::NoSuchBone`] with the nearest name, [`Error::Repeated`], a length that is not positive, and
-    /// [`Error::System`] if no other bone holds the body.
-    pub fn free_bone(mut self, bone: &str, most: f64) -> Result<Self, Error> {
+    /// [`SimulationError::NoSuchBone`] with the nearest name, [`SimulationError::Repeated`], a length that is not positive, and
+    /// [`SimulationError::System`] if no other bone holds the body.
+    pub fn free_bone(mut self, bone: &str, most: f64) -> Result<Self, SimulationError> {
         let nodes = self.assembly.bone(bone)?;
         checked(&format!("the most that {bone} moves"), most, most.is_finite() && most > 0.0, POSITIVE)?;
         if self.bone_names.iter().any(|name| name == bone) {
-            return Err(Error::Repeated { name: bone.to_owned() });
+            return Err(SimulationError::Repeated { name: bone.to_owned() });
         }
         let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
         let freed = <Space as Once<D>>::free(mesh, self.assembly.model(), system.contracting(), nodes)?;
@@ -135,12 +135,12 @@ where
     /// m.
     ///
     /// # Errors
-    /// [`Error::NotUnknown`] for a bone that is not free, [`Error::Value`] for a standard deviation that is
+    /// [`SimulationError::NotUnknown`] for a bone that is not free, [`SimulationError::Value`] for a standard deviation that is
     /// not positive.
-    pub fn with_bone_prior(mut self, bone: &str, sd: f64) -> Result<Self, Error> {
+    pub fn with_bone_prior(mut self, bone: &str, sd: f64) -> Result<Self, SimulationError> {
         let weight = weight(bone, sd)?;
         let freed = self.bone_names.iter().position(|name| name == bone).ok_or_else(|| {
-            Error::NotUnknown { name: bone.to_owned(), what: "free the bone first (free_bone)" }
+            SimulationError::NotUnknown { name: bone.to_owned(), what: "free the bone first (free_bone)" }
         })?;
         for unknown in &mut self.unknowns {
             if matches!(unknown.quantity, Quantity::Bone { bone, .. } if bone == freed) {
@@ -164,26 +164,29 @@ where
         self
     }
 
-    fn tension_of(&mut self, muscle: &str) -> Result<&mut Unknown, Error> {
+    fn tension_of(&mut self, muscle: &str) -> Result<&mut Unknown, SimulationError> {
         let fibre = self.assembly.pulling(muscle)?[0];
         self.unknowns.iter_mut().find(|u| u.quantity == Quantity::Tension { muscle: fibre }).ok_or_else(
-            || Error::NotUnknown { name: muscle.to_owned(), what: "its tension was given (with_tension)" },
+            || SimulationError::NotUnknown {
+                name: muscle.to_owned(),
+                what: "its tension was given (with_tension)",
+            },
         )
     }
 
     /// Searches for the best fit of the observations. The result has the same bits for any number of threads.
     ///
     /// # Errors
-    /// [`Error::Fibres`] for a muscle with an unknown tension and several fibres; [`Error::Fit`] for settings
+    /// [`SimulationError::Fibres`] for a muscle with an unknown tension and several fibres; [`SimulationError::Fit`] for settings
     /// and bounds out of range, no observations or no unknowns. Later failures are a status of the estimate.
-    pub fn fit(&self) -> Result<Estimate<D>, Error> {
+    pub fn fit(&self) -> Result<Estimate<D>, SimulationError> {
         let (assembly, system) = (&self.assembly, self.assembly.system());
         for muscle in assembly.contracting() {
             let fibres = assembly.fibres(muscle)?;
             let searched = |u: &Unknown| u.quantity == Quantity::Tension { muscle: fibres[0] };
             if fibres.len() > 1 && self.unknowns.iter().any(searched) {
                 let why = "a fit needs one line for each tension; give its tension (with_tension), or give the fibres different names";
-                return Err(Error::Fibres { muscle: muscle.to_owned(), fibres: fibres.len(), why });
+                return Err(SimulationError::Fibres { muscle: muscle.to_owned(), fibres: fibres.len(), why });
             }
         }
         let mut unknowns = self.unknowns.clone();
@@ -210,7 +213,7 @@ where
 const POSITIVE: &str = "positive and finite";
 
 /// The inverse of a standard deviation.
-fn weight(name: &str, sd: f64) -> Result<f64, Error> {
+fn weight(name: &str, sd: f64) -> Result<f64, SimulationError> {
     let what = format!("the standard deviation of {name}");
     checked(&what, sd, sd.is_finite() && sd > 0.0, POSITIVE).map(|sd| 1.0 / sd)
 }

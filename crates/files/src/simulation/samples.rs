@@ -2,12 +2,12 @@
 
 use nalgebra::SVector;
 
-use tongue_core::dynamics::{self, Control, Method, Motion, Observer, Outcome, Tensions};
+use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionOutcome, Observer, Tensions};
 use tongue_core::system::System;
 
-use super::Error;
+use super::SimulationError;
 
-/// Error allowed in a step, m.
+/// SimulationError allowed in a step, m.
 const TOLERANCE: f64 = 1e-6;
 
 /// Follows the motion of a system from rest: returns how it ended, the part of its way to equilibrium, and
@@ -17,9 +17,9 @@ pub(super) fn follow<const D: usize>(
     tensions: Tensions,
     t_end_s: f64,
     samples: usize,
-) -> Result<(Outcome, Option<f64>, Samples<D>), Error> {
+) -> Result<(MotionOutcome, Option<f64>, Samples<D>), SimulationError> {
     let motion = Motion::new(system, tensions)?;
-    let mut integrator = Method::TrBdf2.checked(&motion, Control::Adaptive(TOLERANCE))?;
+    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(TOLERANCE))?;
     let mut state = motion.at_rest();
     let start = state.positions.clone();
     let mut seen = Samples::default();

@@ -2,11 +2,13 @@
 
 use nalgebra::SVector;
 
-use crate::report::{self, AlarmRecord, BranchRecord, ReportError, Section, SimulationRecord, Svg, Vtu};
+use crate::report::{
+    self, AlarmRecord, BranchRecord, ReportError, SectionPicture, SimulationRecord, Svg, Vtu,
+};
 use tongue_core::statics::{Connection, Solution, Status, Trace};
 use tongue_infer::inverse::alarms;
 
-use super::{Assembly, Error};
+use super::{Assembly, SimulationError};
 
 /// A shape of a body under tensions, independent of the solver.
 #[derive(Debug, Clone)]
@@ -59,8 +61,8 @@ impl<const D: usize> Shape<D> {
     /// The tension of a muscle, N (2D: per metre of thickness).
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`].
-    pub fn tension(&self, muscle: &str) -> Result<f64, Error> {
+    /// [`SimulationError::NoSuchMuscle`].
+    pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {
         Ok(self.tensions[self.assembly.fibres(muscle)?[0]])
     }
 
@@ -72,20 +74,20 @@ impl<const D: usize> Shape<D> {
     /// The length of a muscle, the straight distance between its ends, m; of several fibres the mean.
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`].
-    pub fn length(&self, muscle: &str) -> Result<f64, Error> {
+    /// [`SimulationError::NoSuchMuscle`].
+    pub fn length(&self, muscle: &str) -> Result<f64, SimulationError> {
         self.mean_length(muscle, &self.positions)
     }
 
     /// The length of a muscle at rest, m.
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`].
-    pub fn rest_length(&self, muscle: &str) -> Result<f64, Error> {
+    /// [`SimulationError::NoSuchMuscle`].
+    pub fn rest_length(&self, muscle: &str) -> Result<f64, SimulationError> {
         self.mean_length(muscle, self.assembly.system().rest())
     }
 
-    fn mean_length(&self, muscle: &str, positions: &[SVector<f64, D>]) -> Result<f64, Error> {
+    fn mean_length(&self, muscle: &str, positions: &[SVector<f64, D>]) -> Result<f64, SimulationError> {
         let fibres = self.assembly.fibres(muscle)?;
         let sum: f64 = fibres.iter().map(|&m| self.assembly.system().length(positions, m)).sum();
         Ok(sum / fibres.len() as f64)
@@ -94,16 +96,16 @@ impl<const D: usize> Shape<D> {
     /// The length of a muscle over its length at rest: below 1 if it shortened.
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`].
-    pub fn stretch(&self, muscle: &str) -> Result<f64, Error> {
+    /// [`SimulationError::NoSuchMuscle`].
+    pub fn stretch(&self, muscle: &str) -> Result<f64, SimulationError> {
         Ok(self.length(muscle)? / self.rest_length(muscle)?)
     }
 
     /// The length of a muscle over another's.
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`].
-    pub fn ratio(&self, muscle: &str, over: &str) -> Result<f64, Error> {
+    /// [`SimulationError::NoSuchMuscle`].
+    pub fn ratio(&self, muscle: &str, over: &str) -> Result<f64, SimulationError> {
         Ok(self.length(muscle)? / self.length(over)?)
     }
 
@@ -145,7 +147,7 @@ impl Shape<2> {
     /// [`ReportError`] for a shape that is not finite.
     pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
         let body = self.assembly.body();
-        report::tongue(&Section {
+        report::tongue(&SectionPicture {
             mesh: &body.mesh,
             positions: &self.positions,
             tensions: &self.tensions,

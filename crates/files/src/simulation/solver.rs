@@ -6,7 +6,7 @@ use tongue_core::statics::{Settings, Workspace};
 
 use super::error::checked;
 use super::once::Once;
-use super::{Assembly, Dimension, Error, Shape, Space};
+use super::{Assembly, Dimension, Shape, SimulationError, Space};
 
 /// Solves equilibria of an [`Assembly`], one after another. It writes to its own memory, so every thread
 /// needs one.
@@ -34,7 +34,7 @@ where
     /// # Errors
     /// A name that the body does not have, that was not assembled, or that is given twice; a tension that is
     /// negative or not finite. [`Shape::is_converged`] says whether there is an equilibrium.
-    pub fn equilibrium(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, Error> {
+    pub fn equilibrium(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
         self.workspace.start_from_rest(self.assembly.system());
         Ok(self.solve(tensions))
@@ -44,12 +44,12 @@ where
     /// there are several equilibria, the result is one near that shape.
     ///
     /// # Errors
-    /// As [`Solver::equilibrium`], and [`Error::OtherBody`].
+    /// As [`Solver::equilibrium`], and [`SimulationError::OtherBody`].
     pub fn equilibrium_from(
         &mut self,
         start: &Shape<D>,
         tensions: &[(&str, f64)],
-    ) -> Result<Shape<D>, Error> {
+    ) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
         self.check_body(start)?;
         self.workspace.start_from_rest(self.assembly.system());
@@ -62,7 +62,7 @@ where
     ///
     /// # Errors
     /// As [`Solver::equilibrium`].
-    pub fn follow_from_rest(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, Error> {
+    pub fn follow_from_rest(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);
         w.start_from_rest(system);
@@ -78,8 +78,11 @@ where
     /// `None` if the shape is not a stable equilibrium.
     ///
     /// # Errors
-    /// [`Error::OtherBody`].
-    pub fn position_rates(&mut self, shape: &Shape<D>) -> Result<Option<Vec<Vec<SVector<f64, D>>>>, Error> {
+    /// [`SimulationError::OtherBody`].
+    pub fn position_rates(
+        &mut self,
+        shape: &Shape<D>,
+    ) -> Result<Option<Vec<Vec<SVector<f64, D>>>>, SimulationError> {
         self.check_body(shape)?;
         if !shape.is_converged() {
             return Ok(None);
@@ -90,16 +93,16 @@ where
         Ok(<Space as Once<D>>::rates(system, &mut self.workspace, at, &muscles))
     }
 
-    fn check_body(&self, shape: &Shape<D>) -> Result<(), Error> {
+    fn check_body(&self, shape: &Shape<D>) -> Result<(), SimulationError> {
         let (given, nodes) = (shape.positions().len(), self.workspace.positions().len());
-        if given == nodes { Ok(()) } else { Err(Error::OtherBody { given, nodes }) }
+        if given == nodes { Ok(()) } else { Err(SimulationError::OtherBody { given, nodes }) }
     }
 
     /// Displaces a bone by `shift` (m) from its place at rest in all later solves.
     ///
     /// # Errors
-    /// [`Error::NoSuchBone`] with the nearest name, [`Error::Value`] for a shift that is not finite.
-    pub fn shift_bone(&mut self, bone: &str, shift: SVector<f64, D>) -> Result<(), Error> {
+    /// [`SimulationError::NoSuchBone`] with the nearest name, [`SimulationError::Value`] for a shift that is not finite.
+    pub fn shift_bone(&mut self, bone: &str, shift: SVector<f64, D>) -> Result<(), SimulationError> {
         let nodes = self.assembly.bone(bone)?;
         for &part in shift.iter() {
             checked(&format!("the shift of {bone}"), part, part.is_finite(), "finite")?;

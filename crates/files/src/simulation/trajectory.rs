@@ -2,18 +2,18 @@
 
 use nalgebra::SVector;
 
-use tongue_core::dynamics::{Outcome, SHORTEST_S, Tensions};
+use tongue_core::dynamics::{MotionOutcome, SHORTEST_S, Tensions};
 
 use super::error::checked;
 use super::once::Once;
 use super::samples::Samples;
-use super::{Assembly, Dimension, Error, Space};
+use super::{Assembly, Dimension, SimulationError, Space};
 
 /// The motion of a body from rest, at equidistant times.
 #[derive(Debug, Clone)]
 pub struct Trajectory<const D: usize> {
     /// How it ended, and what it cost.
-    pub outcome: Outcome,
+    pub outcome: MotionOutcome,
     /// Part of the way to equilibrium that the body has moved at the end; `None` if there is no such way.
     pub part_of_way: Option<f64>,
     /// Times, s.
@@ -40,7 +40,7 @@ where
         ramp_s: f64,
         t_end_s: f64,
         samples: usize,
-    ) -> Result<Trajectory<D>, Error> {
+    ) -> Result<Trajectory<D>, SimulationError> {
         let is_time = |t: f64| t.is_finite() && t >= SHORTEST_S;
         checked("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
         checked("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
@@ -56,8 +56,8 @@ impl<const D: usize> Trajectory<D> {
     /// The length of a muscle at each of the times, m; of several fibres the mean.
     ///
     /// # Errors
-    /// [`Error::NoSuchMuscle`].
-    pub fn lengths(&self, muscle: &str) -> Result<Vec<f64>, Error> {
+    /// [`SimulationError::NoSuchMuscle`].
+    pub fn lengths(&self, muscle: &str) -> Result<Vec<f64>, SimulationError> {
         let fibres = self.assembly.fibres(muscle)?;
         let system = self.assembly.system();
         let mean =

@@ -2,7 +2,7 @@
 
 use tongue_core::body::Body;
 
-use super::{Error, check_tension};
+use super::{SimulationError, check_tension};
 
 /// A word that is not a muscle with its tension.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -36,7 +36,7 @@ pub fn read_tensions<const D: usize>(
             .map_err(|_| bad(format!("\"{value}\" is not a number; write newtons, like {name}=12")))?;
         check_tension(name, tension).map_err(|e| bad(e.to_string()))?;
         if out.iter().any(|(m, _)| *m == muscle) {
-            return Err(bad(Error::Repeated { name: name.clone() }.to_string()));
+            return Err(bad(SimulationError::Repeated { name: name.clone() }.to_string()));
         }
         out.push((muscle, tension));
     }

@@ -76,7 +76,7 @@ pub struct Refusal {
 
 /// What a selection asks for, in the order of the rows, for each the kinds in their order.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Plan {
+pub struct BatchPlan {
     /// The fits.
     pub jobs: Vec<Job>,
     /// The rows that are baselines.
@@ -88,9 +88,9 @@ pub struct Plan {
 /// Sorts the rows of `data` into fits, baselines and refusals.
 ///
 /// # Errors
-/// [`lengths::Error::UnknownSubject`] for a subject that is selected or given a baseline and has no row;
-/// [`lengths::Error::UnknownVowel`] for a selected vowel that no row is of.
-pub fn plan(data: &Dataset, selection: &Selection) -> Result<Plan, lengths::Error> {
+/// [`lengths::LengthsError::UnknownSubject`] for a subject that is selected or given a baseline and has no row;
+/// [`lengths::LengthsError::UnknownVowel`] for a selected vowel that no row is of.
+pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, lengths::LengthsError> {
     for subject in selection.subjects.iter().flatten().chain(selection.baseline_of.keys()) {
         data.vowels(subject)?;
     }
@@ -110,10 +110,10 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<Plan, lengths::Erro
                 }
             }
             let (origin, vowel) = (data.origin().to_owned(), asked.clone());
-            return Err(lengths::Error::UnknownVowel { origin, vowel, has });
+            return Err(lengths::LengthsError::UnknownVowel { origin, vowel, has });
         }
     }
-    let mut plan = Plan::default();
+    let mut plan = BatchPlan::default();
     for row in data.rows() {
         let lengths = &row.lengths;
         let (subject, vowel, line) = (&lengths.subject, &lengths.vowel, row.line);
@@ -156,7 +156,7 @@ fn baseline<'a>(
     data: &'a Dataset,
     selection: &Selection,
     subject: &str,
-) -> Result<(&'a Lengths, bool), lengths::Error> {
+) -> Result<(&'a Lengths, bool), lengths::LengthsError> {
     if let Some(vowel) = selection.baseline_of.get(subject).or(selection.baseline.as_ref()) {
         return data.baseline_vowel(subject, vowel).map(|l| (l, false));
     }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use crate::inverse::{BONE_SD_M, FreedBone};
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
-use tongue_core::observe::{Contour, Curve, Observable, Observation, Point as Place};
+use tongue_core::observe::{Contour, Curve, NodePosition as Place, Observable, Observation};
 use tongue_core::statics::{self, Connection, Response, Settings, Status, Workspace};
 use tongue_core::system::System;
 use tongue_input::measured::recording::{Seen, SeenFrame};

@@ -8,7 +8,7 @@ use tongue_core::suggest;
 pub enum TargetError {
     /// The data cannot be read, or have no such row.
     #[error(transparent)]
-    Data(#[from] lengths::Error),
+    Data(#[from] lengths::LengthsError),
     /// The name is not a vowel.
     #[error(transparent)]
     Vowel(#[from] lengths::BadLabel),

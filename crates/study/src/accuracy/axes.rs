@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::StudyError;
 use crate::table::{duration, markdown, number};
 
-use super::Study;
+use super::AccuracyStudy;
 use super::ladder::Run;
 use super::mesh::{MeshRun, order};
 use super::scene::largest_difference;
@@ -25,7 +25,7 @@ fn on<'a>(
 }
 
 /// All sections, axis by axis.
-pub(super) fn sections(study: &Study) -> Result<String, StudyError> {
+pub(super) fn sections(study: &AccuracyStudy) -> Result<String, StudyError> {
     let mut p = String::new();
     let _ = write!(
         p,
@@ -89,7 +89,7 @@ pub(super) fn mesh_verdict(runs: &[MeshRun]) -> Option<String> {
     })
 }
 
-fn meshes(p: &mut String, study: &Study) -> Result<(), StudyError> {
+fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), StudyError> {
     let runs = &study.meshes;
     let _ = write!(
         p,
@@ -117,7 +117,7 @@ fn meshes(p: &mut String, study: &Study) -> Result<(), StudyError> {
 }
 
 /// The conclusion of the comparison of finite elements with springs.
-pub(super) fn tissue_verdict(study: &Study) -> Option<String> {
+pub(super) fn tissue_verdict(study: &AccuracyStudy) -> Option<String> {
     let (scene, runs) = (SCENES[0].0, &study.meshes);
     let h = runs.iter().map(|r| r.h_mm).find(|h| *h <= 5.5).or(runs.last().map(|r| r.h_mm))?;
     let at = |tissue| on(runs, scene, tissue).find(|r| r.h_mm == h);
@@ -141,7 +141,7 @@ pub(super) fn tissue_verdict(study: &Study) -> Option<String> {
     ))
 }
 
-fn tissues(p: &mut String, study: &Study) -> Result<(), StudyError> {
+fn tissues(p: &mut String, study: &AccuracyStudy) -> Result<(), StudyError> {
     let left_out = [
         "unknown_nodes",
         "triangles",

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::{Pulled, StudyError};
-use tongue_core::dynamics::{Control, Method};
+use tongue_core::dynamics::{Control, IntegrationMethod};
 
 use super::ladder::Effort;
 use super::march::march;
@@ -39,7 +39,7 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<Vec<Stopped>, StudyErro
     let (reference, _) = scene.reference()?;
     let motion = scene.motion()?;
     let whole = Effort { longest_run_s: f64::INFINITY, ..*effort };
-    let marched = march(&motion, Method::TrBdf2, Control::Adaptive(TOLERANCE), &TIMES, &whole);
+    let marched = march(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), &TIMES, &whole);
     if let Some(why) = marched.missing {
         return Err(StudyError::Trajectory(why.words()));
     }

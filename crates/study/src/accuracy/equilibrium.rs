@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use crate::{Pulled, StudyError};
-use tongue_core::dynamics::{Control, Counts, Method, Motion};
+use tongue_core::dynamics::{Control, IntegrationMethod, Motion, StepCounts};
 use tongue_core::statics::Workspace;
 
 use super::ladder::{Effort, Ended, Run, measure};
@@ -30,7 +30,7 @@ const PARTS: [f64; 3] = [2.0, 0.99, 0.01];
 const MOST_ITERATIONS: u64 = 200_000;
 
 /// Positions, their cost, and the reason if the search stopped before its tolerance.
-type Answer = (Vec<SVector<f64, 2>>, Counts, Option<String>);
+type Answer = (Vec<SVector<f64, 2>>, StepCounts, Option<String>);
 /// A method: its name, the name of its tolerance, and a function that runs it with a tolerance, N.
 type Way<'a> = (&'a str, &'a str, &'a mut dyn FnMut(f64) -> Answer);
 
@@ -42,11 +42,11 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyE
     let (reference, residual) = scene.reference()?;
     let (system, tensions) = (&scene.system, &scene.tensions);
     let mut workspace = Workspace::new(system);
-    let cost = |steps, force_evaluations, factorisations| Counts {
+    let cost = |steps, force_evaluations, factorisations| StepCounts {
         steps,
         force_evaluations,
         factorisations,
-        ..Counts::default()
+        ..StepCounts::default()
     };
     let mut newton = |tolerance| -> Answer {
         let s = scene.solve(&mut workspace, tolerance);
@@ -79,7 +79,7 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyE
         }
     }
     let motion = scene.motion()?;
-    for method in Method::ALL {
+    for method in IntegrationMethod::ALL {
         for control in rungs(method, &motion, (&STEP_TOLERANCES, &PARTS, &IMPLICIT_STEPS)) {
             runs.extend(to_rest(scene, &motion, (method, control), &reference, effort));
         }
@@ -90,7 +90,7 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyE
 fn to_rest(
     scene: &Pulled,
     motion: &Motion<'_, 2>,
-    (method, control): (Method, Control),
+    (method, control): (IntegrationMethod, Control),
     reference: &[SVector<f64, 2>],
     effort: &Effort,
 ) -> Vec<Run> {

@@ -1,11 +1,11 @@
 //! Files of the study: a table for each axis, and the diagrams.
 
 use crate::StudyError;
-use tongue_files::report::{Curve, Export, Rows, work_precision};
+use tongue_files::report::{Export, PrecisionCurve, Rows, work_precision};
 use tongue_infer::inverse::{Method, Settings};
 use tongue_input::measured::TargetKind;
 
-use super::Study;
+use super::AccuracyStudy;
 use super::ladder::Run;
 use super::mesh::MeshRun;
 use super::search::FitRun;
@@ -18,7 +18,7 @@ pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 ///
 /// # Errors
 /// [`StudyError::Report`] if a diagram cannot be drawn; not expected.
-pub fn files(study: &Study) -> Result<Files<'_>, StudyError> {
+pub fn files(study: &AccuracyStudy) -> Result<Files<'_>, StudyError> {
     let time = "time, s (median)";
     let error = "largest position error, mm";
     let equilibrium = work_precision("To equilibrium", time, error, &best_curves(&study.equilibrium))?;
@@ -49,13 +49,13 @@ pub fn files(study: &Study) -> Result<Files<'_>, StudyError> {
 }
 
 /// For every method the runs that no other run of it beats in both time and error.
-fn best_curves(runs: &[Run]) -> Vec<Curve> {
-    let mut curves: Vec<Curve> = Vec::new();
+fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
+    let mut curves: Vec<PrecisionCurve> = Vec::new();
     for run in runs {
         let Some(point) = run.point() else { continue };
         match curves.iter_mut().find(|c| c.name == run.method) {
             Some(curve) => curve.points.push(point),
-            None => curves.push(Curve { name: run.method.clone(), points: vec![point] }),
+            None => curves.push(PrecisionCurve { name: run.method.clone(), points: vec![point] }),
         }
     }
     for curve in &mut curves {
@@ -71,8 +71,8 @@ fn best_curves(runs: &[Run]) -> Vec<Curve> {
     curves
 }
 
-fn mesh_curves(runs: &[MeshRun]) -> Vec<Curve> {
-    let curve = |tissue: &&str| Curve {
+fn mesh_curves(runs: &[MeshRun]) -> Vec<PrecisionCurve> {
+    let curve = |tissue: &&str| PrecisionCurve {
         name: (*tissue).to_owned(),
         points: runs
             .iter()
@@ -83,7 +83,7 @@ fn mesh_curves(runs: &[MeshRun]) -> Vec<Curve> {
     TISSUES.iter().map(curve).collect()
 }
 
-fn fit_curves(runs: &[FitRun]) -> Vec<Curve> {
+fn fit_curves(runs: &[FitRun]) -> Vec<PrecisionCurve> {
     let mut curves = Vec::new();
     for kind in [TargetKind::Stretch, TargetKind::Ratio] {
         for (method, warm, name) in [
@@ -97,7 +97,7 @@ fn fit_curves(runs: &[FitRun]) -> Vec<Curve> {
                 .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, starts));
             let mut points: Vec<(f64, f64)> = ladder.map(|r| (r.seconds, r.error_n)).collect();
             points.sort_by(|a, b| b.1.total_cmp(&a.1));
-            curves.push(Curve { name: format!("{name}, {}", kind.name()), points });
+            curves.push(PrecisionCurve { name: format!("{name}, {}", kind.name()), points });
         }
     }
     curves

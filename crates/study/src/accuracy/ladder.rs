@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Serialize, Serializer};
 
-use tongue_core::dynamics::Counts;
+use tongue_core::dynamics::StepCounts;
 
 /// Effort of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,7 +123,7 @@ impl Run {
 
     /// Sets the errors (of a position, mm, and of a ratio), the median time, s, the number of repeats, and
     /// the cost.
-    pub fn measured(self, errors: (f64, f64), (seconds, repeats): (f64, usize), counts: Counts) -> Self {
+    pub fn measured(self, errors: (f64, f64), (seconds, repeats): (f64, usize), counts: StepCounts) -> Self {
         Self {
             error_mm: Some(errors.0),
             ratio_error: Some(errors.1),

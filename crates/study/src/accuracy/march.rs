@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use nalgebra::SVector;
 
-use tongue_core::dynamics::{self, Control, Counts, Method, Motion, Status};
+use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, StepCounts};
 
 use super::ladder::{Effort, Ended, median};
 use crate::table::duration;
@@ -22,7 +22,7 @@ pub struct Stop {
     /// Median wall-clock time from the start, s.
     pub seconds: f64,
     /// Cost up to this time.
-    pub counts: Counts,
+    pub counts: StepCounts,
 }
 
 /// Result of a trajectory.
@@ -40,7 +40,7 @@ pub struct Marched {
 /// An explicit method that needs more is stopped, with an estimate of its time.
 pub fn march(
     motion: &Motion<'_, 2>,
-    method: Method,
+    method: IntegrationMethod,
     control: Control,
     times: &[f64],
     effort: &Effort,
@@ -77,7 +77,7 @@ pub fn words(control: Control) -> String {
 /// Settings of a method: tolerances, m, if it has error control; parts of its stability limit if it has one;
 /// else steps, s.
 pub fn rungs(
-    method: Method,
+    method: IntegrationMethod,
     motion: &Motion<'_, 2>,
     (tolerances, parts, steps): (&[f64], &[f64], &[f64]),
 ) -> Vec<Control> {
@@ -88,14 +88,20 @@ pub fn rungs(
     }
 }
 
-fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64], effort: &Effort) -> Marched {
+fn once(
+    motion: &Motion<'_, 2>,
+    method: IntegrationMethod,
+    control: Control,
+    times: &[f64],
+    effort: &Effort,
+) -> Marched {
     let mut marched = Marched { stops: Vec::new(), repeats: 1, missing: None };
     let mut integrator = match method.integrator(motion, control) {
         Ok(integrator) => integrator,
         Err(error) => return Marched { missing: Some(Ended::Refused(error.to_string())), ..marched },
     };
     let mut state = motion.at_rest();
-    let mut counts = Counts::default();
+    let mut counts = StepCounts::default();
     if let Control::Fixed(dt) = control {
         let end = times.last().copied().unwrap_or(0.0);
         let steps = end / dt;
@@ -126,7 +132,7 @@ fn once(motion: &Motion<'_, 2>, method: Method, control: Control, times: &[f64],
         counts.rejected += outcome.counts.rejected;
         counts.force_evaluations += outcome.counts.force_evaluations;
         counts.factorisations += outcome.counts.factorisations;
-        if outcome.status != Status::Completed {
+        if outcome.status != MotionStatus::Completed {
             let why = format!("{:?} at t = {:.3} s", outcome.status, outcome.time_s);
             marched.missing = Some(Ended::Failed(why));
             return marched;

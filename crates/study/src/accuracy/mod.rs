@@ -37,7 +37,7 @@ pub use page::{Circumstances, page};
 
 /// All measurements.
 #[derive(Debug, Clone)]
-pub struct Study {
+pub struct AccuracyStudy {
     /// Axis 1.
     pub equilibrium: Vec<ladder::Run>,
     /// Residual force at the reference of axis 1, N.
@@ -62,7 +62,7 @@ pub struct Study {
 ///
 /// # Errors
 /// [`StudyError`] if a reference cannot be computed. An error of a single run is a row.
-pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Study, StudyError> {
+pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<AccuracyStudy, StudyError> {
     let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
     let body = Body::tongue(spacing)?.mesh;
     let scene = Pulled::new(&body, &Model::default(), &PUBLISHED_A)?;
@@ -76,7 +76,7 @@ pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Study, Stu
     let (trajectory, reference_doubt_mm) = trajectory::ladder(&scene, effort)?;
     progress("axis 1, to equilibrium");
     let (equilibrium, reference_residual_n) = equilibrium::ladder(&scene, effort)?;
-    Ok(Study {
+    Ok(AccuracyStudy {
         equilibrium,
         reference_residual_n,
         trajectory,

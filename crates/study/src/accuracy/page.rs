@@ -8,7 +8,7 @@ use tongue_core::dynamics;
 use tongue_infer::inverse::{Method, Settings};
 use tongue_input::measured::TargetKind;
 
-use super::Study;
+use super::AccuracyStudy;
 use super::axes::{mesh_verdict, sections, tissue_verdict};
 use super::equilibrium::NEWTON;
 use super::ladder::{Run, fastest_within, fastest_within_ratio};
@@ -30,7 +30,7 @@ const ONE_PER_CENT: f64 = 0.01;
 ///
 /// # Errors
 /// [`StudyError::Csv`] if a table cannot be written; not expected.
-pub fn page(study: &Study, made: &Circumstances) -> Result<String, StudyError> {
+pub fn page(study: &AccuracyStudy, made: &Circumstances) -> Result<String, StudyError> {
     let mut p = format!(
         "# What accuracy costs in time\n\n\
          Made by `{}` on {}. Every figure on this page is filled in from the measurements of that run; the tables behind it \
@@ -63,14 +63,14 @@ fn of<'a>(runs: &'a [Run], methods: &[&str]) -> impl Iterator<Item = &'a Run> + 
 }
 
 fn integrators() -> [&'static str; 5] {
-    dynamics::Method::ALL.map(dynamics::Method::name)
+    dynamics::IntegrationMethod::ALL.map(dynamics::IntegrationMethod::name)
 }
 
-fn stretch_fits(study: &Study, method: Method) -> impl Iterator<Item = &FitRun> {
+fn stretch_fits(study: &AccuracyStudy, method: Method) -> impl Iterator<Item = &FitRun> {
     study.fits.iter().filter(move |r| r.method == method && r.target == TargetKind::Stretch)
 }
 
-fn conclusions(p: &mut String, study: &Study) {
+fn conclusions(p: &mut String, study: &AccuracyStudy) {
     let _ = writeln!(p, "## In short\n");
     if let Some(r) = fastest_within_ratio(&study.equilibrium, ONE_PER_CENT) {
         let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", told(r));
@@ -129,7 +129,7 @@ fn conclusions(p: &mut String, study: &Study) {
     p.push('\n');
 }
 
-fn goals(p: &mut String, study: &Study) {
+fn goals(p: &mut String, study: &AccuracyStudy) {
     let _ = writeln!(p, "## The goals, and what was measured\n\n| goal | measured | met |\n|---|---|---|");
     let mut goal = |what: &str, measured: String, met: Option<bool>| {
         let met = met.map_or("not measured", |met| if met { "yes" } else { "**no**" });

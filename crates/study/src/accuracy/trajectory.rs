@@ -1,7 +1,7 @@
 //! Axis 2: the trajectory to t = 3 s, where the thesis stops.
 
 use crate::{Pulled, StudyError};
-use tongue_core::dynamics::{Control, Method};
+use tongue_core::dynamics::{Control, IntegrationMethod};
 
 use super::ladder::{Effort, Ended, Run};
 use super::march::{Marched, Stop, march, rungs, words};
@@ -27,13 +27,13 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyE
     let motion = scene.motion()?;
     let once = Effort { repeats: 1, longest_run_s: f64::INFINITY, ..*effort };
     let [reference, check] =
-        REFERENCE.map(|t| march(&motion, Method::TrBdf2, Control::Adaptive(t), &TIMES, &once));
+        REFERENCE.map(|t| march(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(t), &TIMES, &once));
     if let Some(why) = reference.missing.or(check.missing) {
         return Err(StudyError::Trajectory(why.words()));
     }
     let (doubt, _) = along(scene, &check.stops, &reference.stops);
     let mut runs = Vec::new();
-    for method in Method::ALL {
+    for method in IntegrationMethod::ALL {
         for control in rungs(method, &motion, (&STEP_TOLERANCES, &PARTS, &IMPLICIT_STEPS)) {
             let Marched { stops, repeats, missing } = march(&motion, method, control, &TIMES, effort);
             let run = Run::new(method.name(), words(control));

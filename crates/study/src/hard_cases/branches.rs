@@ -6,14 +6,14 @@ use tongue_core::body::Mesh;
 use tongue_core::statics::{CriticalKind, Settings, Status, Trace, Workspace, smallest_eigenvalue, trace};
 use tongue_core::system::{Model, System, coefficients};
 
-use super::{Row, StudyError, bodies, name_of};
+use super::{HardCase, StudyError, bodies, name_of};
 
 const STEPS: usize = 20;
 /// Relative tolerance of the critical load against the exact one.
 const AGREEMENT: f64 = 1e-6;
 
 /// A strut that buckles and a truss that snaps through, below and above their critical loads.
-pub(super) fn two_equilibria() -> Result<Vec<Row>, StudyError> {
+pub(super) fn two_equilibria() -> Result<Vec<HardCase>, StudyError> {
     let (strut, truss) = (bodies::strut(0.02, 0.3, 11), bodies::truss(0.02, 0.01, 0.03, 40));
     let k = coefficients(&strut, &Model::default()).map_err(tongue_core::system::SystemError::from)?;
     let k = k.tissue_stiffness;
@@ -39,13 +39,13 @@ pub(super) fn two_equilibria() -> Result<Vec<Row>, StudyError> {
                 None => (part < 1.0, "on the branch from rest".to_owned()),
             };
             let other = if found.another { "another equilibrium exists" } else { "no other equilibrium met" };
-            rows.push(Row { kept: row.kept && agrees, ..row }.also(&note).also(other));
+            rows.push(HardCase { kept: row.kept && agrees, ..row }.also(&note).also(other));
         }
     }
     Ok(rows)
 }
 
-fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), StudyError> {
+fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), StudyError> {
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
@@ -54,7 +54,7 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), Study
     let smallest_eigenvalue = smallest_eigenvalue(&system, &mut workspace);
     let s = found.solution;
     let converged = s.status == Status::Converged;
-    let row = Row {
+    let row = HardCase {
         converged,
         kept: converged,
         iterations: s.iterations,
@@ -62,7 +62,7 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, Row), Study
         smallest_eigenvalue_n_per_m: smallest_eigenvalue,
         guarded: s.guarded,
         wall_s,
-        ..Row::new(9, variant, "trace", name_of(&s.status))
+        ..HardCase::new(9, variant, "trace", name_of(&s.status))
     };
     Ok((found, row))
 }

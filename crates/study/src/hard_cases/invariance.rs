@@ -13,14 +13,14 @@ use tongue_infer::inverse::{self, Settings};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 use super::search::of_fit;
-use super::{Row, StudyError, bodies, equilibrium_row};
+use super::{HardCase, StudyError, bodies, equilibrium_row};
 
 /// Tolerance of the agreement of answers, m.
 pub(super) const SAME: f64 = 1e-9;
 
 /// Solves the published load on the tongue renumbered, mirrored, turned and moved, and fits on 1, 2 and 4
 /// threads.
-pub(super) fn same_answers() -> Result<Vec<Row>, StudyError> {
+pub(super) fn same_answers() -> Result<Vec<HardCase>, StudyError> {
     let mesh = tongue()?;
     let (_, reference) = published("as it is".to_owned(), &mesh)?;
     let mut rows = Vec::new();
@@ -50,19 +50,20 @@ pub(super) fn same_answers() -> Result<Vec<Row>, StudyError> {
 
 type Shape = Vec<SVector<f64, 2>>;
 
-fn published(variant: String, mesh: &Mesh<2>) -> Result<(Row, Shape), StudyError> {
+fn published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, Shape), StudyError> {
     let Pulled { system, tensions, .. } = Pulled::new(mesh, &Model::default(), &PUBLISHED_A)?;
     let mut workspace = Workspace::new(&system);
     let (_, row) = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
     Ok((row, workspace.positions().to_vec()))
 }
 
-fn compared(row: Row, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -> Row {
+fn compared(row: HardCase, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -> HardCase {
     let apart = largest_distance(shape, expected);
-    Row { kept: row.kept && row.converged && apart <= SAME, ..row }.also(&format!("differs by {apart:.1e} m"))
+    HardCase { kept: row.kept && row.converged && apart <= SAME, ..row }
+        .also(&format!("differs by {apart:.1e} m"))
 }
 
-fn threads(mesh: &Mesh<2>) -> Result<Vec<Row>, StudyError> {
+fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, StudyError> {
     let data = Dataset::reference()?;
     let target =
         Target::new(&data, "S2", &"a".parse::<Vowel>()?, TargetKind::Ratio, &TargetOptions::default())?;

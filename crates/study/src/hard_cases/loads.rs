@@ -5,14 +5,14 @@ use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
 use tongue_core::statics::{Settings, Workspace, trace};
 use tongue_core::system::{Model, OutsidePath, System, TissueModel};
 
-use super::{Extent, Row, StudyError, equilibrium_row, name_of};
+use super::{HardCase, HowMany, StudyError, equilibrium_row, name_of};
 
 /// Number of equal steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
 
 /// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N, all of them or every 16th. Each is solved
 /// directly and along the branch from rest.
-pub(super) fn subsets(extent: Extent) -> Result<Vec<Row>, StudyError> {
+pub(super) fn subsets(extent: HowMany) -> Result<Vec<HardCase>, StudyError> {
     subsets_of(2, &tongue()?, &Model::default(), f64::INFINITY, extent)
 }
 
@@ -23,7 +23,7 @@ const CONTINUUM_M: f64 = 8e-3;
 const FOLLOWED_N: f64 = 100.0;
 
 /// Case 11: subsets of the muscles of a continuum.
-pub(super) fn subsets_of_continuum(extent: Extent) -> Result<Vec<Row>, StudyError> {
+pub(super) fn subsets_of_continuum(extent: HowMany) -> Result<Vec<HardCase>, StudyError> {
     let body = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?;
     let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
     subsets_of(11, &body.mesh, &model, FOLLOWED_N, extent)
@@ -34,11 +34,11 @@ fn subsets_of(
     mesh: &Mesh<2>,
     model: &Model,
     followed_n: f64,
-    extent: Extent,
-) -> Result<Vec<Row>, StudyError> {
+    extent: HowMany,
+) -> Result<Vec<HardCase>, StudyError> {
     let names = mesh.muscle_names();
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
-    let stride = if extent == Extent::Full { 1 } else { 16 };
+    let stride = if extent == HowMany::Full { 1 } else { 16 };
     let mut rows = Vec::new();
     // In reverse order, so that the set of all muscles is included.
     for set in (1..1u32 << all.len()).rev().step_by(stride) {
@@ -63,12 +63,17 @@ fn all_at(mesh: &Mesh<2>, model: &Model, muscles: &[&str], load: f64) -> Result<
 }
 
 /// Follows the branch from rest to the load of a row whose answer is in the workspace, and compares the two.
-fn beside_branch(row: Row, system: &System<2>, workspace: &mut Workspace<2>, tensions: &[f64]) -> Row {
+fn beside_branch(
+    row: HardCase,
+    system: &System<2>,
+    workspace: &mut Workspace<2>,
+    tensions: &[f64],
+) -> HardCase {
     let direct = workspace.positions().to_vec();
     let found = trace(system, workspace, tensions, &Settings::default(), TRACE_STEPS);
     let ends_at = found.critical.map(|c| c.load).or(found.stopped).unwrap_or(1.0);
     let apart = largest_distance(&direct, workspace.positions());
-    let row = Row { branch_ends_at: Some(ends_at), apart_from_branch_m: Some(apart), ..row };
+    let row = HardCase { branch_ends_at: Some(ends_at), apart_from_branch_m: Some(apart), ..row };
     if row.is_on_branch() {
         return row;
     }
@@ -80,7 +85,7 @@ fn beside_branch(row: Row, system: &System<2>, workspace: &mut Workspace<2>, ten
 }
 
 /// Case 4: SGp and HGp passive and active, alone and with others, as straight paths and as chains.
-pub(super) fn folding_chains() -> Result<Vec<Row>, StudyError> {
+pub(super) fn folding_chains() -> Result<Vec<HardCase>, StudyError> {
     let mesh = tongue()?;
     let names = mesh.muscle_names();
     let all: Vec<&str> = names.iter().map(String::as_str).collect();

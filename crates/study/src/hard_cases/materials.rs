@@ -9,11 +9,11 @@ use tongue_core::material::Constants;
 use tongue_core::statics::Workspace;
 use tongue_core::system::{Model, System, SystemError, TissueModel, coefficients};
 
-use super::{Row, StudyError, equilibrium_row};
+use super::{HardCase, StudyError, equilibrium_row};
 
 /// Solves at the published tensions with Poisson's ratio up to 0.4999999, kappa_s from zero to a million
 /// times the identified one, and stiffnesses of neighbours that differ by a factor of up to a million.
-pub(super) fn extremes() -> Result<Vec<Row>, StudyError> {
+pub(super) fn extremes() -> Result<Vec<HardCase>, StudyError> {
     let mesh = tongue()?;
     let mut rows = Vec::new();
     let mut solved = |variant: String, system: &System<2>, tensions: &[f64]| {
@@ -43,7 +43,7 @@ pub(super) fn extremes() -> Result<Vec<Row>, StudyError> {
     }
     for nu in [0.0, 0.5] {
         let refused = Pulled::new(&mesh, &of(nu), &PUBLISHED_A).err().map(|e| e.to_string());
-        rows.push(Row::refusal(3, &format!("nu = {nu}"), "system", refused));
+        rows.push(HardCase::refusal(3, &format!("nu = {nu}"), "system", refused));
     }
     Ok(rows)
 }

@@ -8,11 +8,11 @@ use tongue_core::body::{Cells, Mesh};
 use tongue_core::statics::Workspace;
 use tongue_core::system::{Model, System, SystemError};
 
-use super::{Extent, Row, StudyError, bodies, equilibrium_row};
+use super::{HardCase, HowMany, StudyError, bodies, equilibrium_row};
 
 /// Slivers are solved, invalid meshes are refused with a reason, and 50 000 nodes are solved (in a sample:
 /// 5000).
-pub(super) fn broken_and_large(extent: Extent) -> Result<Vec<Row>, StudyError> {
+pub(super) fn broken_and_large(extent: HowMany) -> Result<Vec<HardCase>, StudyError> {
     let good = bodies::lattice(8, 6, 5e-3);
     let mut rows = Vec::new();
     for flatness in [1e-1, 1e-3, 1e-6] {
@@ -48,15 +48,15 @@ pub(super) fn broken_and_large(extent: Extent) -> Result<Vec<Row>, StudyError> {
         let mut mesh = good.clone();
         spoil(&mut mesh);
         let refused = System::new(&mesh, &Model::default(), &[0]).err();
-        rows.push(Row::refusal(5, name, "system", refused.map(|e| e.to_string())));
+        rows.push(HardCase::refusal(5, name, "system", refused.map(|e| e.to_string())));
     }
-    let side = if extent == Extent::Full { 224 } else { 71 };
+    let side = if extent == HowMany::Full { 224 } else { 71 };
     let mesh = bodies::lattice(side, side, 0.05 / side as f64);
     rows.push(solved(format!("{} nodes", side * side), &mesh, 0.05)?);
     Ok(rows)
 }
 
-fn solved(variant: String, mesh: &Mesh<2>, load: f64) -> Result<Row, SystemError> {
+fn solved(variant: String, mesh: &Mesh<2>, load: f64) -> Result<HardCase, SystemError> {
     let clock = Instant::now();
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);

@@ -2,7 +2,7 @@
 //!
 //! The promise under test: for any valid mesh, finite tensions and materials in range, a solve ends in a
 //! stable equilibrium or in a status that says what happened and at which load; never in a NaN, a panic, a
-//! hang, or an inverted cell that is not reported. [`Row::kept`] says whether the promise was kept; a solve
+//! hang, or an inverted cell that is not reported. [`HardCase::kept`] says whether the promise was kept; a solve
 //! that did not converge can still keep it.
 
 pub mod bodies;
@@ -27,7 +27,7 @@ pub use table::markdown;
 
 /// Which variants of the cases are run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Extent {
+pub enum HowMany {
     /// A sample, which takes seconds.
     Sample,
     /// All variants: every subset of muscles, the mesh of 50 000 nodes.
@@ -36,7 +36,7 @@ pub enum Extent {
 
 /// Result of one solver in one variant of a case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct HardCase {
     /// Number of the case.
     pub case: u8,
     /// Name of the variant.
@@ -71,7 +71,7 @@ pub struct Row {
     pub note: String,
 }
 
-impl Row {
+impl HardCase {
     fn new(case: u8, variant: impl Into<String>, solver: &'static str, status: impl Into<String>) -> Self {
         Self {
             case,
@@ -126,7 +126,7 @@ pub const CASES: [u8; 11] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
 ///
 /// # Errors
 /// [`StudyError`] if a case cannot begin.
-pub fn run(case: u8, extent: Extent) -> Result<Vec<Row>, StudyError> {
+pub fn run(case: u8, extent: HowMany) -> Result<Vec<HardCase>, StudyError> {
     match case {
         1 => motion::printed_table(),
         2 => loads::subsets(extent),
@@ -150,7 +150,7 @@ fn equilibrium_row<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-) -> (Solution, Row) {
+) -> (Solution, HardCase) {
     workspace.start_from_rest(system);
     let clock = Instant::now();
     let solution = solve(system, workspace, tensions, &Settings { certify: true, ..Settings::default() });
@@ -161,7 +161,7 @@ fn equilibrium_row<const D: usize>(
     let finite = workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite()));
     let stable = matches!(solution.stability, Stability::Stable | Stability::Neutral);
     let converged = solution.status == Status::Converged && stable;
-    let row = Row {
+    let row = HardCase {
         converged,
         // An inverted cell is reported by the status; no other state may contain one.
         kept: finite
@@ -174,7 +174,7 @@ fn equilibrium_row<const D: usize>(
         guarded: solution.guarded,
         wall_s,
         note: note_of(&solution),
-        ..Row::new(case, variant, "equilibrium", name_of(&solution.status))
+        ..HardCase::new(case, variant, "equilibrium", name_of(&solution.status))
     };
     (solution, row)
 }

@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use crate::pulled::{PUBLISHED_A, Pulled, tongue};
 use tongue_core::body::largest_distance;
-use tongue_core::dynamics::{self, Control, Method, Motion, Status, Tensions};
+use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, Tensions};
 use tongue_core::material::{Constants, Preset};
 use tongue_core::statics::{Settings, Workspace, solve};
 use tongue_core::system::Model;
 
-use super::{Extent, Row, StudyError, name_of};
+use super::{HardCase, HowMany, StudyError, name_of};
 
 /// The thesis's step, s (table 4.2).
 const PRINTED_STEP: f64 = 5.0e-6;
@@ -28,7 +28,7 @@ const FEW: f64 = 200.0;
 /// Case 1: table 4.2 as printed, and every single misprint of it. Explicit methods must refuse the step and
 /// name the limit, or run. If the check is skipped, they must stop at the first sign of growth. Implicit
 /// methods must run.
-pub(super) fn printed_table() -> Result<Vec<Row>, StudyError> {
+pub(super) fn printed_table() -> Result<Vec<HardCase>, StudyError> {
     let weak = Constants { viscosity: 3.0e-3, ..Constants::TONGUE };
     let models = [
         ("kappa_s 1.46e3 (printed)", Model { preset: Preset::AsPrinted, ..Model::default() }),
@@ -41,40 +41,54 @@ pub(super) fn printed_table() -> Result<Vec<Row>, StudyError> {
         for (mass_name, mass) in MASSES {
             let motion = Motion::with_mass(&body.system, Tensions::Constant(body.tensions.clone()), mass)?;
             let name = format!("{mass_name}, {kappa}, dt 5e-6 s");
-            for method in Method::ALL.into_iter().filter(|m| m.is_explicit()) {
+            for method in IntegrationMethod::ALL.into_iter().filter(|m| m.is_explicit()) {
                 rows.push(explicit(&name, &motion, method)?);
             }
             let short = FEW * PRINTED_STEP;
-            rows.push(run(1, &name, &motion, Method::BackwardEuler, Control::Fixed(PRINTED_STEP), short)?);
+            rows.push(run(
+                1,
+                &name,
+                &motion,
+                IntegrationMethod::BackwardEuler,
+                Control::Fixed(PRINTED_STEP),
+                short,
+            )?);
             let adaptive = format!("{mass_name}, {kappa}, adaptive to {PRINTED_END} s");
-            rows.push(run(1, &adaptive, &motion, Method::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
+            rows.push(run(
+                1,
+                &adaptive,
+                &motion,
+                IntegrationMethod::TrBdf2,
+                Control::Adaptive(TOLERANCE),
+                PRINTED_END,
+            )?);
         }
     }
     Ok(rows)
 }
 
 /// If the step is refused, also runs it unchecked: that run must stop with a status.
-fn explicit(name: &str, motion: &Motion<'_, 2>, method: Method) -> Result<Row, StudyError> {
+fn explicit(name: &str, motion: &Motion<'_, 2>, method: IntegrationMethod) -> Result<HardCase, StudyError> {
     let control = Control::Fixed(PRINTED_STEP);
     let end = 20.0 * FEW * PRINTED_STEP;
     match method.checked(motion, control) {
         Ok(_) => run(1, name, motion, method, control, end),
         Err(error) => {
             let unchecked = run(1, name, motion, method, control, end)?;
-            let row = Row::refusal(1, name, method.name(), Some(error.to_string()));
+            let row = HardCase::refusal(1, name, method.name(), Some(error.to_string()));
             let note = format!("{}; run all the same: {} at {}", row.note, unchecked.status, unchecked.note);
-            Ok(Row { kept: unchecked.status != "completed", note, ..row })
+            Ok(HardCase { kept: unchecked.status != "completed", note, ..row })
         }
     }
 }
 
 /// Case 8: implicit steps from a microsecond to a hundred seconds, many explicit steps, a sudden 300 N.
-pub(super) fn steps(extent: Extent) -> Result<Vec<Row>, StudyError> {
+pub(super) fn steps(extent: HowMany) -> Result<Vec<HardCase>, StudyError> {
     let mesh = tongue()?;
     let body = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     let motion = body.motion()?;
     let mut rows = Vec::new();
-    for method in [Method::BackwardEuler, Method::TrBdf2] {
+    for method in [IntegrationMethod::BackwardEuler, IntegrationMethod::TrBdf2] {
         for dt in [1e-6, 1e-4, 1e-2, 1.0, 100.0] {
             let name = format!("20 steps of {dt:e} s");
             rows.push(run(8, &name, &motion, method, Control::Fixed(dt), 20.0 * dt)?);
@@ -83,14 +97,19 @@ pub(super) fn steps(extent: Extent) -> Result<Vec<Row>, StudyError> {
     let sudden = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A.map(|(m, _)| (m, 300.0)))?;
     let suddenly = sudden.motion()?;
     let name = "300 N at once, adaptive to 3 s";
-    rows.push(run(8, name, &suddenly, Method::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
-    let count = if extent == Extent::Full { 1_000_000 } else { 10_000 };
-    if let Some(limit) = Method::Verlet.step_limit(&motion) {
+    rows.push(run(8, name, &suddenly, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
+    let count = if extent == HowMany::Full { 1_000_000 } else { 10_000 };
+    if let Some(limit) = IntegrationMethod::Verlet.step_limit(&motion) {
         let dt = 0.5 * limit;
         let name = format!("{count} steps of half the stability limit, {dt:.2e} s");
         let end = f64::from(count) * dt;
-        let mut row = run(8, &name, &motion, Method::Verlet, Control::Fixed(dt), end)?;
-        let drift = difference(&motion, (Method::Verlet, dt), (Method::TrBdf2, end / 400.0), end)?;
+        let mut row = run(8, &name, &motion, IntegrationMethod::Verlet, Control::Fixed(dt), end)?;
+        let drift = difference(
+            &motion,
+            (IntegrationMethod::Verlet, dt),
+            (IntegrationMethod::TrBdf2, end / 400.0),
+            end,
+        )?;
         row.note += &format!(", {drift:.1e} m from tr-bdf2");
         row.kept &= row.converged && drift < DRIFT;
         rows.push(row);
@@ -104,10 +123,10 @@ fn run(
     case: u8,
     variant: &str,
     motion: &Motion<'_, 2>,
-    method: Method,
+    method: IntegrationMethod,
     control: Control,
     end: f64,
-) -> Result<Row, StudyError> {
+) -> Result<HardCase, StudyError> {
     let clock = Instant::now();
     let mut integrator = method.integrator(motion, control)?;
     let mut state = motion.at_rest();
@@ -115,7 +134,7 @@ fn run(
     let wall_s = clock.elapsed().as_secs_f64();
     let (smallest, _) = motion.system().cell_ratios(&state.positions);
     let finite = state.positions.iter().flatten().all(|x| x.is_finite());
-    let completed = outcome.status == Status::Completed;
+    let completed = outcome.status == MotionStatus::Completed;
     let mut note = format!("{:.2e} s", outcome.time_s);
     if outcome.counts.damped > 0 {
         note += &format!(", {} steps by backward Euler", outcome.counts.damped);
@@ -123,22 +142,22 @@ fn run(
     if let Some(apart) = distance_to_equilibrium(motion, &state.positions).filter(|_| completed) {
         note += &format!(", {:.1e} m from equilibrium", apart);
     }
-    Ok(Row {
+    Ok(HardCase {
         converged: completed,
-        kept: finite && smallest > 0.0 && (completed || outcome.status == Status::NotSolved),
+        kept: finite && smallest > 0.0 && (completed || outcome.status == MotionStatus::NotSolved),
         iterations: usize::try_from(outcome.counts.steps).unwrap_or(usize::MAX),
         min_area_ratio: Some(smallest),
         wall_s,
         note,
-        ..Row::new(case, variant, method.name(), name_of(&outcome.status))
+        ..HardCase::new(case, variant, method.name(), name_of(&outcome.status))
     })
 }
 
 /// Largest distance of a node between two methods' runs from rest, m.
 fn difference(
     motion: &Motion<'_, 2>,
-    one: (Method, f64),
-    other: (Method, f64),
+    one: (IntegrationMethod, f64),
+    other: (IntegrationMethod, f64),
     end: f64,
 ) -> Result<f64, StudyError> {
     let mut ends = Vec::new();

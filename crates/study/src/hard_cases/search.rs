@@ -8,7 +8,7 @@ use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, Settings, Status};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-use super::{Row, StudyError, name_of};
+use super::{HardCase, StudyError, name_of};
 use crate::pulled::tongue;
 
 /// Whether the target can be met, if it is known: a fit must not claim to have met a target that cannot be
@@ -16,7 +16,7 @@ use crate::pulled::tongue;
 type Reachable = Option<bool>;
 
 /// Case 6: targets that cannot be met.
-pub(super) fn targets() -> Result<Vec<Row>, StudyError> {
+pub(super) fn targets() -> Result<Vec<HardCase>, StudyError> {
     let mesh = tongue()?;
     let data = Dataset::reference()?;
     let target = |subject: &str, vowel: &str, kind, muscles: Option<&[&str]>| {
@@ -57,7 +57,7 @@ pub(super) fn targets() -> Result<Vec<Row>, StudyError> {
 }
 
 /// Case 7: difficult searches.
-pub(super) fn simplices() -> Result<Vec<Row>, StudyError> {
+pub(super) fn simplices() -> Result<Vec<HardCase>, StudyError> {
     let mesh = tongue()?;
     let data = Dataset::reference()?;
     let vowel: Vowel = "a".parse()?;
@@ -119,7 +119,7 @@ fn row(
     target: &Target,
     settings: &Settings,
     reachable: Reachable,
-) -> Result<Row, StudyError> {
+) -> Result<HardCase, StudyError> {
     let clock = Instant::now();
     let found = inverse::fit(mesh, &Model::default(), target, settings)?;
     let wall_s = clock.elapsed().as_secs_f64();
@@ -129,8 +129,15 @@ fn row(
 }
 
 /// The row of a fit.
-pub(super) fn of_fit(case: u8, variant: String, found: &Fit, kept: bool, wall_s: f64, note: String) -> Row {
-    Row {
+pub(super) fn of_fit(
+    case: u8,
+    variant: String,
+    found: &Fit,
+    kept: bool,
+    wall_s: f64,
+    note: String,
+) -> HardCase {
+    HardCase {
         converged: found.status == Status::Converged,
         kept,
         iterations: found.evaluations,
@@ -139,7 +146,7 @@ pub(super) fn of_fit(case: u8, variant: String, found: &Fit, kept: bool, wall_s:
         guarded: found.replay.solution.guarded,
         wall_s,
         note,
-        ..Row::new(case, variant, "fit", name_of(&found.status))
+        ..HardCase::new(case, variant, "fit", name_of(&found.status))
     }
 }
 

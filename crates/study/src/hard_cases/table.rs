@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::Row;
+use super::HardCase;
 use crate::table;
 
 /// Title of each case.
@@ -35,7 +35,7 @@ const LONG: [u8; 2] = [2, 11];
 ///
 /// # Errors
 /// As the CSV writer's, which formats the cells; writing into memory has none.
-pub fn markdown(rows: &[Row], command: &str) -> Result<String, csv::Error> {
+pub fn markdown(rows: &[HardCase], command: &str) -> Result<String, csv::Error> {
     let mut out = String::from("# Hard cases\n\n");
     let _ = writeln!(
         out,
@@ -48,10 +48,10 @@ pub fn markdown(rows: &[Row], command: &str) -> Result<String, csv::Error> {
          an\nanswer counts as on that branch when it reaches the whole load and ends within 1e-9 m of the answer.\n\n",
     );
     out.push_str("| case | | rows | converged | promise kept | with the barrier active | on the branch from rest | longest, s |\n|--|--|--|--|--|--|--|--|\n");
-    let mut cases: BTreeMap<u8, Vec<&Row>> = BTreeMap::new();
+    let mut cases: BTreeMap<u8, Vec<&HardCase>> = BTreeMap::new();
     rows.iter().for_each(|r| cases.entry(r.case).or_default().push(r));
     for (case, rows) in &cases {
-        let count = |f: fn(&&&Row) -> bool| rows.iter().filter(f).count();
+        let count = |f: fn(&&&HardCase) -> bool| rows.iter().filter(f).count();
         let longest = rows.iter().map(|r| r.wall_s).fold(0.0, f64::max);
         let _ = writeln!(
             out,
@@ -70,8 +70,9 @@ pub fn markdown(rows: &[Row], command: &str) -> Result<String, csv::Error> {
     for (case, rows) in &cases {
         let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
         out.push_str(&branches(rows));
-        let ordinary = |r: &Row| r.kept && r.converged && (r.branch_ends_at.is_none() || r.is_on_branch());
-        let shown: Vec<&&Row> = rows.iter().filter(|r| !LONG.contains(case) || !ordinary(r)).collect();
+        let ordinary =
+            |r: &HardCase| r.kept && r.converged && (r.branch_ends_at.is_none() || r.is_on_branch());
+        let shown: Vec<&&HardCase> = rows.iter().filter(|r| !LONG.contains(case) || !ordinary(r)).collect();
         if shown.len() < rows.len() {
             let _ = writeln!(
                 out,
@@ -89,8 +90,8 @@ pub fn markdown(rows: &[Row], command: &str) -> Result<String, csv::Error> {
 }
 
 /// Number of answers on the branch from rest, by load; empty if no branch was followed.
-fn branches(rows: &[&Row]) -> String {
-    let mut loads: Vec<(&str, Vec<&Row>)> = Vec::new();
+fn branches(rows: &[&HardCase]) -> String {
+    let mut loads: Vec<(&str, Vec<&HardCase>)> = Vec::new();
     for row in rows.iter().filter(|r| r.branch_ends_at.is_some()) {
         let Some((_, load)) = row.variant.rsplit_once(" at ") else { continue };
         match loads.iter_mut().find(|(l, _)| *l == load) {

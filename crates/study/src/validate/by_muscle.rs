@@ -6,7 +6,7 @@ use tongue_core::parallel;
 use tongue_infer::inverse::{FitError, Setup, Tone};
 
 use super::cases::{Case, subjects};
-use super::levers::{Bench, Chain, Levers};
+use super::levers::{Bench, Levers, NestedChain};
 
 /// Candidate standard deviations of the logarithm of a tone.
 pub const SPREADS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
@@ -37,7 +37,7 @@ fn residuals(case: &Case, predicted: &[f64]) -> Vec<f64> {
 }
 
 /// Residuals for each of the setups, and the chain after the first of them.
-fn ask<'a>(chains: &[Chain<'a>], setups: &[Setup]) -> Vec<(Vec<Vec<f64>>, Chain<'a>)> {
+fn ask<'a>(chains: &[NestedChain<'a>], setups: &[Setup]) -> Vec<(Vec<Vec<f64>>, NestedChain<'a>)> {
     parallel::map(chains, |chain| {
         let mut first = chain.clone();
         let mut all = vec![residuals(first.case, &first.predict(&setups[0]))];
@@ -57,9 +57,9 @@ fn ask<'a>(chains: &[Chain<'a>], setups: &[Setup]) -> Vec<(Vec<Vec<f64>>, Chain<
 pub fn tune(bench: &Bench, training: &[&Case], levers: &Levers, spread: f64) -> Result<Levers, FitError> {
     let names = &bench.setup.muscles;
     let n = names.len();
-    let mut chains: Vec<Chain<'_>> = parallel::map(training, |case| Chain::new(bench, case));
+    let mut chains: Vec<NestedChain<'_>> = parallel::map(training, |case| NestedChain::new(bench, case));
     let mut logs = DVector::zeros(n);
-    let cost = |rows: &[(Vec<Vec<f64>>, Chain<'_>)], logs: &DVector<f64>| -> f64 {
+    let cost = |rows: &[(Vec<Vec<f64>>, NestedChain<'_>)], logs: &DVector<f64>| -> f64 {
         let squares: f64 = rows.iter().flat_map(|(all, _)| &all[0]).map(|r| r * r).sum();
         squares + logs.norm_squared() / spread.powi(2)
     };
@@ -117,9 +117,10 @@ pub fn best_spread(bench: &Bench, training: &[&Case], levers: &Levers) -> Result
         for name in &names {
             let (inner, judged): (Vec<&Case>, Vec<&Case>) = training.iter().partition(|c| c.subject != *name);
             let setup = bench.setup(&tune(bench, &inner, levers, spread)?)?;
-            error += parallel::map(&judged, |case| case.error(&Chain::new(bench, case).predict(&setup)))
-                .iter()
-                .sum::<f64>();
+            error +=
+                parallel::map(&judged, |case| case.error(&NestedChain::new(bench, case).predict(&setup)))
+                    .iter()
+                    .sum::<f64>();
         }
         if error < best.0 {
             best = (error, spread);

@@ -113,7 +113,7 @@ impl Levers {
 
 /// Fits of one case, each started at the answer of the previous one.
 #[derive(Debug, Clone)]
-pub struct Chain<'a> {
+pub struct NestedChain<'a> {
     /// The case.
     pub case: &'a Case,
     settings: Settings,
@@ -121,7 +121,7 @@ pub struct Chain<'a> {
     positions: Vec<SVector<f64, 2>>,
 }
 
-impl<'a> Chain<'a> {
+impl<'a> NestedChain<'a> {
     /// Begins with a complete fit; if that fails, with the baseline.
     pub fn new(bench: &Bench, case: &'a Case) -> Self {
         let active = case.target().active.len();
@@ -157,7 +157,7 @@ impl<'a> Chain<'a> {
 /// case.
 pub fn errors(bench: &Bench, cases: &[Case], setups: &[Setup], done: impl Fn() + Sync) -> Vec<Vec<f64>> {
     parallel::map(cases, |case| {
-        let mut chain = Chain::new(bench, case);
+        let mut chain = NestedChain::new(bench, case);
         let row = setups.iter().map(|setup| case.error(&chain.predict(setup))).collect();
         done();
         row

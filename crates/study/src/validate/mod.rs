@@ -21,18 +21,21 @@ use tongue_core::body::Body;
 use tongue_core::material::Constants;
 use tongue_core::parallel;
 use tongue_core::system::Model;
-use tongue_files::report::{ByMuscle, ReportError};
-use tongue_infer::inverse::{FitError, Tone};
+use tongue_files::report::ByMuscle;
+use tongue_infer::inverse::Tone;
 use tongue_infer::posterior::PosteriorError;
 use tongue_input::measured::{Dataset, Vowel};
 
+use crate::StudyError;
 use cases::{Case, subjects};
 use levers::{Bench, Levers, best_column, errors};
 use statistics::{best_shrunk, bootstraps, constant, correlation, gaussian, middle, root_mean, vowel_means};
 
 pub use page::{files, page};
 pub use posterior::{Evidence, PosteriorStudy, Scored, ScoredBaseline};
-pub use record::{LeftOut, Opponent, OtherBaseline, Permuted, Prediction, Score, Study};
+pub use record::{
+    OtherBaseline, Permuted, Prediction, Score, ScoredOpponent, ValidationStudy, WithoutMuscle,
+};
 
 /// Poisson's ratio above which predictions no longer depend on it.
 const NEARLY_INCOMPRESSIBLE: f64 = 0.499;
@@ -41,7 +44,7 @@ const DRAWS: usize = 2000;
 
 /// What is validated, and how thoroughly.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
+pub struct ValidationPlan {
     /// The vowel that others are compared with.
     pub baseline: Vowel,
     /// Number of permutations of the names of muscles.
@@ -50,41 +53,6 @@ pub struct Plan {
     pub seed: u64,
     /// Whether to validate the posterior, which takes longer than all other opponents together.
     pub posterior: bool,
-}
-
-/// Why a validation cannot be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Error {
-    /// The body or a tone is invalid.
-    #[error(transparent)]
-    Fit(#[from] FitError),
-    /// There are too few subjects.
-    #[error(
-        "{subjects} subject{} of {origin} {} a row for /{baseline}/ and another vowel with passive muscles; two or more are needed to \
-         predict one from the others (--baseline names another vowel)",
-        if *subjects == 1 { "" } else { "s" },
-        if *subjects == 1 { "has" } else { "have" }
-    )]
-    Subjects {
-        /// Number of usable subjects.
-        subjects: usize,
-        /// The table.
-        origin: String,
-        /// The baseline.
-        baseline: Vowel,
-    },
-    /// The posterior cannot be made.
-    #[error(transparent)]
-    Posterior(#[from] PosteriorError),
-    /// A picture cannot be drawn.
-    #[error("a picture cannot be drawn: {0}")]
-    Picture(String),
-}
-
-impl From<ReportError> for Error {
-    fn from(error: ReportError) -> Self {
-        Self::Picture(error.to_string())
-    }
 }
 
 /// Progress of a study.
@@ -114,21 +82,21 @@ struct Entry {
 /// Runs the validation; `tell` gets the units of work done, their total, and the name of the current part.
 ///
 /// # Errors
-/// [`Error`] if the validation cannot begin.
+/// [`StudyError`] if the validation cannot begin.
 pub fn run(
     data: &Dataset,
     body: &Body<2>,
     model: &Model,
-    plan: &Plan,
+    plan: &ValidationPlan,
     tell: &(dyn Fn(usize, usize, &str) + Sync),
-) -> Result<Study, Error> {
+) -> Result<ValidationStudy, StudyError> {
     let (mesh, baseline) = (&body.mesh, &plan.baseline);
     let bench = Bench::new(body, model)?;
     let all = cases::cases(data, mesh, baseline);
     let names: Vec<String> = subjects(&all).into_iter().map(str::to_owned).collect();
     if names.len() < 2 {
         let (subjects, origin) = (names.len(), data.origin().to_owned());
-        return Err(Error::Subjects { subjects, origin, baseline: baseline.clone() });
+        return Err(StudyError::Subjects { subjects, origin, baseline: baseline.clone() });
     }
     // Units of about equal work: a case on the grid, a spread tuned in a fold, a permutation, a case
     // predicted.
@@ -228,12 +196,12 @@ pub fn run(
     let posterior = match plan.posterior.then(posterior) {
         Some(Ok(study)) => Some(study),
         // A continuum has no posterior.
-        None | Some(Err(Error::Posterior(PosteriorError::Body(_)))) => None,
+        None | Some(Err(StudyError::Posterior(PosteriorError::Body(_)))) => None,
         Some(Err(error)) => return Err(error),
     };
     let tones = fitted_to_all(&bench, &all, &progress)?;
     progress.add(total, "done");
-    Ok(Study {
+    Ok(ValidationStudy {
         data: data.origin().to_owned(),
         baseline: baseline.clone(),
         poisson_ratio: model.constants.poisson_ratio,
@@ -311,7 +279,7 @@ fn tuned(
     names: &[String],
     tried: Vec<Levers>,
     progress: &Progress<'_>,
-) -> Result<Tuned, Error> {
+) -> Result<Tuned, StudyError> {
     let setups = tried.iter().map(|l| bench.setup(l)).collect::<Result<Vec<_>, _>>()?;
     let errors = errors(bench, all, &setups, || progress.add(1, "tone and priors"));
     let best: Vec<usize> =
@@ -322,7 +290,11 @@ fn tuned(
 }
 
 /// A tone for each muscle, fitted to all cases near the default, with the default priors.
-fn fitted_to_all(bench: &Bench, all: &[Case], progress: &Progress<'_>) -> Result<Vec<(String, f64)>, Error> {
+fn fitted_to_all(
+    bench: &Bench,
+    all: &[Case],
+    progress: &Progress<'_>,
+) -> Result<Vec<(String, f64)>, StudyError> {
     let training: Vec<&Case> = all.iter().collect();
     let levers = Levers::uniform(tongue_infer::inverse::TONE, true);
     let spread = by_muscle::best_spread(bench, &training, &levers)?;
@@ -334,7 +306,7 @@ fn fitted_to_all(bench: &Bench, all: &[Case], progress: &Progress<'_>) -> Result
     })
 }
 
-fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<Opponent> {
+fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<ScoredOpponent> {
     let errors: Vec<Vec<f64>> = entries
         .iter()
         .map(|e| all.iter().zip(&e.predicted).map(|(case, predicted)| case.error(predicted)).collect())
@@ -354,7 +326,7 @@ fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<Opponent> {
             .zip(&e.predicted)
             .flat_map(|(case, p)| case.unseen.iter().map(|&m| (p[m], case.target().values[m])))
             .collect();
-        Opponent {
+        ScoredOpponent {
             name: e.name.to_owned(),
             what: e.what.to_owned(),
             tuned_parameters: e.tuned_parameters,

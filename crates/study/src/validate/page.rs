@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use tongue_files::report::{Export, Rows, Scatter, Table, scatter};
 
-use super::{Error, LeftOut, Opponent, OtherBaseline, PosteriorStudy, Scored, Study};
+use crate::StudyError;
+
+use super::{OtherBaseline, PosteriorStudy, Scored, ScoredOpponent, ValidationStudy, WithoutMuscle};
 
 /// Names and contents of files.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
@@ -17,7 +19,7 @@ const DRAWN: [&str; 6] =
 ///
 /// # Errors
 /// None at present: for pictures that can fail.
-pub fn files(study: &Study) -> Result<Files<'_>, Error> {
+pub fn files(study: &ValidationStudy) -> Result<Files<'_>, StudyError> {
     let names: Vec<String> = study.opponents.iter().map(|o| o.name.clone()).collect();
     let columns = ["subject", "vowel", "muscle", "measured"].map(str::to_owned);
     let row = |p: &super::Prediction| {
@@ -34,7 +36,7 @@ pub fn files(study: &Study) -> Result<Files<'_>, Error> {
         .iter()
         .map(|(muscle, tone)| Tone { muscle, tone_n_per_m: (tone * 10.0).round() / 10.0 })
         .collect();
-    let text = |o: &Opponent| OpponentRow {
+    let text = |o: &ScoredOpponent| OpponentRow {
         name: o.name.clone(),
         tuned_parameters: o.tuned_parameters,
         unknowns_a_fit: o.unknowns_a_fit,
@@ -87,7 +89,7 @@ impl<T: serde::Serialize> Export for Owned<T> {
     }
 }
 
-fn picture(study: &Study) -> tongue_files::report::Svg {
+fn picture(study: &ValidationStudy) -> tongue_files::report::Svg {
     let mut muscles: Vec<String> = Vec::new();
     for p in &study.predictions {
         if !muscles.contains(&p.muscle) {
@@ -96,7 +98,7 @@ fn picture(study: &Study) -> tongue_files::report::Svg {
     }
     let order = |m: &String| study.tone_by_muscle_n_per_m.0.iter().position(|(name, _)| name == m);
     muscles.sort_by_key(order);
-    let panel = |o: &Opponent| Scatter {
+    let panel = |o: &ScoredOpponent| Scatter {
         title: o.name.replace('_', " "),
         line: format!("RMS {:.3}, r {}", o.rms, o.correlation.map_or("–".into(), |r| format!("{r:.2}"))),
         points: study
@@ -113,7 +115,7 @@ fn picture(study: &Study) -> tongue_files::report::Svg {
 }
 
 /// The page in Markdown; all numbers come from the study.
-pub fn page(study: &Study, command: &str) -> String {
+pub fn page(study: &ValidationStudy, command: &str) -> String {
     let mut p = format!(
         "# Muscles that were not fitted\n\n\
          Made by `{command}`. A fit sees the muscles that are shorter than in /{}/ and predicts the others: here the passive stretches of {} \
@@ -138,7 +140,7 @@ pub fn page(study: &Study, command: &str) -> String {
     p
 }
 
-fn opponents(p: &mut String, study: &Study) {
+fn opponents(p: &mut String, study: &ValidationStudy) {
     *p += "| opponent | tuned | unknowns a fit | RMS | 95 % of bootstraps | worse than no change | better than the constant | r |\n\
            |---|--:|--:|--:|---|--:|--:|--:|\n";
     for o in &study.opponents {
@@ -166,7 +168,7 @@ fn opponents(p: &mut String, study: &Study) {
     *p += "\n";
 }
 
-fn doubts(p: &mut String, study: &Study) {
+fn doubts(p: &mut String, study: &ValidationStudy) {
     let permuted = &study.permuted_labels;
     *p += "## Is it real?\n\n";
     if !permuted.permuted_rms.is_empty() {
@@ -205,7 +207,7 @@ fn baselines(p: &mut String, all: &[OtherBaseline]) {
     *p += "\nThe constant is the other subjects' mean passive stretch from the same baseline.\n\n";
 }
 
-fn muscles(p: &mut String, all: &[LeftOut]) {
+fn muscles(p: &mut String, all: &[WithoutMuscle]) {
     let Some(first) = all.first() else { return };
     let _ = writeln!(
         p,
@@ -290,7 +292,7 @@ fn numbers(s: &Scored) -> String {
     )
 }
 
-fn tones(p: &mut String, study: &Study) {
+fn tones(p: &mut String, study: &ValidationStudy) {
     *p += "## A tone for each muscle\n\nFitted to all subjects, near 8 N/m (`tone.csv`, which `--tone` takes), N per metre of thickness:\n\n|";
     for (muscle, _) in &study.tone_by_muscle_n_per_m.0 {
         let _ = write!(p, " {muscle} |");

@@ -15,7 +15,9 @@ use tongue_input::measured::{Dataset, Vowel};
 use super::cases::{Case, cases, of_rows, subjects};
 use super::robustness::{orders, renamed};
 use super::statistics::{best_shrunk, expected};
-use super::{Error, Progress};
+use crate::StudyError;
+
+use super::Progress;
 
 /// Candidate standard deviations of the discrepancy of a stretch, for the marginal likelihood.
 const DISCREPANCIES: [f64; 8] = [0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06];
@@ -165,7 +167,7 @@ fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&C
 /// Validates the posterior.
 ///
 /// # Errors
-/// [`Error::Posterior`] if the posterior cannot be made.
+/// [`StudyError::Posterior`] if the posterior cannot be made.
 pub fn study(
     body: &Body<2>,
     model: &Model,
@@ -173,7 +175,7 @@ pub fn study(
     baseline: &Vowel,
     [permutations, seed]: [u64; 2],
     progress: &Progress<'_>,
-) -> Result<PosteriorStudy, Error> {
+) -> Result<PosteriorStudy, StudyError> {
     let ground = Ground::new(body, model, &Priors::default())?;
     let judge = Judge { ground, seed };
     let all = cases(data, &body.mesh, baseline);
@@ -247,7 +249,7 @@ pub fn study(
 
 /// The marginal likelihood of all cases for each discrepancy; the covariance of the geometry is computed for
 /// each case.
-fn discrepancies(judge: &Judge, all: &[Case]) -> Result<Vec<Evidence>, Error> {
+fn discrepancies(judge: &Judge, all: &[Case]) -> Result<Vec<Evidence>, StudyError> {
     let ground = |sd: f64| -> Result<Ground, PosteriorError> {
         let mut priors = judge.ground.priors.clone();
         priors.discrepancy.sd = sd;

@@ -8,7 +8,7 @@ use tongue_input::measured::Vowel;
 
 /// An opponent: one way to predict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Opponent {
+pub struct ScoredOpponent {
     /// Its name in tables and JSON.
     pub name: String,
     /// Description.
@@ -73,7 +73,7 @@ pub struct OtherBaseline {
 
 /// Errors of an opponent for muscles left out of the fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LeftOut {
+pub struct WithoutMuscle {
     /// The opponent.
     pub name: String,
     /// Root mean square error over all muscles of all fits.
@@ -97,7 +97,7 @@ pub struct Permuted {
 
 /// All results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Study {
+pub struct ValidationStudy {
     /// The table of lengths.
     pub data: String,
     /// The baseline.
@@ -111,7 +111,7 @@ pub struct Study {
     /// Seed.
     pub seed: u64,
     /// Every opponent.
-    pub opponents: Vec<Opponent>,
+    pub opponents: Vec<ScoredOpponent>,
     /// Every passive muscle.
     pub predictions: Vec<Prediction>,
     /// Permuted names.
@@ -119,7 +119,7 @@ pub struct Study {
     /// Other baselines: all subjects together, then each.
     pub other_baselines: Vec<OtherBaseline>,
     /// Muscles left out.
-    pub leave_one_muscle_out: Vec<LeftOut>,
+    pub leave_one_muscle_out: Vec<WithoutMuscle>,
     /// Validation of the posterior, with every muscle predicted as a distribution from all others; null if it
     /// was not asked for or the body has no posterior.
     pub posterior: Option<PosteriorStudy>,
@@ -127,9 +127,9 @@ pub struct Study {
     pub tone_by_muscle_n_per_m: ByMuscle<f64>,
 }
 
-impl Study {
+impl ValidationStudy {
     /// An opponent by its name.
-    pub fn opponent(&self, name: &str) -> Option<&Opponent> {
+    pub fn opponent(&self, name: &str) -> Option<&ScoredOpponent> {
         self.opponents.iter().find(|o| o.name == name)
     }
 }

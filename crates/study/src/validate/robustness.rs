@@ -8,7 +8,9 @@ use tongue_input::measured::{Dataset, Lengths, Target, Vowel};
 use super::cases::{Case, cases, of_rows, subjects};
 use super::levers::{Bench, Levers, best_column, errors};
 use super::statistics::{best_shrunk, constant, gaussian, root_mean};
-use super::{Error, LeftOut, OtherBaseline, Permuted, Progress, Score};
+use crate::StudyError;
+
+use super::{OtherBaseline, Permuted, Progress, Score, WithoutMuscle};
 
 /// Mean square error of each case, at the tone that is best for the other subjects.
 fn tuned_outside(cases: &[Case], errors: &[Vec<f64>]) -> Vec<f64> {
@@ -50,7 +52,7 @@ pub fn permuted(
     baseline: &Vowel,
     [count, seed]: [u64; 2],
     progress: &Progress<'_>,
-) -> Result<Permuted, Error> {
+) -> Result<Permuted, StudyError> {
     let setups: Vec<Setup> =
         Levers::tones(true).iter().map(|l| bench.setup(l)).collect::<Result<_, FitError>>()?;
     let rms = |cases: &[Case]| root_mean(&tuned_outside(cases, &errors(bench, cases, &setups, || {})));
@@ -87,7 +89,7 @@ pub fn other_baselines(
     data: &Dataset,
     mesh: &Mesh<2>,
     progress: &Progress<'_>,
-) -> Result<Vec<OtherBaseline>, Error> {
+) -> Result<Vec<OtherBaseline>, StudyError> {
     let mut vowels: Vec<Vowel> = Vec::new();
     for row in data.rows() {
         if !vowels.contains(&row.lengths.vowel) {
@@ -138,7 +140,11 @@ pub fn other_baselines(
 
 /// Predicts each muscle of each case without its measurement, not even whether it became shorter. All other
 /// muscles are fitted, also the longer ones.
-pub fn left_out(bench: &Bench, cases: &[Case], progress: &Progress<'_>) -> Result<Vec<LeftOut>, Error> {
+pub fn left_out(
+    bench: &Bench,
+    cases: &[Case],
+    progress: &Progress<'_>,
+) -> Result<Vec<WithoutMuscle>, StudyError> {
     let setups = untuned(bench)?;
     let held: Vec<Setup> = DISCREPANCIES
         .into_iter()
@@ -198,7 +204,7 @@ pub fn left_out(bench: &Bench, cases: &[Case], progress: &Progress<'_>) -> Resul
     });
     let squares: Vec<Vec<f64>> = squares.collect();
     let names = ["no_change", "gaussian", "thesis", "tone", "tone_hyoid", "all_may_pull"];
-    let score = |(i, name): (usize, &&str)| LeftOut {
+    let score = |(i, name): (usize, &&str)| WithoutMuscle {
         name: (*name).to_owned(),
         rms: root_mean(&squares.iter().map(|s| s[i]).collect::<Vec<_>>()),
         predictions: squares.len(),

@@ -1,6 +1,6 @@
 //! `tensions.tex`: the tensions of a batch as a table for a paper, one row for each fit.
 
-use super::Provenance;
+use super::BatchProvenance;
 use super::record::AssessedRecord;
 use super::tables::name;
 
@@ -9,7 +9,7 @@ const NONE: &str = "--";
 
 /// The text before the first row; `muscles` are the columns, `draws` is the number of draws for the
 /// intervals.
-pub fn head(muscles: &[String], draws: usize, p: &Provenance) -> String {
+pub fn head(muscles: &[String], draws: usize, p: &BatchProvenance) -> String {
     let names: String = muscles.iter().map(|m| format!(" & {}", escaped(m))).collect();
     let intervals = match draws {
         0 => String::new(),

@@ -28,11 +28,11 @@ use super::{OutputDir, ReportError, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::shard::Shard;
-pub use self::summary::{Digest, PassiveGroup, Summary, passive_groups};
+pub use self::summary::{BatchSummary, Digest, PassiveGroup, passive_groups};
 
 /// Provenance of an output.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Provenance {
+pub struct BatchProvenance {
     /// Version of tongue-fit.
     pub version: String,
     /// The command line without options that do not change results.
@@ -47,7 +47,7 @@ pub struct Provenance {
 #[derive(Debug)]
 pub struct Batch<'a> {
     /// Its provenance.
-    pub provenance: &'a Provenance,
+    pub provenance: &'a BatchProvenance,
     /// The jobs, in order.
     pub jobs: &'a [Job],
     /// The rows that are baselines.
@@ -57,7 +57,7 @@ pub struct Batch<'a> {
     /// Faults of the rows that could not be read.
     pub unreadable: &'a [String],
     /// The summary.
-    pub summary: &'a Summary,
+    pub summary: &'a BatchSummary,
     /// The mesh.
     pub mesh: &'a Mesh<2>,
     /// Names of its muscles, in the order of columns.
@@ -93,7 +93,7 @@ impl Kept for Fitted {
 }
 
 /// The journal of a batch.
-pub type Journal = journal::Journal<Fitted>;
+pub type BatchJournal = journal::Journal<Fitted>;
 
 /// SHA-256 of a sequence of texts with their lengths, in hexadecimal.
 pub fn sha256(texts: &[&str]) -> String {
@@ -115,7 +115,7 @@ pub fn assess(
     number: usize,
     job: &Job,
     within: &Within<'_>,
-    provenance: &Provenance,
+    provenance: &BatchProvenance,
 ) -> Result<Result<Fitted, String>, ReportError> {
     let &Within { mesh, muscles, model, setup, known, thesis, posterior, how } = within;
     match batch::assess(mesh, model, setup, &job.target, known, how) {
@@ -182,7 +182,7 @@ pub fn fitted(
     mesh: &Mesh<2>,
     muscles: &[String],
     (thesis, posterior): (Option<&Thesis>, Option<&Result<RowPosterior, String>>),
-    provenance: &Provenance,
+    provenance: &BatchProvenance,
 ) -> Result<Fitted, ReportError> {
     let mut record = AssessedRecord::new(job, assessment, thesis, &provenance.command);
     let untold = match posterior {
@@ -219,7 +219,7 @@ pub fn fitted(
 pub fn write_files(
     out: &OutputDir,
     batch: &Batch<'_>,
-    journal: &Journal,
+    journal: &BatchJournal,
 ) -> Result<Vec<std::path::PathBuf>, ReportError> {
     let mut has_posterior = false;
     each_fit(batch, journal, |_, fit| {
@@ -246,7 +246,7 @@ pub fn write_files(
 pub fn write_json(
     w: &mut dyn Write,
     batch: &Batch<'_>,
-    journal: &Journal,
+    journal: &BatchJournal,
     with_times: bool,
 ) -> io::Result<()> {
     let p = serde_json::to_string(batch.provenance)?;
@@ -293,7 +293,7 @@ pub fn write_json(
 fn write_rows(
     w: &mut dyn Write,
     batch: &Batch<'_>,
-    journal: &Journal,
+    journal: &BatchJournal,
     of: fn(&Fitted) -> &str,
 ) -> io::Result<()> {
     let mut first = true;
@@ -306,7 +306,7 @@ fn write_rows(
     })
 }
 
-fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
     w.write_all(tables::fit_header(batch.muscles)?.as_bytes())?;
     each_fit(batch, journal, |_, fit| w.write_all(fit.fits.as_bytes()))?;
     for baseline in batch.baselines {
@@ -318,7 +318,7 @@ fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Re
     Ok(())
 }
 
-fn write_latex(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+fn write_latex(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
     w.write_all(latex::head(batch.muscles, batch.summary.draws, batch.provenance).as_bytes())?;
     each_fit(batch, journal, |_, fit| w.write_all(fit.latex.as_bytes()))?;
     w.write_all(latex::FOOT.as_bytes())
@@ -327,7 +327,7 @@ fn write_latex(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::R
 /// The fits in the order of the jobs, with the duration of each, s.
 fn each_fit(
     batch: &Batch<'_>,
-    journal: &Journal,
+    journal: &BatchJournal,
     mut then: impl FnMut(f64, Fitted) -> io::Result<()>,
 ) -> io::Result<()> {
     for number in 0..batch.jobs.len() {
@@ -339,7 +339,7 @@ fn each_fit(
 }
 
 /// The refused rows of the plan and the jobs that could not begin.
-fn all_refusals(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<Refusal>> {
+fn all_refusals(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Vec<Refusal>> {
     let mut all = batch.refusals.to_vec();
     for (number, job) in batch.jobs.iter().enumerate().filter(|(n, _)| journal.is_refused(*n)) {
         if let Some(Entry { result: Err(message), .. }) = journal.read(number).map_err(io::Error::other)? {

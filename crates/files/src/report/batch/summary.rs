@@ -95,7 +95,7 @@ fn is_none(count: &usize) -> bool {
 
 /// Summary of the batch.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
+pub struct BatchSummary {
     /// Number of rows that were read.
     pub rows: usize,
     /// Number of fits.

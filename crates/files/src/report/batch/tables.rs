@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::Provenance;
+use super::BatchProvenance;
 use super::record::{AssessedRecord, IntervalsRecord};
 use crate::report::ByMuscle;
 use crate::report::cells::{self, AsText};
@@ -59,7 +59,7 @@ struct MuscleRow<'a> {
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
-pub fn muscle_lines(r: &AssessedRecord, p: &Provenance, with_header: bool) -> csv::Result<String> {
+pub fn muscle_lines(r: &AssessedRecord, p: &BatchProvenance, with_header: bool) -> csv::Result<String> {
     let f = &r.fit;
     let reference_mm = f.lengths_mm.of(&f.reference).copied().unwrap_or(f64::NAN);
     let mut writer = csv::WriterBuilder::new().has_headers(with_header).from_writer(AsText::new(Vec::new()));
@@ -152,7 +152,7 @@ struct PosteriorRow<'a> {
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
-pub fn posterior_lines(r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
+pub fn posterior_lines(r: &AssessedRecord, p: &BatchProvenance) -> csv::Result<String> {
     let Some(posterior) = &r.fit.posterior else { return Ok(String::new()) };
     let summary = posterior.summary.as_ref();
     let mut writer = cells::writer(Vec::new());
@@ -257,7 +257,7 @@ pub fn fit_header(muscles: &[String]) -> csv::Result<String> {
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
-pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &Provenance) -> csv::Result<String> {
+pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &BatchProvenance) -> csv::Result<String> {
     let (f, i) = (&r.fit, r.intervals.as_ref());
     let before: [String; BEFORE.len()] = [
         f.subject.clone(),
@@ -326,7 +326,7 @@ pub fn fit_line(muscles: &[String], r: &AssessedRecord, p: &Provenance) -> csv::
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
-pub fn baseline_line(muscles: &[String], b: &BaselineRow, p: &Provenance) -> csv::Result<String> {
+pub fn baseline_line(muscles: &[String], b: &BaselineRow, p: &BatchProvenance) -> csv::Result<String> {
     let (vowel, substitute) = (b.vowel.label(), b.substitute.to_string());
     let first = [&b.subject, vowel, vowel, &substitute, "", "baseline", "the baseline itself"];
     bare(muscles, first, b.line, p)
@@ -336,13 +336,13 @@ pub fn baseline_line(muscles: &[String], b: &BaselineRow, p: &Provenance) -> csv
 ///
 /// # Errors
 /// As [`csv::Writer`]; none when writing to memory.
-pub fn refusal_line(muscles: &[String], r: &Refusal, p: &Provenance) -> csv::Result<String> {
+pub fn refusal_line(muscles: &[String], r: &Refusal, p: &BatchProvenance) -> csv::Result<String> {
     let kind = optional(r.kind);
     bare(muscles, [&r.subject, r.vowel.label(), "", "", &kind, "not_fitted", &r.message], r.line, p)
 }
 
 /// A line with only its first columns and the provenance.
-fn bare(muscles: &[String], first: [&str; 7], number: u64, p: &Provenance) -> csv::Result<String> {
+fn bare(muscles: &[String], first: [&str; 7], number: u64, p: &BatchProvenance) -> csv::Result<String> {
     line(fit_columns(muscles).into_iter().enumerate().map(|(i, column)| match column.as_str() {
         "line" => number.to_string(),
         "version" => p.version.clone(),

@@ -17,7 +17,7 @@ use tongue_core::body::Mesh;
 
 /// One frame of a motion.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
+pub struct AnimationFrame {
     /// Time, s.
     pub time: f64,
     /// Positions of all nodes, m.
@@ -36,7 +36,7 @@ pub struct Frame {
 pub fn animation(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
-    frames: &[Frame],
+    frames: &[AnimationFrame],
     title: &str,
 ) -> Result<Svg, ReportError> {
     animation_of_seen(mesh, palate, frames, &[], title)
@@ -50,7 +50,7 @@ pub fn animation(
 pub fn animation_of_seen(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
-    frames: &[Frame],
+    frames: &[AnimationFrame],
     seen: &[Vec<SVector<f64, 2>>],
     title: &str,
 ) -> Result<Svg, ReportError> {
@@ -82,14 +82,14 @@ pub fn animation_of_seen(
     );
     let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
     let lit = |muscle: usize| {
-        let light = |f: &Frame| format!("{:.2}", 0.12 + 0.88 * f.tensions[muscle] / strongest);
+        let light = |f: &AnimationFrame| format!("{:.2}", 0.12 + 0.88 * f.tensions[muscle] / strongest);
         let values: Vec<String> = frames.iter().map(light).collect();
         format!(
             "<animate attributeName=\"stroke-opacity\" dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/>",
             values.join(";")
         )
     };
-    let mut moving = |shape: &dyn Fn(&Frame) -> String,
+    let mut moving = |shape: &dyn Fn(&AnimationFrame) -> String,
                       colour: &str,
                       width: f64,
                       dashed: bool,
@@ -109,7 +109,7 @@ pub fn animation_of_seen(
     moving(&|f| ring(&view, mesh, &f.positions), DEFORMED, 2.6, false, "");
     let drawn = lines(&view, mesh, &last.positions, &most);
     for line in &drawn {
-        let shape = |f: &Frame| view.path(&f.positions, [line.nodes]);
+        let shape = |f: &AnimationFrame| view.path(&f.positions, [line.nodes]);
         let [width, edge] = widths(line.contracting);
         let muscle = mesh.muscles.iter().position(|m| std::ptr::eq(m.nodes.as_slice(), line.nodes));
         let light = muscle.filter(|_| !seen.is_empty() && line.contracting).map(&lit).unwrap_or_default();
@@ -133,19 +133,19 @@ pub fn animation_of_seen(
 }
 
 /// The names of the muscles, each moving with the middle of its line.
-fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration: f64, most: &[f64]) {
+fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[AnimationFrame], duration: f64, most: &[f64]) {
     let Some(last) = frames.last() else { return };
     let drawn = lines(view, mesh, &last.positions, most);
     let places = label_places(view, &drawn, &[]);
     for (nth, place) in places.into_iter().enumerate() {
         let (line, Some(at)) = (&drawn[nth], place) else { continue };
-        let middle = |f: &Frame| -> Px {
+        let middle = |f: &AnimationFrame| -> Px {
             let chain: Vec<_> = line.nodes.iter().filter_map(|&n| f.positions.get(n).copied()).collect();
             point_at(&view.visible(&chain).0, 0.5).map_or(at, |(p, _)| p)
         };
         let end = middle(last);
         let values = |i: usize| {
-            let value = |f: &Frame| format!("{:.1}", middle(f)[i] - end[i]);
+            let value = |f: &AnimationFrame| format!("{:.1}", middle(f)[i] - end[i]);
             frames.iter().map(value).collect::<Vec<_>>()
         };
         let ways: Vec<String> =
@@ -162,12 +162,12 @@ fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration:
 }
 
 /// The bones; carried bones move.
-fn moving_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[Frame], duration: f64) {
+fn moving_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[AnimationFrame], duration: f64) {
     let Some(last) = frames.last() else { return };
     for &node in &mesh.fixed {
         let Some(end) = last.positions.get(node).filter(|p| view.bounds.contains(p)) else { continue };
         let at = view.place(end);
-        let way = |f: &Frame| {
+        let way = |f: &AnimationFrame| {
             let here = f.positions.get(node).map_or(at, |p| view.place(p));
             format!("{:.1} {:.1}", here[0] - at[0], here[1] - at[1])
         };
@@ -211,7 +211,7 @@ fn marks(svg: &mut Svg, view: &View, seen: &[Vec<SVector<f64, 2>>], duration: f6
 const SEEN: &str = "#111111";
 
 /// The time of each frame, shown during the frame.
-fn times(svg: &mut Svg, frames: &[Frame], duration: f64, at: Px) {
+fn times(svg: &mut Svg, frames: &[AnimationFrame], duration: f64, at: Px) {
     let count = frames.len();
     for (nth, frame) in frames.iter().enumerate() {
         let shown: Vec<&str> = (0..count).map(|i| if i == nth { "visible" } else { "hidden" }).collect();
@@ -248,11 +248,11 @@ mod tests {
             continuum: None,
             hexahedra: Vec::new(),
         };
-        let frames: Vec<Frame> = (0..3)
+        let frames: Vec<AnimationFrame> = (0..3)
             .map(|i| {
                 let mut positions = nodes.clone();
                 positions[1].x -= 0.1 * f64::from(i);
-                Frame { time: f64::from(i), positions, tensions: vec![f64::from(i)] }
+                AnimationFrame { time: f64::from(i), positions, tensions: vec![f64::from(i)] }
             })
             .collect();
         let svg = animation(&mesh, &[], &frames, "a < b").unwrap().to_string();

@@ -25,13 +25,13 @@ use std::io::{self, Write};
 
 use super::export::{Export, Provenance};
 
-pub use animation::{Frame, animation, animation_of_seen};
+pub use animation::{AnimationFrame, animation, animation_of_seen};
 pub use changes::{Series, changes};
 pub use muscles::{Panel, panels};
 pub use posterior::{outlines, pairs, ridges};
 pub use scatter::{Scatter, scatter};
 pub(super) use section::check;
-pub use section::{Section, tongue};
+pub use section::{SectionPicture, tongue};
 #[cfg(feature = "files")]
 pub(super) use section::{colours, frame};
 pub use solid::solid;
@@ -40,7 +40,7 @@ pub use tensions::{Found, Tension, tensions};
 pub use timelines::{Timeline, timelines};
 pub use valley::valley;
 pub use vowel::{VowelPicture, vowel};
-pub use work_precision::{Curve, work_precision};
+pub use work_precision::{PrecisionCurve, work_precision};
 
 /// Width of an ordinary figure, px. In a journal column of 85 mm, 24 px are 6.4 points, the smallest text.
 const WIDTH: f64 = 900.0;

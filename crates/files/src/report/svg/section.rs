@@ -32,7 +32,7 @@ const SAMPLE: f64 = 62.0;
 
 /// A shape of a body in the plane with everything to draw.
 #[derive(Debug, Clone, Copy)]
-pub struct Section<'a> {
+pub struct SectionPicture<'a> {
     /// The body at rest.
     pub mesh: &'a Mesh<2>,
     /// Position of every node, m.
@@ -64,8 +64,8 @@ pub struct Section<'a> {
 /// [`ReportError::NodeCount`] if the positions belong to another mesh, [`ReportError::Position`] for a
 /// position that is not finite, [`ReportError::Number`] for a node that the mesh does not have or for a wrong
 /// number of tensions.
-pub fn tongue(section: &Section<'_>) -> Result<Svg, ReportError> {
-    let Section { mesh, positions, tensions, palate, contact, stretch, grey, title } = *section;
+pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
+    let SectionPicture { mesh, positions, tensions, palate, contact, stretch, grey, title } = *section;
     check(mesh, positions, tensions)?;
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
     let view = View::new(frame(mesh, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
@@ -125,7 +125,7 @@ pub(in crate::report) fn check<const D: usize>(
     Err(ReportError::Number { what: "the list of tensions".to_owned(), kind: "muscle", number, count })
 }
 
-fn description(section: &Section<'_>) -> String {
+fn description(section: &SectionPicture<'_>) -> String {
     let mesh = section.mesh;
     let names = |contracting| {
         let of = mesh.muscles.iter().zip(section.tensions).filter(|(_, t)| (**t > 0.0) == contracting);

@@ -20,7 +20,7 @@ const MARK: f64 = 9.0;
 
 /// The runs of one method.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
+pub struct PrecisionCurve {
     /// Name in the legend.
     pub name: String,
     /// Cost and error of each run, joined in this order; points that are not positive and finite are left
@@ -32,8 +32,8 @@ pub struct Curve {
 ///
 /// # Errors
 /// [`ReportError::Curves`] without a point to draw or with more than ten curves.
-pub fn work_precision(title: &str, x: &str, y: &str, curves: &[Curve]) -> Result<Svg, ReportError> {
-    let curves: Vec<Curve> = curves.iter().map(visible).filter(|c| !c.points.is_empty()).collect();
+pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) -> Result<Svg, ReportError> {
+    let curves: Vec<PrecisionCurve> = curves.iter().map(visible).filter(|c| !c.points.is_empty()).collect();
     if curves.is_empty() || curves.len() > MOST_CURVES {
         return Err(ReportError::Curves { curves: curves.len(), most: MOST_CURVES });
     }
@@ -49,13 +49,13 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[Curve]) -> Result
     Ok(svg.finish(top + PLOT + BOTTOM))
 }
 
-fn visible(curve: &Curve) -> Curve {
+fn visible(curve: &PrecisionCurve) -> PrecisionCurve {
     let fits = |v: f64| v.is_finite() && v > 0.0;
     let points = curve.points.iter().copied().filter(|p| fits(p.0) && fits(p.1)).collect();
-    Curve { name: curve.name.clone(), points }
+    PrecisionCurve { name: curve.name.clone(), points }
 }
 
-fn description(x: &str, y: &str, curves: &[Curve]) -> String {
+fn description(x: &str, y: &str, curves: &[PrecisionCurve]) -> String {
     let told = curves.iter().map(|c| {
         let points: Vec<String> = c.points.iter().map(|p| format!("({:.2e}, {:.2e})", p.0, p.1)).collect();
         format!("{}: {}.", c.name, points.join(" "))
@@ -117,7 +117,7 @@ fn power(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-fn draw(svg: &mut Svg, frame: &Frame, number: usize, curve: &Curve) {
+fn draw(svg: &mut Svg, frame: &Frame, number: usize, curve: &PrecisionCurve) {
     let points: Vec<Px> = curve.points.iter().map(|&p| frame.place(p)).collect();
     svg.stroke(&data([points.iter().copied()]), COLOURS[number % COLOURS.len()], 2.0);
     points.into_iter().for_each(|p| mark(svg, number, p));
@@ -152,7 +152,7 @@ fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
 }
 
 /// The legend above the plot; returns its height.
-fn key(svg: &mut Svg, curves: &[Curve], top: f64) -> f64 {
+fn key(svg: &mut Svg, curves: &[PrecisionCurve], top: f64) -> f64 {
     let entries: Vec<Entry<'_>> =
         curves.iter().map(|c| Entry { sample: SAMPLE, face: Face::Plain, name: &c.name }).collect();
     let (places, height) = legend(svg, &entries, [LEFT, WIDTH - MARGIN], top);
@@ -167,8 +167,8 @@ fn key(svg: &mut Svg, curves: &[Curve], top: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn curve(name: &str, points: &[(f64, f64)]) -> Curve {
-        Curve { name: name.into(), points: points.to_vec() }
+    fn curve(name: &str, points: &[(f64, f64)]) -> PrecisionCurve {
+        PrecisionCurve { name: name.into(), points: points.to_vec() }
     }
 
     #[test]

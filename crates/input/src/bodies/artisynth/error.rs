@@ -12,13 +12,13 @@ pub struct ArtiSynthError {
     /// The line, from 1, if one is to blame.
     pub line: Option<usize>,
     /// What is wrong.
-    pub problem: Problem,
+    pub problem: ArtiSynthProblem,
 }
 
 /// What is wrong.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say it")]
-pub enum Problem {
+pub enum ArtiSynthProblem {
     #[error(
         "cannot be read: {why}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, MuscleMaxForce.txt, jawAttachments.txt, hyoidAttachments.txt)"
     )]
@@ -50,6 +50,6 @@ pub enum Problem {
 }
 
 /// The error for a line of a file.
-pub(super) fn fail(text: &Text, line: Option<usize>, problem: Problem) -> ArtiSynthError {
+pub(super) fn fail(text: &Text, line: Option<usize>, problem: ArtiSynthProblem) -> ArtiSynthError {
     ArtiSynthError { file: text.file.clone(), line, problem }
 }

@@ -28,7 +28,7 @@ use tongue_core::body::{Bone, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, Spa
 use error::fail;
 use tables::{Table, elements, fibres, nodes, numbers, regions, strengths};
 
-pub use error::{ArtiSynthError, Problem};
+pub use error::{ArtiSynthError, ArtiSynthProblem};
 pub use tables::Probe;
 
 /// The styloid processes, which ArtiSynth's program places and its mesh lacks: ids in `Fibers.mac` and
@@ -101,15 +101,16 @@ pub fn read_probe(path: &Path) -> Result<Probe, ArtiSynthError> {
 fn find(folder: &Path, ending: &str) -> Result<String, ArtiSynthError> {
     let name = folder.display().to_string();
     let whole = |problem| ArtiSynthError { file: name.clone(), line: None, problem };
-    let entries = std::fs::read_dir(folder).map_err(|e| whole(Problem::Unreadable { why: e.to_string() }))?;
+    let entries =
+        std::fs::read_dir(folder).map_err(|e| whole(ArtiSynthProblem::Unreadable { why: e.to_string() }))?;
     let mut found: Vec<String> = entries
         .filter_map(|e| e.ok()?.file_name().into_string().ok())
         .filter(|n| Path::new(n).extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)))
         .collect();
     match (found.pop(), found.is_empty()) {
         (Some(one), true) => Ok(one),
-        (None, _) => Err(whole(Problem::NoFile { ending: ending.to_owned() })),
-        (Some(_), false) => Err(whole(Problem::Several { ending: ending.to_owned() })),
+        (None, _) => Err(whole(ArtiSynthProblem::NoFile { ending: ending.to_owned() })),
+        (Some(_), false) => Err(whole(ArtiSynthProblem::Several { ending: ending.to_owned() })),
     }
 }
 
@@ -118,9 +119,11 @@ fn text(path: &Path) -> Result<Text, ArtiSynthError> {
     match crate::files::read(path) {
         // Comments are in Latin-1.
         Ok(bytes) => Ok(Text { file, text: String::from_utf8_lossy(&bytes).into_owned() }),
-        Err(e) => {
-            Err(ArtiSynthError { file, line: None, problem: Problem::Unreadable { why: e.to_string() } })
-        }
+        Err(e) => Err(ArtiSynthError {
+            file,
+            line: None,
+            problem: ArtiSynthProblem::Unreadable { why: e.to_string() },
+        }),
     }
 }
 
@@ -167,10 +170,13 @@ pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, ArtiSynthError> {
             Some((group, "R")) => (group, Side::Right),
             _ => (name.as_str(), Side::Middle),
         };
-        let region = regions.of.get(name).ok_or_else(|| wrong(Problem::NoRegion { muscle: name.clone() }))?;
-        let chains = fibres.get(number).ok_or_else(|| wrong(Problem::NoFibres { muscle: name.clone() }))?;
-        let strength =
-            strengths.get(group).ok_or_else(|| wrong(Problem::NoStrength { muscle: group.to_owned() }))?;
+        let region =
+            regions.of.get(name).ok_or_else(|| wrong(ArtiSynthProblem::NoRegion { muscle: name.clone() }))?;
+        let chains =
+            fibres.get(number).ok_or_else(|| wrong(ArtiSynthProblem::NoFibres { muscle: name.clone() }))?;
+        let strength = strengths
+            .get(group)
+            .ok_or_else(|| wrong(ArtiSynthProblem::NoStrength { muscle: group.to_owned() }))?;
         let strength_n = if side == Side::Middle { *strength } else { 0.5 * strength };
         let muscle = Laid { body: &body, volumes: &volumes, in_tissue, region, strength_n };
         let (segments, stress_pa) = muscle.segments(chains.values());
@@ -189,7 +195,7 @@ pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, ArtiSynthError> {
         });
     }
     body.mesh.connect();
-    body.check().map_err(|fault| fail(&files.elements, None, Problem::Faulty { fault }))?;
+    body.check().map_err(|fault| fail(&files.elements, None, ArtiSynthProblem::Faulty { fault }))?;
     Ok(body)
 }
 

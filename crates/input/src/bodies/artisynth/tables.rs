@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use nalgebra::Vector3;
 
-use super::error::{ArtiSynthError, Problem, fail};
+use super::error::{ArtiSynthError, ArtiSynthProblem, fail};
 use super::{Fibres, Text};
 
 /// Items with the ids of the file.
@@ -42,13 +42,13 @@ fn number<T: FromStr>(
     what: &'static str,
 ) -> Result<T, ArtiSynthError> {
     let found = word.unwrap_or("nothing").trim();
-    let wrong = || fail(text, Some(line), Problem::Expected { what, found: found.to_owned() });
+    let wrong = || fail(text, Some(line), ArtiSynthProblem::Expected { what, found: found.to_owned() });
     found.parse().map_err(|_| wrong())
 }
 
 fn finite(text: &Text, line: usize, word: Option<&str>, what: &'static str) -> Result<f64, ArtiSynthError> {
     let value: f64 = number(text, line, word, what)?;
-    let wrong = || fail(text, Some(line), Problem::Expected { what, found: value.to_string() });
+    let wrong = || fail(text, Some(line), ArtiSynthProblem::Expected { what, found: value.to_string() });
     value.is_finite().then_some(value).ok_or_else(wrong)
 }
 
@@ -60,11 +60,11 @@ pub(super) fn nodes(text: &Text) -> Result<Table<Vector3<f64>>, ArtiSynthError> 
         let mut coordinate = || finite(text, line, words.next(), "a coordinate");
         table.of.push(Vector3::new(coordinate()?, coordinate()?, coordinate()?));
         if table.numbers.insert(id, table.of.len() - 1).is_some() {
-            return Err(fail(text, Some(line), Problem::Twice { what: "node", id }));
+            return Err(fail(text, Some(line), ArtiSynthProblem::Twice { what: "node", id }));
         }
     }
     match table.of.is_empty() {
-        true => Err(fail(text, None, Problem::Nothing { what: "nodes" })),
+        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "nodes" })),
         false => Ok(table),
     }
 }
@@ -81,16 +81,17 @@ pub(super) fn elements(
         let mut corners = [0; 8];
         for corner in &mut corners {
             let id: u64 = number(text, line, words.next(), "the id of a node")?;
-            *corner = *nodes.get(&id).ok_or_else(|| fail(text, Some(line), Problem::NoSuchNode { id }))?;
+            *corner =
+                *nodes.get(&id).ok_or_else(|| fail(text, Some(line), ArtiSynthProblem::NoSuchNode { id }))?;
         }
         let id: u64 = number(text, line, words.last(), "the id of the element")?;
         hexahedra.push(corners);
         if ids.insert(id, hexahedra.len() - 1).is_some() {
-            return Err(fail(text, Some(line), Problem::Twice { what: "element", id }));
+            return Err(fail(text, Some(line), ArtiSynthProblem::Twice { what: "element", id }));
         }
     }
     match hexahedra.is_empty() {
-        true => Err(fail(text, None, Problem::Nothing { what: "hexahedra" })),
+        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "hexahedra" })),
         false => Ok((hexahedra, ids)),
     }
 }
@@ -102,7 +103,7 @@ pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, ArtiSynth
         for word in row.split_whitespace() {
             let node: usize = number(text, line, Some(word), "the number of a node, from 0")?;
             if node >= count {
-                return Err(fail(text, Some(line), Problem::NoSuchNode { id: node as u64 }));
+                return Err(fail(text, Some(line), ArtiSynthProblem::NoSuchNode { id: node as u64 }));
             }
             all.push(node);
         }
@@ -122,15 +123,20 @@ pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Re
     let mut regions = Regions::default();
     let mut selected = Vec::new();
     for (line, row) in lines(text) {
-        let expected =
-            |what, found: &str| fail(text, Some(line), Problem::Expected { what, found: found.to_owned() });
+        let expected = |what, found: &str| {
+            fail(text, Some(line), ArtiSynthProblem::Expected { what, found: found.to_owned() })
+        };
         if let Some(rest) = after(row, "muscleName(") {
             let what = "a muscle like muscleName(1) = 'GGP_L'";
             let (number, name) = rest.split_once(')').ok_or_else(|| expected(what, row))?;
             let number: usize = self::number(text, line, Some(number), "the number of a muscle")?;
             let name = name.split('\'').nth(1).ok_or_else(|| expected(what, row))?.trim();
             if regions.names.insert(number, (name.to_owned(), line)).is_some() {
-                return Err(fail(text, Some(line), Problem::Twice { what: "muscle", id: number as u64 }));
+                return Err(fail(
+                    text,
+                    Some(line),
+                    ArtiSynthProblem::Twice { what: "muscle", id: number as u64 },
+                ));
             }
         } else if let Some(rest) = after(row, "ESEL,") {
             let words: Vec<&str> = rest.split(',').map(str::trim).collect();
@@ -154,7 +160,9 @@ pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Re
             }
             for id in (from..=to).step_by(step as usize) {
                 let found = elements.get(&id);
-                selected.push(*found.ok_or_else(|| fail(text, Some(line), Problem::NoSuchElement { id }))?);
+                selected.push(
+                    *found.ok_or_else(|| fail(text, Some(line), ArtiSynthProblem::NoSuchElement { id }))?,
+                );
             }
         } else if let Some(rest) = after(row, "CM,") {
             let name = rest.split(',').next().unwrap_or_default().trim();
@@ -165,7 +173,7 @@ pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Re
         }
     }
     match regions.names.is_empty() {
-        true => Err(fail(text, None, Problem::Nothing { what: "muscles" })),
+        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "muscles" })),
         false => Ok(regions),
     }
 }
@@ -176,7 +184,7 @@ pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres
         let Some(rest) = after(row, "FIBER(") else { continue };
         let wrong = || {
             let (what, found) = ("a node of a fibre like FIBER(1,2,3)=398", row.to_owned());
-            fail(text, Some(line), Problem::Expected { what, found })
+            fail(text, Some(line), ArtiSynthProblem::Expected { what, found })
         };
         let (inside, id) = rest.split_once(')').ok_or_else(wrong)?;
         let id = id.trim().strip_prefix('=').ok_or_else(wrong)?;
@@ -185,17 +193,18 @@ pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres
         let (node, fibre, muscle) =
             (next("the number of a node")?, next("the number of a fibre")?, next("the number of a muscle")?);
         let id: u64 = number(text, line, Some(id), "the id of a node")?;
-        let at = *nodes.get(&id).ok_or_else(|| fail(text, Some(line), Problem::NoSuchNode { id }))?;
+        let at =
+            *nodes.get(&id).ok_or_else(|| fail(text, Some(line), ArtiSynthProblem::NoSuchNode { id }))?;
         places.entry(muscle).or_default().entry(fibre).or_default().insert(node, at);
     }
     if places.is_empty() {
-        return Err(fail(text, None, Problem::Nothing { what: "fibres" }));
+        return Err(fail(text, None, ArtiSynthProblem::Nothing { what: "fibres" }));
     }
     let mut all = Fibres::new();
     for (muscle, fibres) in places {
         for (fibre, chain) in fibres {
             if let Some(missing) = (1..=chain.len().max(2)).find(|i| !chain.contains_key(i)) {
-                return Err(fail(text, None, Problem::Gap { muscle, fibre, missing }));
+                return Err(fail(text, None, ArtiSynthProblem::Gap { muscle, fibre, missing }));
             }
             all.entry(muscle).or_default().insert(fibre, chain.into_values().collect());
         }
@@ -211,7 +220,7 @@ pub(super) fn strengths(text: &Text) -> Result<BTreeMap<String, f64>, ArtiSynthE
         let force = finite(text, line, words.next(), "a force in newtons")?;
         if force < 0.0 {
             let (what, found) = ("a force in newtons", force.to_string());
-            return Err(fail(text, Some(line), Problem::Expected { what, found }));
+            return Err(fail(text, Some(line), ArtiSynthProblem::Expected { what, found }));
         }
         strengths.insert(name.to_owned(), force);
     }
@@ -222,7 +231,7 @@ pub(super) fn probe(text: &Text) -> Result<Probe, ArtiSynthError> {
     let mut all = lines(text);
     let head = |found: Option<(usize, &str)>, what| {
         let (line, found) = found.unwrap_or((1, "nothing"));
-        fail(text, Some(line), Problem::Expected { what, found: found.to_owned() })
+        fail(text, Some(line), ArtiSynthProblem::Expected { what, found: found.to_owned() })
     };
     let times = all.next();
     if times.is_none_or(|(_, row)| row.split_whitespace().count() != 3) {
@@ -244,7 +253,7 @@ pub(super) fn probe(text: &Text) -> Result<Probe, ArtiSynthError> {
         rows.push((time, values));
     }
     match rows.is_empty() {
-        true => Err(fail(text, None, Problem::Nothing { what: "rows" })),
+        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "rows" })),
         false => Ok(Probe { rows }),
     }
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::SVector;
 
 use super::chain::{NoChain, chain};
-use super::error::{Found, Located, Problem};
+use super::error::{Found, Located, MshProblem};
 use super::parse::{Element, Raw};
 use super::{Bent, Content, File, Unit, Unused};
 use crate::measured::muscles::Muscles;
@@ -99,7 +99,7 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<File> {
                 true => "it has no physical groups".to_owned(),
                 false => format!("it has {}", names.join(", ")),
             };
-            Err(Located::whole(Problem::NoTissue { found }))
+            Err(Located::whole(MshProblem::NoTissue { found }))
         }
     }
 }
@@ -152,7 +152,7 @@ fn body<const D: usize>(
     let tags: Vec<u64> = kept.into_iter().collect();
     let tag = |node: usize| tags.get(node).copied().unwrap_or_default();
     if let Some(&[a, b]) = mesh.connections.iter().find(|[a, b]| mesh.nodes[*a] == mesh.nodes[*b]) {
-        return Err(Located::whole(Problem::SamePlace { a: tag(a), b: tag(b) }));
+        return Err(Located::whole(MshProblem::SamePlace { a: tag(a), b: tag(b) }));
     }
     embedded(&mesh, &cells, &chains, tag)?;
     let bones = bones(groups, &numbers)?;
@@ -162,7 +162,7 @@ fn body<const D: usize>(
         tongue_core::body::MeshFault::Degenerate { cell }
         | tongue_core::body::MeshFault::Inverted { cell } => match cells.get(cell) {
             Some(TaggedCell { nodes, element }) => {
-                Located::at(element.at, Problem::Degenerate { element: element.tag, nodes: nodes.clone() })
+                Located::at(element.at, MshProblem::Degenerate { element: element.tag, nodes: nodes.clone() })
             }
             None => Located::whole(fault.into()),
         },
@@ -225,16 +225,16 @@ fn chains<'a>(groups: &'a [Group<'a>], known: &Muscles) -> Found<Vec<TaggedChain
         let earlier = chains.iter().find(|c| c.name == name && known.published(&name).is_some());
         if let Some(earlier) = earlier {
             let (first, second) = (shown(earlier.group), shown(group));
-            return Err(located(group, Problem::MuscleTwice { name, first, second }));
+            return Err(located(group, MshProblem::MuscleTwice { name, first, second }));
         }
         let lines: Vec<[u64; 2]> =
             group.elements.iter().filter_map(|e| <[u64; 2]>::try_from(e.nodes.as_slice()).ok()).collect();
         let nodes = chain(&lines).map_err(|broken| {
             let name = name.clone();
             let problem = match broken {
-                NoChain::Branch { node, lines } => Problem::Branch { name, node, lines },
-                NoChain::Gap { ends } => Problem::Gap { name, ends },
-                NoChain::Loop { node } => Problem::Loop { name, node },
+                NoChain::Branch { node, lines } => MshProblem::Branch { name, node, lines },
+                NoChain::Gap { ends } => MshProblem::Gap { name, ends },
+                NoChain::Loop { node } => MshProblem::Loop { name, node },
             };
             located(group, problem)
         })?;
@@ -244,7 +244,7 @@ fn chains<'a>(groups: &'a [Group<'a>], known: &Muscles) -> Found<Vec<TaggedChain
     Ok(chains)
 }
 
-fn located(group: &Group<'_>, problem: Problem) -> Located {
+fn located(group: &Group<'_>, problem: MshProblem) -> Located {
     Located { at: group.at, problem }
 }
 
@@ -254,7 +254,7 @@ fn positions<const D: usize>(raw: &Raw, kept: &BTreeSet<u64>, unit: Unit) -> Fou
     if D == 2 {
         let extent = given().flat_map(|(_, x)| [x[0].abs(), x[1].abs()]).fold(0.0, f64::max);
         if let Some((node, x)) = given().find(|(_, x)| x[2].abs() > FLAT * extent) {
-            return Err(Located::whole(Problem::OutOfPlane { node, z: x[2] }));
+            return Err(Located::whole(MshProblem::OutOfPlane { node, z: x[2] }));
         }
     }
     Ok(given().map(|(_, x)| SVector::from_iterator(x.iter().map(|c| c * unit.metres()))).collect())
@@ -275,11 +275,11 @@ fn embedded<const D: usize>(
             let around = mesh.cells.iter().position(|cell| inside(&simplex::corners(&mesh.nodes, cell), &x));
             if let Some(cell) = around.and_then(|c| cells.get(c)) {
                 let (node, element) = (tag(node), cell.element.tag);
-                return Err(located(group, Problem::NotEmbedded { name: name.clone(), node, element }));
+                return Err(located(group, MshProblem::NotEmbedded { name: name.clone(), node, element }));
             }
         }
         if outside.len() == muscle.nodes.len() {
-            return Err(located(group, Problem::Apart { name: name.clone() }));
+            return Err(located(group, MshProblem::Apart { name: name.clone() }));
         }
     }
     Ok(())
@@ -306,7 +306,7 @@ fn bones(groups: &[Group<'_>], numbers: &BTreeMap<u64, usize>) -> Found<Vec<Bone
             match numbers.get(node) {
                 Some(&number) => nodes.insert(number),
                 None => {
-                    let problem = Problem::BoneHoldsNothing { name: name.clone(), node: *node };
+                    let problem = MshProblem::BoneHoldsNothing { name: name.clone(), node: *node };
                     return Err(located(group, problem));
                 }
             };

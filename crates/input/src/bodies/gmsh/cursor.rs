@@ -1,6 +1,6 @@
 //! Cursor through the bytes of a Gmsh file, which are text, or text with binary numbers.
 
-use super::error::{Found, Located, Problem};
+use super::error::{Found, Located, MshProblem};
 
 /// A position in the bytes, and the format of the numbers.
 pub(super) struct Cursor<'a> {
@@ -38,7 +38,7 @@ impl<'a> Cursor<'a> {
                 self.big_endian = true;
                 Ok(())
             }
-            _ => Err(Located::at(at, Problem::ByteOrder)),
+            _ => Err(Located::at(at, MshProblem::ByteOrder)),
         }
     }
 
@@ -52,7 +52,7 @@ impl<'a> Cursor<'a> {
         let line = self.line("a section")?;
         match line.trim().strip_prefix('$') {
             Some(name) if !name.is_empty() && !name.starts_with("End") => Ok(Some((name, at))),
-            _ => Err(Located::at(at, Problem::NoSection { found: shortened(line) })),
+            _ => Err(Located::at(at, MshProblem::NoSection { found: shortened(line) })),
         }
     }
 
@@ -63,7 +63,7 @@ impl<'a> Cursor<'a> {
         let found = self.token(section)?;
         match found.strip_prefix("$End") == Some(section) {
             true => Ok(()),
-            false => Err(Located::at(at, Problem::NoEnd { section, found: shortened(found) })),
+            false => Err(Located::at(at, MshProblem::NoEnd { section, found: shortened(found) })),
         }
     }
 
@@ -76,7 +76,7 @@ impl<'a> Cursor<'a> {
                 self.at += offset + end.len();
                 Ok(())
             }
-            None => Err(Located::at(self.at, Problem::Ended { what: format!("${end}", end = &end[1..]) })),
+            None => Err(Located::at(self.at, MshProblem::Ended { what: format!("${end}", end = &end[1..]) })),
         }
     }
 
@@ -84,7 +84,7 @@ impl<'a> Cursor<'a> {
     pub fn line(&mut self, what: &str) -> Found<&'a str> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         if rest.is_empty() {
-            return Err(Located::at(self.at, Problem::Ended { what: what.to_owned() }));
+            return Err(Located::at(self.at, MshProblem::Ended { what: what.to_owned() }));
         }
         let length = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
         let text = self.text(self.at, self.at + length, what)?;
@@ -106,7 +106,7 @@ impl<'a> Cursor<'a> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         if length == 0 {
-            return Err(Located::at(self.at, Problem::Ended { what: what.to_owned() }));
+            return Err(Located::at(self.at, MshProblem::Ended { what: what.to_owned() }));
         }
         let text = self.text(self.at, self.at + length, what)?;
         self.at += length;
@@ -148,7 +148,7 @@ impl<'a> Cursor<'a> {
     fn array<const N: usize>(&mut self, what: &str) -> Found<[u8; N]> {
         let bytes = self.bytes.get(self.at..self.at.saturating_add(N));
         let Some(bytes) = bytes.and_then(|b| <[u8; N]>::try_from(b).ok()) else {
-            return Err(Located::at(self.at, Problem::Ended { what: what.to_owned() }));
+            return Err(Located::at(self.at, MshProblem::Ended { what: what.to_owned() }));
         };
         self.at += N;
         Ok(bytes)
@@ -156,7 +156,8 @@ impl<'a> Cursor<'a> {
 
     fn text(&self, from: usize, to: usize, what: &str) -> Found<&'a str> {
         let bytes = self.bytes.get(from..to).unwrap_or_default();
-        std::str::from_utf8(bytes).map_err(|_| Located::at(from, Problem::NotText { what: what.to_owned() }))
+        std::str::from_utf8(bytes)
+            .map_err(|_| Located::at(from, MshProblem::NotText { what: what.to_owned() }))
     }
 
     fn skip_space(&mut self) {
@@ -166,7 +167,7 @@ impl<'a> Cursor<'a> {
 }
 
 fn not_a_number(at: usize, what: &str, found: &str) -> Located {
-    Located::at(at, Problem::NotANumber { what: what.to_owned(), found: shortened(found) })
+    Located::at(at, MshProblem::NotANumber { what: what.to_owned(), found: shortened(found) })
 }
 
 /// The beginning of a word, for messages.

@@ -11,14 +11,14 @@ pub struct GmshError {
     /// The file, or a name for its source.
     pub origin: String,
     /// Where in it.
-    pub place: Place,
+    pub place: MshPlace,
     /// What is wrong.
-    pub problem: Problem,
+    pub problem: MshProblem,
 }
 
 /// A place in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum MshPlace {
     /// The file as a whole.
     Whole,
     /// A line, from 1.
@@ -27,7 +27,7 @@ pub enum Place {
     Byte(usize),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for MshPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Whole => Ok(()),
@@ -40,7 +40,7 @@ impl fmt::Display for Place {
 /// What is wrong with a Gmsh file. Nodes and elements are named by their Gmsh tags.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say it")]
-pub enum Problem {
+pub enum MshProblem {
     #[error("this is not a Gmsh mesh: it does not begin with $MeshFormat; save it as .msh (gmsh my.geo -2)")]
     NotGmsh,
     #[error(
@@ -146,24 +146,24 @@ pub enum Problem {
 #[derive(Debug)]
 pub(super) struct Located {
     pub at: Option<usize>,
-    pub problem: Problem,
+    pub problem: MshProblem,
 }
 
 impl Located {
-    pub fn at(at: usize, problem: Problem) -> Self {
+    pub fn at(at: usize, problem: MshProblem) -> Self {
         Self { at: Some(at), problem }
     }
 
-    pub fn whole(problem: Problem) -> Self {
+    pub fn whole(problem: MshProblem) -> Self {
         Self { at: None, problem }
     }
 
     /// The error for a file of these bytes.
     pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> GmshError {
         let place = match self.at {
-            None => Place::Whole,
-            Some(at) if binary => Place::Byte(at),
-            Some(at) => Place::Line(1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
+            None => MshPlace::Whole,
+            Some(at) if binary => MshPlace::Byte(at),
+            Some(at) => MshPlace::Line(1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
         };
         GmshError { origin: origin.to_owned(), place, problem: self.problem }
     }

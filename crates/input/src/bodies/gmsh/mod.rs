@@ -31,7 +31,7 @@ mod write;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use error::{GmshError, Place, Problem};
+pub use error::{GmshError, MshPlace, MshProblem};
 pub use review::{Concern, TONGUE_M, review, unit_suspicion};
 use tongue_core::body::Body;
 pub use write::write;
@@ -59,7 +59,7 @@ impl Unit {
 
 /// Format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Format {
+pub struct MshFormat {
     /// `4.1` or `2.2`.
     pub version: &'static str,
     /// Whether its numbers are binary.
@@ -79,7 +79,7 @@ pub enum File {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Content<const D: usize> {
     /// How the file is written.
-    pub format: Format,
+    pub format: MshFormat,
     /// The body, m. Nodes are in the order of their tags, without those that no cell and no muscle uses;
     /// cells in the order of the file; the eight published muscles in the order of the tables, then others in
     /// the order of their groups.

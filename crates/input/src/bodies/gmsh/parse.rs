@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::Format;
+use super::MshFormat;
 use super::cursor::Cursor;
-use super::error::{Found, Located, Problem};
+use super::error::{Found, Located, MshProblem};
 
 /// Content of a file. Tags are Gmsh's numbers.
 pub(super) struct Raw {
-    pub format: Format,
+    pub format: MshFormat,
     /// Names of the physical groups, by dimension and tag, each with its byte.
     pub names: BTreeMap<(usize, i64), (String, usize)>,
     /// Positions by tag, in the unit of the file.
@@ -56,13 +56,13 @@ fn shape(kind: i64, element: u64, at: usize) -> Found<(usize, usize)> {
         29..=31 => ("tetrahedron of a higher order".to_owned(), linear),
         other => (format!("cell of Gmsh's type {other}"), linear),
     };
-    Err(Located::at(at, Problem::Element { element, what, remedy }))
+    Err(Located::at(at, MshProblem::Element { element, what, remedy }))
 }
 
 /// Reads a file.
 pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     if !matches!(cursor.section(), Ok(Some(("MeshFormat", _)))) {
-        return Err(Located::at(0, Problem::NotGmsh));
+        return Err(Located::at(0, MshProblem::NotGmsh));
     }
     let format = header(cursor)?;
     let mut names = BTreeMap::new();
@@ -70,7 +70,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     while let Some((section, at)) = cursor.section()? {
         match section {
             "PhysicalNames" => physical_names(cursor, &mut names)?,
-            "PartitionedEntities" => return Err(Located::at(at, Problem::Partitioned)),
+            "PartitionedEntities" => return Err(Located::at(at, MshProblem::Partitioned)),
             "Entities" if format.version == "4.1" => {
                 once(&mut entities, "Entities", at, entities_4(cursor)?)?;
             }
@@ -85,7 +85,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
             other => cursor.skip(other)?,
         }
     }
-    let missing = |section| Located::whole(Problem::NoSuchSection { section });
+    let missing = |section| Located::whole(MshProblem::NoSuchSection { section });
     let nodes = nodes.ok_or_else(|| missing("Nodes"))?;
     let mut elements = elements.ok_or_else(|| missing("Elements"))?;
     if format.version == "4.1" {
@@ -93,7 +93,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     }
     for element in &elements {
         if let Some(&node) = element.nodes.iter().chain(&element.middles).find(|n| !nodes.contains_key(n)) {
-            return Err(Located::at(element.at, Problem::NoSuchNode { element: element.tag, node }));
+            return Err(Located::at(element.at, MshProblem::NoSuchNode { element: element.tag, node }));
         }
     }
     Ok(Raw { format, names, nodes, elements })
@@ -102,35 +102,35 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
 fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> Found<()> {
     match slot.replace(value) {
         None => Ok(()),
-        Some(_) => Err(Located::at(at, Problem::SectionTwice { section })),
+        Some(_) => Err(Located::at(at, MshProblem::SectionTwice { section })),
     }
 }
 
-fn header(cursor: &mut Cursor<'_>) -> Found<Format> {
+fn header(cursor: &mut Cursor<'_>) -> Found<MshFormat> {
     let at = cursor.at();
     let version = match cursor.token("the version of the format")? {
         "4.1" => "4.1",
         "2.2" => "2.2",
         other => {
             let found = other.chars().take(10).collect();
-            return Err(Located::at(at, Problem::Version { found }));
+            return Err(Located::at(at, MshProblem::Version { found }));
         }
     };
     let kind = cursor.int("0 for text or 1 for binary")?;
     let binary = match kind {
         0 => false,
         1 => true,
-        number => return Err(Located::at(at, Problem::OutOfRange { what: "file type", number })),
+        number => return Err(Located::at(at, MshProblem::OutOfRange { what: "file type", number })),
     };
     let size = cursor.line("the size of numbers")?.trim();
     if size != "8" {
-        return Err(Located::at(at, Problem::DataSize { found: size.chars().take(10).collect() }));
+        return Err(Located::at(at, MshProblem::DataSize { found: size.chars().take(10).collect() }));
     }
     if binary {
         cursor.begin_binary()?;
     }
     cursor.end("MeshFormat")?;
-    Ok(Format { version, binary })
+    Ok(MshFormat { version, binary })
 }
 
 fn physical_names(cursor: &mut Cursor<'_>, names: &mut BTreeMap<(usize, i64), (String, usize)>) -> Found<()> {
@@ -146,7 +146,7 @@ fn physical_names(cursor: &mut Cursor<'_>, names: &mut BTreeMap<(usize, i64), (S
             Some(((dimension, tag.parse().ok()?), (name.to_owned(), at)))
         };
         let (key, name) = parsed().ok_or_else(|| {
-            Located::at(at, Problem::PhysicalName { found: line.trim().chars().take(60).collect() })
+            Located::at(at, MshProblem::PhysicalName { found: line.trim().chars().take(60).collect() })
         })?;
         names.insert(key, name);
     }
@@ -159,7 +159,7 @@ fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Found<u64> {
     let number = cursor.int(what)?;
     match u64::try_from(number) {
         Ok(n) if n > 0 => Ok(n),
-        _ => Err(Located::at(at, Problem::OutOfRange { what, number })),
+        _ => Err(Located::at(at, MshProblem::OutOfRange { what, number })),
     }
 }
 
@@ -171,7 +171,7 @@ fn position(cursor: &mut Cursor<'_>, node: u64) -> Found<[f64; 3]> {
     }
     match x.iter().all(|c| c.is_finite()) {
         true => Ok(x),
-        false => Err(Located::at(at, Problem::NotFinite { node })),
+        false => Err(Located::at(at, MshProblem::NotFinite { node })),
     }
 }
 
@@ -182,7 +182,7 @@ fn nodes_2(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
         let at = cursor.at();
         let node = positive(cursor, "node")?;
         if nodes.insert(node, position(cursor, node)?).is_some() {
-            return Err(Located::at(at, Problem::NodeTwice { node }));
+            return Err(Located::at(at, MshProblem::NodeTwice { node }));
         }
     }
     cursor.end("Nodes")?;
@@ -272,7 +272,7 @@ fn nodes_4(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
         }
         for (at, node) in tags {
             if nodes.insert(node, position(cursor, node)?).is_some() {
-                return Err(Located::at(at, Problem::NodeTwice { node }));
+                return Err(Located::at(at, MshProblem::NodeTwice { node }));
             }
             for _ in 0..if parametric == 0 { 0 } else { dimension.clamp(0, 3) } {
                 cursor.real("a parametric coordinate")?;

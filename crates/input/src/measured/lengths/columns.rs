@@ -3,7 +3,7 @@
 use csv::StringRecord;
 
 use super::error::{Malformed, Place};
-use super::number::Unit;
+use super::number::TableUnit;
 use super::reading::SetAside;
 use super::vowel::{clip, nfc};
 use tongue_core::suggest;
@@ -41,9 +41,9 @@ pub(super) struct Length {
     pub muscle: String,
     /// Number of the field, from 0.
     pub field: usize,
-    pub unit: Unit,
+    pub unit: TableUnit,
     /// Field and unit of its own half widths, if it has any.
-    pub half_width: Option<(usize, Unit)>,
+    pub half_width: Option<(usize, TableUnit)>,
 }
 
 /// Columns of a table; fields count from 0.
@@ -52,7 +52,7 @@ pub(super) struct Columns {
     pub vowel: usize,
     pub lengths: Vec<Length>,
     /// Half widths of all muscles without columns of their own.
-    pub half_width: Option<(usize, Unit)>,
+    pub half_width: Option<(usize, TableUnit)>,
     pub set_aside: Vec<SetAside>,
 }
 
@@ -61,8 +61,8 @@ enum Meaning {
     /// With the index of the name among its aliases.
     Subject(usize),
     Vowel(usize),
-    Length(String, Unit),
-    HalfWidth(Option<String>, Unit),
+    Length(String, TableUnit),
+    HalfWidth(Option<String>, TableUnit),
     Other,
 }
 
@@ -193,10 +193,10 @@ fn plain(name: &str) -> String {
 }
 
 /// A name without its unit: `GGa` and mm of `GGa_mm`, `GGa (mm)` and R's `GGa..mm.`.
-fn quantity(name: &str) -> Option<(&str, Unit)> {
+fn quantity(name: &str) -> Option<(&str, TableUnit)> {
     let name = name.trim_end_matches([')', ']', '.', ' ']);
     let lower = name.to_ascii_lowercase();
-    Unit::ALL.into_iter().find_map(|unit| {
+    TableUnit::ALL.into_iter().find_map(|unit| {
         let rest = name.get(..lower.strip_suffix(unit.symbol())?.len())?;
         let quantity = rest.trim_end_matches(BETWEEN).trim_start();
         let is_name =

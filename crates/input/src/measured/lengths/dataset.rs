@@ -10,7 +10,7 @@ use super::number::LARGEST_HALF_WIDTH_MM;
 use super::read::{Table, read};
 use super::reading::HalfWidth;
 use super::vowel::nfc;
-use super::{BrokenRow, Error, Lengths, Reading, Row, Vowel};
+use super::{BrokenRow, Lengths, LengthsError, Reading, Row, Vowel};
 use crate::files;
 use tongue_core::suggest;
 
@@ -42,7 +42,7 @@ impl Dataset {
     ///
     /// # Errors
     /// As [`Dataset::from_reader`]; a test checks that the built-in table has no error.
-    pub fn reference() -> Result<Self, Error> {
+    pub fn reference() -> Result<Self, LengthsError> {
         Self::parse(REFERENCE.as_bytes(), REFERENCE_ORIGIN)
     }
 
@@ -50,8 +50,8 @@ impl Dataset {
     /// the format.
     ///
     /// # Errors
-    /// As [`Dataset::from_reader`], naming the file. Folders, pipes and devices are [`Error::Unreadable`].
-    pub fn from_path(path: impl AsRef<Path>) -> Result<Self, Error> {
+    /// As [`Dataset::from_reader`], naming the file. Folders, pipes and devices are [`LengthsError::Unreadable`].
+    pub fn from_path(path: impl AsRef<Path>) -> Result<Self, LengthsError> {
         let path = path.as_ref();
         if path.as_os_str() == "-" {
             return Self::from_reader(io::stdin().lock(), "stdin");
@@ -74,7 +74,7 @@ impl Dataset {
     /// A faulty row is left out and listed in [`Dataset::broken`].
     ///
     /// # Errors
-    /// [`Error::Unreadable`] if reading fails or the input is too large, [`Error::Malformed`] with line and
+    /// [`LengthsError::Unreadable`] if reading fails or the input is too large, [`LengthsError::Malformed`] with line and
     /// column if no part of the table can be used.
     ///
     /// # Example
@@ -87,18 +87,18 @@ impl Dataset {
     /// assert_eq!(data.row("X", &Vowel::new("ɔ").unwrap())?.length_mm, [Some(46.5), Some(36.0)]);
     /// assert_eq!(data.row("X", &Vowel::new("ə").unwrap())?.length_mm_of("HG"), None);
     /// assert_eq!(data.reading().set_aside[0].name, "age");
-    /// # Ok::<(), tongue_input::measured::lengths::Error>(())
+    /// # Ok::<(), tongue_input::measured::lengths::LengthsError>(())
     /// ```
-    pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, Error> {
+    pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, LengthsError> {
         Self::from_input(files::take_up_to(LARGEST, reader), origin)
     }
 
-    fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, Error> {
-        let bytes = bytes.map_err(|source| Error::Unreadable { origin: origin.to_owned(), source })?;
+    fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, LengthsError> {
+        let bytes = bytes.map_err(|source| LengthsError::Unreadable { origin: origin.to_owned(), source })?;
         Self::parse(&bytes, origin)
     }
 
-    fn parse(bytes: &[u8], origin: &str) -> Result<Self, Error> {
+    fn parse(bytes: &[u8], origin: &str) -> Result<Self, LengthsError> {
         let Table { muscles, rows, reading, broken } = read(bytes, origin)?;
         let mut index = BTreeMap::<_, Vec<usize>>::new();
         for (number, row) in rows.iter().enumerate() {
@@ -110,10 +110,10 @@ impl Dataset {
     /// The same lengths with the half width `mm` for all of them, whatever the table has.
     ///
     /// # Errors
-    /// [`Error::BadHalfWidth`] if `mm` is not from 0 to 100.
-    pub fn with_half_width_mm(mut self, mm: f64) -> Result<Self, Error> {
+    /// [`LengthsError::BadHalfWidth`] if `mm` is not from 0 to 100.
+    pub fn with_half_width_mm(mut self, mm: f64) -> Result<Self, LengthsError> {
         if !(0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
-            return Err(Error::BadHalfWidth { mm, largest: LARGEST_HALF_WIDTH_MM });
+            return Err(LengthsError::BadHalfWidth { mm, largest: LARGEST_HALF_WIDTH_MM });
         }
         for row in &mut self.rows {
             row.lengths.half_width_mm.fill(mm);
@@ -161,8 +161,8 @@ impl Dataset {
     /// The vowels of `subject`, in the order of the table.
     ///
     /// # Errors
-    /// [`Error::UnknownSubject`].
-    pub fn vowels(&self, subject: &str) -> Result<Vec<Vowel>, Error> {
+    /// [`LengthsError::UnknownSubject`].
+    pub fn vowels(&self, subject: &str) -> Result<Vec<Vowel>, LengthsError> {
         Ok(self.of_subject(subject)?.map(|lengths| lengths.vowel.clone()).collect())
     }
 
@@ -170,10 +170,10 @@ impl Dataset {
     /// rows.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if that row is broken, [`Error::UnknownSubject`] with the nearest name, or
-    /// [`Error::MissingRow`] with the vowels that exist.
-    pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, Error> {
-        self.find(subject, vowel)?.ok_or_else(|| Error::MissingRow {
+    /// [`LengthsError::Malformed`] if that row is broken, [`LengthsError::UnknownSubject`] with the nearest name, or
+    /// [`LengthsError::MissingRow`] with the vowels that exist.
+    pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
+        self.find(subject, vowel)?.ok_or_else(|| LengthsError::MissingRow {
             origin: self.origin.clone(),
             subject: subject.to_owned(),
             vowel: vowel.clone(),
@@ -185,17 +185,17 @@ impl Dataset {
     ///
     /// # Errors
     /// As [`Dataset::baseline_vowel`].
-    pub fn baseline(&self, subject: &str) -> Result<&Lengths, Error> {
+    pub fn baseline(&self, subject: &str) -> Result<&Lengths, LengthsError> {
         self.baseline_vowel(subject, &Vowel::unrounded_u())
     }
 
     /// The lengths of `subject` in the baseline vowel `vowel`.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if that row is broken, [`Error::UnknownSubject`], or [`Error::MissingBaseline`]
+    /// [`LengthsError::Malformed`] if that row is broken, [`LengthsError::UnknownSubject`], or [`LengthsError::MissingBaseline`]
     /// with the vowels to choose from.
-    pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, Error> {
-        self.find(subject, vowel)?.ok_or_else(|| Error::MissingBaseline {
+    pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
+        self.find(subject, vowel)?.ok_or_else(|| LengthsError::MissingBaseline {
             origin: self.origin.clone(),
             subject: subject.to_owned(),
             vowel: vowel.clone(),
@@ -203,7 +203,7 @@ impl Dataset {
         })
     }
 
-    fn find(&self, subject: &str, vowel: &Vowel) -> Result<Option<&Lengths>, Error> {
+    fn find(&self, subject: &str, vowel: &Vowel) -> Result<Option<&Lengths>, LengthsError> {
         if let Ok(mut rows) = self.of_subject(subject) {
             let rows: Vec<&Lengths> = rows.by_ref().collect();
             let alike: Vec<&Lengths> = rows.iter().copied().filter(|l| l.vowel.is_like(vowel)).collect();
@@ -226,7 +226,7 @@ impl Dataset {
         self.broken.iter().find(asked).map(|row| &row.fault)
     }
 
-    fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, Error> {
+    fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, LengthsError> {
         let numbers = self.index.get(&nfc(subject)).ok_or_else(|| {
             let known = self.subjects();
             let hint = match suggest::nearest(subject, known.iter().copied()) {
@@ -236,7 +236,7 @@ impl Dataset {
                 None if known.len() > NAMED_SUBJECTS => format!("it has {} other subjects", known.len()),
                 _ => suggest::hint(subject, known.iter().copied()),
             };
-            Error::UnknownSubject { origin: self.origin.clone(), name: subject.to_owned(), hint }
+            LengthsError::UnknownSubject { origin: self.origin.clone(), name: subject.to_owned(), hint }
         })?;
         Ok(numbers.iter().filter_map(|n| self.rows.get(*n)).map(|row| &row.lengths))
     }

@@ -37,7 +37,7 @@ pub struct BrokenRow {
 
 /// Why a table could not be read or looked up. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum LengthsError {
     /// The file could not be opened or read.
     #[error("cannot read {origin}: {source}; {}", advice(source))]
     Unreadable {

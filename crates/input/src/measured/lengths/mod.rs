@@ -22,8 +22,8 @@ mod vowel;
 
 pub use change::Activation;
 pub use dataset::Dataset;
-pub use error::{BrokenRow, Error, Malformed};
-pub use number::{DecimalMark, LONGEST_MM, SHORTEST_MM, Unit};
+pub use error::{BrokenRow, LengthsError, Malformed};
+pub use number::{DecimalMark, LONGEST_MM, SHORTEST_MM, TableUnit};
 pub use reading::{Column, HalfWidth, Reading, Separator, SetAside};
 pub use text::{Encoding, LineEnds};
 pub use vowel::{BadLabel, Vowel};

@@ -21,7 +21,7 @@ const MISSING: [&str; 10] = ["na", "n/a", "#n/a", "nan", "null", "-", "â€“", "â€
 /// The unit that a column's name gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Unit {
+pub enum TableUnit {
     /// Millimetres.
     Mm,
     /// Centimetres.
@@ -30,25 +30,25 @@ pub enum Unit {
     M,
 }
 
-impl Unit {
+impl TableUnit {
     /// All units; the first with which a name ends is its unit.
-    pub(super) const ALL: [Unit; 3] = [Unit::Mm, Unit::Cm, Unit::M];
+    pub(super) const ALL: [TableUnit; 3] = [TableUnit::Mm, TableUnit::Cm, TableUnit::M];
 
     /// Its symbol.
     pub const fn symbol(self) -> &'static str {
         match self {
-            Unit::Mm => "mm",
-            Unit::Cm => "cm",
-            Unit::M => "m",
+            TableUnit::Mm => "mm",
+            TableUnit::Cm => "cm",
+            TableUnit::M => "m",
         }
     }
 
     /// Its power of ten in millimetres.
     pub(super) const fn power(self) -> i32 {
         match self {
-            Unit::Mm => 0,
-            Unit::Cm => 1,
-            Unit::M => 3,
+            TableUnit::Mm => 0,
+            TableUnit::Cm => 1,
+            TableUnit::M => 3,
         }
     }
 }
@@ -74,11 +74,11 @@ pub(super) fn mark_of(cell: &str) -> Option<DecimalMark> {
         at if cell[at..].starts_with(',') => DecimalMark::Comma,
         _ => DecimalMark::Point,
     };
-    in_mm(cell, mark, Unit::Mm).map(|_| mark)
+    in_mm(cell, mark, TableUnit::Mm).map(|_| mark)
 }
 
 /// The number in `cell`, in mm, with the same bits as if it had been written in mm.
-fn in_mm(cell: &str, mark: DecimalMark, unit: Unit) -> Option<f64> {
+fn in_mm(cell: &str, mark: DecimalMark, unit: TableUnit) -> Option<f64> {
     let text = with_point(cell, mark)?;
     let number: f64 = text.parse().ok()?;
     match unit.power() {
@@ -97,7 +97,7 @@ fn with_point(cell: &str, mark: DecimalMark) -> Option<String> {
 }
 
 /// Number of decimals of a millimetre in `cell`: 0 for 57 mm and for 5.7 cm, 1 for 57.8 mm, -1 for 6 cm.
-pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: Unit) -> Option<i32> {
+pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: TableUnit) -> Option<i32> {
     in_mm(cell, mark, unit).filter(|mm| mm.is_finite())?;
     let text = with_point(cell, mark)?.to_ascii_lowercase();
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -110,7 +110,7 @@ pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: Unit) -> Option<i
 pub(super) struct Numbers<'a> {
     /// Name in the header.
     pub column: &'a str,
-    pub unit: Unit,
+    pub unit: TableUnit,
     pub mark: DecimalMark,
 }
 
@@ -154,9 +154,9 @@ impl Numbers<'_> {
             );
         }
         let unit = match self.unit {
-            Unit::Mm => "millimetres",
-            Unit::Cm => "centimetres",
-            Unit::M => "metres",
+            TableUnit::Mm => "millimetres",
+            TableUnit::Cm => "centimetres",
+            TableUnit::M => "metres",
         };
         at.error(
             format!("{name} is {:?}, not a number", clip(cell)),
@@ -172,7 +172,7 @@ impl Numbers<'_> {
             ("not positive", "write a measured length in millimetres, like 57.8, or NA where there is none")
         } else if (SHORTEST_MM..=LONGEST_MM).contains(&mm) {
             return Ok(());
-        } else if self.unit != Unit::Mm {
+        } else if self.unit != TableUnit::Mm {
             let mm = clip(&format!("{mm}"));
             let what = format!(
                 "{name} is {}, which is {mm} mm: not a length of a tongue muscle (10 to 200 mm)",
@@ -212,11 +212,11 @@ mod tests {
             let (whole, tenth) = (tenths / 10, tenths % 10);
             let cm = format!("{}.{}{tenth}", whole / 10, whole % 10);
             let m = format!("0,{whole:03}{tenth}");
-            assert_eq!(in_mm(&cm, DecimalMark::Point, Unit::Cm), Some(mm));
-            assert_eq!(in_mm(&m, DecimalMark::Comma, Unit::M), Some(mm));
-            assert_eq!(in_mm(&cell(0), DecimalMark::Point, Unit::Mm), Some(mm));
-            assert_eq!(decimals_mm(&cm, DecimalMark::Point, Unit::Cm), Some(1));
-            assert_eq!(decimals_mm(&m, DecimalMark::Comma, Unit::M), Some(1));
+            assert_eq!(in_mm(&cm, DecimalMark::Point, TableUnit::Cm), Some(mm));
+            assert_eq!(in_mm(&m, DecimalMark::Comma, TableUnit::M), Some(mm));
+            assert_eq!(in_mm(&cell(0), DecimalMark::Point, TableUnit::Mm), Some(mm));
+            assert_eq!(decimals_mm(&cm, DecimalMark::Point, TableUnit::Cm), Some(1));
+            assert_eq!(decimals_mm(&m, DecimalMark::Comma, TableUnit::M), Some(1));
         }
     }
 
@@ -227,11 +227,14 @@ mod tests {
         for none in ["57", "", "a,b", "5,7,8", "1.234,5", "1,234.5"] {
             assert_eq!(mark_of(none), None, "{none}");
         }
-        for (cell, unit, decimals) in
-            [("57", Unit::Mm, 0), ("57.0", Unit::Mm, 1), ("5.7", Unit::Cm, 0), ("6", Unit::Cm, -1)]
-        {
+        for (cell, unit, decimals) in [
+            ("57", TableUnit::Mm, 0),
+            ("57.0", TableUnit::Mm, 1),
+            ("5.7", TableUnit::Cm, 0),
+            ("6", TableUnit::Cm, -1),
+        ] {
             assert_eq!(decimals_mm(cell, DecimalMark::Point, unit), Some(decimals));
         }
-        assert_eq!(decimals_mm("5.78e1", DecimalMark::Point, Unit::Mm), Some(1));
+        assert_eq!(decimals_mm("5.78e1", DecimalMark::Point, TableUnit::Mm), Some(1));
     }
 }

@@ -8,7 +8,7 @@ use csv::StringRecord;
 
 use super::columns::{self, Columns};
 use super::error::{BrokenRow, Malformed, Place};
-use super::number::{self, DecimalMark, Numbers, Unit};
+use super::number::{self, DecimalMark, Numbers, TableUnit};
 use super::reading::{Column, HalfWidth, Reading, Separator};
 use super::text::{Text, decode};
 use super::vowel::{BadLabel, Vowel, clip, nfc};
@@ -51,14 +51,14 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Table, Malformed> {
         }
     }
     let mark = if commas > points { DecimalMark::Comma } else { DecimalMark::Point };
-    let decimals = Unit::ALL.map(|unit| {
+    let decimals = TableUnit::ALL.map(|unit| {
         let of_unit = cells().filter(|(length, _)| length.unit == unit);
         of_unit.filter_map(|(_, cell)| number::decimals_mm(cell?, mark, unit)).max()
     });
-    let otherwise = |unit: Unit| by_digits(decimals[unit as usize]);
+    let otherwise = |unit: TableUnit| by_digits(decimals[unit as usize]);
 
     let muscles: Arc<[String]> = columns.lengths.iter().map(|l| l.muscle.clone()).collect();
-    let half_width = |own: Option<(usize, Unit)>, unit| match own.or(columns.half_width) {
+    let half_width = |own: Option<(usize, TableUnit)>, unit| match own.or(columns.half_width) {
         None => otherwise(unit),
         Some((field, _)) => {
             HalfWidth::Column { name: clip(name(field)), else_mm: otherwise(unit).without_column_mm() }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{DecimalMark, Encoding, LineEnds, Unit};
+use super::{DecimalMark, Encoding, LineEnds, TableUnit};
 
 /// Separator between the fields of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -78,7 +78,7 @@ pub struct Column {
     /// Number of the column, from 1.
     pub column: usize,
     /// The unit in its name.
-    pub unit: Unit,
+    pub unit: TableUnit,
     /// Origin of its half widths.
     pub half_width: HalfWidth,
 }

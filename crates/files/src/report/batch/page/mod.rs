@@ -10,7 +10,7 @@ use std::io::{self, Write};
 use maud::{Markup, PreEscaped, html};
 
 use super::summary::PassiveGroup;
-use super::{Batch, Journal, all_refusals, each_fit};
+use super::{Batch, BatchJournal, all_refusals, each_fit};
 use crate::report::svg::{self, Found, Svg, colours, frame};
 use crate::report::{Export, page};
 use tongue_core::body::Mesh;
@@ -26,7 +26,7 @@ const SCRIPT: &str = include_str!("page.js");
 ///
 /// # Errors
 /// As the operating system.
-pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
     let fits = shown(batch, journal)?;
     let body = html! {
                     (top(batch, fits.len()))
@@ -51,14 +51,14 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Res
 ///
 /// # Errors
 /// As the operating system.
-pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, journal: &Journal) -> io::Result<()> {
+pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
     let p = batch.provenance;
     let by = crate::report::Provenance::new(&p.command).with_inputs(&p.inputs_sha256);
     tensions(batch.muscles, &shown(batch, journal)?).write(w, &by)
 }
 
 /// The fits on the page.
-fn shown(batch: &Batch<'_>, journal: &Journal) -> io::Result<Vec<PageFit>> {
+fn shown(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Vec<PageFit>> {
     let mut fits = Vec::new();
     each_fit(batch, journal, |_, fitted| {
         fits.extend(fitted.page);
@@ -186,7 +186,7 @@ fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
     }
 }
 
-fn others(batch: &Batch<'_>, journal: &Journal) -> io::Result<Markup> {
+fn others(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Markup> {
     let refusals = all_refusals(batch, journal)?;
     Ok(html! {
         section {

@@ -56,7 +56,7 @@ proptest! {
                     }
                 }
             }
-            Err(Error::Malformed(fault)) => prop_assert!(in_it(&fault), "{fault}"),
+            Err(LengthsError::Malformed(fault)) => prop_assert!(in_it(&fault), "{fault}"),
             Err(other) => prop_assert!(false, "{other}"),
         }
     }

@@ -16,7 +16,7 @@ fn a_broken_row_stops_only_what_needs_it() {
         let message = data.row(subject, &vowel("a")).unwrap_err().to_string();
         assert!(message.starts_with(expected), "{message}");
     }
-    assert!(matches!(data.row("S2", &vowel("i")), Err(Error::UnknownSubject { .. })));
+    assert!(matches!(data.row("S2", &vowel("i")), Err(LengthsError::UnknownSubject { .. })));
 }
 
 // Refused tables.

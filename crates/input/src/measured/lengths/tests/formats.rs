@@ -87,7 +87,7 @@ fn missing_cells_are_unmeasured_and_rows_of_them_are_ignored() {
     assert_eq!(data.rows()[1].lengths.measured().collect::<Vec<_>>(), [("HGp", 30.0)]);
     let data = dataset(row(",,,,,,,"));
     assert_eq!((data.rows().len(), &data.reading().rows_without_lengths[..]), (1, &[3][..]));
-    assert!(matches!(data.row("S1", &vowel("i")), Err(Error::MissingRow { .. })));
+    assert!(matches!(data.row("S1", &vowel("i")), Err(LengthsError::MissingRow { .. })));
     assert_eq!(
         rows_refusal("S1,i,,,,,,,,"),
         "my.csv:3:1: no row has a length; write lengths in millimetres, like 57.8, where they were measured"
@@ -119,7 +119,7 @@ fn half_widths_come_from_columns_digits_or_the_user() {
     assert_eq!((first(&given), second(&given)), (vec![1.0; 2], vec![1.0; 2]));
     assert_eq!(given.reading().columns[1].half_width, HalfWidth::Given { mm: 1.0 });
     for wrong in [-1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(given.clone().with_half_width_mm(wrong), Err(Error::BadHalfWidth { .. })));
+        assert!(matches!(given.clone().with_half_width_mm(wrong), Err(LengthsError::BadHalfWidth { .. })));
     }
 
     let nobody = table("GGa_mm,HG_mm,SG_half_width_mm,speaker", "40,41,1,Y");

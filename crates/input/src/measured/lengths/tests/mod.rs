@@ -83,7 +83,7 @@ fn missing_rows_are_reported_with_existing_ones() {
         data.row("S4", &vowel("u")).unwrap_err().to_string(),
         "S4 has no row for /ɯ/ in targets/takano2007_lengths.csv (built in); it has /i/, /e/, /a/, /o/"
     );
-    assert!(matches!(data.baseline("S4"), Err(Error::MissingBaseline { has, .. }) if has.len() == 4));
+    assert!(matches!(data.baseline("S4"), Err(LengthsError::MissingBaseline { has, .. }) if has.len() == 4));
     assert_eq!(data.baseline_vowel("S4", &vowel("e")).unwrap().vowel, vowel("e"));
     assert_eq!(data.row("S4", &vowel("A")).unwrap().vowel, vowel("a"));
 }

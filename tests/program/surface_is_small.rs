@@ -1,0 +1,34 @@
+//! What the library offers its users can be learned: few items.
+
+use std::fs;
+use std::path::Path;
+
+/// The names that the facade re-exports, each with its path; a module that is re-exported whole would hide what it offers.
+fn offered() -> Vec<String> {
+    let source = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
+    let code: Vec<&str> = source.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
+    let mut names = Vec::new();
+    for statement in code.join("\n").split("pub use ").skip(1) {
+        let tree = statement.split_once(';').unwrap().0;
+        if tree.starts_with("crate::") {
+            continue; // The prelude names what stands elsewhere already.
+        }
+        let (path, leaves) = match tree.split_once('{') {
+            Some((path, leaves)) => (path.trim_end_matches("::"), leaves.trim_end_matches('}')),
+            None => tree.rsplit_once("::").unwrap(),
+        };
+        for leaf in leaves.split(',').map(str::trim).filter(|leaf| !leaf.is_empty()) {
+            names.push(format!("{path}::{leaf}"));
+        }
+    }
+    names
+}
+
+#[test]
+fn the_facade_offers_at_most_330_items_by_name() {
+    let names = offered();
+    assert!(names.len() > 200, "only {} names were found: is the facade still lists of names?", names.len());
+    assert!(names.len() <= 330, "{} items: leave out what no user of the library needs", names.len());
+    let whole: Vec<_> = names.iter().filter(|n| n.ends_with('*')).collect();
+    assert!(whole.is_empty(), "name what is meant in place of {whole:?}");
+}
