@@ -1,5 +1,6 @@
-//! What follows from measurements: tensions that meet them ([`inverse`]), all tensions that they allow ([`posterior`]), tensions over
-//! time ([`track`]), the body of a speaker ([`adapt`]) and what is heard of a tongue ([`heard`]).
+//! Inference from measurements: tensions that meet them ([`inverse`]), the posterior of tensions
+//! ([`posterior`]), tensions over time ([`track`]), a speaker's body ([`adapt`]) and the sound of a tongue
+//! ([`heard`]).
 
 pub mod adapt;
 pub mod heard;

@@ -1,4 +1,4 @@
-//! The walls of a tract round the surface of a body.
+//! The walls of a tract around the surface of a body.
 
 use std::collections::BTreeMap;
 
@@ -11,17 +11,17 @@ use crate::track::Surface;
 use tongue_core::body::Body;
 use tongue_core::statics::Response;
 
-/// The tract that is drawn round the reference tongue.
+/// The tract of the reference tongue.
 const DRAWN: &str = include_str!("../../../../targets/tract.toml");
 /// Distance of neighbouring points of the tongue's wall, m.
 const POINTS_M: f64 = 2e-3;
-/// Formants that are computed: what listeners and Praat's usual settings look for below 5 kHz.
+/// Number of computed formants: those below 5 kHz, as in Praat's usual settings.
 const FORMANTS: usize = 5;
 
-/// Why a body has no sound.
+/// Why the sound of a body cannot be computed.
 #[derive(Debug, thiserror::Error)]
 pub enum AirwayError {
-    /// The file is no tract.
+    /// The file is not a valid tract.
     #[error("{origin}:{line}:{column}: {problem}")]
     Syntax {
         /// The file.
@@ -38,47 +38,48 @@ pub enum AirwayError {
         "a tract needs the outline of a tongue in the midsagittal plane; take the reference tongue or a mesh in the plane"
     )]
     NoSurface,
-    /// The part of the surface that is a wall is none.
+    /// The part of the surface that should be a wall is empty.
     #[error(
         "tongue.root_mm and tongue.tip_mm of the tract \"{tract}\" lie nearest to the same place of the body's surface; \
          the tract was drawn for another body"
     )]
     NoWall {
-        /// The tract.
+        /// Name of the tract.
         tract: String,
     },
-    /// Walls that meet, or numbers that cannot be.
+    /// Walls meet, or a number is out of range.
     #[error(transparent)]
     Profile(#[from] ProfileError),
-    /// No formants.
+    /// The formants cannot be computed.
     #[error(transparent)]
     Formants(#[from] FormantError),
 }
 
-/// A tract round a body.
+/// A tract around a body.
 #[derive(Debug, Clone)]
 pub struct Airway {
     tract: Tract,
-    /// What is assumed of air and walls.
+    /// Constants of air and walls.
     pub acoustics: Acoustics,
     /// Every point of the tongue's wall as a weighted mean of nodes, from root to tip.
     wall: Vec<Vec<(usize, f64)>>,
 }
 
-/// What is heard in one shape.
+/// The sound of one shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sound {
     /// The areas.
     pub profile: Profile,
-    /// The formants, in rising order.
+    /// The formants, in ascending order.
     pub formants: Vec<Formant>,
 }
 
-/// How the frequency of each formant answers to the nodes, Hz/m: a list of nodes and rates for each.
+/// Derivatives of the frequency of each formant by the nodes, Hz/m: a list of nodes and derivatives for each
+/// formant.
 pub type Rates = Vec<Vec<(usize, SVector<f64, 2>)>>;
 
 impl Airway {
-    /// Reads the file of a tract; `origin` is what messages call it.
+    /// Reads the file of a tract; `origin` is its name in messages.
     ///
     /// # Errors
     /// [`AirwayError::Syntax`], [`AirwayError::Profile`].
@@ -96,15 +97,15 @@ impl Airway {
         Ok(tract)
     }
 
-    /// The tract that is drawn round the reference tongue.
+    /// The tract of the reference tongue.
     ///
     /// # Errors
-    /// As [`Airway::read`]; none that a test does not find.
+    /// As [`Airway::read`]; a test checks that there is no error.
     pub fn drawn() -> Result<Tract, AirwayError> {
         Self::read(DRAWN, "targets/tract.toml")
     }
 
-    /// Round a body.
+    /// The tract around a body.
     ///
     /// # Errors
     /// [`AirwayError::NoSurface`], [`AirwayError::NoWall`].
@@ -135,10 +136,10 @@ impl Airway {
         &self.tract
     }
 
-    /// What is heard of a shape (positions of all nodes, m) in a posture.
+    /// The sound of a shape (positions of all nodes, m) in a posture.
     ///
     /// # Errors
-    /// [`AirwayError::Profile`] where walls meet.
+    /// [`AirwayError::Profile`] if walls meet.
     pub fn sound(&self, positions: &[SVector<f64, 2>], posture: &Articulation) -> Result<Sound, AirwayError> {
         let tongue: Vec<Point> = self.wall.iter().map(|weights| mean(weights, positions)).collect();
         let profile = Profile::new(&self.tract, &tongue, posture)?;
@@ -146,7 +147,7 @@ impl Airway {
         Ok(Sound { profile, formants })
     }
 
-    /// How the formants answer to the nodes.
+    /// Derivatives of the formants by the nodes.
     pub fn rates(&self, sound: &Sound) -> Rates {
         let of = |formant: &Formant| {
             let by_section = formants::rates(&sound.profile.sections, &self.acoustics, formant);
@@ -161,7 +162,8 @@ impl Airway {
         sound.formants.iter().map(of).collect()
     }
 
-    /// How the formants answer to the tension of a muscle, Hz for 1 N per metre of thickness, at the equilibrium of a response.
+    /// Derivatives of the formants by the tension of a muscle, Hz for 1 N per metre of thickness, at the
+    /// equilibrium of a response.
     pub fn by_tension(rates: &Rates, response: &mut Response<'_, 2>, muscle: usize) -> Vec<f64> {
         response.to_tension(muscle);
         let motion = response.motion();

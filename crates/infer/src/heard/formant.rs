@@ -9,11 +9,13 @@ use tongue_core::observe::{Observable, Observation};
 
 use super::Airway;
 
-/// Standard deviation of the error that a drawn tract makes in a formant, as a part of its frequency. Walls that are 2 mm elsewhere, areas
-/// that are 20 % larger, lips 2 mm wider and a larynx 5 mm lower move formants by 1 to 7 % each, which together make 12 % (docs/sound.md).
+/// Standard deviation of a formant by the errors of an estimated tract, as a part of its frequency. Walls
+/// moved by 2 mm, areas 20 % larger, lips 2 mm wider and a larynx 5 mm lower change formants by 1 to 7 %
+/// each, together by 12 % (docs/sound.md).
 pub const TRACT_SD: f64 = 0.15;
 
-/// The frequency of a formant, Hz. Without an airway (the tongue at the palate) it is infinite, so that no fit goes there.
+/// The frequency of a formant, Hz. Without an airway (the tongue touches the palate) it is infinite, so that
+/// no fit goes there.
 #[derive(Debug, Clone)]
 pub struct Heard {
     airway: Arc<Airway>,
@@ -22,12 +24,13 @@ pub struct Heard {
 }
 
 impl Heard {
-    /// Formant `number`, counted from 0, of a tract round a body in a posture.
+    /// Formant `number`, from 0, of a tract around a body in a posture.
     pub fn new(airway: Arc<Airway>, posture: Articulation, number: usize) -> Self {
         Self { airway, posture, number }
     }
 
-    /// That it was measured, Hz, to a standard deviation of its own, Hz; what the tract's guesses add is counted too.
+    /// An observation of the formant, Hz, with the standard deviation of its measurement, Hz; the error of
+    /// the tract is added.
     pub fn measured(self, frequency_hz: f64, sd_hz: f64) -> Observation<2> {
         let sd = sd_hz.hypot(TRACT_SD * frequency_hz);
         Observation::new(self, frequency_hz).with_standard_deviation(sd)

@@ -1,8 +1,8 @@
-//! What is heard of a tongue: the tract round it, its formants, and how they answer to every node.
+//! The sound of a tongue: the tract around it, its formants, and their derivatives by every node.
 //!
-//! [`Airway`] joins the walls of a tract ([`tongue_sound`]) to the surface of a body in the plane. A formant is an
-//! [`Observable`](tongue_core::observe::Observable) like a length: it has a value and a gradient by the nodes, so that whatever knows how nodes
-//! answer to tensions (statics, inference) knows how formants do.
+//! [`Airway`] joins the walls of a tract ([`tongue_sound`]) to the surface of a body in the plane. A formant
+//! is an [`Observable`](tongue_core::observe::Observable) like a length: it has a value and a gradient by the
+//! nodes, from which statics and inference get its derivatives by tensions.
 
 mod airway;
 mod formant;

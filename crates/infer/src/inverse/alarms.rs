@@ -1,4 +1,4 @@
-//! What should make a reader doubt a fit.
+//! Alarms: reasons to doubt a fit.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -10,12 +10,12 @@ use tongue_input::measured::muscles::Muscles;
 use super::uncertainty::Intervals;
 use super::{AT_BOUND, Fit, Settings, Status};
 
-/// Thickness of the tongue over which a tension per metre acts, m: by it a published force (left and right together) becomes
-/// comparable. About the width of an adult tongue body; the choice is the user's.
+/// Thickness of the tongue over which a tension per metre acts, m, which makes published forces (left and
+/// right together) comparable. It is about the width of an adult tongue body; the choice is the user's.
 pub const DEFAULT_THICKNESS_M: f64 = 0.04;
-/// A contracting muscle's shortening counts as missed when it is off by more than this, points of a per cent.
+/// Smallest error of a contracting muscle's shortening that raises an alarm, percentage points.
 const MISSED_PERCENT: f64 = 5.0;
-/// A chain that turns by so much more than at rest at one of its nodes is folded, radians (60 degrees).
+/// Smallest additional angle at a node of a folded chain, radians (60 degrees).
 const FOLD: f64 = std::f64::consts::FRAC_PI_3;
 
 /// A reason for doubt.
@@ -32,7 +32,7 @@ pub enum Alarm {
         /// The muscle.
         muscle: String,
     },
-    /// More force than the muscle can give.
+    /// The tension exceeds the force of the muscle.
     BeyondCapacity {
         /// The muscle, portions together.
         muscle: String,
@@ -48,26 +48,26 @@ pub enum Alarm {
         /// Root mean square residual of the fitted muscles.
         misfit: f64,
     },
-    /// A muscle that should contract shortens by much more or less than was measured.
+    /// A muscle that should contract shortens much more or less than measured.
     ShorteningMissed {
         /// The muscle.
         muscle: String,
-        /// By how much it shortens here, per cent of the model's length in the baseline.
+        /// Simulated shortening, per cent of the model's length in the baseline.
         simulated_percent: f64,
-        /// By how much it was measured to, per cent of its length in the baseline.
+        /// Measured shortening, per cent of its length in the baseline.
         measured_percent: f64,
     },
-    /// Elements are so far compressed that the law is no longer the published one.
+    /// Elements are so compressed that the barrier changes the published law.
     BarrierActs {
-        /// How many.
+        /// Number of elements.
         elements: usize,
     },
-    /// The branch of equilibria that begins at rest does not lead to the shape.
+    /// The branch of equilibria from rest does not lead to the shape.
     NotOnBranch {
-        /// Part of the tensions at which that branch ends, where it is known.
+        /// Part of the tensions at which that branch ends, if it is known.
         ends_at: Option<f64>,
     },
-    /// Whether the muscle contracts is decided within the rounding of the data.
+    /// Rounding of the data may decide whether the muscle contracts.
     DecidedWithinRounding {
         /// The muscle.
         muscle: String,
@@ -76,28 +76,29 @@ pub enum Alarm {
     FoldedChain {
         /// The muscle.
         muscle: String,
-        /// Sharpest turn beyond that at rest, degrees.
+        /// Largest angle beyond that at rest, degrees.
         turn_degrees: f64,
     },
-    /// The draws ended elsewhere than the answer: there are several shapes for the same tensions, or several optima.
+    /// The draws ended away from the answer: the same tensions have several shapes, or there are several
+    /// optima.
     IntervalMissesAnswer {
         /// The muscle.
         muscle: String,
     },
-    /// The posterior of the row is not told, though it was asked for.
+    /// The posterior of the row was asked for but cannot be reported.
     NoPosterior {
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// The shape may not be the one that the tensions lead to.
+    /// The shape may not be the one to which the tensions lead.
     EquilibriumNotCertain {
-        /// Why.
+        /// The reason.
         reason: &'static str,
     },
 }
 
 impl Alarm {
-    /// One line for a reader.
+    /// A sentence for readers.
     pub fn text(&self) -> String {
         match self {
             Self::AtLowerBound { muscle } => format!("{muscle} is shorter but ends without tension"),
@@ -138,7 +139,7 @@ impl Alarm {
     }
 }
 
-/// All alarms of a fit, in a fixed order. `known` is what is known of muscles: their force capacities.
+/// All alarms of a fit, in a fixed order. `known` gives the force capacities of muscles.
 pub fn alarms<const D: usize>(
     mesh: &Mesh<D>,
     fit: &Fit<D>,
@@ -201,8 +202,8 @@ pub fn alarms<const D: usize>(
     out
 }
 
-/// What speaks against an equilibrium that was followed from rest as its tensions grew: that it is not that of the published law, or
-/// not known to lie on the branch that begins at rest. `critical` is where that branch ends.
+/// The alarm for an equilibrium that was followed from rest, if it is not that of the published law or not
+/// known to lie on the branch from rest. `critical` is the end of that branch.
 pub fn of_equilibrium(solution: &Solution, critical: Option<Critical>) -> Vec<Alarm> {
     let mut out: Vec<Alarm> = barrier(solution.guarded).into_iter().collect();
     if solution.connection != Connection::Traced && solution.status == statics::Status::Converged {
@@ -211,12 +212,12 @@ pub fn of_equilibrium(solution: &Solution, critical: Option<Critical>) -> Vec<Al
     out
 }
 
-/// The alarm for a shape in which the barrier acts in so many elements, if it is in any.
+/// The alarm for a shape in which the barrier acts in this number of elements, if it is not zero.
 pub fn barrier(elements: usize) -> Option<Alarm> {
     (elements > 0).then_some(Alarm::BarrierActs { elements })
 }
 
-/// By how much more than at rest a muscle's chain turns at the node where it does so most, radians.
+/// Largest angle of a muscle's chain at a node beyond that at rest, radians.
 fn sharpest_turn<const D: usize>(mesh: &Mesh<D>, positions: &[SVector<f64, D>], muscle: &str) -> f64 {
     let Some(chain) = mesh.muscles.iter().find(|c| c.name.eq_ignore_ascii_case(muscle)) else { return 0.0 };
     let turn = |at: &[SVector<f64, D>], n: &[usize]| match (at.get(n[0]), at.get(n[1]), at.get(n[2])) {

@@ -1,4 +1,5 @@
-//! Other answers: where the other starts ended, and other choices of contracting muscles that meet the same target.
+//! Other answers: the ends of the other starts, and other choices of contracting muscles that meet the same
+//! target.
 
 use tongue_core::body::Mesh;
 use tongue_core::system::{Model, System};
@@ -10,23 +11,23 @@ use super::gauss_newton::refit;
 use super::problem::Problem;
 use super::{Fit, FitError, Settings, Setup};
 
-/// Answers whose tensions all agree within this are one answer, N.
+/// Answers whose tensions all differ by less than this are the same, N.
 const SAME_ANSWER: f64 = 0.5;
-/// Tension from which the search for another subset begins, N, beside the answer's own tensions.
+/// Initial tension of a muscle that is added to a subset, N.
 const FROM: f64 = 5.0;
 
-/// A local optimum that is not the answer.
+/// A local optimum other than the answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Optimum {
     /// Tensions of the active muscles, N.
     pub tensions: Vec<f64>,
-    /// Objective there; the answer's is smaller.
+    /// Objective; the answer's is smaller.
     pub cost: f64,
-    /// How many of the starts ended there.
+    /// Number of starts that ended there.
     pub starts: usize,
 }
 
-/// Where converged starts ended that did not end at the answer, best first.
+/// Ends of converged starts other than the answer, best first.
 pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
     let answer = fit.active_tensions();
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_ANSWER);
@@ -47,25 +48,25 @@ pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
 /// Another choice of contracting muscles, fitted to the same equations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Subset {
-    /// The contracting muscles: positions in the target's.
+    /// The contracting muscles: positions in the target.
     pub muscles: Vec<usize>,
     /// Their tensions, N.
     pub tensions: Vec<f64>,
-    /// Root mean square residual of the values that the fit itself has to meet.
+    /// Root mean square residual of the fitted values.
     pub misfit: f64,
     /// Root mean square residual of all muscles of the row.
     pub row_rms: f64,
-    /// Whether every fitted value lies within what the rounding of the data allows.
+    /// Whether every fitted value lies within the rounding of the data.
     pub within_rounding: bool,
 }
 
-/// Fits every choice of contracting muscles that differs from the answer's in at most `changes` muscles (as many as there are tries
-/// all) to the values that the answer was fitted to. Ranked: those within rounding before the others; among them those with
-/// fewer muscles first, then by the residual of the whole row; the others by misfit. Subsets in which a muscle ends without
-/// tension are left out: a smaller one is listed that says the same.
+/// Fits every choice of contracting muscles that differs from the answer's in at most `changes` muscles to
+/// the same values. Order: those within rounding first, by the number of muscles and then by the residual of
+/// the whole row; then the others by misfit. A subset in which a muscle ends without tension is left out,
+/// because a smaller one gives the same answer.
 ///
 /// # Errors
-/// [`FitError`] when a system cannot be made.
+/// [`FitError`] if a system cannot be made.
 pub fn subsets<const D: usize>(
     mesh: &Mesh<D>,
     model: &Model,
@@ -92,8 +93,8 @@ pub fn subsets<const D: usize>(
     Ok(found)
 }
 
-/// Choices of active muscles (positions, ascending) that differ from the target's in 1 to `changes` muscles: none empty, in the order
-/// of the binary numbers whose digits are the muscles.
+/// Choices of active muscles (positions, ascending) that differ from the target's in 1 to `changes` muscles,
+/// without the empty choice, in the order of binary numbers whose digits are the muscles.
 fn choices(target: &Target, changes: u32) -> Vec<Vec<usize>> {
     let mut all: Vec<Vec<usize>> = vec![Vec::new()];
     for muscle in (0..target.muscles.len()).rev() {

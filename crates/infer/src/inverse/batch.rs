@@ -1,4 +1,4 @@
-//! Every row of a table: which fits it asks for, and one fit with all that is to be said of it.
+//! Batches: the fits of a table, and one fit with its assessment.
 
 use std::collections::BTreeMap;
 
@@ -17,21 +17,22 @@ use super::rounding::{self, RoundingSegment};
 use super::uncertainty::{self, Intervals};
 use super::{Fit, FitError, Matched, Settings, Setup};
 
-/// The baseline of a subject that has no /ɯ/: rest in other published models.
+/// The baseline of a subject without /ɯ/: rest in other published models.
 pub const SUBSTITUTE_BASELINE: &str = "e";
 
-/// Which rows are fitted, and against what.
+/// Rows to be fitted, and their baselines.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Selection {
-    /// Only these subjects, where given.
+    /// Only these subjects, if given.
     pub subjects: Option<Vec<String>>,
-    /// Only these vowels, where given.
+    /// Only these vowels, if given.
     pub vowels: Option<Vec<Vowel>>,
     /// The quantities to fit.
     pub kinds: Vec<TargetKind>,
-    /// The baseline of all subjects that [`Selection::baseline_of`] does not name; by default /ɯ/, and /e/ for who has no /ɯ/.
+    /// The baseline of subjects that are not in [`Selection::baseline_of`]; by default /ɯ/, and /e/ for
+    /// subjects without /ɯ/.
     pub baseline: Option<Vowel>,
-    /// The baselines of single subjects.
+    /// The baselines of individual subjects.
     pub baseline_of: BTreeMap<String, Vowel>,
 }
 
@@ -40,9 +41,9 @@ pub struct Selection {
 pub struct Job {
     /// Line of the row in its file.
     pub line: u64,
-    /// Whether the baseline stands in for a missing /ɯ/.
+    /// Whether the baseline replaces a missing /ɯ/.
     pub substitute: bool,
-    /// What is to be hit.
+    /// The target.
     pub target: Target,
 }
 
@@ -55,7 +56,7 @@ pub struct BaselineRow {
     pub subject: String,
     /// The vowel.
     pub vowel: Vowel,
-    /// Whether it stands in for a missing /ɯ/.
+    /// Whether it replaces a missing /ɯ/.
     pub substitute: bool,
 }
 
@@ -68,13 +69,13 @@ pub struct Refusal {
     pub subject: String,
     /// The vowel.
     pub vowel: Vowel,
-    /// The quantity, where the other one can be fitted.
+    /// The quantity, if the other one can be fitted.
     pub kind: Option<TargetKind>,
     /// Why, and what to do.
     pub message: String,
 }
 
-/// What a selection asks for, in the order of the rows, for each the kinds in their order.
+/// The jobs of a selection, in the order of the rows and of the kinds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BatchPlan {
     /// The fits.
@@ -88,15 +89,15 @@ pub struct BatchPlan {
 /// Sorts the rows of `data` into fits, baselines and refusals.
 ///
 /// # Errors
-/// [`lengths::LengthsError::UnknownSubject`] for a subject that is selected or given a baseline and has no row;
-/// [`lengths::LengthsError::UnknownVowel`] for a selected vowel that no row is of.
+/// [`lengths::LengthsError::UnknownSubject`] for a selected subject or a subject with a baseline that has no
+/// row; [`lengths::LengthsError::UnknownVowel`] for a selected vowel without a row.
 pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, lengths::LengthsError> {
     for subject in selection.subjects.iter().flatten().chain(selection.baseline_of.keys()) {
         data.vowels(subject)?;
     }
     let is_selected = |s: &String| selection.subjects.as_ref().is_none_or(|subjects| subjects.contains(s));
     let rows = || data.rows().iter().map(|r| &r.lengths).filter(|l| is_selected(&l.subject));
-    // A `u` that a table does not have is its `ɯ`.
+    // A `u` that a table does not have means its `ɯ`.
     let is_of = |asked: &Vowel, subject: &str, vowel: &Vowel| {
         let exact = rows().any(|l| l.subject == subject && l.vowel == *asked);
         asked == vowel || (!exact && asked.is_like(vowel))
@@ -151,7 +152,7 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, lengths:
     Ok(plan)
 }
 
-/// The baseline of a subject, and whether it stands in for a missing /ɯ/.
+/// The baseline of a subject, and whether it replaces a missing /ɯ/.
 fn baseline<'a>(
     data: &'a Dataset,
     selection: &Selection,
@@ -162,7 +163,7 @@ fn baseline<'a>(
     }
     match data.baseline(subject) {
         Ok(own) => Ok((own, false)),
-        // The first refusal names /ɯ/, which is what the user has to supply.
+        // The first error is reported, because it names /ɯ/, which the user has to add.
         Err(missing) => {
             let substitute = Vowel::new(SUBSTITUTE_BASELINE).ok();
             let other = substitute.and_then(|vowel| data.baseline_vowel(subject, &vowel).ok());
@@ -171,16 +172,16 @@ fn baseline<'a>(
     }
 }
 
-/// How a fit is made and what is found out about it.
+/// Settings of a fit and its assessment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thoroughness {
     /// The search.
     pub settings: Settings,
-    /// Draws of every length within its rounding; 0 for no intervals.
+    /// Number of draws of the lengths within their rounding; 0 for no intervals.
     pub draws: usize,
-    /// Seed of the draws; every fit has its own stream of it.
+    /// Seed of the draws; every fit has its own stream.
     pub seed: u64,
-    /// Other subsets of contracting muscles differ from the rule's in at most this many muscles; 0 tries none.
+    /// Largest number of muscles in which other subsets differ from the rule's; 0 tries none.
     pub subset_changes: u32,
     /// Thickness over which tensions act, m, to compare them with published forces.
     pub thickness_m: f64,
@@ -198,32 +199,33 @@ impl Default for Thoroughness {
     }
 }
 
-/// A fit and all that is said of it.
+/// A fit and its assessment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assessment<const D: usize = 2> {
     /// The fit.
     pub fit: Fit<D>,
-    /// How far the tensions may move within the rounding of the data; `None` where the equilibrium is singular.
+    /// Ranges of the tensions within the rounding of the data; `None` if the equilibrium is singular.
     pub segments: Option<Vec<RoundingSegment>>,
-    /// 95 % intervals, where they were asked for.
+    /// 95 % intervals, if they were asked for.
     pub intervals: Option<Intervals>,
     /// Other local optima.
     pub optima: Vec<Optimum>,
     /// Other subsets of muscles, best first.
     pub subsets: Vec<Subset>,
-    /// Beside the published pattern of the vowel, where there is one.
+    /// Comparison with the published pattern of the vowel, if there is one.
     pub pattern: Option<PatternCheck>,
-    /// How far the model in its baseline (at rest, where that has no tone) is from the row's; `None` where they have no ratio in common.
+    /// Distance of the model in its baseline (at rest, if that has no tone) from the row's; `None` if they
+    /// have no common ratio.
     pub rest: Option<RestDistance>,
     /// Reasons for doubt.
     pub alarms: Vec<Alarm>,
 }
 
-/// Fits a target and finds out what is to be said of the answer; `setup` is the body under premises other than the thesis's. The same bits for any number of threads and whatever else is
-/// fitted.
+/// Fits a target and assesses the answer; `setup` is the body under premises other than the thesis's. The
+/// result has the same bits for any number of threads and does not depend on other fits.
 ///
 /// # Errors
-/// [`FitError`] when the fit cannot begin.
+/// [`FitError`] if the fit cannot begin.
 pub fn assess(
     mesh: &Mesh<2>,
     model: &Model,
@@ -266,7 +268,7 @@ pub fn assess(
     })
 }
 
-/// What is known of muscles and vowels, to compare answers with.
+/// Known facts about muscles and vowels, for comparison with answers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
     /// Muscles by name.
@@ -276,16 +278,16 @@ pub struct Known {
 }
 
 impl Known {
-    /// What the program brings.
+    /// The built-in tables.
     ///
     /// # Errors
-    /// Damaged tables; a test holds that the built-in ones are whole.
+    /// As the CSV reader; a test checks that the built-in tables have no error.
     pub fn reference() -> Result<Self, csv::Error> {
         Ok(Self { muscles: Muscles::reference()?, patterns: Patterns::reference()? })
     }
 }
 
-/// How far the body in its baseline is from the target's.
+/// Distance of the body in its baseline from the target's.
 fn rest_distance<const D: usize>(fit: &Fit<D>) -> Option<RestDistance> {
     let t = &fit.target;
     let baseline = Lengths {
@@ -303,8 +305,8 @@ fn rest_distance<const D: usize>(fit: &Fit<D>) -> Option<RestDistance> {
     )
 }
 
-/// A seed for one fit, from that of the batch and what is fitted (FNV-1a, 64 bits), so that a row's draws do not depend on
-/// the rows around it.
+/// A seed for one fit, from that of the batch and the target (FNV-1a, 64 bits), so that a row's draws do not
+/// depend on other rows.
 fn stream(seed: u64, target: &Target) -> u64 {
     let name = format!("{seed}\n{}\n{}\n{}\n{}", target.subject, target.vowel, target.baseline, target.kind);
     name.bytes().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))

@@ -1,4 +1,4 @@
-//! Constants of the tissue that a fit searches for.
+//! Constants of the tissue as unknowns of a fit.
 
 use nalgebra::SVector;
 
@@ -9,7 +9,7 @@ use tongue_core::system::{Model, System, SystemError};
 
 use super::unknown::{Constant, Quantity, Unknown};
 
-/// What makes a system anew with other constants.
+/// Makes a system with other constants.
 #[derive(Debug, Clone)]
 pub struct Tissue<'a, const D: usize> {
     /// The mesh.
@@ -46,7 +46,7 @@ impl<'a, const D: usize> Tissue<'a, D> {
         self.with(self.constants(unknowns, x))
     }
 
-    /// How the forces change with a constant, from its present value.
+    /// Derivative of the forces by a constant at its present value.
     pub(super) fn derivative(
         &self,
         unknowns: &[Unknown],
@@ -64,7 +64,7 @@ impl<'a, const D: usize> Tissue<'a, D> {
                 (e * (1.0 + 2.0 * nu * nu) / square, -mu / (1.0 + nu))
             }
         };
-        // All coefficients of the tissue are linear in λ and μ, so three systems tell the derivative without error.
+        // All coefficients of the tissue are linear in λ and μ, so three systems give the exact derivative.
         let other = |e: f64, nu: f64| {
             let constants = Constants { young_modulus: e, poisson_ratio: nu, ..here };
             let lame = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
@@ -81,7 +81,7 @@ impl<'a, const D: usize> Tissue<'a, D> {
     }
 }
 
-/// The derivative of all forces with respect to a constant, as a combination of systems.
+/// The derivative of all forces by a constant, as a combination of systems.
 #[derive(Debug)]
 pub(super) struct Derivative<const D: usize> {
     base: System<D>,
@@ -89,7 +89,7 @@ pub(super) struct Derivative<const D: usize> {
 }
 
 impl<const D: usize> Derivative<D> {
-    /// Adds the change of the force on every node, N for a unit of the constant.
+    /// Adds the derivative of the force on every node, N for a unit of the constant.
     pub fn add_force(&self, at: Configuration<'_, D>, change: &mut [SVector<f64, D>]) {
         let mut here = vec![SVector::zeros(); change.len()];
         self.base.force(at, &mut here);

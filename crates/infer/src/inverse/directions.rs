@@ -1,12 +1,12 @@
-//! Directions in the space of the unknowns: how strongly what is measured answers along each.
+//! Directions in the space of the unknowns, with the sensitivity of the measurements along each.
 
 use nalgebra::{DMatrix, DVector};
 
-/// A singular value below this part of the largest leaves its direction undetermined: over the whole range of tensions it
-/// would move the ratios by less than their rounding.
+/// Singular values below this part of the largest leave their directions undetermined: over the whole range
+/// of tensions such a direction changes the ratios by less than their rounding.
 pub(super) const UNDETERMINED: f64 = 1e-3;
 
-/// Orthonormal columns that span the directions in which no row of a matrix changes anything to speak of.
+/// Orthonormal columns that span the null space of a matrix, to the tolerance [`UNDETERMINED`].
 pub(super) fn null_space(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (values, directions) = decompose(matrix)?;
     let open = |v: &f64| *v <= UNDETERMINED * values[0];
@@ -15,10 +15,11 @@ pub(super) fn null_space(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     (!columns.is_empty()).then(|| DMatrix::from_columns(&columns))
 }
 
-/// Singular values, largest first, and for each its direction in the space of tensions; null directions included.
+/// Singular values, largest first, each with its direction in the space of tensions; null directions
+/// included.
 pub(super) fn decompose(jacobian: &DMatrix<f64>) -> Option<(Vec<f64>, Vec<DVector<f64>>)> {
     let n = jacobian.ncols();
-    // Rows of zeros make the decomposition give every direction, those without an equation too.
+    // With rows of zeros the decomposition returns all directions, also those without an equation.
     let padded = jacobian.clone().resize_vertically(jacobian.nrows().max(n), 0.0);
     let svd = padded.try_svd(false, true, f64::EPSILON, 10_000)?;
     let v_t = svd.v_t?;

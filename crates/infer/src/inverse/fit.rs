@@ -1,4 +1,4 @@
-//! The fit of measured muscle lengths: who contracts is known, and what their ratios or stretches are to be.
+//! The fit of measured muscle lengths with known contracting muscles and their target ratios or stretches.
 
 use nalgebra::SVector;
 
@@ -17,14 +17,14 @@ use super::unknown::{Quantity, Unknown};
 use super::valley::Valley;
 use super::{AT_BOUND, Answer, FitError, Identifiability, Settings, Status, Tone};
 
-/// A target and the muscles of a body that it speaks of.
+/// A target and the muscles of a body that it is about.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matched {
     /// The target, without measured muscles that the body lacks.
     pub target: Target,
     /// Names of the body's muscles: those of the target in its order, then the others, each once.
     pub muscles: Vec<String>,
-    /// The number of each in the body; of several chains of one name the first.
+    /// The number of each in the body; for several chains of one name the first.
     pub numbers: Vec<usize>,
 }
 
@@ -32,7 +32,7 @@ impl Matched {
     /// Finds the muscles of a target in a body.
     ///
     /// # Errors
-    /// [`FitError::MissingMuscle`] names a muscle that the fit cannot do without and the body lacks.
+    /// [`FitError::MissingMuscle`] for a muscle that the fit needs and the body lacks.
     pub fn new<const D: usize>(mesh: &Mesh<D>, target: &Target) -> Result<Self, FitError> {
         let number = |name: &str| mesh.muscles.iter().position(|m| m.name.eq_ignore_ascii_case(name));
         let has = |name: &str| number(name).is_some();
@@ -47,13 +47,13 @@ impl Matched {
         Ok(Self { target, muscles, numbers })
     }
 
-    /// Numbers in the body of the muscles that contract.
+    /// Numbers of the contracting muscles in the body.
     pub fn contracting(&self) -> Vec<usize> {
         self.target.active.iter().map(|&m| self.numbers[m]).collect()
     }
 
-    /// What the target says of muscles of the body, at these positions in it, with lengths counted from those in `baseline` (of all
-    /// chains of the body, m).
+    /// The observations of the muscles at these positions in the target, with changes from the lengths
+    /// `baseline` (of all chains of the body, m).
     fn observations_of<const D: usize>(
         &self,
         system: &System<D>,
@@ -77,8 +77,8 @@ impl Matched {
         seen.collect()
     }
 
-    /// An observation for every fitted muscle, and one for every other that was measured, with lengths counted from those in
-    /// `baseline` (of all chains of the body, m).
+    /// An observation for every fitted muscle, and one for every other measured muscle, with changes from the
+    /// lengths `baseline` (of all chains of the body, m).
     pub fn observations<const D: usize>(
         &self,
         system: &System<D>,
@@ -89,13 +89,14 @@ impl Matched {
         [self.observations_of(system, baseline, fitted), self.observations_of(system, baseline, others)]
     }
 
-    /// The problem that the target sets for a body in which its active muscles can contract.
+    /// The inverse problem of the target for a body in which its active muscles can contract.
     pub fn inverse<'a, const D: usize>(&self, setup: &'a Setup<D>, settings: &Settings) -> Inverse<'a, D> {
         let (system, target) = (&setup.system, &self.target);
         let [observations, others] = self.observations(system, &setup.lengths);
         let unknowns = self.contracting().into_iter().map(|m| Unknown::tension(m, settings.upper_bound));
         let mut inverse = Inverse { others, ..Inverse::new(system, observations, unknowns.collect()) };
-        // What was measured and does not contract has no tension; of what was not measured nothing is known to have changed.
+        // A measured muscle that does not contract has no tension; an unmeasured muscle keeps the tension of
+        // the baseline.
         inverse.tensions.clone_from(&setup.tensions);
         let measured = |name: &str| target.muscles.iter().any(|m| m.eq_ignore_ascii_case(name));
         for (chain, name) in setup.muscles.iter().enumerate() {
@@ -109,7 +110,7 @@ impl Matched {
         inverse
     }
 
-    /// Adds displacements of the freed bones, and what holds them: the signs of the changes of muscles that do not contract, and
+    /// Adds displacements of the free bones, the signs of the changes of muscles that do not contract, and
     /// priors.
     fn free_bones<'a, const D: usize>(&self, setup: &'a Setup<D>, inverse: &mut Inverse<'a, D>) {
         let (premises, target) = (&setup.premises, &self.target);
@@ -138,7 +139,7 @@ impl Matched {
             .collect();
     }
 
-    /// The values for this target's muscles of values for all muscles of the body.
+    /// Selects the values of this target's muscles from those of all muscles of the body.
     pub fn pick(&self, of_body: &[f64]) -> Vec<f64> {
         self.numbers.iter().map(|&n| of_body[n]).collect()
     }
@@ -162,35 +163,36 @@ pub fn fit_under(
     fit_in(&setup, &Matched::new(&body.mesh, target)?, settings)
 }
 
-/// A fit and all that is known of it.
+/// A fit of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit<const D: usize = 2> {
-    /// What was to be hit.
+    /// The target.
     pub target: Target,
-    /// Names of the body's muscles: those of the target in its order, then the others. The lists of tensions and lengths run
-    /// parallel to it.
+    /// Names of the body's muscles: those of the target in its order, then the others. The lists of tensions
+    /// and lengths are parallel to it.
     pub muscles: Vec<String>,
     /// The number of each in the body.
     pub numbers: Vec<usize>,
-    /// How it ended.
+    /// How the fit ended.
     pub status: Status,
     /// Tensions, N per metre of thickness; zero for muscles that do not contract.
     pub tensions: Vec<f64>,
-    /// The same for all chains of the body, in its order.
+    /// Tensions of all chains of the body, in its order.
     pub body_tensions: Vec<f64>,
     /// Lengths at the answer, m.
     pub lengths: Vec<f64>,
     /// Lengths of the model at rest, m.
     pub rest_lengths: Vec<f64>,
-    /// Lengths of the model in the baseline, m: changes are counted from them. Those at rest where the baseline has no tone.
+    /// Lengths of the model in the baseline, m, from which changes are counted; those at rest if the baseline
+    /// has no tone.
     pub baseline_lengths: Vec<f64>,
     /// Positions of all nodes in the baseline, m.
     pub baseline_positions: Vec<SVector<f64, D>>,
     /// Tensions in the baseline, N per metre of thickness.
     pub tone: Tone,
-    /// Where the freed bones were found.
+    /// Displacements of the free bones.
     pub bones: Vec<MovedBone<D>>,
-    /// All unknowns: tensions of the active muscles, then displacements of the freed bones, mm.
+    /// All unknowns: tensions of the active muscles, then displacements of the free bones, mm.
     pub unknowns: Vec<f64>,
     /// Simulated ratio or stretch of every muscle of the target.
     pub simulated: Vec<f64>,
@@ -200,21 +202,22 @@ pub struct Fit<const D: usize = 2> {
     pub misfit: f64,
     /// The misfit up to which the target counts as met.
     pub misfit_tolerance: f64,
-    /// Equilibria solved during the search.
+    /// Number of equilibria solved during the search.
     pub evaluations: usize,
-    /// Where each start ended, in order.
+    /// The end of each start, in order.
     pub starts: Vec<Start>,
     /// What the data determine.
     pub identifiability: Option<Identifiability>,
-    /// The answer solved once more from rest.
+    /// The answer solved again from rest.
     pub replay: Replay,
     /// Positions of all nodes at the answer, m.
     pub positions: Vec<SVector<f64, D>>,
 }
 
 impl<const D: usize> Fit<D> {
-    /// Root mean square residual of the measured muscles that the fit does not see: those that do not contract (and, for ratios, are
-    /// not the reference, whose ratio is 1 by definition). `None` where there is none.
+    /// Root mean square residual of the measured muscles that the fit does not see: those that do not
+    /// contract (and, for ratios, are not the reference, whose ratio is 1 by definition). `None` if there are
+    /// none.
     pub fn passive_rms(&self) -> Option<f64> {
         let unseen: Vec<f64> = self
             .target
@@ -226,12 +229,12 @@ impl<const D: usize> Fit<D> {
         (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
     }
 
-    /// Whether muscle `m` of [`Fit::muscles`] contracts: whether it has a tension to speak of.
+    /// Whether muscle `m` of [`Fit::muscles`] contracts: whether its tension is above rounding.
     pub fn contracts(&self, m: usize) -> bool {
         self.tensions[m] >= AT_BOUND
     }
 
-    /// Muscles of the table or of the body of which nothing was measured in one of the two rows.
+    /// Muscles of the table or of the body that were not measured in both rows.
     pub fn not_measured(&self) -> Vec<String> {
         let mut names = self.target.not_measured.clone();
         for name in &self.muscles[self.target.muscles.len()..] {
@@ -242,13 +245,14 @@ impl<const D: usize> Fit<D> {
         names
     }
 
-    /// Whether the answer meets its target and is the shape to which its tensions lead from rest, under the published law.
+    /// Whether the answer meets its target and is the shape to which its tensions lead from rest, under the
+    /// published law.
     pub fn is_trustworthy(&self) -> bool {
         let solution = &self.replay.solution;
         self.status == Status::Converged && solution.guarded == 0 && solution.connection == Connection::Traced
     }
 
-    /// The curve of all tensions that fit as well, where just one direction is undetermined.
+    /// The curve of all tensions that fit as well, if exactly one direction is undetermined.
     pub fn valley(&self) -> Option<&Valley> {
         match self.identifiability.as_ref()?.null_directions.as_slice() {
             [one] => one.valley.as_ref(),
@@ -256,7 +260,7 @@ impl<const D: usize> Fit<D> {
         }
     }
 
-    /// The values for [`Fit::muscles`] of values for all chains of the body.
+    /// Selects the values of [`Fit::muscles`] from those of all chains of the body.
     pub fn of_body(&self, values: &[f64]) -> Vec<f64> {
         self.numbers.iter().map(|&n| values[n]).collect()
     }
@@ -267,10 +271,10 @@ impl<const D: usize> Fit<D> {
     }
 }
 
-/// Fits the tensions of the target's active muscles. The same bits for any number of threads.
+/// Fits the tensions of the target's active muscles. The result has the same bits for any number of threads.
 ///
 /// # Errors
-/// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
+/// [`FitError`] if the fit cannot begin; later failures are a [`Status`].
 ///
 /// # Example
 /// ```
@@ -300,11 +304,11 @@ pub fn fit<const D: usize>(
     fit_in(&Setup::at_rest(system), &matched, settings)
 }
 
-/// As [`fit`], in a body at hand: one in which all of the target's active muscles can contract. What it assumes beside the target
-/// are its premises.
+/// As [`fit`], in a prepared body in which all of the target's active muscles can contract, under its
+/// premises.
 ///
 /// # Errors
-/// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
+/// [`FitError`] if the fit cannot begin; later failures are a [`Status`].
 pub fn fit_in<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,
@@ -346,7 +350,7 @@ pub fn fit_in<const D: usize>(
     })
 }
 
-/// The freed bones at an answer.
+/// The free bones at an answer.
 fn moved_bones<const D: usize>(
     setup: &Setup<D>,
     inverse: &Inverse<'_, D>,
@@ -373,5 +377,5 @@ fn moved_bones<const D: usize>(
     bones
 }
 
-/// Standard deviations on either side that hold 95 % of a normal distribution.
+/// Half width of the 95 % interval of a normal distribution, in standard deviations.
 const TWO_SIDED_95: f64 = 1.959_963_984_540_054;

@@ -1,4 +1,4 @@
-//! From candidate values of the unknowns to residuals, by an equilibrium each.
+//! The forward model: from candidate values of the unknowns to residuals, with one equilibrium each.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -14,32 +14,34 @@ use super::problem::{Counts, Linear, Problem};
 use super::unknown::{Quantity, Unknown};
 use super::{FitError, Settings};
 
-/// Steps in which the branch from rest is followed.
+/// Number of steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
 
-/// A body, what was seen of it, and what is unknown of it: all that a search does not change.
+/// A body, its observations and its unknowns: everything that a search does not change.
 #[derive(Debug, Clone)]
 pub struct Inverse<'a, const D: usize> {
-    /// The body; every muscle whose tension is unknown can contract in it.
+    /// The body; every muscle with an unknown tension can contract in it.
     pub system: &'a System<D>,
-    /// What was seen of it; at least one.
+    /// Observations to fit; at least one.
     pub observations: Vec<Observation<D>>,
-    /// What else was seen and is not fitted: of answers that meet the observations equally well, it tells the best.
+    /// Other observations, which are not fitted: among answers that meet the fitted ones equally well, they
+    /// select the best.
     pub others: Vec<Observation<D>>,
-    /// What is known of others in words such as "not shorter": inequalities that count in the objective, but are no measurements.
+    /// Inequalities such as "not shorter" about other muscles, which count in the objective but are not
+    /// measurements.
     pub signs: Vec<Observation<D>>,
-    /// What is searched for; at least one.
+    /// Unknowns; at least one.
     pub unknowns: Vec<Unknown>,
-    /// The bones whose displacement is searched for.
+    /// The bones with unknown displacements.
     pub bones: &'a [FreedBone<D>],
-    /// What makes the system anew, where constants of the tissue are searched for.
+    /// Makes the system with other constants, if constants of the tissue are unknowns.
     pub tissue: Option<&'a Tissue<'a, D>>,
-    /// Tensions of all muscles of the body, N; those searched for are put in their places.
+    /// Tensions of all muscles of the body, N; unknown tensions are replaced.
     pub tensions: Vec<f64>,
 }
 
 impl<'a, const D: usize> Inverse<'a, D> {
-    /// A body of which only tensions are unknown, all others being zero.
+    /// The problem in which only tensions are unknown, and all other tensions are zero.
     pub fn new(system: &'a System<D>, observations: Vec<Observation<D>>, unknowns: Vec<Unknown>) -> Self {
         let tensions = vec![0.0; system.muscle_count()];
         let (others, signs) = (Vec::new(), Vec::new());
@@ -51,16 +53,16 @@ impl<'a, const D: usize> Inverse<'a, D> {
         self.observations.iter().chain(&self.signs)
     }
 
-    /// Whether the observations leave directions open that no prior closes.
+    /// Whether the observations leave directions undetermined and no prior determines them.
     pub fn is_undetermined(&self) -> bool {
         self.observations.len() + self.unknowns.iter().filter(|u| u.prior.is_some()).count()
             < self.unknowns.len()
     }
 
-    /// Checks that unknowns, bones and observations go together.
+    /// Checks that unknowns, bones and observations are consistent.
     ///
     /// # Errors
-    /// [`FitError::Unknown`] says what does not.
+    /// [`FitError::Unknown`] with the inconsistency.
     pub fn check(&self) -> Result<(), FitError> {
         let wrong = |what: String| Err(FitError::Unknown { what });
         if self.observations.is_empty() || self.unknowns.is_empty() {
@@ -98,9 +100,9 @@ impl<'a, const D: usize> Inverse<'a, D> {
 /// An equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape<const D: usize> {
-    /// What the solver did.
+    /// Result of the solver.
     pub solution: Solution,
-    /// Where the branch from rest ends before the candidate, if it does.
+    /// End of the branch from rest, if it ends before the candidate.
     pub critical: Option<Critical>,
     /// Whether solving directly gives the same shape.
     pub same: bool,
@@ -112,33 +114,33 @@ pub struct Shape<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
 }
 
-/// Solves candidates one after another, each from the nearest of the best ones solved before.
+/// Solves candidates one after another, each from the nearest of the best earlier ones.
 #[derive(Debug)]
 pub struct Forward<'a, const D: usize> {
-    /// What is asked.
+    /// The problem.
     pub(super) inverse: &'a Inverse<'a, D>,
-    /// How.
+    /// The settings.
     pub(super) settings: &'a Settings,
-    /// The system with other constants, where these are searched for.
+    /// The system with other constants, if these are unknowns.
     own: Option<System<D>>,
-    /// Scratch space; holds the equilibrium of the last candidate.
+    /// Workspace with the equilibrium of the last candidate.
     workspace: Workspace<D>,
     tensions: Vec<f64>,
     effort: f64,
     known: BestKnown<D>,
-    /// Whether candidates start from their nearest solved neighbour; else all start from rest.
+    /// Whether candidates start from their nearest solved neighbour, or all from rest.
     from_neighbours: bool,
     /// Whether candidates are followed from rest.
     traced: bool,
-    /// The candidate whose equilibrium the workspace holds.
+    /// The candidate whose equilibrium is in the workspace.
     last: Option<Vec<f64>>,
-    /// The shape (positions of all nodes, m) from which candidates are solved, where it is but one.
+    /// The only shape (positions of all nodes, m) from which candidates are solved, if there is one.
     held: Option<Vec<SVector<f64, D>>>,
     counts: Counts,
 }
 
 impl<'a, const D: usize> Forward<'a, D> {
-    /// A solver of candidates.
+    /// A forward model without solved candidates.
     pub fn new(inverse: &'a Inverse<'a, D>, settings: &'a Settings) -> Self {
         Self {
             inverse,
@@ -166,18 +168,19 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.workspace.positions()
     }
 
-    /// Offers a solved shape (positions of all nodes, m) and its unknowns as a start for what comes.
+    /// Adds a solved shape (positions of all nodes, m) and its unknowns as a start for later candidates.
     pub fn begin_at(&mut self, x: &[f64], positions: &[SVector<f64, D>]) {
         self.known = BestKnown::new(x.len());
         self.known.remember(x, f64::INFINITY, positions);
     }
 
-    /// Positions of all nodes, m, at the last candidate, if that was this one and it is worth while to keep them.
+    /// Positions of all nodes, m, at the last candidate, if it is `x` and keeping them is worth while.
     pub(super) fn kept_shape(&self, x: &[f64]) -> Option<Vec<SVector<f64, D>>> {
         (self.is_dear() && self.last.as_deref() == Some(x)).then(|| self.positions().to_vec())
     }
 
-    /// Whether an equilibrium costs so much that what is known of others is used where it changes the last digits.
+    /// Whether an equilibrium is so expensive that shapes of other candidates are used although they change
+    /// the last digits.
     pub(super) fn is_dear(&self) -> bool {
         self.inverse.system.tissue() == TissueModel::Continuum
     }
@@ -193,14 +196,15 @@ impl<'a, const D: usize> Forward<'a, D> {
         all
     }
 
-    /// From now on every candidate is where its tensions lead from rest, as they grow together.
+    /// Makes every later candidate the equilibrium to which its tensions lead from rest, as they grow
+    /// together.
     pub fn traced(mut self) -> Self {
         self.traced = true;
         self
     }
 
-    /// A candidate solved anew from rest, on nothing that was solved before, directly and once more as its tensions grow together;
-    /// not counted. Where the two differ, the latter is the shape.
+    /// Solves a candidate from rest, independently of earlier solves, directly and as its tensions grow
+    /// together; it is not counted. If the two differ, the latter is the shape.
     pub fn follow_from_rest(&self, x: &[f64]) -> Shape<D> {
         let mut own = Forward::new(self.inverse, self.settings);
         let mut shape = Shape {
@@ -225,7 +229,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         shape
     }
 
-    /// Puts a candidate into the system and the workspace.
+    /// Sets system and workspace to a candidate.
     fn set(&mut self, x: &[f64]) -> Result<(), SystemError> {
         let inverse = self.inverse;
         self.counts.evaluations += 1;
@@ -250,7 +254,8 @@ impl<'a, const D: usize> Forward<'a, D> {
         Ok(())
     }
 
-    /// Weighted residuals of the observations, then of the signs, then of the priors, at the shape in the workspace.
+    /// Weighted residuals of the observations, then of the signs, then of the priors, at the shape in the
+    /// workspace.
     fn residuals_here(&self, x: &[f64]) -> Option<DVector<f64>> {
         let inverse = self.inverse;
         let seen = inverse.seen().map(|o| o.residual(self.positions()));
@@ -271,7 +276,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             return false;
         }
         let Some(nearest) = self.known.nearest(x) else { return false };
-        // With the factor of the last equilibrium the first step is the linear answer to the change.
+        // With the factor of the last equilibrium the first step is the linear response to the change.
         let is_nearer = |last: &[f64]| distance_squared(last, x) <= distance_squared(&nearest.x, x);
         if !(self.is_dear() && self.last.as_deref().is_some_and(is_nearer)) {
             self.workspace.start_from(&nearest.positions);
@@ -299,7 +304,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         solution.status == Status::Converged
     }
 
-    /// What the last solve came to.
+    /// Residuals after the last solve; `None` if it failed.
     fn outcome(&mut self, x: &[f64], solved: bool) -> Option<DVector<f64>> {
         let residuals = if solved { self.residuals_here(x) } else { None };
         self.last = solved.then(|| x.to_vec());
@@ -307,7 +312,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         residuals
     }
 
-    /// How every observation answers to every unknown, one factorisation for all of them.
+    /// Derivatives of every observation by every unknown, with one factorisation for all.
     fn rates(&mut self, x: &[f64], jacobian: &mut DMatrix<f64>, others: &mut DMatrix<f64>) -> Option<()> {
         self.counts.factorisations += 1;
         let inverse = self.inverse;
@@ -394,7 +399,7 @@ impl<const D: usize> Problem for Forward<'_, D> {
         Some(Linear { jacobian, residuals, other_jacobian, other_residuals })
     }
 
-    /// Each from rest on its own workspace, and kept as a start.
+    /// Solves each from rest in its own workspace and keeps it as a start.
     fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
         let solved: Vec<(Option<DVector<f64>>, usize, Option<Known<D>>)> = parallel::map(candidates, |x| {
             let mut own = Forward::new(self.inverse, self.settings);

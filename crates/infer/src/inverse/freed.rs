@@ -1,4 +1,4 @@
-//! Bones whose displacement a fit searches for.
+//! Bones with unknown displacements.
 
 use std::sync::Arc;
 
@@ -12,7 +12,8 @@ use tongue_core::system::{Model, System, SystemError};
 
 use super::FitError;
 
-/// A bone that may be displaced: its nodes, and the system in which they are free, which knows how the tissue pulls at them.
+/// A bone that may be displaced: its nodes, and the system in which they are free, for the forces of the
+/// tissue on them.
 #[derive(Debug, Clone)]
 pub struct FreedBone<const D: usize> {
     nodes: Vec<usize>,
@@ -26,7 +27,8 @@ impl<const D: usize> FreedBone<D> {
     /// Frees nodes that a bone holds.
     ///
     /// # Errors
-    /// [`SystemError::NotOnBone`] for a node that no bone holds; [`SystemError::Loose`] where nothing else holds the body.
+    /// [`SystemError::NotOnBone`] for a node that no bone holds; [`SystemError::Loose`] if nothing else holds
+    /// the body.
     pub fn new(
         mesh: &Mesh<D>,
         model: &Model,
@@ -45,7 +47,7 @@ impl<const D: usize> FreedBone<D> {
     /// Frees a bone of a body by its name.
     ///
     /// # Errors
-    /// [`FitError::Unknown`] for a bone that the body does not name; otherwise as [`FreedBone::new`].
+    /// [`FitError::Unknown`] for a bone that the body does not have; otherwise as [`FreedBone::new`].
     pub fn of(body: &Body<D>, model: &Model, contracting: &[usize], name: &str) -> Result<Self, FitError> {
         let nodes = body.bone(name);
         if nodes.is_empty() {
@@ -62,8 +64,8 @@ impl<const D: usize> FreedBone<D> {
         &self.nodes
     }
 
-    /// Adds the force that the tissue puts on every node when the bone moves along an axis and all other nodes stay, N/m; `other` are
-    /// constants of the tissue in place of the model's.
+    /// Adds the derivative of the force on every node by a displacement of the bone along an axis with all
+    /// other nodes fixed, N/m; `other` are constants of the tissue instead of the model's.
     pub(crate) fn add_force(
         &self,
         at: Configuration<'_, D>,

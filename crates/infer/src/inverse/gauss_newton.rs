@@ -1,10 +1,12 @@
-//! One start of a damped Gauss-Newton method with bounds: what the exact sensitivities of the equilibrium allow.
+//! One start of a damped Gauss-Newton method with bounds, which uses the exact sensitivities of the
+//! equilibrium.
 //!
-//! With `r` the residuals, `J` their derivative and `c` the effort, the cost `r·r + c sum F` has the gradient `2 Jᵀr + c` and the
-//! second derivative `2 (JᵀJ + S)`, `S = sum r_i d²r_i/dF²`. Where the target is met, `S` vanishes and the method is
-//! Levenberg's (1944) and Marquardt's (1963). Where ratios leave a direction open, only `S` says where along the valley the
-//! sum of the tensions is smallest; it is then built up from the changes of `J` by the secant of Dennis, Gay and Welsch
-//! (1981, eqs. 2.8-2.10). Tensions that the gradient pushes against a bound stay on it (Bertsekas 1982).
+//! With `r` the residuals, `J` their derivative and `c` the effort, the cost `r·r + c sum F` has the gradient
+//! `2 Jᵀr + c` and the second derivative `2 (JᵀJ + S)`, `S = sum r_i d²r_i/dF²`. If the target is met, `S`
+//! vanishes and the method is that of Levenberg (1944) and Marquardt (1963). If ratios leave a direction
+//! undetermined, only `S` determines where along the valley the sum of the tensions is smallest; it is then
+//! approximated from the changes of `J` by the secant of Dennis, Gay and Welsch (1981, eqs. 2.8-2.10).
+//! Tensions that the gradient pushes against a bound stay on it (Bertsekas 1982).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,14 +15,14 @@ use super::problem::{FAILED, Linear, Problem};
 use super::start::{SAME_COST, Start, starting_point};
 use super::unknown::Unknown;
 
-/// Damping of the first step as part of the largest diagonal entry of the second derivative.
+/// Damping of the first step, as a part of the largest diagonal entry of the second derivative.
 const FIRST_DAMPING: f64 = 1e-3;
-/// Damping beyond which no step can be told from none, as part of the same.
+/// Largest damping, as a part of the same entry: beyond it a step is lost in rounding.
 const MOST_DAMPING: f64 = 1e12;
-/// Least part of the predicted decrease with which a step is accepted.
+/// Smallest part of the predicted decrease with which a step is accepted.
 const ACCEPTED: f64 = 1e-3;
 
-/// A candidate and all that is known of the cost there.
+/// A candidate with its cost and derivatives.
 struct Point {
     x: DVector<f64>,
     linear: Linear,
@@ -42,17 +44,18 @@ impl Point {
         cost.is_finite().then_some(Self { x, linear, gradient, cost })
     }
 
-    /// Whether the cost would fall if value `i` left the bound that it is on.
+    /// Whether the cost would decrease if value `i` left its bound.
     fn is_free(&self, i: usize, unknown: &Unknown) -> bool {
         let (t, g) = (self.x[i], self.gradient[i]);
         (t > unknown.lower || g < 0.0) && (t < unknown.upper || g > 0.0)
     }
 }
 
-/// Searches from start number `number`. The same structure as a start of Nelder-Mead; there are no restarts.
+/// Searches from start number `number`. The result has the structure of a Nelder-Mead start; there are no
+/// restarts.
 pub(super) fn run(problem: &mut dyn Problem, settings: &Settings, number: usize) -> Start {
     let first = starting_point(number, problem.unknowns());
-    // A start without an equilibrium is given up for the rest shape, which always has one.
+    // A start without an equilibrium is replaced by the rest shape, which always has one.
     let rest = problem.unknowns().iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
     let mut start = Start::at(first, FAILED);
     let point = Point::new(problem, DVector::from_column_slice(&start.x))
@@ -60,7 +63,7 @@ pub(super) fn run(problem: &mut dyn Problem, settings: &Settings, number: usize)
     if let Some(mut here) = point {
         start.converged = descend(problem, settings, &mut here, &mut start.iterations);
         let (mut from_rest, mut cost) = from_rest(problem, &here);
-        // As in Nelder-Mead: another branch of equilibria than the one from rest does not count.
+        // As in Nelder-Mead: a branch of equilibria other than the one from rest does not count.
         if (cost - here.cost).abs() > SAME_COST * here.cost.abs().max(SAME_COST) {
             problem.forget_neighbours();
             start.converged = match Point::new(problem, here.x.clone()) {
@@ -80,14 +83,14 @@ pub(super) fn run(problem: &mut dyn Problem, settings: &Settings, number: usize)
     start
 }
 
-/// Whether the candidate has an answer from rest, and the cost there.
+/// Whether the candidate has an answer from rest, and its cost.
 fn from_rest(problem: &mut dyn Problem, here: &Point) -> (bool, f64) {
     let residuals = problem.residuals_from_rest(here.x.as_slice());
     (residuals.is_some(), problem.cost(here.x.as_slice(), residuals.as_ref()))
 }
 
-/// Searches from values that are nearly right, within the bounds; afterwards the problem stands at the answer, whose residuals are
-/// given too. `None` where there is no equilibrium to begin with or to end with.
+/// Searches from values that are nearly right, within the bounds; afterwards the problem is at the answer,
+/// whose residuals are returned too. `None` if there is no equilibrium at the beginning or at the end.
 pub fn refit(
     problem: &mut dyn Problem,
     settings: &Settings,
@@ -100,7 +103,7 @@ pub fn refit(
     Some((x, residuals))
 }
 
-/// Goes downhill from `here`, and says whether it arrived.
+/// Minimises from `here`, and returns whether it converged.
 fn descend(problem: &mut dyn Problem, settings: &Settings, here: &mut Point, iterations: &mut u64) -> bool {
     let unknowns = problem.unknowns().to_vec();
     let mut secant = DMatrix::zeros(here.x.len(), here.x.len());
@@ -112,7 +115,7 @@ fn descend(problem: &mut dyn Problem, settings: &Settings, here: &mut Point, ite
         *iterations += 1;
         let curvature = (here.linear.jacobian.tr_mul(&here.linear.jacobian) + &secant) * 2.0;
         let Some(step) = bounded_step(here, &curvature, damping, &unknowns) else {
-            // Not downhill: the second derivative is indefinite on the free values.
+            // Not a descent direction: the second derivative is indefinite on the free values.
             damping *= growth;
             growth *= 2.0;
             continue;
@@ -131,7 +134,8 @@ fn descend(problem: &mut dyn Problem, settings: &Settings, here: &mut Point, ite
                 if undamped && step.amax() < settings.tension_tolerance {
                     return true;
                 }
-                // Nielsen (1999): damping follows how well the decrease was foretold, without jumps.
+                // Nielsen (1999): the damping follows the ratio of actual to predicted decrease, without
+                // jumps.
                 damping *= (1.0 - (2.0 * gained / promised - 1.0).powi(3)).clamp(0.1, 2.0);
                 growth = 2.0;
             }
@@ -144,8 +148,8 @@ fn descend(problem: &mut dyn Problem, settings: &Settings, here: &mut Point, ite
     false
 }
 
-/// The damped step on the free values, cut at the bounds; `None` where the damped second derivative is not positive
-/// definite.
+/// The damped step on the free values, cut at the bounds; `None` if the damped second derivative is not
+/// positive definite.
 fn bounded_step(
     here: &Point,
     curvature: &DMatrix<f64>,
@@ -155,7 +159,7 @@ fn bounded_step(
     let n = here.x.len();
     let mut free: Vec<usize> = (0..n).filter(|&i| here.is_free(i, &unknowns[i])).collect();
     let mut step = DVector::zeros(n);
-    // Values that the step would carry over a bound are put on it, and the others solved again with them there.
+    // Values that the step would move beyond a bound are set to it, and the others are solved again.
     while !free.is_empty() {
         let mut matrix = curvature.select_rows(&free).select_columns(&free);
         for i in 0..free.len() {
@@ -182,7 +186,8 @@ fn bounded_step(
     Some(step)
 }
 
-/// Dennis, Gay and Welsch's symmetric rank-two update of `S`, sized so that it forgets what no longer holds.
+/// The symmetric rank-two update of `S` by Dennis, Gay and Welsch, with sizing, so that old information
+/// decays.
 fn update_secant(secant: &mut DMatrix<f64>, here: &Point, next: &Point, step: &DVector<f64>) {
     let change = (&next.linear.jacobian - &here.linear.jacobian).tr_mul(&next.linear.residuals);
     let y = (&next.gradient - &here.gradient) * 0.5;

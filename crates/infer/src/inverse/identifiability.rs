@@ -1,4 +1,4 @@
-//! What the data say of the tensions, and what they leave open.
+//! Identifiability: which tensions the data determine, and which they leave undetermined.
 
 use serde::Serialize;
 
@@ -10,30 +10,29 @@ use super::valley::{self, Valley};
 /// Local analysis at the answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Identifiability {
-    /// Singular values of d(fitted ratio or stretch)/d(tension), largest first, one for each active muscle (zero where there
-    /// are fewer equations), 1/N.
+    /// Singular values of d(fitted ratio or stretch)/d(tension), largest first, one for each active muscle
+    /// (zero if there are fewer equations), 1/N.
     pub singular_values: Vec<f64>,
-    /// One for every direction that the data leave undetermined.
+    /// One for every undetermined direction.
     pub null_directions: Vec<NullDirection>,
 }
 
-/// A direction in the space of tensions along which the fit stays as good.
+/// A direction in the space of tensions along which the fit remains as good.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NullDirection {
     /// Unit vector over the active muscles, in their order; its largest entry is positive.
     pub direction: Vec<f64>,
-    /// All that was followed of it through the answer; nothing where the answer itself does not meet the target.
+    /// The curve along it through the answer; `None` if the answer itself does not meet the target.
     pub valley: Option<Valley>,
 }
 
-/// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as far as
-/// the target is met ([`valley`]). `None` where the equilibrium was not found or is
-/// singular.
+/// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as
+/// long as the target is met ([`valley`]). `None` if the equilibrium was not found or is singular.
 pub fn analyse(problem: &mut dyn Problem, settings: &Settings, x: &[f64]) -> Option<Identifiability> {
     analyse_on(problem, settings, x, None)
 }
 
-/// The same, with a curve that was followed through other values, which is not followed again if these are on it.
+/// As [`analyse`], reusing a known curve if these values are on it.
 pub(super) fn analyse_on(
     problem: &mut dyn Problem,
     settings: &Settings,

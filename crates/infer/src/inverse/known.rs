@@ -1,4 +1,4 @@
-//! The best candidates solved so far, kept as starts for their neighbours.
+//! The best solved candidates, kept as starts for their neighbours.
 
 use nalgebra::SVector;
 
@@ -10,7 +10,7 @@ pub(super) struct Known<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
 }
 
-/// As many of the best candidates as a simplex has corners.
+/// The best candidates, as many as a simplex has corners.
 #[derive(Debug, Clone)]
 pub(super) struct BestKnown<const D: usize> {
     most: usize,
@@ -18,12 +18,12 @@ pub(super) struct BestKnown<const D: usize> {
 }
 
 impl<const D: usize> BestKnown<D> {
-    /// Room for a simplex in a space of this dimension.
+    /// Memory for a simplex in a space of this dimension.
     pub fn new(dimension: usize) -> Self {
         Self { most: dimension + 1, list: Vec::with_capacity(dimension + 1) }
     }
 
-    /// Keeps the candidate if it is among the best, in the place of the worst.
+    /// Keeps the candidate in place of the worst, if it is among the best.
     pub fn remember(&mut self, x: &[f64], cost: f64, positions: &[SVector<f64, D>]) {
         if self.list.len() < self.most {
             self.list.push(Known { x: x.to_vec(), cost, positions: positions.to_vec() });
@@ -47,7 +47,8 @@ impl<const D: usize> BestKnown<D> {
         self.list.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// Largest distance of a candidate from the best one, unit of the unknowns; infinite before there are as many as a simplex has corners.
+    /// Largest distance of a candidate from the best one, in units of the unknowns; infinite until there are
+    /// as many as a simplex has corners.
     pub fn spread(&self) -> f64 {
         match self.best() {
             Some(best) if self.list.len() == self.most => {
@@ -58,12 +59,12 @@ impl<const D: usize> BestKnown<D> {
         }
     }
 
-    /// Forgets all.
+    /// Removes all candidates.
     pub fn clear(&mut self) {
         self.list.clear();
     }
 
-    /// Forgets all but the best, so that [`BestKnown::spread`] speaks of a new simplex.
+    /// Removes all but the best, so that [`BestKnown::spread`] is that of a new simplex.
     pub fn keep_best(&mut self) {
         let best = self.best().cloned();
         self.list.clear();
@@ -71,7 +72,7 @@ impl<const D: usize> BestKnown<D> {
     }
 }
 
-/// Square of the distance between candidates, unit of the unknowns.
+/// Squared distance between candidates, in units of the unknowns.
 pub(super) fn distance_squared(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }

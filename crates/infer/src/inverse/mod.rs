@@ -4,13 +4,14 @@
 //! minimise over 0 <= F <= F_max:  sum over fitted muscles (simulated - measured)²  +  effort * sum F
 //! ```
 //!
-//! by Nelder-Mead from several starts (or, [`Method::GaussNewton`], with the derivatives that the equilibrium gives for little).
-//! The effort term is there only where the equations are fewer than the tensions (ratios of n muscles are n - 1 equations): of
-//! all tensions that fit equally well it takes those with the smallest sum. The answer is then moved by the little that the
-//! effort held it beside the target. [`identifiability`] says how far the others reach.
+//! by Nelder-Mead from several starts (or, with [`Method::GaussNewton`], with the derivatives of the
+//! equilibrium). The effort term is used only if there are fewer equations than tensions (ratios of n muscles
+//! are n - 1 equations): of all tensions that fit equally well it selects those with the smallest sum.
+//! Afterwards the answer is moved onto the target, from which the effort term kept it by a small distance.
+//! [`identifiability`] gives the range of the other tensions.
 //!
-//! Candidates start from solved neighbours; what a search ends with is solved from rest, and where that gives another
-//! equilibrium the search begins again with every candidate from rest.
+//! Candidates start from solved neighbours. The answer of a search is solved again from rest; if that gives
+//! another equilibrium, the search begins again with every candidate from rest.
 
 pub mod alarms;
 pub mod alternatives;
@@ -53,53 +54,54 @@ pub use solve::{Answer, Replay, solve};
 pub use start::Start;
 pub use unknown::{Constant, Prior, Quantity, Unknown};
 
-/// What searches.
+/// Search method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// The simplex of Nelder and Mead (1965), as the thesis takes; needs costs only.
+    /// The simplex of Nelder and Mead (1965), as in the thesis; it uses costs only.
     #[default]
     NelderMead,
     /// Damped Gauss-Newton with exact sensitivities.
     GaussNewton,
 }
 
-/// Which answer is reported of those that meet an undetermined target equally well.
+/// Selection among the answers that meet an undetermined target equally well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Among {
-    /// That which comes nearest to what else was measured.
+    /// The answer nearest to the other measurements.
     #[default]
     Others,
-    /// That of the smallest total tension.
+    /// The answer with the smallest total tension.
     LeastTotal,
 }
 
-/// How the search is done.
+/// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// What searches from each start.
+    /// Search method of each start.
     pub method: Method,
     /// Number of starting points. Default 4.
     pub starts: usize,
     /// Upper bound of every tension, N (per metre of thickness). Default 100.
     pub upper_bound: f64,
-    /// Price of a newton of tension in the objective where the tensions are not determined, 1/N. Default 2e-6: it moves the
-    /// fitted ratios by less than 1e-3.
+    /// Cost of a newton of tension in the objective if the tensions are not determined, 1/N. Default 2e-6: it
+    /// changes the fitted ratios by less than 1e-3.
     pub effort: f64,
-    /// Most iterations of Nelder-Mead from one simplex, or of Gauss-Newton. Default 1000.
+    /// Maximum number of iterations of Nelder-Mead from one simplex, or of Gauss-Newton. Default 1000.
     pub max_iterations: u64,
-    /// A simplex whose corners are nearer than this to the best one has converged, and so has an undamped Gauss-Newton step
-    /// that is shorter, N. Default 1e-4.
+    /// Convergence: largest distance of a simplex's corner from the best one, or length of an undamped
+    /// Gauss-Newton step, N. Default 1e-4.
     pub tension_tolerance: f64,
-    /// A simplex whose costs have a smaller standard deviation has converged, and so has a Gauss-Newton step that promises
-    /// less, dimensionless. Default 1e-17.
+    /// Convergence: standard deviation of a simplex's costs, or predicted decrease of a Gauss-Newton step,
+    /// dimensionless. Default 1e-17.
     pub cost_tolerance: f64,
-    /// Root mean square misfit of the fitted ratios or stretches up to which the target counts as met. Default 1e-3.
+    /// Largest root mean square misfit of the fitted ratios or stretches with which the target counts as met.
+    /// Default 1e-3.
     pub misfit_tolerance: f64,
-    /// Which of several answers is reported. Default: the nearest to what else was measured.
+    /// Selection among several answers. Default: the nearest to the other measurements.
     pub among: Among,
-    /// Whether a candidate is solved from the nearest one solved before, or from rest. Default: the nearest.
+    /// Whether a candidate is solved from the nearest solved one instead of from rest. Default: yes.
     pub warm_start: bool,
     /// Settings of each equilibrium.
     pub equilibrium: statics::Settings,
@@ -127,7 +129,7 @@ impl Settings {
     /// Checks that every setting is in its range.
     ///
     /// # Errors
-    /// [`FitError::Setting`] names the first that is not.
+    /// [`FitError::Setting`] with the first that is not.
     pub fn check(&self) -> Result<(), FitError> {
         let positive = [
             ("the number of starts", self.starts as f64),
@@ -157,7 +159,7 @@ impl Settings {
     }
 }
 
-/// Why a fit cannot even begin.
+/// Why a fit cannot begin.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// The system cannot be made.
@@ -171,7 +173,7 @@ pub enum FitError {
         /// Its name.
         muscle: String,
     },
-    /// What is searched for and what was seen do not go together.
+    /// Unknowns and observations are inconsistent.
     #[error("{what}")]
     Unknown {
         /// What is wrong.
@@ -180,7 +182,7 @@ pub enum FitError {
     /// A setting is out of range.
     #[error("{name} is {value}; it must be {must}")]
     Setting {
-        /// Which.
+        /// Its name.
         name: &'static str,
         /// Its value.
         value: f64,
@@ -196,9 +198,9 @@ pub enum FitError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The target is met and nothing speaks against the answer.
+    /// The target is met and there are no reasons for doubt.
     Converged,
-    /// The search converged, but the best it found misses the target by more than the tolerance.
+    /// The search converged, but its best answer misses the target by more than the tolerance.
     TargetNotMet,
     /// A tension ended at its upper bound.
     AtUpperBound,
@@ -210,10 +212,10 @@ pub enum Status {
     NoEquilibrium,
 }
 
-/// More starting points than this are surely a slip.
+/// Maximum number of starting points.
 const MOST_STARTS: usize = 10_000;
-/// No muscle pulls harder, N: with larger numbers forces and lengths lose all digits.
+/// Largest upper bound of a tension, N: with larger ones forces and lengths lose all digits.
 const LARGEST_BOUND: f64 = 1e9;
 
-/// Answers nearer to the lower bound than this are on it, in units of the unknowns (N).
+/// Answers nearer to the lower bound than this count as on it, in units of the unknowns (N).
 pub const AT_BOUND: f64 = 1e-3;

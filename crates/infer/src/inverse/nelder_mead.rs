@@ -1,5 +1,5 @@
-//! One start of argmin's Nelder-Mead, with what it lacks: bounds, a stop on the spread of the tensions, and a fresh simplex
-//! where the old one degenerated.
+//! One start of argmin's Nelder-Mead with additions: bounds, a stop on the spread of the tensions, and a new
+//! simplex if the old one is degenerate.
 
 use std::cell::RefCell;
 
@@ -14,22 +14,22 @@ use super::start::{FIRST_SIDE, SAME_COST, Start, starting_point};
 use super::unknown::Unknown;
 use super::{FitError, Settings};
 
-/// Side of the simplex with which the search is begun anew around its answer, N.
+/// Side of the new simplex around the answer for a restart, N.
 const FRESH_SIDE: f64 = 0.1;
-/// Most fresh simplices.
+/// Maximum number of restarts.
 const MOST_RESTARTS: usize = 5;
-/// A fresh simplex that moves the answer by less than this confirms it, N.
+/// A restart that moves the answer by less than this confirms it, N.
 const CONFIRMED: f64 = 1e-3;
 type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
 
 /// The problem of one search, shared between argmin's problem and its stop.
 type Shared<'a> = RefCell<&'a mut dyn LeastSquares>;
 
-/// The objective as argmin sees it: unbounded parameters, folded into the bounds.
+/// The objective for argmin: unbounded parameters, folded into the bounds.
 struct Folded<'a, 'b> {
     problem: &'b Shared<'a>,
     unknowns: Vec<Unknown>,
-    /// Corners of the first simplex, solved beforehand in parallel, with their costs.
+    /// Corners of the first simplex, solved in parallel in advance, with their costs.
     solved: Vec<(Vec<f64>, f64)>,
 }
 
@@ -48,8 +48,8 @@ impl CostFunction for Folded<'_, '_> {
     }
 }
 
-/// Reflects every parameter at its bounds until it lies between them. Unlike a sine or a logistic curve it keeps lengths, so a
-/// simplex does not collapse at a bound.
+/// Reflects every parameter at its bounds until it is between them. Unlike a sine or a logistic curve this
+/// keeps lengths, so that a simplex does not collapse at a bound.
 fn fold(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
     let folded = parameters.iter().zip(unknowns).map(|(p, u)| {
         let range = u.upper - u.lower;
@@ -59,7 +59,7 @@ fn fold(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
     folded.collect()
 }
 
-/// Nelder-Mead that also stops when the best candidates lie close together.
+/// Nelder-Mead that also stops when the best candidates are close together.
 struct Search<'a, 'b> {
     inner: NelderMead<Vec<f64>, f64>,
     problem: &'b Shared<'a>,
@@ -95,10 +95,10 @@ impl<'a, 'b> Solver<Folded<'a, 'b>, NmState> for Search<'a, 'b> {
     }
 }
 
-/// Searches from start number `number` until a fresh simplex confirms the answer.
+/// Searches from start number `number` until a restart confirms the answer.
 ///
 /// # Errors
-/// [`FitError::Search`] should argmin refuse a setting.
+/// [`FitError::Search`] if argmin refuses a setting.
 pub(super) fn run(
     problem: &mut dyn LeastSquares,
     settings: &Settings,
@@ -112,8 +112,8 @@ pub(super) fn run(
     for restarts in 0..=MOST_RESTARTS {
         let (found, cost, iterations, stopped) = one_simplex(&shared, settings, &unknowns, &corner, side)?;
         start.iterations += iterations;
-        // A candidate that was reached from a neighbour may lie on another branch of equilibria than the one that
-        // leads to it from rest. Then the search goes on from rest only, and what it had found does not count.
+        // A candidate reached from a neighbour may lie on another branch of equilibria than the one to which
+        // it leads from rest. The search then begins again with all candidates from rest.
         let from_rest = shared.borrow_mut().residuals_from_rest(&found);
         let from_rest_cost = shared.borrow().cost(&found, from_rest.as_ref());
         if (from_rest_cost - cost).abs() > SAME_COST * cost.abs().max(SAME_COST) {
@@ -156,7 +156,7 @@ fn one_simplex(
         let mut vertex = corner.to_vec();
         let largest = if side == FIRST_SIDE { 0.25 } else { 0.1 };
         let side = side.min(largest * (unknown.upper - unknown.lower));
-        // Away from the upper bound, so that folding does not lay two corners on each other.
+        // Away from the upper bound, so that folding does not make two corners equal.
         vertex[i] += if vertex[i] + side <= unknown.upper { side } else { -side };
         simplex.push(vertex);
     }

@@ -1,4 +1,4 @@
-//! Values that meet a target exactly: the way onto it, and on it to where the other measurements are met best.
+//! Moves answers exactly onto a target, and on it to the best fit of the other measurements.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,19 +6,20 @@ use super::directions::null_space;
 use super::problem::{Linear, Problem};
 use super::unknown::Unknown;
 
-/// A misfit that is none.
+/// Misfit of an answer that is on the target.
 pub(super) const ON_TARGET: f64 = 1e-10;
-/// Most corrections that move an answer onto the target.
+/// Maximum number of corrections that move an answer onto the target.
 const MOST_CORRECTIONS: usize = 8;
-/// Most steps to where the other measurements are met best.
+/// Maximum number of steps to the best fit of the other measurements.
 const MOST_STEPS: usize = 60;
-/// A step that moves the answer by less than this is none, in units of the unknowns.
+/// Convergence: smallest step, in units of the unknowns.
 const STILL: f64 = 1e-7;
-/// A value nearer than this to a bound is on it, in units.
+/// A value nearer than this to a bound is on it, in units of the unknowns.
 pub(super) const ON_BOUND: f64 = 1e-9;
 
-/// Moves `tensions` by the smallest correction that meets the targets to first order, within the bounds: tensions that would
-/// leave them are held there and the others corrected anew. Returns the sensitivities used.
+/// Moves `tensions` by the smallest correction that meets the targets to first order within the bounds:
+/// tensions that would leave them are held there and the others corrected again. Returns the sensitivities
+/// used.
 pub(super) fn correct(
     problem: &mut dyn Problem,
     x: &mut DVector<f64>,
@@ -45,8 +46,8 @@ pub(super) fn correct(
     Some(jacobian)
 }
 
-/// Moves an answer that the effort term holds a little beside the target onto it: the nearest values that meet the targets. Returns
-/// the answer itself where that makes nothing better.
+/// Moves an answer that the effort term keeps at a small distance from the target onto it: the nearest values
+/// that meet the targets. Returns the unchanged answer if there is no improvement.
 pub(super) fn onto_target(problem: &mut dyn Problem, answer: &[f64]) -> Vec<f64> {
     let unknowns = problem.unknowns().to_vec();
     let residuals = problem.residuals(answer);
@@ -60,7 +61,7 @@ pub(super) fn onto_target(problem: &mut dyn Problem, answer: &[f64]) -> Vec<f64>
         if correct(problem, &mut target, &unknowns).is_none() {
             break;
         }
-        // A whole step where the way is straight; less where it is not.
+        // A full step, or a shorter one if that does not improve the misfit.
         let step = target - &here;
         let better = (0..6).find_map(|halvings| {
             let next = &here + &step * 0.5f64.powi(halvings);
@@ -75,7 +76,7 @@ pub(super) fn onto_target(problem: &mut dyn Problem, answer: &[f64]) -> Vec<f64>
     best.1
 }
 
-/// How far one can go before a value leaves its bounds, in units.
+/// Largest step before a value leaves its bounds, in units of the unknowns.
 pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknown]) -> f64 {
     here.iter()
         .zip(along.iter())
@@ -88,8 +89,8 @@ pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknow
         .fold(f64::INFINITY, f64::min)
 }
 
-/// From values that meet the target, goes on along it to those that come nearest to the measurements that are not fitted (least
-/// squares), within the bounds: Gauss-Newton in the directions that the target leaves open, each step brought back onto the target.
+/// Moves values that meet the target along it to the least-squares fit of the other measurements, within the
+/// bounds: Gauss-Newton in the undetermined directions, with each step corrected onto the target.
 pub(super) fn nearest_to_others(problem: &mut dyn Problem, answer: &[f64]) -> Vec<f64> {
     let unknowns = problem.unknowns().to_vec();
     let mut here = DVector::from_column_slice(answer);
@@ -118,7 +119,7 @@ pub(super) fn nearest_to_others(problem: &mut dyn Problem, answer: &[f64]) -> Ve
     here.iter().copied().collect()
 }
 
-/// The Gauss-Newton step in the directions that the target leaves open; values on a bound that it would leave stay there.
+/// The Gauss-Newton step in the undetermined directions; values on a bound that it would leave are fixed.
 fn step_along(linear: &Linear, here: &DVector<f64>, unknowns: &[Unknown]) -> Option<DVector<f64>> {
     let mut rows = linear.jacobian.clone();
     for _ in 0..=here.len() {

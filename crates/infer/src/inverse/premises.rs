@@ -1,16 +1,17 @@
-//! What a fit assumes of the baseline, and what it frees beside the tensions.
+//! Premises of a fit: the baseline, and unknowns beside the tensions.
 //!
-//! The thesis takes the baseline vowel for rest. It is a posture itself: muscles pull in it too, with a **tone** `F0`. A stretch is
-//! then `L(F) / L(F0)`; muscles that are shorter than in the baseline have a tension to be found, longer ones none, and muscles of
-//! which nothing was measured keep their tone. A freed **bone** is displaced by `d`. Then
+//! The thesis takes the baseline vowel for rest. But it is a posture itself: muscles pull in it too, with a
+//! **tone** `F0`. A stretch is then `L(F) / L(F0)`. Muscles that are shorter than in the baseline have an
+//! unknown tension, longer ones have none, and unmeasured muscles keep their tone. A free **bone** is
+//! displaced by `d`. Then
 //!
 //! ```text
 //! minimise  sum over shorter (s - s_measured)²  +  sum over the others max(0, 1 - s)²
-//!           +  sum over shorter (σ/σ_F)² (F - F0)²  +  (σ/σ_d)² |d|²           σ = 0.01, σ_F = 17 N/m, σ_d = 5 mm
+//! +  sum over shorter (σ/σ_F)² (F - F0)²  +  (σ/σ_d)² |d|²           σ = 0.01, σ_F = 17 N/m, σ_d = 5 mm
 //! ```
 //!
-//! the second sum being the signs of the changes, which hold `d`, and the last two priors. How strong they are was found on the
-//! data of Takano and Honda (2007): `tongue-fit validate`.
+//! The second sum is the signs of the changes, which constrain `d`, and the last two are priors. Their
+//! strengths were found on the data of Takano and Honda (2007): `tongue-fit validate`.
 
 use std::sync::Arc;
 
@@ -28,14 +29,14 @@ use super::{FitError, FreedBone, Settings};
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Tone {
-    /// The same in all.
+    /// The same for all muscles.
     Uniform(f64),
-    /// By the names of the muscles; others have none.
+    /// By the names of the muscles; other muscles have none.
     ByMuscle(#[serde(serialize_with = "by_name")] Vec<(String, f64)>),
 }
 
 impl Tone {
-    /// That of a muscle, case aside.
+    /// The tension of a muscle; case does not count.
     pub fn of(&self, muscle: &str) -> f64 {
         match self {
             Self::Uniform(tone) => *tone,
@@ -45,7 +46,7 @@ impl Tone {
         }
     }
 
-    /// Whether no muscle has any, as in the thesis.
+    /// Whether no muscle has a tension, as in the thesis.
     pub fn is_none(&self) -> bool {
         match self {
             Self::Uniform(tone) => *tone == 0.0,
@@ -73,7 +74,7 @@ impl Default for Tone {
     }
 }
 
-/// A bone whose displacement is searched for.
+/// A bone with an unknown displacement.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LooseBone {
     /// Its name in the body.
@@ -82,31 +83,31 @@ pub struct LooseBone {
     pub axes: Vec<usize>,
 }
 
-/// How the hyoid may move in a fit.
+/// Motion of the hyoid in a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HyoidMotion {
     /// Anywhere in the plane, near its place.
     Free,
     /// Forward and back only.
     Forward,
-    /// Not.
+    /// Fixed.
     Fixed,
 }
 
-/// What a user says of a fit's premises; the rest follows from the quantity that is fitted.
+/// A user's choice of premises; the defaults depend on the fitted quantity.
 #[derive(Debug, Clone, Default)]
 pub struct Said<'a> {
-    /// The thesis's assumptions are the default.
+    /// Whether the thesis's assumptions are the default.
     pub thesis: bool,
-    /// Tensions in the baseline. Default: [`TONE`] where stretches are fitted, none where ratios are.
+    /// Tensions in the baseline. Default: [`TONE`] for stretches, none for ratios.
     pub tone: Option<Tone>,
-    /// How the hyoid may move. Default: free where stretches are fitted and the body names it, fixed where ratios are.
+    /// Motion of the hyoid. Default: free for stretches if the body has a hyoid, fixed for ratios.
     pub hyoid: Option<HyoidMotion>,
     /// Other bones that may move.
     pub free_bones: &'a [String],
 }
 
-/// What holds beside a target.
+/// Premises of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Premises {
     /// Tensions in the baseline.
@@ -115,11 +116,12 @@ pub struct Premises {
     pub bones: Vec<LooseBone>,
     /// Standard deviation of a bone's displacement along an axis, m.
     pub bone_sd_m: f64,
-    /// Standard deviation of a tension from its tone, N (2D: per metre of thickness); it counts where a bone is freed.
+    /// Standard deviation of a tension from its tone, N (2D: per metre of thickness); it is used if a bone is
+    /// free.
     pub tension_sd: f64,
 }
 
-/// The tone that explains most and is flat from 6 to 12, N per metre of thickness.
+/// The tone with the smallest error, N per metre of thickness; the error hardly changes from 6 to 12.
 pub const TONE: f64 = 8.0;
 /// Standard deviation of a measured stretch, against which those of tensions and displacements are weighed.
 pub const STRETCH_SD: f64 = 0.01;
@@ -128,29 +130,29 @@ pub const BONE_SD_M: f64 = 5e-3;
 /// Standard deviation of a tension from its tone, N per metre of thickness.
 const TENSION_SD: f64 = STRETCH_SD / 6e-4;
 const NO_BASELINE: &str = "there is no equilibrium of the baseline at this tone; take a smaller one";
-/// Steps in which the branch from rest is followed.
+/// Number of steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
-/// No bone goes further than so many standard deviations.
+/// Largest displacement of a bone, in standard deviations.
 const MOST_SDS: f64 = 4.0;
 
 impl Default for Premises {
-    /// Those of the thesis: the baseline is rest, and bones stay where they are.
+    /// The premises of the thesis: the baseline is rest, and bones are fixed.
     fn default() -> Self {
         Self { tone: Tone::default(), bones: Vec::new(), bone_sd_m: BONE_SD_M, tension_sd: TENSION_SD }
     }
 }
 
 impl Premises {
-    /// A baseline with [`TONE`] in every muscle, and a hyoid that may move.
+    /// A baseline with [`TONE`] in every muscle, and a movable hyoid.
     pub fn active_baseline(dimension: usize) -> Self {
         let hyoid = LooseBone { name: HYOID.to_owned(), axes: (0..dimension).collect() };
         Self { tone: Tone::Uniform(TONE), bones: vec![hyoid], ..Self::default() }
     }
 
-    /// What is assumed where a quantity is fitted in a body of the plane.
+    /// The premises for a quantity in a body of the plane.
     ///
     /// # Errors
-    /// [`FitError::Unknown`] for a bone that is freed twice.
+    /// [`FitError::Unknown`] for a bone that is given twice.
     pub fn of(kind: TargetKind, body: &Body<2>, said: &Said<'_>) -> Result<Self, FitError> {
         let active = kind == TargetKind::Stretch && !said.thesis;
         let tone = said.tone.clone().unwrap_or(Tone::Uniform(if active { TONE } else { 0.0 }));
@@ -179,27 +181,27 @@ impl Premises {
     }
 }
 
-/// A body in which targets are fitted: ready to be solved, and in its baseline posture.
+/// A body for fits: ready to be solved, with its baseline posture.
 #[derive(Debug, Clone)]
 pub struct Setup<const D: usize = 2> {
-    /// What is assumed.
+    /// Its premises.
     pub premises: Premises,
-    /// The body; every muscle that a fit gives a tension can contract in it.
+    /// The body; every muscle that a fit can give a tension can contract in it.
     pub system: Arc<System<D>>,
     /// Names of all chains of the body.
     pub muscles: Vec<String>,
-    /// The freed bones, as in the premises.
+    /// The free bones, as in the premises.
     pub bones: Arc<Vec<FreedBone<D>>>,
     /// Tensions of all chains of the body in the baseline, N (2D: per metre of thickness).
     pub tensions: Vec<f64>,
     /// Positions of all nodes in the baseline, m.
     pub positions: Vec<SVector<f64, D>>,
-    /// Lengths of all chains of the body in the baseline, m: changes are counted from them.
+    /// Lengths of all chains of the body in the baseline, m, from which changes are counted.
     pub lengths: Vec<f64>,
 }
 
 impl<const D: usize> Setup<D> {
-    /// A body that is at rest in the baseline and whose bones stay where they are.
+    /// A body whose baseline is rest and whose bones are fixed.
     pub fn at_rest(system: impl Into<Arc<System<D>>>) -> Self {
         let system = system.into();
         Self {
@@ -216,8 +218,8 @@ impl<const D: usize> Setup<D> {
     /// A body under premises, in which every muscle can contract.
     ///
     /// # Errors
-    /// As [`System::new`] and [`Setup::in_system`]; [`FitError::Unknown`] for a bone that the body does not name, or where nothing
-    /// else would hold it.
+    /// As [`System::new`] and [`Setup::in_system`]; [`FitError::Unknown`] for a bone that the body does not
+    /// have, or if nothing else would hold the body.
     pub fn new(body: &Body<D>, model: &Model, premises: Premises) -> Result<Self, FitError> {
         let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
         let mut freed = Vec::new();
@@ -235,11 +237,12 @@ impl<const D: usize> Setup<D> {
         })
     }
 
-    /// The same in a system at hand, in which every muscle that has a tone can contract; its bones are not freed.
+    /// As [`Setup::new`], in a prepared system in which every muscle with a tone can contract; its bones are
+    /// not free.
     ///
     /// # Errors
-    /// [`FitError::Setting`] for a tone or a standard deviation out of range; [`FitError::Unknown`] where there is no equilibrium
-    /// at the tone, or the tone is of no muscle of the body.
+    /// [`FitError::Setting`] for a tone or a standard deviation out of range; [`FitError::Unknown`] if there
+    /// is no equilibrium at the tone, or if the body lacks the muscle of a tone.
     pub fn in_system(
         system: impl Into<Arc<System<D>>>,
         muscles: &[&str],
@@ -287,7 +290,8 @@ impl<const D: usize> Setup<D> {
         })
     }
 
-    /// The same body under other premises about the same bones (or none): only its baseline is solved anew, from the present one.
+    /// The same body under other premises with the same bones (or none): only its baseline is solved again,
+    /// from the present one.
     ///
     /// # Errors
     /// As [`Setup::in_system`]; [`FitError::Unknown`] for other bones.
@@ -312,33 +316,33 @@ impl<const D: usize> Setup<D> {
         Ok(Self { premises, bones, tensions, positions, lengths, ..self.clone() })
     }
 
-    /// The settings of fits here: where priors hold an answer beside its target, the target counts as met within the standard
-    /// deviation of a stretch.
+    /// The settings of fits here: if priors keep an answer away from its target, the target counts as met
+    /// within the standard deviation of a stretch.
     pub fn settings(&self, settings: &Settings) -> Settings {
         let tolerance = if self.bones.is_empty() { 0.0 } else { STRETCH_SD };
         Settings { misfit_tolerance: settings.misfit_tolerance.max(tolerance), ..*settings }
     }
 
-    /// The most that a freed bone is displaced, m.
+    /// Largest displacement of a free bone, m.
     pub fn most_m(&self) -> f64 {
         MOST_SDS * self.premises.bone_sd_m
     }
 }
 
-/// Where a freed bone was found.
+/// The fitted displacement of a bone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MovedBone<const D: usize> {
     /// Its name.
     pub name: String,
     /// Its displacement, m.
     pub shift: SVector<f64, D>,
-    /// Half of the 95 % interval of each coordinate, m: linearised at the answer, from the standard deviation of a stretch and the
-    /// priors. 0 where it was not freed.
+    /// Half width of the 95 % interval of each coordinate, m: linearised at the answer, from the standard
+    /// deviation of a stretch and the priors. 0 for fixed coordinates.
     pub half_width: SVector<f64, D>,
 }
 
-/// Standard deviations of the unknowns, in their units, where residuals have [`STRETCH_SD`]; `None` where the Jacobian has not full
-/// rank.
+/// Standard deviations of the unknowns, in their units, if residuals have [`STRETCH_SD`]; `None` if the
+/// Jacobian does not have full rank.
 pub(super) fn standard_deviations(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
     let inverse = (jacobian.tr_mul(jacobian)).cholesky()?.inverse();
     Some(inverse.diagonal().iter().map(|v| STRETCH_SD * v.sqrt()).collect())

@@ -1,49 +1,49 @@
-//! What a search sees of a problem: bounded unknowns, residuals and their derivative, and nothing of bodies.
+//! Interface between searches and problems: bounded unknowns, residuals and their derivative, without bodies.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::unknown::Unknown;
 
-/// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead panics on errors in its
-/// first simplex and gives up on NaN.
+/// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
+/// panics on errors in its first simplex and gives up on NaN.
 pub const FAILED: f64 = 1e6;
 
 /// Residuals and their derivative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linear {
-    /// A row a residual, a column an unknown.
+    /// One row for each residual, one column for each unknown.
     pub jacobian: DMatrix<f64>,
-    /// Simulated less measured.
+    /// Simulated minus measured values.
     pub residuals: DVector<f64>,
-    /// The derivative of what is measured and not fitted; without rows where there is nothing.
+    /// The derivative of the other measurements, which are not fitted; without rows if there are none.
     pub other_jacobian: DMatrix<f64>,
-    /// The residuals of what is measured and not fitted.
+    /// The residuals of the other measurements.
     pub other_residuals: DVector<f64>,
 }
 
-/// How much work was done.
+/// Amount of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Candidates solved.
+    /// Number of candidates solved.
     pub evaluations: usize,
-    /// Those among them without an answer.
+    /// Number of candidates without an answer.
     pub failures: usize,
-    /// Factorisations of a stiffness.
+    /// Number of factorisations of a stiffness.
     pub factorisations: usize,
 }
 
 /// A problem of nonlinear least squares in bounded unknowns.
 ///
-/// A candidate may be solved from its neighbours that were solved before; where that can lead elsewhere than from the beginning
-/// ([`Problem::residuals_from_rest`]), a search compares the two.
+/// A candidate may be solved from its solved neighbours. This can give another result than from the beginning
+/// ([`Problem::residuals_from_rest`]), so a search compares the two.
 pub trait Problem {
     /// The unknowns, with their bounds.
     fn unknowns(&self) -> &[Unknown];
 
-    /// Residuals of a candidate (one value an unknown); `None` where it has no answer.
+    /// Residuals of a candidate (one value for each unknown); `None` if it has no answer.
     fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>>;
 
-    /// Residuals and their derivative; `None` where there is no answer or none that is regular.
+    /// Residuals and their derivative; `None` if there is no answer or it is singular.
     fn linearise(&mut self, x: &[f64]) -> Option<Linear>;
 
     /// As [`Problem::residuals`], solved from the beginning.
@@ -56,41 +56,42 @@ pub trait Problem {
         candidates.iter().map(|x| self.residuals(x)).collect()
     }
 
-    /// From now on every candidate is solved from the beginning.
+    /// Makes every later candidate start from the beginning.
     fn forget_neighbours(&mut self) {}
 
-    /// Whether from now on every candidate is where its tensions lead from rest as they grow together, which takes many times as
-    /// long; returns whether it was so. Problems that know no such way are always as if it were.
+    /// Sets whether every later candidate is the equilibrium to which its tensions lead from rest as they
+    /// grow together, which takes many times as long; returns the previous setting. Problems without such a
+    /// path always return `true`.
     fn trace(&mut self, _trace: bool) -> bool {
         true
     }
 
-    /// Whether from now on candidates are solved from the shape of the last one, and from no other.
+    /// Sets whether later candidates are solved only from the shape of the last one.
     fn hold(&mut self, _hold: bool) {}
 
-    /// Forgets all candidates but the best, so that [`Problem::spread`] speaks of new ones.
+    /// Removes all candidates but the best, so that [`Problem::spread`] is that of new ones.
     fn keep_best(&mut self) {}
 
-    /// How far the best candidates (one more than there are unknowns) lie apart, unit of the unknowns; infinite before there are
-    /// so many.
+    /// Spread of the best candidates (one more than there are unknowns), in units of the unknowns; infinite
+    /// until there are as many.
     fn spread(&self) -> f64;
 
-    /// What was done so far.
+    /// Work done so far.
     fn counts(&self) -> Counts;
 
-    /// Residuals of what is measured and not fitted, at the last candidate; empty where there is nothing.
+    /// Residuals of the other measurements at the last candidate; empty if there are none.
     fn other_residuals(&self) -> DVector<f64>;
 
     /// Lengths of all muscles at the last candidate, m.
     fn lengths(&self) -> Vec<f64>;
 
-    /// How many of the residuals are measurements: the first ones. The others are priors.
+    /// Number of residuals that are measurements: the first ones. The others are priors.
     fn measurements(&self) -> usize;
 
-    /// What a newton of tension costs in the objective, where the measurements leave tensions open; else 0.
+    /// Cost of a newton of tension in the objective if the measurements leave tensions undetermined; else 0.
     fn effort(&self) -> f64;
 
-    /// The objective of a candidate with these residuals: their squares and the effort. Finite whatever the candidate.
+    /// The objective of a candidate with these residuals: their squares and the effort. It is always finite.
     fn cost(&self, x: &[f64], residuals: Option<&DVector<f64>>) -> f64 {
         let Some(r) = residuals else { return FAILED };
         let tensions = self.unknowns().iter().zip(x).filter(|(u, _)| u.is_tension()).map(|(_, x)| x);
@@ -98,7 +99,7 @@ pub trait Problem {
         if cost.is_finite() { cost } else { FAILED }
     }
 
-    /// Root mean square residual of the measurements; infinite where a candidate has no answer.
+    /// Root mean square residual of the measurements; infinite for a candidate without an answer.
     fn misfit(&self, residuals: Option<&DVector<f64>>) -> f64 {
         let n = self.measurements();
         residuals.map_or(f64::INFINITY, |r| (squares(r.iter().take(n)) / n as f64).sqrt())

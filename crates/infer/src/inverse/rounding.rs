@@ -1,4 +1,4 @@
-//! How far the tensions may move before the targets leave what the rounding of the data allows.
+//! Ranges of the tensions in which the targets stay within the rounding of the data.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,15 +9,16 @@ use super::forward::Forward;
 use super::on_target::room;
 use super::problem::Problem;
 
-/// Most evaluations that look for one end of a segment.
+/// Maximum number of evaluations for one end of a segment.
 const MOST_TRIES: usize = 12;
-/// An end is found when the nearest target is as near as this to the edge of its range, as part of half the range.
+/// Convergence at an end: distance of the nearest target from the edge of its range, as a part of half the
+/// range.
 const AT_EDGE: f64 = 0.01;
 
 /// A straight segment of tensions through the answer, along one singular direction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoundingSegment {
-    /// How strongly the targets answer along it, 1/N.
+    /// Sensitivity of the targets along it, 1/N.
     pub singular_value: f64,
     /// Unit vector over the active muscles; its largest entry is positive.
     pub direction: Vec<f64>,
@@ -27,9 +28,9 @@ pub struct RoundingSegment {
     pub to_n: Vec<f64>,
 }
 
-/// For every singular direction of d(target)/d(tension) at `tensions`, how far one can go along it until a fitted value leaves
-/// the range that ±0.5 mm on each length allows, or a tension its bounds. Where the answer itself lies outside that range
-/// the segment is the answer. `None` where the equilibrium is singular.
+/// For every singular direction of d(target)/d(tension) at `tensions`, the segment along it until a fitted
+/// value leaves the range that ±0.5 mm on each length allows, or a tension its bounds. If the answer itself
+/// lies outside that range, the segment is the answer. `None` if the equilibrium is singular.
 pub fn segments<const D: usize>(
     forward: &mut Forward<'_, D>,
     tensions: &[f64],
@@ -46,8 +47,8 @@ pub fn segments<const D: usize>(
     Some(out.collect())
 }
 
-/// The last point along `direction` that is still within bounds and rounding: sought from where the linear model has it, outwards
-/// until it is passed, then by false position. The targets are taken to leave their ranges once and for all.
+/// The last point along `direction` within bounds and rounding: from the end by the linear model outwards
+/// until it is passed, then by false position. The targets are assumed to leave their ranges only once.
 fn end<const D: usize>(
     forward: &mut Forward<'_, D>,
     jacobian: &DMatrix<f64>,
@@ -84,7 +85,7 @@ fn end<const D: usize>(
         }
         way = match outside {
             None => (2.0 * way).min(room),
-            // Where no equilibrium was found there is nothing to interpolate.
+            // Without an equilibrium there is nothing to interpolate.
             Some((far, by)) if by.is_finite() => {
                 let part = (AT_EDGE / 2.0 + inside.1) / (inside.1 - by);
                 inside.0 + (far - inside.0) * part.clamp(0.05, 0.95)
@@ -95,8 +96,8 @@ fn end<const D: usize>(
     at(inside.0).iter().copied().collect()
 }
 
-/// How far the fitted value that is farthest out lies outside its range, as part of half that range: negative inside, infinite
-/// where no equilibrium is found.
+/// Largest distance of a fitted value outside its range, as a part of half that range: negative inside,
+/// infinite if no equilibrium is found.
 fn outside_by<const D: usize>(forward: &mut Forward<'_, D>, tensions: &[f64]) -> f64 {
     if forward.residuals(tensions).is_none() {
         return f64::INFINITY;

@@ -1,4 +1,4 @@
-//! One fit from beginning to end: searches from several starts, and what is to be said of the best answer.
+//! A complete fit: searches from several starts, and the assessment of the best answer.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -18,15 +18,16 @@ use super::unknown::Unknown;
 use super::valley::Valley;
 use super::{AT_BOUND, Among, FitError, Method, Settings, Status, gauss_newton, nelder_mead, valley};
 
-/// The shape to which the tensions lead from rest must be the search's within this, m.
+/// Tolerance of the distance between the search's shape and the shape to which the tensions lead from rest,
+/// m.
 const SAME_SHAPE: f64 = 1e-8;
 
-/// The answer followed once more from rest, as all tensions grow together.
+/// The answer followed again from rest, as all tensions grow together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Replay {
-    /// What the solver did; its connection says whether the branch from rest leads there.
+    /// Result of the solver; its connection says whether the branch from rest leads there.
     pub solution: Solution,
-    /// Where the branch from rest ends before the answer, if it does.
+    /// End of the branch from rest, if it ends before the answer.
     pub critical: Option<Critical>,
     /// Largest distance of a node from the search's shape, m.
     pub largest_difference: f64,
@@ -36,7 +37,7 @@ pub struct Replay {
     pub max_area_ratio: f64,
 }
 
-/// Values of the unknowns that meet the observations best, and all that is known of them.
+/// The values of the unknowns with the best fit of the observations, and their assessment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer<const D: usize> {
     /// How the fit ended.
@@ -49,22 +50,22 @@ pub struct Answer<const D: usize> {
     pub lengths: Vec<f64>,
     /// Root mean square residual of the observations.
     pub misfit: f64,
-    /// Equilibria solved during the search.
+    /// Number of equilibria solved during the search.
     pub evaluations: usize,
-    /// Where each start ended, in order.
+    /// The end of each start, in order.
     pub starts: Vec<Start>,
     /// What the data determine.
     pub identifiability: Option<Identifiability>,
-    /// The answer solved once more from rest.
+    /// The answer solved again from rest.
     pub replay: Replay,
     /// Positions of all nodes at the answer, m.
     pub positions: Vec<SVector<f64, D>>,
 }
 
-/// Searches the unknowns that meet the observations best. The same bits for any number of threads.
+/// Searches for the best fit of the observations. The result has the same bits for any number of threads.
 ///
 /// # Errors
-/// [`FitError`] when it cannot begin; whatever happens later is a [`Status`].
+/// [`FitError`] if the fit cannot begin; later failures are a [`Status`].
 pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> Result<Answer<D>, FitError> {
     let search: Option<Search<D>> =
         taken_as(&mut Some(search_in_plane())).or_else(|| taken_as(&mut Some(search_in_space())));
@@ -99,7 +100,7 @@ fn solve_here<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> 
     });
     let (shapes, starts): (Vec<_>, Vec<Start>) =
         searched.into_iter().collect::<Result<Vec<_>, FitError>>()?.into_iter().unzip();
-    // The first of equals, whatever the order in which they finished.
+    // The first of equals, independent of the order in which they finished.
     let (best, shape) = starts
         .iter()
         .zip(&shapes)
@@ -116,7 +117,7 @@ fn solve_here<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> 
         (x, followed) = settle(&mut forward, settings, &x);
     }
     for (x, unknown) in x.iter_mut().zip(&inverse.unknowns) {
-        // What rounding leaves of a muscle that is slack.
+        // A slack muscle's tension from rounding is zero.
         if unknown.is_tension() && *x < unknown.lower + ON_BOUND {
             *x = unknown.lower;
         }
@@ -124,7 +125,8 @@ fn solve_here<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> 
     let mut spent = starts.iter().map(|s| s.evaluations).sum::<usize>();
     let mut shape = forward.follow_from_rest(&x);
     if !shape.same {
-        // The tensions found belong to a shape to which they do not lead from rest: the search goes on among those to which they do.
+        // The tensions do not lead from rest to the search's shape, so the search goes on among shapes on the
+        // branch from rest.
         let mut traced = Forward::new(inverse, settings).traced();
         if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
             spent += std::mem::replace(&mut forward, traced).counts().evaluations;
@@ -175,7 +177,7 @@ fn solve_here<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> 
     })
 }
 
-/// Values that the search left within a hair of a lower bound are on it, unless the fit would be worse for it.
+/// Moves values that the search left very near a lower bound onto it, unless that makes the fit worse.
 fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Start) -> Vec<f64> {
     let near = |(x, u): (&f64, &Unknown)| if *x < u.lower + AT_BOUND { u.lower } else { *x };
     let snapped: Vec<f64> = best.x.iter().zip(forward.unknowns()).map(near).collect();
@@ -187,8 +189,8 @@ fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Star
     }
 }
 
-/// Of all that meets an undetermined target, the answer that is to be reported: `x` brought onto the target, and along it to where the
-/// other measurements are met best. With the curve that was followed to it, where there is but one.
+/// Selects the answer among all that meet an undetermined target: `x` moved onto the target, and along it to
+/// the best fit of the other measurements. Returns the curve that was followed too, if there is exactly one.
 pub(super) fn settle<const D: usize>(
     forward: &mut Forward<'_, D>,
     settings: &Settings,
@@ -197,7 +199,8 @@ pub(super) fn settle<const D: usize>(
     let mut x = onto_target(forward, x);
     let residuals = forward.residuals(&x);
     if forward.misfit(residuals.as_ref()) > ON_TARGET {
-        // Corrections of least size did not get there; without the effort a search does, if the target can be met.
+        // The smallest corrections did not reach the target; a search without effort does if the target can
+        // be met.
         let free = Settings { effort: 0.0, ..*settings };
         let mut without = Forward::new(forward.inverse, &free);
         if let Some((better, residuals)) = gauss_newton::refit(&mut without, &free, &x)
@@ -209,7 +212,7 @@ pub(super) fn settle<const D: usize>(
     if settings.among == Among::LeastTotal || forward.inverse.others.is_empty() {
         return (x, None);
     }
-    // The best point of the curve is where the least squares begin, so that no hill lies between.
+    // The least squares begin at the best point of the curve, so that no local maximum lies between.
     let open = identifiability::analyse(forward, settings, &x).map(|i| i.null_directions);
     let mut valleys: Vec<Valley> = open.into_iter().flatten().filter_map(|n| n.valley).collect();
     let rms = |p: &valley::Point| p.other_rms.unwrap_or(f64::INFINITY);
@@ -218,7 +221,8 @@ pub(super) fn settle<const D: usize>(
     (x, if valleys.len() == 1 { valleys.pop() } else { None })
 }
 
-/// The best answer on the branch from rest, searched from where the starts ended and from `x`. `None` where none has a shape there.
+/// The best answer on the branch from rest, searched from the ends of the starts and from `x`. `None` if none
+/// has a shape there.
 fn search_on_branch<const D: usize>(
     traced: &mut Forward<'_, D>,
     settings: &Settings,

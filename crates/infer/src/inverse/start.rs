@@ -1,4 +1,4 @@
-//! Where searches begin and where they end.
+//! Beginning and end of searches.
 
 use serde::Serialize;
 
@@ -7,12 +7,13 @@ use super::unknown::Unknown;
 
 /// Side of the first simplex, in units of the unknowns.
 pub(super) const FIRST_SIDE: f64 = 5.0;
-/// Costs that differ by less than this part belong to the same equilibrium.
+/// Largest relative difference of the costs of one equilibrium.
 pub(super) const SAME_COST: f64 = 1e-6;
-/// Part of the range of an unknown within which starts are spread: from its lower bound where that is zero, else around its middle.
+/// Part of an unknown's range that contains the starts: from its lower bound if that is zero, else around its
+/// middle.
 const START_RANGE: f64 = 0.3;
 
-/// Where one start ended.
+/// The end of one start.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Start {
     /// Values of the unknowns, in their units: tensions in N.
@@ -20,18 +21,19 @@ pub struct Start {
     pub x: Vec<f64>,
     /// Objective there.
     pub cost: f64,
-    /// Equilibria solved.
+    /// Number of equilibria solved.
     pub evaluations: usize,
-    /// Candidates for which no equilibrium was found.
+    /// Number of candidates without an equilibrium.
     #[serde(skip)]
     pub failures: usize,
-    /// Factorisations of a stiffness.
+    /// Number of factorisations of a stiffness.
     pub factorisations: usize,
-    /// Iterations, over all simplices where there are any.
+    /// Number of iterations, over all simplices.
     pub iterations: u64,
-    /// Fresh simplices after the first.
+    /// Number of restarts.
     pub restarts: usize,
-    /// Whether the last simplex shrank to the tolerance and confirmed the one before; of Gauss-Newton, whether its steps did.
+    /// Whether the last simplex shrank to the tolerance and confirmed the previous one; for Gauss-Newton,
+    /// whether its steps did.
     pub converged: bool,
     /// Whether the answer has an equilibrium that is reached from rest.
     #[serde(skip)]
@@ -39,7 +41,7 @@ pub struct Start {
 }
 
 impl Start {
-    /// A search that stands at its starting point and has found nothing yet.
+    /// A search at its starting point without results.
     pub(super) fn at(x: Vec<f64>, cost: f64) -> Self {
         Self {
             x,
@@ -54,7 +56,7 @@ impl Start {
         }
     }
 
-    /// Notes what the search cost.
+    /// Stores the work of the search.
     pub(super) fn count(&mut self, counts: Counts) {
         self.evaluations = counts.evaluations;
         self.failures = counts.failures;
@@ -62,7 +64,8 @@ impl Start {
     }
 }
 
-/// Start number `number`: a point of Halton's sequence, which fills the box evenly and is the same everywhere.
+/// Start number `number`: a point of Halton's sequence, which fills the box evenly and is the same on every
+/// machine.
 pub(super) fn starting_point(number: usize, unknowns: &[Unknown]) -> Vec<f64> {
     let point = primes().zip(unknowns).map(|(prime, u)| {
         let part = radical_inverse(number + 1, prime);

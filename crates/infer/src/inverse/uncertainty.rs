@@ -1,10 +1,12 @@
-//! What the rounding of the data does to an answer: every length is drawn anew within its rounding interval, and refitted.
+//! Uncertainty of an answer by the rounding of the data: every length is drawn within its rounding interval,
+//! and refitted.
 //!
-//! A length printed as 41 mm may be anything from 40.5 to 41.5 mm, each as likely. So every measured and baseline length is
-//! drawn uniformly from its interval, independently, the tensions are fitted to the draw from the answer at hand, and the
-//! 2.5 % and 97.5 % quantiles of what comes out are reported. The contracting muscles stay those of the answer; a muscle that
-//! a draw makes longer than its baseline ends with no tension. Where the target does not determine the tensions, the interval
-//! is that of the smallest total tension: how far others reach is said by [`super::identifiability`].
+//! A length printed as 41 mm may be anything from 40.5 to 41.5 mm with equal probability. So every measured
+//! and baseline length is drawn independently from the uniform distribution on its interval, the tensions are
+//! fitted to the draw starting from the answer, and the 2.5 % and 97.5 % quantiles of the results are
+//! reported. The contracting muscles stay those of the answer; a muscle that is longer than its baseline in a
+//! draw ends without tension. If the target does not determine the tensions, the interval is that of the
+//! smallest total tension; [`super::identifiability`] gives the range of the others.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -18,10 +20,10 @@ use super::on_target::{nearest_to_others, onto_target};
 use super::problem::Problem;
 use super::{Among, Fit, Settings, Setup};
 
-/// Part of the draws that an interval holds.
+/// Part of the draws inside an interval.
 pub const LEVEL: f64 = 0.95;
 
-/// The middle 95 % of what came out of the draws.
+/// The central 95 % interval of the draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval {
     /// 2.5 % quantile.
@@ -31,12 +33,13 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Whether the value lies within.
+    /// Whether the value lies inside.
     pub fn holds(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }
 
-    /// Quantiles of Weibull's kind (position `p (n + 1)`), which do not narrow with few draws. `None` without values.
+    /// Weibull's quantiles (position `p (n + 1)`), which do not become narrower with few draws. `None`
+    /// without values.
     fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
         let last = values.len().checked_sub(1)?;
@@ -54,21 +57,21 @@ impl Interval {
 /// The 95 % intervals of one fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intervals {
-    /// Draws that were refitted.
+    /// Number of refitted draws.
     pub draws: usize,
-    /// Draws for which no equilibrium was found; they are in no interval.
+    /// Number of draws without an equilibrium; they are in no interval.
     pub failed: usize,
-    /// Draws that no tensions within the bounds meet.
+    /// Number of draws that no tensions within the bounds meet.
     pub not_met: usize,
-    /// Of every active muscle's tension, N.
+    /// Intervals of every active muscle's tension, N.
     pub tensions: Vec<Interval>,
-    /// Of every muscle's simulated length over that of the reference.
+    /// Intervals of every muscle's simulated length over that of the reference.
     pub ratios: Vec<Interval>,
-    /// Of every muscle's simulated length over that in the baseline.
+    /// Intervals of every muscle's simulated length over that in the baseline.
     pub stretches: Vec<Interval>,
 }
 
-/// Draws and refits. The same seed gives the same draws, whatever else runs. `None` where no draw could be fitted.
+/// Draws and refits. The draws depend only on the seed. `None` if no draw could be fitted.
 pub fn intervals<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,
@@ -107,7 +110,7 @@ pub fn intervals<const D: usize>(
     })
 }
 
-/// The unknowns, tensions of the active muscles first, lengths of all muscles and the misfit of one draw.
+/// The unknowns (tensions of the active muscles first), lengths of all muscles and the misfit of one draw.
 fn fit_draw<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,
@@ -120,7 +123,7 @@ fn fit_draw<const D: usize>(
     forward.begin_at(start, positions);
     let (mut tensions, mut residuals) = refit(&mut forward, settings, start)?;
     if inverse.is_undetermined() {
-        // As the answer itself is.
+        // As for the answer itself.
         tensions = onto_target(&mut forward, &tensions);
         if settings.among == Among::Others {
             tensions = nearest_to_others(&mut forward, &tensions);
@@ -130,7 +133,7 @@ fn fit_draw<const D: usize>(
     Some((tensions, matched.pick(&forward.lengths()), forward.misfit(Some(&residuals))))
 }
 
-/// The same target with every length drawn from its rounding interval.
+/// The target with every length drawn from its rounding interval.
 fn redraw(target: &Target, random: &mut fastrand::Rng) -> Target {
     let mut draw = |mm: &[f64], half: &[f64]| -> Vec<f64> {
         mm.iter().zip(half).map(|(l, h)| l + h * (2.0 * random.f64() - 1.0)).collect()

@@ -1,6 +1,6 @@
-//! What a fit searches for.
+//! Unknowns of a fit.
 
-/// What a number that is searched for means.
+/// Meaning of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// The tension of a muscle, by its number in the body, N (2D: per metre of thickness).
@@ -8,9 +8,9 @@ pub enum Quantity {
         /// Number of the muscle.
         muscle: usize,
     },
-    /// How far a bone is displaced along an axis, m; all of its nodes move together.
+    /// The displacement of a bone along an axis, m; all of its nodes move together.
     Bone {
-        /// Number of the bone among those that the problem frees.
+        /// Number of the bone among the problem's free bones.
         bone: usize,
         /// Coordinate, from 0.
         axis: usize,
@@ -19,7 +19,7 @@ pub enum Quantity {
     Constant(Constant),
 }
 
-/// A constant of the tissue that a fit can search for.
+/// A constant of the tissue that can be an unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Constant {
     /// Young's modulus, Pa.
@@ -28,21 +28,20 @@ pub enum Constant {
     PoissonRatio,
 }
 
-/// What is known of a number before anything is measured: it is near `mean`, give or take `sd`.
+/// Normal prior of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
     /// Mean, in units of the unknown.
     pub mean: f64,
-    /// By what the distance from the mean is multiplied to be a residual, one over the unit: one over the standard deviation where
-    /// residuals are in standard deviations; that times the standard deviation of a residual where they are not.
+    /// Factor from the distance to the mean to a residual, one over the unit: the inverse standard deviation,
+    /// times the standard deviation of a residual if residuals are not in standard deviations.
     pub weight: f64,
 }
 
-/// A number that is searched for, counted in a unit of which a change by one matters about as much for every unknown: newtons,
-/// millimetres.
+/// An unknown, counted in a unit whose effect is similar for all unknowns: newtons, millimetres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unknown {
-    /// What it means.
+    /// Its meaning.
     pub quantity: Quantity,
     /// The unit in SI: the quantity is this times the number.
     pub unit: f64,
@@ -50,7 +49,7 @@ pub struct Unknown {
     pub lower: f64,
     /// Upper bound, in units.
     pub upper: f64,
-    /// What is known of it beforehand, in units.
+    /// Its prior, in units.
     pub prior: Option<Prior>,
 }
 
@@ -60,7 +59,7 @@ impl Unknown {
         Self { quantity: Quantity::Tension { muscle }, unit: 1.0, lower: 0.0, upper, prior: None }
     }
 
-    /// The displacement of a freed bone along an axis, in millimetres, at most `most` either way.
+    /// The displacement of a free bone along an axis, in millimetres, of at most `most` in both directions.
     pub fn bone(bone: usize, axis: usize, most: f64) -> Self {
         Self { quantity: Quantity::Bone { bone, axis }, unit: 1e-3, lower: -most, upper: most, prior: None }
     }
@@ -75,7 +74,7 @@ impl Unknown {
         Self { quantity: Quantity::Constant(Constant::PoissonRatio), unit: 0.01, lower, upper, prior: None }
     }
 
-    /// The same, known beforehand; mean in units, weight one over units.
+    /// The unknown with a prior; mean in units, weight one over units.
     pub fn with_prior(self, mean: f64, weight: f64) -> Self {
         Self { prior: Some(Prior { mean, weight }), ..self }
     }

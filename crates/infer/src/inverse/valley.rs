@@ -1,4 +1,5 @@
-//! All that meets a target as well as the answer: a curve of tensions, followed both ways through the answer with step control.
+//! The curve of tensions that meet a target as well as the answer, followed in both directions with step
+//! control.
 
 use nalgebra::DVector;
 use serde::Serialize;
@@ -11,16 +12,16 @@ use super::unknown::Unknown;
 
 /// First and longest step, in units of the unknowns (N).
 const STRIDE: f64 = 2.0;
-/// Shortest step: an end is known to about this.
+/// Shortest step, which is the accuracy of an end.
 const SHORTEST_STRIDE: f64 = 0.01;
-/// Most steps to either side.
+/// Maximum number of steps to either side.
 const MOST_STRIDES: usize = 400;
-/// Most corrections that bring a step back onto the target.
+/// Maximum number of corrections that bring a step back onto the target.
 const MOST_CORRECTIONS: usize = 6;
-/// Every point meets the target within this part of the tolerance, or as well as the answer does.
+/// Tolerance of every point, as a part of the misfit tolerance; the misfit of the answer is accepted too.
 const PART_OF_TOLERANCE: f64 = 1e-3;
-/// A length that changes by more than this part of itself for a unit of the way has jumped: at rest the reference tongue's muscles
-/// change by a hundredth a newton.
+/// Smallest relative change of a length per unit of arc length that counts as a jump; at rest the reference
+/// tongue's muscles change by a hundredth per newton.
 const JUMP_PER_UNIT: f64 = 0.05;
 
 /// Why a curve ends.
@@ -39,16 +40,16 @@ pub enum End {
     },
     /// The equilibrium stops being stable: a fold of the shapes.
     Fold,
-    /// From rest the tensions beyond lead to a shape elsewhere.
+    /// Beyond this point the tensions lead from rest to a distant shape.
     Jump,
-    /// Next to the last point none was found that meets the target: no more is known.
+    /// No neighbouring point that meets the target was found.
     TargetLost,
     /// The curve was not followed further.
     StepLimit,
 }
 
 impl End {
-    /// In words; `names` are those of the unknowns.
+    /// A description; `names` are those of the unknowns.
     pub fn text(&self, names: &[String]) -> String {
         let name = |unknown: &usize| names.get(*unknown).map_or("an unknown", String::as_str);
         match self {
@@ -71,9 +72,9 @@ pub struct Point {
     pub x: Vec<f64>,
     /// Lengths of all muscles of the body, m.
     pub lengths: Vec<f64>,
-    /// Root mean square residual of what is fitted.
+    /// Root mean square residual of the fitted values.
     pub misfit: f64,
-    /// Root mean square residual of what is measured and not fitted, where there is any.
+    /// Root mean square residual of the other measurements, if there are any.
     pub other_rms: Option<f64>,
 }
 
@@ -82,15 +83,14 @@ pub struct Point {
 pub struct Valley {
     /// Its points, in order; each meets the target.
     pub points: Vec<Point>,
-    /// Number of the answer among them.
+    /// Index of the answer among them.
     pub answer: usize,
-    /// Why it ends before the first point, and why after the last.
+    /// Why it ends before the first point and after the last.
     pub ends: [End; 2],
 }
 
 impl Valley {
-    /// The same curve, followed from elsewhere on it, with `x` as its answer, in the order that goes with `direction`; `None` where `x` is not
-    /// on it.
+    /// The same curve with `x` as its answer, in the order given by `direction`; `None` if `x` is not on it.
     pub(super) fn through(
         mut self,
         problem: &mut dyn Problem,
@@ -126,7 +126,7 @@ impl Valley {
     }
 }
 
-/// Follows what meets the target from `start` along `direction` and against it.
+/// Follows the points that meet the target from `start` in both directions of `direction`.
 pub(super) fn follow(
     problem: &mut dyn Problem,
     settings: &Settings,
@@ -168,8 +168,8 @@ fn one_way(
         Way { here, along: direction.clone(), last: first, points: Vec::new(), tolerance, held: false };
     let mut end = way.go_on(problem, STRIDE);
     if !matches!(end, End::Zero { .. } | End::UpperBound { .. } | End::StepLimit) {
-        // Solved from the best neighbours or directly, tensions can lead to another shape than as they grow together from rest, and the
-        // way end where the curve does not.
+        // Solved from the best neighbours or directly, tensions can lead to another shape than as they grow
+        // together from rest, so that the curve would end too early.
         let was_traced = problem.trace(true);
         if !was_traced && problem.residuals_from_rest(way.here.as_slice()).is_some() {
             way.held = true;
@@ -182,7 +182,7 @@ fn one_way(
     (way.points, end)
 }
 
-/// How far one side of a curve has been followed.
+/// One side of a curve while it is followed.
 struct Way {
     here: DVector<f64>,
     /// Unit vector along the curve.
@@ -195,7 +195,7 @@ struct Way {
 }
 
 impl Way {
-    /// Follows the curve to where it ends or cannot be followed, in steps of which the first is `stride` long.
+    /// Follows the curve until it ends or cannot be followed; the first step has the length `stride`.
     fn go_on(&mut self, problem: &mut dyn Problem, mut stride: f64) -> End {
         let unknowns = problem.unknowns().to_vec();
         let mut why = End::TargetLost;
@@ -218,13 +218,13 @@ impl Way {
         End::StepLimit
     }
 
-    /// Takes a step along the curve, or says why there is none.
+    /// Takes a step along the curve, or returns why there is none.
     fn step(&mut self, problem: &mut dyn Problem, length: f64, unknowns: &[Unknown]) -> Result<(), End> {
         let mut next = &self.here + &self.along * length;
         let mut jacobian = None;
         for _ in 0..MOST_CORRECTIONS {
             jacobian = Some(correct(problem, &mut next, unknowns).ok_or(End::Fold)?);
-            // A correction from beyond a jump would lead anywhere.
+            // A correction from beyond a jump could lead to any shape.
             if self.has_jumped(&problem.lengths(), length) {
                 return Err(End::Jump);
             }
@@ -259,7 +259,8 @@ impl Way {
         Ok(())
     }
 
-    /// Whether these lengths, of a point about `length` away, are of another shape than the last ones.
+    /// Whether these lengths, of a point at a distance of about `length`, belong to another shape than the
+    /// last ones.
     fn has_jumped(&self, lengths: &[f64], length: f64) -> bool {
         lengths
             .iter()
@@ -268,7 +269,7 @@ impl Way {
     }
 }
 
-/// Which bound stops the way on.
+/// The bound that stops the curve.
 fn at_bound(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknown]) -> End {
     let low = (0..here.len()).find(|&i| along[i] < 0.0 && here[i] - unknowns[i].lower <= ON_BOUND);
     let high = (0..here.len()).find(|&i| along[i] > 0.0 && unknowns[i].upper - here[i] <= ON_BOUND);
