@@ -131,9 +131,9 @@ impl Alarm {
                 format!("the chain of {muscle} folds by {turn_degrees:.0} degrees")
             }
             Self::IntervalMissesAnswer { muscle } => format!(
-                "the interval of {muscle} does not hold the answer: redrawn lengths lead to another optimum"
+                "the interval of {muscle} does not contain the answer: redrawn lengths lead to another optimum"
             ),
-            Self::NoPosterior { reason } => format!("no posterior can be told: {reason}"),
+            Self::NoPosterior { reason } => format!("no posterior: {reason}"),
             Self::EquilibriumNotCertain { reason } => format!("equilibrium not certain: {reason}"),
         }
     }

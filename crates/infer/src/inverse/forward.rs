@@ -86,7 +86,7 @@ impl<'a, const D: usize> Inverse<'a, D> {
                 }
                 Quantity::Constant(_) if self.tissue.is_none() => {
                     return wrong(
-                        "a constant of the tissue is to be fitted, but nothing makes the tissue anew"
+                        "a constant of the tissue is to be fitted, but no tissue was given for it"
                             .to_owned(),
                     );
                 }

@@ -58,8 +58,8 @@ impl End {
                 format!("{} is at the upper bound; beyond it more may fit as well", name(unknown))
             }
             Self::Fold => "the equilibrium stops being stable beyond".to_owned(),
-            Self::Jump => "from rest, the tensions beyond lead to a shape elsewhere".to_owned(),
-            Self::TargetLost => "next to it none was found that meets the target".to_owned(),
+            Self::Jump => "from rest, tensions beyond it lead to a distant shape".to_owned(),
+            Self::TargetLost => "no neighbouring tensions were found that meet the target".to_owned(),
             Self::StepLimit => "not followed further".to_owned(),
         }
     }
