@@ -1,9 +1,6 @@
-"""tongue-fit: how hard does each tongue muscle pull, if it is this long?
-
-A thin layer over the Rust library. Names and units are those of Rust: SI inside, `_mm` where it is millimetres; tensions are newtons per
+"""tongue-fit: the tensions of tongue muscles from their lengths.\n\nA thin layer over the Rust library. Names and units are those of Rust: SI units, or millimetres in names with `_mm`; tensions are newtons per
 metre of thickness, because the model is a plane. Arrays are numpy's: positions have the shape (nodes, 2), tensions that of
-`Assembly.contracting`. What cannot be used is a `tongue_fit.Error` (a ValueError) with the text that the program prints. Whatever is
-solved lets other threads run; fits, batches and motions stop on Ctrl-C.
+`Assembly.contracting`. Invalid input raises `tongue_fit.Error` (a ValueError) with the message of\nthe program. Other threads run during a solve; fits, batches and motions stop on Ctrl-C.
 
     import tongue_fit as tf
 
@@ -34,7 +31,7 @@ from ._tongue_fit import (
 )
 from .rows import Batch, Fit, batch, dataset, fit, merge
 
-# VERSION is followed by the commit, which a version of Python packages cannot be.
+# VERSION contains the commit, which versions of Python packages cannot contain.
 __version__ = VERSION.split()[0]
 __all__ = [
     "VERSION",

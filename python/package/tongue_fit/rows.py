@@ -13,18 +13,14 @@ from . import _tongue_fit as native
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Shards that are named one by one.
+#: Maximum number of shards that are named one by one.
 _MOST_NAMED = 20
-#: Fits that a notebook shows.
+#: Maximum number of fits in a notebook.
 _MOST_SHOWN = 60
 
 
 def dataset(frame: pd.DataFrame, origin: str = "frame") -> native.Dataset:
-    """The table of lengths in a pandas frame, with the columns that a CSV has: `subject`, `vowel`, `GGa_mm`, ... Subject and vowel
-    may also be the index.
-
-    Numbers count with the digits that they need, so that lengths in whole millimetres are known to 0.5 mm, whether pandas holds them as
-    integers or, because some are missing, as floats.
+    """The table of lengths in a pandas frame, with the columns of a CSV: `subject`, `vowel`, `GGa_mm`, ... Subject and vowel may\n    also be the index.\n\n    The digits of a number are those that it needs: lengths in whole millimetres have a half width of 0.5 mm, as integers or,\n    if some are missing, as floats.
     """
     if isinstance(frame, native.Dataset):
         return frame
@@ -38,7 +34,7 @@ def dataset(frame: pd.DataFrame, origin: str = "frame") -> native.Dataset:
         # NaN differs from itself; whether pandas' NA does is itself NA.
         if value is None or type(value).__name__ in ("NAType", "NaTType") or value != value:
             return ""
-        # float32 knows fewer digits than float64: its own shortest text is what was typed.
+        # float32 has fewer digits than float64: its shortest text is the original one.
         if type(value).__name__ in ("float32", "float16"):
             value = float(str(value))
         return repr(float(value)).removesuffix(".0") if isinstance(value, float) else value
@@ -105,9 +101,7 @@ def fit(
 class Batch:
     """Results of the fits of a table.
 
-    `fits` holds the fits in the order of the table: what `batch.json` of the program has under that name. `numbers` are their places
-    among all the fits that the table asks for, `all_fits` how many these are, `not_fitted` what is wrong with the rows without a fit,
-    `shard` which part it is ("1/1": all).
+    `fits` has the fits in the order of the table, as in `batch.json`; `numbers` their indices among all fits of the table;\n    `all_fits` the number of these; `not_fitted` the reasons for rows without a fit; `shard` the part ("1/1": all).
     """
 
     def __init__(
@@ -201,11 +195,7 @@ def batch(
 ) -> Batch:
     """Fits every row of a table, as `tongue-fit batch` does, with the same names, defaults and bits.
 
-    `target` is ratio, stretch or both; `baseline` the vowel that is taken as rest (default: ɯ, and e for who has none), `baselines` that
-    of single subjects; `draws` of every length within its rounding make the 95 % intervals (0: none); `subsets` is in how many muscles
-    other subsets of contracting muscles may differ; `tone` (N per metre of thickness) and `hyoid` (free, forward, fixed) are what is
-    assumed of the baseline. `shard`, such as "3/16", makes every sixteenth fit from the third on; `merge` brings the shards together.
-    `progress` shows a bar of tqdm's where that is installed, or is called with (done, all).
+    `target` is ratio, stretch or both; `baseline` is the baseline vowel (default: ɯ, and e for subjects without ɯ), `baselines`\n    that of single subjects; `draws` is the number of draws of the lengths within their rounding for the 95 % intervals (0:\n    none); `subsets` is the number of muscles in which other subsets of contracting muscles may differ; `tone` (N per metre of\n    thickness) and `hyoid` (free, forward, fixed) are premises of the baseline. `shard`, such as "3/16", makes every sixteenth\n    fit from the third on; `merge` merges the shards. `progress` shows a progress bar if tqdm is installed, or is called with\n    (done, all).
     """
     said = {
         "subjects": subjects, "vowels": vowels, "target": target, "baseline": baseline, "baselines": baselines, "body": body,
