@@ -63,7 +63,7 @@ free = np.setdiff1d(np.arange(basis.N), fixed)
 
 
 def newton(steps):
-    """From rest in so many steps, and the iterations that it took; None where an element turns over."""
+    """Solves from rest in a number of steps and returns the iterations; None if an element is inverted."""
     u, solves = np.zeros(basis.N), 0
     for step in range(1, steps + 1):
         u_held = values * step / steps

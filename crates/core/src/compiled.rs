@@ -1,8 +1,9 @@
 //! Entry points of the physics that are compiled in this crate, for two and for three dimensions.
 //!
-//! A generic function is compiled in the crate that first calls it, with the optimisation of that crate. The crates that read,
-//! write and print are not optimised, so what computes is entered through `Entries`: pointers to functions that were compiled
-//! here. A [`System`] carries them, because it can only be made here (`system_in_plane`, `system_in_space`).
+//! A generic function is compiled in the crate that first calls it, with the optimisation of that crate. The
+//! crates that read, write and print are not optimised, so computations are called through `Entries`:
+//! pointers to functions that were compiled here. A [`System`] contains them, because it can only be made
+//! here (`system_in_plane`, `system_in_space`).
 
 use std::any::Any;
 
@@ -53,7 +54,7 @@ pub(crate) struct Entries<const D: usize> {
 }
 
 impl<const D: usize> Entries<D> {
-    /// The functions as they are compiled where this is called: in this crate, by [`System::build`].
+    /// The functions compiled at the place of the call: in this crate, by [`System::build`].
     pub fn here() -> Self {
         Self {
             solve: statics::solve_here,

@@ -1,5 +1,5 @@
-//! The physics of tongue-fit, in the midsagittal plane (`D = 2`) and in space (`D = 3`): bodies, materials, effects, equilibria,
-//! motion, and what can be observed of them. SI units everywhere. Nothing here reads or writes a file.
+//! The physics of tongue-fit, in the midsagittal plane (`D = 2`) and in space (`D = 3`): bodies, materials,
+//! effects, equilibria, motion, and observables. SI units everywhere. This crate reads and writes no files.
 
 pub mod body;
 #[doc(hidden)]

@@ -80,8 +80,8 @@ pub struct Mesh<const D: usize> {
     pub nodes: Vec<SVector<f64, D>>,
     /// Triangles (2D, counter-clockwise) or tetrahedra (3D, positive volume) of tissue.
     pub cells: Cells<D>,
-    /// Hexahedra of tissue, of bodies in space that are made of them ([`super::SpaceBody`]): corners around the bottom, then around the
-    /// top.
+    /// Hexahedra of tissue, of bodies in space that are made of them ([`super::SpaceBody`]): corners around
+    /// the bottom, then around the top.
     pub hexahedra: Vec<[usize; 8]>,
     /// Joined pairs of nodes, each once, lower node number first.
     pub connections: Vec<[usize; 2]>,
@@ -204,7 +204,8 @@ impl Mesh<3> {
         faces
     }
 
-    /// The faces of hexahedra that belong to one of them only, their corners counter-clockwise as seen from outside.
+    /// The faces of hexahedra that belong to one of them only, their corners counter-clockwise as seen from
+    /// outside.
     pub fn outward_quadrilaterals(&self) -> Vec<[usize; 4]> {
         let faces = || self.hexahedra.iter().flat_map(|c| hexahedron::FACES.map(|face| face.map(|i| c[i])));
         let sorted = |mut face: [usize; 4]| {

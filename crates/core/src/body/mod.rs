@@ -70,7 +70,7 @@ pub struct Origin<const D: usize> {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("there is no muscle \"{name}\" in this body; {}", hint(name, known))]
 pub struct NoSuchMuscle {
-    /// What was asked for.
+    /// The given name.
     pub name: String,
     /// The muscles of the body.
     pub known: Vec<String>,

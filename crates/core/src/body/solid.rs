@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use super::{Mesh, MuscleChain};
 
-/// A block with a corner at the origin: `counts` cubes along x, y, z of six tetrahedra each (Kuhn's division, in which
-/// neighbouring cubes agree on the diagonals of their faces). `size` in m.
+/// A block with a corner at the origin: `counts` cubes along x, y, z of six tetrahedra each (Kuhn's division,
+/// in which neighbouring cubes agree on the diagonals of their faces). `size` in m.
 pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
     let counts = counts.map(|n| n.max(1));
     let [mx, my, mz] = counts.map(|n| n + 1);
@@ -51,8 +51,8 @@ pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
     mesh
 }
 
-/// A cylinder along z of `rings` rings of triangles and `layers` layers of prisms, three tetrahedra each; every column of
-/// nodes is a muscle fibre called `axial`. `radius` and `length` in m.
+/// A cylinder along z of `rings` rings of triangles and `layers` layers of prisms, three tetrahedra each;
+/// every column of nodes is a muscle fibre called `axial`. `radius` and `length` in m.
 pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3> {
     let (rings, layers) = (rings.max(1), layers.max(1));
     let (disc, triangles) = disc(radius, rings);
@@ -66,7 +66,8 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
         for triangle in &triangles {
             let [a, b, c] = triangle.map(|n| n + layer * per_layer);
             let [d, e, f] = [a, b, c].map(|n| n + per_layer);
-            // The corners ascend in number, so neighbouring prisms cut their common face along the same diagonal.
+            // The corners ascend in number, so neighbouring prisms cut their common face along the same
+            // diagonal.
             for cell in [[a, b, c, f], [a, b, f, e], [a, e, f, d]] {
                 mesh.cells.push(&upright(&mesh.nodes, cell));
             }
@@ -83,7 +84,8 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
     mesh
 }
 
-/// Points of a disc on rings of 1, 6, 12, .. points, and its triangles, the corners of each ascending in number.
+/// Points of a disc on rings of 1, 6, 12, .. points, and its triangles, the corners of each ascending in
+/// number.
 fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
     let first = |ring: usize| if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
     let count = |ring: usize| (6 * ring).max(1);

@@ -1,7 +1,7 @@
 //! The classical Runge-Kutta method of order four (Kutta 1901) on the state (x, v, c).
 //!
-//! Four evaluations a step. On `x'' = -w² x - d x'` it is stable up to `w dt = 2.828` without damping and up to
-//! `d dt = 2.785` with dampers alone.
+//! Four evaluations a step. On `x'' = -w² x - d x'` it is stable up to `w dt = 2.828` without damping and up
+//! to `d dt = 2.785` with dampers alone.
 
 use nalgebra::{DMatrix, dmatrix};
 

@@ -22,14 +22,14 @@ pub enum MotionStatus {
     StepTooSmall,
     /// Newton's method did not converge at the fixed step; take a smaller one.
     NotSolved,
-    /// The step is beyond the stability limit of the body as it is now: its fastest mode grows instead of
-    /// dying away.
+    /// The step is beyond the present stability limit of the body: its fastest mode grows instead of
+    /// decaying.
     Unstable,
     /// A node has diverged: the step is far beyond the stability limit.
     Diverged,
     /// A position is not a finite number.
     NotFinite,
-    /// A cell has turned over.
+    /// A cell was inverted.
     InvertedCell,
 }
 

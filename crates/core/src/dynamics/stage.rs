@@ -70,7 +70,7 @@ impl<const D: usize> StageSolver<D> {
         }
     }
 
-    /// Moves `state` by `way` (m, for each node), or by less if a cell would turn over.
+    /// Moves `state` by `way` (m, for each node), or by less if a cell would be inverted.
     pub(super) fn predict(motion: &Motion<'_, D>, state: &mut State<D>, way: &[SVector<f64, D>]) {
         let at = Configuration { positions: &state.positions, tensions: &[] };
         let part = motion.system().effects().iter().map(|e| e.step_limit(at, way)).fold(1.0, f64::min);

@@ -1,7 +1,7 @@
 //! Symplectic (semi-implicit) Euler: the velocity first, then the position with the new velocity.
 //!
-//! `v' = v + dt F(x, v, c)/m`, `x' = x + dt v'`, `c' = c + dt dc/dt(x, c)`. First order, one evaluation a step. On
-//! `x'' = -w² x - d x'` it is stable while `w² dt² + 2 d dt <= 4`.
+//! `v' = v + dt F(x, v, c)/m`, `x' = x + dt v'`, `c' = c + dt dc/dt(x, c)`. First order, one evaluation a
+//! step. On `x'' = -w² x - d x'` it is stable while `w² dt² + 2 d dt <= 4`.
 
 use nalgebra::{DMatrix, dmatrix};
 

@@ -64,8 +64,8 @@ impl Tensions {
         }
     }
 
-    /// The first time after `time` at which a tension changes its slope, s; infinity where there is none. A method of high
-    /// order must not step across it.
+    /// The first time after `time` at which a tension changes its slope, s; infinity where there is none. A
+    /// method of high order must not step across it.
     pub fn next_kink(&self, time: f64) -> f64 {
         match self {
             Self::Constant(_) => f64::INFINITY,

@@ -5,11 +5,11 @@
 //! v_{n+1} = v_n + 1/2 ((F_n + F_{n+1}) / m) dt               (4.3)
 //! ```
 //!
-//! The thesis does not say which velocity the dampers in `F_{n+1}` see, as `v_{n+1}` is not yet known. Here it is the one
-//! predicted over the full step, `v_n + F_n dt / m`, and likewise the contractile elements are predicted by
-//! `c_n + dt dc/dt` and then averaged as in 4.3. `F_n` is the one computed in the step before, so a step costs one
-//! evaluation. Second order, also with damping. On `x'' = -w² x - d x'` it is stable up to `w dt = 2` without
-//! damping, and up to `d dt = 1` with dampers alone.
+//! The thesis does not say which velocity the dampers in `F_{n+1}` see, as `v_{n+1}` is not yet known. Here
+//! it is the one predicted over the full step, `v_n + F_n dt / m`, and likewise the contractile elements are
+//! predicted by `c_n + dt dc/dt` and then averaged as in 4.3. `F_n` is the one computed in the step before,
+//! so a step costs one evaluation. Second order, also with damping. On `x'' = -w² x - d x'` it is stable up
+//! to `w dt = 2` without damping, and up to `d dt = 1` with dampers alone.
 
 use nalgebra::{DMatrix, dmatrix};
 

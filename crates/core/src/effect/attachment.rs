@@ -11,7 +11,7 @@ use super::{Configuration, Effect, Tangent};
 /// that of the bone. Each [`Tie`] is a constant quadratic form in the displacements of the nodes of both,
 /// the same in all directions.
 ///
-/// Its force on the nodes of the bone is the reaction, as it is where bones hold nodes directly.
+/// Its force on the nodes of the bone is the reaction, like that of nodes held directly.
 #[derive(Debug, Clone)]
 pub struct Attachment<const D: usize> {
     ties: Vec<(Tie, Vec<Slot>)>,

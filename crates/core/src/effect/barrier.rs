@@ -1,17 +1,19 @@
 //! The barrier that keeps cells from turning over and connections from collapsing to a point.
 //!
-//! The thesis's law `1/2 kappa (s - 1)²` is finite where a cell is flat (`s = 0`), and a contractile tension `F` has the energy
-//! `F l`, finite at `l = 0` with a kink there. At loads far beyond muscle the minimum would lie beyond these points or in the
-//! kink. So below a tenth of its rest measure or length an element gets, besides its law, the barrier of incremental potential
-//! contact (Li et al. 2020, eq. 6), scaled by the element's own stiffness:
+//! The thesis's law `1/2 kappa (s - 1)²` is finite where a cell is flat (`s = 0`), and a contractile tension
+//! `F` has the energy `F l`, finite at `l = 0` with a kink there. At loads far beyond muscle the minimum
+//! would lie beyond these points or in the kink. So below a tenth of its rest measure or length an element
+//! gets, besides its law, the barrier of incremental potential contact (Li et al. 2020, eq. 6), scaled by the
+//! element's own stiffness:
 //!
 //! ```text
 //! b(r) = -(1 - t)² ln t,   t = r / 0.1,   for r < 0.1;   exactly zero above
 //! ```
 //!
-//! It is twice continuously differentiable and infinite at zero: the energy has a minimum without inverted cells at every finite
-//! load, and states above the threshold keep every bit. Where it acts in a solution, the solution says so
-//! ([`crate::statics::Solution::guarded`]), because there the answer is no longer that of the thesis's law.
+//! It is twice continuously differentiable and infinite at zero: the energy has a minimum without inverted
+//! cells at every finite load, and states above the threshold keep every bit. Where it acts in a solution,
+//! the solution says so ([`crate::statics::Solution::guarded`]), because there the answer is no longer that
+//! of the thesis's law.
 
 /// Ratio of measure or length to that at rest below which the barrier acts.
 pub const THRESHOLD: f64 = 0.1;

@@ -1,5 +1,4 @@
-//! What effects on cells have in common: corners, area or volume at rest, and the places of the stiffness
-//! blocks.
+//! Shared by effects on cells: corners, area or volume at rest, and the places of the stiffness blocks.
 
 use nalgebra::{SMatrix, SVector};
 

@@ -2,8 +2,8 @@
 //!
 //! A node at distance `d < d̂` of the outline has the energy `b(d) = -κ (d - d̂)² ln(d/d̂)`, which is twice
 //! continuously differentiable at `d̂`, where the wall begins to act, and infinite at the wall (Li et al.
-//! 2020, Incremental Potential Contact, eq. 6). With a step limit that stops short of every crossing no node
-//! ever passes, whatever the force.
+//! 2020, Incremental Potential Contact, eq. 6). With a step limit before every crossing no node ever passes,
+//! under any force.
 //!
 //! Along a polyline the barriers of all segments are added and those of the corners between them are
 //! subtracted (Li et al. 2023, Convergent IPC). So a straight run of segments acts on a node as one wall,

@@ -51,7 +51,7 @@ struct Group<const D: usize> {
     slots: Vec<Slot>,
 }
 
-/// A strand as it is at rest.
+/// A fibre at rest.
 #[derive(Debug, Clone)]
 struct AtRest<const D: usize> {
     weight: f64,

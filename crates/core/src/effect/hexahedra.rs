@@ -22,7 +22,7 @@ type Corners = hexahedron::Of<Vector3<f64>>;
 /// multiplied by `1 + gain min(1, sum of the activations of its muscles)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffening {
-    /// What full activation adds, as a multiple of the passive stiffness (ArtiSynth: 9).
+    /// Additional stiffness at full activation, as a multiple of the passive stiffness (ArtiSynth: 9).
     pub gain: f64,
     /// For each element the numbers of the muscles that run through it.
     pub muscles: Vec<Vec<usize>>,
@@ -33,7 +33,7 @@ pub struct Stiffening {
 /// volume costs `K/2 V0 (V/V0 - 1)²` once for the whole element. With `J` at each point in its place the
 /// element locks.
 ///
-/// An element that is turned over at any point has the energy `+∞`, so that a line search refuses it.
+/// An element that is inverted at any point has the energy `+∞`, so that a line search refuses it.
 #[derive(Debug, Clone)]
 pub struct Hexahedra {
     law: MooneyRivlin,
@@ -338,7 +338,7 @@ fn add_convex(blocks: &mut [Matrix3<f64>; PAIRS], point: &Point, shape: &Corners
         let v = eigen.eigenvectors.column(i);
         sum + v * v.transpose() * eigen.eigenvalues[i].max(0.0)
     });
-    // Of each pair of axes: what a shear costs, and what couples it with the shear of the two turned around.
+    // For each pair of axes: the stiffness of a shear, and its coupling with the transposed shear.
     let mut own = Matrix3::zeros();
     let mut cross = Matrix3::zeros();
     for i in 0..3 {
@@ -448,8 +448,8 @@ impl Effect<3> for Hexahedra {
     }
 }
 
-/// The columns of the gradient of what has these values at the corners, as corners of a tetrahedron at the
-/// origin.
+/// The columns of the gradient of a field with these values at the corners, as corners of a tetrahedron at
+/// the origin.
 #[inline(always)]
 fn as_simplex(shape: &Corners, of: &Corners, scale: f64) -> simplex::Corners<3> {
     let mut corners = [Vector3::zeros(); MAX_CORNERS];

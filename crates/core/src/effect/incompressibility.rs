@@ -1,4 +1,5 @@
-//! Near-incompressible cells: triangles that keep their area, tetrahedra that keep their volume (Kato 2014, 3.3).
+//! Near-incompressible cells: triangles that keep their area, tetrahedra that keep their volume (Kato 2014,
+//! 3.3).
 
 use nalgebra::SVector;
 
@@ -10,10 +11,12 @@ use super::barrier::{self, barrier};
 use super::cell::Cell;
 use super::{Configuration, Effect, Part, Tangent};
 
-/// `W = 1/2 kappa ((S - S0)/S0)²` for every cell, `S` its *signed* area (2D; eq. 3.28) or volume (3D; eq. 3.16).
+/// `W = 1/2 kappa ((S - S0)/S0)²` for every cell, `S` its *signed* area (2D; eq. 3.28) or volume (3D; eq.
+/// 3.16).
 ///
-/// Force `-kappa (S - S0)/S0² dS/dx`: eqs. 3.30 and 3.18 with the sign of a conservative force and a signed gradient.
-/// Below a tenth of the measure at rest a [`barrier()`] is added, times kappa, so that no cell turns over.
+/// Force `-kappa (S - S0)/S0² dS/dx`: eqs. 3.30 and 3.18 with the sign of a conservative force and a signed
+/// gradient. Below a tenth of the measure at rest a [`barrier()`] is added, times kappa, so that no cell
+/// turns over.
 #[derive(Debug, Clone)]
 pub struct Incompressibility<const D: usize> {
     /// kappa_s (2D) or kappa_v (3D), J.
@@ -80,7 +83,8 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         }
     }
 
-    /// `kappa/S0² (g gᵀ + (S - S0) d²S/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive semidefinite.
+    /// `kappa/S0² (g gᵀ + (S - S0) d²S/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive
+    /// semidefinite.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for c in &self.cells {
             let x = c.corners(at.positions);

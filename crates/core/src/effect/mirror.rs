@@ -6,8 +6,8 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::{Configuration, Effect, Tangent};
 
-/// Springs that hold nodes in a plane across an axis, `1/2 k (x - x0)²` each, so stiff that what is left of the way does not count:
-/// the half of a symmetric body that is simulated ends there.
+/// Springs that hold nodes in a plane across an axis, `1/2 k (x - x0)²` each, so stiff that the remaining
+/// displacement is negligible. The simulated half of a symmetric body ends at this plane.
 #[derive(Debug, Clone)]
 pub struct Mirror {
     axis: usize,

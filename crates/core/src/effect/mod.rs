@@ -95,12 +95,12 @@ pub enum Tangent {
     Convex,
 }
 
-/// Something that acts on the body. Its energy is in J (2D: per metre of thickness).
+/// A force on the body. Its energy is in J (2D: per metre of thickness).
 ///
-/// A new effect is a file here, which implements what is not zero of this trait, and one line where a plan
+/// A new effect is a file here, which implements the nonzero parts of this trait, and one line where a plan
 /// adds it ([`crate::system::Additions`]). Force and stiffness are the negative first and second derivatives
-/// of the energy: `tests/library/effects_are_derivatives_of_their_energy.rs` checks it for every effect in
-/// 2D and 3D, and fails for one that it is not given.
+/// of the energy: `tests/library/effects_are_derivatives_of_their_energy.rs` checks it for every effect in 2D
+/// and 3D, and fails for an effect that is missing there.
 pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Short name, as it stands in plans and reports.
     fn name(&self) -> &'static str;
@@ -109,7 +109,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// none for a constant force.
     fn stencils(&self, _couple: &mut dyn FnMut(&[usize])) {}
 
-    /// Number of elements that every evaluation visits: the measure of what the effect costs.
+    /// Number of elements in an evaluation, as a measure of its cost.
     fn elements(&self) -> usize {
         let mut count = 0;
         self.stencils(&mut |_| count += 1);
@@ -142,7 +142,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     ) {
     }
 
-    /// Largest part (0 to 1) of `step` along which no cell turns over.
+    /// Largest part (0 to 1) of `step` along which no cell is inverted.
     fn step_limit(&self, _at: Configuration<'_, D>, _step: &[SVector<f64, D>]) -> f64 {
         1.0
     }

@@ -1,4 +1,5 @@
-//! Contracting muscle: the three-element model on each of its connections, in place of tissue (Kato 2014, 3.2.1).
+//! Contracting muscle: the three-element model on each of its connections, in place of tissue (Kato 2014,
+//! 3.2.1).
 
 use nalgebra::SVector;
 
@@ -7,8 +8,9 @@ use crate::sparse::{BlockMatrix, Pattern};
 use super::spring::{Spring, length_and_direction};
 use super::{Configuration, Effect, Internal, Part, Tangent};
 
-/// The connections of one contracting muscle. At equilibrium each carries `k1 (l - l0) + F`: the series spring Q2 and the
-/// contractile damper drop out (thesis eqs. 3.2-3.8 with elongations in place of `r_i - r_j`).
+/// The connections of one contracting muscle. At equilibrium each carries `k1 (l - l0) + F`: the series
+/// spring Q2 and the contractile damper drop out (thesis eqs. 3.2-3.8 with elongations in place of
+/// `r_i - r_j`).
 #[derive(Debug, Clone)]
 pub struct Contraction {
     muscle: usize,
@@ -21,8 +23,8 @@ pub struct Contraction {
 }
 
 impl Contraction {
-    /// Muscle number `muscle` of the mesh: on each connection a spring Q1, and beside it Q2 in series with the contractile
-    /// element, whose damper is `b_cc = contraction_time * k2` (in s).
+    /// Muscle number `muscle` of the mesh: on each connection a spring Q1, and beside it Q2 in series with
+    /// the contractile element, whose damper is `b_cc = contraction_time * k2` (in s).
     pub fn new(muscle: usize, springs: Vec<Spring>, series: Vec<Spring>, contraction_time: f64) -> Self {
         Self { muscle, springs, series, contraction_time }
     }
@@ -94,9 +96,9 @@ impl<const D: usize> Effect<D> for Contraction {
     }
 }
 
-/// One state a connection: the length change `c` of its contractile element, m (0 at first). With `e = l - l0` the branch
-/// pulls with `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8; the sign of the damper is the one with which
-/// a lengthening element resists).
+/// One state a connection: the length change `c` of its contractile element, m (0 at first). With
+/// `e = l - l0` the branch pulls with `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8; the sign
+/// of the damper is the one with which a lengthening element resists).
 impl<const D: usize> Internal<D> for Contraction {
     fn count(&self) -> usize {
         self.series.len()

@@ -7,10 +7,11 @@ use crate::sparse::{BlockMatrix, Pattern};
 use super::spring::{Spring, length_and_direction};
 use super::{Configuration, Effect, Part, Tangent};
 
-/// The connections that are plain tissue: tension `k (l - l0) + b dl/dt` each, of which the damper counts only in time.
+/// The connections that are plain tissue: tension `k (l - l0) + b dl/dt` each, of which the damper counts
+/// only in time.
 ///
-/// The thesis writes `r_i - r_j` where the elongation from rest is meant (eq. 3.9); without `l0` the rest shape would not be
-/// an equilibrium.
+/// The thesis writes `r_i - r_j` where the elongation from rest is meant (eq. 3.9); without `l0` the rest
+/// shape would not be an equilibrium.
 #[derive(Debug, Clone)]
 pub struct Tissue {
     springs: Vec<Spring>,
@@ -19,7 +20,8 @@ pub struct Tissue {
 }
 
 impl Tissue {
-    /// Tissue made of these connections, each with a damper `b = retardation * k` beside its spring (retardation time in s).
+    /// Tissue made of these connections, each with a damper `b = retardation * k` beside its spring
+    /// (retardation time in s).
     pub fn new(springs: Vec<Spring>, retardation: f64) -> Self {
         Self { springs, retardation }
     }

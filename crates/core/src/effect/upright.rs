@@ -111,19 +111,19 @@ fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
     ]
 }
 
-/// A measure that exceeds a threshold by this factor is above it whatever the rounding.
+/// A measure that exceeds a threshold by this factor is above it in spite of rounding.
 const SURE: f64 = 1.0 + 1e-9;
 
 impl Element {
-    /// Whether this is a triangle, and no barrier acts in it whatever the rounding.
+    /// Whether this is a triangle in which no barrier acts, in spite of rounding.
     #[inline(always)]
     fn is_free<const D: usize>(&self, x: &Nodes<D>) -> bool {
         let least = 2.0 * self.measure * barrier::THRESHOLD * SURE;
         D == 2 && measures(&halves(x)).iter().all(|m| *m > least)
     }
 
-    /// Whether this is a triangle all of whose guarded parts keep enough of their area along a whole step,
-    /// whatever the rounding.
+    /// Whether this is a triangle all of whose guarded parts keep enough of their area along a whole step, in
+    /// spite of rounding.
     #[inline(always)]
     fn may_go<const D: usize>(x: &Nodes<D>, step: &Nodes<D>) -> bool {
         if D != 2 {
@@ -151,7 +151,7 @@ impl<const D: usize> Guarded<'_, D> {
     #[inline(always)]
     fn ratio(&self) -> Option<f64> {
         let ratio = simplex::measure(&self.corners) / self.rest;
-        // NaN counts as turned over.
+        // NaN counts as inverted.
         (ratio < barrier::THRESHOLD || ratio.is_nan()).then_some(ratio)
     }
 

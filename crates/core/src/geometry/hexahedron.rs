@@ -56,8 +56,8 @@ pub fn jacobian(x: &Of<Vector3<f64>>, at: [f64; 3]) -> Matrix3<f64> {
     parts.fold(Matrix3::zeros(), |sum, part| sum + part)
 }
 
-/// Gradients of the shape functions in space, 1/m, and the volume for each unit of local volume, m³; `None` where that is not above
-/// zero.
+/// Gradients of the shape functions in space, 1/m, and the volume for each unit of local volume, m³; `None`
+/// where that is not above zero.
 pub fn gradients(x: &Of<Vector3<f64>>, at: [f64; 3]) -> Option<(Of<Vector3<f64>>, f64)> {
     let jacobian = jacobian(x, at);
     let determinant = jacobian.determinant();

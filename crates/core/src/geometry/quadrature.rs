@@ -1,7 +1,8 @@
 //! Gauss's rules.
 
-/// Places in -1..1 and weights, whose sum is 2, of Gauss's rule with `count` points: exact for polynomials up to degree `2 count - 1`.
-/// Roots of the Legendre polynomial by Newton's method (Press et al., Numerical Recipes, 3rd ed., 4.6).
+/// Places in -1..1 and weights, whose sum is 2, of Gauss's rule with `count` points: exact for polynomials up
+/// to degree `2 count - 1`. Roots of the Legendre polynomial by Newton's method (Press et al., Numerical
+/// Recipes, 3rd ed., 4.6).
 pub fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
     // The polynomial of degree `count` and its slope.

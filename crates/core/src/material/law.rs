@@ -73,8 +73,8 @@ impl<const D: usize> Stress<D> {
         }
     }
 
-    /// Pressure, Pa: minus a third of the trace of Cauchy's stress, with what plane strain needs across the
-    /// plane.
+    /// Pressure, Pa: minus a third of the trace of Cauchy's stress, with the stress across the plane in plane
+    /// strain.
     pub fn pressure_pa(&self) -> f64 {
         -(self.cauchy_pa.trace() + self.across_pa) / 3.0
     }
@@ -187,8 +187,8 @@ impl<const D: usize> Deformed<D> {
         self.gradient * self.law.mu - turned * self.turn()
     }
 
-    /// The block `μ Ga·Gb I + λ ga gbᵀ + (μ - λ ln J) gb gaᵀ` of `dP/dF` between two directions at rest
-    /// `Ga`, `Gb` and what the deformation makes of them, `g = F⁻ᵀ G`.
+    /// The block `μ Ga·Gb I + λ ga gbᵀ + (μ - λ ln J) gb gaᵀ` of `dP/dF` between two directions at rest `Ga`,
+    /// `Gb` and their images `g = F⁻ᵀ G`.
     #[inline(always)]
     pub fn tangent(
         &self,

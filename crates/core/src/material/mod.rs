@@ -1,4 +1,4 @@
-//! What the body is made of: its constants, the law of a continuum, and the coefficients of springs that stand for one.
+//! Materials: constants, the laws of a continuum, and the coefficients of equivalent springs.
 
 mod constants;
 pub mod law;

@@ -1,4 +1,5 @@
-//! A nearly incompressible law in two parts: resistance to distortion at every point, and to a change of volume of each element.
+//! A nearly incompressible law in two parts: resistance to distortion at every point, and to a change of
+//! volume of each element.
 
 /// Mooney-Rivlin in its five-constant form with the two constants that tongues have been measured with:
 /// `W = C10 (Ī1 - 3) + C20 (Ī1 - 3)² + K/2 (J - 1)²`, with `Ī1 = J^(-2/3) tr FᵀF`

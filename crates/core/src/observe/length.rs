@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::Observable;
 
-/// The straight distance between two nodes, m: what is measured on an image as a muscle's length.
+/// The straight distance between two nodes, m: the length of a muscle as measured on an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Length {
     ends: [usize; 2],

@@ -33,7 +33,7 @@ pub enum Certainty {
 /// An observable, its measured value and the uncertainty of that.
 #[derive(Debug, Clone)]
 pub struct Observation<const D: usize> {
-    /// What was measured.
+    /// The observable.
     pub observable: Arc<dyn Observable<D>>,
     /// The measured value, unit of the observable.
     pub measured: f64,

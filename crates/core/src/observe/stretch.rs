@@ -4,7 +4,8 @@ use nalgebra::SVector;
 
 use super::{Length, Observable};
 
-/// A length over the same length in a reference shape, most often at rest: free of each muscle's own length (Kato 2014, 4.3.2).
+/// A length over the same length in a reference shape, most often at rest: free of each muscle's own length
+/// (Kato 2014, 4.3.2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch {
     length: Length,

@@ -4,8 +4,8 @@ use nalgebra::SVector;
 
 use super::Observable;
 
-/// Signed distance, m, of a measured point from a surface of triangles: positive outside. Where the nearest place is an edge or a
-/// corner, the sign is that of the nearest triangle's side.
+/// Signed distance, m, of a measured point from a surface of triangles: positive outside. Where the nearest
+/// place is an edge or a corner, the sign is that of the nearest triangle's side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
     triangles: Vec<[usize; 3]>,

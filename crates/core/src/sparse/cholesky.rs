@@ -12,8 +12,8 @@ use super::{BlockMatrix, Pattern};
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("not positive definite{}", self.place())]
 pub struct NotPositiveDefinite {
-    /// Unknown node (elimination order) where the factorisation stopped; the largest number where that is not known
-    /// ([`Factor::find_failure`]).
+    /// Unknown node (elimination order) where the factorisation stopped; the largest number where that is not
+    /// known ([`Factor::find_failure`]).
     pub unknown: usize,
     /// The pivot found there.
     pub pivot: f64,
@@ -34,8 +34,8 @@ impl NotPositiveDefinite {
 /// A factor and the scratch space to compute it. It allocates nothing after its creation.
 #[derive(Debug)]
 pub struct Factor<const D: usize> {
-    /// faer's factor, where that is faster. A matrix that faer refuses is factorised here too, when somebody asks
-    /// for the pivot that fails ([`Factor::find_failure`]).
+    /// faer's factor, where that is faster. A matrix that faer refuses is factorised here too, when somebody
+    /// asks for the pivot that fails ([`Factor::find_failure`]).
     supernodal: Option<Supernodal>,
     /// Whether the last factorisation is in `supernodal`.
     is_supernodal: bool,
@@ -87,8 +87,9 @@ impl<const D: usize> Factor<D> {
         self.factorise_blocks(pattern, matrix, floor)
     }
 
-    /// Where a matrix fails that [`Factor::factorise`] refused: it goes through it block by block, which in large bodies takes many times
-    /// as long as the refusal. Our way may find a matrix whole that is singular but for rounding: then its last pivot counts as the one.
+    /// Where a matrix fails that [`Factor::factorise`] refused: it goes through it block by block, which in
+    /// large bodies takes many times as long as the refusal. Our way may find a matrix whole that is singular
+    /// but for rounding: then its last pivot counts as the one.
     pub fn find_failure(
         &mut self,
         pattern: &Pattern,

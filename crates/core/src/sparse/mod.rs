@@ -19,9 +19,8 @@ pub use pattern::{Pattern, Slot};
 /// Values of a symmetric block matrix on a [`Pattern`]: the lower triangle, column by column, fill-in
 /// included.
 ///
-/// Assembly writes straight into the places that the factorisation will use, so a factorisation starts with
-/// one copy. The last block is a bin for what falls on fixed nodes, so that the assembly loops need not
-/// branch.
+/// Assembly writes to the places that the factorisation will use, so a factorisation starts with one copy.
+/// The last block collects the contributions of fixed nodes, so that the assembly loops need no branches.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix<const D: usize> {
     pub(crate) blocks: Vec<SMatrix<f64, D, D>>,

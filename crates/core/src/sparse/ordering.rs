@@ -6,14 +6,16 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::amd;
 
-/// From so many unknowns on, with so many neighbours each, exact degrees take longer than they save: there the order is approximate.
+/// Number of unknowns, and of neighbours of each, above which the order is approximate, since exact degrees
+/// take longer than they save.
 const MANY: usize = 300;
 const MANY_NEIGHBOURS: usize = 20;
-/// And from so many on whatever the neighbours.
+/// Number of unknowns above which the order is always approximate.
 const VERY_MANY: usize = 20_000;
 
-/// The order and the rows below the diagonal, as [`minimum_degree`] gives them, by the way that suits the size: exact degrees for bodies
-/// of the plane and small ones, faer's approximate minimum degree (Amestoy, Davis and Duff 1996) for large bodies in space.
+/// The order and the rows below the diagonal, as from [`minimum_degree`], by the method for the size: exact
+/// degrees for bodies in the plane and small ones, faer's approximate minimum degree (Amestoy, Davis and Duff
+/// 1996) for large bodies in space.
 pub fn order(neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
     let n = neighbours.len();
     let couplings: usize = neighbours.iter().map(Vec::len).sum();
@@ -45,8 +47,8 @@ fn approximate_minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<usize>> {
     Some(order)
 }
 
-/// The neighbours not yet eliminated of each unknown when it is eliminated in a given order: its own, and what the columns before it
-/// leave to it that have it as their first row.
+/// The remaining neighbours of each unknown at its elimination in a given order: its own, and those of
+/// earlier columns whose first row it is.
 fn fronts(neighbours: &[Vec<u32>], order: &[usize]) -> Vec<Vec<u32>> {
     let n = order.len();
     let mut place = vec![0; n];

@@ -1,6 +1,6 @@
 //! Bones that are displaced from rest: a jaw that opens, a hyoid that rises.
 //!
-//! A bone that is moved in one step would turn over the cells beside it, and no step of Newton's method
+//! A bone that is moved in one step would invert the cells beside it, and no step of Newton's method
 //! could undo that. So it is moved in parts, each at most half of the step limit of the effects, and the
 //! body is solved after each.
 

@@ -1,22 +1,24 @@
 //! Static equilibrium: the minimum of the potential energy, found by Newton's method.
 //!
-//! `minimise E(x) = sum 1/2 k (l - l0)² + sum F (l - l0) + sum 1/2 kappa ((S - S0)/S0)²` over the free nodes. Masses,
-//! dampers, Q2 and the contractile dampers have no effect on where it lies, so none of them is computed.
+//! `minimise E(x) = sum 1/2 k (l - l0)² + sum F (l - l0) + sum 1/2 kappa ((S - S0)/S0)²` over the free nodes.
+//! Masses, dampers, Q2 and the contractile dampers do not affect the equilibrium, so they are not computed.
 //!
-//! What is checked when:
+//! Checks of an equilibrium:
 //!
 //! | | by [`solve`] | with [`Settings::certify`] | by [`trace()`] |
 //! |---|---|---|---|
 //! | forces cancel to the tolerance, or to a rounding that is negligible beside the load | always | always | always |
-//! | no cell is turned over (kept so by every step; of springs alone: reported) | always | always | always |
-//! | all eigenvalues of the stiffness are positive | at the last factorisation, a step or two before the solution; at the solution where that one was not exact | at the solution | at every step |
-//! | the equilibrium is connected to rest by a branch of stable ones | not; [`Solution::connection`] says what is known | not | by following the branch there and back |
+//! | no cell is inverted (every step prevents it; for springs alone it is reported) | always | always | always |
+//! | all eigenvalues of the stiffness are positive | at the last factorisation, a step or two before the solution; at the solution if that one was not exact | at the solution | at every step |
+//! | the equilibrium is connected to rest by a branch of stable ones | no; see [`Solution::connection`] | no | by following the branch there and back |
 //!
-//! Plain bodies of the plane (springs, muscles, incompressible triangles) are solved on flat lists of their elements, one load or, in
-//! [`lanes`], several at once; whatever needs a safeguard, and every other body, effect by effect.
+//! Plain bodies in the plane (springs, muscles, incompressible triangles) are solved on flat lists of their
+//! elements, one load or, in [`lanes`], several at once. Solves that need a safeguard, and all other bodies,
+//! go effect by effect.
 //!
-//! A direct solve costs what one equilibrium costs and a trace about three for each of its steps. How often both agree is
-//! measured over all subsets of the muscles by `tongue-fit stability` (`results/stability`).
+//! A direct solve costs one equilibrium, and a trace about three for each of its steps.
+//! `tongue-fit stability` measures over all subsets of the muscles how often both agree
+//! (`results/stability`).
 
 mod carry;
 mod curvature;

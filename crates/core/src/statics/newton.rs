@@ -89,7 +89,7 @@ impl<const D: usize> State<'_, D> {
     fn is_settled(&self) -> bool {
         let w = &*self.w;
         let largest = |v: &[SVector<f64, D>]| v.iter().map(SVector::amax).fold(0.0, f64::max);
-        // The reactions of the bones measure the load, whatever it consists of.
+        // The reactions of the bones measure the load, of any kind.
         let load = w.tensions.iter().fold(largest(&w.force), |m, t| m.max(t.abs()));
         self.done.max_residual_force <= NEGLIGIBLE * load
             || (w.factor_is_exact && largest(&w.step) <= STILL * geometry::extent(self.system.rest()))

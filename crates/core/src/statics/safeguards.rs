@@ -12,9 +12,9 @@ const SHORTEST_LOAD_STEP: f64 = 1e-5;
 const MOST_ESCAPES: usize = 8;
 
 /// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each
-/// solved from the equilibrium before; a step that fails is halved, one that succeeds doubled. Before it is
-/// halved, Newton's steps are corrected where they lead. Leaves the last equilibrium reached; `failed` is
-/// what the direct solve did.
+/// solved from the previous equilibrium. A failed step is halved, a successful one doubled; before it is
+/// halved, Newton's steps are corrected at their ends. Leaves the last equilibrium reached; `failed` is the
+/// result of the direct solve.
 pub(super) fn step_load<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,

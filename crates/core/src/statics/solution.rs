@@ -43,14 +43,14 @@ pub enum Status {
     /// turning over have become too small; the residual force is still above the tolerance. Where
     /// [`Solution::rounding_force`] is of the size of the load, the body is too uneven for double precision.
     Stalled,
-    /// An equilibrium, but one in which a cell is turned over: of a body without an effect that keeps its
+    /// An equilibrium, but one in which a cell is inverted: of a body without an effect that keeps its
     /// cells upright (neither incompressibility nor finite elements), springs alone.
     Inverted,
     /// A tension, position or energy is not a finite number, or there are not as many tensions as muscles.
     NotFinite,
 }
 
-/// What is known of the eigenvalues of the stiffness at the solution, over the free nodes.
+/// Stability: known signs of the eigenvalues of the stiffness at the solution, over the free nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stability {
@@ -66,9 +66,8 @@ pub enum Stability {
     Unstable,
 }
 
-/// What is known of the way from rest to the solution. Two equilibria at the same load can lie on different
-/// branches: one that the body reaches when the load grows from nothing, and others that it does not reach
-/// so.
+/// Connection of the solution to rest. Two equilibria at the same load can lie on different branches: one
+/// that the body reaches when the load grows from zero, and others that it does not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Connection {

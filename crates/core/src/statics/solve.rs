@@ -1,5 +1,5 @@
-//! One equilibrium: bones are carried to their places, Newton's method goes to where the forces cancel, and safeguards act where it
-//! fails or ends in an unstable equilibrium.
+//! One equilibrium: bones are carried to their places, Newton's method goes to where the forces cancel, and
+//! safeguards act where it fails or ends in an unstable equilibrium.
 
 use crate::system::System;
 
@@ -9,18 +9,19 @@ use super::safeguards::{settle, step_load};
 use super::state::State;
 use super::{Settings, Solution, Stability, Status, Workspace};
 
-/// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that the system
-/// does not let contract are without effect), starting from the positions in `workspace`, and leaves the result there. A plain body
-/// at rest starts half of the way to where its muscles would bring it if it answered linearly, where the energy is lower there.
+/// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles
+/// that cannot contract in the system have no effect), starting from the positions in `workspace`, and leaves
+/// the result there. A plain body at rest starts half of the way to its linear response, if the energy is
+/// lower there.
 ///
-/// Converged means a residual force below the tolerance, or below what rounding allows where that is more (very stiff bodies,
-/// bodies far from the origin).
+/// Converged means a residual force below the tolerance, or below rounding if that is larger (very stiff
+/// bodies, bodies far from the origin).
 ///
-/// Never panics and never leaves a position that is not finite: what went wrong is in [`Solution::status`]. No accepted step
-/// turns a cell over, because every step is cut to where all cells keep at least a tenth of their measure. Where the direct
-/// way fails, the load is put on in steps, from rest; where the equilibrium found is not a stable one, the way leads on
-/// downhill from it. Bones that the system carries away
-/// from where they are at rest are first brought to their places, unless they are there already.
+/// Never panics and never leaves a position that is not finite: failures are in [`Solution::status`]. No
+/// accepted step inverts a cell, because every step is cut so that all cells keep at least a tenth of their
+/// measure. If the direct solve fails, the load is applied in steps from rest; if the equilibrium is not
+/// stable, the solve continues downhill from it. Bones that the system moves from their places at rest are
+/// moved first, unless they are there already.
 ///
 /// # Example
 /// ```

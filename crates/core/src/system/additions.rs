@@ -1,4 +1,4 @@
-//! What a scene adds to the plain model of tissue, muscles and bones, or takes from it.
+//! Additions of a scene to the plain model of tissue, muscles and bones, and removals from it.
 
 use nalgebra::SVector;
 

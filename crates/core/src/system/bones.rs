@@ -1,19 +1,20 @@
 //! Bones: nodes whose position is given (Kato 2014, 4.1: mental spine, hyoid, styloid process).
 //!
-//! A constraint, not an effect: held nodes are no unknowns, so they have neither energy nor stiffness. The forces that the effects leave
-//! on them are the reactions of the bones, with opposite sign.
+//! A constraint, not an effect: held nodes are no unknowns, so they have neither energy nor stiffness. The
+//! forces that the effects leave on them are the reactions of the bones, with opposite sign.
 
 use nalgebra::SVector;
 
 /// How a bone is carried from where it is at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Carried<const D: usize> {
-    /// Turned about a joint in the plane of the first two coordinates, as the mandible is about the temporomandibular joint.
+    /// Turned about a joint in the plane of the first two coordinates, as the mandible is about the
+    /// temporomandibular joint.
     Turned {
         /// The joint, m.
         joint: SVector<f64, D>,
-        /// Angle from the first axis towards the second, rad. With the face to the left and up upwards, a positive angle opens
-        /// the jaw: the chin goes down and back.
+        /// Angle from the first axis towards the second, rad. With the face to the left and up upwards, a
+        /// positive angle opens the jaw: the chin goes down and back.
         angle: f64,
     },
     /// Shifted, m.

@@ -9,8 +9,8 @@ use crate::effect::{Contraction, Effect, Tissue};
 use crate::geometry::topology::pair;
 use crate::material::Coefficients;
 
-/// The tissue and the contracting muscles, in this order. `stiffness` has the spring constant of every connection, N/m; connections that
-/// are `replaced` by a continuum carry no spring.
+/// The tissue and the contracting muscles, in this order. `stiffness` has the spring constant of every
+/// connection, N/m; connections that are `replaced` by a continuum carry no spring.
 pub(super) fn effects<const D: usize>(
     mesh: &Mesh<D>,
     contracting: &[usize],
@@ -19,8 +19,8 @@ pub(super) fn effects<const D: usize>(
     paths: &[StraightPath],
     replaced: impl Fn(&[usize; 2]) -> bool,
 ) -> Vec<Box<dyn Effect<D>>> {
-    // Every connection, or straight path in place of several, goes to the contracting muscle that runs along it, else to
-    // the tissue.
+    // Every connection, or straight path in place of several, goes to the contracting muscle that runs along
+    // it, else to the tissue.
     let mut in_path = vec![false; mesh.nodes.len()];
     paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| in_path[n] = true);
     let mut elements: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
@@ -43,7 +43,8 @@ pub(super) fn effects<const D: usize>(
         let (mut springs, mut series) = (Vec::new(), Vec::new());
         for step in chain.windows(2) {
             let key = pair(step[0], step[1]);
-            // A connection that two muscles share keeps one parallel spring; each has its own contractile branch.
+            // A connection that two muscles share keeps one parallel spring; each has its own contractile
+            // branch.
             let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
                 (Some((k, l0)), _) if replaced(&key) => (k, 0.0, l0),
                 (Some((k, l0)), _) => (k, k * parallel, l0),

@@ -79,7 +79,7 @@ impl<const D: usize> System<D> {
         Self::with(mesh, model, contracting, Additions::default())
     }
 
-    /// As [`System::new`], with what a scene adds to the plain model or takes from it.
+    /// As [`System::new`], with a scene's additions to the plain model and removals from it.
     ///
     /// # Errors
     /// As [`System::new`], and [`SystemError::NotOnBone`] for a node to be carried that no bone holds.
@@ -260,7 +260,7 @@ impl<const D: usize> System<D> {
         })
     }
 
-    /// What the tissue is made of.
+    /// Model of the tissue.
     pub fn tissue(&self) -> TissueModel {
         self.tissue
     }

@@ -18,7 +18,7 @@ pub struct Model {
     pub spread: Spread,
     /// How muscle parts outside the tissue are represented.
     pub outside: OutsidePath,
-    /// What the tissue itself is made of.
+    /// Model of the tissue.
     pub tissue: TissueModel,
 }
 

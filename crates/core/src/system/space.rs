@@ -8,7 +8,7 @@ use crate::material::{Coefficients, Constants, MooneyRivlin, Preset, Spread};
 
 use super::{Additions, System, SystemError, TissueModel};
 
-/// What the muscles of a body in space are made of.
+/// Model of the muscles of a body in space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MusclesAs {
     /// Stress along the fibres at the points of every element that a muscle runs through, and lines outside
@@ -25,12 +25,12 @@ pub enum MusclesAs {
 pub struct SpaceModel {
     /// The law of the tissue.
     pub law: MooneyRivlin,
-    /// What the muscles are made of.
+    /// Model of the muscles.
     pub muscles: MusclesAs,
-    /// By how much full activation stiffens the tissue of a muscle, as a multiple of its passive stiffness; 0
-    /// not at all. ArtiSynth: 9.
+    /// Additional stiffness of a muscle's tissue at full activation, as a multiple of its passive stiffness;
+    /// 0 for none. ArtiSynth: 9.
     pub stiffening: f64,
-    /// By what the constants of each element are multiplied (a scar); empty where all are as the law says.
+    /// Factor of the constants of each element (a scar); empty for none.
     pub factors: Vec<f64>,
 }
 
@@ -151,8 +151,7 @@ fn stresses(body: &SpaceBody, number: usize, muscle: &SpaceMuscle) -> Vec<Strand
     strands
 }
 
-/// Coefficients of springs that would stand for the tissue; only what moves in time takes the mass of a node
-/// from them.
+/// Coefficients of springs equivalent to the tissue; only motions use them, for the mass of a node.
 fn carried_along(body: &SpaceBody, law: MooneyRivlin) -> Result<Coefficients, SystemError> {
     let mesh = &body.mesh;
     let poisson_ratio = law.poisson_ratio();

@@ -86,8 +86,7 @@ impl<'a, const D: usize> Inverse<'a, D> {
                 }
                 Quantity::Constant(_) if self.tissue.is_none() => {
                     return wrong(
-                        "a constant of the tissue is to be fitted, but no tissue was given for it"
-                            .to_owned(),
+                        "a constant of the tissue is to be fitted, but no tissue was given for it".to_owned(),
                     );
                 }
                 _ => {}

@@ -225,7 +225,8 @@ impl<const D: usize> Setup<D> {
         let mut freed = Vec::new();
         for LooseBone { name, axes } in &premises.bones {
             if axes.iter().any(|a| *a >= D) {
-                let what = format!("the bone \"{name}\" cannot be freed along an axis that the body does not have");
+                let what =
+                    format!("the bone \"{name}\" cannot be freed along an axis that the body does not have");
                 return Err(FitError::Unknown { what });
             }
             freed.push(FreedBone::of(body, model, &all, name)?);

@@ -197,7 +197,7 @@ fn note_of(solution: &Solution) -> String {
         notes.push(format!("residual {:.1e} N", solution.max_residual_force));
     }
     if solution.status == Status::Inverted {
-        notes.push("no area term: springs alone let cells turn over".to_owned());
+        notes.push("no area term: springs alone let cells invert".to_owned());
     } else if solution.status != Status::Converged {
         notes.push(format!("{:.3} of the load reached", solution.load_reached));
         notes.push(format!("rounding alone makes {:.1e} N", solution.rounding_force));

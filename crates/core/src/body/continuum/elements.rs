@@ -6,8 +6,8 @@ use crate::body::{Cells, Mesh};
 use crate::geometry::quadratic;
 use crate::geometry::topology::pair;
 
-/// The tissue of a mesh with nodes in the middle of its edges: the mesh of its nodes and of the linear parts of the elements, the
-/// elements, and the new number of every node that is in the tissue.
+/// The tissue of a mesh with nodes in the middle of its edges: the mesh of its nodes and of the linear parts
+/// of the elements, the elements, and the new number of every node that is in the tissue.
 pub(super) fn quadratic<const D: usize>(base: &Mesh<D>) -> (Mesh<D>, Vec<Vec<usize>>, Vec<Option<usize>>) {
     let mut nodes = Vec::new();
     let number: Vec<Option<usize>> = base

@@ -26,7 +26,7 @@ use locate::Locator;
 const MOST_FIBRES: usize = 256;
 
 /// Settings without data: the widths of muscles and the attachment to bones. They are chosen, not measured,
-/// and never tuned on what is to be predicted. Their effect on the answers is in `results/continuum`.
+/// and never tuned on data for validation. Their effect on the answers is in `results/continuum`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContinuumSettings {
     /// Width of a muscle, m; half of it at a bone. 0: one line, for bodies whose muscles are given fibre by
@@ -254,8 +254,8 @@ pub struct Laid<const D: usize> {
 
 /// Makes a mesh of linear cells a continuum: a node in the middle of every edge, a bundle of fibres along
 /// every muscle, and a patch around every bone that is a point of the surface. Bones that hold whole edges
-/// (in space: faces) of the surface hold them as they are. `lines` are the muscles' courses, m, where they
-/// are known better than by the chains of the mesh.
+/// (in space: faces) of the surface are unchanged. `lines` are the courses of muscles, m, if they are known
+/// better than by the chains of the mesh.
 ///
 /// # Errors
 /// [`ContinuumError`], for a mesh that passed [`Mesh::check`].

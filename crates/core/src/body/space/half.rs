@@ -13,7 +13,7 @@ const EVEN: f64 = 1e-4;
 /// The left half of a symmetric body, and how the whole follows from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Half {
-    /// The half itself: nodes with y not above zero, left muscles, and what of the middle ones lies in it.
+    /// The half: nodes with y not above zero, left muscles, and the left parts of middle ones.
     pub body: SpaceBody,
     /// Its nodes on the plane y = 0.
     pub plane: Vec<usize>,

@@ -1,8 +1,7 @@
 //! A tongue in space: hexahedra, and muscles as regions with the directions of their fibres.
 //!
-//! A muscle is activated from 0 to 1. What it does then is said by its strength at 1, which a body carries in
-//! two forms: the force of each segment of its fibres, N, for node-to-node lines, and the stress along the
-//! fibres of its region, Pa.
+//! A muscle is activated from 0 to 1. A body has its strength at 1 in two forms: the force of each segment of
+//! its fibres, N, for node-to-node lines, and the stress along the fibres of its region, Pa.
 
 mod direction;
 mod half;
@@ -32,7 +31,7 @@ pub enum Side {
 pub struct Segment {
     /// The nodes.
     pub nodes: [usize; 2],
-    /// What it pulls with as a line when its muscle is fully active, N.
+    /// Its force as a line when its muscle is fully active, N.
     pub force_n: f64,
     /// Whether it lies outside the tissue, on its way to a bone.
     pub outside: bool,
@@ -41,9 +40,9 @@ pub struct Segment {
 /// A muscle of one side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceMuscle {
-    /// What it is called, with its side, such as `GGP_L`.
+    /// Its name, with its side, such as `GGP_L`.
     pub name: String,
-    /// What both sides are called, such as `GGP`.
+    /// The name of both sides, such as `GGP`.
     pub group: String,
     /// Where it lies.
     pub side: Side,
@@ -64,7 +63,7 @@ pub type Directions = [Option<Vector3<f64>>; hexahedron::POINTS];
 /// A body in space with its muscles.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpaceBody {
-    /// What it is, in words.
+    /// Description.
     pub what: String,
     /// Nodes, hexahedra, fixed nodes; of each muscle one fibre, whose ends measure its length.
     pub mesh: Mesh<3>,
@@ -87,7 +86,7 @@ pub enum SpaceFault {
         /// How many nodes there are.
         count: usize,
     },
-    /// An element is turned over or flat at one of its points.
+    /// An element is inverted or flat at one of its points.
     #[error(
         "element {element} (from 1) is turned inside out or flat at one of its points; list its corners around the bottom and \
          then around the top, or repair the mesh"
@@ -109,7 +108,7 @@ pub enum SpaceFault {
     Empty {
         /// The muscle.
         muscle: String,
-        /// What it lacks.
+        /// The missing part.
         what: &'static str,
     },
     /// No node is held.
@@ -123,7 +122,7 @@ pub enum BadActivation {
     /// A name that no muscle has.
     #[error("there is no muscle \"{name}\" in this body; {hint}")]
     NoSuchMuscle {
-        /// What was asked for.
+        /// The given name.
         name: String,
         /// The nearest names.
         hint: String,
@@ -133,7 +132,7 @@ pub enum BadActivation {
     OutOfRange {
         /// The muscle.
         name: String,
-        /// What was asked for.
+        /// The given activation.
         value: f64,
     },
     /// A muscle that is named twice.

@@ -43,8 +43,8 @@ pub(crate) fn fill(frame: &mut Frame, wanted: usize, h: f64) -> Result<(), MeshE
             if frame.nodes.len() == before + round {
                 break;
             }
-            // A circle can reach over a line that its triangle may not cross, to nodes on the other side; and nodes
-            // of this round, the last in the list, have filled their neighbours' holes.
+            // A circle can reach over a line that its triangle may not cross, to nodes on the other side; and
+            // nodes of this round, the last in the list, have filled their neighbours' holes.
             let filled = frame.nodes.iter().rev().any(|n| (n.at - centre).norm() < 0.99 * radius);
             if !filled && clear(centre, CLEAR / 2.0) {
                 frame.nodes.push(Draft { at: *centre, freedom: Freedom::Plane });

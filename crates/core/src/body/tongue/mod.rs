@@ -1,4 +1,5 @@
-//! The mesher of tongues: from an outline, muscle lines and bones ([`Anatomy`]) to nodes, connections and triangles.
+//! The mesher of tongues: from an outline, muscle lines and bones ([`Anatomy`]) to nodes, connections and
+//! triangles.
 
 mod anatomy;
 mod anchors;

@@ -1,4 +1,4 @@
-//! Smooths a mesh: nodes move, then everything is triangulated anew.
+//! Smooths a mesh: nodes move, then everything is triangulated again.
 //!
 //! First every free node goes to the mean of the circumcentres around it, weighted by area, which minimises
 //! the error of linear interpolation (optimal Delaunay triangulation; Chen and Xu 2004, Chen 2004). Then the

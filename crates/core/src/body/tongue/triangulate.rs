@@ -27,7 +27,7 @@ pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Ve
         return Err(MeshError::LinesCollide { x_mm: middle.x, y_mm: middle.y });
     }
 
-    // What can be reached from outside over edges that are not segments is outside the outline.
+    // Triangles that can be reached from outside over edges that are not segments are outside the outline.
     let mut outside = vec![false; cdt.num_all_faces()];
     let mut front: Vec<_> = cdt
         .convex_hull()

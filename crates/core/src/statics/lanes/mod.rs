@@ -1,23 +1,23 @@
 //! Many equilibria at once: four in the lanes of the processor's vector registers, groups of four on every
 //! thread.
 //!
-//! What [`solve`](super::solve) does for one load, [`Lanes`] does for any number: draws of a posterior,
-//! candidates of a search, frames of a recording. Each load has its own tensions, displaced bones, start
-//! and, if it wants one, its own body of the same edges and triangles; each solution has its own status,
-//! iterations and line search. With AVX2 (found out when the program runs) an equilibrium from a neighbour
-//! costs less than half of what it costs alone; `cargo bench many` says how much.
+//! [`Lanes`] does for any number of loads what [`solve`](super::solve) does for one: draws of a posterior,
+//! candidates of a search, frames of a recording. Each load has its own tensions, displaced bones, start and,
+//! if it wants one, its own body of the same edges and triangles; each solution has its own status,
+//! iterations and line search. With AVX2 (detected at run time) an equilibrium from a neighbour takes less
+//! than half of its time alone; `cargo bench many` measures it.
 //!
-//! # What is the same, and what is not
-//! - The equilibria are those of [`solve`](super::solve) to 1e-9 mm, since the method is the same; not its bits, since sums are taken in another order
-//!   and a lane gets a new factor when another one of its group needs it.
-//! - The bits are the same for any number of threads, since groups are fixed by the number of a load, and on every processor, since
-//!   nothing is fused: they depend on the loads beside a load, and on nothing else.
-//! - Lanes do the plain case: springs, muscles, straight paths and incompressible triangles of the plane. A lane that meets anything else is
-//!   given up, and its load solved by [`solve`](super::solve) from its start: where the barrier acts, where
-//!   the stiffness stays indefinite, where the line search finds no way, where bones cannot be brought to
-//!   their places. So are all loads of other bodies (in space, of finite elements, with contact or weight); of
-//!   these a group keeps the factor from one solve to the next. [`Equilibrium::alone`] tells; the status is
-//!   always the one that [`solve`](super::solve) gives.
+//! # Differences from single solves
+//! - The equilibria are those of [`solve`](super::solve) to 1e-9 mm, since the method is the same. Bits differ,
+//!   since sums have another order and a lane gets a new factor when another lane of its group needs it.
+//! - The bits are the same for any number of threads, since groups depend on the number of a load only, and on
+//!   every processor, since no operations are fused. They depend on the other loads of the group.
+//! - Lanes solve the plain case: springs, muscles, straight paths and incompressible triangles in the plane. A
+//! lane is given up, and its load solved by [`solve`](super::solve) from its start, if the barrier acts, the
+//! stiffness stays indefinite, the line search fails, or bones cannot be moved to their places. All loads of
+//!   other bodies (in space, of finite elements, with contact or weight) are solved so too; for these a group
+//! keeps the factor from one solve to the next. [`Equilibrium::alone`] says so; the status is always that of
+//!   [`solve`](super::solve).
 //!
 //! # Example
 //! ```
@@ -32,8 +32,8 @@
 //! let lanes = Lanes::new(&system);
 //!
 //! // A hundred draws around the shape of one load, each from that shape.
-//! let middle = lanes.solve(&[Load::new(vec![12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0])], &Settings::default());
-//! let draw = |i: usize| {
+//! let middle = lanes.solve(&[Load::new(vec![12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0])],
+//! &Settings::default()); let draw = |i: usize| {
 //!     let part = 1.0 + 0.0006 * (i as f64 - 50.0);
 //!     Load::new(vec![12.0 * part, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]).starting_at(&middle[0].positions)
 //! };
@@ -49,10 +49,10 @@
 //! let gga = &rates[0].as_ref().ok_or("no stable equilibrium")?[0];
 //! assert!(gga.by_tension[0] < 0.0, "m/N");
 //!
-//! // Chains that go on side by side, each from where it stands: the derivatives of a misfit by all tensions, one back-substitution each.
-//! let measured = 0.9 * system.length(system.rest(), 0);
-//! let shapes = group.solve(&[draw(10), draw(40), draw(60), draw(90)], &Settings::default()).to_vec();
-//! let gradient = |shape: &Equilibrium<2>| {
+//! // Chains that go on side by side, each from where it stands: the derivatives of a misfit by all tensions,
+//! one back-substitution each. let measured = 0.9 * system.length(system.rest(), 0); let shapes =
+//! group.solve(&[draw(10), draw(40), draw(60), draw(90)], &Settings::default()).to_vec(); let gradient =
+//! |shape: &Equilibrium<2>| {
 //!     let residual = system.length(&shape.positions, 0) - measured;
 //!     let mut by_node = vec![SVector::zeros(); shape.positions.len()];
 //!     length_gradient(&system, &shape.positions, 0, residual, &mut by_node); // of residual²/2
@@ -187,8 +187,8 @@ impl<'s, const D: usize> Lanes<'s, D> {
         })
     }
 
-    /// As [`Lanes::map`], with what `keep` makes of every group: the number of its first load, and the
-    /// group, which can be asked for derivatives.
+    /// As [`Lanes::map`], with the results of `keep` for every group; it gets the number of the first load
+    /// and the group, which has derivatives.
     pub fn map_groups<'l, R: Send>(
         &self,
         count: usize,
@@ -228,8 +228,8 @@ pub struct Group<'a, const D: usize> {
 }
 
 impl<const D: usize> Group<'_, D> {
-    /// Solves the loads, at most [`LANES`]: what comes after these is passed over. If all have starts,
-    /// Newton's method begins with the factor of the last solve.
+    /// Solves the loads, at most [`LANES`]; further ones are ignored. If all have starts, Newton's method
+    /// begins with the factor of the last solve.
     pub fn solve(&mut self, loads: &[Load<'_, D>], settings: &Settings) -> &[Equilibrium<D>] {
         let loads = &loads[..loads.len().min(LANES)];
         self.factorised = None;

@@ -1,7 +1,7 @@
 //! The start of a solve from rest: half of the way to the linear answer of the body to its muscles.
 //!
 //! From there Newton's method takes a fifth less work than from rest itself, and meets fewer shapes with an
-//! indefinite stiffness. If the energy is higher there than at rest, or a cell is turned over, the solve
+//! indefinite stiffness. If the energy is higher there than at rest, or a cell is inverted, the solve
 //! begins at rest.
 
 use crate::sparse::flat::Solve;

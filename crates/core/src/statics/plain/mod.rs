@@ -187,7 +187,7 @@ impl<const L: usize> Work<L> {
         }
     }
 
-    /// What came out in a lane; `None` where it was given up.
+    /// The solution of a lane; `None` if it was given up.
     pub fn solution(&self, lane: usize) -> Option<Solution> {
         let lane = &self.lanes[lane];
         (lane.phase == Phase::Converged).then_some(lane.done)
@@ -205,7 +205,7 @@ impl<const L: usize> Work<L> {
         }
     }
 
-    /// What a lane has done before it was given up.
+    /// The work of a lane before it was given up.
     pub fn spent(&self, lane: usize) -> Solution {
         Solution { status: Status::IterationLimit, ..self.lanes[lane].done }
     }
@@ -278,9 +278,10 @@ impl<const L: usize> Work<L> {
         part == 1.0
     }
 
-    /// What [`super::lanes::Adjoint`] says of the function whose derivatives by the positions of all nodes
-    /// are `gradient`, with the present factor; these are made its derivatives by forces on unknowns, and by
-    /// the places of the others. Returns those by tensions, one for each of the elements's pulls.
+    /// The derivatives of [`super::lanes::Adjoint`] for a function whose derivatives by the positions of all
+    /// nodes are `gradient`, with the present factor. `gradient` becomes the derivatives by forces on
+    /// unknowns and by the places of the other nodes. Returns the derivatives by tensions, one for each of
+    /// the elements' pulls.
     pub fn adjoint(&self, elements: &Elements, gradient: &mut [Pair<L>]) -> Vec<Wide<L>> {
         let (free, held) = gradient.split_at_mut(elements.unknowns);
         self.arch.dispatch(Solve { symbolic: &elements.factor, factor: &self.factor, b: free });

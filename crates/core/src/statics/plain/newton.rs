@@ -65,8 +65,8 @@ impl<const L: usize> Work<L> {
         any
     }
 
-    /// Factorises the exact stiffness in all lanes; in those where it is not positive definite the convex one, with a growing multiple
-    /// of the unit matrix.
+    /// Factorises the exact stiffness in all lanes; in those where it is not positive definite the convex
+    /// one, with a growing multiple of the unit matrix.
     fn factorise(&mut self, elements: &Elements) {
         let mut convex = [false; L];
         let largest = self.assemble(elements, convex);
@@ -161,7 +161,8 @@ impl<const L: usize> Work<L> {
         along.fold(Wide::ZERO, |slope, (s, f)| slope - (s[0] * f[0] + s[1] * f[1]))
     }
 
-    /// Moves every lane along its step as far as its energy falls. Whether the factor serves once more: each lane has moved, and fast.
+    /// Moves every lane along its step as far as its energy falls. Whether the factor serves once more: each
+    /// lane has moved, and fast.
     fn take_step(&mut self, elements: &Elements, slope: Wide<L>, reused: bool) -> bool {
         let mut part = Wide(self.lanes.map(|l| if l.phase == Phase::Running { 1.0 } else { 0.0 }));
         let mut taken = part.0.map(|p| p == 0.0);

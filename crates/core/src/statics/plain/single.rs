@@ -9,7 +9,7 @@ use crate::system::elements::Elements;
 use super::compiled::solve_one;
 use super::{Work, at_rest};
 
-/// What one solve writes to, beside the workspace that it belongs to.
+/// Memory of one solve, beside its workspace.
 #[derive(Debug)]
 pub(in crate::statics) struct Single {
     elements: Arc<Elements>,
@@ -34,7 +34,7 @@ impl Single {
 /// Solves as [`crate::statics::solve`] does, and leaves the result in the workspace.
 ///
 /// # Errors
-/// What was spent in vain where the body is no plain one or where it takes a safeguard; the workspace is as before.
+/// The work done, if the body is not plain or the solve needs a safeguard; the workspace is then unchanged.
 pub(in crate::statics) fn solve_single<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,

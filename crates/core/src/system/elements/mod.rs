@@ -15,7 +15,7 @@ use super::System;
 
 /// A spring, a side of triangles, or both.
 ///
-/// Nodes are numbered anew: unknowns in the order of elimination, then the nodes of bones.
+/// Nodes are renumbered: unknowns in the order of elimination, then the nodes of bones.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Edge {
     /// The node that is eliminated later, then the other one.
