@@ -96,6 +96,7 @@ fn picture(body: &body::Body<2>, fit: &inverse::Fit) -> PyResult<Svg> {
         positions: &fit.positions,
         tensions: &fit.body_tensions,
         palate: body.palate.as_deref().unwrap_or_default(),
+        seen: &[],
         contact: false,
         stretch: false,
         grey: if fit.tone.is_none() { "rest" } else { "baseline" },

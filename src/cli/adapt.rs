@@ -8,6 +8,8 @@ use serde::Serialize;
 use tongue_fit::adapt::{Adaptation, How, Landmarks, Speaker};
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
+use tongue_fit::geometry::Point;
+use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
 use tongue_fit::system;
 
@@ -15,6 +17,8 @@ use super::recordings::{self, Given, PriorArguments, RestName};
 use super::{Global, Outcome, body, output, table};
 
 const DEFAULT_OUT: &str = "results/speaker";
+/// Most frames of recordings in the picture.
+const DRAWN_FRAMES: usize = 20;
 
 /// Options of `tongue-fit adapt`.
 #[derive(Debug, Clone, clap::Args)]
@@ -22,15 +26,15 @@ const DEFAULT_OUT: &str = "results/speaker";
 #[command(after_help = "Examples:\n  \
     tongue-fit adapt speaker.tsv --out results/speaker\n  \
     tongue-fit adapt --landmarks speaker.csv --contour rest.mrk.json\n\n\
-    Writes body.json (--mesh takes it) and, where the lines of the muscles stay straight enough, anatomy.toml (--anatomy takes it).")]
+    Writes body.json, which --mesh of every command takes, and rest.svg: the shape at rest over what was seen.")]
 pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
     /// Method for the rest shape from recordings
     #[arg(long, value_name = "HOW", value_enum, default_value = "joint")]
     rest: RestName,
-    /// Landmarks of one posture at rest instead of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm, or
-    /// 3D Slicer's .mrk.json)
+    /// Landmarks of one posture at rest instead of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm,
+    /// 3D Slicer's .mrk.json, or .pts with a map)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "example", "rest"])]
     landmarks: Option<PathBuf>,
     /// The contour of the tongue in that posture, in the same formats
@@ -58,6 +62,8 @@ struct Record {
     rms_mm: Option<f64>,
     least_area_ratio: f64,
     muscles: Vec<Length>,
+    /// Why the body is not to be trusted; empty where nothing speaks against it.
+    doubts: Vec<String>,
     notes: Vec<String>,
 }
 
@@ -74,7 +80,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
     let prior = arguments.prior.prior(given.body.mesh.muscles.len())?;
     let basis = given.basis(&arguments.body, prior);
-    let speaker = match &arguments.landmarks {
+    let (speaker, seen) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
             let read = |path: &Path| -> miette::Result<Landmarks> {
@@ -85,14 +91,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             };
             let mut landmarks = read(path)?;
             if let Some(contour) = &arguments.contour {
-                let drawn = read(contour)?;
-                // If a contour was asked for, a list of points is one too.
-                landmarks.contour = match drawn.contour.is_empty() {
-                    true => drawn.named.into_values().collect(),
-                    false => drawn.contour,
-                };
+                landmarks = landmarks.with_contour(read(contour)?);
             }
-            basis.to_landmarks(&landmarks).into_diagnostic()?
+            let seen = landmarks.contour.iter().chain(landmarks.named.values()).copied().collect();
+            (basis.to_landmarks(&landmarks).into_diagnostic()?, seen)
         }
         None => {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
@@ -109,20 +111,40 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             };
             let speaker = basis.to_recordings(&seen, arguments.rest.into(), &[], &progress);
             bar.finish_and_clear();
-            speaker.into_diagnostic()?
+            (speaker.into_diagnostic()?, drawn(&seen))
         }
     };
     recordings::check_scale(speaker.similarity.scale())?;
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
-    let record = record(&speaker, &given.body);
-    let written = write(&out, &speaker, &given.body, &record, arguments)?;
+    let doubts = speaker.doubts(&given.body);
+    let record = Record { doubts: doubts.clone(), ..record(&speaker, &given.body) };
+    let written = write(&out, &speaker, &given.body, &seen, &record, arguments)?;
     if global.json {
         output::print(&Json(&record).text(&super::provenance()).into_diagnostic()?)?;
     } else {
         output::summary(&(text(&record) + &table::files(&written)), &written)?;
     }
-    Ok(Outcome::Good)
+    if doubts.is_empty() {
+        return Ok(Outcome::Good);
+    }
+    output::note(&format!(
+        "this body is not to be trusted: {}; look at rest.svg, and at the unit, the places and the names of the landmarks",
+        doubts.join("; ")
+    ));
+    Ok(Outcome::Untrustworthy)
+}
+
+/// What was seen in some frames of recordings, evenly chosen.
+fn drawn(seen: &[&Seen]) -> Vec<Point> {
+    let frames: Vec<_> = seen.iter().flat_map(|s| &s.frames).collect();
+    let every = frames.len().div_ceil(DRAWN_FRAMES).max(1);
+    let mut out = Vec::new();
+    for frame in frames.iter().step_by(every) {
+        out.extend(frame.contour.iter().chain(&frame.sensors).flatten().map(|m| m.at));
+        out.extend(frame.bones.iter().flatten());
+    }
+    out
 }
 
 fn record(speaker: &Speaker, before: &Body<2>) -> Record {
@@ -142,6 +164,7 @@ fn record(speaker: &Speaker, before: &Body<2>) -> Record {
         rms_mm: speaker.rms_m.map(|r| r * 1e3),
         least_area_ratio: speaker.least_area_ratio,
         muscles: before.mesh.muscles.iter().zip(&speaker.body.mesh.muscles).map(length).collect(),
+        doubts: Vec::new(),
         notes: speaker.notes.clone(),
     }
 }
@@ -151,6 +174,7 @@ fn write(
     out: &OutputDir,
     speaker: &Speaker,
     before: &Body<2>,
+    seen: &[Point],
     record: &Record,
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
@@ -165,13 +189,16 @@ fn write(
     let palate = speaker.body.palate.as_deref().unwrap_or_default();
     let mut similar = before.mesh.clone();
     similar.nodes.iter_mut().for_each(|p| *p = speaker.similarity.place(*p));
-    let (title, grey) =
-        ("The speaker's tongue at rest (grey: turned and scaled only)", "turned and scaled only");
+    let (title, grey) = (
+        "The speaker's tongue at rest over what was seen (dots; grey: turned and scaled only)",
+        "turned and scaled only",
+    );
     let section = SectionPicture {
         mesh: &similar,
         positions: &mesh.nodes,
         tensions: &at_rest,
         palate,
+        seen,
         contact: false,
         stretch: false,
         grey,
@@ -180,16 +207,8 @@ fn write(
     let picture = report::tongue(&section).into_diagnostic()?;
     let by = super::provenance();
     let (json, said) = (Json(&file), Json(record));
-    let mut files: Vec<(&str, &dyn Export)> =
-        vec![("body.json", &json), ("adapt.json", &said), ("rest.svg", &picture)];
-    // The provenance is a comment in TOML.
-    let anatomy = speaker.anatomy.as_ref().map(|text| {
-        let line = |text: &str| text.replace(char::is_control, " ");
-        format!("# version: {}\n# command: {}\n{text}", line(by.version), line(&by.command))
-    });
-    if let Some(anatomy) = &anatomy {
-        files.push(("anatomy.toml", anatomy));
-    }
+    let files: [(&str, &dyn Export); 3] =
+        [("body.json", &json), ("adapt.json", &said), ("rest.svg", &picture)];
     out.export(&files, &by).into_diagnostic()
 }
 

@@ -278,6 +278,7 @@ fn pictures(
         positions: &fit.positions,
         tensions: &fit.body_tensions,
         palate,
+        seen: &[],
         contact: false,
         stretch: false,
         grey: if fit.tone.is_none() { "rest" } else { "baseline" },

@@ -25,7 +25,8 @@ const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 #[command(next_help_heading = "Recordings")]
 pub struct Arguments {
     /// Recordings of one speaker: AAA's tables and fans, tidy CSV, AG50x (.pos), Edinburgh Speech Tools or
-    /// MOCHA (.ema), X-ray microbeam (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con)
+    /// MOCHA (.ema), X-ray microbeam (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con),
+    /// active shape models (.pts)
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// Use the built-in recording: two utterances of a simulated tongue in AAA's export format
@@ -44,7 +45,7 @@ pub struct Arguments {
     /// Only the recordings of this speaker, if files have several
     #[arg(long, value_name = "NAME")]
     speaker: Option<String>,
-    /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat or dlc [default: from their content]
+    /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat, dlc or pts [default: from their content]
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     format: Option<Format>,
 }

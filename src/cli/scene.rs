@@ -162,6 +162,7 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
                     positions,
                     tensions,
                     palate: &wall,
+                    seen: &[],
                     contact,
                     stretch: false,
                     grey: "rest",

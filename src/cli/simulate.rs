@@ -102,6 +102,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             positions,
             tensions: &all,
             palate,
+            seen: &[],
             contact: false,
             stretch,
             grey: "rest",

@@ -223,9 +223,39 @@ fn tracks_that_end_early_or_late_are_refused() {
     }
 }
 
+const PTS: &str = "version: 1\nn_points: 5\n{\n250.5 300\n210 190.5\n130 160\n60 250\n90 340\n}\n";
+
+#[test]
+fn points_of_active_shape_models_are_a_contour_or_what_a_map_says() {
+    let found = &read(PTS.as_bytes(), "rest.pts")[0];
+    assert_eq!((found.format, found.channels.len(), found.name.as_str()), (Format::Pts, 5, "rest"));
+    assert_eq!(read(PTS.as_bytes(), "rest.txt")[0].channels, found.channels, "its first line tells it");
+    let unit = Seen::new(found, &Map::default()).unwrap_err().to_string();
+    assert!(unit.contains("unit_mm"), "{unit}");
+    let drawn = seen(found, "unit_mm = 0.2");
+    assert!(near(drawn.frames[0].contour[1].map(|m| m.at), [0.042, -0.0381]) == !drawn.mirrored);
+    let map =
+        "unit_mm = 0.2\n[points]\ntongue_0 = { bone = \"hyoid\" }\ntongue_4 = { bone = \"mental_spine\" }";
+    let map = Map::from_toml(map, "m.toml").unwrap();
+    let landmarks = tongue_fit::adapt::Landmarks::from_bytes(PTS.as_bytes(), "rest.pts", &map).unwrap();
+    assert_eq!(landmarks.named.keys().map(String::as_str).collect::<Vec<_>>(), ["hyoid", "mental_spine"]);
+    assert_eq!((landmarks.contour.len(), landmarks.mirrored), (3, false));
+    assert!((landmarks.named["hyoid"] - Point::new(0.0501, -0.06)).norm() < 1e-12);
+    for (from, to, told) in [
+        ("n_points: 5", "n_points: 6", "rest.pts:9:1: the file has 5 points"),
+        ("90 340\n}\n", "90 34", "cut off"),
+        ("60 250", "60 x", "rest.pts:7:2: "),
+        ("n_points: 5\n", "", "n_points is missing"),
+    ] {
+        let told_is = refused(PTS.replace(from, to).as_bytes(), "rest.pts");
+        assert!(told_is.contains(told), "{told_is}");
+    }
+}
+
 #[test]
 fn a_map_is_written_for_every_format_and_read_again() {
-    let all: [(Vec<u8>, &str); 6] = [
+    let all: [(Vec<u8>, &str); 7] = [
+        (PTS.as_bytes().to_vec(), "a.pts"),
         (mview(false), "a.mat"),
         (txy(3).into_bytes(), "a.txy"),
         (mocha(3).into_bytes(), "a.ema"),

@@ -21,6 +21,7 @@ mod lengths_check;
 mod mesh_from_gmsh;
 mod muscles_command;
 mod muscles_of_any_name;
+mod nonsense_is_noticed;
 mod other_peoples_names;
 mod outputs_read_back;
 mod page_moves;

@@ -66,7 +66,12 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
         ]
         .concat(),
         "recording_pos" => vec![pos(3, 200.0, 5), headerless_pos(2)],
-        "recording_text" => vec![txy(4).into_bytes(), mocha(4).into_bytes(), DLC.as_bytes().to_vec()],
+        "recording_text" => vec![
+            txy(4).into_bytes(),
+            mocha(4).into_bytes(),
+            DLC.as_bytes().to_vec(),
+            b"version: 1\nn_points: 3\n{\n250.5 300\n210 190.5\n130 160\n}\n".to_vec(),
+        ],
         "recording_mat" => vec![mview(false), mview(true)],
         "recording_ema" => vec![est(false), est(true)],
         "recording_map" => vec![

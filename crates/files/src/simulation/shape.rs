@@ -152,6 +152,7 @@ impl Shape<2> {
             positions: &self.positions,
             tensions: &self.tensions,
             palate: body.palate.as_deref().unwrap_or(&[]),
+            seen: &[],
             contact: false,
             stretch: false,
             grey: "rest",

@@ -1,9 +1,10 @@
-//! Landmarks and a resting contour: CSV or 3D Slicer's markups (`.mrk.json`).
+//! Landmarks and a resting contour: CSV, points of active shape models (`.pts`) or 3D Slicer's markups (`.mrk.json`).
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_input::measured::lengths::Malformed;
 use tongue_input::measured::recording::{Format, Map, MapError, Recording, Seen};
@@ -15,6 +16,8 @@ pub struct Landmarks {
     pub named: BTreeMap<String, Point>,
     /// Points along the surface, where there are any.
     pub contour: Vec<Point>,
+    /// Whether x was turned round, because the face looks to the right in the file.
+    pub mirrored: bool,
 }
 
 /// Why landmarks cannot be used.
@@ -68,7 +71,7 @@ struct ControlPoint {
 const FARTHEST_M: f64 = 10.0;
 
 impl Landmarks {
-    /// Reads what a file holds: JSON is Slicer's, everything else a table as [`Recording`] reads it, of which the first frame counts.
+    /// Reads what a file holds: JSON is Slicer's, everything else as [`Recording`] reads it, of which the first frame counts.
     ///
     /// In Slicer's markups points are named by their labels; open and closed curves are contours. LPS: y leads to the back and z up.
     /// RAS, where a file says so: y leads to the front.
@@ -83,21 +86,67 @@ impl Landmarks {
         let recordings = Recording::from_bytes(bytes, origin, Some(Format::of(bytes, origin)))?;
         let Some(recording) = recordings.first() else { return Ok(Self::default()) };
         let mut out = Self::default();
-        let seen = Seen::new(recording, map);
-        // Landmarks alone are no recording, but they are landmarks.
-        let (contour, mirrored) = match &seen {
-            Ok(seen) => (seen.frames.first().map(|f| f.contour.clone()).unwrap_or_default(), seen.mirrored),
-            Err(_) => (Vec::new(), false),
+        let seen = match (Seen::new(recording, map), recording.metres) {
+            (Ok(seen), _) => Some(seen),
+            // Landmarks alone are no recording, but they are landmarks, where their unit is known.
+            (Err(_), Some(_)) => None,
+            (Err(error), None) => return Err(error.into()),
         };
-        let metres = recording.metres.unwrap_or(1e-3);
-        for (name, place) in recording.channels.iter().zip(recording.samples.iter().flat_map(|s| &s.places)) {
-            if let Some([x, y, _]) = place {
-                let x = if mirrored { -x } else { *x };
-                out.named.insert(name.clone(), Point::new(x * metres, y * metres));
+        out.mirrored = seen.as_ref().is_some_and(|s| s.mirrored);
+        if let Some((seen, frame)) = seen.as_ref().and_then(|s| Some((s, s.frames.first()?))) {
+            out.contour = frame.contour.iter().flatten().map(|m| m.at).collect();
+            let bones = seen.bones.iter().zip(&frame.bones);
+            out.named.extend(bones.filter_map(|(name, at)| Some((name.clone(), (*at)?))));
+        }
+        let places = recording.samples.first().map(|s| s.places.as_slice()).unwrap_or_default();
+        for (name, place) in recording.channels.iter().zip(places) {
+            // Points of an image, whose unit the file does not say, have no names of their own.
+            if let (Some([x, y, _]), Some(metres)) = (place, recording.metres) {
+                let x = if out.mirrored { -x } else { *x };
+                out.named.entry(name.clone()).or_insert(Point::new(x * metres, y * metres));
             }
         }
-        out.contour = contour.into_iter().flatten().map(|m| m.at).collect();
-        Ok(out)
+        Ok(out.facing_left())
+    }
+
+    /// With x turned round where the mental spine lies behind the hyoid.
+    fn facing_left(mut self) -> Self {
+        let bones = self.named.get(MANDIBLE).zip(self.named.get(HYOID));
+        if bones.is_some_and(|(spine, hyoid)| spine.x > hyoid.x) {
+            self.turn_round();
+        }
+        self
+    }
+
+    fn turn_round(&mut self) {
+        self.mirrored = !self.mirrored;
+        self.named.values_mut().chain(&mut self.contour).for_each(|p| p.x = -p.x);
+    }
+
+    /// With the contour that another file holds of the same posture: its curve, or else all of its points. It looks the way that these
+    /// landmarks look.
+    pub fn with_contour(mut self, mut drawn: Self) -> Self {
+        if drawn.mirrored != self.mirrored {
+            drawn.turn_round();
+        }
+        self.contour = match drawn.contour.is_empty() {
+            true => {
+                let mut points: Vec<(String, Point)> = drawn.named.into_iter().collect();
+                points.sort_by_key(|(name, _)| number(name));
+                points.into_iter().map(|(_, at)| at).collect()
+            }
+            false => drawn.contour,
+        };
+        self
+    }
+
+    /// Names that say nothing of a body: neither its bones nor points of the contour.
+    pub fn unused(&self, body: &Body<2>) -> Vec<&str> {
+        let is_contour = |n: &str| n.strip_prefix("tongue_").is_some_and(|n| n.parse::<u32>().is_ok());
+        let names = self.named.keys().map(String::as_str);
+        names
+            .filter(|n| !is_contour(n) && ![MANDIBLE, HYOID].contains(n) && body.bone(n).is_empty())
+            .collect()
     }
 
     fn from_markups(bytes: &[u8], origin: &str) -> Result<Self, LandmarkError> {
@@ -138,4 +187,10 @@ impl Landmarks {
         }
         Ok(out)
     }
+}
+
+/// The number that a name ends in, so that p10 comes after p9.
+fn number(name: &str) -> u64 {
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    name.get(stem..).and_then(|digits| digits.parse().ok()).unwrap_or(0)
 }

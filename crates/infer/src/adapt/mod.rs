@@ -5,6 +5,7 @@
 //! neighbours move together) and a price on cells that shrink or grow; where a cell would still fold the change is refused and the
 //! similarity is the answer.
 
+mod coils;
 mod joint;
 mod landmarks;
 mod least_squares;
@@ -13,9 +14,10 @@ mod prior;
 mod rest;
 mod speaker;
 
+pub use coils::{Coils, PlacedByCoils};
 pub use joint::{JointFit, JointSettings, joint};
 pub use landmarks::{LandmarkError, Landmarks};
-pub use place::{Coils, Placed, Sight};
+pub use place::{Placed, Sight};
 pub use prior::learned;
 pub use rest::{ControlPoints, Rest, RestError, resting};
 pub use speaker::{Basis, How, Speaker};

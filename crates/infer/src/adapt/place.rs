@@ -7,7 +7,7 @@
 //! how well frames are met afterwards says nothing about a placement. The turn stays open by some 9°, the shift by 5 mm and
 //! the scale by a tenth: whoever uses a placement has to count with that.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::track::Surface;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
@@ -25,23 +25,14 @@ const CONTOUR_SD_M: f64 = 3e-3;
 const SPINE_SD_M: f64 = 2.5e-3;
 /// Of the hyoid, m.
 const HYOID_SD_M: f64 = 5e-3;
-/// Of the turn from where the axes of the recording have it, rad: of contours, of coils.
-const TURN_SD: [f64; 2] = [20.0 * std::f64::consts::PI / 180.0, 15.0 * std::f64::consts::PI / 180.0];
+/// Of the turn from where the axes of the recording have it, rad.
+const TURN_SD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// Of the logarithm of the scale.
-const LN_SCALE_SD: [f64; 2] = [0.15, 0.10];
+const LN_SCALE_SD: f64 = 0.15;
 /// Turns from which the search begins, rad.
-const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
+pub(super) const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
 /// A shift of one unit of the search, m.
 const SHIFT_M: f64 = 10e-3;
-/// How far behind the tip the foremost coil is, and its standard deviation, m.
-const FIRST_COIL_M: [f64; 2] = [8e-3, 4e-3];
-/// The way along the surface from coil to coil is this much longer than the straight one between their mean places,
-const LONGER: f64 = 1.03;
-/// with this standard deviation, m.
-const GAP_SD_M: f64 = 2e-3;
-/// Standard deviation of the mean posture of coils about the shape at rest, the length over which neighbours move together, and what
-/// each coil does by itself, m.
-const POSTURE_M: [f64; 3] = [5e-3, 20e-3, 1e-3];
 /// Where on the surface a contour begins and how far before the tip it ends, m; only to begin the search.
 const SEEN_FROM_M: f64 = 8e-3;
 
@@ -56,23 +47,12 @@ pub struct Sight {
     pub hyoid: Option<Point>,
 }
 
-/// Mean places of coils, from the foremost to the rearmost, m.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Coils {
-    /// Where each is in the mean.
-    pub means: Vec<Point>,
-    /// How far behind the tip each is along the surface at rest, m, where that was measured.
-    pub behind: Vec<Option<f64>>,
-}
-
 /// Where a body was placed.
 #[derive(Debug, Clone)]
 pub struct Placed {
     /// Brings the body into the frame of the recording.
     pub similarity: Similarity,
-    /// How far behind the tip each coil is along the surface of the placed body, m; empty without coils.
-    pub behind: Vec<f64>,
-    /// Root mean square distance of the mean contour, or of the coils, from the body at rest, m.
+    /// Root mean square distance of the mean contour from the body at rest, m.
     pub rms_m: f64,
 }
 
@@ -128,7 +108,7 @@ impl Sight {
             self.contour.iter().map(one).collect()
         };
         let residuals = |x: &DVector<f64>| {
-            let similarity = similarity(x, 0);
+            let similarity = similarity(x);
             let mut out: Vec<f64> = distances(&similarity).iter().map(|d| d / CONTOUR_SD_M).collect();
             for (mark, seen, sd) in &bones {
                 let away = (similarity.place(*mark) - seen) / *sd;
@@ -146,106 +126,29 @@ impl Sight {
         let best = TURNS
             .iter()
             .filter_map(|turn| {
-                let start = started(*turn / TURN_SD[0], anchor, 0);
+                let start = started(*turn / TURN_SD, anchor);
                 minimise(start, &residuals, &|_| true, 1e-5, 1e-7)
             })
             .min_by(|a, b| a.residuals.norm_squared().total_cmp(&b.residuals.norm_squared()));
         let best = best
             .ok_or_else(|| RestError::Body("no place of it can be compared with what was seen".to_owned()))?;
-        let similarity = similarity(&best.x, 0);
+        let similarity = similarity(&best.x);
         let squares: f64 = distances(&similarity).iter().map(|d| d * d).sum();
         let rms_m = (squares / self.contour.len().max(1) as f64).sqrt();
-        Ok(Placed { similarity: exact(similarity, &bones, rms_m), behind: Vec::new(), rms_m })
-    }
-}
-
-impl Coils {
-    /// Places a body where coils were seen on it, with their places on its surface where these were not measured.
-    ///
-    /// # Errors
-    /// [`RestError::Body`]: a body without an outline, fewer than two coils.
-    pub fn place(&self, body: &Body<2>) -> Result<Placed, RestError> {
-        let count = self.means.len();
-        if count < 2 {
-            return Err(RestError::Body(format!(
-                "{count} coils were seen on the tongue; to place it at least two are needed"
-            )));
-        }
-        let surface = outline(body)?;
-        let measured = |i: usize| self.behind.get(i).copied().flatten();
-        // Coils after one another along the surface: the first behind the tip, the others behind the one before.
-        let expected: Vec<[f64; 2]> = (0..count)
-            .map(|i| match (measured(i), i.checked_sub(1)) {
-                (Some(at), _) => [at, GAP_SD_M / 4.0],
-                (None, None) => FIRST_COIL_M,
-                (None, Some(before)) => [LONGER * (self.means[i] - self.means[before]).norm(), GAP_SD_M],
-            })
-            .collect();
-        let places = |x: &DVector<f64>| -> Vec<f64> {
-            let mut at = 0.0;
-            (0..count)
-                .map(|i| {
-                    let by = expected[i][0] + expected[i][1] * x[4 + i];
-                    at = if measured(i).is_some() { by } else { at + by };
-                    at
-                })
-                .collect()
-        };
-        let on_body = |behind: f64, scale: f64| -> Point {
-            let at = (surface.tip - behind / scale).clamp(0.0, surface.curve.length());
-            surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
-        };
-        let away = |x: &DVector<f64>| -> (Vec<f64>, Vec<Point>) {
-            let (similarity, behind) = (similarity(x, 1), places(x));
-            let scale = similarity.scale();
-            let away = behind.iter().zip(&self.means);
-            let away = away.map(|(b, seen)| similarity.place(on_body(*b, scale)) - seen).collect();
-            (behind, away)
-        };
-        // The whitening of the posture is that of the expected places: neighbours stay neighbours.
-        let (at, _) = away(&DVector::zeros(4 + count));
-        let [sd, together, alone] = POSTURE_M;
-        let covariance = DMatrix::from_fn(count, count, |i, j| {
-            let apart = (at[i] - at[j]) / together;
-            sd * sd * (-0.5 * apart * apart).exp() + if i == j { alone * alone } else { 0.0 }
-        });
-        let factor = covariance.cholesky().ok_or_else(|| RestError::Body("coils coincide".to_owned()))?.l();
-        let residuals = |x: &DVector<f64>| {
-            let (_, away) = away(x);
-            let mut out = Vec::with_capacity(3 * count + 2);
-            for axis in 0..2 {
-                let column = DVector::from_iterator(count, away.iter().map(|a| a[axis]));
-                out.extend(factor.solve_lower_triangular(&column)?.iter().copied());
-            }
-            out.extend(x.iter().skip(2).copied());
-            Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
-        };
-        let middle: Point = at.iter().map(|b| on_body(*b, 1.0)).sum::<Point>() / count as f64;
-        let seen: Point = self.means.iter().sum::<Point>() / count as f64;
-        let best = TURNS
-            .iter()
-            .filter_map(|turn| {
-                let start = started(*turn / TURN_SD[1], (middle, seen), count);
-                minimise(start, &residuals, &|_| true, 1e-5, 1e-7)
-            })
-            .min_by(|a, b| a.residuals.norm_squared().total_cmp(&b.residuals.norm_squared()));
-        let best = best.ok_or_else(|| RestError::Body("its coils cannot be compared with it".to_owned()))?;
-        let (behind, away) = away(&best.x);
-        let rms_m = (away.iter().map(|a| a.norm_squared()).sum::<f64>() / count as f64).sqrt();
-        Ok(Placed { similarity: similarity(&best.x, 1), behind, rms_m })
+        Ok(Placed { similarity: exact(similarity, &bones, rms_m), rms_m })
     }
 }
 
 /// The similarity of a search's unknowns: two shifts, the turn and the logarithm of the scale over their standard deviations.
-fn similarity(x: &DVector<f64>, kind: usize) -> Similarity {
-    Similarity::new((LN_SCALE_SD[kind] * x[3]).exp(), TURN_SD[kind] * x[2], Point::new(x[0], x[1]) * SHIFT_M)
+fn similarity(x: &DVector<f64>) -> Similarity {
+    Similarity::new((LN_SCALE_SD * x[3]).exp(), TURN_SD * x[2], Point::new(x[0], x[1]) * SHIFT_M)
 }
 
-/// The unknowns at a turn (over its standard deviation) that bring a point of the body to where it is seen, and `more` behind them.
-fn started(turn: f64, (mark, seen): (Point, Point), more: usize) -> DVector<f64> {
-    let mut x = DVector::zeros(4 + more);
+/// The unknowns at a turn (over its standard deviation) that bring a point of the body to where it is seen.
+fn started(turn: f64, (mark, seen): (Point, Point)) -> DVector<f64> {
+    let mut x = DVector::zeros(4);
     x[2] = turn;
-    let shift = (seen - similarity(&x, usize::from(more > 0)).place(mark)) / SHIFT_M;
+    let shift = (seen - similarity(&x).place(mark)) / SHIFT_M;
     (x[0], x[1]) = (shift.x, shift.y);
     x
 }
@@ -257,7 +160,7 @@ fn exact(found: Similarity, bones: &[(Point, Point, f64)], rms_m: f64) -> Simila
     if same && !bones.is_empty() && rms_m <= SAME_M { Similarity::IDENTITY } else { found }
 }
 
-fn outline(body: &Body<2>) -> Result<Surface, RestError> {
+pub(super) fn outline(body: &Body<2>) -> Result<Surface, RestError> {
     Surface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))
 }
 
@@ -267,13 +170,13 @@ fn middle_of(surface: &Surface, body: &Body<2>) -> Point {
     (0..POINTS).map(point).sum::<Point>() / POINTS as f64
 }
 
-fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
+pub(super) fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
     let (sum, count) = points.fold((Point::zeros(), 0_usize), |(s, n), p| (s + p, n + 1));
     (count > 0).then(|| sum / count as f64)
 }
 
 /// So many points evenly along a polyline; `None` for fewer than two points that differ.
-fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
+pub(super) fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
     let steps: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
     let whole: f64 = steps.iter().sum();
     if points.len() < 2 || whole.is_nan() || whole <= 0.0 {
@@ -354,25 +257,5 @@ mod tests {
         assert!(apart(&found.similarity, &Similarity::IDENTITY, &body) < 0.1e-3);
         let told = Sight::default().place(&body).unwrap_err().to_string();
         assert!(told.contains("mental spine and the hyoid"), "{told}");
-    }
-
-    #[test]
-    fn coils_of_unknown_place_are_found_on_the_surface() {
-        let body = body();
-        let behind = [10e-3, 24e-3, 40e-3];
-        let truth = Similarity::new(0.95, 0.15, Point::new(-0.03, 0.02));
-        let means: Vec<Point> = behind.iter().map(|b| truth.place(on_surface(&body, b / 0.95))).collect();
-        let coils = Coils { means: means.clone(), behind: vec![None; 3] };
-        let found = coils.place(&body).unwrap();
-        assert!((found.similarity.angle() - 0.15).abs() < 0.1, "{found:?}");
-        assert!((found.similarity.scale() - 0.95).abs() < 0.1 && found.rms_m < 1.5e-3, "{found:?}");
-        for (a, b) in found.behind.iter().zip(behind) {
-            assert!((a - b).abs() < 5e-3, "{:?}", found.behind);
-        }
-        // Places that were measured are kept to half a millimetre.
-        let measured = Coils { means, behind: behind.map(Some).to_vec() }.place(&body).unwrap();
-        assert!(measured.behind.iter().zip(behind).all(|(a, b)| (a - b).abs() < 1e-3));
-        let told = Coils { means: vec![Point::zeros()], behind: vec![None] }.place(&body).unwrap_err();
-        assert!(told.to_string().contains("at least two"), "{told}");
     }
 }

@@ -107,6 +107,8 @@ pub struct Rest<'a> {
     weights: Vec<Vec<f64>>,
     /// Where the changed body is brought.
     pub similarity: Similarity,
+    /// Bones far from the tissue, such as the styloid, and where their marks are brought after that, m.
+    pub far: Vec<(String, Point)>,
 }
 
 impl<'a> Rest<'a> {
@@ -119,12 +121,22 @@ impl<'a> Rest<'a> {
         let plate = ThinPlate::new(&controls.points)
             .ok_or_else(|| RestError::Body("its control points lie in one line".to_owned()))?;
         let weights = body.mesh.nodes.iter().map(|p| plate.weights(*p)).collect();
-        Ok(Self { body, controls, weights, similarity })
+        Ok(Self { body, controls, weights, similarity, far: Vec::new() })
     }
 
     /// Number of unknowns: two a control point, x and y in turn.
     pub fn unknowns(&self) -> usize {
         2 * self.controls.points.len()
+    }
+
+    /// Of every node how it moves along an axis with independent numbers of standard deviation 1 that the displacements of the
+    /// control points along that axis are made of, m.
+    pub(super) fn by_independent(&self) -> Vec<DVector<f64>> {
+        let count = self.controls.points.len();
+        let root = self.controls.precision.clone().cholesky().map(|c| c.l().transpose());
+        let factor = root.and_then(|r| r.solve_upper_triangular(&DMatrix::identity(count, count)));
+        let factor = factor.unwrap_or_else(|| DMatrix::zeros(count, count));
+        self.weights.iter().map(|w| factor.tr_mul(&DVector::from_column_slice(w))).collect()
     }
 
     /// Where displacements (m, in the frame of the body before the similarity) bring a point.
@@ -142,6 +154,12 @@ impl<'a> Rest<'a> {
     pub fn body(&self, displacements: &DVector<f64>) -> Body<2> {
         let mut body = self.body.clone();
         body.mesh.nodes = self.changed(displacements).iter().map(|p| self.similarity.place(*p)).collect();
+        for (bone, to) in &self.far {
+            let by = mark_of(&body, bone).map_or_else(Point::zeros, |mark| to - mark);
+            for n in body.bone(bone).to_vec() {
+                body.mesh.nodes[n] += by;
+            }
+        }
         straighten(&mut body, &self.body.mesh.nodes);
         body.palate = None;
         body
@@ -214,16 +232,18 @@ fn straighten(body: &mut Body<2>, before: &[Point]) {
     }
 }
 
-/// The displacements with which the body at rest, with nothing pulling, meets contour points (m) best.
+/// The displacements with which the body at rest, with nothing pulling, best meets contour points and the marks of bones (m).
 ///
 /// # Errors
 /// [`RestError::Folds`].
-pub fn resting(rest: &Rest<'_>, contour: &[Mark]) -> Result<DVector<f64>, RestError> {
+pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Result<DVector<f64>, RestError> {
     let residuals = |d: &DVector<f64>| {
         let body = rest.body(d);
         let surface = Surface::of(&body)?;
         let away = |m: &Mark| Contour::new(surface.curve.clone(), m.at).value(&body.mesh.nodes) / m.sd;
-        let seen = contour.iter().map(away).chain(rest.price(d).iter().copied()).collect();
+        let bone = |(name, seen): &(&str, Mark)| Some((mark_of(&body, name)? - seen.at) / seen.sd);
+        let bones = bones.iter().filter_map(bone).flat_map(|away| [away.x, away.y]);
+        let seen = contour.iter().map(away).chain(bones).chain(rest.price(d).iter().copied()).collect();
         Some(DVector::from_vec(seen)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
     };
     let none = || RestError::Body("it has no outline".to_owned());

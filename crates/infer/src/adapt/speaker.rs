@@ -3,15 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use crate::track::{self, Followed, Prior, Surface};
-use tongue_core::body::{Anatomy, Body};
+use tongue_core::body::{Anatomy, Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::parallel;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::recording::{Mark, Seen};
 
 use super::{
-    Adaptation, JointFit, JointSettings, Landmarks, Rest, RestError, by_bones, followed, joint, learned,
-    resting,
+    Adaptation, JointFit, JointSettings, Landmarks, Rest, RestError, Sight, by_bones, followed, joint,
+    learned, resting,
 };
 
 /// How the rest shape is found.
@@ -58,8 +58,42 @@ pub struct Speaker {
     pub rms_m: Option<f64>,
     /// What has to be known: what was refused, what is missing.
     pub notes: Vec<String>,
-    /// The anatomy file, where the changed anatomy is one.
-    pub anatomy: Option<String>,
+}
+
+/// A cell that keeps less of its area, a muscle that becomes longer or shorter by more, a contour that is missed by more (m): such a
+/// body is not to be trusted.
+const TRUSTED_AREA: f64 = 0.5;
+const TRUSTED_STRETCH: f64 = 1.35;
+const TRUSTED_RMS_M: f64 = 1.5e-3;
+
+impl Speaker {
+    /// Why this body is not to be trusted; empty where nothing speaks against it. `before` is the body that it was made of.
+    pub fn doubts(&self, before: &Body<2>) -> Vec<String> {
+        let mut out = Vec::new();
+        if self.least_area_ratio < TRUSTED_AREA {
+            out.push(format!(
+                "a cell keeps {:.0} % of its area, where a speaker's tongue keeps {:.0}",
+                100.0 * self.least_area_ratio,
+                100.0 * TRUSTED_AREA
+            ));
+        }
+        // Against the body turned and scaled only.
+        let scale = self.similarity.scale();
+        let changes = before.mesh.muscles.iter().zip(&self.body.mesh.muscles).map(|(a, b)| {
+            let ratio = self.body.mesh.distance(b.ends()) / (scale * before.mesh.distance(a.ends()));
+            (a.name.as_str(), ratio)
+        });
+        let most = changes.max_by(|a, b| a.1.ln().abs().total_cmp(&b.1.ln().abs()));
+        if let Some((muscle, ratio)) = most.filter(|(_, r)| r.ln().abs() > TRUSTED_STRETCH.ln()) {
+            out.push(format!(
+                "{muscle} becomes {ratio:.2} times as long as in the body turned and scaled only"
+            ));
+        }
+        if let Some(rms) = self.rms_m.filter(|r| *r > TRUSTED_RMS_M) {
+            out.push(format!("the contour is missed by {:.1} mm (RMS)", rms * 1e3));
+        }
+        out
+    }
 }
 
 /// What is adapted, and on what assumptions.
@@ -153,30 +187,40 @@ impl Basis<'_> {
     /// [`RestError::Body`]: the mental spine or the hyoid is missing.
     pub fn to_landmarks(&self, landmarks: &Landmarks) -> Result<Speaker, RestError> {
         let at = |bone: &str| landmarks.named.get(bone).copied();
-        let similarity = by_bones(self.body, at).ok_or_else(|| {
+        let by_landmarks = by_bones(self.body, at);
+        if landmarks.contour.len() < 3 && by_landmarks.is_none() {
             let known: Vec<&str> = landmarks.named.keys().map(String::as_str).collect();
-            RestError::Body(format!(
-                "it needs the landmarks \"mental_spine\" and \"hyoid\", apart from each other (given: {})",
+            return Err(RestError::Body(format!(
+                "it needs the landmarks \"mental_spine\" and \"hyoid\", apart from each other (given: {}), or a contour",
                 if known.is_empty() { "none".to_owned() } else { known.join(", ") }
-            ))
-        })?;
-        let rest = Rest::new(self.body, similarity)?;
+            )));
+        }
+        // A contour that is the body's own changes nothing, not even by the rounding of a curve through nodes.
+        let own = by_landmarks.as_ref().is_some_and(|similarity| {
+            let anatomy = self.anatomy.map(|a| a.outline());
+            let is_on = |p: &Point| anatomy.is_some_and(|o| o.nearest(similarity.back(*p)).1 < ON_OUTLINE_M);
+            landmarks.contour.iter().all(is_on)
+        });
+        let similarity = match (by_landmarks, landmarks.contour.len()) {
+            (Some(similarity), 0..3) => similarity,
+            (Some(similarity), _) if own => similarity,
+            _ => Sight::drawn(&landmarks.contour, at(MANDIBLE), at(HYOID)).place(self.body)?.similarity,
+        };
+        let mut rest = Rest::new(self.body, similarity)?;
+        let is_far = |n: &str| ![MANDIBLE, HYOID].contains(&n) && !self.body.bone(n).is_empty();
+        let far = landmarks.named.iter().filter(|(name, _)| is_far(name));
+        rest.far = far.map(|(name, at)| (name.clone(), *at)).collect();
+        let bones =
+            LANDMARK_SD_M.iter().filter_map(|(name, sd)| Some((*name, Mark { at: at(name)?, sd: *sd })));
+        let bones: Vec<(&str, Mark)> = bones.collect();
         let none = nalgebra::DVector::zeros(rest.unknowns());
         let followed = followed(&rest.body(&none), &landmarks.named.keys().cloned().collect::<Vec<_>>());
         let marks: Vec<Mark> = landmarks.contour.iter().map(|&at| Mark { at, sd: CONTOUR_SD_M }).collect();
-        // A contour that is the body's own changes nothing, not even by the rounding of a curve through nodes.
-        let own = self.anatomy.is_some_and(|a| {
-            let back = Similarity::between(
-                &[similarity.place(Point::zeros()), similarity.place(Point::x())],
-                &[Point::zeros(), Point::x()],
-            );
-            back.is_some_and(|b| marks.iter().all(|m| a.outline().nearest(b.place(m.at)).1 < ON_OUTLINE_M))
-        });
         let mut notes = Vec::new();
         let (displacements, how) = match marks.len() {
             0..3 => (none, How::Similarity),
             _ if own => (none, How::Contour),
-            _ => match resting(&rest, &marks) {
+            _ => match resting(&rest, &marks, &bones) {
                 Ok(found) => (found, How::Contour),
                 Err(refused @ RestError::Folds { .. }) => {
                     notes.push(format!("{refused}; the body is turned, scaled and shifted only"));
@@ -190,6 +234,13 @@ impl Basis<'_> {
             let squares = marks.iter().map(|m| surface.distance(m.at, &body.mesh.nodes).powi(2)).sum::<f64>();
             (squares / marks.len() as f64).sqrt()
         });
+        let unused = landmarks.unused(self.body);
+        if !unused.is_empty() {
+            notes.push(format!(
+                "these landmarks are not used, since the body has no bone of their name: {}",
+                unused.join(", ")
+            ));
+        }
         let mut out = self.speaker(&rest, &displacements, followed, self.prior.clone(), how, rms_m);
         out.notes.extend(notes);
         Ok(out)
@@ -205,26 +256,14 @@ impl Basis<'_> {
         rms_m: Option<f64>,
     ) -> Speaker {
         let mut body = rest.body(displacements);
-        let same = rest.similarity == Similarity::IDENTITY && displacements.iter().all(|d| *d == 0.0);
+        let same = rest.similarity == Similarity::IDENTITY
+            && rest.far.is_empty()
+            && displacements.iter().all(|d| *d == 0.0);
         body.what =
             if same { self.body.what.clone() } else { format!("{}, adapted to a speaker", self.body.what) };
         if same {
             body.palate.clone_from(&self.body.palate);
         }
-        let mut notes = Vec::new();
-        let anatomy = self.anatomy.and_then(|anatomy| {
-            let text = anatomy_text(anatomy, |p| rest.place(p, displacements));
-            match Anatomy::from_toml(&text, "the adapted anatomy") {
-                Ok(_) => Some(text),
-                Err(error) => {
-                    notes.push(format!(
-                        "the changed anatomy is no anatomy file, because its lines must be straight ({}); take the body (.json)",
-                        error.problem
-                    ));
-                    None
-                }
-            }
-        });
         Speaker {
             least_area_ratio: rest.least_area_ratio(displacements),
             body,
@@ -233,8 +272,7 @@ impl Basis<'_> {
             how,
             similarity: rest.similarity,
             rms_m,
-            notes,
-            anatomy,
+            notes: Vec::new(),
         }
     }
 
@@ -298,8 +336,10 @@ impl Basis<'_> {
     }
 }
 
-/// Standard deviation of a drawn contour, m.
+/// Standard deviation of a drawn contour, and of landmarks on bones that are there at rest: the mental spine, and the hyoid, which is
+/// carried about by the neck, m.
 const CONTOUR_SD_M: f64 = 0.5e-3;
+const LANDMARK_SD_M: [(&str, f64); 2] = [(MANDIBLE, 1e-3), (HYOID, 5e-3)];
 
 /// The median place of a bone over all frames of recordings.
 pub(super) fn median(seen: &[&Seen], bone: &str) -> Option<Point> {
@@ -350,32 +390,6 @@ fn chosen(seen: &[&Seen], hide: &[String], most: usize) -> Vec<(Seen, Vec<usize>
             ((*s).clone(), taken.collect())
         })
         .collect()
-}
-
-/// An anatomy file whose points are carried away, in millimetres to the nanometre.
-fn anatomy_text(anatomy: &Anatomy, place: impl Fn(Point) -> Point) -> String {
-    use std::fmt::Write as _;
-    let mm = |p: Point| {
-        let p = place(p);
-        let round = |v: f64| (v * 1e9).round() / 1e6;
-        format!("[{:?}, {:?}]", round(p.x), round(p.y))
-    };
-    let mut text =
-        "# Made by `tongue-fit adapt`. Millimetres; x to the back of the head, y up.\noutline = [\n"
-            .to_owned();
-    for p in anatomy.outline().points() {
-        let _ = writeln!(text, "  {},", mm(*p));
-    }
-    text += "]\n\n[muscles]\n";
-    for m in anatomy.muscles() {
-        let _ = writeln!(text, "{:?} = [{}, {}]", m.name, mm(m.ends[0]), mm(m.ends[1]));
-    }
-    text += "\n[bones]\n";
-    for b in anatomy.bones() {
-        let points: Vec<String> = b.points.iter().map(|p| mm(*p)).collect();
-        let _ = writeln!(text, "{:?} = [{}]", b.name, points.join(", "));
-    }
-    text
 }
 
 impl Speaker {

@@ -1,6 +1,8 @@
 //! Picture of a body in the plane: tissue at rest and deformed, muscles with their names, bones, and the
 //! palate if there is one.
 
+use std::fmt::Write as _;
+
 use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, View};
@@ -42,6 +44,8 @@ pub struct SectionPicture<'a> {
     pub tensions: &'a [f64],
     /// The palate, m; empty without one.
     pub palate: &'a [SVector<f64, 2>],
+    /// What was seen of the body, m: dots.
+    pub seen: &'a [SVector<f64, 2>],
     /// Whether the body can touch the palate; otherwise it is for orientation.
     pub contact: bool,
     /// Whether the tissue is coloured by its largest principal stretch.
@@ -65,7 +69,7 @@ pub struct SectionPicture<'a> {
 /// position that is not finite, [`ReportError::Number`] for a node that the mesh does not have or for a wrong
 /// number of tensions.
 pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
-    let SectionPicture { mesh, positions, tensions, palate, contact, stretch, grey, title } = *section;
+    let SectionPicture { mesh, positions, tensions, palate, seen, contact, stretch, grey, title } = *section;
     check(mesh, positions, tensions)?;
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
     let view = View::new(frame(mesh, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
@@ -79,6 +83,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
         places_of_moved_bones(&mut svg, &view, mesh, positions);
     }
     let arrows = muscles(&mut svg, &view, mesh, positions, tensions);
+    dots(&mut svg, &view, seen);
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
     let palate = (!palate.is_empty()).then_some(contact);
     let seen = Seen { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
@@ -88,6 +93,18 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     }
     let height = key(&mut svg, &seen, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
+}
+
+/// Points that were seen, as far as they lie in view.
+pub(super) fn dots(svg: &mut Svg, view: &View, seen: &[SVector<f64, 2>]) {
+    let end = view.end();
+    let inside = |p: &[f64; 2]| p[0] > LEFT && p[0] < end[0] && p[1] > 0.0 && p[1] < end[1];
+    for [x, y] in seen.iter().map(|p| view.place(p)).filter(inside) {
+        let _ = write!(
+            svg.elements,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\" fill=\"{INK}\" stroke=\"#ffffff\" stroke-width=\"1.5\"/>"
+        );
+    }
 }
 
 /// Checks all numbers and positions that are drawn.

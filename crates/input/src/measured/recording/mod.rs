@@ -13,6 +13,7 @@
 //! | MVIEW's structures (MATLAB 5 `.mat`) | electromagnetic sensors (HPRC) | mm |
 //! | DeepLabCut (`.csv`) | keypoints with their likelihood | pixels |
 //! | EdgeTrak (`.con`) | contours of ultrasound | pixels |
+//! | active shape models (`.pts`) | landmarks of one image | pixels |
 //!
 //! ```text
 //! bytes -> Recording (channels by name, in the axes and unit of the file) -> Map -> Seen (points of the
@@ -33,6 +34,7 @@ mod mocha;
 mod mview;
 mod names;
 mod numbers;
+mod pts;
 mod screen;
 mod seen;
 mod template;
@@ -78,11 +80,13 @@ pub enum Format {
     Mview,
     /// DeepLabCut's tables.
     DeepLabCut,
+    /// Landmarks of active shape models.
+    Pts,
 }
 
 impl Format {
     /// The names on a command line.
-    pub const NAMES: [(&'static str, Format); 9] = [
+    pub const NAMES: [(&'static str, Format); 10] = [
         ("aaa", Format::Aaa),
         ("csv", Format::Tidy),
         ("pos", Format::Ag50x),
@@ -92,6 +96,7 @@ impl Format {
         ("txy", Format::Microbeam),
         ("mat", Format::Mview),
         ("dlc", Format::DeepLabCut),
+        ("pts", Format::Pts),
     ];
 
     /// The format of a file by its content, or else by its name.
@@ -117,7 +122,9 @@ impl Format {
         match () {
             () if has(b"Time of sample") || has(b"X0 ") => Self::Aaa,
             () if line.starts_with(b"scorer,") => Self::DeepLabCut,
+            () if pts::is_head(line) => Self::Pts,
             () if fan::is_row(&String::from_utf8_lossy(line)) => Self::AaaFan,
+            () if ends("pts") => Self::Pts,
             () if ends("txy") => Self::Microbeam,
             () if ends("mat") => Self::Mview,
             () if ends("pos") => Self::Ag50x,
@@ -223,6 +230,7 @@ impl Recording {
             Format::Microbeam => txy::read(bytes, origin).map(|r| vec![r]),
             Format::Mview => mview::read(bytes, origin),
             Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
+            Format::Pts => pts::read(bytes, origin).map(|r| vec![r]),
         }?;
         match found.iter().any(|r| !r.samples.is_empty()) {
             true => Ok(found),

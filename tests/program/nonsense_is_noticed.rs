@@ -1,0 +1,146 @@
+//! What cannot be right in recordings, landmarks and tables is told by the program once, with what to do, and good inputs are not suspected.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use assert_cmd::cargo::cargo_bin;
+
+const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv");
+
+fn run(folder: &Path, arguments: &str) -> Output {
+    let arguments = arguments.split(' ').map(|a| if a == "RECORDING" { RECORDING } else { a });
+    Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+/// The message with which a command is refused; it leaves nothing in its folder.
+fn refused(folder: &Path, arguments: &str) -> String {
+    let output = run(folder, &format!("{arguments} --out refused"));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{arguments}: {told}");
+    assert!(output.stdout.is_empty() && !told.contains("panicked"), "{told}");
+    let left = fs::read_dir(folder.join("refused")).map_or(0, Iterator::count);
+    assert_eq!(left, 0, "{arguments} left files behind");
+    // Lines are broken for the terminal.
+    told.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ")
+}
+
+/// The built-in recording as a tidy table, each coordinate changed.
+fn tidy(change: impl Fn(usize, f64, f64) -> [f64; 2]) -> String {
+    let text = fs::read_to_string(RECORDING).unwrap();
+    let mut rows = text.lines().map(|l| l.split('\t').collect::<Vec<_>>());
+    let header = rows.next().unwrap();
+    let names = |column: usize| match header[column].trim_start_matches(['X']).split_once(' ') {
+        Some((n, "DLC_Tongue")) => Some(format!("tongue_{n}")),
+        Some(("0", "DLC_HyoidMandible")) => Some("hyoid".to_owned()),
+        Some(("1", "DLC_HyoidMandible")) => Some("mental_spine".to_owned()),
+        _ => None,
+    };
+    let mut out = "recording,time_s,point,x_mm,y_mm\n".to_owned();
+    for (nth, row) in rows.enumerate() {
+        for column in (4..header.len()).step_by(2).filter(|c| header[*c].starts_with('X')) {
+            let Some(name) = names(column) else { continue };
+            let [x, y] = change(nth, row[column].parse().unwrap(), row[column + 1].parse().unwrap());
+            out += &format!("{},{},{name},{x},{y}\n", row[3], row[2]);
+        }
+    }
+    out
+}
+
+#[test]
+fn recordings_that_cannot_be_right_are_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let write = |name: &str, text: &str| fs::write(at.join(name), text).unwrap();
+    write("large.csv", &tidy(|_, x, y| [10.0 * x, 10.0 * y]));
+    write("small.csv", &tidy(|_, x, y| [0.1 * x, 0.1 * y]));
+    write("far.csv", &tidy(|_, x, y| [x, y + 40.0]));
+    let two = fs::read_to_string(RECORDING).unwrap().replacen("synthetic\t", "other\t", 1);
+    write("two.tsv", &two);
+    for (arguments, told) in [
+        ("track large.csv", "unit_mm"),
+        ("track small.csv", "unit_mm"),
+        ("adapt large.csv --rest similarity", "unit_mm"),
+        ("track far.csv --as-is", "not in the body's frame"),
+        ("track two.tsv", "are of 2 speakers (other, synthetic)"),
+        ("track two.tsv --speaker nobody", "no recording is of this speaker"),
+        ("batch --vowels q --draws 0", "q"),
+    ] {
+        let said = refused(at, arguments);
+        assert!(said.contains(told), "{arguments}: {said}");
+    }
+}
+
+#[test]
+fn frames_that_no_tongue_can_reach_give_no_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // The spine and the hyoid are where the body has them, and the contour is 25 mm above the dorsum.
+    let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
+    for frame in 0..4 {
+        text += &format!("{0},mental_spine,0,0\n{0},hyoid,37.6,-3.1\n", 0.0125 * f64::from(frame));
+        for point in 0..11 {
+            let angle = 0.2 + 0.25 * f64::from(point);
+            let (x, y) = (18.0 + 45.0 * angle.cos(), 20.0 + 55.0 * angle.sin());
+            text += &format!("{},tongue_{point},{x:.2},{y:.2}\n", 0.0125 * f64::from(frame));
+        }
+    }
+    fs::write(at.join("high.csv"), text).unwrap();
+    let said = refused(at, "track high.csv --as-is --frames 0");
+    assert!(said.contains("cannot be reached by this body") && said.contains("adapt"), "{said}");
+}
+
+#[test]
+fn landmarks_of_no_tongue_are_refused_or_end_with_3() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("cm.csv"), "point,x_mm,y_mm\nmental_spine,0,0\nhyoid,3.76,-0.31\n").unwrap();
+    let said = refused(at, "adapt --landmarks cm.csv");
+    assert!(said.contains("0.100 times as large") && said.contains("unit"), "{said}");
+    // A contour in the floor of the mouth.
+    fs::write(at.join("bones.csv"), "point,x_mm,y_mm\nmental_spine,0,0\nhyoid,37.6,-3.1\n").unwrap();
+    let below: String = (0..9).map(|i| format!("p{i},{},{}\n", 45 - 6 * i, -10 - (i % 2) * 3)).collect();
+    fs::write(at.join("below.csv"), format!("point,x_mm,y_mm\n{below}")).unwrap();
+    let output = run(at, "adapt --landmarks bones.csv --contour below.csv --out body");
+    let told = String::from_utf8(output.stderr).unwrap();
+    match output.status.code() {
+        Some(3) => assert!(told.contains("not to be trusted"), "{told}"),
+        code => assert_eq!(code, Some(1), "{told}"),
+    }
+}
+
+#[test]
+fn lengths_that_no_muscle_can_have_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let good = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/takano2007_lengths.csv");
+    let table = fs::read_to_string(good).unwrap();
+    let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let column = header.iter().position(|c| c.starts_with("GGp")).unwrap();
+    let changed = table.lines().map(|line| {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        if cells.iter().take(3).any(|c| *c == "S2") && cells.iter().take(3).any(|c| *c == "a") {
+            cells[column] = "150";
+        }
+        cells.join(",") + "\n"
+    });
+    fs::write(at.join("odd.csv"), changed.collect::<String>()).unwrap();
+    let said = refused(at, "--lengths odd.csv --subject S2 --vowel a --target stretch");
+    assert!(said.contains("GGp") && said.contains("1.7"), "{said}");
+}
+
+#[test]
+fn a_refused_recording_leaves_no_journal_and_a_good_one_is_not_suspected() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    refused(at, "track RECORDING --muscles GGa,GGa");
+    refused(at, "track RECORDING --hold-out 99");
+    refused(at, "track RECORDING --free-bone jaw");
+    refused(at, "track RECORDING --palate nowhere.csv");
+    let output = run(at, "track RECORDING --rest similarity --frames 0 --out good");
+    let told = String::from_utf8(output.stderr).unwrap();
+    for word in ["upside down", "exchanged", "follow one another", "faster than", "unit", "very same place"] {
+        assert!(!told.contains(word), "{told}");
+    }
+    assert!(!at.join("good/track.journal").exists());
+}
