@@ -5,8 +5,8 @@
 //! per metre of thickness) or in space (`D = 3`). At equilibrium its free nodes minimise the potential energy
 //! ```text
 //! E(x; F) =  sum over connections         1/2 k (l - l0)²            tissue (Kelvin-Voigt at rest)
-//! +  sum over muscle connections  F (l - l0)                 tension F >= 0 of the contractile element
-//! +  sum over cells               1/2 kappa ((S - S0)/S0)²   near-incompressible triangles or tetrahedra
+//!         +  sum over muscle connections  F (l - l0)                 tension F >= 0 of the contractile element
+//!         +  sum over cells               1/2 kappa ((S - S0)/S0)²   near-incompressible triangles or tetrahedra
 //! ```
 //!
 //! and the inverse problem is to find the tensions `F` whose muscle lengths (straight distances between a
@@ -19,16 +19,15 @@
 //! targets/*.csv            -> measured     tables of lengths: which muscles contract, what to fit
 //! anatomy or Gmsh file     -> body         nodes, cells, named muscles, named bones
 //! E, nu, rho, eta          -> material     coefficients by stiffness matching, laws
-//! body + material          -> system       only the effects that are needed; unknowns and sparsity, made
-//! once system + tensions        -> statics      Newton's method on a sparse block Cholesky; the branch of
-//! equilibria from rest system + tensions(t)     -> dynamics     masses, dampers, three-element muscles over
-//! time; integrators behind one trait measurements             -> observe      lengths, ratios, stretches,
-//! points, contours: value, gradient, standard deviation system + observations    -> inverse      tensions,
-//! displaced bones, constants: Nelder-Mead, Gauss-Newton, what the data leave undetermined body + recording
-//! -> adapt        a speaker's body; track: tensions over time from contours, sensors and bones body + tract
-//! -> heard        areas, formants and their derivatives by the nodes, a voice any result               ->
-//! report       JSON, CSV, SVG, VTU, MSH, .sto a file                   -> scene        loads and wanted
-//! results; nothing else is computed
+//! body + material          -> system       only the needed effects; unknowns and sparsity, made once
+//! system + tensions        -> statics      Newton's method on a sparse block Cholesky; the branch from rest
+//! system + tensions(t)     -> dynamics     masses, dampers, three-element muscles over time; integrators
+//! measurements             -> observe      lengths, ratios, stretches, points, contours and their gradients
+//! system + observations    -> inverse      tensions, displaced bones, constants; what is undetermined
+//! body + recording         -> adapt        a speaker's body; track: tensions over time from recordings
+//! body + tract             -> heard        areas, formants and their derivatives by the nodes, a voice
+//! any result               -> report       JSON, CSV, SVG, VTU, MSH, .sto
+//! a file                   -> scene        loads and wanted results; nothing else is computed
 //! ```
 //! [`simulation`] is the interface to all of it by the names of muscles and bones.
 //!
@@ -36,9 +35,9 @@
 //! ```
 //! use tongue_fit::prelude::*;
 //!
-//! let target = Dataset::reference()?.stretches("S2", "a")?; // which muscles shortened in /a/, and by how
-//! much let body = Body::tongue(5.5 * MM)?; // or AnyBody::read("my.msh".as_ref(), Unit::Mm)?.flat()? let
-//! model = Model::default().assemble(&body, target.active_names())?; // these muscles can contract
+//! let target = Dataset::reference()?.stretches("S2", "a")?; // which muscles shortened in /a/, and by how much
+//! let body = Body::tongue(5.5 * MM)?; // or AnyBody::read("my.msh".as_ref(), Unit::Mm)?.flat()?
+//! let model = Model::default().assemble(&body, target.active_names())?; // these muscles can contract
 //!
 //! let shape = model.solver().follow_from_rest(&[("GGa", 12.0), ("HGa", 4.5)])?; // N per metre of thickness
 //! println!("GGa: {:.3} of its length at rest, {:?}", shape.stretch("GGa")?, shape.solution.status);

@@ -28,11 +28,11 @@ const TOLD: f64 = 5e-4;
 #[group(skip)]
 #[command(next_help_heading = "Posterior")]
 pub struct Arguments {
-    /// Number of draws from the posterior of the tensions: it uses all measured stretches, every muscle may
-    /// pull, and baseline posture, hyoid, anatomy, constants and the model's own error contribute. Its
-    /// premises are those of --priors, not those of the fit (--tone, --hyoid, --poisson-ratio, --muscles). An
-    /// interval needs 400 effective draws: 1000 draws have them, fewer than 500 seldom do; for a continuum or
-    /// --tissue fe take 2000
+    /// Number of draws from the posterior of the tensions. It uses all measured stretches, lets every muscle
+    /// pull, and includes baseline posture, hyoid, anatomy, constants and the model's own error. Its premises
+    /// are --priors, not those of the fit (--tone, --hyoid, --muscles, --poisson-ratio). An interval needs
+    /// 400 effective draws: 1000 draws have them, fewer than 500 seldom do; for a continuum or --tissue fe
+    /// take 2000
     #[arg(long, value_name = "N")]
     posterior: Option<usize>,
     /// Priors of the posterior (TOML) instead of the built-in ones, which `tongue-fit priors` prints

@@ -4,13 +4,11 @@
 //! the last bit.
 //!
 //! ```text
-//! Model::default().assemble(&body, ["GGa", ..]) -> Assembly   the body ready to be solved; cheap to clone,
-//! shared by threads
+//! Model::default().assemble(&body, ["GGa", ..]) -> Assembly   the body ready to be solved; threads share it
 //!     .solver()            -> Solver      one a thread        .equilibrium(&[("GGa", 12.0)]) -> Shape
 //!     .trajectory(..)      -> Trajectory  the motion there
 //!     .stretch("GGa")      -> an observable; with what was measured an Observation
-//! InverseProblem::new(&model, observations).fit() -> Estimate    tensions, displaced bones and constants
-//! that fit
+//!     InverseProblem::new(&model, observations).fit() -> Estimate    fitted tensions, bones and constants
 //! ```
 //! An [`SimulationError`] is a wrong name or number, reported before anything is solved. A failure of a solve, motion
 //! or fit is a status of its result.
@@ -25,8 +23,10 @@
 //! let shape = model.solver().equilibrium(&[("GGa", 12.0), ("HGa", 4.5)])?;
 //! // Both lengths as measured to 1 mm, with the hyoid at its place at rest to within 2 mm:
 //! let observations: Vec<_> = ["GGa", "HGa"].into_iter()
-//! .map(|name| Ok(Observation::new(model.length(name)?,
-//! shape.length(name)?).with_standard_deviation(0.3e-3)))
+//!     .map(|name| {
+//!         let seen = Observation::new(model.length(name)?, shape.length(name)?);
+//!         Ok(seen.with_standard_deviation(0.3e-3))
+//!     })
 //!     .collect::<Result<_, Box<dyn std::error::Error>>>()?;
 //! let estimate = InverseProblem::new(&model, observations)
 //!     .free_bone("hyoid", 10e-3)?

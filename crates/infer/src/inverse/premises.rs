@@ -7,7 +7,7 @@
 //!
 //! ```text
 //! minimise  sum over shorter (s - s_measured)²  +  sum over the others max(0, 1 - s)²
-//! +  sum over shorter (σ/σ_F)² (F - F0)²  +  (σ/σ_d)² |d|²           σ = 0.01, σ_F = 17 N/m, σ_d = 5 mm
+//!           +  sum over shorter (σ/σ_F)² (F - F0)²  +  (σ/σ_d)² |d|²           σ = 0.01, σ_F = 17 N/m, σ_d = 5 mm
 //! ```
 //!
 //! The second sum is the signs of the changes, which constrain `d`, and the last two are priors. Their

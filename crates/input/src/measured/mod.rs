@@ -1,8 +1,7 @@
 //! Targets of fits: measured muscle lengths, which muscles contract, and the numbers to match.
 //!
 //! ```text
-//! targets/*.csv -> Dataset -> which muscles shortened -> Target (ratios or stretches) -> observations of a
-//! body
+//! targets/*.csv -> Dataset -> shortened muscles -> Target (ratios or stretches) -> observations
 //! ```
 //!
 //! The built-in lengths are those of Takano and Honda (2007), printed in table 4.4 of the thesis (Kato 2014)

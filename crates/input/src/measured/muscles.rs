@@ -97,10 +97,10 @@ impl Muscles {
     /// # Example
     /// ```
     /// let muscles = tongue_input::measured::muscles::Muscles::reference()?;
-    /// let [gga, mine] = &muscles.of(&["GGa".to_owned(), "mylohyoid".to_owned()])[..] else { unreachable!()
-    /// }; assert_eq!((gga.full_name.as_str(), gga.capacity_n), ("genioglossus, anterior", Some(18.0)));
-    /// assert_eq!((mine.group.as_str(), mine.capacity_n), ("mylohyoid", None)); assert_ne!(gga.colour,
-    /// mine.colour);
+    /// let [gga, mine] = &muscles.of(&["GGa".to_owned(), "mylohyoid".to_owned()])[..] else { unreachable!() };
+    /// assert_eq!((gga.full_name.as_str(), gga.capacity_n), ("genioglossus, anterior", Some(18.0)));
+    /// assert_eq!((mine.group.as_str(), mine.capacity_n), ("mylohyoid", None));
+    /// assert_ne!(gga.colour, mine.colour);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn of(&self, names: &[String]) -> Vec<MuscleInfo> {

@@ -32,8 +32,9 @@
 //! let lanes = Lanes::new(&system);
 //!
 //! // A hundred draws around the shape of one load, each from that shape.
-//! let middle = lanes.solve(&[Load::new(vec![12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0])],
-//! &Settings::default()); let draw = |i: usize| {
+//! let tensions = vec![12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
+//! let middle = lanes.solve(&[Load::new(tensions)], &Settings::default());
+//! let draw = |i: usize| {
 //!     let part = 1.0 + 0.0006 * (i as f64 - 50.0);
 //!     Load::new(vec![12.0 * part, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]).starting_at(&middle[0].positions)
 //! };
@@ -49,10 +50,10 @@
 //! let gga = &rates[0].as_ref().ok_or("no stable equilibrium")?[0];
 //! assert!(gga.by_tension[0] < 0.0, "m/N");
 //!
-//! // Chains that go on side by side, each from where it stands: the derivatives of a misfit by all tensions,
-//! one back-substitution each. let measured = 0.9 * system.length(system.rest(), 0); let shapes =
-//! group.solve(&[draw(10), draw(40), draw(60), draw(90)], &Settings::default()).to_vec(); let gradient =
-//! |shape: &Equilibrium<2>| {
+//! // Derivatives of a misfit by all tensions in four chains side by side, one back-substitution each.
+//! let measured = 0.9 * system.length(system.rest(), 0);
+//! let shapes = group.solve(&[draw(10), draw(40), draw(60), draw(90)], &Settings::default()).to_vec();
+//! let gradient = |shape: &Equilibrium<2>| {
 //!     let residual = system.length(&shape.positions, 0) - measured;
 //!     let mut by_node = vec![SVector::zeros(); shape.positions.len()];
 //!     length_gradient(&system, &shape.positions, 0, residual, &mut by_node); // of residual²/2

@@ -16,8 +16,7 @@
 //! | active shape models (`.pts`) | landmarks of one image | pixels |
 //!
 //! ```text
-//! bytes -> Recording (channels by name, in the axes and unit of the file) -> Map -> Seen (points of the
-//! body, m)
+//! bytes -> Recording (channels by name, axes and unit of the file) -> Map -> Seen (points of the body, m)
 //! ```
 
 mod aaa;
