@@ -2,8 +2,7 @@
 //!
 //! A generic function is compiled in the crate that first calls it, with the optimisation of that crate. The
 //! crates that read, write and print are not optimised, so computations are called through `Entries`:
-//! pointers to functions that were compiled here. A [`System`] contains them, because it can only be made
-//! here (`system_in_plane`, `system_in_space`).
+//! pointers to functions that were compiled here. A [`System`] contains them.
 
 use std::any::Any;
 
@@ -13,7 +12,7 @@ use crate::body::Mesh;
 use crate::dynamics::{
     self, Control, IntegrationMethod, Integrator, Motion, MotionError, MotionOutcome, Observer, State,
 };
-use crate::effect::Effect;
+use crate::effect::{Contact, Effect, Gravity};
 use crate::material::Coefficients;
 use crate::sparse::cholesky::NotPositiveDefinite;
 use crate::statics::{self, Settings, Solution, Trace, Workspace};
@@ -39,9 +38,17 @@ type Run<const D: usize> = fn(
 type MakeIntegrator<const D: usize> =
     fn(IntegrationMethod, &Motion<'_, D>, Control) -> Result<Box<dyn Integrator<D>>, MotionError>;
 
+type Build<const D: usize> = fn(&Mesh<D>, &Model, &[usize], Additions<D>) -> Result<System<D>, SystemError>;
+type BuildFromEffects<const D: usize> =
+    fn(&Mesh<D>, Coefficients, Vec<Box<dyn Effect<D>>>, &[usize]) -> Result<System<D>, SystemError>;
+
 /// Pointers to the functions of one dimension, compiled in this crate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Entries<const D: usize> {
+    pub build: Build<D>,
+    pub build_from_effects: BuildFromEffects<D>,
+    pub add_contact: fn(&mut Additions<D>, Contact),
+    pub add_gravity: fn(&mut Additions<D>, Gravity<D>),
     pub solve: fn(&System<D>, &mut Workspace<D>, &[f64], &Settings) -> Solution,
     pub trace: Follow<D>,
     pub solve_and_trace: Follow<D>,
@@ -54,9 +61,18 @@ pub(crate) struct Entries<const D: usize> {
 }
 
 impl<const D: usize> Entries<D> {
-    /// The functions compiled at the place of the call: in this crate, by [`System::build`].
+    /// The functions of this dimension; `None` if it is neither two nor three.
+    pub fn of_dimension() -> Option<Self> {
+        taken_as(&mut Some(in_plane())).or_else(|| taken_as(&mut Some(in_space())))
+    }
+
+    /// The functions as they are compiled where this is called, which must be in this crate.
     pub fn here() -> Self {
         Self {
+            build: System::build,
+            build_from_effects: System::build_from_effects,
+            add_contact: Additions::add_contact_here,
+            add_gravity: Additions::add_gravity_here,
             solve: statics::solve_here,
             trace: statics::trace_here,
             solve_and_trace: statics::solve_and_trace_here,
@@ -70,57 +86,19 @@ impl<const D: usize> Entries<D> {
     }
 }
 
-/// [`System::build`] in the plane.
-pub(crate) fn system_in_plane(
-    mesh: &Mesh<2>,
-    model: &Model,
-    contracting: &[usize],
-    additions: Additions<2>,
-) -> Result<System<2>, SystemError> {
-    System::build(mesh, model, contracting, additions)
+// Not inlined, because a crate into which these are inlined compiles all that they point to once more.
+
+#[inline(never)]
+fn in_plane() -> Entries<2> {
+    Entries::here()
 }
 
-/// [`System::build`] in space.
-pub(crate) fn system_in_space(
-    mesh: &Mesh<3>,
-    model: &Model,
-    contracting: &[usize],
-    additions: Additions<3>,
-) -> Result<System<3>, SystemError> {
-    System::build(mesh, model, contracting, additions)
-}
-
-/// [`System::build_from_effects`] in the plane.
-pub(crate) fn effects_in_plane(
-    mesh: &Mesh<2>,
-    coefficients: Coefficients,
-    effects: Vec<Box<dyn Effect<2>>>,
-    contracting: &[usize],
-) -> Result<System<2>, SystemError> {
-    System::build_from_effects(mesh, coefficients, effects, contracting)
-}
-
-/// [`System::build_from_effects`] in space.
-pub(crate) fn effects_in_space(
-    mesh: &Mesh<3>,
-    coefficients: Coefficients,
-    effects: Vec<Box<dyn Effect<3>>>,
-    contracting: &[usize],
-) -> Result<System<3>, SystemError> {
-    System::build_from_effects(mesh, coefficients, effects, contracting)
-}
-
-/// The reference as one to a `B`, if that is what it refers to.
-pub(crate) fn seen_as<A: Any, B: Any>(value: &A) -> Option<&B> {
-    (value as &dyn Any).downcast_ref()
+#[inline(never)]
+fn in_space() -> Entries<3> {
+    Entries::here()
 }
 
 /// The value as a `B`, if it is one; it stays where it is otherwise.
 pub fn taken_as<A: Any, B: Any>(value: &mut Option<A>) -> Option<B> {
     (value as &mut dyn Any).downcast_mut::<Option<B>>().and_then(Option::take)
-}
-
-/// The reference as a mutable one to a `B`, if that is what it refers to.
-pub(crate) fn as_mut<A: Any, B: Any>(value: &mut A) -> Option<&mut B> {
-    (value as &mut dyn Any).downcast_mut()
 }

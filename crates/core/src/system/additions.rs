@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::compiled::{as_mut, taken_as};
+use crate::compiled::Entries;
 use crate::effect::{Contact, Effect, Gravity};
 
 /// Changes to the plain model. The default changes nothing.
@@ -25,38 +25,25 @@ impl<const D: usize> Default for Additions<D> {
 impl<const D: usize> Additions<D> {
     /// Adds a wall that the surface of the body cannot pass.
     pub fn add_contact(&mut self, wall: Contact) {
-        if let Some(plane) = as_mut(self) {
-            contact_in_plane(plane, wall);
-        } else if let Some(space) = as_mut(self) {
-            contact_in_space(space, wall);
+        if let Some(entries) = Entries::of_dimension() {
+            (entries.add_contact)(self, wall);
         }
+    }
+
+    /// As [`Additions::add_contact`], compiled where it is called; see [`crate::compiled`].
+    pub(crate) fn add_contact_here(&mut self, wall: Contact) {
+        self.effects.push(Box::new(wall));
     }
 
     /// Adds the weight of the body.
     pub fn add_gravity(&mut self, gravity: Gravity<D>) {
-        let mut gravity = Some(gravity);
-        if let Some((plane, gravity)) = as_mut(self).zip(taken_as(&mut gravity)) {
-            gravity_in_plane(plane, gravity);
-        } else if let Some((space, gravity)) = as_mut(self).zip(taken_as(&mut gravity)) {
-            gravity_in_space(space, gravity);
+        if let Some(entries) = Entries::of_dimension() {
+            (entries.add_gravity)(self, gravity);
         }
     }
-}
 
-// Compiled in this crate, each for its dimension; see [`crate::compiled`].
-
-fn contact_in_plane(additions: &mut Additions<2>, wall: Contact) {
-    additions.effects.push(Box::new(wall));
-}
-
-fn contact_in_space(additions: &mut Additions<3>, wall: Contact) {
-    additions.effects.push(Box::new(wall));
-}
-
-fn gravity_in_plane(additions: &mut Additions<2>, gravity: Gravity<2>) {
-    additions.effects.push(Box::new(gravity));
-}
-
-fn gravity_in_space(additions: &mut Additions<3>, gravity: Gravity<3>) {
-    additions.effects.push(Box::new(gravity));
+    /// As [`Additions::add_gravity`], compiled where it is called; see [`crate::compiled`].
+    pub(crate) fn add_gravity_here(&mut self, gravity: Gravity<D>) {
+        self.effects.push(Box::new(gravity));
+    }
 }

@@ -20,9 +20,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{SVector, Vector3};
 
 use crate::body::{Continuum, Mesh};
-use crate::compiled::{
-    Entries, effects_in_plane, effects_in_space, seen_as, system_in_plane, system_in_space, taken_as,
-};
+use crate::compiled::Entries;
 use crate::effect::{
     Attachment, Configuration, Effect, Fibres, FiniteElements, Incompressibility, QuadraticElements, Upright,
 };
@@ -89,17 +87,10 @@ impl<const D: usize> System<D> {
         contracting: &[usize],
         additions: Additions<D>,
     ) -> Result<Self, SystemError> {
-        let mut additions = Some(additions);
-        let in_plane = seen_as(mesh)
-            .zip(taken_as(&mut additions))
-            .map(|(mesh, additions)| system_in_plane(mesh, model, contracting, additions));
-        if in_plane.is_some() {
-            return taken_as(&mut { in_plane }).unwrap_or(Err(SystemError::Dimension { dimension: D }));
+        match Entries::of_dimension() {
+            Some(entries) => (entries.build)(mesh, model, contracting, additions),
+            None => Err(SystemError::Dimension { dimension: D }),
         }
-        let in_space = seen_as(mesh)
-            .zip(taken_as(&mut additions))
-            .map(|(mesh, additions)| system_in_space(mesh, model, contracting, additions));
-        taken_as(&mut { in_space }).unwrap_or(Err(SystemError::Dimension { dimension: D }))
     }
 
     /// As [`System::with`], compiled for the dimension where it is called; see [`crate::compiled`].
@@ -183,17 +174,10 @@ impl<const D: usize> System<D> {
         effects: Vec<Box<dyn Effect<D>>>,
         contracting: &[usize],
     ) -> Result<Self, SystemError> {
-        let mut effects = Some(effects);
-        let in_plane = seen_as(mesh)
-            .zip(taken_as(&mut effects))
-            .map(|(mesh, effects)| effects_in_plane(mesh, coefficients, effects, contracting));
-        if in_plane.is_some() {
-            return taken_as(&mut { in_plane }).unwrap_or(Err(SystemError::Dimension { dimension: D }));
+        match Entries::of_dimension() {
+            Some(entries) => (entries.build_from_effects)(mesh, coefficients, effects, contracting),
+            None => Err(SystemError::Dimension { dimension: D }),
         }
-        let in_space = seen_as(mesh)
-            .zip(taken_as(&mut effects))
-            .map(|(mesh, effects)| effects_in_space(mesh, coefficients, effects, contracting));
-        taken_as(&mut { in_space }).unwrap_or(Err(SystemError::Dimension { dimension: D }))
     }
 
     /// As [`System::from_effects`], compiled where it is called; see [`crate::compiled`].

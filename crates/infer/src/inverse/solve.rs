@@ -78,10 +78,14 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
 /// A pointer to [`solve`] for one dimension, compiled in this crate; see [`tongue_core::compiled`].
 type Search<const D: usize> = fn(&Inverse<'_, D>, &Settings) -> Result<Answer<D>, FitError>;
 
+// Not inlined, because a crate into which these are inlined compiles the whole search once more.
+
+#[inline(never)]
 fn search_in_plane() -> Search<2> {
     solve_here
 }
 
+#[inline(never)]
 fn search_in_space() -> Search<3> {
     solve_here
 }
