@@ -20,6 +20,7 @@ mod page;
 mod posterior;
 mod premises;
 mod published;
+mod pulls;
 mod recordings;
 mod scene;
 mod scene_table;

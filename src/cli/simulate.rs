@@ -11,7 +11,7 @@ use tongue_fit::report::{
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::System;
 
-use super::{Global, Outcome, body, output, space, table, trajectory};
+use super::{Global, Outcome, body, output, pulls, space, table, trajectory};
 
 /// Options of `tongue-fit simulate`.
 #[derive(Debug, Clone, clap::Args)]
@@ -20,12 +20,13 @@ use super::{Global, Outcome, body, output, space, table, trajectory};
         tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5\n\n\
         Example (its first 3 s):\n  \
         tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --trajectory\n\n\
+        Example (activity measured by EMG, 30 N/m at activity 1):\n  \
+        tongue-fit simulate --emg emg.csv --vowel a --full 30\n\n\
         Example (ArtiSynth's tongue in space, from a folder of its files):\n  \
         tongue-fit simulate --body path/to/tongue3d --activation GGP=0.1 --activation TRANS=0.1")]
 pub struct Arguments {
-    /// Tension of a muscle, N per metre of thickness; may be given several times
-    #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
-    tension: Vec<String>,
+    #[command(flatten)]
+    pulls: pulls::Arguments,
     /// Solve at the full tensions only. By default the equilibria from rest are followed as the tensions
     /// grow, to check that the answer lies on their branch. For very fine meshes
     #[arg(long, conflicts_with = "trajectory")]
@@ -45,13 +46,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(folder) = arguments.body.space()? {
         let of_the_plane = [
-            ("--tension", !arguments.tension.is_empty()),
+            ("--tension or --emg", arguments.pulls.is_given()),
             ("--trajectory", arguments.trajectory.is_given()),
             ("--colour-stretch", arguments.colour_stretch),
         ];
         if let Some((option, _)) = of_the_plane.iter().find(|(_, given)| *given) {
             return Err(miette!(
-                "{option} is about bodies in the plane; muscles in space have strengths, so give activations: --activation GGP=0.1"
+                "{option} is for bodies in the plane; muscles in space have strengths, so give activations: --activation GGP=0.1"
             ));
         }
         return space::run(folder, &arguments.space, arguments.direct, global);
@@ -62,10 +63,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ));
     }
     if arguments.trajectory.is_given() {
-        return trajectory::run(&arguments.trajectory, &arguments.tension, &arguments.body, global);
+        return trajectory::run(&arguments.trajectory, &arguments.pulls, &arguments.body, global);
     }
     let body = arguments.body.body()?;
-    let given = body::tensions(&arguments.tension, &body)?;
+    let given = arguments.pulls.tensions(&body)?;
     let mesh = &body.mesh;
     let palate = body.palate.as_deref().unwrap_or_default();
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;

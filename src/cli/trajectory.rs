@@ -20,8 +20,7 @@ use tongue_fit::report::{
 };
 use tongue_fit::system::System;
 
-use super::body::tensions;
-use super::{Global, Outcome, body, output, table};
+use super::{Global, Outcome, body, output, pulls, table};
 
 /// The default folder for outputs.
 const DEFAULT_OUT: &str = "results";
@@ -83,7 +82,7 @@ pub struct Arguments {
     ramp: f64,
     /// Tensions over time instead of --tension: CSV with the columns time_s, GGa, ... (N per metre of
     /// thickness)
-    #[arg(long, value_name = "FILE", requires = "trajectory", conflicts_with_all = ["tension", "ramp"])]
+    #[arg(long, value_name = "FILE", requires = "trajectory", conflicts_with_all = ["tension", "emg", "ramp"])]
     tension_curves: Option<PathBuf>,
     /// Number of frames for ParaView and the animation, with the first and the last time
     #[arg(long, value_name = "N", default_value_t = 31, requires = "trajectory")]
@@ -179,16 +178,16 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// Runs the command; `given` are the words of `--tension`.
+/// Runs the command.
 pub fn run(
     arguments: &Arguments,
-    given: &[String],
+    pulls: &pulls::Arguments,
     body: &body::Arguments,
     global: &Global,
 ) -> miette::Result<Outcome> {
     let method = arguments.check()?;
     let tongue = body.body()?;
-    let given = tensions(given, &tongue)?;
+    let given = pulls.tensions(&tongue)?;
     let (mesh, palate) = (tongue.mesh, tongue.palate.unwrap_or_default());
     let names = mesh.muscle_names();
     let curves = arguments.tension_curves.as_ref().map(|file| Curves::from_path(file, &names));

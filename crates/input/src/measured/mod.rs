@@ -9,6 +9,7 @@
 //! too: [`muscles`], [`published_patterns`], [`thesis`], [`tone`].
 
 mod by_muscle;
+pub mod emg;
 mod error;
 mod kind;
 pub mod lengths;
