@@ -207,6 +207,12 @@ pub mod measured {
         ByMuscle, Dataset, Lengths, Target, TargetError, TargetKind, TargetOptions, Vowel, reference_muscle,
     };
 
+    pub mod emg {
+        //! Relative muscle activity by vowel.
+        #[doc(inline)]
+        pub use tongue_input::measured::emg::{Activity, BadActivity};
+    }
+
     pub mod lengths {
         //! Tables of lengths, and how they were read.
         #[doc(inline)]
