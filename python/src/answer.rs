@@ -11,6 +11,9 @@ use tongue_fit::report::{Export, Json, Provenance};
 
 use super::errors::wrong;
 
+/// What a pickle holds of an object: what makes it, and the arguments for that.
+pub type Pickled<'py, T> = PyResult<(Bound<'py, PyAny>, T)>;
+
 /// Points as an array of shape (points, 2).
 pub fn points<'py>(py: Python<'py>, points: &[SVector<f64, 2>]) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let flat: Vec<f64> = points.iter().flat_map(|p| [p.x, p.y]).collect();

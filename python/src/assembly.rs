@@ -5,6 +5,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use tongue_fit::simulation;
 
+use super::answer::Pickled;
 use super::body::{Body, Model};
 use super::errors::{refused, wrong};
 use super::given::Given;
@@ -97,7 +98,7 @@ impl Assembly {
         found.ok_or_else(|| wrong("a pickled observation is of another target"))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Body, Vec<String>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (Body, Vec<String>)> {
         let (model, body) = &*slf.get().1;
         let muscles = slf.get().0.contracting().into_iter().map(str::to_owned).collect();
         Ok(((*model).into_pyobject(slf.py())?.getattr("assemble")?, (body.clone(), muscles)))

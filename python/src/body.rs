@@ -13,7 +13,7 @@ use tongue_fit::report::{Export, Provenance};
 use tongue_fit::simulation::Assemble;
 use tongue_fit::system::{self, OutsidePath, TissueModel};
 
-use super::answer::{numbers, points, table};
+use super::answer::{Pickled, numbers, points, table};
 use super::assembly::Assembly;
 use super::errors::{named, refused, wrong};
 use super::given;
@@ -149,9 +149,7 @@ impl Body {
         Self::made(py, source)
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (&'static str, Bound<'py, PyTuple>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (&'static str, Bound<'py, PyTuple>)> {
         let py = slf.py();
         let state = match &*slf.get().source {
             Source::Tongue(spacing_m) => ("tongue", (*spacing_m,).into_pyobject(py)?),
@@ -310,9 +308,7 @@ impl Model {
         Ok(Assembly(made, Arc::new((given, body.clone()))))
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (f64, f64, [&'static str; 4]))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (f64, f64, [&'static str; 4])> {
         let model = &slf.get().0;
         let words = [
             word(&model.preset, &PRESETS),

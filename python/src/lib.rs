@@ -11,6 +11,7 @@ mod given;
 mod measured;
 mod observe;
 mod problem;
+mod program;
 mod solver;
 mod work;
 
@@ -32,6 +33,8 @@ mod _tongue_fit {
     use super::observe::{Observable, Observation};
     #[pymodule_export]
     use super::problem::{Estimate, InverseProblem};
+    #[pymodule_export]
+    use super::program::run_program;
     #[pymodule_export]
     use super::solver::{Shape, Solver, Trajectory};
 

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use tongue_fit::measured::{self, TargetKind, TargetOptions, Vowel};
 
+use super::answer::Pickled;
 use super::body::hashed;
 use super::errors::{refused, wrong};
 use super::given;
@@ -92,9 +93,7 @@ impl Dataset {
         alone(py, move || Self::read(table, &origin, half_width_mm))?
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>, String, Option<f64>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (Bound<'py, PyBytes>, String, Option<f64>)> {
         let (py, this) = (slf.py(), slf.get());
         let state = (PyBytes::new(py, &this.source.0), this.data.origin().to_owned(), this.source.1);
         Ok((py.get_type::<Self>().getattr("_restored")?, state))
@@ -330,8 +329,7 @@ impl Target {
     #[allow(clippy::type_complexity, reason = "what pickle calls, and with what")]
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (&'static str, String, String, Option<Vec<String>>, Option<String>))>
-    {
+    ) -> Pickled<'py, (&'static str, String, String, Option<Vec<String>>, Option<String>)> {
         let this = slf.get();
         let (t, (muscles, baseline)) = (&this.target, &*this.given);
         let vowel = t.vowel.label().to_owned();

@@ -7,7 +7,7 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use tongue_fit::observe;
 
-use super::answer;
+use super::answer::{self, Pickled};
 use super::assembly::Assembly;
 use super::errors::{refused, wrong};
 use super::given::points;
@@ -81,7 +81,7 @@ impl Observable {
         answer::points(py, &slopes)
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), slf.get());
         let (method, given) = match &this.seen {
             Seen::Length(muscle) => ("length", (muscle,).into_pyobject(py)?.into_any()),
@@ -178,7 +178,7 @@ impl Observation {
         self.seen.measured
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), slf.get());
         Ok(match &this.source {
             Source::Own(observable, sd) => {

@@ -17,6 +17,13 @@ use super::output;
 /// Default mesh spacing of a continuum, m.
 const CONTINUUM_SPACING_M: f64 = 4e-3;
 
+/// Meshes with more triangles get a note on their cost.
+const MANY_TRIANGLES: usize = 20_000;
+/// Triangles of the reference tongue at the default spacing.
+const TRIANGLES_AT_DEFAULT: usize = 188;
+/// Above this Poisson's ratio the equations are ill-conditioned, which gets a note.
+const HIGH_POISSON_RATIO: f64 = 0.4999;
+
 /// The body and its model.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -184,12 +191,31 @@ impl Arguments {
             (None, None) if continuum => Body::continuum(h, &settings).into_diagnostic()?,
             (None, None) => Body::tongue(h).into_diagnostic()?,
         };
+        self.warn(body.mesh.cells.len());
         output::step(|| {
             let mesh = &body.mesh;
             let (nodes, triangles) = (mesh.nodes.len(), mesh.cells.len());
             format!("{}: {nodes} nodes, {triangles} triangles, {} muscles", body.what, mesh.muscles.len())
         });
         Ok(body)
+    }
+
+    /// Notes before the first solve on what takes long.
+    fn warn(&self, triangles: usize) {
+        if triangles > MANY_TRIANGLES {
+            output::note(&format!(
+                "the mesh has {triangles} triangles ({TRIANGLES_AT_DEFAULT} at 5.5 mm): each equilibrium takes longer in \
+                 proportion, and a fit solves hundreds; a larger --h is faster"
+            ));
+        }
+        let nu = self.poisson_ratio;
+        if nu > HIGH_POISSON_RATIO && nu < 0.5 {
+            let bulk_over_shear = 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu));
+            output::note(&format!(
+                "--poisson-ratio {nu}: the bulk modulus is {bulk_over_shear:.0e} times the shear modulus, so a search \
+                 may take minutes and end without converging; 0.499 is nearly incompressible"
+            ));
+        }
     }
 
     /// The body for a page, which builds it again.

@@ -39,10 +39,14 @@ mod validate;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+
+/// Exit status of bad input and of I/O that failed.
+const FAILED: u8 = 1;
 
 /// Exit status of a completed run with a result that did not converge or cannot be trusted.
 const UNTRUSTWORTHY: u8 = 3;
@@ -163,10 +167,19 @@ enum Command {
     Man(install::ManPages),
 }
 
-/// Parses the command line, runs it, and turns the result into an exit status: 0 done and converged, 1 bad
-/// input or I/O, 2 wrong usage, 3 done but something did not converge or cannot be trusted.
+/// The words of the command line, the name of the program first.
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Runs the command line of this process.
 pub fn main() -> ExitCode {
-    let words = with_points_tracked(std::env::args_os().collect());
+    ExitCode::from(run(std::env::args_os().collect()))
+}
+
+/// Parses a command line (the name of the program first), runs it, and turns the result into an exit status: 0 done and converged,
+/// 1 bad input or I/O, 2 wrong usage, 3 done but something did not converge or cannot be trusted. Once in a process: wrong usage ends
+/// it, and signals are handled from then on.
+pub fn run(words: Vec<OsString>) -> u8 {
+    let words = with_points_tracked(WORDS.get_or_init(|| words).clone());
     let matches = help::shown(Cli::command(), &words).get_matches_from(words);
     let cli = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
@@ -210,15 +223,15 @@ pub fn main() -> ExitCode {
         Some(Command::Man(_)) => install::man(&cli.global),
     });
     match result {
-        Ok(Outcome::Good) => ExitCode::SUCCESS,
+        Ok(Outcome::Good) => 0,
         Ok(Outcome::Untrustworthy) => {
             output::complain("something did not converge or cannot be trusted; see the results");
-            ExitCode::from(UNTRUSTWORTHY)
+            UNTRUSTWORTHY
         }
-        Ok(Outcome::Unusable | Outcome::SomeRowsRefused) => ExitCode::FAILURE,
+        Ok(Outcome::Unusable | Outcome::SomeRowsRefused) => FAILED,
         Err(error) => {
             output::error(&error);
-            ExitCode::FAILURE
+            FAILED
         }
     }
 }
@@ -287,7 +300,7 @@ fn words_of_the_result() -> Vec<String> {
 }
 
 fn words() -> Vec<String> {
-    std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect()
+    WORDS.get().into_iter().flatten().skip(1).map(|a| a.to_string_lossy().into_owned()).collect()
 }
 
 /// The words as one line for a shell, quoted if the shell would split or change them.

@@ -74,9 +74,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let thesis = arguments.body.is_thesis();
     let mut fits = Vec::new();
-    for found in
-        parallel::map(jobs, |job| FitRecord::of_target(&tongue, &model, &job.target, thesis, by.clone()))
-    {
+    for found in parallel::map(jobs, |job| {
+        FitRecord::of_target(&tongue, &model, &job.target, thesis, true, by.clone())
+    }) {
         match found {
             Ok(fit) => fits.push(fit),
             Err(error) => not_fitted.push(error.to_string()),

@@ -120,6 +120,28 @@ impl Browser {
         }
     }
 
+    /// Shows a page as on a screen of this size (CSS pixels); a phone is touched.
+    pub fn size(&mut self, page: &Page, width: u32, height: u32, phone: bool) {
+        let screen = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone});
+        self.call(Some(page), "Emulation.setDeviceMetricsOverride", screen);
+        self.call(Some(page), "Emulation.setTouchEmulationEnabled", json!({"enabled": phone}));
+    }
+
+    /// Drags a finger from a point to another (CSS pixels of the window) and lifts it.
+    pub fn swipe(&mut self, page: &Page, from: [f64; 2], to: [f64; 2]) {
+        let steps = 12;
+        for step in 0..=steps {
+            let part = f64::from(step) / f64::from(steps);
+            let [x, y] = [0, 1].map(|i| from[i] + part * (to[i] - from[i]));
+            let kind = if step == 0 { "touchStart" } else { "touchMove" };
+            let touch = json!({"type": kind, "touchPoints": [{"x": x, "y": y}]});
+            self.call(Some(page), "Input.dispatchTouchEvent", touch);
+            std::thread::sleep(Duration::from_millis(16));
+        }
+        let lifted = json!({"type": "touchEnd", "touchPoints": []});
+        self.call(Some(page), "Input.dispatchTouchEvent", lifted);
+    }
+
     /// Presses a key of this name and code.
     pub fn press(&mut self, page: &Page, key: &str, code: u32) {
         for kind in ["rawKeyDown", "keyUp"] {

@@ -141,6 +141,23 @@ fn the_numbers_of_the_page_are_those_of_the_program() {
         let found = ask(&mut browser, &page, &request);
         agree(&found, &program(&["scene", "run", name]).0, &["/positions_m"], CLOSE, name);
     }
+    // A fit in which palate and teeth act is the equilibrium of its own tensions against them.
+    for (target, vowel) in [("stretch", "i"), ("stretch", "a"), ("ratio", "i")] {
+        let fit = json!({"ask": "fit", "subject": "S2", "vowel": vowel, "target": target, "walls": true});
+        let fit = ask(&mut browser, &page, &fit);
+        assert!(fit["misfit"].as_f64().unwrap() < 0.01, "{vowel} {target}: {fit}");
+        let tensions = fit["tensions_n"].as_object().unwrap().iter();
+        let tensions: Vec<String> = tensions.map(|(name, n)| format!("{name}={n}")).collect();
+        let mut effects = json!({"contact": {}});
+        if fit["hyoid_mm"].is_array() {
+            effects["hyoid"] = json!({"shift_mm": fit["hyoid_mm"]});
+        }
+        let request = json!({"ask": "simulate", "tensions": tensions, "scene": scene(effects)});
+        let found = ask(&mut browser, &page, &request);
+        assert_eq!(found["status"], "converged");
+        let close = 1e-6;
+        same(&found["lengths_mm"], &fit["lengths_mm"], close, &format!("{vowel} {target} with walls"));
+    }
     assert_eq!(browser.complaints(), [""; 0]);
 }
 
@@ -162,9 +179,18 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     browser.wait(&page, &format!("state.tensions[0] > {tension} + 0.4 && !asked && {drawn} !== {before}"));
     browser.press(&page, "Home", 36);
     browser.wait(&page, "state.tensions[0] === 0 && !asked");
+    // The fit's verdict says that it is of other tensions, and leads back.
+    let changed = browser.run(&page, "byId('changed').hidden ? '' : byId('changed').innerText");
+    assert!(changed.as_str().unwrap().starts_with("Changed by hand since: GGa "), "{changed}");
+    browser.run(&page, "byId('changed').querySelector('button').click()");
+    browser.wait(&page, "!asked && byId('changed').hidden && state.tensions[0] === fit.tensions_n.GGa");
+
+    // A decimal comma is a point.
+    browser.run(&page, "byId('n-0').value = '12,5'; byId('n-0').dispatchEvent(new Event('change'))");
+    browser.wait(&page, "state.tensions[0] === 12.5 && !asked");
 
     // Along the valley the fitted ratios keep their measured values.
-    browser.run(&page, "choose('a')");
+    browser.run(&page, "byId('palate').click(); state.target = 'ratio'; choose('a')");
     browser.wait(&page, "fit?.valley && !byId('valley').hidden && !asked");
     browser.run(&page, "byId('along').focus()");
     browser.press(&page, "End", 35);
@@ -213,7 +239,7 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
         &page,
         "byId('palate').click(); state.bones = [3, 2, -1.5]; state.tensions[2] = 30; showControls(); move()",
     );
-    browser.wait(&page, "!asked && !checking && location.hash.includes('palate')");
+    browser.wait(&page, "!asked && !checking && location.hash.includes('bones=3,2,-1.5')");
     let link = browser.run(&page, "link()");
     let positions = browser.run(&page, "Array.from(shape.at)");
     let other = browser.open(&kept(), link.as_str().unwrap());
@@ -226,10 +252,13 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     assert_eq!(browser.run(&other, "link()"), link);
 
     // Pictures to save, dark and light, and names for screen readers.
-    let svg = browser.run(&other, "pictureText(byId('mouth'), made())");
+    let svg = browser.run(&other, "pictureText(byId('mouth'), made(), caption())");
     let text = svg.as_str().unwrap();
     let document = roxmltree::Document::parse(text).unwrap();
     assert!(document.descendants().filter(|n| n.has_tag_name("text")).count() >= 8);
+    for part in ["N per metre of thickness: GGa 20.0", "Jaw 3.0° open", "10 mm", "muscles pull as given"] {
+        assert!(text.contains(part), "{part} is not in {text}");
+    }
     assert!(
         text.contains(tongue_fit::VERSION.split(' ').next().unwrap()) && !text.contains("light-dark"),
         "{text}"
@@ -278,7 +307,7 @@ fn a_page_holds_a_table_of_ones_own_whatever_its_labels() {
     let said = browser.run(&page, "byId('verdict').textContent");
     assert!(said.as_str().unwrap().contains("as the file has it"), "{said}");
     // The page's own fit is the one put into it.
-    let request = json!({"ask": "fit", "subject": label, "vowel": "a", "target": "stretch"});
+    let request = json!({"ask": "fit", "subject": label, "vowel": "a", "target": "stretch", "walls": true});
     let found = ask(&mut browser, &page, &request);
     let embedded = browser.run(&page, "fit");
     agree(&found, &embedded, &["/tensions_n", "/lengths_mm", "/hyoid_mm"], CLOSE, "own table");
@@ -357,10 +386,141 @@ fn the_page_refuses_with_the_messages_of_the_program() {
         let said = browser.run(&page, &frame);
         assert!(!said.as_str().unwrap().contains("itself failed"), "{bones}: {said}");
     }
-    // A link with invalid parts gets an answer.
+    // A link with invalid parts gets an answer that stays until it is closed.
     let page = browser.open(&kept(), "#t=GGa=-3&s=S9&v=q&k=width&bones=a,b&along=-7&gravity=up&body=jelly");
+    browser.run(&page, "pull(1, 5)");
+    browser.wait(&page, "!asked && !checking && byId('found').textContent.startsWith('Equilibrium')");
+    std::thread::sleep(std::time::Duration::from_millis(500));
     let said = browser.run(&page, "byId('trouble').textContent");
-    assert!(said.as_str().unwrap().starts_with("GGa=-3: the tension of GGa is -3;"), "{said}");
+    let said = said.as_str().unwrap();
+    assert!(said.starts_with("GGa=-3: the tension of GGa is -3;"), "{said}");
+    for wrong in ["s=S9", "v=q", "k=width", "bones=a,b", "gravity=up", "body=jelly"] {
+        assert!(said.contains(&format!("{wrong} is no")), "{wrong} is not in {said}");
+    }
+    browser.run(&page, "byId('trouble').querySelector('button').click()");
+    assert_eq!(browser.run(&page, "byId('trouble').hidden"), true);
+
+    // Bytes are decoded by the program: what is not UTF-8 it refuses here as there.
+    let latin: &[u8] = b"subject,vowel,GGa_mm\nM\xfcller,a,40\n";
+    let path = folder.path().join("latin.csv");
+    std::fs::write(&path, latin).unwrap();
+    let (_, told) = program(&["--lengths", path.to_str().unwrap(), "--subject", "X", "--vowel", "a"]);
+    let file = json!({"file": path, "bytes": latin});
+    let read = "(({ file, bytes }) => live.ask({ ask: 'table', text: null, file, file_bytes: new Uint8Array(bytes) }))";
+    let said = browser.run(&page, &format!("{read}({file})"));
+    assert_eq!(format!("error: {}\n", said["error"].as_str().unwrap()), told);
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+#[test]
+fn a_table_of_ones_own_goes_with_the_link_or_is_asked_for() {
+    let Some(mut browser) = Browser::start() else { return };
+    let page = browser.open(&kept(), "");
+    // No /ɯ/: the baseline is chosen.
+    let table = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\nX,e,46,25,36\nX,a,38,21,33\nX,o,40,23,34\n";
+    browser.run(&page, &format!("readTable({{ text: {}, file: 'mine.csv' }})", json!(table)));
+    assert_eq!(browser.run(&page, "state.subject + state.baseline"), "Xe");
+    browser.run(&page, "byId('baseline').value = 'o'; byId('baseline').dispatchEvent(new Event('change'))");
+    browser.run(&page, "choose('a')");
+    browser.wait(&page, "fit?.baseline === 'o' && fit.subject === 'X' && !asked && !checking");
+    let positions = browser.run(&page, "Array.from(shape.at)");
+    let link = browser.run(&page, "link()");
+    let other = browser.open(&kept(), link.as_str().unwrap());
+    browser.wait(&other, "!asked && !checking && fit?.subject === 'X' && fit.baseline === 'o'");
+    same(&browser.run(&other, "Array.from(shape.at)"), &positions, CLOSE, "the link's table");
+    // What a link cannot hold it names, and the page asks for it in place of fitting another table's row.
+    browser.run(&page, "table.text = table.text.padEnd(7000)");
+    assert_eq!(browser.run(&page, "unheld()"), "mine.csv");
+    let link = browser.run(&page, "link()");
+    let other = browser.open(&kept(), link.as_str().unwrap());
+    browser.wait(&other, "!asked && !checking && byId('verdict').textContent.includes('open that table')");
+    assert_eq!(browser.run(&other, "fit"), Value::Null);
+    same(&browser.run(&other, "Array.from(shape.at)"), &positions, CLOSE, "the link without its table");
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+/// Controls that are lower or narrower than 24 px, and those that something covers when they have the focus.
+const OUT_OF_REACH: &str = "(() => {
+  const all = [...document.querySelectorAll('button, select, input, summary')].filter((c) => c.offsetParent !== null && !c.disabled);
+  const small = all.filter((c) => { const b = c.getBoundingClientRect(); return b.width < 24 || b.height < 24; });
+  const covered = all.toReversed().filter((c) => {
+    c.focus();
+    const b = c.getBoundingClientRect();
+    const at = document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2);
+    return !(at && (c.contains(at) || at.contains(c) && at.tagName === 'LABEL'));
+  });
+  const said = (c) => c.id || c.textContent || c.type;
+  return { count: all.length, small: small.map(said), covered: covered.map(said), wide: document.documentElement.scrollWidth > innerWidth };
+})()";
+
+#[test]
+fn every_control_is_within_reach_on_any_screen_and_a_scroll_pulls_no_muscle() {
+    let Some(mut browser) = Browser::start() else { return };
+    let page = browser.open(&kept(), "");
+    for (width, height, phone) in [(1280, 900, false), (640, 400, false), (390, 800, true)] {
+        browser.size(&page, width, height, phone);
+        let found = browser.run(&page, OUT_OF_REACH);
+        println!("{width} x {height}: {found}");
+        assert!(found["count"].as_u64().unwrap() > 40, "{found}");
+        for wrong in ["small", "covered"] {
+            assert_eq!(found[wrong], json!([]), "{width} x {height}: {found}");
+        }
+        assert_eq!(found["wide"], false, "{width} x {height}");
+    }
+    // On the phone: swipes up and down that begin on sliders, and then one along a slider.
+    let place = "(() => { const b = byId('pull-3').getBoundingClientRect(); return [b.x, b.y + b.height / 2, b.width]; })()";
+    let before =
+        browser.run(&page, "byId('pull-3').scrollIntoView({ block: 'end' }); state.tensions.slice()");
+    for part in [0.1, 0.3, 0.5, 0.7, 0.9] {
+        browser.run(&page, "byId('pull-3').scrollIntoView({ block: 'end' })");
+        let top = browser.run(&page, "scrollY");
+        let at = browser.run(&page, place);
+        let [x, y, wide] = [0, 1, 2].map(|i| at[i].as_f64().unwrap());
+        browser.swipe(&page, [x + part * wide, y], [x + part * wide + 6.0, y - 250.0]);
+        browser.wait(&page, &format!("!asked && scrollY > {top} + 100"));
+        assert_eq!(browser.run(&page, "state.tensions.slice()"), before, "{part}");
+        assert_eq!(browser.run(&page, "Number(byId('pull-3').value)"), before[3], "{part}");
+    }
+    browser.run(&page, "byId('pull-3').scrollIntoView({ block: 'end' })");
+    let at = browser.run(&page, place);
+    let [x, y, wide] = [0, 1, 2].map(|i| at[i].as_f64().unwrap());
+    browser.swipe(&page, [x + 0.2 * wide, y], [x + 0.8 * wide, y + 4.0]);
+    browser.wait(&page, "!asked && state.tensions[3] > 60 && state.tensions[3] < 95");
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+/// A voice of four seconds while jaw, lips and all tensions change 30 times a second, played from 0 to 3.5 s: the largest step from sample
+/// to sample within 4 ms of a change and elsewhere, and the peaks of the first 5 ms, of all, and after the end.
+const VOICE: &str = "(async () => {
+  const rate = 44100, context = new OfflineAudioContext(1, 4 * rate, rate), resume = context.resume.bind(context);
+  context.resume = () => Promise.resolve();
+  window.AudioContext = function () { return context; };
+  const frame = (t) => live.frame([8 * t % 15, 0, 0, 8 + 4 * Math.sin(9 * t), 0], body.muscles.map((_, m) => 20 + 20 * Math.sin(3 * t + m)), body.nodes_m.length);
+  const silent = !sound.playing() && sound.context() === null;
+  sound.hear(frame(0));
+  sound.toggle();
+  for (let k = 1; k < 117; k++) context.suspend(k / 30).then(() => { sound.hear(frame(k / 30)); if (k === 105) sound.toggle(); resume(); });
+  const heard = (await context.startRendering()).getChannelData(0);
+  const peak = (from, to) => heard.slice(from * rate, to * rate).reduce((most, x) => Math.max(most, Math.abs(x)), 0);
+  let [near, between] = [0, 0];
+  for (let i = rate / 10; i < 3.4 * rate; i++) {
+    const step = Math.abs(heard[i] - heard[i - 1]);
+    if (i % (rate / 30) < 0.004 * rate) near = Math.max(near, step); else between = Math.max(between, step);
+  }
+  return { silent, near, between, first: peak(0, 0.005), all: peak(0, 3.5), last: peak(3.9, 4) };
+})()";
+
+#[test]
+fn the_voice_is_off_at_first_and_changes_without_clicks() {
+    let Some(mut browser) = Browser::start() else { return };
+    let page = browser.open(&kept(), "");
+    let heard = browser.run(&page, VOICE);
+    println!("{heard}");
+    let of = |name: &str| heard[name].as_f64().unwrap();
+    assert_eq!(heard["silent"], true);
+    assert!(of("near") < 1.2 * of("between"), "{heard}");
+    assert!(of("first") < 0.5 * of("all") && of("last") < 1e-3 * of("all"), "{heard}");
+    assert!(of("all") > 0.01 && of("all") < 0.2, "{heard}");
     assert_eq!(browser.complaints(), [""; 0]);
 }
 

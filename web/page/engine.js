@@ -30,11 +30,14 @@ function makeEngine(module) {
   };
   start();
   let opened;
+  // The bytes of a file, if there are any, stand behind the request and a zero.
   const send = (request) => {
-    const text = new TextEncoder().encode(JSON.stringify(request));
+    const file = request?.file_bytes;
+    const text = new TextEncoder().encode(JSON.stringify(file ? { ...request, file_bytes: undefined } : request));
     const e = instance.exports;
-    const at = e.input(text.length);
+    const at = e.input(text.length + (file ? 1 + file.length : 0));
     bytes(at, text.length).set(text);
+    if (file) { bytes(at + text.length, 1)[0] = 0; bytes(at + text.length + 1, file.length).set(file); }
     const length = e.call();
     return JSON.parse(new TextDecoder().decode(bytes(e.output(), length)));
   };
@@ -57,7 +60,7 @@ function makeEngine(module) {
     // Jaw, hyoid back and up, lips opened and protruded, and the tensions go in; see Engine::frame for what comes out.
     frame(bones, tensions, nodes) {
       const e = instance.exports;
-      const heard = 5, many = 5 + 2 * tensions.length + 2 * nodes + 2 * heard;
+      const heard = 5, many = 5 + 2 * tensions.length + 2 * nodes + 2 * heard + 1;
       const numbers = () => new Float64Array(e.memory.buffer, e.numbers(), many);
       numbers().set(bones);
       numbers().set(tensions, 5);
@@ -65,8 +68,8 @@ function makeEngine(module) {
       if (good.error) return good;
       const n = numbers(), lengths = 5 + tensions.length;
       return { converged: good === 1, low: n[0], high: n[1], guarded: n[2], iterations: n[3], residual: n[4],
-        lengths: n.slice(lengths, lengths + tensions.length), at: n.slice(lengths + tensions.length, many - 2 * heard),
-        formants: n.slice(many - 2 * heard, many - heard), bandwidths: n.slice(many - heard) };
+        lengths: n.slice(lengths, lengths + tensions.length), at: n.slice(lengths + tensions.length, many - 1 - 2 * heard),
+        formants: n.slice(many - 1 - 2 * heard, many - 1 - heard), bandwidths: n.slice(many - 1 - heard, many - 1), beyond: n[many - 1] };
     },
   };
 }

@@ -125,8 +125,8 @@ function makeMouth(svg, body) {
   };
 }
 
-// The picture as a file of its own: every style that the page gives it written into it.
-function pictureText(svg, made) {
+// The picture as a file of its own: every style that the page gives it written into it, with its title, what acts and a scale.
+function pictureText(svg, made, { title, lines }) {
   const copy = svg.cloneNode(true), [from, to] = [svg, copy].map((s) => s.querySelectorAll("path, circle, text"));
   const kept = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "paint-order", "font-size", "font-style", "font-weight", "font-family", "text-anchor", "dominant-baseline", "display"];
   from.forEach((node, i) => {
@@ -134,12 +134,16 @@ function pictureText(svg, made) {
     to[i].removeAttribute("class");
     to[i].setAttribute("style", kept.filter((k) => style.getPropertyValue(k) !== "").map((k) => `${k}:${style.getPropertyValue(k)}`).join(";"));
   });
-  const [x, y, width, height] = svg.getAttribute("viewBox").split(" ").map(Number);
-  copy.insertBefore(make("rect", { x, y, width, height, fill: getComputedStyle(svg).backgroundColor }), copy.children[2]);
-  copy.insertBefore(make("metadata", {}, made), copy.firstChild);
-  copy.setAttribute("xmlns", SVG);
-  copy.removeAttribute("id");
-  copy.setAttribute("width", 8 * width);
-  copy.setAttribute("height", 8 * height);
-  return new XMLSerializer().serializeToString(copy);
+  const [x, top, width, inside] = svg.getAttribute("viewBox").split(" ").map(Number);
+  const wrapped = lines.flatMap((said) => said.match(/.{1,88}(?:\s|$)/g) ?? [said]);
+  const [y, height] = [top - 9, inside + 11 + 4.6 * wrapped.length];
+  const said = (at, text, size) => make("text", { x: at[0], y: at[1], style: `font: ${size}px system-ui, sans-serif; fill: ${getComputedStyle(document.body).color}` }, text);
+  const bar = { x1: x + width - 14, x2: x + width - 4, y1: top + inside - 4, y2: top + inside - 4, stroke: getComputedStyle(document.body).color, "stroke-width": 0.8 };
+  const frame = make("svg", { viewBox: `${x} ${y} ${width} ${height}`, width: 8 * width, height: 8 * height });
+  Object.entries({ x, y: top, width, height: inside }).forEach(([name, value]) => copy.setAttribute(name, value));
+  frame.append(make("title", {}, title), make("metadata", {}, made), make("rect", { x, y, width, height, fill: getComputedStyle(document.body).backgroundColor }), copy,
+    said([x + 3, y + 6], title, 4.4), make("line", bar), said([x + width - 13.5, top + inside - 5.5], "10 mm", 3), ...wrapped.map((line, i) => said([x + 3, top + inside + 5 + 4.6 * i], line, 3)));
+  copy.insertBefore(make("rect", { x, y: top, width, height: inside, fill: getComputedStyle(svg).backgroundColor }), copy.children[2]);
+  for (const name of ["id", "aria-labelledby"]) copy.removeAttribute(name);
+  return new XMLSerializer().serializeToString(frame);
 }

@@ -12,7 +12,7 @@ const element = (name, properties = {}, ...children) => {
 };
 
 // What is shown; the link holds all of it.
-const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: false, mesh: true, subject: "", vowel: "", target: "ratio", along: null, lips: [8, 0] };
+const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: true, mesh: true, subject: "", vowel: "", baseline: "", target: "stretch", along: null, lips: [8, 0] };
 let body, live, worker, draw, path, sound, fit = null, shape = null, table = null, baseline = null;
 
 // -- The library, here and in a worker ----------------------------------------------------------------------------------------------
@@ -51,11 +51,12 @@ function makeWorker(module) {
 }
 
 const spacing = () => own[state.continuum ? "continuum_h_mm" : "springs_h_mm"] ?? 5.5;
-function scene(bones = [0, 0, 0]) {
+const walled = () => state.palate && body?.palate_m != null;
+function scene(bones = [0, 0, 0], walls = walled()) {
   const effects = own.finite_elements ? { finite_elements: true } : { incompressibility: true };
   if (own.straight_paths === false) effects.straight_paths = false;
   if (state.gravity) effects.gravity = { posture: state.gravity };
-  if (state.palate) effects.contact = {};
+  if (walls) effects.contact = {};
   if (bones[0]) effects.jaw = { opening_deg: bones[0] };
   if (bones[1] || bones[2]) effects.hyoid = { shift_mm: [bones[1], bones[2]] };
   return { title: "tongue.html", want: "shape", body: { tongue: { h_mm: spacing() } }, material: own.material ?? {}, effects };
@@ -63,9 +64,16 @@ function scene(bones = [0, 0, 0]) {
 const words = (tensions = state.tensions) => body.muscles.map((m, i) => `${m.name}=${tensions[i]}`).filter((_, i) => tensions[i] !== 0);
 
 // -- What is said -------------------------------------------------------------------------------------------------------------------
-function complain(text) {
-  byId("trouble").textContent = text ?? "";
-  byId("trouble").hidden = !text;
+// Each kind of trouble stands until it is over; what is wrong with a link stands until it is closed or another link is opened.
+const troubles = new Map();
+function complain(kind, text) {
+  if (text) troubles.set(kind, text); else if (!troubles.delete(kind)) return;
+  byId("trouble").hidden = !troubles.size;
+  byId("trouble").replaceChildren(...[...troubles].map(([of, said]) => {
+    const close = element("button", { type: "button", textContent: "Close" });
+    close.addEventListener("click", () => complain(of, null));
+    return element("p", {}, said, " ", ...of === "link" ? [close] : []);
+  }));
 }
 function verdict(text, doubts = []) {
   byId("verdict").textContent = text;
@@ -94,9 +102,10 @@ function step(now) {
   if (times.length > 60) times.shift();
   frames.push(now);
   while (frames.length > 60 || now - frames[0] > 1000) frames.shift();
-  if (next.error) { complain(next.error); return; }
+  if (next.error) { complain("frame", next.error); return; }
   shape = next;
   show();
+  showChanged();
   clearTimeout(idle);
   if (tween) move(); else idle = setTimeout(check, 180);
 }
@@ -112,8 +121,8 @@ async function check() {
   checking = false;
   if (again || of !== checked || tensions.some((t, i) => t !== state.tensions[i])) { again = false; if (!asked && !tween) check(); return; }
   if (found.ended) { check(); return; }
-  if (found.error) { complain(found.error); return; }
-  complain(null);
+  complain("frame", found.error);
+  if (found.error) return;
   const apart = Math.max(...found.positions_m.map((p, n) => Math.hypot(p[0] - shape.at[2 * n], p[1] - shape.at[2 * n + 1])));
   if (apart > 1e-7 && found.status === "converged") {
     live.ask({ ask: "place", positions_m: found.positions_m });
@@ -159,6 +168,9 @@ function show() {
   byId("what").textContent = ratio ? `length over that of ${fit.reference}, 0 to 2` : fit ? `length against /${fit.baseline}/, −40 to +40 %` : "length against rest, −40 to +40 %";
   const ms = times.slice().sort((a, b) => a - b)[times.length >> 1] ?? 0;
   const rate = frames.length > 5 ? `, ${Math.round(1000 * (frames.length - 1) / (frames.at(-1) - frames[0]))} frames/s` : "";
+  const beyond = 1e3 * shape.beyond;
+  byId("beyond").hidden = !(beyond >= 0.05);
+  if (beyond >= 0.05) byId("beyond").textContent = `This shape goes ${round(beyond)} mm through palate or teeth, which are set not to stop it.`;
   byId("speed").textContent = `solved in ${ms < 1 ? ms.toFixed(2) : ms.toFixed(1)} ms${rate}`;
   byId("mouth-text").textContent = `Front of the mouth to the left. Pulling: ${body.muscles.filter((_, i) => state.tensions[i] > 0.05).map((m) => m.full_name).join("; ") || "nothing"}.`;
 }
@@ -181,7 +193,7 @@ function makeRows() {
   rows.length = 0;
   byId("rows").replaceChildren(...body.muscles.map((m, i) => {
     const slider = element("input", { type: "range", min: 0, max: 100, step: 0.1, id: `pull-${i}` });
-    const number = element("input", { type: "number", min: 0, max: 1000, step: 0.1, id: `n-${i}` });
+    const number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off", id: `n-${i}` });
     slider.setAttribute("aria-label", `Tension of ${m.name}, ${m.full_name}`);
     number.setAttribute("aria-label", `Tension of ${m.name} as a number`);
     const mark = make("svg", { viewBox: "0 0 14 14", "aria-hidden": "true" }, make("rect", { x: 1, y: 1, width: 12, height: 12, rx: 2, fill: m.colour, stroke: "currentColor" }));
@@ -202,16 +214,17 @@ function pull(i, newtons) {
   showControls();
   move();
 }
-// A number is read by the program, which says what is wrong with it.
+// A number is read by the program, which says what is wrong with it; a decimal comma is a point.
 async function typed(i, text) {
-  const said = await worker({ ask: "tensions", tensions: [`${body.muscles[i].name}=${text}`] });
-  complain(said.error);
+  const number = text.trim().replace(/^([+-]?\d*),(\d+)$/, "$1.$2");
+  const said = await worker({ ask: "tensions", tensions: [`${body.muscles[i].name}=${number}`] });
+  complain("typed", said.error);
   if (said.error) showControls(); else pull(i, said.tensions_n[i]);
 }
 function showControls() {
   body.muscles.forEach((_, i) => {
     rows[i].slider.value = state.tensions[i];
-    if (document.activeElement !== rows[i].number || tween) rows[i].number.value = round(state.tensions[i]);
+    rows[i].number.value = round(state.tensions[i]);
   });
   ["jaw", "back", "up"].forEach((id, i) => {
     byId(id).value = state.bones[i];
@@ -241,12 +254,16 @@ function glide(to, toBones) {
 
 // -- Vowels and valleys -------------------------------------------------------------------------------------------------------------
 function makeVowels() {
-  const subjects = [...new Set([...table.fits, ...table.baselines].map((f) => f.subject))];
+  const subjects = [...new Set(table.rows.map((f) => f.subject))];
   byId("subject").replaceChildren(...subjects.map((s) => element("option", { value: s, textContent: s })));
   if (!subjects.includes(state.subject)) state.subject = subjects.includes("S2") ? "S2" : subjects[0] ?? "";
   byId("subject").value = state.subject;
   const of = (list) => list.filter((f) => f.subject === state.subject).map((f) => f.vowel);
-  const bases = of(table.baselines), vowels = [...new Set([...of(table.fits), ...bases])];
+  const vowels = [...new Set(of(table.rows))], usual = of(table.baselines);
+  if (!vowels.includes(state.baseline)) state.baseline = usual[0] ?? vowels[0] ?? "";
+  const bases = [state.baseline];
+  byId("baseline").replaceChildren(...vowels.map((v) => element("option", { value: v, textContent: v })));
+  byId("baseline").value = state.baseline;
   byId("vowel").replaceChildren(...vowels.map((v) => {
     const button = element("button", { type: "button", textContent: v, title: bases.includes(v) ? "the baseline" : `fit /${v}/` });
     button.dataset.vowel = v;
@@ -254,7 +271,7 @@ function makeVowels() {
     button.addEventListener("click", () => choose(v));
     return button;
   }));
-  byId("origin").textContent = `${table.origin}: ${subjects.length} speaker${subjects.length === 1 ? "" : "s"}, ${new Set(table.fits.map((f) => `${f.subject} ${f.vowel}`)).size} vowels to fit.`
+  byId("origin").textContent = `${table.origin}: ${subjects.length} speaker${subjects.length === 1 ? "" : "s"}, ${table.rows.length} vowels measured.`
     + (table.told.length ? ` ${table.told.join(" ")}` : "");
 }
 let fitting = 0;
@@ -263,9 +280,7 @@ async function choose(vowel, keep = false) {
   state.along = null;
   const mine = ++fitting, { subject, target } = state;
   showControls();
-  const row = table.fits.find((f) => f.subject === subject && f.vowel === vowel && f.target === target);
-  const base = table.baselines.some((b) => b.subject === subject && b.vowel === vowel);
-  if (base) {
+  if (vowel === state.baseline) {
     fit = null;
     byId("valley").hidden = true;
     verdict(`/${vowel}/ is ${subject}’s baseline: every other vowel is compared with it. ${target === "ratio" ? "Ratios take it for the shape at rest." : "Stretches take it for a posture with 8 N/m in every muscle."}`);
@@ -274,8 +289,10 @@ async function choose(vowel, keep = false) {
   }
   verdict(`Fitting ${subject} /${vowel}/ …`);
   const clock = performance.now();
-  const ready = !state.continuum === !own.continuum && own.fits?.find((f) => f.subject === subject && f.vowel === vowel && f.target_kind === target && table.own);
-  const found = ready || await worker({ ask: "fit", subject, vowel, baseline: row?.baseline ?? null, target });
+  const walls = walled();
+  const ready = !state.continuum === !own.continuum && walls === (body.palate_m !== null)
+    && own.fits?.find((f) => f.subject === subject && f.vowel === vowel && f.baseline === state.baseline && f.target_kind === target && table.own);
+  const found = ready || await worker({ ask: "fit", subject, vowel, baseline: state.baseline, target, walls });
   if (mine !== fitting) return;
   if (found.error) {
     fit = null;
@@ -287,15 +304,30 @@ async function choose(vowel, keep = false) {
   fit = found;
   const took = ready ? "as the file has it" : `${fit.evaluations} equilibria in ${round((performance.now() - clock) / 1000, 2)} s`;
   const count = fit.identifiability?.undetermined ?? 0;
-  verdict(`${subject} /${vowel}/ against /${fit.baseline}/: ${fit.status.replaceAll("_", " ")}, missed by ${fit.misfit.toExponential(1)}; ${took}.${count ? ` Not unique: ${count} direction${count > 1 ? "s are" : " is"} open.` : ""}`, fit.alarms.map((a) => a.text));
+  verdict(`${subject} /${vowel}/ against /${fit.baseline}/${body.palate_m === null ? "" : walls ? ", stopped by palate and teeth" : ", palate and teeth left out"}: ${fit.status.replaceAll("_", " ")}, missed by ${fit.misfit.toExponential(1)}; ${took}.${count ? ` Not unique: ${count} direction${count > 1 ? "s are" : " is"} open.` : ""}`, fit.alarms.map((a) => a.text));
   byId("valley").hidden = !fit.valley;
   if (fit.valley) drawPath();
-  if (keep) { showControls(); show(); } else plain(body.muscles.map((m) => fit.tensions_n[m.name] ?? 0), [0, ...(fit.hyoid_mm ?? [0, 0])]);
+  if (keep) { showControls(); show(); showChanged(); } else back();
 }
-// What a fit is made with: no weight, no palate, the jaw closed.
+const fitted = () => ({ tensions: body.muscles.map((m) => fit.tensions_n[m.name] ?? 0), bones: [0, ...(fit.hyoid_mm ?? [0, 0])] });
+const back = () => plain(fitted().tensions, fitted().bones);
+// What has been changed by hand since the fit was made.
+function showChanged() {
+  const at = fit && state.along === null && !tween ? fitted() : null;
+  const unlike = (a, b) => Math.abs(a - b) > 1e-6 * Math.max(1, Math.abs(b));
+  const changed = !at ? [] : [
+    ...body.muscles.flatMap((m, i) => unlike(state.tensions[i], at.tensions[i]) ? [`${m.name} ${round(at.tensions[i])} → ${round(state.tensions[i])} N/m`] : []),
+    ...["jaw", "hyoid back", "hyoid up"].flatMap((name, i) => unlike(state.bones[i], at.bones[i]) ? [`${name} ${round(at.bones[i])} → ${round(state.bones[i])} ${i ? "mm" : "°"}`] : []),
+    ...state.gravity ? ["weight acts"] : [],
+  ];
+  byId("changed").hidden = !changed.length;
+  byId("changed").firstElementChild.textContent = `Changed by hand since: ${changed.join(", ")}.`;
+  byId("verdict").classList.toggle("old", changed.length > 0);
+}
+// What a fit is made with: no weight, the jaw closed.
 function plain(tensions, bones) {
-  if (state.gravity || state.palate) {
-    [state.gravity, state.palate] = ["", false];
+  if (state.gravity) {
+    state.gravity = "";
     act();
   }
   if (fit?.valley) state.along = fit.valley.answer;
@@ -353,8 +385,8 @@ function slide(along) {
 function act() {
   const request = { ask: "act", scene: scene() };
   const said = live.ask(request);
+  complain("act", said.error);
   if (said.error) {
-    complain(said.error);
     [state.gravity, state.palate] = ["", false];
     live.ask({ ask: "act", scene: scene() });
     showControls();
@@ -362,44 +394,62 @@ function act() {
   move();
 }
 function open() {
-  const request = { ask: "open", body: { ...(own.body ?? {}), h_mm: spacing(), continuum: state.continuum }, thesis: own.thesis ?? false, scene: scene() };
+  const request = { ask: "open", body: { ...(own.body ?? {}), h_mm: spacing(), continuum: state.continuum }, thesis: own.thesis ?? false, scene: scene([0, 0, 0], false) };
   const made = live.ask(request);
-  if (made.error) { complain(made.error); return false; }
+  complain("open", made.error);
+  if (made.error) return false;
   worker(request);
   body = made;
   shape = null;
   if (state.tensions.length !== body.muscles.length) state.tensions = body.muscles.map(() => 0);
   draw = makeMouth(byId("mouth"), body);
   byId("sound").hidden = !body.tract;
+  sound ??= makeSound(body.means);
   makeRows();
   explain();
+  if (state.gravity || walled()) act();
   return true;
 }
-async function readTable(text, file) {
-  const request = { ask: "table", text, file };
+// Reads a table: its text, or the bytes of a file, which the program decodes; the page's own where none is given.
+const LARGEST_TABLE = 64 << 20;
+async function readTable(given = null) {
+  const { text = null, file_bytes, file } = given ?? { text: own.table?.text, file: own.table?.file ?? "" };
+  const request = { ask: "table", text, file, file_bytes };
   const said = live.ask(request);
-  if (said.error) { complain(said.error); return false; }
+  complain("table", said.error);
+  if (said.error) return false;
   await worker(request);
-  complain(null);
-  table = { ...said, own: text === (own.table?.text ?? null) };
-  fit = null;
+  let decoded = text;
+  if (file_bytes) try { decoded = new TextDecoder("utf-8", { fatal: true }).decode(file_bytes); } catch { decoded = null; }
+  table = { ...said, own: !given, file, text: decoded };
+  [fit, missing, state.baseline] = [null, null, ""];
   byId("valley").hidden = true;
   makeVowels();
   return true;
 }
 
 // -- The link -----------------------------------------------------------------------------------------------------------------------
+// A table of one's own is in the link where it is short; else the link names it, and the page asks for it.
+const LONGEST_IN_LINK = 6000;
+let missing = null;
+const unheld = () => missing?.file ?? (table && !table.own && (table.text?.length ?? Infinity) > LONGEST_IN_LINK ? table.file : null);
 function link() {
   const q = new URLSearchParams();
+  if (missing) for (const key of ["file", "s", "b", "v", "k", "along"]) if (missing.said.has(key)) q.set(key, missing.said.get(key));
   if (state.continuum !== (own.continuum ?? false)) q.set("body", state.continuum ? "continuum" : "springs");
-  if (state.subject) q.set("s", state.subject);
-  if (state.vowel) q.set("v", state.vowel);
-  if (state.vowel) q.set("k", state.target);
+  if (!missing) {
+    if (table && !table.own) q.set("file", table.file);
+    if (table && !table.own && !unheld()) q.set("table", table.text);
+    if (state.subject) q.set("s", state.subject);
+    if (state.baseline) q.set("b", state.baseline);
+    if (state.vowel) q.set("v", state.vowel);
+    q.set("k", state.target);
+  }
   const pulled = words(state.tensions.map((t) => Number(t.toPrecision(12))));
   if (pulled.length) q.set("t", pulled.join(","));
   if (state.bones.some((b) => b !== 0)) q.set("bones", state.bones.map((b) => Number(b.toPrecision(12))).join(","));
   if (state.gravity) q.set("gravity", state.gravity);
-  if (state.palate) q.set("palate", "1");
+  q.set("palate", state.palate ? "1" : "0");
   if (state.lips[0] !== 8 || state.lips[1] !== 0) q.set("lips", state.lips.join(","));
   if (!state.mesh) q.set("mesh", "0");
   if (state.along !== null) q.set("along", state.along);
@@ -408,41 +458,78 @@ function link() {
 function remember() {
   if (!testing) try { history.replaceState(null, "", link()); } catch { /* a page without an address has no link */ }
 }
-// Takes up what a link says; the program says what is wrong with it.
+// Takes up what a link says, and says what of it cannot be taken up; what is wrong with a tension the program says.
+const IN_LINKS = ["body", "file", "table", "s", "b", "v", "k", "t", "bones", "gravity", "palate", "lips", "mesh", "along"];
 async function takeUp(fragment) {
-  const q = new URLSearchParams(fragment.replace(/^#/, ""));
-  const kind = q.get("body");
-  if (kind && (kind === "continuum") !== state.continuum) {
-    state.continuum = kind === "continuum";
+  const q = new URLSearchParams(fragment.replace(/^#/, "")), wrong = [];
+  const one = (key, known, usual) => {
+    const said = q.get(key);
+    if (said === null || known.includes(said)) return said ?? usual;
+    wrong.push(`${key}=${said} is none of ${[...new Set(known)].join(", ")}.`);
+    return usual;
+  };
+  for (const key of q.keys()) if (!IN_LINKS.includes(key)) wrong.push(`${key} means nothing in a link.`);
+  const continuum = one("body", ["springs", "continuum"], own.continuum ? "continuum" : "springs") === "continuum";
+  if (continuum !== state.continuum) {
+    state.continuum = continuum;
     if (!open()) return;
-    await readTable(own.table?.text ?? null, own.table?.file ?? "");
   }
-  state.subject = q.get("s") ?? state.subject;
-  state.target = q.get("k") === "stretch" ? "stretch" : "ratio";
-  state.gravity = ["upright", "supine", "prone"].includes(q.get("gravity")) ? q.get("gravity") : "";
-  state.palate = q.get("palate") === "1";
-  state.mesh = q.get("mesh") !== "0";
+  const [file, text] = [q.get("file"), q.get("table")];
+  if (text !== null) await readTable({ text, file: file ?? "table" });
+  else if (file !== null && file !== table.file) missing = { file, said: q, fragment };
+  else if (file === null && !table.own) await readTable();
+  if (!missing) {
+    state.subject = one("s", table.rows.map((r) => r.subject), state.subject);
+    state.baseline = one("b", table.rows.filter((r) => r.subject === state.subject).map((r) => r.vowel), "");
+  }
+  state.target = one("k", ["stretch", "ratio"], "stretch");
+  state.gravity = one("gravity", ["upright", "supine", "prone"], "");
+  state.palate = one("palate", ["0", "1"], "1") === "1";
+  state.mesh = one("mesh", ["0", "1"], "1") === "1";
   makeVowels();
   const given = q.get("t")?.split(",").filter((w) => w !== "") ?? [];
   const read = live.ask({ ask: "tensions", tensions: given });
-  const bones = (q.get("bones") ?? "0,0,0").split(",").map(Number);
-  state.bones = [0, 1, 2].map((i) => Number.isFinite(bones[i]) ? bones[i] : 0);
-  const lips = (q.get("lips") ?? "8,0").split(",").map(Number);
-  state.lips = [lips[0] > 0 ? Math.min(lips[0], 20) : 8, lips[1] > 0 ? Math.min(lips[1], 8) : 0];
+  const numbers = (key, usual, low, high) => {
+    const said = q.has(key) ? q.get(key).split(",").map((w) => w.trim() === "" ? NaN : Number(w)) : usual;
+    if (said.length === usual.length && said.every((x, i) => x >= low[i] && x <= high[i])) return said;
+    wrong.push(`${key}=${q.get(key)} is not ${usual.length} numbers from ${low.join(", ")} to ${high.join(", ")}.`);
+    return usual.slice();
+  };
+  state.bones = numbers("bones", [0, 0, 0], [0, -12, -12], [15, 12, 12]);
+  state.lips = numbers("lips", [8, 0], [1, 0], [20, 8]);
   state.tensions = read.error ? body.muscles.map(() => 0) : read.tensions_n;
-  if (state.gravity || state.palate) act();
+  if (read.error) wrong.unshift(read.error);
+  act();
   showControls();
-  move();
-  if (q.get("v")) {
-    await choose(q.get("v"), q.has("t"));
-    const along = Number(q.get("along") ?? NaN);
-    if (fit?.valley && along >= 0 && along <= fit.valley.points.length - 1) { state.along = along; showControls(); }
+  const vowel = missing ? null : one("v", table.rows.filter((r) => r.subject === state.subject).map((r) => r.vowel), null);
+  if (missing) {
+    [state.vowel, state.along, fit] = ["", null, null];
+    byId("valley").hidden = true;
+    verdict(`This link is of the table ${file}, which is not in it: open that table below. Until then no vowel is fitted.`);
+  } else if (vowel) {
+    await choose(vowel, q.has("t"));
+    const [along, most] = [q.get("along"), fit?.valley ? fit.valley.points.length - 1 : 0];
+    if (along !== null && !read.error) state.along = numbers("along", [0], [0], [most])[0];
+    showControls();
+    showChanged();
   }
-  if (read.error) complain(read.error);
+  complain("link", wrong.join(" "));
 }
 
 // -- Files --------------------------------------------------------------------------------------------------------------------------
 const made = () => `tongue-fit ${body.version}, tongue.html${link()}`;
+// What stands above and below a picture that is kept.
+function caption() {
+  const changed = byId("changed").hidden ? "" : ", changed by hand";
+  const title = fit ? `${fit.subject} /${fit.vowel}/ against /${fit.baseline}/, fitted by ${fit.target_kind === "ratio" ? "length ratios" : "stretches"}${changed}` : "A tongue whose muscles pull as given";
+  const pulled = body.muscles.flatMap((m, i) => state.tensions[i] > 0.05 ? [`${m.name} ${round(state.tensions[i])}`] : []);
+  const [jaw, back, up] = state.bones, weight = { "": "no weight", upright: "weight, sitting", supine: "weight, on the back", prone: "weight, face down" }[state.gravity];
+  return { title, lines: [
+    `Tensions, N per metre of thickness: ${pulled.join(", ") || "none"}.`,
+    `Jaw ${round(jaw)}° open; hyoid ${round(back)} mm back, ${round(up)} mm up; ${weight}; palate and teeth ${walled() ? "stop the tongue" : "do not act"}; ${body.what}.`,
+    ...byId("beyond").hidden ? [] : [byId("beyond").textContent],
+  ] };
+}
 const fileName = (ending) => `tongue${state.vowel ? `-${state.subject}-${state.vowel}` : ""}.${ending}`.replace(/[^\p{L}\p{N}.-]+/gu, "-");
 function save(blob, name) {
   const address = URL.createObjectURL(blob);
@@ -451,16 +538,41 @@ function save(blob, name) {
 }
 async function png() {
   const picture = new Image();
-  picture.src = `data:image/svg+xml,${encodeURIComponent(pictureText(byId("mouth"), made()))}`;
+  picture.src = `data:image/svg+xml,${encodeURIComponent(pictureText(byId("mouth"), made(), caption()))}`;
   await picture.decode();
   const canvas = element("canvas", { width: 2 * picture.naturalWidth, height: 2 * picture.naturalHeight });
   canvas.getContext("2d").drawImage(picture, 0, 0, canvas.width, canvas.height);
   return new Promise((done) => canvas.toBlob(done, "image/png"));
 }
 
+// A swipe that begins on a slider scrolls the page: a slider that is touched acts once the finger goes along it or is lifted in place.
+function guardSwipes() {
+  let held = null;
+  const act = (slider) => slider.dispatchEvent(new Event("input", { bubbles: true }));
+  const way = (e) => [Math.abs(e.clientX - held.x), Math.abs(e.clientY - held.y)];
+  const let_go = (meant) => {
+    const { slider, value } = held;
+    held = null;
+    if (!meant) slider.value = value;
+    if (meant || slider.value !== value) act(slider);
+  };
+  const on = (name, work) => document.addEventListener(name, work, true);
+  on("pointerdown", (e) => {
+    const slider = e.pointerType === "mouse" ? null : e.target.closest?.("input[type=range]");
+    held = slider ? { slider, value: slider.value, x: e.clientX, y: e.clientY, meant: false } : null;
+  });
+  on("pointermove", (e) => { if (held) { const [x, y] = way(e); held.meant ||= x > Math.max(8, 2 * y); } });
+  on("input", (e) => { if (held && e.target === held.slider && !held.meant && e.isTrusted) e.stopImmediatePropagation(); });
+  on("pointerup", (e) => { if (held) { const [x, y] = way(e); let_go(held.meant || y < 8); } });
+  on("pointercancel", () => { if (held) let_go(false); });
+}
+
 // -- All together -------------------------------------------------------------------------------------------------------------------
 function listen() {
-  byId("subject").addEventListener("change", () => { state.subject = byId("subject").value; makeVowels(); if (state.vowel) choose(state.vowel); });
+  guardSwipes();
+  byId("subject").addEventListener("change", () => { [state.subject, state.baseline] = [byId("subject").value, ""]; makeVowels(); if (state.vowel) choose(state.vowel); });
+  byId("baseline").addEventListener("change", () => { state.baseline = byId("baseline").value; makeVowels(); showControls(); if (state.vowel) choose(state.vowel); });
+  byId("changed").querySelector("button").addEventListener("click", back);
   for (const radio of document.querySelectorAll("[name=target]")) radio.addEventListener("change", () => { state.target = radio.value; if (state.vowel) choose(state.vowel); });
   byId("along").addEventListener("input", () => slide(Number(byId("along").value)));
   byId("slack").addEventListener("click", () => { [state.vowel, state.along, fit] = ["", null, null]; fitting++; byId("valley").hidden = true; verdict(""); glide(body.muscles.map(() => 0), [0, 0, 0]); showControls(); });
@@ -484,19 +596,29 @@ function listen() {
     if (open()) { act(); showControls(); if (state.vowel) choose(state.vowel); }
   });
   byId("gravity").addEventListener("change", () => { state.gravity = byId("gravity").value; act(); });
-  byId("palate").addEventListener("change", () => { state.palate = byId("palate").checked; act(); });
+  byId("palate").addEventListener("change", () => { state.palate = byId("palate").checked; act(); if (fit) choose(state.vowel); });
   byId("mesh").addEventListener("change", () => { state.mesh = byId("mesh").checked; show(); remember(); });
   byId("table").addEventListener("change", async () => {
     const file = byId("table").files[0];
-    if (file && await readTable(await file.text(), file.name)) { [state.vowel, state.along] = ["", null]; verdict("Choose a vowel."); showControls(); show(); }
+    if (!file) return;
+    const waiting = missing?.file === file.name ? missing.fragment : null;
+    const file_bytes = new Uint8Array(await file.slice(0, LARGEST_TABLE + 1).arrayBuffer());
+    if (!await readTable({ file_bytes, file: file.name })) return;
+    if (waiting) { await takeUp(waiting); return; }
+    [state.vowel, state.along] = ["", null];
+    verdict("Choose a vowel.");
+    showControls();
+    show();
+    showChanged();
   });
-  byId("save-svg").addEventListener("click", () => save(new Blob([pictureText(byId("mouth"), made())], { type: "image/svg+xml" }), fileName("svg")));
+  byId("save-svg").addEventListener("click", () => save(new Blob([pictureText(byId("mouth"), made(), caption())], { type: "image/svg+xml" }), fileName("svg")));
   byId("save-png").addEventListener("click", async () => save(await png(), fileName("png")));
   byId("copy-link").addEventListener("click", async () => {
     const address = location.href.split("#")[0] + link();
     remember();
-    try { await navigator.clipboard.writeText(address); byId("found").textContent = "The link is copied: it holds all that is set here."; }
-    catch { byId("found").textContent = "The link is in the address bar: it holds all that is set here."; }
+    const holds = unheld() ? `it holds all that is set here but the table ${unheld()}, which has to be opened with it` : "it holds all that is set here";
+    try { await navigator.clipboard.writeText(address); byId("found").textContent = `The link is copied: ${holds}.`; }
+    catch { byId("found").textContent = `The link is in the address bar: ${holds}.`; }
   });
   byId("theme").addEventListener("click", () => {
     const root = document.documentElement;
@@ -511,8 +633,7 @@ async function begin() {
   const module = await WebAssembly.compile(await unpacked());
   live = makeEngine(module);
   worker = makeWorker(module);
-  if (!open() || !await readTable(own.table?.text ?? null, own.table?.file ?? "")) return;
-  sound = makeSound(body.means);
+  if (!open() || !await readTable()) return;
   byId("made").textContent = `tongue-fit ${body.version}${own.command ? ` · ${own.command}` : ""} · ${body.what}`;
   if (body.palate_m === null) byId("palate").closest("label").hidden = true;
   if (!body.bones.some((b) => b.name === "hyoid") || !body.bones.some((b) => b.name === "mental_spine")) document.querySelector(".bones").hidden = true;
@@ -524,4 +645,4 @@ async function begin() {
   else if (first) { state.subject = first.subject; makeVowels(); await choose(first.vowel); }
   document.body.dataset.ready = "yes";
 }
-begin().catch((error) => { errors.push(String(error)); complain(`This page cannot run here: ${error}. It needs a browser of 2023 or newer.`); });
+begin().catch((error) => { errors.push(String(error)); complain("page", `This page cannot run here: ${error}. It needs a browser of 2023 or newer.`); });

@@ -29,6 +29,7 @@ from ._tongue_fit import (
     Target,
     Trajectory,
 )
+from .program import Run, adapt, check, run, scene, sound, track, validate
 from .rows import Batch, Fit, batch, dataset, fit, merge
 
 # VERSION contains the commit, which versions of Python packages cannot contain.
@@ -46,12 +47,20 @@ __all__ = [
     "Model",
     "Observable",
     "Observation",
+    "Run",
     "Shape",
     "Solver",
     "Target",
     "Trajectory",
+    "adapt",
     "batch",
+    "check",
     "dataset",
     "fit",
     "merge",
+    "run",
+    "scene",
+    "sound",
+    "track",
+    "validate",
 ]

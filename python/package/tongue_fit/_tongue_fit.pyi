@@ -432,3 +432,6 @@ def fit_rows(
     report: Callable[[int, int], object],
 ) -> tuple[int, list[tuple[int, str | None, str]], list[str]]:
     """Every `of`th fit of a table, from the `number`th on: the implementation of `tongue_fit.batch`."""
+
+def run_program(words: Sequence[str]) -> int:
+    """Runs the program with a command line (its name first) and returns its exit status; wrong usage ends the process. Once in a process."""

@@ -22,8 +22,11 @@ _MOST_SHOWN = 60
 def dataset(frame: pd.DataFrame, origin: str = "frame") -> native.Dataset:
     """The table of lengths in a pandas frame, with the columns of a CSV: `subject`, `vowel`, `GGa_mm`, ... Subject and vowel may\n    also be the index.\n\n    The digits of a number are those that it needs: lengths in whole millimetres have a half width of 0.5 mm, as integers or,\n    if some are missing, as floats.
     """
-    if isinstance(frame, native.Dataset):
-        return frame
+    return frame if isinstance(frame, native.Dataset) else native.Dataset.from_text(csv_text(frame), origin)
+
+
+def csv_text(frame: pd.DataFrame) -> str:
+    """A frame as the text of a CSV table, with the digits that its numbers have."""
     if not (hasattr(frame, "columns") and hasattr(frame, "reset_index")):
         raise native.Error(f"frame must be a pandas DataFrame with the columns subject, vowel, GGa_mm, ..., not {_shown(frame)}")
     named = [name for name in frame.index.names if name is not None]
@@ -39,8 +42,7 @@ def dataset(frame: pd.DataFrame, origin: str = "frame") -> native.Dataset:
             value = float(str(value))
         return repr(float(value)).removesuffix(".0") if isinstance(value, float) else value
 
-    text = frame.astype(object).map(cell).to_csv(index=False)
-    return native.Dataset.from_text(text, origin)
+    return frame.astype(object).map(cell).to_csv(index=False)
 
 
 class Fit(dict[str, Any]):

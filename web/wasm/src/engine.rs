@@ -6,6 +6,7 @@ use nalgebra::SVector;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tongue_fit::body::{Anatomy, Body, ContinuumSettings, HYOID, MANDIBLE, json as mesh_json};
+use tongue_fit::effect::Contact;
 use tongue_fit::geometry::topology;
 use tongue_fit::heard::{Airway, Articulation, Formant, mean_vowels};
 use tongue_fit::inverse::alarms;
@@ -81,6 +82,9 @@ pub struct Engine {
     scene: Scene,
     system: Arc<System<2>>,
     workspace: Workspace<2>,
+    /// Palate and teeth, if the body has them, and the nodes of its surface that are on no bone.
+    wall: Option<Contact>,
+    surface: Vec<usize>,
     /// The tract around it, if it has a tongue's outline.
     airway: Option<Airway>,
     /// Whether the next posture can start from this one.
@@ -108,7 +112,11 @@ impl Engine {
         let own = text.mesh.is_some() || text.anatomy.is_some();
         let round = || Airway::round(&body, Airway::drawn().ok()?).ok();
         let airway = if own { None } else { round() };
-        Ok(Self { body, model, thesis, data, scene, system, workspace, airway, settled: true })
+        let held = system.held();
+        let surface: Vec<usize> =
+            body.mesh.surface_nodes().into_iter().filter(|node| !held.contains(node)).collect();
+        let wall = body.palate.as_ref().map(|outline| Contact::new(outline.clone(), &[], 0.0, 1e-3));
+        Ok(Self { body, model, thesis, data, scene, system, workspace, wall, surface, airway, settled: true })
     }
 
     /// Data for a picture: positions in m, and node numbers.
@@ -161,7 +169,7 @@ impl Engine {
     /// Number of values of a frame.
     pub fn numbers(&self) -> usize {
         let positions = 2 * self.body.mesh.nodes.len();
-        POSTURE.max(FINDINGS) + self.system.muscle_count() * 2 + positions + 2 * FORMANTS
+        POSTURE.max(FINDINGS) + self.system.muscle_count() * 2 + positions + 2 * FORMANTS + 1
     }
 
     /// Solves one posture from the last one. On input `numbers` contains the opening of the jaw (degrees),
@@ -169,8 +177,9 @@ impl Engine {
     /// is no sound), and from index 5 the tension of every muscle (N per metre of thickness). On output the
     /// first five are the smallest and the largest ratio of a triangle's area to that at rest, the number of
     /// elements in which the barrier acts, the iterations, and the largest residual force (N/m). Behind the
-    /// tensions follow the length of every muscle (m), the positions (m), and the frequencies and then the
-    /// bandwidths of the formants (Hz; zero without sound). NaN on input counts as zero.
+    /// tensions follow the length of every muscle (m), the positions (m), the frequencies and then the
+    /// bandwidths of the formants (Hz; zero without sound), and how far the tongue is beyond palate or teeth
+    /// (m). NaN on input counts as zero.
     pub fn frame(&mut self, numbers: &mut [f64]) -> bool {
         let muscles = self.system.muscle_count();
         if numbers.len() != self.numbers() {
@@ -206,8 +215,20 @@ impl Engine {
         };
         let values = lengths.into_iter().chain(positions.iter().flat_map(|p| [p.x, p.y]));
         let values = values.chain(of(|f| f.frequency_hz)).chain(of(|f| f.bandwidth_hz));
+        let values = values.chain([self.beyond(positions)]);
         rest.iter_mut().zip(values).for_each(|(to, value)| *to = value);
         self.settled
+    }
+
+    /// How far the surface is beyond palate or teeth, m: the largest distance from them of a node whose
+    /// straight way from rest crosses them, 0 if there is none.
+    fn beyond(&self, positions: &[SVector<f64, 2>]) -> f64 {
+        let Some(wall) = &self.wall else { return 0.0 };
+        let passed = |&&n: &&usize| {
+            let way = [self.system.rest()[n], positions[n]];
+            wall.penetrated(&way, &[[0, 1]]).is_some()
+        };
+        self.surface.iter().filter(passed).map(|&n| wall.distance(&positions[n])).fold(0.0, f64::max)
     }
 
     /// The tension of every muscle, N per metre of thickness, from words such as `GGa=12`; 0 for muscles

@@ -11,9 +11,9 @@ use crate::engine::Engine;
 ///
 /// # Errors
 /// As the program's, with line and column.
-pub fn table(engine: &mut Engine, text: Option<&str>, file: &str) -> Result<Value, String> {
+pub fn table(engine: &mut Engine, text: Option<&[u8]>, file: &str) -> Result<Value, String> {
     let data = match text {
-        Some(text) => Dataset::from_reader(text.as_bytes(), file),
+        Some(text) => Dataset::from_reader(text, file),
         None => Dataset::reference(),
     };
     let data = data.map_err(|e| e.to_string())?;
@@ -32,12 +32,15 @@ pub fn table(engine: &mut Engine, text: Option<&str>, file: &str) -> Result<Valu
     let refused = plan.refusals.iter().map(|r| &r.message);
     let broken: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
     let told: Vec<&String> = refused.chain(&broken).collect();
+    let rows: Vec<Value> = (data.rows().iter())
+        .map(|row| json!({"subject": row.lengths.subject, "vowel": row.lengths.vowel}))
+        .collect();
     let origin = data.origin().to_owned();
     engine.data = data;
-    Ok(json!({"origin": origin, "fits": fits, "baselines": baselines, "told": told}))
+    Ok(json!({"origin": origin, "rows": rows, "fits": fits, "baselines": baselines, "told": told}))
 }
 
-/// The result of `tongue-fit --vowel .. --method gauss-newton`.
+/// The result of `tongue-fit --vowel .. --method gauss-newton`; with `walls`, palate and teeth stop the tongue.
 ///
 /// # Errors
 /// As the program's.
@@ -47,11 +50,13 @@ pub fn fit(
     vowel: &str,
     baseline: Option<&str>,
     kind: TargetKind,
+    walls: bool,
 ) -> Result<FitRecord, String> {
     let vowel: Vowel = vowel.parse().map_err(|e| format!("{e}"))?;
     let baseline = baseline.map(str::parse::<Vowel>).transpose().map_err(|e| e.to_string())?;
     let options = TargetOptions { muscles: None, baseline };
     let target = Target::new(&engine.data, subject, &vowel, kind, &options).map_err(|e| e.to_string())?;
     let by = Provenance::new("tongue.html").with_tissue(engine.model.tissue);
-    FitRecord::of_target(&engine.body, &engine.model, &target, engine.thesis, by).map_err(|e| e.to_string())
+    FitRecord::of_target(&engine.body, &engine.model, &target, engine.thesis, walls, by)
+        .map_err(|e| e.to_string())
 }

@@ -26,17 +26,29 @@ enum Request {
     Tensions { tensions: Vec<String> },
     /// Sets the positions to a shape that was solved elsewhere.
     Place { positions_m: Vec<[f64; 2]> },
-    /// Reads a table of lengths; the built-in one if none is given.
+    /// Reads a table of lengths: the bytes behind the request, or this text, or the built-in one.
     Table { text: Option<String>, file: String },
     /// One fit.
-    Fit { subject: String, vowel: String, baseline: Option<String>, target: String },
+    Fit {
+        subject: String,
+        vowel: String,
+        baseline: Option<String>,
+        target: String,
+        /// Whether palate and teeth stop the tongue.
+        #[serde(default)]
+        walls: bool,
+    },
 }
 
-/// The answer to a request, as JSON.
+/// The answer to a request, as JSON. Behind the request and a zero byte, the bytes of a file may stand.
 ///
 /// # Errors
 /// The program's message.
 pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, String> {
+    let (request, file_bytes) = match request.iter().position(|&byte| byte == 0) {
+        Some(end) => (&request[..end], Some(&request[end + 1..])),
+        None => (request, None),
+    };
     let request =
         serde_json::from_slice(request).map_err(|e| format!("the page sent an unknown request: {e}"))?;
     let value = match (request, engine) {
@@ -52,10 +64,12 @@ pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, Str
             engine.tensions(&tensions).map(|all| json!({"tensions_n": all}))
         }
         (Request::Place { positions_m }, Some(engine)) => engine.place(&positions_m).map(|()| json!({})),
-        (Request::Table { text, file }, Some(engine)) => fits::table(engine, text.as_deref(), &file),
-        (Request::Fit { subject, vowel, baseline, target }, Some(engine)) => {
+        (Request::Table { text, file }, Some(engine)) => {
+            fits::table(engine, file_bytes.or(text.as_deref().map(str::as_bytes)), &file)
+        }
+        (Request::Fit { subject, vowel, baseline, target, walls }, Some(engine)) => {
             let kind: TargetKind = target.parse().map_err(|e| format!("{e}"))?;
-            to_value(fits::fit(engine, &subject, &vowel, baseline.as_deref(), kind)?)
+            to_value(fits::fit(engine, &subject, &vowel, baseline.as_deref(), kind, walls)?)
         }
     };
     value.map(|v| v.to_string())

@@ -17,6 +17,7 @@ mod file;
 mod json;
 mod markdown;
 mod msh;
+mod of_target;
 #[cfg(feature = "files")]
 mod page;
 mod record;

@@ -8,13 +8,12 @@ use super::by_muscle::{by, mm};
 use super::csv::Rows;
 use super::export::{Export, Provenance};
 use super::valley_record::ValleyRecord;
-use tongue_core::body::{Body, HYOID};
+use tongue_core::body::HYOID;
 use tongue_core::statics::{self, Solution};
-use tongue_core::system::{Model, System};
-use tongue_infer::inverse::alarms::{self, Alarm};
-use tongue_infer::inverse::{self, Fit, FitError, Matched, Method, Premises, Said, Settings, Setup, Tone};
-use tongue_input::measured::muscles::Muscles;
-use tongue_input::measured::{Target, TargetKind, Vowel, reference_muscle};
+use tongue_core::system::System;
+use tongue_infer::inverse::alarms::Alarm;
+use tongue_infer::inverse::{self, Fit, Tone};
+use tongue_input::measured::{TargetKind, Vowel, reference_muscle};
 
 /// The branch of equilibria that begins at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -332,32 +331,6 @@ impl FitRecord {
             posterior: None,
             wall_s: Some(wall_s),
         }
-    }
-
-    /// Fits a target by Gauss-Newton under the usual premises ([`Premises::of`]), with alarms: the result of
-    /// `tongue-fit --vowel` with `--method gauss-newton`, without its duration.
-    ///
-    /// # Errors
-    /// As [`inverse::fit`] and [`Setup::new`].
-    pub fn of_target(
-        body: &Body<2>,
-        model: &Model,
-        target: &Target,
-        thesis: bool,
-        made_by: Provenance,
-    ) -> Result<Self, FitError> {
-        let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
-        let premises = Premises::of(target.kind, body, &Said { thesis, ..Said::default() })?;
-        let fit = match premises.is_thesis() {
-            true => inverse::fit(&body.mesh, model, target, &settings)?,
-            false => {
-                let setup = Setup::new(body, model, premises)?;
-                inverse::fit_in(&setup, &Matched::new(&body.mesh, target)?, &settings)?
-            }
-        };
-        let known = Muscles::built_in();
-        let alarms = alarms::alarms(&body.mesh, &fit, &known, None, &settings, alarms::DEFAULT_THICKNESS_M);
-        Ok(Self { wall_s: None, ..Self::new(&fit, &alarms, made_by, 0.0) })
     }
 
     /// The record as indented JSON with a newline at the end.

@@ -353,8 +353,11 @@ fn default_gravity() -> f64 {
     9.81
 }
 
+/// Distance from which on a wall acts where none is given, mm.
+pub const CONTACT_REACH_MM: f64 = 1.0;
+
 fn default_reach() -> f64 {
-    1.0
+    CONTACT_REACH_MM
 }
 
 fn default_joint() -> [f64; 2] {

@@ -1,0 +1,96 @@
+"""What the program does beside fits, from Python: the same JSON and files, its refusals as errors, its command in the wheel."""
+
+import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import tongue_fit as tf
+
+
+def run_program(program: str, out: Path, *words: str) -> tuple[dict[str, Any], dict[str, bytes]]:
+    done = subprocess.run([program, *words, "--json", "--out", str(out)], capture_output=True, check=False)
+    assert done.returncode in (0, 3), done.stderr.decode()
+    return json.loads(done.stdout), {path.name: path.read_bytes() for path in out.iterdir()}
+
+
+def timeless(record: Any) -> Any:
+    """A record without the times that a run took, and without the command that made it."""
+    if isinstance(record, dict):
+        return {k: timeless(v) for k, v in record.items() if k not in ("wall_s", "command", "time_by_effect", "file", "files")}
+    return [timeless(v) for v in record] if isinstance(record, list) else record
+
+
+def test_scenes_sounds_and_checks_are_those_of_the_program(program: str, tmp_path: Path) -> None:
+    scene = tf.scene("supine")
+    record, files = run_program(program, tmp_path / "scene", "scene", "run", "supine")
+    assert timeless(scene) == timeless(record) and set(scene.files) == set(files)
+    sound = tf.sound(tension={"GGa": 12.0, "SGm": 3}, hyoid=[1, -1], lip_opening=9)
+    words = ("sound", "--tension", "GGa=12", "--tension", "SGm=3", "--hyoid", "1,-1", "--lip-opening", "9")
+    record, files = run_program(program, tmp_path / "sound", *words)
+    assert timeless(sound) == timeless(record)
+    assert sound.files["sound.wav"] == files["sound.wav"] and sound.files["sound.wav"][:4] == b"RIFF"
+    table = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a"], "GGa_mm": [46, 38], "SGm_mm": pd.array([25, None], dtype="Int64")})
+    assert len(tf.check(table)["subjects"]) == 1
+
+
+def test_a_scene_may_be_a_dict_and_a_table_a_frame() -> None:
+    keys = {"title": "t", "want": "shape", "body": {"tongue": {"h_mm": 8.0}}, "effects": {"incompressibility": True, "gravity": {"posture": "supine"}}}
+    scene = tf.scene(keys)
+    assert scene["converged"] and scene.is_trustworthy and np.array(scene["positions_m"]).shape[1] == 2
+    table = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a"], "GGa_mm": [46, 38], "SGm_mm": [25, 21], "HGa_mm": [36, 33]})
+    by_program = tf.run(vowel="a", subject="X", lengths=tf.dataset(table), target="stretch", method="gauss-newton")
+    here = tf.fit(tf.dataset(table), "X", "a", target="stretch", method="gauss-newton")
+    assert by_program["tensions_n"] == here["tensions_n"]
+    assert list(by_program.frame("fit.csv").muscle) == list(here["tensions_n"])
+    assert pickle.loads(pickle.dumps(scene)) == scene and "supine" not in repr(scene) and (scene._repr_svg_() or "").startswith("<")
+
+
+@pytest.mark.parametrize(
+    ("ask", "said"),
+    [
+        (lambda: tf.sound(vowel="q"), "/q/"),
+        (lambda: tf.sound(tension={"GGa": -3}), "-3"),
+        (lambda: tf.sound(vowle="a"), "--vowle"),
+        (lambda: tf.sound(vowel=object()), "vowel must be"),
+        (lambda: tf.scene({"title": 1}), "invalid type"),
+        (lambda: tf.scene({"title": {"x": float("nan")}}), "title.x"),
+        (lambda: tf.scene("nothing.toml"), "nothing.toml"),
+        (lambda: tf.track("nothing.csv"), "nothing.csv"),
+        (lambda: tf.adapt(b"nonsense"), "given"),
+        (lambda: tf.run(vowel="a", threads=0), "threads"),
+        (lambda: tf.scene("supine").frame("x.csv"), "x.csv"),
+    ],
+)
+def test_what_the_program_refuses_is_an_error_with_its_text(ask: Any, said: str) -> None:
+    with pytest.raises(tf.Error, match=said.replace("/", "\\/")) as refused:
+        ask()
+    assert not str(refused.value).startswith("error:")
+
+
+def test_the_command_is_in_the_wheel() -> None:
+    command = Path(sys.executable).parent / "tongue-fit"
+    told = subprocess.run([command, "--version"], capture_output=True, text=True, check=True).stdout
+    assert tf.VERSION in told
+    wrong = subprocess.run([command, "--nothing"], capture_output=True, text=True, check=False)
+    assert wrong.returncode == 2 and "--nothing" in wrong.stderr
+    module = subprocess.run([sys.executable, "-m", "tongue_fit", "scene", "list"], capture_output=True, text=True, check=True)
+    assert "supine" in module.stdout
+
+
+def test_ctrl_c_ends_the_program_too() -> None:
+    threading.Timer(0.7, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        tf.validate(posterior=4000)
+    assert time.monotonic() - start < 0.7 + 1.0
