@@ -18,7 +18,7 @@ use super::fit_table::Shown;
 use super::published::{self, Published};
 use super::{Global, Outcome, body, output, posterior, premises};
 
-/// The folder for outputs where none is named.
+/// The default folder for outputs.
 const DEFAULT_OUT: &str = "results";
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
@@ -34,20 +34,20 @@ pub struct Arguments {
     /// Subject whose lengths are fitted
     #[arg(long, value_name = "NAME", default_value = PUBLISHED_SUBJECT)]
     subject: String,
-    /// Quantity to hit: ratio (to GGa, as in the thesis) or stretch (to the subject's own /ɯ/)
+    /// Quantity to fit: ratio (to GGa, as in the thesis) or stretch (to the subject's own /ɯ/)
     #[arg(long, value_name = "KIND", default_value = "ratio")]
     target: String,
-    /// Contracting muscles in place of the rule "shorter than in /ɯ/", such as GGa,SGm,HGa
+    /// Contracting muscles instead of the rule "shorter than in /ɯ/", such as GGa,SGm,HGa
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     muscles: Option<Vec<String>>,
-    /// Vowel taken as rest in place of ɯ
+    /// Vowel taken as rest instead of ɯ
     #[arg(long, value_name = "V")]
     baseline: Option<String>,
-    /// Measured lengths (CSV) in place of the built-in ones
+    /// Measured lengths (CSV) instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
-    /// What searches: the simplex of the thesis, or the derivatives of the equilibrium, which find the same
-    /// tensions ten times faster (and are what batch takes)
+    /// Search method: the simplex of the thesis, or the derivatives of the equilibrium, which find the same
+    /// tensions ten times faster (and are the default of batch)
     #[arg(long, value_enum, default_value = "nelder-mead")]
     method: MethodName,
     /// Number of starting points of the search
@@ -56,16 +56,16 @@ pub struct Arguments {
     /// Upper bound of every tension, N per metre of thickness
     #[arg(long, value_name = "N", default_value_t = Settings::default().upper_bound, allow_hyphen_values = true)]
     upper_bound: f64,
-    /// Of tensions that meet the target equally well: those nearest to the other measured muscles, or those
-    /// of the smallest sum
+    /// Among tensions that meet the target equally well: those nearest to the other measured muscles, or
+    /// those of the smallest sum
     #[arg(long, value_enum, default_value = "others")]
     among: AmongName,
-    /// Thickness over which tensions act, mm: shows them in newtons too, and compares these with published
+    /// Thickness over which tensions act, mm: also prints them in newtons, and compares these with published
     /// forces [default for the comparison: 40]
     #[arg(long, value_name = "MM")]
     thickness: Option<f64>,
-    /// Half width of the rounding of every length, mm [default: as the table says or its digits show, 0.5 for
-    /// whole millimetres]
+    /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole
+    /// millimetres]
     #[arg(long, value_name = "MM")]
     error_mm: Option<f64>,
     #[command(flatten)]
@@ -92,7 +92,7 @@ impl From<AmongName> for Among {
     }
 }
 
-/// The thickness asked for, m.
+/// The given thickness, m.
 ///
 /// # Errors
 /// When it is not positive and finite.
@@ -113,7 +113,7 @@ pub enum MethodName {
 }
 
 impl std::fmt::Display for MethodName {
-    /// As it is typed.
+    /// The name as it is typed.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.to_possible_value().as_ref().map_or("", |v| v.get_name()))
     }
@@ -161,7 +161,7 @@ impl Arguments {
     }
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let settings = Settings {
@@ -196,7 +196,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let fit = arguments.fit(&tongue, &model, &target, &settings)?;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
-        // Its tensions are those of a model that is at rest in the baseline.
+        // The published tensions are those of a model at rest in the baseline.
         None if fit.tone.is_none() => published::answer(mesh, &model, &fit.target)?,
         _ => None,
     };
@@ -246,7 +246,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         };
         output::summary(&shown.text(), &written)?;
     }
-    // With --posterior the posterior is what was asked for; the fit stands beside it.
+    // With --posterior the posterior decides the status; the fit is printed beside it.
     let good = match &sampled {
         Some(sampled) => sampled.report.summary.is_some(),
         None => fit.is_trustworthy(),
@@ -254,7 +254,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
-/// The same row fitted by stretches, which leave nothing open; `None` where that cannot be.
+/// The same row fitted by stretches, which determine all tensions; `None` if that is not possible.
 fn stretches(arguments: &Arguments, body: &Body<2>, model: &Model, settings: &Settings) -> Option<Fit> {
     let target = arguments.target(TargetKind::Stretch).ok()?;
     let settings = Settings { method: Method::GaussNewton, ..*settings };
@@ -271,7 +271,7 @@ fn pictures(
     let target = &fit.target;
     let what = format!("{} /{}/", target.subject, target.vowel);
     let title = format!("{what}: {} (grey) and at the tensions found", fit.tone.posture());
-    // What is grey is the shape that changes are counted from.
+    // The grey shape is the one that changes are counted from.
     let grey = Mesh { nodes: fit.baseline_positions.clone(), ..mesh.clone() };
     let section = SectionPicture {
         mesh: &grey,

@@ -1,5 +1,4 @@
-//! One fit as text: tensions, then what each muscle does beside what was measured of it, then what is to be
-//! thought of it.
+//! One fit as text: tensions, then every muscle with its measurement, then the verdict and the alarms.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -13,32 +12,32 @@ use super::posterior::Sampled;
 use super::published::Published;
 use super::table::{LARGE, counted, files, newtons, table};
 
-/// What is shown of a fit.
+/// Content of the table.
 pub struct Shown<'a> {
     /// The fit.
     pub fit: &'a Fit,
-    /// Which answer was taken of those that fit equally well.
+    /// Selection among answers that fit equally well.
     pub among: Among,
-    /// What to doubt.
+    /// Reasons for doubt.
     pub alarms: &'a [Alarm],
-    /// For a fit of ratios, the same row fitted by stretches.
+    /// For a fit of ratios, the fit of the same row by stretches.
     pub from_stretches: Option<&'a Fit>,
-    /// The published answer, where there is one for the row.
+    /// The published answer, if there is one for the row.
     pub published: Option<&'a Published>,
-    /// Thickness over which tensions act, m, where newtons are asked for.
+    /// Thickness over which tensions act, m, if newtons are asked for.
     pub thickness_m: Option<f64>,
-    /// What data and model leave open, where it was asked for.
+    /// The posterior, if it was asked for.
     pub posterior: Option<&'a Sampled<'a>>,
     /// The files that were written.
     pub written: &'a [PathBuf],
-    /// Time of the whole, s.
+    /// Duration of the whole run, s.
     pub wall_s: f64,
 }
 
-/// What is said where no posterior was asked for, and could be.
+/// Note if no posterior was asked for although it is possible.
 const POINT: &str =
     "A POINT: rounding is under one per cent of what is not known of it; --posterior 1000 has the rest\n";
-/// A misfit below this is rounding, whose digits differ between machines.
+/// Smallest printed misfit: below it digits are rounding and differ between machines.
 const NO_MISFIT: f64 = 1e-9;
 
 impl Shown<'_> {
@@ -67,7 +66,7 @@ impl Shown<'_> {
         text + &files(self.written)
     }
 
-    /// What was assumed that the thesis does not, if anything.
+    /// Premises that differ from the thesis's, if there are any.
     fn premises(&self) -> String {
         let fit = self.fit;
         if fit.tone.is_none() && fit.bones.is_empty() {
@@ -81,7 +80,7 @@ impl Shown<'_> {
         format!("changes are counted from the tongue {}\n{bones}\n\n", fit.tone.posture())
     }
 
-    /// Where the freed bones were found.
+    /// Displacements of the free bones.
     fn bones(&self) -> String {
         let mut text = String::new();
         for b in &self.fit.bones {
@@ -231,7 +230,7 @@ impl Shown<'_> {
         text
     }
 
-    /// How many answers there are, in words.
+    /// The number of answers, in words.
     fn uniqueness(&self, open: usize, chosen: bool) -> String {
         let (fit, target) = (self.fit, &self.fit.target);
         let Some(i) = &fit.identifiability else {

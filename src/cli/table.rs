@@ -24,7 +24,7 @@ pub(super) fn table(header: &[&str]) -> Table {
     t
 }
 
-/// The files that were written, a line each.
+/// The written files, one on each line.
 pub(super) fn files(written: &[PathBuf]) -> String {
     let mut text = String::new();
     for (i, path) in written.iter().enumerate() {
@@ -66,7 +66,7 @@ pub fn simulation(record: &SimulationRecord, alarms: &[Alarm], written: &[PathBu
     text + &self::alarms(alarms.iter().cloned()) + &files(written)
 }
 
-/// What is known of the way from rest to an equilibrium.
+/// The connection of an equilibrium to rest.
 pub(super) fn way(branch: Option<&BranchRecord>, connection: Connection) -> String {
     let Some(branch) = branch else { return way_from_rest(connection).to_owned() };
     let mut text = match (branch.critical, branch.stopped) {
@@ -90,7 +90,7 @@ pub(super) fn way(branch: Option<&BranchRecord>, connection: Connection) -> Stri
     text
 }
 
-/// What is known of the way from rest to an equilibrium whose branch was not followed.
+/// The connection to rest of an equilibrium whose branch was not followed.
 pub(super) fn way_from_rest(connection: Connection) -> &'static str {
     match connection {
         Connection::Traced => "",
@@ -106,7 +106,7 @@ pub(super) fn way_from_rest(connection: Connection) -> &'static str {
     }
 }
 
-/// What to doubt, a line each.
+/// Alarms, one on each line.
 pub(super) fn alarms(alarms: impl IntoIterator<Item = Alarm>) -> String {
     alarms.into_iter().map(|alarm| format!("but {}\n", alarm.text())).collect()
 }
@@ -146,14 +146,14 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
     text + &files(written)
 }
 
-/// How near a body in motion has come to its equilibrium, in a line; nothing where that is not known.
+/// Part of the way to equilibrium that a body in motion has moved, in one line; empty if it is not known.
 pub fn way_gone(time_s: f64, part: Option<f64>) -> String {
     let Some(percent) = part.map(|p| 100.0 * p) else { return String::new() };
     let digits = usize::from(percent > 99.0);
     format!("at {time_s} s the body has gone {percent:.digits$} % of the way to its equilibrium\n")
 }
 
-/// Beyond this a number is written with an exponent, so that no column grows without end.
+/// Numbers above this are written with an exponent, so that columns keep their width.
 pub(super) const LARGE: f64 = 1e5;
 
 pub(super) fn newtons(tension: f64) -> String {
@@ -233,7 +233,7 @@ pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> 
     text + &files(written)
 }
 
-/// Fits that are listed one by one.
+/// Maximum number of fits that are listed one by one.
 const MOST_LISTED: usize = 60;
 
 /// A batch.
@@ -297,7 +297,7 @@ pub fn batch(
     Ok(text + &files(written))
 }
 
-/// One line a fit.
+/// One line for each fit.
 fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
     let mut t = table(&["fit", "tensions, N/m (rounding)", "misfit", "passive", "alarms"]);
     if let Some(c) = t.column_mut(1) {
@@ -339,7 +339,7 @@ fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
     Ok(format!("{t}\n\n"))
 }
 
-/// Two a line, so that the table stays within 100 columns.
+/// Two on each line, so that the table stays within 100 columns.
 fn wrapped(parts: impl Iterator<Item = String>) -> String {
     let parts: Vec<String> = parts.collect();
     parts.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n")
