@@ -56,7 +56,6 @@ fn busy() -> Option<String> {
     text.split_whitespace().next().map(str::to_owned)
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if arguments.continuum {
         return continuum(global);

@@ -75,7 +75,6 @@ struct BodyFile {
     adaptation: Adaptation,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
     let prior = arguments.prior.prior(given.body.mesh.muscles.len())?;

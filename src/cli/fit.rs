@@ -161,7 +161,6 @@ impl Arguments {
     }
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let settings = Settings {

@@ -14,7 +14,6 @@ use super::table::{LARGE, counted, files, newtons, table};
 
 /// Content of the table.
 pub struct Shown<'a> {
-    /// The fit.
     pub fit: &'a Fit,
     /// Selection among answers that fit equally well.
     pub among: Among,
@@ -41,7 +40,6 @@ const POINT: &str =
 const NO_MISFIT: f64 = 1e-9;
 
 impl Shown<'_> {
-    /// The text.
     pub fn text(&self) -> String {
         let target = &self.fit.target;
         let mut text = format!(

@@ -79,7 +79,6 @@ struct RowRecord<'a> {
     not_measured: Vec<&'a str>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let Action::Check(check) = &arguments.action;
     let data = Dataset::from_path(&check.file).into_diagnostic()?;

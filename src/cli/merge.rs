@@ -29,7 +29,6 @@ pub struct Arguments {
     folders: Vec<PathBuf>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let shards = shards(&arguments.folders)?;
@@ -105,7 +104,6 @@ fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> 
     Ok(found)
 }
 
-/// The missing shards.
 fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>> {
     let mut counts: Vec<usize> = shards.keys().map(|s| s.of).collect();
     counts.sort_unstable();

@@ -30,7 +30,6 @@ enum Action {
     Check(mesh_check::Arguments),
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(Action::Check(check)) = &arguments.action {
         return mesh_check::run(check, global);

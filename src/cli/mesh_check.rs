@@ -76,7 +76,6 @@ struct BoneRecord {
     nodes: usize,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = arguments.file.display().to_string();
     let bytes = tongue_fit::files::read(&arguments.file)

@@ -50,7 +50,6 @@ struct Record {
     muscles: Vec<Row>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let tension = arguments.tension;
     if !(tension.is_finite() && tension > 0.0) {

@@ -39,7 +39,6 @@ struct Record {
     not_fitted: Vec<String>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into());
     let is_page =

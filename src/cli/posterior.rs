@@ -72,7 +72,6 @@ pub fn priors(arguments: &PriorsArguments, global: &Global) -> miette::Result<()
 /// A posterior and its report.
 pub struct Sampled<'a> {
     posterior: Posterior<'a>,
-    /// The report.
     pub report: Report,
     what: String,
     baseline: String,

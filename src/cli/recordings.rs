@@ -382,16 +382,13 @@ pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<S
 
 /// The given or default body, with the adaptation in its file.
 pub struct Given {
-    /// The body.
     pub body: Body<2>,
-    /// Its anatomy.
     pub anatomy: Option<Anatomy>,
     /// The adaptation that `tongue-fit adapt` wrote into its file.
     pub adaptation: Option<Adaptation>,
 }
 
 impl Given {
-    /// Reads it.
     pub fn read(arguments: &body::Arguments) -> miette::Result<Self> {
         let body = arguments.body()?;
         if body.mesh.continuum.is_some() {

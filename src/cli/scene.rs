@@ -75,7 +75,6 @@ struct Listed {
     title: String,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     match &arguments.action {
         Action::List => list(global),

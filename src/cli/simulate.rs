@@ -42,7 +42,6 @@ pub struct Arguments {
     space: space::Arguments,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(folder) = arguments.body.space()? {
         let of_the_plane = [

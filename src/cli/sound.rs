@@ -161,7 +161,6 @@ impl Arguments {
     }
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;

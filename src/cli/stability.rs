@@ -23,7 +23,6 @@ pub struct Arguments {
     case: Vec<u8>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let extent = if arguments.full { HowMany::Full } else { HowMany::Sample };
     if let Some(unknown) = arguments.case.iter().find(|c| !CASES.contains(c)) {

@@ -33,7 +33,6 @@ pub(super) fn files(written: &[PathBuf]) -> String {
     text
 }
 
-/// One equilibrium.
 pub fn simulation(record: &SimulationRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
     let ratio = match record.ratios.0.iter().find(|(_, ratio)| *ratio == 1.0) {
         Some((reference, _)) => format!("ratio to {reference}"),
@@ -111,7 +110,6 @@ pub(super) fn alarms(alarms: impl IntoIterator<Item = Alarm>) -> String {
     alarms.into_iter().map(|alarm| format!("but {}\n", alarm.text())).collect()
 }
 
-/// One trajectory.
 pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
     let mut t = table(&["muscle", "length mm"]);
     for (muscle, length) in &record.lengths_mm.0 {
@@ -164,7 +162,6 @@ pub(super) fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
-/// A validation.
 pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> String {
     let mut text = format!(
         "passive stretches of {} of {}, from /{}/; each subject predicted from the other ones\n\n",

@@ -77,7 +77,6 @@ struct Speaker {
     adaptation: Option<Adaptation>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     if let Some(written) = arguments.recordings.write_template()? {

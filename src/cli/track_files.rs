@@ -18,7 +18,6 @@ pub struct Found {
     pub body: Body<2>,
     /// Numbers of the contracting muscles, in the order of tensions.
     pub contracting: Vec<usize>,
-    /// Every frame.
     pub frames: Vec<Tracked>,
 }
 

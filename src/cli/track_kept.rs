@@ -18,7 +18,6 @@ pub struct KeptRecording {
     nodes: Vec<[f64; 2]>,
     /// Origin of the body; `None` if it was given.
     pub adaptation: Option<Adaptation>,
-    /// The frames.
     pub frames: Vec<Tracked>,
 }
 

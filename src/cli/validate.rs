@@ -39,7 +39,6 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let data = match &arguments.lengths {

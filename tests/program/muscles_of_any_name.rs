@@ -37,7 +37,6 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
-/// The names of values by muscle.
 fn names(by_muscle: &Value) -> Vec<&str> {
     by_muscle.as_object().unwrap().keys().map(String::as_str).collect()
 }

@@ -23,25 +23,19 @@ pub struct Curves {
 
 /// Why a file of tension curves is refused.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum CurvesError {
     /// It cannot be read.
     #[error("cannot read the tension curves \"{origin}\": {source}")]
-    Unreadable {
-        /// The file.
-        origin: String,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    Unreadable { origin: String, source: std::io::Error },
     /// Its content is wrong.
     #[error("tension curves \"{origin}\", line {line}{}: {problem}", column.as_ref().map(|c| format!(", column {c}")).unwrap_or_default())]
     Malformed {
-        /// The file.
         origin: String,
         /// Line, from 1.
         line: u64,
         /// Number (from 1) and name of the column, if one is to blame.
         column: Option<String>,
-        /// What is wrong and what to do.
         problem: String,
     },
 }

@@ -144,7 +144,6 @@ impl Arguments {
     }
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let words = super::words_of_the_result();

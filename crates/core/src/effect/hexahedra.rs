@@ -194,7 +194,6 @@ impl Hexahedra {
         MooneyRivlin { c10: c10 * factor, c20: c20 * factor, bulk: bulk * factor }
     }
 
-    /// The energy of an element of a law, J.
     fn energy_of(&self, e: &Element, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> f64 {
         let points = self.at_points(e, positions);
         if !points.iter().all(Point::is_upright) {

@@ -6,58 +6,33 @@ use std::path::PathBuf;
 /// Why an output could not be made or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum ReportError {
     /// The output folder cannot be created or written to.
     #[error(
         "cannot write into the output folder \"{}\": {reason}; choose another folder, or make this one writable",
         path.display()
     )]
-    Folder {
-        /// The output folder.
-        path: PathBuf,
-        /// The reason.
-        reason: String,
-        /// The error of the operating system.
-        source: io::Error,
-    },
+    Folder { path: PathBuf, reason: String, source: io::Error },
     /// A file could not be written; an earlier file is unchanged.
     #[error(
         "cannot write the file \"{}\": {source}; {} (an earlier file of that name is unchanged)",
         path.display(),
         remedy(source)
     )]
-    File {
-        /// The output file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
+    File { path: PathBuf, source: io::Error },
     /// A journal cannot be resumed or read.
     #[error("cannot use the journal \"{}\": {source}{}", path.display(), remedy_of_journal(source))]
-    Journal {
-        /// Its file.
-        path: PathBuf,
-        /// The reason.
-        source: io::Error,
-    },
+    Journal { path: PathBuf, source: io::Error },
     /// An output name contains a folder.
     #[error("\"{name}\" is not a plain file name; give a name without a folder")]
-    Name {
-        /// The given name.
-        name: String,
-    },
+    Name { name: String },
     /// The deformed shape has another number of nodes.
     #[error("the mesh has {nodes} nodes, but the deformed shape {deformed}; pass the positions of this mesh")]
-    NodeCount {
-        /// Number of nodes of the mesh.
-        nodes: usize,
-        /// Number of positions.
-        deformed: usize,
-    },
+    NodeCount { nodes: usize, deformed: usize },
     /// A position cannot be drawn.
     #[error("the {shape} position of node {node} is ({x}, {y}) m; it must be finite and within 1000 m")]
     Position {
-        /// `rest` or `deformed`.
         shape: &'static str,
         /// Node number, 0-based.
         node: usize,
@@ -68,22 +43,10 @@ pub enum ReportError {
     },
     /// A record cannot be serialised.
     #[error("cannot write the record of a fit: {reason}; please report this as a defect")]
-    Record {
-        /// The error of the format.
-        reason: String,
-    },
+    Record { reason: String },
     /// A node or muscle number is out of range.
     #[error("{what} names {kind} {number}, but the mesh has {count} (counted from 0); correct the number")]
-    Number {
-        /// Name of the list with the number, e.g. `muscle GGa`.
-        what: String,
-        /// `node` or `muscle`.
-        kind: &'static str,
-        /// The number named.
-        number: usize,
-        /// Number of nodes or muscles.
-        count: usize,
-    },
+    Number { what: String, kind: &'static str, number: usize, count: usize },
     /// A motion has no frame.
     #[error("a motion needs at least one frame; got none")]
     NoFrame,
@@ -91,45 +54,24 @@ pub enum ReportError {
     #[error(
         "a chart needs at least one label and 1 to {most} series; got {labels} labels and {series} series"
     )]
-    ChartShape {
-        /// Number of labels.
-        labels: usize,
-        /// Number of series.
-        series: usize,
-        /// Maximum number of series.
-        most: usize,
-    },
+    ChartShape { labels: usize, series: usize, most: usize },
     /// A series has not one value for each label.
     #[error("the series \"{series}\" has {values} values for {labels} labels; give one value for each label")]
-    SeriesLength {
-        /// Name of the series.
-        series: String,
-        /// Its number of values.
-        values: usize,
-        /// Number of labels.
-        labels: usize,
-    },
+    SeriesLength { series: String, values: usize, labels: usize },
     /// A value is not a ratio of lengths.
     #[error(
         "the value of \"{label}\" in the series \"{series}\" is {value}; \
          a ratio of lengths must be positive, finite and at most 100"
     )]
     Ratio {
-        /// Name of the series.
         series: String,
-        /// Label of the bar.
         label: String,
         /// The value, dimensionless.
         value: f64,
     },
     /// A diagram has no point or too many curves.
     #[error("a diagram needs 1 to {most} curves with a positive, finite point each; got {curves}")]
-    Curves {
-        /// Number of curves with something to draw.
-        curves: usize,
-        /// Maximum number of curves.
-        most: usize,
-    },
+    Curves { curves: usize, most: usize },
 }
 
 /// Advice for a journal that cannot grow; other errors contain theirs.

@@ -35,45 +35,27 @@ pub const JOINT_MM: [f64; 2] = [70.0, 85.0];
 
 /// Why a scene cannot be planned or run.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum SceneError {
     /// The text is not a valid scene.
     #[error("{origin}:{line}:{column}: {problem}")]
     Syntax {
-        /// The file, or a name for its source.
         origin: String,
         /// Line, from 1.
         line: usize,
         /// Column in characters, from 1.
         column: usize,
-        /// What is wrong.
         problem: String,
     },
     /// There is no built-in scene of this name.
     #[error("unknown scene \"{name}\"; {}", suggest::hint(name, shipped::names()))]
-    Unknown {
-        /// The given name.
-        name: String,
-    },
+    Unknown { name: String },
     /// Two things contradict each other.
     #[error("{first} contradicts {second}: {why}")]
-    Contradiction {
-        /// The first.
-        first: String,
-        /// The second.
-        second: String,
-        /// Why, and what to do.
-        why: String,
-    },
+    Contradiction { first: String, second: String, why: String },
     /// A number is out of range.
     #[error("{key} is {value}; it must be {must}")]
-    Value {
-        /// The key in the scene file.
-        key: &'static str,
-        /// Its value.
-        value: f64,
-        /// The accepted range.
-        must: &'static str,
-    },
+    Value { key: &'static str, value: f64, must: &'static str },
     /// The body cannot be made or read.
     #[error(transparent)]
     Body(#[from] BodyError),
@@ -106,21 +88,13 @@ pub enum SceneError {
         "effects.jaw and effects.hyoid: the bones could not be brought to their places before the motion began \
          ({status:?}); move them less far, or the wall out of their way"
     )]
-    NotCarried {
-        /// How the last equilibrium ended.
-        status: statics::Status,
-    },
+    NotCarried { status: statics::Status },
     /// The tract cannot be read, or its walls meet.
     #[error("[tract]: {0}")]
     Airway(#[from] AirwayError),
     /// The file of a tract cannot be read.
     #[error("tract.file: cannot read \"{path}\": {source}")]
-    TractFile {
-        /// The file.
-        path: String,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    TractFile { path: String, source: std::io::Error },
 }
 
 impl SceneError {

@@ -8,71 +8,40 @@ use tongue_infer::inverse::FitError;
 
 /// Why something cannot begin. Later failures are a status of the result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum SimulationError {
     /// The body has no muscle of this name.
     #[error(transparent)]
     NoSuchMuscle(#[from] NoSuchMuscle),
     /// The body has no bone of this name.
     #[error("there is no bone \"{name}\" in this body; {}", bones(name, known))]
-    NoSuchBone {
-        /// The given name.
-        name: String,
-        /// The bones of the body.
-        known: Vec<String>,
-    },
+    NoSuchBone { name: String, known: Vec<String> },
     /// The muscle was not named when the model was assembled.
     #[error(
         "{muscle} does not contract in this model; name it when the model is assembled (contracting: {})",
         contracting.join(", ")
     )]
-    Passive {
-        /// The muscle.
-        muscle: String,
-        /// The muscles that contract.
-        contracting: Vec<String>,
-    },
+    Passive { muscle: String, contracting: Vec<String> },
     /// A muscle or bone is named twice.
     #[error("{name} is given twice; give each name once")]
-    Repeated {
-        /// The name.
-        name: String,
-    },
+    Repeated { name: String },
     /// A muscle has several fibres, but one line is needed.
     #[error("{muscle} has {fibres} fibres; {why}")]
-    Fibres {
-        /// The muscle.
-        muscle: String,
-        /// Number of fibres.
-        fibres: usize,
-        /// Why one line is needed, and what to do.
-        why: &'static str,
-    },
+    Fibres { muscle: String, fibres: usize, why: &'static str },
     /// A muscle or bone is not an unknown of the fit.
     #[error("{name} is not searched for; {what}")]
-    NotUnknown {
-        /// Its name.
-        name: String,
-        /// What to do.
-        what: &'static str,
-    },
+    NotUnknown { name: String, what: &'static str },
     /// A number is out of range.
     #[error("{name} is {value}; it must be {must}")]
     Value {
-        /// Its name.
         name: String,
         /// Its value, SI.
         value: f64,
-        /// The accepted range.
         must: &'static str,
     },
     /// The shape is of another body.
     #[error("the shape to start from has {given} nodes, the body {nodes}; take a shape of the same body")]
-    OtherBody {
-        /// Number of nodes of the shape.
-        given: usize,
-        /// Number of nodes of the body.
-        nodes: usize,
-    },
+    OtherBody { given: usize, nodes: usize },
     /// The system cannot be made.
     #[error(transparent)]
     System(#[from] SystemError),

@@ -21,20 +21,14 @@ const FOLD: f64 = std::f64::consts::FRAC_PI_3;
 /// A reason for doubt.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum Alarm {
     /// A muscle that should contract ended without tension.
-    AtLowerBound {
-        /// The muscle.
-        muscle: String,
-    },
+    AtLowerBound { muscle: String },
     /// A tension ended at the upper bound.
-    AtUpperBound {
-        /// The muscle.
-        muscle: String,
-    },
+    AtUpperBound { muscle: String },
     /// The tension exceeds the force of the muscle.
     BeyondCapacity {
-        /// The muscle, portions together.
         muscle: String,
         /// Tension times thickness, N.
         force_n: f64,
@@ -44,13 +38,9 @@ pub enum Alarm {
         thickness_m: f64,
     },
     /// The fitted muscles miss the target.
-    TargetNotMet {
-        /// Root mean square residual of the fitted muscles.
-        misfit: f64,
-    },
+    TargetNotMet { misfit: f64 },
     /// A muscle that should contract shortens much more or less than measured.
     ShorteningMissed {
-        /// The muscle.
         muscle: String,
         /// Simulated shortening, per cent of the model's length in the baseline.
         simulated_percent: f64,
@@ -58,43 +48,24 @@ pub enum Alarm {
         measured_percent: f64,
     },
     /// Elements are so compressed that the barrier changes the published law.
-    BarrierActs {
-        /// Number of elements.
-        elements: usize,
-    },
-    /// The branch of equilibria from rest does not lead to the shape.
-    NotOnBranch {
-        /// Part of the tensions at which that branch ends, if it is known.
-        ends_at: Option<f64>,
-    },
+    BarrierActs { elements: usize },
+    /// The branch from rest does not lead to the shape; it ends at this part of the tensions, if that is known.
+    NotOnBranch { ends_at: Option<f64> },
     /// Rounding of the data may decide whether the muscle contracts.
-    DecidedWithinRounding {
-        /// The muscle.
-        muscle: String,
-    },
+    DecidedWithinRounding { muscle: String },
     /// A muscle's chain of connections has folded.
     FoldedChain {
-        /// The muscle.
         muscle: String,
         /// Largest angle beyond that at rest, degrees.
         turn_degrees: f64,
     },
     /// The draws ended away from the answer: the same tensions have several shapes, or there are several
     /// optima.
-    IntervalMissesAnswer {
-        /// The muscle.
-        muscle: String,
-    },
+    IntervalMissesAnswer { muscle: String },
     /// The posterior of the row was asked for but cannot be reported.
-    NoPosterior {
-        /// The reason.
-        reason: String,
-    },
+    NoPosterior { reason: String },
     /// The shape may not be the one to which the tensions lead.
-    EquilibriumNotCertain {
-        /// The reason.
-        reason: &'static str,
-    },
+    EquilibriumNotCertain { reason: &'static str },
 }
 
 impl Alarm {

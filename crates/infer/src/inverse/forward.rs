@@ -116,9 +116,7 @@ pub struct Shape<const D: usize> {
 /// Solves candidates one after another, each from the nearest of the best earlier ones.
 #[derive(Debug)]
 pub struct Forward<'a, const D: usize> {
-    /// The problem.
     pub(super) inverse: &'a Inverse<'a, D>,
-    /// The settings.
     pub(super) settings: &'a Settings,
     /// The system with other constants, if these are unknowns.
     own: Option<System<D>>,

@@ -5,6 +5,7 @@ use tongue_core::suggest;
 
 /// Why a target could not be made. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum TargetError {
     /// The data cannot be read, or have no such row.
     #[error(transparent)]
@@ -17,27 +18,18 @@ pub enum TargetError {
         "/{vowel}/ of {subject} is the baseline itself, so there is nothing to fit; choose another vowel or \
          another baseline"
     )]
-    IsBaseline {
-        /// The subject.
-        subject: String,
-        /// The vowel, which is also the baseline.
-        vowel: Vowel,
-    },
+    IsBaseline { subject: String, vowel: Vowel },
     /// The two lengths of a muscle are incompatible.
     #[error(
         "{muscle} of {subject} is {mm} mm in /{vowel}/ and {baseline_mm} mm in /{baseline}/, but no muscle of a tongue changes its length \
          to less than 0.5 or more than 1.7 times; correct the length that is wrong, or leave it empty"
     )]
     Impossible {
-        /// The muscle.
         muscle: String,
-        /// The subject.
         subject: String,
-        /// The vowel to fit.
         vowel: Vowel,
         /// Its length there, mm.
         mm: f64,
-        /// The vowel it is compared with.
         baseline: Vowel,
         /// Its length there, mm.
         baseline_mm: f64,
@@ -47,71 +39,30 @@ pub enum TargetError {
         "no muscle of {subject} is shorter in /{vowel}/ than in /{baseline}/, so none contracts; name the \
          contracting muscles yourself"
     )]
-    NoContraction {
-        /// The subject.
-        subject: String,
-        /// The vowel to fit.
-        vowel: Vowel,
-        /// The vowel it is compared with.
-        baseline: Vowel,
-    },
+    NoContraction { subject: String, vowel: Vowel, baseline: Vowel },
     /// The list of contracting muscles is empty.
     #[error("the list of contracting muscles is empty; name at least one of {}", known.join(", "))]
-    NoMuscles {
-        /// Muscles of the table.
-        known: Vec<String>,
-    },
+    NoMuscles { known: Vec<String> },
     /// A chosen muscle is not in the table.
     #[error("unknown muscle \"{name}\"; {}", suggest::hint(name, known.iter().map(String::as_str)))]
-    UnknownMuscle {
-        /// The given name.
-        name: String,
-        /// Muscles of the table.
-        known: Vec<String>,
-    },
+    UnknownMuscle { name: String, known: Vec<String> },
     /// A chosen muscle has no length in one of the two rows.
     #[error(
         "{muscle} of {subject} was not measured in both /{vowel}/ and /{baseline}/; choose other muscles"
     )]
-    NotMeasured {
-        /// The muscle.
-        muscle: String,
-        /// The subject.
-        subject: String,
-        /// The vowel to fit.
-        vowel: Vowel,
-        /// The vowel it is compared with.
-        baseline: Vowel,
-    },
+    NotMeasured { muscle: String, subject: String, vowel: Vowel, baseline: Vowel },
     /// A muscle was chosen twice.
     #[error("muscle {muscle} is listed twice; name each contracting muscle once")]
-    RepeatedMuscle {
-        /// The muscle.
-        muscle: String,
-    },
+    RepeatedMuscle { muscle: String },
     /// The reference muscle of ratios has no length.
     #[error(
         "{reference} of {subject} was not measured in /{vowel}/, but ratios are relative to it; use the stretch target, or add its length"
     )]
-    NoReference {
-        /// The muscle.
-        reference: String,
-        /// The subject.
-        subject: String,
-        /// The vowel to fit.
-        vowel: Vowel,
-    },
+    NoReference { reference: String, subject: String, vowel: Vowel },
     /// Only the reference muscle of ratios contracts, and its ratio to itself is always 1.
     #[error(
         "only {reference} contracts in /{vowel}/ of {subject}, and its ratio to itself is always 1, so a ratio target \
          says nothing about it; use the stretch target or name more muscles"
     )]
-    NoEquation {
-        /// The muscle.
-        reference: String,
-        /// The subject.
-        subject: String,
-        /// The vowel to fit.
-        vowel: Vowel,
-    },
+    NoEquation { reference: String, subject: String, vowel: Vowel },
 }

@@ -6,7 +6,6 @@ use std::fmt::Write;
 use super::HardCase;
 use crate::table;
 
-/// Title of each case.
 fn title(case: u8) -> &'static str {
     match case {
         1 => "Table 4.2 as printed, and its misprints one by one",

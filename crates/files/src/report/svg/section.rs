@@ -315,7 +315,6 @@ fn places_of_moved_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, positions: 
     }
 }
 
-/// The bones in view.
 pub(super) fn bones(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> Vec<Px> {
     let seen = mesh.fixed.iter().filter_map(|&n| positions.get(n)).filter(|p| view.bounds.contains(p));
     seen.map(|p| view.place(p)).collect()

@@ -119,7 +119,6 @@ fn plain(name: &str) -> String {
     name.chars().map(|c| if c == '"' || c.is_control() { '_' } else { c }).collect()
 }
 
-/// The group name of a muscle.
 fn group_name(muscle: &str) -> String {
     let name = plain(muscle);
     match Muscles::built_in().published(&name) {

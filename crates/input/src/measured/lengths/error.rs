@@ -37,66 +37,30 @@ pub struct BrokenRow {
 
 /// Why a table could not be read or looked up. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum LengthsError {
     /// The file could not be opened or read.
     #[error("cannot read {origin}: {source}; {}", advice(source))]
-    Unreadable {
-        /// File name or other description of where the data came from.
-        origin: String,
-        /// The error of the operating system, or that it is not a file or too large.
-        source: io::Error,
-    },
+    Unreadable { origin: String, source: io::Error },
     /// The file is not a table of lengths, or the requested row is broken.
     #[error(transparent)]
     Malformed(#[from] Malformed),
     /// No row has this subject.
     #[error("unknown subject {name:?} in {origin}; {hint}")]
-    UnknownSubject {
-        /// Where the data came from.
-        origin: String,
-        /// The given name.
-        name: String,
-        /// The nearest subject, or those that exist.
-        hint: String,
-    },
+    UnknownSubject { origin: String, name: String, hint: String },
     /// The subject has rows, but not for this vowel.
     #[error("{subject} has no row for /{vowel}/ in {origin}; it has {}", Vowel::list(has))]
-    MissingRow {
-        /// Where the data came from.
-        origin: String,
-        /// The subject.
-        subject: String,
-        /// The vowel asked for.
-        vowel: Vowel,
-        /// The vowels that this subject has.
-        has: Vec<Vowel>,
-    },
+    MissingRow { origin: String, subject: String, vowel: Vowel, has: Vec<Vowel> },
     /// None of the subjects has a row for this vowel.
     #[error("{origin} has no row for /{vowel}/; it has {}", Vowel::list(has))]
-    UnknownVowel {
-        /// Where the data came from.
-        origin: String,
-        /// The vowel asked for.
-        vowel: Vowel,
-        /// The vowels that exist.
-        has: Vec<Vowel>,
-    },
+    UnknownVowel { origin: String, vowel: Vowel, has: Vec<Vowel> },
     /// The subject has no row for the baseline vowel.
     #[error(
         "{subject} has no row for the baseline vowel /{vowel}/ in {origin}; it has {}: choose one of these as \
          the baseline instead",
         Vowel::list(has)
     )]
-    MissingBaseline {
-        /// Where the data came from.
-        origin: String,
-        /// The subject.
-        subject: String,
-        /// The baseline vowel asked for.
-        vowel: Vowel,
-        /// The vowels that this subject has.
-        has: Vec<Vowel>,
-    },
+    MissingBaseline { origin: String, subject: String, vowel: Vowel, has: Vec<Vowel> },
     /// The half width of rounding is out of range.
     #[error("the half width of rounding is {mm} mm; give one from 0 to {largest} mm, like 0.5")]
     BadHalfWidth {

@@ -67,7 +67,6 @@ fn is_headerless(bytes: &[u8]) -> bool {
         })
 }
 
-/// x, y, z of a sensor.
 fn place(sensor: &[u8]) -> [f64; 3] {
     let at =
         |i: usize| f64::from(f32::from_le_bytes(sensor[4 * i..4 * i + 4].try_into().unwrap_or_default()));
