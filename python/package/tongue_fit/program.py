@@ -51,7 +51,7 @@ class Run(dict[str, Any]):
             return NotImplemented
         return dict(self) == dict(other) and self.files == other.files
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None
 
     def frame(self, name: str) -> pd.DataFrame:
         """A CSV file that was written, as a pandas frame."""
@@ -110,7 +110,8 @@ def _ran(kind: type[_R], words: Iterable[Any], threads: int | None, options: Map
 def _option(name: str, value: Any, given: Path) -> list[str]:
     option = f"--{name.removesuffix('_').replace('_', '-')}"
     if isinstance(value, native.Dataset):
-        table, _, half_width_mm = value.__reduce__()[1]  # type: ignore[misc]
+        state: Any = value.__reduce__()[1]
+        table, _, half_width_mm = state
         # The built-in table has no bytes of its own: it is the default.
         words = [f"{option}={_written(given, name, '.csv', table)}"] if table else []
         return words if half_width_mm is None else [*words, f"--error-mm={half_width_mm}"]
@@ -141,7 +142,7 @@ def _word(value: Any, given: Path, name: str = "given") -> str:
     if isinstance(value, (bytes, bytearray, memoryview)):
         return _written(given, name, "", bytes(value))
     if isinstance(value, PathLike):
-        return fspath(value)
+        return str(fspath(value))
     if hasattr(value, "item") and not isinstance(value, str):
         value = value.item()
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):

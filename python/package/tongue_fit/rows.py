@@ -42,7 +42,8 @@ def csv_text(frame: pd.DataFrame) -> str:
             value = float(str(value))
         return repr(float(value)).removesuffix(".0") if isinstance(value, float) else value
 
-    return frame.astype(object).map(cell).to_csv(index=False)
+    text: str = frame.astype(object).map(cell).to_csv(index=False)
+    return text
 
 
 class Fit(dict[str, Any]):
