@@ -85,7 +85,7 @@ pub mod body {
     pub mod artisynth {
         //! The tongue of ArtiSynth, from its folder.
         #[doc(inline)]
-        pub use tongue_input::bodies::artisynth::{ArtiSynthError, Files, Text, body, read, read_probe};
+        pub use tongue_input::bodies::artisynth::{ArtiSynthError, read, read_probe};
     }
 
     pub mod gmsh {
@@ -111,7 +111,7 @@ pub mod body {
     pub mod space {
         //! Muscles of bodies in space.
         #[doc(inline)]
-        pub use tongue_core::body::space::{Segment, Side};
+        pub use tongue_core::body::space::{Filling, Operated, Region, Segment, Side};
     }
 }
 
@@ -185,6 +185,12 @@ pub mod inverse {
         };
     }
 
+    pub mod in_space {
+        //! Activations of a body in space from places of its nodes.
+        #[doc(inline)]
+        pub use tongue_infer::inverse::in_space::{SeenNode, SpaceSearch};
+    }
+
     pub mod valley {
         //! The curve of tensions that meet the same ratios.
         #[doc(inline)]
@@ -204,7 +210,8 @@ pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
     #[doc(inline)]
     pub use tongue_input::measured::{
-        ByMuscle, Dataset, Lengths, Target, TargetError, TargetKind, TargetOptions, Vowel, reference_muscle,
+        ByMuscle, Dataset, Lengths, Target, TargetError, TargetKind, TargetOptions, Vowel, read_nodes,
+        reference_muscle,
     };
 
     pub mod emg {
@@ -276,12 +283,12 @@ pub mod report {
     #[doc(inline)]
     pub use tongue_files::report::{
         AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord,
-        History, Json, Markdown, Msh, OutputDir, PageBody, PageTable, Panel, PriorRecord, Provenance, Pvd,
-        ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceVtu, Sto,
-        Svg, Table, Timeline, TonguePage, TrackPage, TrackPicture, TrackRecord, TrajectoryRecord,
-        VowelPicture, Vtu, Wav, animation, animation_of_seen, changes, courses, discard_unfinished,
-        frame_records, outlines, pairs, panels, ridges, solid, status_name, timelines, tongue, valley, vowel,
-        write,
+        History, Json, Markdown, Msh, OperationRecord, OutputDir, PageBody, PageTable, Panel, PriorRecord,
+        Provenance, Pvd, ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord,
+        SpaceRecord, SpaceTrackRecord, SpaceVtu, Sto, Svg, Table, Timeline, TonguePage, TrackPage,
+        TrackPicture, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
+        changes, courses, discard_unfinished, frame_records, outlines, pairs, panels, ridges, solid,
+        status_name, timelines, tongue, valley, views, vowel, write,
     };
 
     pub mod batch {

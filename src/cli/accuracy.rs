@@ -1,9 +1,11 @@
 //! `tongue-fit accuracy`: accuracy and its cost in time.
 
 use miette::IntoDiagnostic;
+use tongue_fit::body::{SpaceBody, artisynth};
 use tongue_fit::report::{Export, Markdown, OutputDir, Rows};
+use tongue_fit::system::SpaceModel;
 use tongue_study::accuracy::{self, Circumstances, Effort};
-use tongue_study::continuum;
+use tongue_study::{continuum, plane};
 
 use super::{Global, Outcome, output, table};
 
@@ -21,6 +23,12 @@ pub struct Arguments {
     /// Only the continuum: its mesh, and the settings that were chosen without data (a minute or two)
     #[arg(long, conflicts_with = "quick")]
     continuum: bool,
+    /// Only the plane: a body in space against its own midsagittal plane, muscle by muscle (a minute)
+    #[arg(long, conflicts_with_all = ["quick", "continuum"])]
+    plane: bool,
+    /// With --plane: a folder with ArtiSynth's tongue in place of the built-in one
+    #[arg(long, value_name = "FOLDER", requires = "plane")]
+    space: Option<std::path::PathBuf>,
 }
 
 /// Number of nested meshes of the continuum, from 11 mm to 1.4 mm.
@@ -49,6 +57,23 @@ fn continuum(global: &Global) -> miette::Result<Outcome> {
     written(&out, &files, global)
 }
 
+fn plane(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    let folder = global.out.clone().unwrap_or_else(|| "results/plane".into());
+    let body = match &arguments.space {
+        Some(folder) => artisynth::read(folder).into_diagnostic()?,
+        None => SpaceBody::tongue(1).into_diagnostic()?,
+    };
+    let out = OutputDir::prepare(folder).into_diagnostic()?;
+    let model = SpaceModel::default();
+    let study = plane::run(&body, &model, &mut |what| output::progress(what)).into_diagnostic()?;
+    let made = format!("Made by `{}`.", super::command_line());
+    let page = Markdown(plane::page(&study, &made).into_diagnostic()?);
+    let (alone, inverse) = (Rows(&study.alone), Rows(&study.inverse));
+    let files: [(&str, &dyn Export); 3] =
+        [("README.md", &page), ("alone.csv", &alone), ("inverse.csv", &inverse)];
+    written(&out, &files, global)
+}
+
 /// The load average of the last minute, if the system has one.
 fn busy() -> Option<String> {
     let text = tongue_fit::files::read(std::path::Path::new("/proc/loadavg")).ok()?;
@@ -57,6 +82,9 @@ fn busy() -> Option<String> {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+    if arguments.plane {
+        return plane(arguments, global);
+    }
     if arguments.continuum {
         return continuum(global);
     }

@@ -57,8 +57,8 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "straight")]
     outside: OutsideName,
     /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
-    /// finite width, whose answers do not depend on the mesh, or in `simulate` a folder with ArtiSynth's
-    /// tongue in space [springs, continuum, FOLDER]
+    /// finite width, whose answers do not depend on the mesh, or in `simulate` and `track` the built-in tongue
+    /// in space or a folder with ArtiSynth's [springs, continuum, space, FOLDER]
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
     /// Tissue: springs and area terms (as in the thesis), or finite elements of the same E and nu
@@ -89,8 +89,26 @@ enum OutsideName {
 enum BodyName {
     Springs,
     Continuum,
-    /// Folder with the files of a body in space.
+    /// A body in space.
+    Space(SpaceSource),
+}
+
+/// Where a body in space comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SpaceSource {
+    /// The built-in one.
+    BuiltIn,
+    /// Files of ArtiSynth.
     Folder(PathBuf),
+}
+
+impl std::fmt::Display for SpaceSource {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::BuiltIn => write!(f, "--body space"),
+            Self::Folder(folder) => write!(f, "{}", folder.display()),
+        }
+    }
 }
 
 /// Parses the value of `--body`.
@@ -98,11 +116,14 @@ fn body_name(word: &str) -> Result<BodyName, String> {
     match word {
         "springs" => Ok(BodyName::Springs),
         "continuum" => Ok(BodyName::Continuum),
+        "space" => Ok(BodyName::Space(SpaceSource::BuiltIn)),
         // The reader reports a path that does not exist.
-        _ if Path::new(word).is_dir() || word.contains('/') => Ok(BodyName::Folder(PathBuf::from(word))),
+        _ if Path::new(word).is_dir() || word.contains('/') => {
+            Ok(BodyName::Space(SpaceSource::Folder(PathBuf::from(word))))
+        }
         _ => Err(format!(
             "it is not a folder of a body in space either; {}",
-            suggest::hint(word, ["springs", "continuum"])
+            suggest::hint(word, ["springs", "continuum", "space"])
         )),
     }
 }
@@ -163,7 +184,7 @@ impl Arguments {
         self.check()?;
         let h = match (&self.h, &self.body) {
             (Some(h), _) => spacing(h)?,
-            (None, BodyName::Springs | BodyName::Folder(_)) => DEFAULT_SPACING_M,
+            (None, BodyName::Springs | BodyName::Space(_)) => DEFAULT_SPACING_M,
             (None, BodyName::Continuum) => CONTINUUM_SPACING_M,
         };
         let settings = ContinuumSettings::default();
@@ -252,12 +273,12 @@ impl Arguments {
         Ok(page)
     }
 
-    /// The folder of a body in space, if one was given.
+    /// The body in space, if one was given.
     ///
     /// # Errors
     /// For options that describe a body in the plane.
-    pub fn space(&self) -> miette::Result<Option<&Path>> {
-        let BodyName::Folder(folder) = &self.body else { return Ok(None) };
+    pub fn space(&self) -> miette::Result<Option<&SpaceSource>> {
+        let BodyName::Space(source) = &self.body else { return Ok(None) };
         let of_the_plane = [
             ("--h", self.h.is_some()),
             ("--anatomy", self.anatomy.is_some()),
@@ -270,20 +291,18 @@ impl Arguments {
         ];
         match of_the_plane.iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(miette!(
-                "{option} is about bodies in the plane; the body in space in {} has its own mesh and law: leave one of the two out",
-                folder.display()
+                "{option} is about bodies in the plane; the body in space ({source}) has its own mesh and law: leave one of the two out"
             )),
-            None => Ok(Some(folder)),
+            None => Ok(Some(source)),
         }
     }
 
     /// Checks the options for contradictions.
     fn check(&self) -> miette::Result<()> {
-        if let BodyName::Folder(folder) = &self.body {
+        if let BodyName::Space(source) = &self.body {
             return Err(miette!(
-                "{} is a body in space, which `simulate` alone answers for; this needs a body in the plane: --body springs, --body \
-                 continuum, or --mesh FILE",
-                folder.display()
+                "{source} is a body in space, which `simulate` and `track` alone answer for; this needs a body in the plane: --body \
+                 springs, --body continuum, or --mesh FILE"
             ));
         }
         let of_springs = [

@@ -27,6 +27,8 @@ mod scene_table;
 mod simulate;
 mod sound;
 mod space;
+mod space_surgery;
+mod space_track;
 mod stability;
 mod table;
 mod track;

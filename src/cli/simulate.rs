@@ -22,8 +22,8 @@ use super::{Global, Outcome, body, output, pulls, space, table, trajectory};
         tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --trajectory\n\n\
         Example (activity measured by EMG, 30 N/m at activity 1):\n  \
         tongue-fit simulate --emg emg.csv --vowel a --full 30\n\n\
-        Example (ArtiSynth's tongue in space, from a folder of its files):\n  \
-        tongue-fit simulate --body path/to/tongue3d --activation GGP=0.1 --activation TRANS=0.1")]
+        Example (in space; ArtiSynth's tongue with --body path/to/tongue3d):\n  \
+        tongue-fit simulate --body space --activation GGP=0.1 --activation TRANS=0.1")]
 pub struct Arguments {
     #[command(flatten)]
     pulls: pulls::Arguments,
@@ -43,7 +43,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    if let Some(folder) = arguments.body.space()? {
+    if let Some(source) = arguments.body.space()? {
         let of_the_plane = [
             ("--tension or --emg", arguments.pulls.is_given()),
             ("--trajectory", arguments.trajectory.is_given()),
@@ -54,11 +54,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 "{option} is for bodies in the plane; muscles in space have strengths, so give activations: --activation GGP=0.1"
             ));
         }
-        return space::run(folder, &arguments.space, arguments.direct, global);
+        return space::run(source, &arguments.space, arguments.direct, global);
     }
     if let Some(option) = arguments.space.given() {
         return Err(miette!(
-            "{option} needs a body in space: --body FOLDER, with the files of ArtiSynth's tongue"
+            "{option} needs a body in space: --body space, or --body FOLDER with the files of ArtiSynth's tongue"
         ));
     }
     if arguments.trajectory.is_given() {

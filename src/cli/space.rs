@@ -1,19 +1,21 @@
-//! `tongue-fit simulate --body FOLDER`: one equilibrium of a body in space.
+//! `tongue-fit simulate --body space` or a folder: one equilibrium of a body in space.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
+use nalgebra::Vector3;
 
 use tongue_fit::body::{SpaceBody, artisynth};
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, AlarmRecord, BranchRecord, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
-use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::statics::{self, Settings, Solution, Status, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
-use super::{Global, Outcome, output, table};
+use super::body::SpaceSource;
+use super::{Global, Outcome, output, space_surgery, table};
 
 /// Options of bodies in space.
 #[derive(Debug, Clone, clap::Args)]
@@ -24,6 +26,17 @@ pub struct Arguments {
     /// several times
     #[arg(long, value_name = "MUSCLE=A", allow_hyphen_values = true)]
     activation: Vec<String>,
+    #[command(flatten)]
+    model: ModelArguments,
+    #[command(flatten)]
+    surgery: space_surgery::Arguments,
+}
+
+/// Options of the model in space.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Body in space")]
+pub struct ModelArguments {
     /// Muscles: stress along fibres, whose answers hold on finer meshes, or lines from node to node, as in
     /// ArtiSynth
     #[arg(long, value_name = "KIND", value_enum, default_value = "stress")]
@@ -43,11 +56,10 @@ enum MusclesName {
     Lines,
 }
 
-impl Arguments {
+impl ModelArguments {
     /// The first given option that needs a body in space.
     pub fn given(&self) -> Option<&'static str> {
         let all = [
-            ("--activation", !self.activation.is_empty()),
             ("--muscles-as", self.muscles_as != MusclesName::Stress),
             ("--stiffening", self.stiffening != 0.0),
             ("--refined", self.refined),
@@ -55,7 +67,28 @@ impl Arguments {
         all.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
     }
 
-    fn model(&self) -> miette::Result<SpaceModel> {
+    /// The body.
+    ///
+    /// # Errors
+    /// Files that are missing or wrong; lines from node to node in the built-in body, which has none.
+    pub fn body(&self, source: &SpaceSource) -> miette::Result<SpaceBody> {
+        match source {
+            SpaceSource::BuiltIn if self.muscles_as == MusclesName::Lines => Err(miette!(
+                "--muscles-as lines needs fibres from node to node, which the built-in body does not have"
+            )),
+            SpaceSource::BuiltIn => SpaceBody::tongue(if self.refined { 2 } else { 1 }).into_diagnostic(),
+            SpaceSource::Folder(folder) => {
+                let body = artisynth::read(folder).into_diagnostic()?;
+                Ok(if self.refined { body.refined() } else { body })
+            }
+        }
+    }
+
+    /// What it is made of.
+    ///
+    /// # Errors
+    /// A stiffening out of range.
+    pub fn model(&self) -> miette::Result<SpaceModel> {
         if !(0.0..=1000.0).contains(&self.stiffening) {
             return Err(miette!("--stiffening {}: it must lie between 0 and 1000", self.stiffening));
         }
@@ -65,7 +98,15 @@ impl Arguments {
         };
         Ok(SpaceModel { muscles, stiffening: self.stiffening, ..SpaceModel::default() })
     }
+}
 
+impl Arguments {
+    /// What was given that only a body in space understands.
+    pub fn given(&self) -> Option<&'static str> {
+        let activation = (!self.activation.is_empty()).then_some("--activation");
+        let surgery = self.surgery.is_given().then_some("--operate");
+        activation.or(surgery).or_else(|| self.model.given())
+    }
     /// Activations of all muscles of the body.
     fn activations(&self, body: &SpaceBody) -> miette::Result<Vec<f64>> {
         let mut given = Vec::new();
@@ -84,19 +125,26 @@ impl Arguments {
     }
 }
 
-/// Solves for the equilibrium of the body in a folder; unless `direct`, the equilibria from rest are followed
-/// as the activations grow.
-pub fn run(folder: &Path, arguments: &Arguments, direct: bool, global: &Global) -> miette::Result<Outcome> {
-    let body = artisynth::read(folder).into_diagnostic()?;
-    let body = if arguments.refined { body.refined() } else { body };
-    let activations = arguments.activations(&body)?;
-    let model = arguments.model()?;
-    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
-    let half = body.half().and_then(|half| Some((half.activations(&activations)?, half)));
+/// An equilibrium of a body in space.
+struct Solved {
+    solution: Solution,
+    branch: Option<BranchRecord>,
+    alarms: Vec<Alarm>,
+    positions: Vec<Vector3<f64>>,
+    system: System<3>,
+    wall_s: f64,
+}
+
+/// Solves for the equilibrium; unless `direct`, the equilibria from rest are followed as the activations
+/// grow.
+fn solve(body: &SpaceBody, model: &SpaceModel, activations: &[f64], direct: bool) -> miette::Result<Solved> {
+    // Factors of elements may differ between the sides.
+    let half = if model.factors.is_empty() { body.half() } else { None };
+    let half = half.and_then(|half| Some((half.activations(activations)?, half)));
     let clock = Instant::now();
     let system = match &half {
-        Some((_, half)) => System::of_half(half, &model),
-        None => System::in_space(&body, &model),
+        Some((_, half)) => System::of_half(half, model),
+        None => System::in_space(body, model),
     };
     let system = system.into_diagnostic()?;
     output::step(|| {
@@ -109,10 +157,10 @@ pub fn run(folder: &Path, arguments: &Arguments, direct: bool, global: &Global) 
         )
     });
     let mut workspace = Workspace::new(&system);
-    let own = half.as_ref().map_or(&activations, |(own, _)| own);
+    let own = half.as_ref().map_or(activations, |(own, _)| own);
     let clock = Instant::now();
     let settings = Settings::default();
-    let (solution, branch, alarms): (_, _, Vec<Alarm>) = if direct {
+    let (solution, branch, alarms) = if direct {
         let solution = statics::solve(&system, &mut workspace, own, &settings);
         (solution, None, alarms::barrier(solution.guarded).into_iter().collect())
     } else {
@@ -125,15 +173,48 @@ pub fn run(folder: &Path, arguments: &Arguments, direct: bool, global: &Global) 
         Some((_, half)) => half.whole(workspace.positions()),
         None => workspace.positions().to_vec(),
     };
-    let mut record = SpaceRecord::new(&body, (&system, &solution), &activations, &positions, wall_s);
+    Ok(Solved { solution, branch, alarms, positions, system, wall_s })
+}
+
+/// One equilibrium, or one before and one after surgery.
+pub fn run(
+    source: &SpaceSource,
+    arguments: &Arguments,
+    direct: bool,
+    global: &Global,
+) -> miette::Result<Outcome> {
+    let whole = arguments.model.body(source)?;
+    let all = arguments.activations(&whole)?;
+    let model = arguments.model.model()?;
+    let operated = match arguments.surgery.is_given() {
+        true => Some(arguments.surgery.operate(&whole)?),
+        false => None,
+    };
+    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
+    let mut found = solve(&whole, &model, &all, direct)?;
+    let (mut body, mut activations, mut operation) = (&whole, all.clone(), None);
+    if let Some(operated) = &operated {
+        let before = found.positions;
+        let model = SpaceModel { factors: operated.factors.clone(), ..model };
+        (body, activations) = (&operated.body, operated.muscles.iter().map(|&m| all[m]).collect());
+        found = solve(body, &model, &activations, direct)?;
+        operation = Some(arguments.surgery.compare(
+            &whole,
+            (operated, &found.system),
+            [&before, &found.positions],
+        )?);
+    }
+    let Solved { solution, branch, alarms, positions, system, wall_s } = found;
+    let mut record = SpaceRecord::new(body, (&system, &solution), &activations, &positions, wall_s);
     record.branch = branch;
     record.alarms = alarms.iter().map(AlarmRecord::from).collect();
+    record.operation = operation;
     let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
     let mut written = Vec::new();
     if let Some(out) = &out {
-        let picture = report::solid(&body.mesh, &positions, "Tongue in space: at rest (dashed) and deformed");
-        let picture = picture.into_diagnostic()?;
-        let vtu = SpaceVtu { body: &body, positions: &positions, activations: &activations };
+        let title = "Tongue in space: at rest (light) and deformed";
+        let picture = report::views(body, &positions, &activations, title).into_diagnostic()?;
+        let vtu = SpaceVtu { body, positions: &positions, activations: &activations };
         let files: [(&str, &dyn Export); 3] =
             [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
         written = out.export(&files, &by).into_diagnostic()?;
@@ -177,6 +258,27 @@ fn text(record: &SpaceRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
         100.0 * record.min_volume_ratio,
         100.0 * record.max_volume_ratio
     );
+    if let Some(o) = &record.operation {
+        let way = |[x, y, z]: [f64; 3]| format!("{x:.2} {y:.2} {z:.2}");
+        let _ = writeln!(
+            text,
+            "surgery: {} elements, {:.2} cm³, {}; the tip moved {} mm (back, right, up) before and {} after: it reaches {:.2} mm less to the \
+             front and deviates {:.2} mm to the {}",
+            o.elements,
+            o.volume_cm3,
+            o.filling.as_deref().unwrap_or_default(),
+            way(o.tip_before_mm),
+            way(o.tip_after_mm),
+            o.reach_lost_mm,
+            o.deviation_mm.abs(),
+            if o.deviation_mm < 0.0 { "left" } else { "right" }
+        );
+        if let (Some(by), Some(to)) = (&o.made_up_by, o.made_up_to_mm) {
+            let active = by.0.iter().filter(|(_, a)| *a >= 0.005);
+            let active: Vec<String> = active.map(|(name, a)| format!("{name} {a:.2}")).collect();
+            let _ = writeln!(text, "the tip comes back to {to:.2} mm (RMS) with {}", active.join(", "));
+        }
+    }
     text += &table::way(record.branch.as_ref(), record.connection);
     text + &table::alarms(alarms.iter().cloned()) + &table::files(written)
 }

@@ -22,7 +22,7 @@ use tongue_fit::track::{self, Followed, FrameStatus, HeldOut, Prior, Settings, S
 use super::recordings::{self, Given, PriorArguments, RestName, Screened};
 use super::track_files::Found;
 use super::track_kept::{self, KeptRecording};
-use super::{Global, Outcome, body, interrupt, output, track_files, track_table};
+use super::{Global, Outcome, body, interrupt, output, space_track, track_files, track_table};
 
 const DEFAULT_OUT: &str = "results/track";
 
@@ -32,7 +32,8 @@ const DEFAULT_OUT: &str = "results/track";
 #[command(after_help = "Examples:\n  \
     tongue-fit track speaker.tsv --out results/speaker\n  \
     tongue-fit track speaker.tsv --mesh results/speaker/body.json\n  \
-    tongue-fit track speaker.tsv --hold-out 2,5,8")]
+    tongue-fit track speaker.tsv --hold-out 2,5,8\n  \
+    tongue-fit track nodes.csv --body path/to/tongue3d")]
 pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
@@ -62,6 +63,8 @@ pub struct Arguments {
     files: track_files::Arguments,
     #[command(flatten)]
     body: body::Arguments,
+    #[command(flatten)]
+    space: space_track::Arguments,
 }
 
 /// Distance from the palate at which it begins to act, m.
@@ -79,6 +82,17 @@ struct Speaker {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
+    if let Some(source) = arguments.body.space()? {
+        return match &arguments.recordings.files[..] {
+            [file] => space_track::run(source, file, &arguments.space, global),
+            _ => Err(miette!(
+                "a body in space is brought to one table of nodes (node,x_mm,y_mm,z_mm): name one file"
+            )),
+        };
+    }
+    if let Some(option) = arguments.space.given() {
+        return Err(miette!("{option} needs a body in space: --body space or --body FOLDER"));
+    }
     if let Some(written) = arguments.recordings.write_template()? {
         match global.json {
             true => output::print(&format!("{}\n", serde_json::json!({ "map": written })))?,

@@ -6,11 +6,11 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use tongue_core::body::largest_distance;
 use tongue_core::effect::Hexahedra;
 use tongue_fit::body::SpaceBody;
-use tongue_fit::body::artisynth::{self, Files, Text};
 use tongue_fit::effect::{Configuration, Effect};
 use tongue_fit::material::MooneyRivlin;
 use tongue_fit::statics::{self, Settings, Status, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
+use tongue_input::bodies::artisynth::{self, Files, Text};
 
 use crate::fixtures::space_block::space_block;
 

@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 #![allow(clippy::print_stderr, reason = "a test that is skipped says why")]
 
+mod activations_in_space;
 mod batch_findings;
 mod bodies_are_adapted;
 mod bodies_in_space;
+mod built_in_tongue_in_space;
 mod continuum;
 mod dynamics_meet_exact_solutions;
 mod dynamics_of_the_tongue;
@@ -28,6 +30,7 @@ mod scenes_simulate_only_what_they_call_for;
 mod scikit_fem;
 mod simulation_by_name;
 mod sparse_cholesky_agrees_with_faer;
+mod surgery_in_space;
 mod tensions_are_tracked;
 mod tone_and_hyoid;
 mod tongue_in_space;

@@ -13,7 +13,7 @@ use tongue_fit::system::{MusclesAs, SpaceModel, System};
 /// The node at the tip.
 const TIP: usize = 919;
 /// The recorded nodes of ArtiSynth, in their order.
-const RECORDED: [usize; 22] = [
+pub const RECORDED: [usize; 22] = [
     338, 339, 340, 341, 919, 359, 926, 361, 751, 752, 753, 754, 772, 774, 166, 301, 299, 141, 579, 554, 712,
     714,
 ];
@@ -39,7 +39,7 @@ const TIPS_MM: [(&str, [[f64; 2]; 3]); 11] = [
 const STIFFENED_MM: [(&str, [f64; 2]); 4] =
     [("GGP", [-3.50, -4.60]), ("TRANS", [-1.88, -0.53]), ("HG", [12.96, 11.12]), ("SL", [13.56, 15.33])];
 
-fn folder() -> Option<PathBuf> {
+pub fn folder() -> Option<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/reference/artisynth_tongue3d");
     if !folder.is_dir() {
         eprintln!("skipped: ArtiSynth's tongue is not at {}", folder.display());

@@ -29,6 +29,7 @@ mod posterior_command;
 mod readme_is_true;
 mod scene_command;
 mod sound_command;
+mod space_command;
 mod surface_is_small;
 mod terminal_manners;
 mod track_command;

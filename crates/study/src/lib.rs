@@ -3,6 +3,7 @@
 pub mod accuracy;
 pub mod continuum;
 pub mod hard_cases;
+pub mod plane;
 mod pulled;
 mod table;
 pub mod validate;

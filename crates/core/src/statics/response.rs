@@ -57,9 +57,16 @@ impl<'a, const D: usize> Response<'a, D> {
 
     /// Computes the response to a unit of tension in a muscle, 1 N (2D: per metre of thickness).
     pub fn to_tension(&mut self, muscle: usize) {
-        let system = self.system;
+        self.to_tensions([muscle]);
+    }
+
+    /// The same for several muscles that are pulled together.
+    pub fn to_tensions(&mut self, muscles: impl IntoIterator<Item = usize>) {
+        let effects = self.system.effects();
         self.to_load(|at, load| {
-            system.effects().iter().for_each(|e| e.add_force_per_tension(at, muscle, load))
+            for muscle in muscles {
+                effects.iter().for_each(|e| e.add_force_per_tension(at, muscle, load));
+            }
         });
     }
 

@@ -9,6 +9,7 @@ mod bones;
 mod connections;
 pub(crate) mod elements;
 mod error;
+pub mod locking;
 mod model;
 pub mod path;
 mod space;

@@ -23,6 +23,7 @@ mod page;
 mod record;
 mod sound;
 mod space;
+mod space_fit;
 #[cfg(feature = "files")]
 mod staged;
 mod sto;
@@ -50,14 +51,15 @@ pub use record::{
     AlarmRecord, BodySegment, BoneRecord, BranchRecord, FitRecord, IdentifiabilityRecord, SimulationRecord,
 };
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
-pub use space::{SpaceRecord, SpaceVtu};
+pub use space::{OperationRecord, SpaceRecord, SpaceVtu};
+pub use space_fit::{OpenRecord, SpaceFitRecord, SpaceTrackRecord, StartRecord};
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::{Sto, StoTable};
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, Timeline, VowelPicture,
     animation, animation_of_seen, changes, outlines, pairs, panels, ridges, scatter, solid, timelines,
-    tongue, valley, vowel, work_precision,
+    tongue, valley, views, vowel, work_precision,
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use tongue_core::body::SpaceBody;
+use tongue_core::body::space::Operated;
 use tongue_core::geometry::hexahedron;
 use tongue_core::statics::{self, Solution};
 use tongue_core::system::System;
@@ -62,6 +63,8 @@ pub struct SpaceRecord {
     pub branch: Option<BranchRecord>,
     /// Reasons for doubt.
     pub alarms: Vec<AlarmRecord>,
+    /// Changes by surgery, if there was any; everything else describes the body after it.
+    pub operation: Option<OperationRecord>,
     /// Duration of the solve, s.
     pub wall_s: f64,
 }
@@ -85,9 +88,6 @@ impl SpaceRecord {
         let ratios = mesh.hexahedra.iter().map(|c| volume(positions, c) / volume(&mesh.nodes, c));
         let (least, most) = ratios.fold((f64::INFINITY, 0.0), |(l, m): (f64, f64), r| (l.min(r), m.max(r)));
         let moved = |n: usize| (positions[n] - mesh.nodes[n]) * 1e3;
-        let near = 1e-6 * mesh.extent();
-        let in_plane = (0..mesh.nodes.len()).filter(|&n| mesh.nodes[n].y.abs() <= near);
-        let foremost = in_plane.min_by(|&a, &b| mesh.nodes[a].x.total_cmp(&mesh.nodes[b].x));
         let squares: f64 = (0..mesh.nodes.len()).map(|n| moved(n).norm_squared()).sum();
         Self {
             body: body.what.clone(),
@@ -100,7 +100,7 @@ impl SpaceRecord {
             lengths_mm: mm(&names, &lengths),
             stretches: by(&names, &stretches),
             positions_m: positions.iter().map(|p| [p.x, p.y, p.z]).collect(),
-            foremost_moved_mm: foremost.map_or([0.0; 3], |n| moved(n).into()),
+            foremost_moved_mm: body.foremost().map_or([0.0; 3], |n| moved(n).into()),
             rms_displacement_mm: (squares / mesh.nodes.len().max(1) as f64).sqrt(),
             min_volume_ratio: least,
             max_volume_ratio: most,
@@ -112,7 +112,55 @@ impl SpaceRecord {
             factorisations: solution.factorisations,
             branch: None,
             alarms: Vec::new(),
+            operation: None,
             wall_s,
+        }
+    }
+}
+
+/// A body before and after surgery, at the same activations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OperationRecord {
+    /// Where, as it was asked for.
+    pub regions: Vec<String>,
+    /// What is left there: removed, scar, flap or silent.
+    pub filling: Option<String>,
+    /// Elements operated.
+    pub elements: usize,
+    /// Their volume at rest, cm³.
+    pub volume_cm3: f64,
+    /// Way of the tip before, mm: back, right, up.
+    pub tip_before_mm: [f64; 3],
+    /// The same after.
+    pub tip_after_mm: [f64; 3],
+    /// How far the tip reaches less to the front than before, mm.
+    pub reach_lost_mm: f64,
+    /// How far the tip deviates to the right, mm; to the left below zero.
+    pub deviation_mm: f64,
+    /// Activations that bring the tip back to where it was before, where they were searched for.
+    pub made_up_by: Option<ByMuscle<f64>>,
+    /// How far its nodes stay from there, mm (RMS).
+    pub made_up_to_mm: Option<f64>,
+}
+
+impl OperationRecord {
+    /// Compares positions of all nodes before and after, m.
+    pub fn new(body: &SpaceBody, operated: &Operated, [before, after]: [&[Vector3<f64>]; 2]) -> Self {
+        let way = |x: &[Vector3<f64>]| -> [f64; 3] {
+            body.foremost().map_or([0.0; 3], |n| ((x[n] - body.mesh.nodes[n]) * 1e3).into())
+        };
+        let (tip_before_mm, tip_after_mm) = (way(before), way(after));
+        Self {
+            regions: Vec::new(),
+            filling: None,
+            elements: operated.elements,
+            volume_cm3: 1e6 * operated.volume_m3,
+            tip_before_mm,
+            tip_after_mm,
+            reach_lost_mm: tip_after_mm[0] - tip_before_mm[0],
+            deviation_mm: tip_after_mm[1],
+            made_up_by: None,
+            made_up_to_mm: None,
         }
     }
 }
@@ -141,21 +189,21 @@ struct Fibre {
     stretch: f64,
 }
 
-impl SpaceVtu<'_> {
-    /// The most active muscle of each element, the first of equals; `None` if no muscle runs through it.
-    fn muscles(&self) -> Vec<Option<usize>> {
-        let mut of: Vec<Option<usize>> = vec![None; self.body.mesh.hexahedra.len()];
-        for (number, muscle) in self.body.muscles.iter().enumerate() {
-            for &element in &muscle.region {
-                let before = of[element].map_or(f64::NEG_INFINITY, |m| self.activations[m]);
-                if self.activations[number] > before {
-                    of[element] = Some(number);
-                }
+/// The most active muscle of each element, if one runs through it; of several that are as active the first.
+pub(super) fn most_active(body: &SpaceBody, activations: &[f64]) -> Vec<Option<usize>> {
+    let mut of: Vec<Option<usize>> = vec![None; body.mesh.hexahedra.len()];
+    for (number, muscle) in body.muscles.iter().enumerate() {
+        for &element in &muscle.region {
+            let before = of[element].map_or(f64::NEG_INFINITY, |m| activations[m]);
+            if activations[number] > before {
+                of[element] = Some(number);
             }
         }
-        of
     }
+    of
+}
 
+impl SpaceVtu<'_> {
     fn fibre(&self, element: usize, muscle: usize) -> Option<Fibre> {
         let mesh = &self.body.mesh;
         let x = hexahedron::corners(&mesh.nodes, &mesh.hexahedra[element]);
@@ -174,7 +222,7 @@ impl Export for SpaceVtu<'_> {
         let mesh = &self.body.mesh;
         let cells = &mesh.hexahedra;
         let point = |p: &Vector3<f64>| format!("{} {} {}", p.x, p.y, p.z);
-        let muscles = self.muscles();
+        let muscles = most_active(self.body, self.activations);
         let fibres: Vec<Option<Fibre>> =
             muscles.iter().enumerate().map(|(e, m)| m.and_then(|m| self.fibre(e, m))).collect();
         let volume = |x: &[Vector3<f64>], c| hexahedron::volume(&hexahedron::corners(x, c));

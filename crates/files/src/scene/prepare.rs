@@ -10,6 +10,7 @@ use super::{SceneError, points, sound};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
 use tongue_core::effect::{Contact, Effect, Gravity, lumped_masses};
 use tongue_core::material::{Constants, Spread};
+use tongue_core::system::locking::bending_kept;
 use tongue_core::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
 use tongue_infer::heard::Airway;
 use tongue_infer::inverse::{Matched, Premises, Setup, Tone};
@@ -77,6 +78,12 @@ pub fn prepare<const D: usize>(
     };
 
     let mut decisions = tissue_decisions(scene, &body, &contracting);
+    if let Some(why) = locks(&body, &model)? {
+        let tissue = decisions
+            .iter_mut()
+            .filter(|d| d.simulated && ["springs", "finite elements"].contains(&d.effect));
+        tissue.for_each(|d| d.why += &why);
+    }
     let mut additions =
         Additions { incompressible: scene.effects.incompressibility == Some(true), ..Additions::default() };
     let coefficients = system::coefficients(&body.mesh, &model)?;
@@ -232,6 +239,25 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
             ),
         },
     ]
+}
+
+/// How much the elements of a solid lock, in words; `None` where they do not.
+fn locks<const D: usize>(body: &Body<D>, model: &Model) -> Result<Option<String>, SceneError> {
+    let mesh = &body.mesh;
+    if D != 3 || mesh.cells.is_empty() {
+        return Ok(None);
+    }
+    let total: f64 = mesh.connections.iter().map(|&c| mesh.distance(c)).sum();
+    let side = total / mesh.connections.len().max(1) as f64;
+    let kept = bending_kept(model, side)?;
+    Ok(kept.map(|kept| {
+        format!(
+            "; they lock at a Poisson's ratio of {}: one cube of them keeps {:.0} % of its bending, so do not take the answer for soft tissue \
+             (a continuum or hexahedra do not lock)",
+            model.constants.poisson_ratio,
+            100.0 * kept
+        )
+    }))
 }
 
 fn gravity<const D: usize>(

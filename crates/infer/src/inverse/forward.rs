@@ -11,6 +11,7 @@ use super::constants::Tissue;
 use super::freed::FreedBone;
 use super::known::{BestKnown, Known, distance_squared};
 use super::problem::{Counts, Linear, Problem};
+use super::start::starting_point;
 use super::unknown::{Quantity, Unknown};
 use super::{FitError, Settings};
 
@@ -38,6 +39,12 @@ pub struct Inverse<'a, const D: usize> {
     pub tissue: Option<&'a Tissue<'a, D>>,
     /// Tensions of all muscles of the body, N; unknown tensions are replaced.
     pub tensions: Vec<f64>,
+    /// Muscles that have the tension of another, such as those of the right side that of the left: the
+    /// other, and the muscle.
+    pub tied: Vec<[usize; 2]>,
+    /// An answer at which the first start begins, such as that of the frame before: its unknowns and
+    /// positions of all nodes, m.
+    pub begin: Option<(&'a [f64], &'a [SVector<f64, D>])>,
 }
 
 impl<'a, const D: usize> Inverse<'a, D> {
@@ -45,7 +52,18 @@ impl<'a, const D: usize> Inverse<'a, D> {
     pub fn new(system: &'a System<D>, observations: Vec<Observation<D>>, unknowns: Vec<Unknown>) -> Self {
         let tensions = vec![0.0; system.muscle_count()];
         let (others, signs) = (Vec::new(), Vec::new());
-        Self { system, observations, others, signs, unknowns, bones: &[], tissue: None, tensions }
+        Self {
+            system,
+            observations,
+            others,
+            signs,
+            unknowns,
+            bones: &[],
+            tissue: None,
+            tensions,
+            tied: Vec::new(),
+            begin: None,
+        }
     }
 
     /// Observations and signs.
@@ -57,6 +75,16 @@ impl<'a, const D: usize> Inverse<'a, D> {
     pub fn is_undetermined(&self) -> bool {
         self.observations.len() + self.unknowns.iter().filter(|u| u.prior.is_some()).count()
             < self.unknowns.len()
+    }
+
+    /// Puts candidate values into the tensions of all muscles, N.
+    fn put_tensions(&self, x: &[f64], all: &mut [f64]) {
+        for (unknown, value) in self.unknowns.iter().zip(x) {
+            if let Quantity::Tension { muscle } = unknown.quantity {
+                all[muscle] = value * unknown.unit;
+            }
+        }
+        self.tied.iter().for_each(|&[of, muscle]| all[muscle] = all[of]);
     }
 
     /// Checks that unknowns, bones and observations are consistent.
@@ -92,7 +120,10 @@ impl<'a, const D: usize> Inverse<'a, D> {
                 _ => {}
             }
         }
-        Ok(())
+        match self.tied.iter().flatten().find(|m| !self.system.contracting().contains(*m)) {
+            Some(muscle) => wrong(format!("muscle {muscle} is tied to another, but does not contract")),
+            None => Ok(()),
+        }
     }
 }
 
@@ -179,17 +210,13 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// Whether an equilibrium is so expensive that shapes of other candidates are used although they change
     /// the last digits.
     pub(super) fn is_dear(&self) -> bool {
-        self.inverse.system.tissue() == TissueModel::Continuum
+        matches!(self.inverse.system.tissue(), TissueModel::Continuum | TissueModel::Hexahedra)
     }
 
     /// Tensions of all muscles of the body at a candidate, N.
     pub fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
         let mut all = self.inverse.tensions.clone();
-        for (unknown, value) in self.inverse.unknowns.iter().zip(x) {
-            if let Quantity::Tension { muscle } = unknown.quantity {
-                all[muscle] = value * unknown.unit;
-            }
-        }
+        self.inverse.put_tensions(x, &mut all);
         all
     }
 
@@ -230,11 +257,7 @@ impl<'a, const D: usize> Forward<'a, D> {
     fn set(&mut self, x: &[f64]) -> Result<(), SystemError> {
         let inverse = self.inverse;
         self.counts.evaluations += 1;
-        for (unknown, value) in inverse.unknowns.iter().zip(x) {
-            if let Quantity::Tension { muscle } = unknown.quantity {
-                self.tensions[muscle] = value * unknown.unit;
-            }
-        }
+        inverse.put_tensions(x, &mut self.tensions);
         if let Some(tissue) = inverse.tissue {
             self.own = Some(tissue.system(&inverse.unknowns, x)?);
         }
@@ -317,7 +340,10 @@ impl<'a, const D: usize> Forward<'a, D> {
         let mut response = statics::Response::new(system, &mut self.workspace).ok()?;
         for (column, unknown) in inverse.unknowns.iter().enumerate() {
             match unknown.quantity {
-                Quantity::Tension { muscle } => response.to_tension(muscle),
+                Quantity::Tension { muscle } => {
+                    let tied = inverse.tied.iter().filter(|[of, _]| *of == muscle).map(|[_, other]| *other);
+                    response.to_tensions(std::iter::once(muscle).chain(tied));
+                }
                 Quantity::Bone { bone, axis } => {
                     let bone = &inverse.bones[bone];
                     let other = inverse.tissue.map(|t| t.constants(&inverse.unknowns, x));
@@ -344,6 +370,16 @@ impl<'a, const D: usize> Forward<'a, D> {
 impl<const D: usize> Problem for Forward<'_, D> {
     fn unknowns(&self) -> &[Unknown] {
         &self.inverse.unknowns
+    }
+
+    fn start(&mut self, number: usize) -> Vec<f64> {
+        match self.inverse.begin {
+            Some((x, positions)) if number == 0 => {
+                self.begin_at(x, positions);
+                x.to_vec()
+            }
+            _ => starting_point(number, &self.inverse.unknowns),
+        }
     }
 
     fn measurements(&self) -> usize {

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Settings;
 use super::problem::{FAILED, Linear, Problem};
-use super::start::{SAME_COST, Start, starting_point};
+use super::start::{SAME_COST, Start};
 use super::unknown::Unknown;
 
 /// Damping of the first step, as a part of the largest diagonal entry of the second derivative.
@@ -36,9 +36,9 @@ impl Point {
         let effort = problem.effort();
         let mut gradient = linear.jacobian.tr_mul(&linear.residuals) * 2.0;
         let mut tensions = 0.0;
-        for (i, unknown) in problem.unknowns().iter().enumerate().filter(|(_, u)| u.is_tension()) {
+        for (i, _) in problem.unknowns().iter().enumerate().filter(|(_, u)| u.is_tension()) {
             gradient[i] += effort;
-            tensions += x[i] * unknown.unit;
+            tensions += x[i];
         }
         let cost = linear.residuals.norm_squared() + effort * tensions;
         cost.is_finite().then_some(Self { x, linear, gradient, cost })
@@ -54,7 +54,7 @@ impl Point {
 /// Searches from start number `number`. The result has the structure of a Nelder-Mead start; there are no
 /// restarts.
 pub(super) fn run(problem: &mut dyn Problem, settings: &Settings, number: usize) -> Start {
-    let first = starting_point(number, problem.unknowns());
+    let first = problem.start(number);
     // A start without an equilibrium is replaced by the rest shape, which always has one.
     let rest = problem.unknowns().iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
     let mut start = Start::at(first, FAILED);

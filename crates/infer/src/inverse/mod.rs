@@ -23,6 +23,7 @@ mod forward;
 mod freed;
 mod gauss_newton;
 pub mod identifiability;
+pub mod in_space;
 mod known;
 mod nelder_mead;
 mod on_target;

@@ -10,7 +10,7 @@ use argmin::core::{
 use argmin::solver::neldermead::NelderMead;
 
 use super::problem::Problem as LeastSquares;
-use super::start::{FIRST_SIDE, SAME_COST, Start, starting_point};
+use super::start::{FIRST_SIDE, SAME_COST, Start};
 use super::unknown::Unknown;
 use super::{FitError, Settings};
 
@@ -105,8 +105,8 @@ pub(super) fn run(
     number: usize,
 ) -> Result<Start, FitError> {
     let unknowns = problem.unknowns().to_vec();
+    let mut corner = problem.start(number);
     let shared = RefCell::new(problem);
-    let mut corner = starting_point(number, &unknowns);
     let mut side = FIRST_SIDE;
     let mut start = Start::at(corner.clone(), f64::INFINITY);
     for restarts in 0..=MOST_RESTARTS {

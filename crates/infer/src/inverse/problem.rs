@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::start::starting_point;
 use super::unknown::Unknown;
 
 /// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
@@ -39,6 +40,11 @@ pub struct Counts {
 pub trait Problem {
     /// The unknowns, with their bounds.
     fn unknowns(&self) -> &[Unknown];
+
+    /// Where start number `number` begins.
+    fn start(&mut self, number: usize) -> Vec<f64> {
+        starting_point(number, self.unknowns())
+    }
 
     /// Residuals of a candidate (one value for each unknown); `None` if it has no answer.
     fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>>;

@@ -59,6 +59,11 @@ impl Unknown {
         Self { quantity: Quantity::Tension { muscle }, unit: 1.0, lower: 0.0, upper, prior: None }
     }
 
+    /// The activation of muscle number `muscle` of a body in space, in hundredths, from 0 to 100 of them.
+    pub fn activation(muscle: usize) -> Self {
+        Self { unit: 0.01, ..Self::tension(muscle, 100.0) }
+    }
+
     /// The displacement of a free bone along an axis, in millimetres, of at most `most` in both directions.
     pub fn bone(bone: usize, axis: usize, most: f64) -> Self {
         Self { quantity: Quantity::Bone { bone, axis }, unit: 1e-3, lower: -most, upper: most, prior: None }

@@ -121,7 +121,9 @@ impl SpaceBody {
             };
             let (left, right) = (&self.muscles[other], muscle);
             let near = |a: f64, b: f64| (a - b).abs() <= 1e-3 * a.abs().max(b.abs());
-            if left.segments.len() != right.segments.len() || !near(left.stress_pa, right.stress_pa) {
+            let as_many =
+                left.segments.len() == right.segments.len() && left.region.len() == right.region.len();
+            if !as_many || !near(left.stress_pa, right.stress_pa) {
                 return None;
             }
             stands_for.push(muscles.iter().position(|&l| l == other)?);

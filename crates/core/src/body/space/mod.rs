@@ -3,9 +3,11 @@
 //! A muscle is activated from 0 to 1. A body has its strength at 1 in two forms: the force of each segment of
 //! its fibres, N, for node-to-node lines, and the stress along the fibres of its region, Pa.
 
+mod built_in;
 mod direction;
 mod half;
 mod refine;
+mod surgery;
 
 use nalgebra::Vector3;
 
@@ -14,6 +16,7 @@ use crate::geometry::hexahedron;
 use crate::suggest;
 
 pub use half::Half;
+pub use surgery::{Filling, Operated, Region, SurgeryFault};
 
 /// On which side of the midsagittal plane a muscle lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -226,6 +229,13 @@ impl SpaceBody {
             }
         }
         Ok(all.into_iter().map(|a| a.unwrap_or(0.0)).collect())
+    }
+
+    /// The foremost node of the midsagittal plane: the tip.
+    pub fn foremost(&self) -> Option<usize> {
+        let (nodes, near) = (&self.mesh.nodes, 1e-6 * self.mesh.extent());
+        let in_plane = (0..nodes.len()).filter(|&n| nodes[n].y.abs() <= near);
+        in_plane.min_by(|&a, &b| nodes[a].x.total_cmp(&nodes[b].x))
     }
 
     /// The volume of each element at rest, m³.

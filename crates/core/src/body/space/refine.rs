@@ -49,7 +49,8 @@ impl SpaceBody {
         let parts = |m: &SpaceMuscle| m.region.iter().flat_map(|e| 8 * e..8 * e + 8).collect();
         for muscle in &mut body.muscles {
             muscle.region = parts(muscle);
-            muscle.directions = Vec::new();
+            // Each part holds one of the points of the whole, in the same order.
+            muscle.directions = muscle.directions.iter().flat_map(|d| d.map(|at| [at; 8])).collect();
         }
         body.mesh.connect();
         body

@@ -17,6 +17,7 @@ mod solid;
 mod tensions;
 mod timelines;
 mod valley;
+mod views;
 mod vowel;
 mod work_precision;
 
@@ -39,6 +40,7 @@ pub use solid::solid;
 pub use tensions::{Found, Tension, tensions};
 pub use timelines::{Timeline, timelines};
 pub use valley::valley;
+pub use views::views;
 pub use vowel::{VowelPicture, vowel};
 pub use work_precision::{PrecisionCurve, work_precision};
 

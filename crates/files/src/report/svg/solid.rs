@@ -97,8 +97,13 @@ fn normal(face: &[usize], x: &[SVector<f64, 3>]) -> SVector<f64, 3> {
 }
 
 fn shade(normal: &SVector<f64, 3>) -> String {
-    let light = 0.6 + 0.4 * normal.dot(&SVector::from(LIGHT)).max(0.0);
-    let [r, g, b] = [205.0, 222.0, 240.0].map(|c: f64| (c * light.min(1.0)) as u8);
+    shaded([205.0, 222.0, 240.0], normal.dot(&SVector::from(LIGHT)))
+}
+
+/// A colour, 0 to 255, of a face that looks into the light by so much, from 0 to 1.
+pub(super) fn shaded(colour: [f64; 3], light: f64) -> String {
+    let light = 0.6 + 0.4 * light.max(0.0);
+    let [r, g, b] = colour.map(|c: f64| (c * light.min(1.0)) as u8);
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
@@ -116,7 +121,7 @@ fn edges(faces: &[[usize; 3]], x: &[SVector<f64, 3>]) -> Vec<[usize; 2]> {
 }
 
 /// A scale bar of a round length.
-fn scale(svg: &mut Svg, view: &View, top: f64) {
+pub(super) fn scale(svg: &mut Svg, view: &View, top: f64) {
     let fifth = 0.2 * view.bounds.size()[0];
     let tens = 10f64.powf(fifth.log10().floor());
     let length = [5.0, 2.0, 1.0].into_iter().map(|s| s * tens).find(|l| *l <= fifth).unwrap_or(tens);

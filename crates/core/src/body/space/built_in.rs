@@ -1,0 +1,311 @@
+//! The built-in tongue in space: the midsagittal outline with a width, cut into hexahedra.
+
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+use super::{Directions, Segment, Side, SpaceBody, SpaceMuscle};
+use crate::body::{Anatomy, BodyError, Bone, Mesh, MuscleChain};
+use crate::geometry::{ClosedSpline, Point, hexahedron};
+
+/// Widths, bones and muscles, as text.
+const REFERENCE: &str = include_str!("../../../../../targets/tongue_in_space.toml");
+const FILE: &str = "targets/tongue_in_space.toml (embedded)";
+/// Parts are compared with this much room.
+const ROOM: f64 = 1e-9;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    corners_mm: [[f64; 2]; 4],
+    elements: [usize; 3],
+    half_width_top_mm: Vec<[f64; 2]>,
+    half_width_floor_mm: Vec<[f64; 2]>,
+    rounding: f64,
+    bone: Vec<BoneParts>,
+    muscle: Vec<Given>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BoneParts {
+    name: String,
+    parts: Vec<Part>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Given {
+    name: String,
+    force_n: f64,
+    course: Course,
+    region: Part,
+    fibre: [[f64; 3]; 2],
+    #[serde(default)]
+    middle: bool,
+    outside: Option<Outside>,
+}
+
+/// Where fibres run: along u, v or t, or in a fan.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Course {
+    Along(char),
+    Fan { from_mm: [f64; 2], sector: [f64; 2] },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Outside {
+    from_mm: [f64; 3],
+    bone: String,
+    to: Part,
+}
+
+/// A box in parts of length, height and half width.
+#[derive(Deserialize, Clone, Copy)]
+#[serde(deny_unknown_fields)]
+struct Part {
+    u: [f64; 2],
+    v: [f64; 2],
+    t: [f64; 2],
+}
+
+impl Part {
+    /// Whether a place [u, v, t] lies in it, on either side.
+    fn holds(&self, [u, v, t]: [f64; 3]) -> bool {
+        let within = |x: f64, [low, high]: [f64; 2]| (low - ROOM..=high + ROOM).contains(&x);
+        within(u, self.u) && within(v, self.v) && within(t.abs(), self.t)
+    }
+}
+
+/// The grid: nodes and elements with their places in parts.
+struct Grid {
+    /// Along u, v, and t on both sides.
+    counts: [usize; 3],
+    mesh: Mesh<3>,
+    /// [u, v, t] of each node.
+    at: Vec<[f64; 3]>,
+    /// The same of the middle of each element.
+    middles: Vec<[f64; 3]>,
+}
+
+impl SpaceBody {
+    /// The built-in tongue: `fine` times as many elements along each direction as in its file
+    /// (`targets/tongue_in_space.toml`), which has 672 of them.
+    ///
+    /// # Errors
+    /// Never with the embedded files as published; they are checked like any other.
+    pub fn tongue(fine: usize) -> Result<Self, BodyError> {
+        let wrong = |problem: String| BodyError::File { file: FILE.to_owned(), problem };
+        let file: File = toml::from_str(REFERENCE).map_err(|e| wrong(e.message().to_owned()))?;
+        let anatomy = Anatomy::reference()?;
+        let Grid { counts, mut mesh, mut at, middles } = Grid::new(&file, anatomy.outline(), fine.max(1));
+        let in_tissue = at.len();
+        let mut bones: Vec<Bone> = Vec::new();
+        for BoneParts { name, parts } in &file.bone {
+            let nodes = (0..in_tissue).filter(|&n| parts.iter().any(|p| p.holds(at[n]))).collect();
+            bones.push(Bone { name: name.clone(), nodes });
+        }
+        let mut muscles = Vec::new();
+        for given in &file.muscle {
+            let sides = if given.middle { vec![Side::Middle] } else { vec![Side::Left, Side::Right] };
+            for side in sides {
+                let sign = if side == Side::Left { -1.0 } else { 1.0 };
+                let own = |t: f64| side == Side::Middle || t * sign > -ROOM;
+                let nearest = |[u, v, t]: [f64; 3]| {
+                    let steps = [
+                        u * counts[0] as f64,
+                        v * counts[1] as f64,
+                        (1.0 + sign * t) * 0.5 * counts[2] as f64,
+                    ];
+                    number(counts, steps.map(|s| s.round() as usize))
+                };
+                let mut chain = given.fibre.map(nearest).to_vec();
+                let mut segments =
+                    vec![Segment { nodes: [chain[0], chain[1]], force_n: given.force_n, outside: false }];
+                let force_n = if given.middle { given.force_n } else { 0.5 * given.force_n };
+                segments[0].force_n = force_n;
+                let length = mesh.distance([chain[0], chain[1]]);
+                if let Some(outside) = &given.outside {
+                    let [x, z, y] = outside.from_mm.map(|c| 1e-3 * c);
+                    mesh.nodes.push(Vector3::new(x, sign * y, z));
+                    let bone_node = mesh.nodes.len() - 1;
+                    at.push([f64::NAN; 3]);
+                    match bones.iter_mut().find(|b| b.name == outside.bone) {
+                        Some(bone) => bone.nodes.push(bone_node),
+                        None => bones.push(Bone { name: outside.bone.clone(), nodes: vec![bone_node] }),
+                    }
+                    let to: Vec<usize> =
+                        (0..in_tissue).filter(|&n| outside.to.holds(at[n]) && own(at[n][2])).collect();
+                    let force_n = force_n / to.len() as f64;
+                    segments.extend(to.iter().map(|&n| Segment {
+                        nodes: [bone_node, n],
+                        force_n,
+                        outside: true,
+                    }));
+                    chain.push(bone_node);
+                }
+                let mut muscle = SpaceMuscle {
+                    name: match side {
+                        Side::Left => format!("{}_L", given.name),
+                        Side::Right => format!("{}_R", given.name),
+                        Side::Middle => given.name.clone(),
+                    },
+                    group: given.name.clone(),
+                    side,
+                    segments,
+                    region: Vec::new(),
+                    stress_pa: 0.0,
+                    directions: Vec::new(),
+                };
+                let mut volume = 0.0;
+                for (element, corners) in mesh.hexahedra.iter().enumerate() {
+                    let x = hexahedron::corners(&mesh.nodes, corners);
+                    let middle: Vector3<f64> = x.iter().sum::<Vector3<f64>>() / 8.0;
+                    let place = middles[element];
+                    if given.region.holds(place) && own(place[2]) && given.course.passes(&middle) {
+                        muscle.region.push(element);
+                        muscle.directions.push(given.course.directions(&x));
+                        volume += hexahedron::volume(&x);
+                    }
+                }
+                muscle.stress_pa = force_n * length / volume.max(f64::MIN_POSITIVE);
+                mesh.muscles.push(MuscleChain { name: muscle.name.clone(), nodes: chain });
+                muscles.push(muscle);
+            }
+        }
+        mesh.fixed = bones.iter().flat_map(|b| b.nodes.iter().copied()).collect();
+        mesh.fixed.sort_unstable();
+        mesh.fixed.dedup();
+        mesh.connect();
+        let what = format!("the built-in tongue in space, {} hexahedra", mesh.hexahedra.len());
+        let body = Self { what, mesh, bones, muscles };
+        body.check().map_err(|fault| wrong(fault.to_string()))?;
+        Ok(body)
+    }
+}
+
+/// The node at a place of the grid, counted in steps.
+fn number([nu, nv, _]: [usize; 3], [i, j, k]: [usize; 3]) -> usize {
+    (k * (nv + 1) + j) * (nu + 1) + i
+}
+
+impl Grid {
+    fn new(file: &File, outline: &ClosedSpline, fine: usize) -> Self {
+        let [u, v, t] = file.elements.map(|n| n * fine);
+        let counts = [u, v, 2 * t];
+        let section = Section::new(file, outline);
+        let (mut mesh, mut at) = (Mesh::<3>::default(), Vec::new());
+        let part = |i: usize, n: usize| i as f64 / n as f64;
+        for k in 0..=counts[2] {
+            for j in 0..=v {
+                for i in 0..=u {
+                    let place = [part(i, u), part(j, v), 2.0 * part(k, counts[2]) - 1.0];
+                    mesh.nodes.push(section.place(file, place));
+                    at.push(place);
+                }
+            }
+        }
+        let mut middles = Vec::new();
+        for k in 0..counts[2] {
+            for j in 0..v {
+                for i in 0..u {
+                    let floor = [[i, j, k], [i + 1, j, k], [i + 1, j, k + 1], [i, j, k + 1]];
+                    let top = floor.map(|[i, j, k]| [i, j + 1, k]);
+                    let corners = [floor, top].concat();
+                    mesh.hexahedra.push(std::array::from_fn(|c| number(counts, corners[c])));
+                    let [a, b] = [at[number(counts, floor[0])], at[number(counts, top[2])]];
+                    middles.push(std::array::from_fn(|d| 0.5 * (a[d] + b[d])));
+                }
+            }
+        }
+        Self { counts, mesh, at, middles }
+    }
+}
+
+/// The midsagittal section between its four corners.
+struct Section<'a> {
+    outline: &'a ClosedSpline,
+    /// Ways along the outline, m, from the first corner over the others to the first again.
+    ways: [f64; 5],
+    middle: Point,
+}
+
+impl<'a> Section<'a> {
+    fn new(file: &File, outline: &'a ClosedSpline) -> Self {
+        let whole = outline.perimeter();
+        let way = |[x, y]: [f64; 2]| outline.nearest(Point::new(x, y) * 1e-3).0;
+        let first = way(file.corners_mm[0]);
+        let mut ways = [first; 5];
+        for (i, corner) in file.corners_mm.into_iter().enumerate().skip(1) {
+            // Whichever way the outline runs, the corners follow each other.
+            ways[i] = first + (way(corner) - first).rem_euclid(whole);
+        }
+        ways[4] = first + whole;
+        if !ways.is_sorted() {
+            ways[1..4].iter_mut().for_each(|way| *way -= whole);
+            ways[4] = first - whole;
+        }
+        let polygon = outline.polygon();
+        let middle = polygon.iter().sum::<Point>() / polygon.len() as f64;
+        Self { outline, ways, middle }
+    }
+
+    /// A point of the outline, from corner `side` (0) to the next (1).
+    fn on(&self, side: usize, part: f64) -> Point {
+        let [from, to] = [self.ways[side], self.ways[side + 1]];
+        self.outline.at((from + part * (to - from)).rem_euclid(self.outline.perimeter()))
+    }
+
+    /// Between the four sides (Gordon and Hall 1973, transfinite interpolation).
+    fn point(&self, u: f64, v: f64) -> Point {
+        let [floor, top] = [self.on(3, 1.0 - u), self.on(1, u)];
+        let [front, back] = [self.on(0, v), self.on(2, 1.0 - v)];
+        let corners = (self.on(0, 0.0) * (1.0 - u) + self.on(3, 0.0) * u) * (1.0 - v)
+            + (self.on(1, 0.0) * (1.0 - u) + self.on(2, 0.0) * u) * v;
+        floor * (1.0 - v) + top * v + front * (1.0 - u) + back * u - corners
+    }
+
+    /// The place in space, m.
+    fn place(&self, file: &File, [u, v, t]: [f64; 3]) -> Vector3<f64> {
+        let [floor, top] =
+            [&file.half_width_floor_mm, &file.half_width_top_mm].map(|profile| 1e-3 * between(profile, u));
+        let flat = self.middle + (self.point(u, v) - self.middle) * (1.0 - file.rounding * t * t);
+        Vector3::new(flat.x, t * (floor * (1.0 - v) + top * v), flat.y)
+    }
+}
+
+/// The value at x of a table of x and value.
+fn between(table: &[[f64; 2]], x: f64) -> f64 {
+    let after = table.iter().position(|p| p[0] >= x).unwrap_or(table.len() - 1).max(1);
+    let [[x0, y0], [x1, y1]] = [table[after - 1], table[after]];
+    y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0)
+}
+
+impl Course {
+    /// Whether an element with this middle lies within the fan.
+    fn passes(&self, middle: &Vector3<f64>) -> bool {
+        let Self::Fan { from_mm: [x, z], sector: [low, high] } = self else { return true };
+        let angle = (middle.z - 1e-3 * z).atan2(middle.x - 1e-3 * x).to_degrees();
+        (*low..*high).contains(&angle)
+    }
+
+    /// Unit directions at the points of Gauss of an element with these corners, m.
+    fn directions(&self, x: &hexahedron::Of<Vector3<f64>>) -> Directions {
+        hexahedron::points().map(|at| match self {
+            Self::Along(axis) => {
+                let column = match axis {
+                    'u' => 0,
+                    't' => 1,
+                    _ => 2,
+                };
+                hexahedron::jacobian(x, at).column(column).into_owned().try_normalize(0.0)
+            }
+            Self::Fan { from_mm: [fx, fz], .. } => {
+                let place: Vector3<f64> = x.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
+                // In the plane of the fibre: it keeps its distance from the middle.
+                Vector3::new(place.x - 1e-3 * fx, 0.0, place.z - 1e-3 * fz).try_normalize(0.0)
+            }
+        })
+    }
+}

@@ -1,0 +1,190 @@
+//! What surgery leaves of a body in space: elements that are gone, scarred, or replaced by tissue without
+//! muscle.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Vector3;
+
+use super::{Side, SpaceBody};
+use crate::geometry::hexahedron;
+
+/// Where something is done: elements by the place of their middle.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Region {
+    /// Between two opposite corners, m.
+    Box([Vector3<f64>; 2]),
+    /// Around a point, m, as far as a radius, m.
+    Ball(Vector3<f64>, f64),
+    /// Through which muscles of this name run.
+    Muscle(String),
+}
+
+/// What is left where something was done. The choice decides to which side the tongue deviates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Filling {
+    /// Nothing: the elements are gone, and what remains moves freely.
+    Removed,
+    /// Scar: so many times as stiff as tongue, without muscle.
+    Scar(f64),
+    /// A flap: as stiff as tongue, without muscle.
+    Flap,
+    /// The tongue's own tissue whose nerve is cut: its muscles are silent there. Mechanically the same as
+    /// a flap.
+    Silent,
+}
+
+/// Why an operation is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SurgeryFault {
+    /// No element lies there.
+    #[error("no element has its middle in the region; coordinates are millimetres in the frame of the body")]
+    Nothing,
+    /// Bone would lose its tissue.
+    #[error(
+        "the region removes the tissue at {bone} ({nodes} of its nodes); a region may not remove a bone: make it smaller, or fill it"
+    )]
+    Bone {
+        /// Which bone.
+        bone: String,
+        /// How many of its nodes.
+        nodes: usize,
+    },
+    /// A name that no muscle has.
+    #[error(transparent)]
+    Muscle(#[from] super::BadActivation),
+    /// A region without extent.
+    #[error("the region has no extent or is not finite; give a box from low to high, or a positive radius")]
+    Extent,
+}
+
+/// A body after surgery.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Operated {
+    /// The body.
+    pub body: SpaceBody,
+    /// By what the constants of each of its elements are multiplied.
+    pub factors: Vec<f64>,
+    /// Numbers in the body before of its muscles; those that lost all of their tissue are gone.
+    pub muscles: Vec<usize>,
+    /// How many elements were operated.
+    pub elements: usize,
+    /// Their volume, m³.
+    pub volume_m3: f64,
+}
+
+impl SpaceBody {
+    /// Numbers of the elements of a region, on one side or on both.
+    ///
+    /// # Errors
+    /// [`SurgeryFault`]: a region without extent, without elements, or of a muscle that does not exist.
+    pub fn elements_in(&self, region: &Region, side: Option<Side>) -> Result<BTreeSet<usize>, SurgeryFault> {
+        let of_muscles: BTreeSet<usize> = match region {
+            Region::Muscle(name) => {
+                let muscles = self.muscles_called(name)?;
+                muscles.iter().flat_map(|&m| self.muscles[m].region.iter().copied()).collect()
+            }
+            _ => BTreeSet::new(),
+        };
+        let sound = match region {
+            Region::Box([low, high]) => {
+                low.iter().chain(high).all(|c| c.is_finite()) && (0..3).all(|d| low[d] < high[d])
+            }
+            Region::Ball(centre, radius) => {
+                centre.iter().all(|c| c.is_finite()) && radius.is_finite() && *radius > 0.0
+            }
+            Region::Muscle(_) => true,
+        };
+        if !sound {
+            return Err(SurgeryFault::Extent);
+        }
+        let holds = |element: &usize| {
+            let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[*element]);
+            let middle = x.iter().sum::<Vector3<f64>>() / x.len() as f64;
+            let on_side = match side {
+                Some(Side::Left) => middle.y < 0.0,
+                Some(Side::Right) => middle.y > 0.0,
+                _ => true,
+            };
+            on_side
+                && match region {
+                    Region::Box([low, high]) => (0..3).all(|d| (low[d]..=high[d]).contains(&middle[d])),
+                    Region::Ball(centre, radius) => (middle - centre).norm() <= *radius,
+                    Region::Muscle(_) => of_muscles.contains(element),
+                }
+        };
+        let found: BTreeSet<usize> = (0..self.mesh.hexahedra.len()).filter(holds).collect();
+        if found.is_empty() { Err(SurgeryFault::Nothing) } else { Ok(found) }
+    }
+
+    /// The body after these elements were operated. Muscles end where they were cut: the rest of a region
+    /// pulls with the stress that it had. Nodes keep their numbers; those without tissue stay where they
+    /// are.
+    ///
+    /// # Errors
+    /// [`SurgeryFault::Bone`] where tissue at a bone would be removed.
+    pub fn operated(&self, elements: &BTreeSet<usize>, filling: Filling) -> Result<Operated, SurgeryFault> {
+        let mut body = self.clone();
+        let is_cut = |e: usize| elements.contains(&e);
+        let volumes = self.volumes();
+        let nodes_of = |cut: bool| -> BTreeSet<usize> {
+            let all = self.mesh.hexahedra.iter().enumerate();
+            all.filter(|(e, _)| is_cut(*e) == cut).flat_map(|(_, corners)| corners.iter().copied()).collect()
+        };
+        // Nodes that only operated elements have.
+        let lost: BTreeSet<usize> = nodes_of(true).difference(&nodes_of(false)).copied().collect();
+        let mut number: Vec<Option<usize>> = (0..self.mesh.hexahedra.len()).map(Some).collect();
+        let mut factors = vec![1.0; self.mesh.hexahedra.len()];
+        match filling {
+            Filling::Removed => {
+                for bone in &self.bones {
+                    let nodes = bone.nodes.iter().filter(|n| lost.contains(n)).count();
+                    if nodes > 0 {
+                        return Err(SurgeryFault::Bone { bone: bone.name.clone(), nodes });
+                    }
+                }
+                let mut kept = 0..;
+                number = (0..number.len()).map(|e| if is_cut(e) { None } else { kept.next() }).collect();
+                body.mesh.hexahedra = number
+                    .iter()
+                    .zip(&self.mesh.hexahedra)
+                    .filter_map(|(n, corners)| n.map(|_| *corners))
+                    .collect();
+                factors.truncate(body.mesh.hexahedra.len());
+                body.mesh.fixed.extend(&lost);
+                body.mesh.fixed.sort_unstable();
+                body.mesh.connect();
+            }
+            Filling::Scar(factor) => elements.iter().for_each(|&e| factors[e] = factor),
+            Filling::Flap | Filling::Silent => {}
+        }
+        let mut muscles = Vec::new();
+        body.muscles.clear();
+        body.mesh.muscles.clear();
+        for (m, whole) in self.muscles.iter().enumerate() {
+            let mut muscle = whole.clone();
+            let left = |e: &&usize| !is_cut(**e);
+            muscle.region = whole.region.iter().filter(left).filter_map(|&e| number[e]).collect();
+            if !whole.directions.is_empty() || !elements.is_disjoint(&whole.region.iter().copied().collect())
+            {
+                // Directions stay those of the whole muscle.
+                muscle.directions =
+                    whole.region.iter().filter(left).map(|&e| self.directions(m, e)).collect();
+            }
+            let holds =
+                |e: usize, s: &super::Segment| s.nodes.iter().all(|n| self.mesh.hexahedra[e].contains(n));
+            muscle.segments.retain(|s| {
+                let mut around = whole.region.iter().filter(|&&e| holds(e, s)).peekable();
+                let cut = around.peek().is_some() && around.all(|&e| is_cut(e));
+                !cut && !s.nodes.iter().any(|n| lost.contains(n))
+            });
+            if !muscle.region.is_empty() && !muscle.segments.is_empty() {
+                muscles.push(m);
+                body.mesh.muscles.push(self.mesh.muscles[m].clone());
+                body.muscles.push(muscle);
+            }
+        }
+        body.what = format!("{}, operated", self.what);
+        let volume_m3 = elements.iter().map(|&e| volumes[e]).sum();
+        Ok(Operated { body, factors, muscles, elements: elements.len(), volume_m3 })
+    }
+}

@@ -1,0 +1,62 @@
+//! How much linear elements in space lock: one cube of them, bent.
+
+use nalgebra::Vector3;
+
+use super::{Model, System, SystemError, TissueModel};
+use crate::body::solid;
+use crate::effect::Configuration;
+
+/// Above this Poisson's ratio it is told how much tetrahedra and springs lock.
+pub const TOLD_ABOVE: f64 = 0.45;
+/// Radius of the bent cube, in its sides: a small strain.
+const RADIUS: f64 = 1e3;
+
+/// Which part of its deflection a cube of six linear tetrahedra, or of springs on their edges, keeps when
+/// it is bent: the exact energy of pure bending, `E/2 ∫ (z/R)²`, over that of the elements at the same
+/// displacements of the corners. `None` where the model has no such elements, or where Poisson's ratio is
+/// at most [`TOLD_ABOVE`].
+///
+/// # Errors
+/// [`SystemError`] for constants out of range.
+pub fn bending_kept(model: &Model, side: f64) -> Result<Option<f64>, SystemError> {
+    let nu = model.constants.poisson_ratio;
+    let linear = matches!(model.tissue, TissueModel::MassSpring | TissueModel::FiniteElement);
+    if !linear || nu <= TOLD_ABOVE {
+        return Ok(None);
+    }
+    let mesh = solid::block([side; 3], [1; 3]);
+    let system = System::new(&mesh, model, &[])?;
+    let bent = |p: &Vector3<f64>| {
+        let r = p - Vector3::repeat(0.5 * side);
+        let down = -0.5 * (r.x * r.x - nu * r.y * r.y + nu * r.z * r.z);
+        p + Vector3::new(r.x * r.z, -nu * r.y * r.z, down) / (RADIUS * side)
+    };
+    let positions: Vec<Vector3<f64>> = mesh.nodes.iter().map(bent).collect();
+    let energy = system.energy(Configuration { positions: &positions, tensions: &[] });
+    let exact = model.constants.young_modulus * side.powi(3) / (24.0 * RADIUS * RADIUS);
+    Ok(Some(exact / energy).filter(|kept| kept.is_finite()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Constants;
+
+    #[test]
+    fn linear_elements_keep_less_the_nearer_they_are_to_keeping_their_volume() {
+        let kept = |tissue, poisson_ratio| {
+            let constants = Constants { poisson_ratio, ..Constants::TONGUE };
+            bending_kept(&Model { constants, tissue, ..Model::default() }, 1e-2).unwrap()
+        };
+        assert_eq!(kept(TissueModel::FiniteElement, 0.45), None);
+        assert_eq!(kept(TissueModel::Hexahedra, 0.49), None);
+        let found = [0.46, 0.49, 0.499, 0.4999].map(|nu| kept(TissueModel::FiniteElement, nu).unwrap());
+        assert!(found.is_sorted_by(|a, b| a > b), "{found:?}");
+        // Six tetrahedra have constant strains, of which most change their volume: beyond 0.49 the part
+        // that is kept is proportional to the distance from 0.5.
+        let [_, _, near, nearer] = found;
+        assert!((near / nearer - 10.0).abs() < 0.5, "{found:?}");
+        assert!(found[1] < 0.3, "{found:?}");
+        assert!(kept(TissueModel::MassSpring, 0.49).is_some_and(|k| k > 0.0));
+    }
+}

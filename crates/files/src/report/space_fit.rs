@@ -1,0 +1,121 @@
+//! Activations that bring a body in space to where its nodes were seen: the record.
+
+use serde::Serialize;
+use tongue_core::body::SpaceBody;
+use tongue_infer::inverse::in_space::{Combination, SpaceFit};
+use tongue_infer::inverse::{Status, alarms};
+use tongue_input::measured::ByMuscle;
+
+use super::by_muscle::by;
+use super::record::AlarmRecord;
+
+/// `tongue-fit track FILE --body FOLDER --json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SpaceTrackRecord {
+    /// What the body is.
+    pub body: String,
+    /// One for each time.
+    pub frames: Vec<SpaceFitRecord>,
+    /// Time of all searches, s.
+    pub wall_s: f64,
+}
+
+impl SpaceTrackRecord {
+    /// The record of a body without frames.
+    pub fn new(body: &SpaceBody) -> Self {
+        Self { body: body.what.clone(), frames: Vec::new(), wall_s: 0.0 }
+    }
+
+    /// Adds a frame, whose combinations count as open above a standard deviation.
+    pub fn push(&mut self, time_s: Option<f64>, fit: &SpaceFit, open_above: f64) {
+        self.frames.push(SpaceFitRecord::new(time_s, fit, open_above));
+    }
+}
+
+/// One frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SpaceFitRecord {
+    /// Its time, s, where it has one.
+    pub time_s: Option<f64>,
+    /// How the search ended.
+    pub status: Status,
+    /// Root of the mean squared distance of the nodes from where they were seen, mm.
+    pub rms_mm: f64,
+    /// Distance of each, mm.
+    pub distances_mm: Vec<f64>,
+    /// Activations, 0 to 1: of muscles, or of both sides by their common name.
+    pub activations: ByMuscle<f64>,
+    /// Standard deviation of each activation, its prior included; null where the stiffness is singular.
+    pub sd: ByMuscle<Option<f64>>,
+    /// Combinations of activations that the places leave open, each with the standard deviation along it.
+    pub open: Vec<OpenRecord>,
+    /// Where each start ended.
+    pub starts: Vec<StartRecord>,
+    /// Starts that ended elsewhere and meet the places as well (misfit at most a twentieth larger).
+    pub others_as_good: Vec<ByMuscle<f64>>,
+    /// Factorisations of the stiffness, over all starts.
+    pub factorisations: usize,
+    /// What speaks against the answer.
+    pub alarms: Vec<AlarmRecord>,
+}
+
+/// A combination that the places leave open.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OpenRecord {
+    /// Its share of each activation.
+    pub direction: ByMuscle<f64>,
+    /// Standard deviation along it, from the places alone; null where no place answers to it.
+    pub sd: Option<f64>,
+}
+
+/// Where one start ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StartRecord {
+    /// Activations.
+    pub activations: ByMuscle<f64>,
+    /// Root mean square of the residuals, in standard deviations.
+    pub misfit: f64,
+    /// Factorisations of the stiffness.
+    pub factorisations: usize,
+    /// Whether it converged.
+    pub converged: bool,
+}
+
+/// Misfits that differ by this part are as good as each other.
+const AS_GOOD: f64 = 0.05;
+
+impl SpaceFitRecord {
+    fn new(time_s: Option<f64>, fit: &SpaceFit, open_above: f64) -> Self {
+        let replay = &fit.answer.replay;
+        let values: Vec<f64> = fit.answer.x.iter().map(|x| 0.01 * x).collect();
+        let open = |c: &Combination| OpenRecord {
+            direction: by(&fit.names, &c.direction),
+            sd: Some(c.sd).filter(|sd| sd.is_finite()),
+        };
+        Self {
+            time_s,
+            status: fit.answer.status,
+            rms_mm: 1e3 * fit.rms_m,
+            distances_mm: fit.distances_m.iter().map(|d| 1e3 * d).collect(),
+            activations: by(&fit.names, &values),
+            sd: ByMuscle::new(&fit.names, fit.sds()),
+            open: fit.combinations.iter().filter(|c| c.sd > open_above).map(open).collect(),
+            starts: fit
+                .starts
+                .iter()
+                .map(|s| StartRecord {
+                    activations: by(&fit.names, &s.activations),
+                    misfit: s.misfit,
+                    factorisations: s.factorisations,
+                    converged: s.converged,
+                })
+                .collect(),
+            others_as_good: fit.others_as_good(AS_GOOD).map(|s| by(&fit.names, &s.activations)).collect(),
+            factorisations: fit.factorisations,
+            alarms: alarms::of_equilibrium(&replay.solution, replay.critical)
+                .iter()
+                .map(AlarmRecord::from)
+                .collect(),
+        }
+    }
+}

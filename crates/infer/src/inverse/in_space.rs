@@ -1,0 +1,222 @@
+//! Activations of a body in space from places of its nodes, by the search of every other inverse.
+//!
+//! Residuals are counted in standard deviations of the places, activations in hundredths. A weak prior
+//! (mean 0) holds what the places leave open; which combinations these are is said with the answer
+//! ([`Combination`]).
+
+use nalgebra::Vector3;
+
+use tongue_core::body::SpaceBody;
+use tongue_core::body::space::Side;
+use tongue_core::observe::{NodePosition, Observation};
+use tongue_core::system::System;
+
+use super::directions::decompose;
+use super::forward::{Forward, Inverse};
+use super::problem::Problem;
+use super::{Answer, FitError, Method, Settings, Unknown, solve};
+
+/// Where a node was seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeenNode {
+    /// Its number in the body.
+    pub node: usize,
+    /// Its place, m.
+    pub place: Vector3<f64>,
+    /// Standard deviation of each coordinate, m.
+    pub sd_m: f64,
+}
+
+/// How activations are searched for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceSearch {
+    /// Whether the sides of a muscle are activated apart; else alike.
+    pub sides_apart: bool,
+    /// Standard deviation of the prior of every activation, whose mean is 0. Default 0.5.
+    pub prior_sd: f64,
+    /// What a combination of activations may be uncertain by before it counts as open. Default 0.1.
+    pub open_above: f64,
+    /// The search. Default: Gauss-Newton from four starts.
+    pub settings: Settings,
+}
+
+impl Default for SpaceSearch {
+    fn default() -> Self {
+        let settings = Settings {
+            method: Method::GaussNewton,
+            misfit_tolerance: 1.0,
+            tension_tolerance: 1e-2,
+            cost_tolerance: 1e-8,
+            max_iterations: 100,
+            ..Settings::default()
+        };
+        Self { sides_apart: false, prior_sd: 0.5, open_above: 0.1, settings }
+    }
+}
+
+/// A combination of activations, and how sure the places alone make it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Combination {
+    /// Unit vector over the activations searched for, in their order; its largest entry is positive.
+    pub direction: Vec<f64>,
+    /// Standard deviation along it; infinite where no place answers to it.
+    pub sd: f64,
+}
+
+/// Where one start ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ended {
+    /// Activations searched for.
+    pub activations: Vec<f64>,
+    /// Root of the mean squared distance from the places, in standard deviations of a coordinate.
+    pub misfit: f64,
+    /// Factorisations of a stiffness.
+    pub factorisations: usize,
+    /// Whether its steps converged, to an equilibrium that is reached from rest.
+    pub converged: bool,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceFit {
+    /// Names of what was searched for: muscles, or both sides of them by their common name.
+    pub names: Vec<String>,
+    /// Activations of all muscles of the body.
+    pub activations: Vec<f64>,
+    /// Root of the mean squared distance of the nodes from their places, m.
+    pub rms_m: f64,
+    /// Distance of each node from its place, m.
+    pub distances_m: Vec<f64>,
+    /// Standard deviation of the prior of every activation.
+    pub prior_sd: f64,
+    /// Combinations of activations, the surest first; those above [`SpaceSearch::open_above`] are open.
+    pub combinations: Vec<Combination>,
+    /// Where each start ended.
+    pub starts: Vec<Ended>,
+    /// Factorisations of a stiffness, over all starts and the answer.
+    pub factorisations: usize,
+    /// The answer as every inverse has it, its unknowns in hundredths.
+    pub answer: Answer<3>,
+}
+
+impl SpaceFit {
+    /// Standard deviation of each activation that was searched for, from the places and the prior; `None`
+    /// where the stiffness is singular.
+    pub fn sds(&self) -> Vec<Option<f64>> {
+        let prior = self.prior_sd.powi(-2);
+        let variance = |i: usize| {
+            let along = |c: &Combination| c.direction[i].powi(2) / (prior + c.sd.powi(-2));
+            self.combinations.iter().map(along).sum::<f64>()
+        };
+        (0..self.names.len()).map(|i| (!self.combinations.is_empty()).then(|| variance(i).sqrt())).collect()
+    }
+
+    /// Starts that ended elsewhere with a misfit that is at most this part larger than the answer's: an
+    /// activation differs by more than 0.05.
+    pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &Ended> {
+        let elsewhere =
+            |e: &&Ended| e.activations.iter().zip(&self.answer.x).any(|(a, x)| (a - 0.01 * x).abs() > 0.05);
+        let most = self.answer.misfit * (1.0 + part);
+        self.starts.iter().filter(move |e| e.converged && e.misfit <= most).filter(elsewhere)
+    }
+}
+
+/// The muscles of a body that are activated as one: their common name and their numbers.
+fn searched(body: &SpaceBody, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
+    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    for (number, muscle) in body.muscles.iter().enumerate() {
+        let name = if sides_apart { &muscle.name } else { &muscle.group };
+        match groups.iter_mut().find(|(known, _)| known == name && muscle.side != Side::Middle) {
+            Some((_, numbers)) => numbers.push(number),
+            None => groups.push((name.clone(), vec![number])),
+        }
+    }
+    groups
+}
+
+impl SpaceSearch {
+    /// Finds the activations that bring nodes to the places where they were seen. `begin` is an answer at
+    /// which the only start begins (the frame before); without one there are several starts.
+    ///
+    /// # Errors
+    /// [`FitError`] when it cannot begin; whatever happens later is a status of the answer.
+    pub fn fit(
+        &self,
+        body: &SpaceBody,
+        system: &System<3>,
+        seen: &[SeenNode],
+        begin: Option<&Answer<3>>,
+    ) -> Result<SpaceFit, FitError> {
+        let groups = searched(body, self.sides_apart);
+        let wrong = |what: String| Err(FitError::Unknown { what });
+        let count = body.mesh.nodes.len();
+        for s in seen {
+            if s.node >= count {
+                return wrong(format!("node {} was seen, but the body has {count} nodes", s.node + 1));
+            }
+            if !(s.place.iter().all(|c| c.is_finite()) && s.sd_m.is_finite() && s.sd_m > 0.0) {
+                return wrong(format!(
+                    "the place of node {} or its standard deviation is no number",
+                    s.node + 1
+                ));
+            }
+        }
+        if !(self.prior_sd.is_finite() && self.prior_sd > 0.0) {
+            return wrong(format!("the prior of activations has the standard deviation {}", self.prior_sd));
+        }
+        let observations = seen.iter().flat_map(|s| {
+            (0..3).map(|axis| {
+                let coordinate = NodePosition::node(s.node, Vector3::ith(axis, 1.0));
+                Observation::new(coordinate, s.place[axis]).with_standard_deviation(s.sd_m)
+            })
+        });
+        let unknown = |(_, muscles): &(String, Vec<usize>)| {
+            let unknown = Unknown::activation(muscles[0]);
+            unknown.with_prior(0.0, unknown.unit / self.prior_sd)
+        };
+        let tied = groups.iter().flat_map(|(_, m)| m[1..].iter().map(|&other| [m[0], other])).collect();
+        let unknowns = groups.iter().map(unknown).collect();
+        let begin_at = begin.map(|b| (b.x.as_slice(), b.positions.as_slice()));
+        let inverse =
+            Inverse { tied, begin: begin_at, ..Inverse::new(system, observations.collect(), unknowns) };
+        let starts = if begin.is_some() { 1 } else { self.settings.starts };
+        let settings = Settings { starts, ..self.settings };
+        let answer = solve(&inverse, &settings)?;
+        let mut forward = Forward::new(&inverse, &settings);
+        forward.begin_at(&answer.x, &answer.positions);
+        let linear = forward.linearise(&answer.x);
+        let rows = inverse.observations.len();
+        let combinations = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
+        let combinations = combinations.map_or_else(Vec::new, |(values, directions)| {
+            let combination = |(value, direction): (f64, nalgebra::DVector<f64>)| Combination {
+                direction: direction.iter().copied().collect(),
+                sd: 0.01 / value,
+            };
+            values.into_iter().zip(directions).map(combination).collect()
+        });
+        let distances_m: Vec<f64> =
+            seen.iter().map(|s| (answer.positions[s.node] - s.place).norm()).collect();
+        let squares: f64 = distances_m.iter().map(|d| d * d).sum();
+        let hundredths = |x: &[f64]| x.iter().map(|x| 0.01 * x).collect::<Vec<f64>>();
+        let prior = |x: &[f64]| hundredths(x).iter().map(|a| (a / self.prior_sd).powi(2)).sum::<f64>();
+        let starts = answer.starts.iter().map(|s| Ended {
+            activations: hundredths(&s.x),
+            misfit: ((s.cost - prior(&s.x)).max(0.0) / rows as f64).sqrt(),
+            factorisations: s.factorisations,
+            converged: s.converged && s.solved,
+        });
+        let starts: Vec<Ended> = starts.collect();
+        let spent = answer.replay.solution.factorisations + forward.counts().factorisations;
+        Ok(SpaceFit {
+            names: groups.into_iter().map(|(name, _)| name).collect(),
+            activations: answer.tensions.clone(),
+            rms_m: (squares / seen.len() as f64).sqrt(),
+            distances_m,
+            prior_sd: self.prior_sd,
+            combinations,
+            factorisations: starts.iter().map(|s| s.factorisations).sum::<usize>() + spent,
+            starts,
+            answer,
+        })
+    }
+}

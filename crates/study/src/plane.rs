@@ -1,0 +1,243 @@
+//! How wrong the plane is: a body in space against its own midsagittal plane, muscle by muscle.
+//!
+//! Both have the same mesh, muscles and law; in the plane no node moves sideways. Compared are the ways
+//! of the free nodes of the midsagittal contour. The plane may be scaled by one number a muscle, the
+//! best: a wrong strength is no error of the plane.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use tongue_core::body::SpaceBody;
+use tongue_core::effect::{Effect, Mirror};
+use tongue_core::statics::{self, Settings, Status, Workspace};
+use tongue_core::system::{Additions, SpaceModel, System};
+use tongue_infer::inverse::in_space::{SeenNode, SpaceSearch};
+
+use super::StudyError;
+use super::table::markdown;
+
+/// Stiffness that holds a node in its plane, N/m.
+const HELD: f64 = 1e7;
+/// Activation of a muscle alone.
+const ALONE: f64 = 0.1;
+/// Standard deviation of the places that are inverted, m.
+const SD_M: f64 = 5e-4;
+/// Postures that are made in space and inverted in the plane.
+const POSTURES: [(&str, &[(&str, f64)]); 3] = [
+    ("low and back, as in /a/", &[("GGA", 0.05), ("HG", 0.06), ("TRANS", 0.03)]),
+    ("high and front, as in /i/", &[("GGP", 0.15), ("TRANS", 0.05)]),
+    ("protruded", &[("GGP", 0.1), ("TRANS", 0.1), ("VERT", 0.05)]),
+];
+
+/// What the plane makes of a muscle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlaneRow {
+    /// The muscle, both sides.
+    pub muscle: String,
+    /// Root mean square way of the contour in space, mm.
+    pub way_mm: f64,
+    /// By what the plane's way is best multiplied.
+    pub best_scale: f64,
+    /// Error of the contour after that, as a part of its way.
+    pub error: f64,
+    /// Change of the area of the midsagittal section in space, per cent; in the plane the tissue keeps it.
+    pub area_change_percent: f64,
+}
+
+/// What the plane finds in a contour that was made in space.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InverseRow {
+    /// The posture.
+    pub posture: String,
+    /// The muscle.
+    pub muscle: String,
+    /// Its activation in space.
+    pub true_activation: f64,
+    /// What the plane finds.
+    pub found_in_plane: f64,
+    /// What remains between the contours, mm (RMS).
+    pub rms_mm: f64,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaneStudy {
+    /// What the body is.
+    pub body: String,
+    /// A row a muscle.
+    pub alone: Vec<PlaneRow>,
+    /// Rows of muscles that act, or that the plane takes for acting.
+    pub inverse: Vec<InverseRow>,
+}
+
+/// The midsagittal section of a body.
+struct Section {
+    /// Its quadrilaterals.
+    faces: Vec<[usize; 4]>,
+    /// Free nodes of its contour.
+    contour: Vec<usize>,
+}
+
+impl Section {
+    fn new(body: &SpaceBody) -> Self {
+        let mesh = &body.mesh;
+        let near = 1e-6 * mesh.extent();
+        let faces: BTreeMap<Vec<usize>, [usize; 4]> = mesh
+            .hexahedra
+            .iter()
+            .flat_map(|c| tongue_core::geometry::hexahedron::FACES.map(|f| f.map(|i| c[i])))
+            .filter(|f| f.iter().all(|&n| mesh.nodes[n].y.abs() <= near))
+            .map(|f| {
+                let mut key = f.to_vec();
+                key.sort_unstable();
+                (key, f)
+            })
+            .collect();
+        let faces: Vec<[usize; 4]> = faces.into_values().collect();
+        let mut edges: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+        for f in &faces {
+            for i in 0..4 {
+                let [a, b] = [f[i], f[(i + 1) % 4]];
+                *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+            }
+        }
+        let mut contour: Vec<usize> = edges.iter().filter(|(_, n)| **n == 1).flat_map(|(e, _)| *e).collect();
+        contour.sort_unstable();
+        contour.dedup();
+        contour.retain(|n| mesh.fixed.binary_search(n).is_err());
+        Self { faces, contour }
+    }
+
+    fn area(&self, x: &[Vector3<f64>]) -> f64 {
+        let of = |f: &[usize; 4]| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs();
+        self.faces.iter().map(of).sum()
+    }
+
+    fn ways(&self, body: &SpaceBody, x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        self.contour.iter().map(|&n| x[n] - body.mesh.nodes[n]).collect()
+    }
+}
+
+/// The same body in which no node moves sideways.
+///
+/// # Errors
+/// As [`System::in_space`].
+pub fn in_plane(body: &SpaceBody, model: &SpaceModel) -> Result<System<3>, StudyError> {
+    let free: Vec<usize> =
+        (0..body.mesh.nodes.len()).filter(|n| body.mesh.fixed.binary_search(n).is_err()).collect();
+    let held: Vec<Box<dyn Effect<3>>> = vec![Box::new(Mirror::new(1, HELD, &free, &body.mesh.nodes))];
+    Ok(System::in_space_with(body, model, Additions { effects: held, ..Additions::default() })?)
+}
+
+/// Positions of all nodes at activations of all muscles; `None` where there is no equilibrium.
+fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>>> {
+    let mut w = Workspace::new(system);
+    let solution = statics::solve(system, &mut w, activations, &Settings::default());
+    (solution.status == Status::Converged).then(|| w.positions().to_vec())
+}
+
+/// Compares a body with its own plane.
+///
+/// # Errors
+/// [`StudyError`] for a faulty body.
+pub fn run(
+    body: &SpaceBody,
+    model: &SpaceModel,
+    tell: &mut dyn FnMut(&str),
+) -> Result<PlaneStudy, StudyError> {
+    Ok(PlaneStudy {
+        body: body.what.clone(),
+        alone: alone(body, model, tell)?,
+        inverse: inverse(body, model, tell)?,
+    })
+}
+
+/// Compares each muscle alone.
+///
+/// # Errors
+/// [`StudyError`] for a faulty body.
+pub fn alone(
+    body: &SpaceBody,
+    model: &SpaceModel,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Vec<PlaneRow>, StudyError> {
+    let section = Section::new(body);
+    let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
+    let mut alone = Vec::new();
+    for muscle in body.groups() {
+        tell(&format!("{muscle} in space and in the plane"));
+        let Ok(activations) = body.activations(&[(&muscle, ALONE)]) else { continue };
+        let Some((s, p)) = shape(&space, &activations).zip(shape(&plane, &activations)) else { continue };
+        let (ways, flat) = (section.ways(body, &s), section.ways(body, &p));
+        let dot =
+            |a: &[Vector3<f64>], b: &[Vector3<f64>]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
+        let best_scale = dot(&ways, &flat) / dot(&flat, &flat);
+        let left: f64 = ways.iter().zip(&flat).map(|(a, b)| (a - b * best_scale).norm_squared()).sum();
+        let squares = dot(&ways, &ways);
+        alone.push(PlaneRow {
+            muscle,
+            way_mm: 1e3 * (squares / ways.len() as f64).sqrt(),
+            best_scale,
+            error: (left / squares).sqrt(),
+            area_change_percent: 100.0 * (section.area(&s) / section.area(&body.mesh.nodes) - 1.0),
+        });
+    }
+    Ok(alone)
+}
+
+/// Inverts contours in the plane that were made in space.
+fn inverse(
+    body: &SpaceBody,
+    model: &SpaceModel,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Vec<InverseRow>, StudyError> {
+    let section = Section::new(body);
+    let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
+    let mut inverse = Vec::new();
+    for (posture, given) in POSTURES {
+        tell(&format!("{posture}: made in space, inverted in the plane"));
+        let Ok(truth) = body.activations(given) else { continue };
+        let Some(s) = shape(&space, &truth) else { continue };
+        let seen: Vec<SeenNode> =
+            section.contour.iter().map(|&node| SeenNode { node, place: s[node], sd_m: SD_M }).collect();
+        let fit = SpaceSearch::default().fit(body, &plane, &seen, None)?;
+        for (name, x) in fit.names.iter().zip(&fit.answer.x) {
+            let true_activation = given.iter().find(|(m, _)| m == name).map_or(0.0, |(_, a)| *a);
+            if true_activation > 0.0 || *x > 1.0 {
+                inverse.push(InverseRow {
+                    posture: posture.to_owned(),
+                    muscle: name.clone(),
+                    true_activation,
+                    found_in_plane: 0.01 * x,
+                    rms_mm: 1e3 * fit.rms_m,
+                });
+            }
+        }
+    }
+    Ok(inverse)
+}
+
+/// The page.
+///
+/// # Errors
+/// [`StudyError::Csv`], which is not expected.
+pub fn page(study: &PlaneStudy, made: &str) -> Result<String, StudyError> {
+    let mut errors: Vec<f64> = study.alone.iter().map(|r| r.error).collect();
+    errors.sort_by(f64::total_cmp);
+    let middle = errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN);
+    Ok(format!(
+        "# How wrong the plane is\n\n{made}\n\nOf {}, against itself with no node moving sideways: **the plane misses {:.0} % of the way of the \
+         midsagittal contour (the median of {} muscles), after the best scaling.**\n\n\
+         ## Each muscle alone, at an activation of {ALONE}\n\n{}\n\
+         ## Contours made in space and inverted in the plane\n\nFree nodes of the midsagittal contour, known to {} mm. Muscles that act, and those \
+         that the plane takes for acting (above 0.01).\n\n{}",
+        study.body,
+        100.0 * middle,
+        study.alone.len(),
+        markdown(&study.alone, &[])?,
+        1e3 * SD_M,
+        markdown(&study.inverse, &[])?
+    ))
+}

@@ -1,0 +1,129 @@
+//! Activations of bodies in space from places of their nodes.
+
+use nalgebra::Vector3;
+use tongue_fit::body::{SpaceBody, artisynth};
+use tongue_fit::inverse::in_space::{SeenNode, SpaceSearch};
+use tongue_fit::inverse::{Settings, Status};
+use tongue_fit::statics::{self, Workspace};
+use tongue_fit::system::{SpaceModel, System};
+use tongue_infer::inverse::in_space::SpaceFit;
+
+use crate::fixtures::space_block::space_block;
+use crate::tongue_in_space::{RECORDED, folder};
+
+/// Where these nodes are at activations by name, known to 0.5 mm.
+fn seen(body: &SpaceBody, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SeenNode> {
+    let mut w = Workspace::new(system);
+    let solution =
+        statics::solve(system, &mut w, &body.activations(given).unwrap(), &statics::Settings::default());
+    assert_eq!(solution.status, statics::Status::Converged);
+    nodes.iter().map(|&node| SeenNode { node, place: w.positions()[node], sd_m: 5e-4 }).collect()
+}
+
+fn told(what: &str, fit: &SpaceFit) {
+    let found: Vec<String> =
+        fit.names.iter().zip(&fit.answer.x).map(|(n, x)| format!("{n} {:.3}", 0.01 * x)).collect();
+    let starts: Vec<_> = fit.starts.iter().map(|s| (s.misfit, s.factorisations, s.converged)).collect();
+    eprintln!(
+        "{what}: {:.3} mm RMS, {:?}, {} factorisations, starts {starts:.3?}; {}",
+        1e3 * fit.rms_m,
+        fit.answer.status,
+        fit.factorisations,
+        found.join(", ")
+    );
+}
+
+#[test]
+fn activations_come_back_from_the_surface_that_they_made() {
+    let body = space_block(1e-2);
+    let system = System::in_space(&body, &SpaceModel::default()).unwrap();
+    let free: Vec<usize> = (0..body.mesh.nodes.len()).filter(|n| !body.mesh.fixed.contains(n)).collect();
+    let truth = [("A_L", 0.12), ("A_R", 0.03), ("M", 0.07)];
+    let target = seen(&body, &system, &truth, &free);
+    let search = SpaceSearch { sides_apart: true, prior_sd: 100.0, ..SpaceSearch::default() };
+    let fit = search.fit(&body, &system, &target, None).unwrap();
+    told("three muscles", &fit);
+    for (found, (name, truth)) in fit.activations.iter().zip(truth) {
+        assert!((found - truth).abs() < 1e-3, "{name} {found}");
+    }
+    assert_eq!(fit.answer.status, Status::Converged);
+    assert_eq!(fit.starts.len(), 4);
+    assert!(fit.others_as_good(0.05).next().is_none());
+
+    // Both sides alike: one unknown for A, which its two muscles share.
+    let target = seen(&body, &system, &[("A", 0.1), ("M", 0.05)], &free);
+    let search = SpaceSearch { sides_apart: false, ..search };
+    let fit = search.fit(&body, &system, &target, None).unwrap();
+    assert_eq!(fit.names, ["A", "M"]);
+    assert_eq!(fit.activations[0], fit.activations[1]);
+    assert!((fit.activations[0] - 0.1).abs() < 1e-3 && (fit.activations[2] - 0.05).abs() < 1e-3);
+
+    // From the answer before it takes one start and fewer factorisations.
+    let next = search.fit(&body, &system, &target, Some(&fit.answer)).unwrap();
+    assert_eq!(next.starts.len(), 1);
+    assert!(next.factorisations < fit.factorisations / 2, "{} {}", next.factorisations, fit.factorisations);
+}
+
+#[test]
+fn what_the_middle_cannot_know_is_open() {
+    let body = space_block(1e-2);
+    let system = System::in_space(&body, &SpaceModel::default()).unwrap();
+    let middle = |n: &usize| body.mesh.nodes[*n].y.abs() < 1e-9 && !body.mesh.fixed.contains(n);
+    let middle: Vec<usize> = (0..body.mesh.nodes.len()).filter(middle).collect();
+    // Height and reach of the middle alone: along y they would tell one side from the other.
+    let target = seen(&body, &system, &[("A", 0.1)], &middle);
+    let search = SpaceSearch { sides_apart: true, ..SpaceSearch::default() };
+    let fit = search.fit(&body, &system, &target, None).unwrap();
+    told("middle", &fit);
+    assert_eq!(fit.combinations.len(), 3);
+    assert!(fit.combinations.is_sorted_by(|a, b| a.sd <= b.sd));
+    assert!(
+        fit.combinations.iter().all(|c| (c.direction.iter().map(|d| d * d).sum::<f64>() - 1.0).abs() < 1e-9)
+    );
+}
+
+#[test]
+fn places_that_make_no_sense_are_refused() {
+    let body = space_block(1e-2);
+    let system = System::in_space(&body, &SpaceModel::default()).unwrap();
+    let refused = |node, x, sd_m| {
+        let seen = [SeenNode { node, place: Vector3::new(x, 0.0, 0.0), sd_m }];
+        SpaceSearch::default().fit(&body, &system, &seen, None).unwrap_err().to_string()
+    };
+    assert!(refused(99, 0.0, 1e-3).contains("node 100 was seen, but the body has 18 nodes"));
+    assert!(refused(3, f64::NAN, 1e-3).contains("node 4"));
+    assert!(refused(3, 0.0, 0.0).contains("standard deviation"));
+}
+
+#[test]
+fn artisynths_target_is_met_as_well_as_by_artisynth() {
+    let Some(folder) = folder() else { return };
+    let body = artisynth::read(&folder).unwrap();
+    let wanted = artisynth::read_probe(&folder.join("protrude_ref_target_position.txt")).unwrap();
+    // The turning point: the tip is wanted 10 mm to the front, the sides at rest.
+    let row = &wanted.rows[wanted.rows.len() / 2].1;
+    let place = |i: usize| Vector3::from_column_slice(&row[3 * i..3 * i + 3]);
+    let target: Vec<SeenNode> = RECORDED
+        .iter()
+        .enumerate()
+        .map(|(i, &node)| SeenNode { node, place: place(i), sd_m: 5e-4 })
+        .collect();
+    let usual = SpaceSearch::default();
+    let search = SpaceSearch { settings: Settings { starts: 3, ..usual.settings }, ..usual };
+    let system = System::in_space(&body, &SpaceModel::default()).unwrap();
+    let fit = search.fit(&body, &system, &target, None).unwrap();
+    told("22 points", &fit);
+    // ArtiSynth itself leaves 3.38 mm.
+    assert!(fit.rms_m < 3.38e-3, "{}", fit.rms_m);
+    assert!(fit.starts.iter().all(|s| (s.misfit / fit.answer.misfit - 1.0).abs() < 0.05), "from every start");
+    assert!(fit.combinations.iter().any(|c| c.sd > search.open_above), "MH and GH are told to be open");
+
+    // The tip alone, 8.5 mm to the front.
+    let by = Vector3::new(-8.5e-3, 0.0, 0.0);
+    let of_tip = |&node: &usize| SeenNode { node, place: body.mesh.nodes[node] + by, sd_m: 5e-4 };
+    let tip: Vec<SeenNode> = RECORDED[..14].iter().map(of_tip).collect();
+    let search = SpaceSearch { settings: Settings { starts: 1, ..search.settings }, ..search };
+    let fit = search.fit(&body, &system, &tip, None).unwrap();
+    told("14 points of the tip", &fit);
+    assert!(fit.rms_m < 5e-4, "{}", fit.rms_m);
+}

@@ -1,0 +1,125 @@
+//! The built-in tongue in space: what it is made of, and what each muscle does to it.
+
+use nalgebra::Vector3;
+use tongue_core::body::largest_distance;
+use tongue_core::geometry::hexahedron;
+use tongue_fit::body::{Anatomy, SpaceBody};
+use tongue_fit::inverse::in_space::{SeenNode, SpaceSearch};
+use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::system::{SpaceModel, System};
+
+/// The foremost node of the middle.
+fn tip(body: &SpaceBody) -> usize {
+    let middle = (0..body.mesh.nodes.len()).filter(|&n| body.mesh.nodes[n].y == 0.0);
+    middle.min_by(|&a, &b| body.mesh.nodes[a].x.total_cmp(&body.mesh.nodes[b].x)).unwrap()
+}
+
+#[test]
+fn it_is_as_large_as_its_outline_and_widths_say() {
+    let body = SpaceBody::tongue(1).unwrap();
+    assert_eq!(body.mesh.hexahedra.len(), 672);
+    assert_eq!(body.muscles.len(), 21, "ten pairs, and the superior longitudinal once");
+    assert_eq!(body.groups().len(), 11);
+    let middle: Vec<usize> = (0..body.mesh.nodes.len()).filter(|&n| body.mesh.nodes[n].y == 0.0).collect();
+    assert_eq!(middle.len(), 13 * 8);
+    // The outline of the plane is that of the middle, but for corners cut between nodes.
+    let anatomy = Anatomy::reference().unwrap();
+    let area = anatomy.outline().area();
+    let flat: f64 = body
+        .mesh
+        .hexahedra
+        .iter()
+        .flat_map(|h| hexahedron::FACES.map(|f| f.map(|i| body.mesh.nodes[h[i]])))
+        .filter(|f| f.iter().all(|p| p.y == 0.0))
+        .map(|f| 0.5 * (f[2] - f[0]).cross(&(f[3] - f[1])).norm())
+        .sum::<f64>()
+        / 2.0;
+    assert!((flat / area - 1.0).abs() < 0.03, "{flat} {area}");
+    let volume: f64 = body.volumes().iter().sum();
+    eprintln!(
+        "volume {:.1} cm3, area {:.0} mm2, mean width {:.1} mm",
+        1e6 * volume,
+        1e6 * flat,
+        1e3 * volume / flat
+    );
+    assert!((1e3 * volume / flat - 36.0).abs() < 2.0);
+    let width = body.mesh.nodes[..117 * 8].iter().map(|p| p.y).fold(0.0, f64::max);
+    assert!((0.025..0.033).contains(&width), "{width}");
+    for m in &body.muscles {
+        eprintln!("{}: {} elements, {:.1} kPa", m.name, m.region.len(), 1e-3 * m.stress_pa);
+        assert!((1e3..1e6).contains(&m.stress_pa), "{}", m.name);
+    }
+}
+
+#[test]
+fn each_muscle_alone_converges_on_one_half_as_on_the_whole() {
+    let body = SpaceBody::tongue(1).unwrap();
+    let half = body.half().expect("the same on both sides");
+    let model = SpaceModel::default();
+    let (whole, left) = (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
+    let (mut w, mut l) = (Workspace::new(&whole), Workspace::new(&left));
+    let tip = tip(&body);
+    for name in body.groups() {
+        let all = body.activations(&[(&name, 0.1)]).unwrap();
+        let of_half = half.activations(&all).expect("alike");
+        l.start_from_rest(&left);
+        let found = statics::solve(&left, &mut l, &of_half, &Settings::default());
+        let positions = half.whole(l.positions());
+        let moved = (positions[tip] - body.mesh.nodes[tip]) * 1e3;
+        eprintln!(
+            "{name}: tip {:.2} {:.2} {:.2} mm, {} factorisations",
+            moved.x, moved.y, moved.z, found.factorisations
+        );
+        assert_eq!(found.status, Status::Converged, "{name}");
+        let (least, most) = left.cell_ratios(l.positions());
+        assert!(least > 0.8 && most < 1.2, "{name} {least} {most}");
+        if ["GGP", "STY", "TRANS"].contains(&name.as_str()) {
+            w.start_from_rest(&whole);
+            assert_eq!(statics::solve(&whole, &mut w, &all, &Settings::default()).status, Status::Converged);
+            let apart = largest_distance(w.positions(), &positions);
+            assert!(apart < 1e-7, "{name} {apart}");
+        }
+    }
+}
+
+#[test]
+fn activations_come_back_from_its_own_surface() {
+    let body = SpaceBody::tongue(1).unwrap();
+    let system = System::in_space(&body, &SpaceModel::default()).unwrap();
+    let truth = [("GGP", 0.08), ("TRANS", 0.05), ("HG_L", 0.03), ("SL", 0.04)];
+    let truth = body.activations(&truth).unwrap();
+    let mut w = Workspace::new(&system);
+    assert_eq!(statics::solve(&system, &mut w, &truth, &Settings::default()).status, Status::Converged);
+    let on_surface: std::collections::BTreeSet<usize> =
+        body.mesh.outward_quadrilaterals().into_iter().flatten().collect();
+    let place = |node: usize| SeenNode { node, place: w.positions()[node], sd_m: 5e-4 };
+    let free = on_surface.into_iter().filter(|n| body.mesh.fixed.binary_search(n).is_err());
+    let seen: Vec<SeenNode> = free.map(place).collect();
+    let mut search = SpaceSearch { sides_apart: true, prior_sd: 100.0, ..SpaceSearch::default() };
+    search.settings.starts = 1;
+    let fit = search.fit(&body, &system, &seen, None).unwrap();
+    eprintln!("{} nodes, {} factorisations, {:?}", seen.len(), fit.factorisations, fit.answer.status);
+    for ((found, truth), muscle) in fit.activations.iter().zip(&truth).zip(&body.muscles) {
+        assert!((found - truth).abs() < 1e-3, "{} {found} {truth}", muscle.name);
+    }
+}
+
+#[test]
+fn a_finer_mesh_moves_nearly_alike() {
+    let model = SpaceModel::default();
+    let moved = |fine: usize, name: &str| {
+        let body = SpaceBody::tongue(fine).unwrap();
+        let half = body.half().unwrap();
+        let system = System::of_half(&half, &model).unwrap();
+        let mut w = Workspace::new(&system);
+        let activations = half.activations(&body.activations(&[(name, 0.1)]).unwrap()).unwrap();
+        let found = statics::solve(&system, &mut w, &activations, &Settings::default());
+        assert_eq!(found.status, Status::Converged, "{name} {fine}");
+        (half.whole(w.positions())[tip(&body)] - body.mesh.nodes[tip(&body)]) * 1e3
+    };
+    for name in ["GGP", "HG"] {
+        let [coarse, fine]: [Vector3<f64>; 2] = [1, 2].map(|fine| moved(fine, name));
+        eprintln!("{name}: {coarse:.2?} {fine:.2?}");
+        assert!((coarse - fine).norm() < 0.2 * fine.norm(), "{name}");
+    }
+}

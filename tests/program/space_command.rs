@@ -1,0 +1,126 @@
+//! `simulate`, `track` and surgery of the built-in tongue in space.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+use assert_cmd::cargo::cargo_bin;
+use serde_json::Value;
+
+fn told(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let done = Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (done.status.code(), text(done.stdout), text(done.stderr))
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let (status, out, complaints) = told(folder, arguments);
+    assert_eq!(status, Some(0), "{complaints}");
+    serde_json::from_str(&out).unwrap()
+}
+
+#[test]
+fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let simulate = [
+        "simulate",
+        "--body",
+        "space",
+        "--activation",
+        "GGP=0.1",
+        "--activation",
+        "TRANS=0.05",
+        "--json",
+        "--out",
+        "out",
+    ];
+    let made = json(folder.path(), &simulate);
+    assert_eq!((made["status"].as_str(), made["half"].as_bool()), (Some("converged"), Some(true)));
+    assert!(
+        made["foremost_moved_mm"][0].as_f64().unwrap() < -0.5,
+        "it protrudes: {}",
+        made["foremost_moved_mm"]
+    );
+    let svg = std::fs::read_to_string(folder.path().join("out/tongue.svg")).unwrap();
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let words: Vec<&str> =
+        document.descendants().filter(|n| n.has_tag_name("text")).filter_map(|n| n.text()).collect();
+    for word in ["side", "front", "top", "GGP 0.10", "TRANS 0.05"] {
+        assert!(words.contains(&word), "{word}: {words:?}");
+    }
+
+    let mut table = "node,x_mm,y_mm,z_mm\n".to_owned();
+    for (node, place) in made["positions_m"].as_array().unwrap().iter().enumerate().skip(3).step_by(11) {
+        let [x, y, z] = [0, 1, 2].map(|i| 1e3 * place[i].as_f64().unwrap());
+        if node < 13 * 8 * 9 {
+            writeln!(table, "{},{x},{y},{z}", node + 1).unwrap();
+        }
+    }
+    std::fs::write(folder.path().join("nodes.csv"), table).unwrap();
+    let found = json(folder.path(), &["--points", "nodes.csv", "--body", "space", "--starts", "1", "--json"]);
+    let frame = &found["frames"][0];
+    assert!(frame["rms_mm"].as_f64().unwrap() < 0.05, "{frame}");
+    for (muscle, a) in frame["activations"].as_object().unwrap() {
+        let truth =
+            [("GGP", 0.1), ("TRANS", 0.05)].iter().find(|(m, _)| m == muscle).map_or(0.0, |(_, a)| *a);
+        assert!((a.as_f64().unwrap() - truth).abs() < 0.01, "{muscle} {a}");
+    }
+    assert!(frame["factorisations"].as_u64().unwrap() > 0);
+}
+
+#[test]
+fn surgery_of_one_side_deviates_and_what_is_left_must_be_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let activations =
+        ["simulate", "--body", "space", "--activation", "GGP=0.15", "--activation", "TRANS=0.1", "--json"];
+    let with = |more: &[&'static str]| [&activations[..], more].concat();
+    let region: [&'static str; 2] = ["--operate", "left:box:-20,20,-40,40,15,60"];
+    let mut deviations = Vec::new();
+    for filling in ["flap", "scar"] {
+        let made = json(folder.path(), &with(&[&region[..], &["--filling", filling]].concat()));
+        let operation = &made["operation"];
+        assert!(operation["elements"].as_u64().unwrap() > 20, "{operation}");
+        assert!(operation["tip_before_mm"][1].as_f64().unwrap().abs() < 1e-6);
+        deviations.push(operation["deviation_mm"].as_f64().unwrap());
+    }
+    assert!(deviations.iter().all(|d| d.abs() > 0.2), "{deviations:?}");
+    let (status, _, complaint) = told(folder.path(), &with(&region));
+    assert_eq!(status, Some(2));
+    assert!(complaint.contains("--filling"), "{complaint}");
+}
+
+#[test]
+fn what_cannot_be_used_is_refused_in_one_message() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("far.csv"), "node,x_mm,y_mm,z_mm\n5000,1,2,3\n").unwrap();
+    std::fs::write(folder.path().join("short.csv"), "node,x_mm,y_mm\n5,1,2\n").unwrap();
+    std::fs::write(folder.path().join("words.csv"), "node,x_mm,y_mm,z_mm\n5,1,two,3\n").unwrap();
+    std::fs::write(folder.path().join("late.csv"), "node,x_mm,y_mm,z_mm,time_s\n5,1,2,3,1\n5,1,2,3,0\n")
+        .unwrap();
+    let simulate = ["simulate", "--body", "space"];
+    let track = ["track", "--body", "space"];
+    let operate = |region| [&simulate[..], &["--operate", region, "--filling", "removed"]].concat();
+    let cases = [
+        ([&simulate[..], &["--activation", "GGX=0.1"]].concat(), "no muscle \"GGX\""),
+        ([&simulate[..], &["--activation", "GGP=2"]].concat(), "between 0 and 1"),
+        ([&simulate[..], &["--muscles-as", "lines"]].concat(), "does not have"),
+        ([&simulate[..], &["--tension", "GGP=2"]].concat(), "give activations"),
+        (operate("box:1,2,3"), "six numbers"),
+        (operate("ball:500,0,0,1"), "no element"),
+        (operate("ball:0,0,0,12"), "may not remove a bone"),
+        ([&track[..], &["far.csv"]].concat(), "node 5000 was seen"),
+        ([&track[..], &["short.csv"]].concat(), "no column z_mm"),
+        ([&track[..], &["words.csv"]].concat(), "line 2: y_mm is \"two\""),
+        ([&track[..], &["late.csv"]].concat(), "sort them by time_s"),
+        ([&track[..], &["none.csv"]].concat(), "none.csv"),
+        (vec!["muscles", "--body", "space"], "is a body in space"),
+        (vec!["simulate", "--activation", "GGP=0.1"], "--body space"),
+    ];
+    for (arguments, why) in cases {
+        let (status, out, complaint) = told(folder.path(), &arguments);
+        assert_eq!(status, Some(1), "{arguments:?}: {complaint}");
+        let plain = complaint.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
+        assert!(plain.contains(why) && out.is_empty(), "{arguments:?}: {plain}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "nothing else was written");
+}
