@@ -96,3 +96,31 @@ def test_ctrl_c_ends_the_program_too() -> None:
     with pytest.raises(KeyboardInterrupt):
         tf.run(vowel="a", target="stretch", posterior=20000)
     assert time.monotonic() - start < 0.7 + 1.0
+
+
+def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_path: Path) -> None:
+    found = tf.posterior(subject="S2", vowel="a", draws=400, priors={"tension": {"fixed_n_per_m": {"HGp": 3.0}}})
+    (tmp_path / "priors.toml").write_text("[tension.fixed_n_per_m]\nHGp = 3.0\n")
+    words = ["--vowel", "a", "--subject", "S2", "--target", "stretch", "--posterior", "400", "--priors", str(tmp_path / "priors.toml")]
+    record, files = run_program(program, tmp_path / "out", *words)
+    assert timeless(found) == timeless(record)
+    table = pd.read_csv(tmp_path / "out" / "posterior.csv")
+    draws = found.draws
+    chains = table.chain.nunique()
+    assert draws["tension_n_per_m"].shape == (chains, 400 // chains, len(found.muscles)) and draws["hyoid_mm"].shape[2] == 2
+    assert set(draws) == {"tension_n_per_m", "baseline_tension_n_per_m", "change_n_per_m", "hyoid_mm", "stretch"}
+    one = table[(table.chain == table.chain.unique()[1])].sort_values("draw").tension_SGm_n_per_m.to_numpy()
+    assert np.array_equal(draws["tension_n_per_m"][1, :, found.muscles.index("SGm")], one)
+    assert np.allclose(draws["change_n_per_m"], draws["tension_n_per_m"] - draws["baseline_tension_n_per_m"])
+    groups = found.to_dict()
+    # The priors are half-normal: their mean is sqrt(2 / pi) of the scale. What is fixed is fixed before and after.
+    scale = found["posterior"]["priors"]["tension"]["scale_n_per_m"]
+    assert abs(groups["prior"]["tension_n_per_m"][0, :, 0].mean() / (scale * np.sqrt(2 / np.pi)) - 1) < 0.15
+    at = found.muscles.index("HGp")
+    assert (groups["prior"]["tension_n_per_m"][..., at] == 3.0).all() and (draws["tension_n_per_m"][..., at] == 3.0).all()
+    assert groups["sample_stats"]["lp"].shape == (chains, 400 // chains)
+    assert pickle.loads(pickle.dumps(found)) == found and found.status in ("mixed", "not_mixed")
+    pytest.importorskip("arviz")
+    tree = found.to_arviz()
+    assert list(tree["posterior"]["tension_n_per_m"].coords["muscle"].values) == found.muscles
+    assert float(tree["observed_data"]["stretch"].sel(muscle="SGm")) == found["target_stretches"]["SGm"]

@@ -29,6 +29,7 @@ from ._tongue_fit import (
     Target,
     Trajectory,
 )
+from .posterior import Posterior, posterior
 from .program import Run, adapt, check, run, scene, sound, track, validate
 from .rows import Batch, Fit, batch, dataset, fit, merge
 
@@ -47,6 +48,7 @@ __all__ = [
     "Model",
     "Observable",
     "Observation",
+    "Posterior",
     "Run",
     "Shape",
     "Solver",
@@ -58,6 +60,7 @@ __all__ = [
     "dataset",
     "fit",
     "merge",
+    "posterior",
     "run",
     "scene",
     "sound",

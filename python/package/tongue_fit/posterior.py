@@ -1,0 +1,114 @@
+"""The posterior of the tensions of one vowel, for numpy and ArviZ."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _tongue_fit as native
+from .program import Run, _ran
+
+_Arrays = dict[str, NDArray[np.float64]]
+
+#: Columns of the program's `posterior.csv` by muscle: `tension_GGa_n_per_m` is muscle GGa of `tension_n_per_m`.
+_BY_MUSCLE = re.compile(r"(tension|baseline_tension|change|stretch)_(.+?)(_n_per_m)?")
+
+
+class Posterior(Run):
+    """What `tongue-fit --vowel V --posterior N` prints and writes. Without numbers where the chains have not mixed: `status` says so."""
+
+    @property
+    def status(self) -> str:
+        """`mixed`, or why there are no intervals."""
+        return str(self["posterior"]["status"])
+
+    def _columns(self) -> tuple[list[str], NDArray[np.float64]]:
+        rows = list(csv.reader(io.StringIO(self.files["posterior.csv"].decode())))
+        # Behind the numbers stand version and command.
+        names = rows[0][: rows[0].index("version")]
+        table = np.array([[float(cell) for cell in row[: len(names)]] for row in rows[1:]])
+        chains = len(set(table[:, 0]))
+        return names, table[np.lexsort((table[:, 1], table[:, 0]))].reshape(chains, -1, len(names))
+
+    @property
+    def muscles(self) -> list[str]:
+        """The muscles, in the order of the last axis of arrays."""
+        found = (re.fullmatch(r"tension_(.+)_n_per_m", name) for name in self._columns()[0])
+        return [match[1] for match in found if match]
+
+    @property
+    def draws(self) -> _Arrays:
+        """The draws: `tension_n_per_m`, `baseline_tension_n_per_m`, `change_n_per_m` and `stretch` with the shape (chains, draws,
+        muscles), `hyoid_mm` with (chains, draws, 2)."""
+        names, table = self._columns()
+        found: dict[str, list[int]] = {}
+        for at, name in enumerate(names):
+            if match := _BY_MUSCLE.fullmatch(name):
+                found.setdefault(match[1] + (match[3] or ""), []).append(at)
+            elif match := re.fullmatch(r"(hyoid)_[xy](_mm)", name):
+                found.setdefault(match[1] + match[2], []).append(at)
+        return {name: table[:, :, at] for name, at in found.items()}
+
+    def _prior(self, draws: int) -> _Arrays:
+        """Draws of the priors of tensions and hyoid, as the record has them."""
+        priors, muscles, random = self["posterior"]["priors"], self.muscles, np.random.default_rng(1)
+        tensions = {}
+        for name, key in [("tension_n_per_m", "tension"), ("baseline_tension_n_per_m", "baseline")]:
+            prior = priors[key]
+            scale = 0.0 if prior.get("off") else prior["scale_n_per_m"]
+            tensions[name] = np.abs(random.normal(0.0, scale, (1, draws, len(muscles))))
+            for muscle, fixed in prior["fixed_n_per_m"].items():
+                tensions[name][:, :, muscles.index(muscle)] = fixed
+        hyoid = priors["hyoid"]
+        shift = random.normal(0.0, 0.0 if hyoid["off"] else hyoid["sd_mm"], (1, draws, 2))
+        shift = shift if hyoid["fixed_mm"] is None else np.broadcast_to(np.array(hyoid["fixed_mm"], float), shift.shape)
+        change = tensions["tension_n_per_m"] - tensions["baseline_tension_n_per_m"]
+        return {**tensions, "change_n_per_m": change, "hyoid_mm": shift}
+
+    def to_dict(self) -> dict[str, _Arrays]:
+        """The groups that ArviZ knows: `posterior`, `prior` (as many draws), `sample_stats` (the logarithm of the density, up to a
+        constant), `observed_data` (the measured stretches; not a number for a muscle without one) and `constant_data` (Poisson's ratio)."""
+        names, table = self._columns()
+        posterior = self.draws
+        observed = [self["target_stretches"].get(muscle, np.nan) for muscle in self.muscles]
+        return {
+            "posterior": posterior,
+            "prior": self._prior(table.shape[0] * table.shape[1]),
+            "sample_stats": {"lp": table[:, :, names.index("log_density")]},
+            "observed_data": {"stretch": np.array(observed, float)},
+            "constant_data": {"poisson_ratio": np.array(self["posterior"]["poisson_ratio"], float)},
+        }
+
+    def to_arviz(self) -> Any:
+        """The same as ArviZ has it: an `InferenceData`, and from ArviZ 1.0 on a `DataTree` of xarray."""
+        try:
+            import arviz_base as arviz
+        except ImportError:
+            import arviz
+        by_muscle = ["tension_n_per_m", "baseline_tension_n_per_m", "change_n_per_m", "stretch"]
+        dims = {**dict.fromkeys(by_muscle, ["muscle"]), "hyoid_mm": ["axis"]}
+        said = {"coords": {"muscle": self.muscles, "axis": ["back", "up"]}, "dims": dims}
+        if hasattr(arviz, "InferenceData"):
+            return arviz.from_dict(**self.to_dict(), **said)
+        return arviz.from_dict(self.to_dict(), **said)
+
+
+def posterior(
+    data: native.Dataset | None = None,
+    subject: str = "S2",
+    vowel: str = "a",
+    *,
+    draws: int = 1000,
+    seed: int = 1,
+    threads: int | None = None,
+    **options: Any,
+) -> Posterior:
+    """Draws from the posterior of the tensions of a row (`tongue-fit --vowel V --target stretch --posterior N`); `priors=` is a dict or a file
+    of those that `tongue-fit priors` prints."""
+    said = {"subject": subject, "vowel": vowel, "lengths": data, "posterior": draws, "posterior_seed": seed}
+    return _ran(Posterior, [], threads, {"target": "stretch", **said, **options})
