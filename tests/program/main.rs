@@ -27,6 +27,7 @@ mod outputs_read_back;
 mod page_moves;
 mod posterior_command;
 mod readme_is_true;
+mod results_are_as_told;
 mod scene_command;
 mod sound_command;
 mod space_command;

@@ -1,0 +1,68 @@
+//! The files in `results/` were made by the commands that `results/README.md` names, with the same options.
+
+use std::path::Path;
+
+/// Options without influence on a result, each with the number of its values.
+const WITHOUT_INFLUENCE: [(&str, usize); 6] =
+    [("--out", 1), ("--threads", 1), ("-q", 0), ("--quiet", 0), ("-v", 0), ("--json", 0)];
+
+/// The words of a command line that influence the result.
+fn words(command: &str) -> Vec<String> {
+    let mut words = command.split_whitespace();
+    let mut kept = Vec::new();
+    while let Some(word) = words.next() {
+        match WITHOUT_INFLUENCE.iter().find(|(option, _)| *option == word) {
+            Some((_, values)) => {
+                for _ in 0..*values {
+                    words.next();
+                }
+            }
+            None => kept.push(word.to_owned()),
+        }
+    }
+    kept
+}
+
+/// Folder and command of every row of the table that names one.
+fn told(readme: &str) -> Vec<(String, String)> {
+    let rows = readme.lines().filter_map(|line| line.strip_prefix("| `"));
+    let cells = rows.filter_map(|row| row.split_once("/` | `"));
+    cells.map(|(folder, rest)| (folder.to_owned(), rest.split('`').next().unwrap().to_owned())).collect()
+}
+
+/// All commands that a file records.
+fn recorded(path: &Path) -> Vec<String> {
+    let Ok(text) = std::fs::read_to_string(path) else { return Vec::new() };
+    if path.extension().is_some_and(|e| e == "csv") {
+        let mut table = csv::Reader::from_reader(text.as_bytes());
+        let column = table.headers().unwrap().iter().position(|name| name == "command");
+        let of = |row: csv::StringRecord| column.map(|at| row[at].to_owned());
+        return table.records().filter_map(|row| of(row.unwrap())).collect();
+    }
+    let ends = ['"', '<', '\n'];
+    let after = ["\"command\":\"", "\"command\": \"", "command: "];
+    let found = after.iter().flat_map(|key| text.split(key).skip(1));
+    let commands = found.map(|rest| rest.split(ends).next().unwrap().trim().to_owned());
+    commands.filter(|command| command.starts_with("tongue-fit ")).collect()
+}
+
+#[test]
+#[ignore = "results/batch was made with --draws 0 and must be made again by `tongue-fit batch`"]
+fn every_file_of_the_results_records_the_command_that_the_readme_names() {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+    let table = told(&std::fs::read_to_string(results.join("README.md")).unwrap());
+    assert!(table.len() >= 8, "{table:?}");
+    let mut wrong = Vec::new();
+    let mut compared = 0;
+    for (folder, command) in &table {
+        for entry in std::fs::read_dir(results.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let commands = recorded(&path);
+            compared += commands.len();
+            let other = commands.iter().find(|by| words(by) != words(command));
+            wrong.extend(other.map(|by| format!("{}: `{by}`, in the README `{command}`", path.display())));
+        }
+    }
+    assert!(compared > 500, "{compared}");
+    assert!(wrong.is_empty(), "make these again:\n{}", wrong.join("\n"));
+}
