@@ -148,6 +148,31 @@ impl Arguments {
     fn target(&self, kind: TargetKind) -> miette::Result<Target> {
         let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse().into_diagnostic()?;
         let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
+        let options = TargetOptions { muscles: self.muscles.clone(), baseline };
+        Target::new(&self.data()?, &self.subject, &vowel, kind, &options).into_diagnostic()
+    }
+
+    /// What the posterior sees: with `--joint` all vowels of the subject that the table has, in its order, and where the fitted one stands.
+    fn seen(&self, target: &Target) -> miette::Result<(Vec<Target>, usize)> {
+        if !self.posterior.is_joint() {
+            return Ok((vec![target.clone()], 0));
+        }
+        let data = self.data()?;
+        let options = TargetOptions { baseline: Some(target.baseline.clone()), ..TargetOptions::default() };
+        let mut all = Vec::new();
+        for vowel in data.vowels(&self.subject).into_diagnostic()? {
+            if vowel == target.vowel {
+                all.push(target.clone());
+            } else if vowel != target.baseline {
+                // A row of which nothing can be fitted is left out, as in a batch.
+                all.extend(Target::new(&data, &self.subject, &vowel, TargetKind::Stretch, &options).ok());
+            }
+        }
+        let own = all.iter().position(|t| t.vowel == target.vowel).unwrap_or(0);
+        Ok((all, own))
+    }
+
+    fn data(&self) -> miette::Result<Dataset> {
         let data = match &self.lengths {
             Some(path) => Dataset::from_path(path),
             None => Dataset::reference(),
@@ -156,8 +181,7 @@ impl Arguments {
         if let Some(mm) = self.error_mm {
             data = data.with_half_width_mm(mm).into_diagnostic()?;
         }
-        let options = TargetOptions { muscles: self.muscles.clone(), baseline };
-        Target::new(&data, &self.subject, &vowel, kind, &options).into_diagnostic()
+        Ok(data)
     }
 }
 
@@ -209,12 +233,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let alarms = alarms::alarms(mesh, &fit, &known, None, &settings, thickness);
 
     let by = super::provenance().with_tissue(model.tissue);
+    let (seen, posture) = arguments.seen(&target)?;
     let sampled = match &ground {
-        Some(ground) => Some(arguments.posterior.sample(ground, &target)?),
+        Some(ground) => Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>())?),
         None => None,
     };
     let mut record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
-    record.posterior = sampled.as_ref().map(|s| s.report.clone());
+    record.posterior = sampled.as_ref().map(|s| s.reports[posture].clone());
+    record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
     let (picture, chart) = pictures(mesh, palate, &fit, published.as_ref())?;
@@ -225,7 +251,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         files.push(("valley.csv", table));
         files.push(("valley.svg", drawing));
     }
-    let drawn = sampled.as_ref().map(|s| s.files(&tongue.mesh));
+    let drawn = sampled.as_ref().map(|s| s.files(posture, &tongue.mesh));
     let drawn: Vec<(&str, &dyn Export)> =
         drawn.iter().flatten().map(|(name, file)| (*name, file.as_ref())).collect();
     let written = out.export(&[files, drawn].concat(), &by).into_diagnostic()?;
@@ -239,7 +265,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             from_stretches: from_stretches.as_ref(),
             published: published.as_ref(),
             thickness_m,
-            posterior: sampled.as_ref(),
+            posterior: sampled.as_ref().map(|s| (s, posture)),
             written: &written,
             wall_s: clock.elapsed().as_secs_f64(),
         };
@@ -247,7 +273,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     // With --posterior the posterior decides the status; the fit is printed beside it.
     let good = match &sampled {
-        Some(sampled) => sampled.report.summary.is_some(),
+        Some(sampled) => sampled.reports[posture].summary.is_some(),
         None => fit.is_trustworthy(),
     };
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })

@@ -25,8 +25,8 @@ pub struct Shown<'a> {
     pub published: Option<&'a Published>,
     /// Thickness over which tensions act, m, if newtons are asked for.
     pub thickness_m: Option<f64>,
-    /// The posterior, if it was asked for.
-    pub posterior: Option<&'a Sampled<'a>>,
+    /// What data and model leave open, where it was asked for.
+    pub posterior: Option<(&'a Sampled<'a>, usize)>,
     /// The files that were written.
     pub written: &'a [PathBuf],
     /// Duration of the whole run, s.
@@ -57,7 +57,7 @@ impl Shown<'_> {
         text += &self.muscles();
         text += &self.verdict();
         text += &match self.posterior {
-            Some(posterior) => posterior.text(),
+            Some((posterior, posture)) => posterior.text(posture),
             None => POINT.to_owned(),
         };
         let _ = writeln!(text, "{} equilibria in {:.0} ms\n", self.fit.evaluations, 1e3 * self.wall_s);

@@ -9,7 +9,7 @@ use tongue_fit::body::{Body, Mesh};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
-    self, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Stretch, Summary,
+    self, Contrast, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Stretch, Summary,
 };
 use tongue_fit::report::{self, Draws, Export, Svg};
 use tongue_fit::system::Model;
@@ -41,6 +41,10 @@ pub struct Arguments {
     /// Seed of the posterior's draws
     #[arg(long, value_name = "N", default_value_t = 1, requires = "posterior")]
     posterior_seed: u64,
+    /// Sample the vowels of a subject in the table together, since they share baseline, body and hyoid: for contrasts between vowels. Takes a
+    /// minute a subject
+    #[arg(long, requires = "posterior")]
+    joint: bool,
 }
 
 /// Options of `tongue-fit priors`.
@@ -69,11 +73,14 @@ pub fn priors(arguments: &PriorsArguments, global: &Global) -> miette::Result<()
     output::print(&text)
 }
 
-/// A posterior and its report.
+/// A posterior and what is told of its postures.
 pub struct Sampled<'a> {
     posterior: Posterior<'a>,
-    pub report: Report,
-    what: String,
+    /// What is told of each posture.
+    pub reports: Vec<Report>,
+    /// Differences between postures.
+    pub contrasts: Vec<Contrast>,
+    subject: String,
     baseline: String,
     wall_s: f64,
 }
@@ -106,52 +113,70 @@ impl Arguments {
         ground.map(Some)
     }
 
+    /// Whether the vowels of a subject are sampled together.
+    pub fn is_joint(&self) -> bool {
+        self.joint
+    }
+
     fn settings(&self) -> Settings {
         Settings { draws: self.posterior.unwrap_or_default(), seed: self.posterior_seed }
     }
 
-    /// Samples the posterior of a target.
+    /// Samples the posterior of a speaker's targets, which share a baseline, together.
     ///
     /// # Errors
-    /// As [`posterior::sample`].
-    pub fn sample<'a>(&self, ground: &'a Ground, target: &Target) -> miette::Result<Sampled<'a>> {
+    /// As [`posterior::sample`], and where nothing was measured.
+    pub fn sample<'a>(&self, ground: &'a Ground, targets: &[&Target]) -> miette::Result<Sampled<'a>> {
         let clock = Instant::now();
         let settings = self.settings();
         let Settings { draws, seed } = settings;
-        let seen = Seen::of(&Matched::new(&ground.body.mesh, target).into_diagnostic()?);
-        output::step(|| format!("{draws} draws of the posterior, seed {seed}"));
+        let matched = targets.iter().map(|target| Matched::new(&ground.body.mesh, target));
+        let matched: Vec<Matched> = matched.collect::<Result<_, _>>().into_diagnostic()?;
+        let first =
+            targets.first().ok_or_else(|| miette::miette!("--posterior: there is nothing measured"))?;
+        let seen = Seen::together(&matched.iter().collect::<Vec<_>>());
+        output::step(|| {
+            let vowels = seen.labels.join(", ");
+            format!("{draws} draws of the posterior of {} {vowels}, seed {seed}", first.subject)
+        });
         let posterior =
             posterior::sample(ground, seen, &settings).into_diagnostic().wrap_err("--posterior")?;
-        let report = Report::new(&posterior, true, seed).into_diagnostic()?;
+        let reports = Report::of_each(&posterior, true, seed).into_diagnostic()?;
         Ok(Sampled {
+            contrasts: Contrast::all(&posterior),
             posterior,
-            report,
-            what: format!("{} /{}/", target.subject, target.vowel),
-            baseline: target.baseline.to_string(),
+            reports,
+            subject: first.subject.clone(),
+            baseline: first.baseline.to_string(),
             wall_s: clock.elapsed().as_secs_f64(),
         })
     }
 }
 
-impl<'a> Sampled<'a> {
-    /// The change of every tension; `None` if the chains have not mixed.
-    pub fn ridges(&self) -> Option<Svg> {
-        let title = format!("{}: change of every tension from the baseline", self.what);
-        self.report.summary.is_some().then(|| report::ridges(&self.posterior, &title))
+impl Sampled<'_> {
+    fn what(&self, posture: usize) -> String {
+        format!("{} /{}/", self.subject, self.posterior.density.seen.labels[posture])
     }
 
-    /// The files of the posterior.
-    pub fn files<'s>(&'s self, mesh: &Mesh<2>) -> Vec<(&'static str, Box<dyn Export + 's>)> {
+    /// The change of every tension in a posture; `None` where the chains have not mixed.
+    pub fn ridges(&self, posture: usize) -> Option<Svg> {
+        let title = format!("{}: change of every tension from the baseline", self.what(posture));
+        let is_told = self.reports[posture].summary.is_some();
+        is_told.then(|| report::ridges(&self.posterior, posture, &title))
+    }
+
+    /// The files of a posture.
+    pub fn files<'s>(&'s self, posture: usize, mesh: &Mesh<2>) -> Vec<(&'static str, Box<dyn Export + 's>)> {
         let mut files: Vec<(&'static str, Box<dyn Export + 's>)> =
-            vec![("posterior.csv", Box::new(Draws(&self.posterior)))];
-        if let Some(ridges) = self.ridges() {
-            let title = |of: &str| format!("{}: {of}", self.what);
+            vec![("posterior.csv", Box::new(Draws(&self.posterior, posture)))];
+        if let Some(ridges) = self.ridges(posture) {
+            let title = |of: &str| format!("{}: {of}", self.what(posture));
             files.push(("ridges.svg", Box::new(ridges)));
             if self.posterior.density.ground.muscles.len() > 1 {
                 let title = title("changes of tensions in pairs, N per metre");
-                files.push(("pairs.svg", Box::new(report::pairs(&self.posterior, &title))));
+                files.push(("pairs.svg", Box::new(report::pairs(&self.posterior, posture, &title))));
             }
-            let shapes = self.posterior.shapes(OUTLINES);
+            let shapes = self.posterior.shapes(posture, OUTLINES);
             files.push((
                 "outlines.svg",
                 Box::new(report::outlines(
@@ -164,14 +189,23 @@ impl<'a> Sampled<'a> {
         files
     }
 
-    /// Text for a terminal.
-    pub fn text(&self) -> String {
-        let report = &self.report;
+    /// For a terminal.
+    pub fn text(&self, posture: usize) -> String {
+        let report = &self.reports[posture];
+        let seen = &self.posterior.density.seen;
+        let others: Vec<String> = seen
+            .labels
+            .iter()
+            .enumerate()
+            .filter(|(p, _)| *p != posture)
+            .map(|(_, l)| format!("/{l}/"))
+            .collect();
         let mut text = format!(
-            "\nPOSTERIOR of {} against /{}/: all {}, every muscle may pull\n",
-            self.what,
+            "\nPOSTERIOR of {} against /{}/{}: all {}, every muscle may pull\n",
+            self.what(posture),
             self.baseline,
-            match self.posterior.density.seen.muscles.len() {
+            if others.is_empty() { String::new() } else { format!(", with {}", others.join(", ")) },
+            match seen.of_posture(posture).len() {
                 1 => "that was measured, one stretch".to_owned(),
                 n => format!("{n} measured stretches"),
             }
@@ -185,18 +219,20 @@ impl<'a> Sampled<'a> {
         if let Some(share) = &report.variance_share {
             let of_tension = shares(&share.tension);
             if !of_tension.is_empty() {
-                let _ = writeln!(text, "variance of a tension: {of_tension}");
+                let _ = writeln!(text, "error budget, variance of a tension: {of_tension}");
+                let gains = shares(&Shares { unresolved: 0.0, ..share.tension_if_known });
+                let _ = writeln!(text, "a tension would be known better if we knew, by: {gains}");
             }
-            let _ = writeln!(text, "of a stretch left out: {}", shares(&share.left_out_stretch));
+            let _ = writeln!(text, "error budget of a stretch left out: {}", shares(&share.left_out_stretch));
         }
+        text += &self.told_contrasts(posture);
         if report.draws == 0 {
             return text;
         }
         let _ = writeln!(
             text,
-            "{} draws, all where tensions lead from rest ({} trajectories were not, {} ended at folds, {} diverged); R-hat {:.3}, ESS {:.0}; {:.0} ms",
+            "{} draws, all where tensions lead from rest ({} trajectories ended where they lead to no equilibrium, {} diverged); R-hat {:.3}, ESS {:.0}; {:.0} ms",
             report.draws,
-            report.off_branch,
             report.folds,
             report.divergences,
             report.r_hat,
@@ -207,7 +243,27 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// Sources with their shares, the largest first.
+impl Sampled<'_> {
+    /// In which muscles a posture surely differs from others that were sampled with it.
+    fn told_contrasts(&self, posture: usize) -> String {
+        let own = &self.posterior.density.seen.labels[posture];
+        let mut text = String::new();
+        for c in self.contrasts.iter().filter(|c| c.is_decided() && (c.posture == *own || c.other == *own)) {
+            let (sign, other) = if c.posture == *own { (1.0, &c.other) } else { (-1.0, &c.posture) };
+            let word = if sign * (c.probability_more - 0.5) > 0.0 { "harder" } else { "less" };
+            let sure = c.probability_more.max(1.0 - c.probability_more);
+            let _ = writeln!(
+                text,
+                "{} pulls {word} in /{own}/ than in /{other}/: P {sure:.2}, by {} N/m",
+                c.muscle,
+                rounded((sign * c.median).abs(), 0)
+            );
+        }
+        text
+    }
+}
+
+/// Sources with their parts, the largest first.
 fn shares(shares: &Shares) -> String {
     let mut each = shares.each();
     each.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -230,21 +286,25 @@ fn told(summary: &Summary, moves_hyoid: bool) -> String {
     let mut t = table(&["muscle", "F - F0, N/m", "50 %", "95 %", "P(rises)", "F, 95 %", "F0, 95 %"]);
     for (i, (muscle, change)) in summary.changes_n.0.iter().enumerate() {
         let tension = &summary.tensions_n.0[i].1;
-        let mark = if tension.depends_on_prior { "°" } else { "" };
+        let mark = |is: bool| if is { "°" } else { "" };
         let of = |s: &Spread| range(s.interval_95, 0);
         t.add_row([
             muscle.clone(),
             rounded(change.spread.median, 0),
             range(change.spread.interval_50, 0),
-            of(&change.spread),
-            format!("{:.2}", change.probability_rises),
-            format!("{}{mark}", of(&tension.spread)),
+            format!("{}{}", of(&change.spread), mark(change.depends_on_prior)),
+            format!("{:.2}{}", change.probability_rises, if change.sign_depends_on_prior { "‡" } else { "" }),
+            format!("{}{}", of(&tension.spread), mark(tension.depends_on_prior)),
             of(&summary.baseline_tensions_n.0[i].1),
         ]);
     }
     let mut text = format!("\n{t}\n");
-    if summary.tensions_n.0.iter().any(|(_, t)| t.depends_on_prior) {
-        text += "° as wide as the prior of tensions lets it be: its scale is in it\n";
+    let changes = || summary.changes_n.0.iter().map(|(_, c)| c);
+    if summary.tensions_n.0.iter().any(|(_, t)| t.depends_on_prior) || changes().any(|c| c.depends_on_prior) {
+        text += "° the prior of tensions decides how large it is, more than the data do\n";
+    }
+    if changes().any(|c| c.sign_depends_on_prior) {
+        text += "‡ less sure under half or twice the scale of that prior\n";
     }
     let resolved: Vec<String> = summary
         .directions

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use comfy_table::{CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
 use tongue_fit::inverse::alarms::Alarm;
-use tongue_fit::report::batch::BatchJournal;
+use tongue_fit::report::batch::Journal;
+use tongue_fit::report::batch::contrasts::{self, SubjectContrast};
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{BranchRecord, SimulationRecord, TrajectoryRecord};
@@ -224,7 +225,7 @@ pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> 
                 format!("{:.0} %", 100.0 * s.coverage_95),
             ]);
         }
-        let _ = writeln!(text, "\n{t}");
+        let _ = writeln!(text, "\n{t}\n{}\n", posterior.verdict);
     }
     let _ = writeln!(text, "{wall_s:.0} s\n");
     text + &files(written)
@@ -271,6 +272,10 @@ pub fn batch(
         s.not_fitted,
         s.unreadable_rows
     );
+    let contrasts = contrasts::all(batch, journal).into_diagnostic()?;
+    if !contrasts.is_empty() {
+        text += &decided(&contrasts);
+    }
     if s.posteriors_untold > 0 {
         let _ = writeln!(
             text,
@@ -294,7 +299,28 @@ pub fn batch(
     Ok(text + &files(written))
 }
 
-/// One line for each fit.
+/// The contrasts between vowels whose sign is sure, a line for each subject and pair of vowels.
+fn decided(all: &[SubjectContrast]) -> String {
+    let mut lines: Vec<(String, Vec<String>)> = Vec::new();
+    let sure: Vec<&SubjectContrast> = all.iter().filter(|c| c.contrast.is_decided()).collect();
+    for SubjectContrast { subject, contrast: c, .. } in &sure {
+        let pair = format!("{subject} /{}/ against /{}/", c.posture, c.other);
+        let mark = if c.sign_depends_on_prior { "‡" } else { "" };
+        let word = format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" });
+        match lines.last_mut().filter(|(name, _)| *name == pair) {
+            Some((_, words)) => words.push(word),
+            None => lines.push((pair, vec![word])),
+        }
+    }
+    let mut text =
+        format!("contrasts between vowels that are sure to 95 %: {} of {}\n", sure.len(), all.len());
+    for (pair, words) in lines {
+        let _ = writeln!(text, "  {pair}: {}", words.join(", "));
+    }
+    text
+}
+
+/// One line a fit.
 fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
     let mut t = table(&["fit", "tensions, N/m (rounding)", "misfit", "passive", "alarms"]);
     if let Some(c) = t.column_mut(1) {

@@ -152,14 +152,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             "--shard with --lengths -: merge reads the table again, so it must be a file; name it"
         ));
     }
-    let prepared = Prepared::new(arguments, &words)?;
+    let mut prepared = Prepared::new(arguments, &words)?;
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     prepared.tell_what_is_left_out();
     let path = out.path().join(arguments.shard.map_or_else(|| NAME.to_owned(), Shard::journal));
-    let jobs = &prepared.plan.jobs;
-    let mine: Vec<usize> = (0..jobs.len()).filter(|&n| arguments.shard.is_none_or(|s| s.has(n))).collect();
-    let journal = BatchJournal::open(path.clone(), &prepared.key, &words, jobs.len()).into_diagnostic()?;
+    let count = prepared.plan.jobs.len();
+    let mine: Vec<usize> = (0..count).filter(|&n| arguments.shard.is_none_or(|s| s.has(n))).collect();
+    let journal = Journal::open(path.clone(), &prepared.key, &words, count).into_diagnostic()?;
     journal.notes().iter().for_each(|note| output::note(note));
     if !journal.is_empty() {
         output::note(&format!("resuming after {} of {} fits", journal.len(), mine.len()));
@@ -179,20 +179,22 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         "stopped; the finished fits are kept in \"{}\": the same command resumes after them",
         path.display()
     )));
+    let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
+    prepared.sample(&todo);
     let journal = fit_all(&prepared, &mine, journal)?;
     let outcome = match arguments.shard {
         Some(shard) => {
             let text = format!(
                 "shard {shard} is done: {} of {} fits, kept in {}\nwhen all {} are done: tongue-fit merge {}\n",
                 mine.len(),
-                jobs.len(),
+                count,
                 path.display(),
                 shard.of,
                 out.path().display()
             );
             match global.json {
                 true => output::print(&output::json(&serde_json::json!({
-                    "shard": shard.number, "of": shard.of, "fits": mine.len(), "all_fits": jobs.len(), "journal": path
+                    "shard": shard.number, "of": shard.of, "fits": mine.len(), "all_fits": count, "journal": path
                 }))?)?,
                 false => output::summary(&text, &[path])?,
             }

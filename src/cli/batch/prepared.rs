@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use miette::IntoDiagnostic;
+use rayon::prelude::*;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::Setup;
 use tongue_fit::inverse::batch::{self, BatchPlan, Job, Known, Thoroughness};
 use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::thesis::Thesis;
-use tongue_fit::measured::{Dataset, TargetKind, reference_muscle};
+use tongue_fit::measured::{Dataset, Target, TargetKind, reference_muscle};
 use tongue_fit::posterior::Ground;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{
@@ -38,6 +39,8 @@ pub struct Prepared {
     pub how: Thoroughness,
     /// Options of the posterior, and the body under its priors if posteriors are asked for.
     posterior: (posterior::Arguments, Option<Ground>),
+    /// The posteriors of rows, by the numbers of their jobs; made by [`Prepared::sample`].
+    sampled: BTreeMap<usize, Result<RowPosterior, String>>,
     known: Known,
     thesis: Thesis,
     pub provenance: BatchProvenance,
@@ -101,6 +104,7 @@ impl Prepared {
             setups,
             how,
             posterior: (arguments.posterior.clone(), ground),
+            sampled: BTreeMap::new(),
             provenance,
             key,
         })
@@ -113,25 +117,56 @@ impl Prepared {
         let setup = setup.and_then(|(_, setup)| setup.as_ref());
         let (mesh, muscles, model) = (&self.mesh, &self.muscles[..], &self.model);
         let (known, thesis, how) = (&self.known, &self.thesis, &self.how);
-        let posterior = self.posterior(number, job);
-        let posterior = posterior.as_ref();
+        let posterior = self.sampled.get(&number);
         let within = outputs::Within { mesh, muscles, model, setup, known, thesis, posterior, how };
         let result = outputs::assess(number, job, &within, &self.provenance)?;
         Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }
 
-    /// The posterior of a job's row, if it is asked for: once for every row, since it does not depend on the
-    /// fitted quantity.
-    fn posterior(&self, number: usize, job: &Job) -> Option<Result<RowPosterior, String>> {
-        let (how, ground) = &self.posterior;
-        let last = self.setups.last().is_some_and(|(kind, _)| *kind == job.target.kind);
-        let ground = ground.as_ref().filter(|_| last)?;
-        let told = how.sample(ground, &job.target).map(|sampled| {
-            let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges()).flatten();
-            RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report: sampled.report }
-        });
-        // The caller adds the row to the message.
-        Some(told.map_err(|e| e.root_cause().to_string()))
+    /// Samples the posteriors of the rows of these jobs, with `--joint` all rows of a subject together; each stands with the last of the row's fits, since it does
+    /// not depend on the quantity that is fitted.
+    pub fn sample(&mut self, jobs: &[usize]) {
+        let (how, Some(ground)) = &self.posterior else { return };
+        let all = &self.plan.jobs;
+        let last = self.setups.last().map(|(kind, _)| *kind);
+        let tells = |&n: &usize| last == Some(all[n].target.kind);
+        let same = |a: usize, b: usize| {
+            let [a, b] = [a, b].map(|n| &all[n].target);
+            how.is_joint() && a.subject == b.subject && a.baseline == b.baseline
+        };
+        let mut speakers: Vec<Vec<usize>> = Vec::new();
+        for number in (0..all.len()).filter(tells) {
+            match speakers.iter_mut().find(|rows| same(rows[0], number)) {
+                Some(rows) => rows.push(number),
+                None => speakers.push(vec![number]),
+            }
+        }
+        speakers.retain(|rows| rows.iter().any(|n| jobs.contains(n)));
+        let found: Vec<Vec<(usize, Result<RowPosterior, String>)>> = speakers
+            .par_iter()
+            .map(|rows| {
+                let targets: Vec<&Target> = rows.iter().map(|&n| &all[n].target).collect();
+                match how.sample(ground, &targets) {
+                    Ok(sampled) => rows
+                        .iter()
+                        .enumerate()
+                        .map(|(posture, &number)| {
+                            let shown = number < MOST_FITS_ON_PAGE;
+                            let ridges = shown.then(|| sampled.ridges(posture)).flatten();
+                            let vowel = &sampled.reports[posture].postures[posture];
+                            let contrasts =
+                                sampled.contrasts.iter().filter(|c| c.other == *vowel).cloned().collect();
+                            let report = sampled.reports[posture].clone();
+                            let ridges = ridges.map(|svg| svg.to_string());
+                            (number, Ok(RowPosterior { ridges, report, contrasts }))
+                        })
+                        .collect(),
+                    // What it is about is said where it is told.
+                    Err(e) => rows.iter().map(|&n| (n, Err(e.root_cause().to_string()))).collect(),
+                }
+            })
+            .collect();
+        self.sampled = found.into_iter().flatten().collect();
     }
 
     /// Writes the outputs of all jobs, prints a summary, and removes the journal.

@@ -245,7 +245,7 @@ impl<const D: usize> System<D> {
         })
     }
 
-    /// Model of the tissue.
+    /// What the tissue is made of.
     pub fn tissue(&self) -> TissueModel {
         self.tissue
     }

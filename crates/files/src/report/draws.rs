@@ -5,20 +5,25 @@ use std::io::{self, Write};
 use super::export::{Export, Provenance};
 use tongue_infer::posterior::Posterior;
 
-/// Draws as CSV: `chain`, `draw`, a column for each number, then version and command. All chains have one
-/// length, so they fill an array.
+/// Draws as CSV: `chain`, `draw`, then a column for each number, then who made it. Chains are of one length, so they fill an array. The
+/// columns are those of one posture, whose number is given; of others that were sampled with it the tensions follow.
 #[derive(Debug, Clone, Copy)]
-pub struct Draws<'a>(pub &'a Posterior<'a>);
+pub struct Draws<'a>(pub &'a Posterior<'a>, pub usize);
 
 impl Export for Draws<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let muscles = &self.0.density.ground.muscles;
+        let (muscles, posture) = (&self.0.density.ground.muscles, self.1);
+        let labels = &self.0.density.seen.labels;
+        let others: Vec<usize> = (0..labels.len()).filter(|p| *p != posture).collect();
         let mut columns = vec!["chain".to_owned(), "draw".to_owned(), "log_density".to_owned()];
         for name in ["tension", "baseline_tension", "change"] {
             columns.extend(muscles.iter().map(|m| format!("{name}_{m}_n_per_m")));
         }
-        columns.extend(["hyoid_x_mm", "hyoid_y_mm"].map(str::to_owned));
+        columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m", "kappa"].map(str::to_owned));
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
+        for &other in &others {
+            columns.extend(muscles.iter().map(|m| format!("tension_{}_{m}_n_per_m", labels[other])));
+        }
         let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
         columns.extend(names.into_iter().map(str::to_owned));
         let mut writer = ::csv::Writer::from_writer(out);
@@ -27,11 +32,15 @@ impl Export for Draws<'_> {
             for text in [draw.chain.to_string(), draw.number.to_string(), draw.log.to_string()] {
                 writer.write_field(text)?;
             }
-            let numbers = (0..muscles.len()).map(|m| draw.meaning.tensions[m]);
-            let numbers = numbers.chain(draw.meaning.tones.iter().copied());
-            let numbers = numbers.chain((0..muscles.len()).map(|m| draw.change(m)));
-            let numbers = numbers.chain(draw.meaning.hyoid.iter().map(|d| 1e3 * d));
-            for value in numbers.chain((0..muscles.len()).map(|m| draw.stretch(m))) {
+            let each = || 0..muscles.len();
+            let own = &draw.meaning.postures[posture];
+            let numbers = own.tensions.iter().chain(&draw.meaning.tones).copied();
+            let numbers = numbers.chain(each().map(|m| draw.change(posture, m)));
+            let numbers = numbers.chain(own.hyoid.iter().map(|d| 1e3 * d));
+            let numbers = numbers.chain([draw.meaning.tilt, draw.meaning.kappa]);
+            let numbers = numbers.chain(each().map(|m| draw.stretch(posture * muscles.len() + m)));
+            let of_others = others.iter().flat_map(|&p| draw.meaning.postures[p].tensions.iter().copied());
+            for value in numbers.chain(of_others) {
                 writer.write_field(value.to_string())?;
             }
             for value in &values {

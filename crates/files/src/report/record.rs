@@ -245,7 +245,10 @@ pub struct FitRecord {
     /// The posterior; left out if it was not asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posterior: Option<tongue_infer::posterior::Report>,
-    /// Duration of the whole fit, s; left out of files that must be the same after every run.
+    /// Differences of tensions between vowels that were sampled together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub contrasts: Vec<tongue_infer::posterior::Contrast>,
+    /// Time of the whole fit, s; left out of files that must be the same after every run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_s: Option<f64>,
 }
@@ -329,6 +332,7 @@ impl FitRecord {
             min_area_ratio: fit.replay.min_area_ratio,
             max_area_ratio: fit.replay.max_area_ratio,
             posterior: None,
+            contrasts: Vec::new(),
             wall_s: Some(wall_s),
         }
     }

@@ -1,94 +1,80 @@
-//! The density: how probable tensions, tones and a place of the hyoid are, given the measured stretches.
+//! The density: how probable tensions, tones and places of the hyoid are, given the measured stretches of a speaker's postures.
 //!
 //! ```text
-//! y ~ N(s, C),  s = L(F, d) / L(F0, 0),  C = C_geo + sd² I + R
-//! F = scale Z((1 + Phi(g))/2) with g ~ N(0, 1) (half-normal), F0 likewise, d = sd g
+//! y ~ N(s, C),  s = L(F, d, c, kappa) / L(F0, kappa),  C = C_geo + sd² I + R
+//! F = scale Z((1 + Phi(g))/2) with g ~ N(0, 1) (half-normal), F0 likewise, d = sd g, c = sd g, ln kappa = sd g
 //! ```
-//! All that is sampled is in the scores `g`, so that there are no bounds. The derivatives (`evaluator`) need one back-substitution for the
-//! vowel and one for the baseline, however many unknowns there are.
+//! Every posture has tensions F and a place d of the hyoid of its own; tones F0, the hyoid's tilt c and kappa are the speaker's. All that is
+//! sampled is in the scores `g`, so that there are no bounds. The derivatives (`evaluator`) need one back-substitution for each
+//! posture and one for the baseline, however many unknowns there are.
 
 use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector};
 
-use crate::inverse::Matched;
 use crate::track::scores;
 use tongue_core::statics::lanes::{Equilibrium, Lanes, Load};
 use tongue_core::statics::{Settings, Status};
 
 use super::PosteriorError;
 use super::ground::Ground;
-
-/// The stretches that were measured.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
-    /// Names of their muscles.
-    pub names: Vec<String>,
-    /// Numbers of the muscles in the body.
-    pub muscles: Vec<usize>,
-    /// Measured stretches.
-    pub stretches: Vec<f64>,
-    /// Variances by the rounding of both lengths.
-    pub rounding: Vec<f64>,
-}
-
-impl Seen {
-    /// All that was measured in both vowels: `m/b` of lengths of half widths `h`, whose variance by rounding is
-    /// `(h_m²/b² + h_b² m²/b⁴)/3`.
-    pub fn of(matched: &Matched) -> Self {
-        let target = &matched.target;
-        let each = |m: usize| {
-            let (length, over) = (target.measured_mm[m], target.baseline_mm[m]);
-            let (half, half_over) = (target.half_width_mm[m], target.baseline_half_width_mm[m]);
-            let variance = ((half / over).powi(2) + (half_over * length / (over * over)).powi(2)) / 3.0;
-            (length / over, variance)
-        };
-        let (stretches, rounding) = (0..target.muscles.len()).map(each).unzip();
-        let muscles = matched.numbers[..target.muscles.len()].to_vec();
-        Self { names: target.muscles.clone(), muscles, stretches, rounding }
-    }
-
-    /// Without the muscle at a position.
-    pub fn without(&self, position: usize) -> Self {
-        let mut seen = self.clone();
-        seen.names.remove(position);
-        seen.muscles.remove(position);
-        seen.stretches.remove(position);
-        seen.rounding.remove(position);
-        seen
-    }
-}
+use super::seen::Seen;
 
 /// A number that is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
-    /// Tension of a muscle in the vowel.
-    Tension(usize),
+    /// Tension of a muscle in a posture: the posture, then the muscle.
+    Tension(usize, usize),
     /// Tension of a muscle in the baseline.
     Tone(usize),
-    /// Displacement of the hyoid along an axis.
-    Hyoid(usize),
+    /// Displacement of the hyoid in a posture along an axis.
+    Hyoid(usize, usize),
+    /// By how much the hyoid tilts as it moves back.
+    Tilt,
+    /// Logarithm of kappa over that of the body.
+    LnKappa,
+}
+
+/// A posture as it is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Posture {
+    /// Tensions of all muscles of the body, N per metre of thickness.
+    pub tensions: Vec<f64>,
+    /// Displacement of the hyoid, m.
+    pub hyoid: SVector<f64, 2>,
 }
 
 /// What a point of the scores means.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meaning {
-    /// Tensions in the vowel, N per metre of thickness.
-    pub tensions: Vec<f64>,
-    /// In the baseline.
+    /// The postures.
+    pub postures: Vec<Posture>,
+    /// Tensions in the baseline, N per metre of thickness.
     pub tones: Vec<f64>,
-    /// Displacement of the hyoid, m.
-    pub hyoid: SVector<f64, 2>,
+    /// Angle by which the hyoid tilts, its greater horn downwards, for every metre that it moves back, rad/m.
+    pub tilt: f64,
+    /// Kappa as a multiple of the body's own.
+    pub kappa: f64,
+}
+
+impl Meaning {
+    /// With tensions and displacements of this part.
+    pub fn scaled(&self, part: f64) -> Self {
+        let times = |all: &[f64]| all.iter().map(|t| t * part).collect();
+        let posture = |p: &Posture| Posture { tensions: times(&p.tensions), hyoid: p.hyoid * part };
+        let postures = self.postures.iter().map(posture).collect();
+        Self { postures, tones: times(&self.tones), ..*self }
+    }
 }
 
 /// Where a point was solved: what its neighbours begin at.
 #[derive(Debug, Clone)]
 pub struct Place {
-    /// Positions of all nodes in the vowel, m.
-    pub posture: Arc<Vec<SVector<f64, 2>>>,
+    /// Positions of all nodes in each posture, m.
+    pub postures: Vec<Arc<Vec<SVector<f64, 2>>>>,
     /// In the baseline.
     pub baseline: Arc<Vec<SVector<f64, 2>>>,
-    /// Lengths of all muscles of the body in the vowel, m.
+    /// Lengths of all muscles of the body in each posture, one after the other, m.
     pub lengths: Vec<f64>,
     /// In the baseline.
     pub baseline_lengths: Vec<f64>,
@@ -105,14 +91,55 @@ pub struct Density<'a> {
     pub parameters: Vec<Parameter>,
     lanes: Lanes<'a, 2>,
     fixed: Meaning,
-    /// Covariance of the stretches of all muscles of the body by geometry and constants; zero at first.
+    /// Covariance by geometry and constants of the stretches of all muscles of the body in all postures; zero at first.
     pub geometry: DMatrix<f64>,
     factor: Cholesky<f64, Dyn>,
+    /// [`Seen::rows`] of what was measured.
+    rows: Vec<usize>,
 }
 
 /// How exactly is solved: to forces that cancel as for any fit. No load steps: what a direct solve does not reach has no density.
 const SOLVE: Settings =
     Settings { tolerance: 1e-9, max_iterations: 60, load_steps: 0, certify: false, most_solves: 1 };
+
+/// What no prior leaves open, and what is sampled.
+fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {
+    let (priors, count) = (&ground.priors, ground.muscles.len());
+    let mut parameters = Vec::new();
+    let mut own = Posture { tensions: vec![0.0; count], hyoid: SVector::zeros() };
+    let mut tones = vec![0.0; count];
+    let fixed_place = priors.hyoid.fixed_mm.filter(|_| !priors.hyoid.off);
+    own.hyoid = fixed_place.map_or(SVector::zeros(), |mm| SVector::from(mm) * 1e-3);
+    let moves = !priors.hyoid.off && fixed_place.is_none();
+    for posture in 0..postures {
+        for (m, name) in ground.muscles.iter().enumerate() {
+            match priors.fixed_tension(name) {
+                Some(value) => own.tensions[m] = value,
+                None => parameters.push(Parameter::Tension(posture, m)),
+            }
+        }
+        if moves {
+            parameters.extend([Parameter::Hyoid(posture, 0), Parameter::Hyoid(posture, 1)]);
+        }
+    }
+    for (m, name) in ground.muscles.iter().enumerate() {
+        match priors.fixed_tone(name) {
+            Some(value) => tones[m] = value,
+            None => parameters.push(Parameter::Tone(m)),
+        }
+    }
+    let tilt = &priors.hyoid_tilt;
+    let tilts = !priors.hyoid.off && !tilt.off && ground.hyoid.len() > 1;
+    match tilt.fixed_rad_per_m {
+        None if tilts => parameters.push(Parameter::Tilt),
+        _ => {}
+    }
+    if ground.samples_kappa() {
+        parameters.push(Parameter::LnKappa);
+    }
+    let tilt = tilt.fixed_rad_per_m.filter(|_| tilts).unwrap_or(0.0);
+    (Meaning { postures: vec![own; postures], tones, tilt, kappa: 1.0 }, parameters)
+}
 
 impl<'a> Density<'a> {
     /// With no covariance of geometry yet.
@@ -120,61 +147,49 @@ impl<'a> Density<'a> {
     /// # Errors
     /// [`PosteriorError::Body`] where the body has no hyoid to displace, [`PosteriorError::Priors`] where nothing is left to sample.
     pub fn new(ground: &'a Ground, seen: Seen) -> Result<Self, PosteriorError> {
-        let (priors, count) = (&ground.priors, ground.muscles.len());
-        let mut parameters = Vec::new();
-        let mut fixed =
-            Meaning { tensions: vec![0.0; count], tones: vec![0.0; count], hyoid: SVector::zeros() };
-        for (m, name) in ground.muscles.iter().enumerate() {
-            match priors.fixed_tension(name) {
-                Some(value) => fixed.tensions[m] = value,
-                None => parameters.push(Parameter::Tension(m)),
-            }
-        }
-        for (m, name) in ground.muscles.iter().enumerate() {
-            match priors.fixed_tone(name) {
-                Some(value) => fixed.tones[m] = value,
-                None => parameters.push(Parameter::Tone(m)),
-            }
-        }
-        match (priors.hyoid.off, priors.hyoid.fixed_mm) {
-            (true, _) => {}
-            (false, Some(mm)) => fixed.hyoid = SVector::from(mm) * 1e-3,
-            (false, None) => parameters.extend([Parameter::Hyoid(0), Parameter::Hyoid(1)]),
-        }
-        if parameters.is_empty() {
+        let (fixed, parameters) = parameters(ground, seen.labels.len());
+        let is_of_muscles =
+            |p: &Parameter| matches!(p, Parameter::Tension(..) | Parameter::Tone(_) | Parameter::Hyoid(..));
+        if !parameters.iter().any(is_of_muscles) {
             let why =
                 "these priors fix every tension, every tone and the hyoid: leave at least one of them free";
             return Err(PosteriorError::Priors(why.to_owned()));
         }
-        let moves = !priors.hyoid.off;
-        if moves && ground.hyoid.is_empty() {
+        if !ground.priors.hyoid.off && ground.hyoid.is_empty() {
             return Err(PosteriorError::Body(
                 "this body names no bone \"hyoid\"; name it, or switch it off in the priors ([hyoid] off = true)"
                     .to_owned(),
             ));
         }
+        let size = seen.labels.len() * ground.muscles.len();
+        Self::made(ground, seen, (fixed, parameters), DMatrix::zeros(size, size))
+    }
+
+    fn made(
+        ground: &'a Ground,
+        seen: Seen,
+        (fixed, parameters): (Meaning, Vec<Parameter>),
+        geometry: DMatrix<f64>,
+    ) -> Result<Self, PosteriorError> {
         let factor = Cholesky::new(DMatrix::identity(1, 1)).ok_or(PosteriorError::Covariance)?;
         let lanes = Lanes::new(&ground.system);
-        let geometry = DMatrix::zeros(count, count);
-        let mut density = Self { ground, seen, parameters, lanes, fixed, geometry, factor };
-        density.set_geometry(DMatrix::zeros(count, count))?;
+        let rows = seen.rows(ground.muscles.len());
+        let mut density =
+            Self { ground, seen, parameters, lanes, fixed, geometry: DMatrix::zeros(0, 0), factor, rows };
+        density.set_geometry(geometry)?;
         Ok(density)
     }
 
-    /// The same of other stretches.
+    /// The same of other stretches of the same postures.
     ///
     /// # Errors
     /// [`PosteriorError::Covariance`].
     pub fn of(&self, seen: Seen) -> Result<Self, PosteriorError> {
-        let lanes = Lanes::new(&self.ground.system);
-        let (parameters, fixed) = (self.parameters.clone(), self.fixed.clone());
-        let (geometry, factor) = (self.geometry.clone(), self.factor.clone());
-        let mut other = Self { ground: self.ground, seen, parameters, lanes, fixed, geometry, factor };
-        other.set_geometry(self.geometry.clone())?;
-        Ok(other)
+        let sampled = (self.fixed.clone(), self.parameters.clone());
+        Self::made(self.ground, seen, sampled, self.geometry.clone())
     }
 
-    /// Takes a covariance by geometry and constants, of all muscles of the body.
+    /// Takes a covariance by geometry and constants, of all muscles of the body in all postures.
     ///
     /// # Errors
     /// [`PosteriorError::Covariance`] where what comes out is not positive definite.
@@ -184,17 +199,25 @@ impl<'a> Density<'a> {
         Ok(())
     }
 
-    /// Covariance of the measured stretches about the computed ones.
-    pub fn covariance(&self) -> DMatrix<f64> {
-        let own = self.own_variances();
-        let mut all = self.geometry.select_rows(&self.seen.muscles).select_columns(&self.seen.muscles);
-        own.iter().enumerate().for_each(|(i, v)| all[(i, i)] += v);
-        all
+    /// How many postures there are.
+    pub fn postures(&self) -> usize {
+        self.seen.labels.len()
     }
 
-    /// Variances of the measured stretches by discrepancy and rounding.
-    fn own_variances(&self) -> Vec<f64> {
-        self.seen.rounding.iter().map(|r| self.discrepancy() + self.rounding(*r)).collect()
+    /// Where the measured stretches stand among those of all muscles in all postures.
+    pub fn rows(&self) -> &[usize] {
+        &self.rows
+    }
+
+    /// Rows and columns of the measured stretches, of a matrix of all muscles in all postures.
+    pub fn measured(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+        all.select_rows(&self.rows).select_columns(&self.rows)
+    }
+
+    /// Covariance of the measured stretches about the computed ones.
+    pub fn covariance(&self) -> DMatrix<f64> {
+        let n = self.seen.len();
+        self.measured(&self.geometry) + DMatrix::identity(n, n) * self.discrepancy() + self.rounding()
     }
 
     /// Variance of a stretch by the model's error.
@@ -203,9 +226,9 @@ impl<'a> Density<'a> {
         if prior.off { 0.0 } else { prior.sd * prior.sd }
     }
 
-    /// Variance of a stretch by rounding, given what it would be if it counted.
-    pub fn rounding(&self, variance: f64) -> f64 {
-        if self.ground.priors.rounding.off { 0.0 } else { variance }
+    /// Covariance of the measured stretches by rounding; zero where it does not count.
+    pub fn rounding(&self) -> DMatrix<f64> {
+        &self.seen.rounding * if self.ground.priors.rounding.off { 0.0 } else { 1.0 }
     }
 
     /// The factor of [`Density::covariance`].
@@ -218,31 +241,37 @@ impl<'a> Density<'a> {
         !self.ground.hyoid.is_empty() && !self.ground.priors.hyoid.off
     }
 
-    /// What scores mean, and the derivative of each number by its score.
+    /// What scores mean, and the derivative of each number by its score (of kappa that of its logarithm).
     pub fn meaning(&self, scores: &DVector<f64>) -> (Meaning, Vec<f64>) {
         let priors = &self.ground.priors;
         let mut meaning = self.fixed.clone();
-        let each = self.parameters.iter().zip(scores.iter()).map(|(p, &g)| {
-            let half_normal = |scale: f64| {
-                let (value, slope) = scores::tension(g);
-                (scale * value, scale * slope)
-            };
-            match *p {
-                Parameter::Tension(m) => {
-                    let (value, slope) = half_normal(priors.tension.scale_n_per_m);
-                    meaning.tensions[m] = value;
-                    slope
-                }
-                Parameter::Tone(m) => {
-                    let (value, slope) = half_normal(priors.baseline.scale_n_per_m);
-                    meaning.tones[m] = value;
-                    slope
-                }
-                Parameter::Hyoid(axis) => {
-                    let sd = 1e-3 * priors.hyoid.sd_mm;
-                    meaning.hyoid[axis] = sd * g;
-                    sd
-                }
+        let half_normal = |scale: f64, g: f64| {
+            let (value, slope) = scores::tension(g);
+            (scale * value, scale * slope)
+        };
+        let each = self.parameters.iter().zip(scores.iter()).map(|(p, &g)| match *p {
+            Parameter::Tension(posture, m) => {
+                let (value, slope) = half_normal(priors.tension.scale_n_per_m, g);
+                meaning.postures[posture].tensions[m] = value;
+                slope
+            }
+            Parameter::Tone(m) => {
+                let (value, slope) = half_normal(priors.baseline.scale_n_per_m, g);
+                meaning.tones[m] = value;
+                slope
+            }
+            Parameter::Hyoid(posture, axis) => {
+                let sd = 1e-3 * priors.hyoid.sd_mm;
+                meaning.postures[posture].hyoid[axis] = sd * g;
+                sd
+            }
+            Parameter::Tilt => {
+                meaning.tilt = priors.hyoid_tilt.sd_rad_per_m * g;
+                priors.hyoid_tilt.sd_rad_per_m
+            }
+            Parameter::LnKappa => {
+                meaning.kappa = (priors.compressibility.sd_ln_kappa * g).exp();
+                priors.compressibility.sd_ln_kappa
             }
         });
         let slopes = each.collect();
@@ -253,21 +282,38 @@ impl<'a> Density<'a> {
     pub fn rest(&self) -> Place {
         let rest = Arc::new(self.ground.system.rest().to_vec());
         let lengths = self.ground.system.lengths(self.ground.system.rest());
-        Place { posture: Arc::clone(&rest), baseline: rest, baseline_lengths: lengths.clone(), lengths }
+        let postures = vec![Arc::clone(&rest); self.postures()];
+        Place { lengths: lengths.repeat(postures.len()), postures, baseline: rest, baseline_lengths: lengths }
     }
 
-    /// The load of a vowel, begun from given positions.
-    pub fn posture<'l>(&'l self, meaning: &Meaning, start: Option<&'l [SVector<f64, 2>]>) -> Load<'l, 2> {
-        let mut load = Load { start, ..Load::new(meaning.tensions.clone()) };
-        if self.moves_hyoid() {
-            load = load.with_bone(&self.ground.hyoid, meaning.hyoid);
-        }
-        load
+    /// The load of a posture, begun from given positions.
+    pub fn posture<'l>(
+        &'l self,
+        meaning: &Meaning,
+        posture: usize,
+        start: Option<&'l [SVector<f64, 2>]>,
+    ) -> Load<'l, 2> {
+        let own = &meaning.postures[posture];
+        let load = Load { start, kappa: meaning.kappa, ..Load::new(own.tensions.clone()) };
+        if self.moves_hyoid() { self.ground.with_hyoid(load, own.hyoid, meaning.tilt) } else { load }
     }
 
     /// The load of the baseline.
     pub fn baseline<'l>(&'l self, meaning: &Meaning, start: Option<&'l [SVector<f64, 2>]>) -> Load<'l, 2> {
-        Load { start, ..Load::new(meaning.tones.clone()) }
+        Load { start, kappa: meaning.kappa, ..Load::new(meaning.tones.clone()) }
+    }
+
+    /// The load of posture `shape`, or of the baseline where there are only so many postures.
+    pub fn load<'l>(
+        &'l self,
+        meaning: &Meaning,
+        shape: usize,
+        start: Option<&'l [SVector<f64, 2>]>,
+    ) -> Load<'l, 2> {
+        match shape < self.postures() {
+            true => self.posture(meaning, shape, start),
+            false => self.baseline(meaning, start),
+        }
     }
 
     /// The lanes in which it is solved.
@@ -280,13 +326,23 @@ impl<'a> Density<'a> {
         &SOLVE
     }
 
-    /// Residuals of the measured stretches at given lengths of all muscles of the body.
+    /// Residuals of the measured stretches at given lengths of all muscles of the body in all postures.
     pub fn residuals(&self, lengths: &[f64], baseline: &[f64]) -> DVector<f64> {
         let seen = &self.seen;
-        DVector::from_fn(seen.muscles.len(), |i, _| {
-            let m = seen.muscles[i];
-            seen.stretches[i] - lengths[m] / baseline[m]
+        DVector::from_fn(seen.len(), |i, _| {
+            seen.stretches[i] - lengths[self.rows[i]] / baseline[seen.muscles[i]]
         })
+    }
+}
+
+impl Place {
+    /// The positions of posture `shape`, or of the baseline where there are only so many postures, and the lengths there.
+    pub fn shape(&self, shape: usize) -> (&[SVector<f64, 2>], &[f64]) {
+        let count = self.baseline_lengths.len();
+        match self.postures.get(shape) {
+            Some(positions) => (positions, &self.lengths[shape * count..(shape + 1) * count]),
+            None => (&self.baseline, &self.baseline_lengths),
+        }
     }
 }
 

@@ -1,9 +1,10 @@
 //! How the lengths of muscles answer to the shape of the body at rest and to its constants, in any body: from the adjoint of every length
-//! and differences of forces. No equilibrium is solved anew.
+//! and differences of forces.
 //!
 //! With the displacements `u` of the nodes held, a body beside this one (displaced at rest, or with other constants, `p`) leaves forces
 //! `f(p, u)` on them and has lengths `L(p, u)`. At equilibrium `f(p, u(p)) = 0`, so `dL/dp = ∂L/∂p + a·∂f/∂p` with the adjoint `a`
-//! of the length, its answer to a force on every node. Both partial derivatives are central differences of one evaluation each. Bodies of
+//! of the length, its answer to a force on every node. Both partial derivatives are central differences of one evaluation each; only kappa,
+//! which may be ten times more or less, is changed for good and the shapes solved anew. Bodies of
 //! springs have formulas of their own (`shape`), which give the same.
 
 use nalgebra::{DMatrix, DVector, SVector};
@@ -12,16 +13,18 @@ use tongue_core::body::{Body, HYOID};
 use tongue_core::effect::Configuration;
 use tongue_core::material::Constants;
 use tongue_core::parallel;
-use tongue_core::statics::lanes::Adjoint;
+use tongue_core::statics::lanes::{Adjoint, Lanes, Load};
+use tongue_core::statics::{Settings, Status};
 use tongue_core::system::{Model, System};
 
 use super::PosteriorError;
-use super::density::Place;
-use super::ground::{Field, Ground, laid_anew};
-use super::priors::Priors;
+use super::density::{Meaning, Place};
+use super::ground::{Field, Ground, laid_anew, turn};
 
-/// Bodies that are moved are so by this part of a standard deviation to either side, and so is kappa.
+/// Bodies that are moved are so by this part of a standard deviation to either side.
 const STEP: f64 = 1e-3;
+/// Kappa by a whole one: far from its median lengths answer to it otherwise than there.
+const KAPPA_STEP: f64 = 1.0;
 /// Widths and patches by more: their points pass from one element to another, and over the outline, one after the other.
 const WIDE_STEP: f64 = 0.5;
 
@@ -30,29 +33,33 @@ const WIDE_STEP: f64 = 0.5;
 struct Beside {
     system: System<2>,
     hyoid: Vec<usize>,
+    /// Displacements of the hyoid's nodes for one radian, m.
+    turn: Vec<SVector<f64, 2>>,
 }
 
 impl Beside {
-    fn new(body: &Body<2>, model: &Model) -> Result<Self, PosteriorError> {
+    fn new(ground: &Ground, body: &Body<2>, model: &Model) -> Result<Self, PosteriorError> {
         let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
-        Ok(Self { system: System::new(&body.mesh, model, &all)?, hyoid: body.bone(HYOID).to_vec() })
+        let (system, hyoid) = (System::new(&body.mesh, model, &all)?, body.bone(HYOID).to_vec());
+        let turn = if hyoid == ground.hyoid { ground.turn.clone() } else { turn(system.rest(), &hyoid) };
+        Ok(Self { system, hyoid, turn })
     }
 
-    /// Forces on all nodes of the unknowns, N, and lengths, m, where these are displaced as the unknowns of `ground` are at `positions`.
+    /// Forces on all nodes of the unknowns, N, and lengths, m, where these are displaced as the unknowns of `ground` are at `positions`, and the
+    /// hyoid by this way and angle.
     fn at(
         &self,
         ground: &Ground,
         positions: &[SVector<f64, 2>],
         tensions: &[f64],
+        (hyoid, angle): (SVector<f64, 2>, f64),
     ) -> (Vec<SVector<f64, 2>>, Vec<f64>) {
         let (own, system) = (&ground.system, &self.system);
         let moved = |n: usize| positions[n] - own.rest()[n];
         let mut x = system.rest().to_vec();
         // Nodes of the tissue have the same numbers; those of bones need not.
         own.pattern().nodes().iter().for_each(|&n| x[n] += moved(n));
-        if let Some(&first) = ground.hyoid.first() {
-            self.hyoid.iter().for_each(|&n| x[n] += moved(first));
-        }
+        self.hyoid.iter().zip(&self.turn).for_each(|(&n, turn)| x[n] += hyoid + turn * angle);
         system.place_path_nodes(&mut x);
         let mut force = vec![SVector::zeros(); x.len()];
         system.force(Configuration { positions: &x, tensions }, &mut force);
@@ -63,9 +70,11 @@ impl Beside {
 /// Two bodies, by so many standard deviations to either side.
 type Pair = ([Beside; 2], f64);
 
-/// The sources that are no fields; none of what is known or has no part in the body.
+/// Bodies beside that of a posterior, for every source of errors; none of what is known or has no part in the body.
 #[derive(Debug)]
 pub struct Sides {
+    ends: Vec<Pair>,
+    outline: Vec<Pair>,
     kappa: Option<Pair>,
     width: Option<Pair>,
     patch: Option<Pair>,
@@ -75,9 +84,10 @@ impl Sides {
     /// Of a body under priors.
     ///
     /// # Errors
-    /// As [`Ground::new`].
-    pub fn new(body: &Body<2>, model: &Model, priors: &Priors) -> Result<Self, PosteriorError> {
+    /// As [`Ground::new`], and where the ends of muscles or the outline cannot be moved by the least amount without folding a cell.
+    pub fn new(ground: &Ground) -> Result<Self, PosteriorError> {
         type Side<'a> = &'a dyn Fn(f64) -> Result<Beside, PosteriorError>;
+        let (body, model, priors) = (&ground.body, &ground.model, &ground.priors);
         let pair = |sd: f64, step: f64, side: Side<'_>| -> Result<Option<Pair>, PosteriorError> {
             Ok(if sd == 0.0 { None } else { Some(([side(-step * sd)?, side(step * sd)?], step)) })
         };
@@ -87,12 +97,28 @@ impl Sides {
         let laid = |change: &dyn Fn(&mut tongue_core::body::ContinuumSettings)| {
             let mut settings = settings.unwrap_or_default();
             change(&mut settings);
-            Beside::new(&laid_anew(body, &settings)?, model)
+            Beside::new(ground, &laid_anew(body, &settings)?, model)
         };
         let of_continuum = |sd: f64| if settings.is_some() { sd } else { 0.0 };
+        let fields = |fields: &[Field], ends: bool| -> Result<Vec<Pair>, PosteriorError> {
+            let numbers: Vec<usize> = (0..fields.len()).collect();
+            let side = |f: usize, by: f64| {
+                let mut along = vec![0.0; fields.len()];
+                along[f] = by;
+                let (of_ends, of_outline) = if ends { (&along[..], &[][..]) } else { (&[][..], &along[..]) };
+                let folded =
+                    || PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned());
+                Beside::new(ground, &ground.displaced(of_ends, of_outline).ok_or_else(folded)?, model)
+            };
+            let pairs = parallel::map(&numbers, |&f| Ok(([side(f, -STEP)?, side(f, STEP)?], STEP)));
+            pairs.into_iter().collect()
+        };
         Ok(Self {
-            kappa: pair(sd_ln_kappa, STEP, &|by| {
-                Beside::new(body, &Model { constants: with_lambda(&model.constants, by.exp()), ..*model })
+            ends: fields(&ground.ends, true)?,
+            outline: fields(&ground.outline, false)?,
+            kappa: pair(sd_ln_kappa, KAPPA_STEP, &|by| {
+                let constants = with_lambda(&model.constants, by.exp());
+                Beside::new(ground, body, &Model { constants, ..*model })
             })?,
             width: pair(of_continuum(priors.sd_ln_width()), WIDE_STEP, &|by| {
                 laid(&|s| s.bundle_width_m *= by.exp())
@@ -111,14 +137,14 @@ fn with_lambda(constants: &Constants, times: f64) -> Constants {
     Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..*constants }
 }
 
-/// How the stretches of all muscles answer, by one standard deviation of each source; a row a muscle.
+/// How the stretches of all muscles in all postures answer, by one standard deviation of each source; a row a stretch.
 #[derive(Debug, Clone)]
 pub struct Answers {
     /// To the ends of the muscles.
     pub ends: DMatrix<f64>,
     /// To the outline.
     pub outline: DMatrix<f64>,
-    /// To what keeps areas.
+    /// To what keeps areas, where that is not sampled.
     pub kappa: DMatrix<f64>,
     /// To the width of muscles.
     pub width: DMatrix<f64>,
@@ -127,61 +153,80 @@ pub struct Answers {
 }
 
 impl Answers {
-    /// To no source.
-    pub fn none(muscles: usize) -> Self {
-        let none = || DMatrix::zeros(muscles, 0);
+    /// Of so many stretches to no source.
+    pub fn none(stretches: usize) -> Self {
+        let none = || DMatrix::zeros(stretches, 0);
         Self { ends: none(), outline: none(), kappa: none(), width: none(), patch: none() }
     }
 }
 
-/// A solved shape: its positions, tensions, and the adjoints of all lengths.
-pub type Shape<'a> = (&'a [SVector<f64, 2>], &'a [f64], &'a [Adjoint<2>]);
-
-/// How the stretches answer at a place; `None` where a body beside this one cannot be made.
-pub fn answers(ground: &Ground, place: &Place, vowel: Shape<'_>, baseline: Shape<'_>) -> Option<Answers> {
+/// How the stretches answer at a place, given the adjoints of all lengths shape by shape; `None` where bodies do not match or kappa leads to no
+/// equilibrium.
+pub fn answers(
+    ground: &Ground,
+    place: &Place,
+    meaning: &Meaning,
+    rates: &[Vec<Adjoint<2>>],
+) -> Option<Answers> {
     let sides = ground.sides.as_ref()?;
-    let of_pair = |([low, high], step): &Pair| {
-        let [own, over] = [vowel, baseline]
-            .map(|shape| length_slopes(ground, [low, high], shape).map(|s| s / (2.0 * step)));
-        let (own, over) = (own?, over?);
-        Some(DVector::from_fn(own.len(), |m, _| {
-            (own[m] - place.lengths[m] / place.baseline_lengths[m] * over[m]) / place.baseline_lengths[m]
+    let (count, rows, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
+    let tensions = |shape: usize| meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions);
+    // Of every shape by how much each length is more in the second body than in the first, m.
+    let stretches = |by_shape: &dyn Fn(usize) -> Option<DVector<f64>>| -> Option<DVector<f64>> {
+        let slopes: Vec<DVector<f64>> = (0..=base).map(by_shape).collect::<Option<_>>()?;
+        Some(DVector::from_fn(rows, |row, _| {
+            let over = place.baseline_lengths[row % count];
+            (slopes[row / count][row % count] - place.lengths[row] / over * slopes[base][row % count]) / over
         }))
     };
-    let of_fields = |fields: &[Field], ends: bool| {
-        let numbers: Vec<usize> = (0..fields.len()).collect();
-        let columns = parallel::map(&numbers, |&f| {
-            let side = |by: f64| {
-                let mut along = vec![0.0; fields.len()];
-                along[f] = by;
-                let (of_ends, of_outline) = if ends { (&along[..], &[][..]) } else { (&[][..], &along[..]) };
-                Beside::new(&ground.displaced(of_ends, of_outline)?, &ground.model).ok()
-            };
-            of_pair(&([side(-STEP)?, side(STEP)?], STEP))
-        });
-        matrix(ground, columns)
+    let hyoid = |shape: usize| {
+        let own = meaning.postures.get(shape);
+        own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, meaning.tilt * p.hyoid.x))
     };
-    let of_side = |side: &Option<Pair>| matrix(ground, side.iter().map(of_pair).collect());
+    let of_pair = |([low, high], step): &Pair| {
+        stretches(&|shape| {
+            let at =
+                (place.shape(shape).0, tensions(shape).as_slice(), hyoid(shape), rates[shape].as_slice());
+            Some(length_slopes(ground, [low, high], at)? / (2.0 * step))
+        })
+    };
+    // Kappa over whole standard deviations: its derivative is half of what lengths answer to these.
+    let of_kappa = |([low, high], step): &Pair| {
+        stretches(&|shape| {
+            let solved = |beside: &Beside| {
+                let start = Some(place.shape(shape).0);
+                let mut load = Load { start, ..Load::new(tensions(shape).clone()) };
+                if let Some(own) = meaning.postures.get(shape).filter(|_| !ground.hyoid.is_empty()) {
+                    load = ground.with_hyoid(load, own.hyoid, meaning.tilt);
+                }
+                let found = Lanes::new(&beside.system).solve(&[load], &Settings::default()).pop()?;
+                let converged = found.solution.status == Status::Converged;
+                converged.then(|| DVector::from(beside.system.lengths(&found.positions)))
+            };
+            Some((solved(high)? - solved(low)?) / (2.0 * step))
+        })
+    };
+    let matrix = |columns: Vec<Option<DVector<f64>>>| -> Option<DMatrix<f64>> {
+        let columns: Vec<DVector<f64>> = columns.into_iter().collect::<Option<_>>()?;
+        Some(DMatrix::from_fn(rows, columns.len(), |row, c| columns[c][row]))
+    };
     Some(Answers {
-        ends: of_fields(&ground.ends, true)?,
-        outline: of_fields(&ground.outline, false)?,
-        kappa: of_side(&sides.kappa)?,
-        width: of_side(&sides.width)?,
-        patch: of_side(&sides.patch)?,
+        ends: matrix(sides.ends.iter().map(of_pair).collect())?,
+        outline: matrix(sides.outline.iter().map(of_pair).collect())?,
+        kappa: matrix(sides.kappa.iter().map(of_kappa).collect())?,
+        width: matrix(sides.width.iter().map(of_pair).collect())?,
+        patch: matrix(sides.patch.iter().map(of_pair).collect())?,
     })
 }
 
-fn matrix(ground: &Ground, columns: Vec<Option<DVector<f64>>>) -> Option<DMatrix<f64>> {
-    let columns: Vec<DVector<f64>> = columns.into_iter().collect::<Option<_>>()?;
-    let count = ground.muscles.len();
-    Some(DMatrix::from_fn(count, columns.len(), |m, c| columns[c][m]))
-}
+/// A solved shape: its positions, tensions, the hyoid's way and angle, and the adjoints of all lengths.
+type Shape<'a> = (&'a [SVector<f64, 2>], &'a [f64], (SVector<f64, 2>, f64), &'a [Adjoint<2>]);
 
 /// By how much more every length is in the second body than in the first, m, to first order.
 fn length_slopes(
     ground: &Ground,
     [low, high]: [&Beside; 2],
-    (positions, tensions, adjoints): Shape<'_>,
+    (positions, tensions, hyoid, adjoints): Shape<'_>,
 ) -> Option<DVector<f64>> {
     let unknowns = ground.system.pattern().nodes();
     let same = |beside: &Beside| {
@@ -192,7 +237,7 @@ fn length_slopes(
         return None;
     }
     let ((force_low, low), (force_high, high)) =
-        (low.at(ground, positions, tensions), high.at(ground, positions, tensions));
+        (low.at(ground, positions, tensions, hyoid), high.at(ground, positions, tensions, hyoid));
     let slope = |m: usize| {
         let by_force: f64 =
             unknowns.iter().map(|&n| adjoints[m].by_node[n].dot(&(force_high[n] - force_low[n]))).sum();
@@ -206,31 +251,26 @@ mod tests {
     use nalgebra::DVector;
 
     use super::*;
-    use crate::posterior::{Density, Evaluator, Mode, Seen};
+    use crate::posterior::{Density, Evaluator, Mode, Priors, Seen};
 
     #[test]
     fn bodies_of_springs_get_what_their_formulas_say() {
         let body = Body::tongue(8e-3).unwrap();
         let mut ground = Ground::new(&body, &Model::default(), &Priors::default()).unwrap();
-        let seen = || Seen { names: vec![], muscles: vec![], stretches: vec![], rounding: vec![] };
         let at = |ground: &Ground| {
-            let mut density = Density::new(ground, seen()).unwrap();
+            let mut density = Density::new(ground, Seen::nothing()).unwrap();
             let mode = Mode::find(&mut density).unwrap();
             let n = density.parameters.len();
-            let scores = DVector::from_fn(n, |i, _| 0.3 * (i as f64).sin());
+            // Kappa, which only springs sample, comes last and stays.
+            let scores = DVector::from_fn(n, |i, _| if i < 19 { 0.3 * (i as f64).sin() } else { 0.0 });
             Evaluator::new(&density).linearise(&scores, &mode.place).unwrap().0.geometry
         };
         let by_formulas = at(&ground);
-        ground.sides = Some(Sides::new(&ground.body, &ground.model, &ground.priors).unwrap());
+        ground.sides = Some(Sides::new(&ground).unwrap());
         let by_differences = at(&ground);
-        // In springs kappa goes with λ - μ.
-        let (lambda, mu) = ground.model.constants.lame();
-        let kappa = &by_formulas.kappa * (lambda / (lambda - mu));
-        for (formulas, differences) in [
-            (&by_formulas.ends, &by_differences.ends),
-            (&by_formulas.outline, &by_differences.outline),
-            (&kappa, &by_differences.kappa),
-        ] {
+        for (formulas, differences) in
+            [(&by_formulas.ends, &by_differences.ends), (&by_formulas.outline, &by_differences.outline)]
+        {
             let error = (formulas - differences).amax();
             assert_eq!(formulas.shape(), differences.shape());
             assert!(

@@ -7,63 +7,93 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::statics::lanes::{Adjoint, Equilibrium, Group, length_gradient};
 
-use super::branch::on_branch;
+use super::branch::from_rest;
 use super::density::{Density, Meaning, Parameter, Place, is_found};
 use super::differences::{self, Answers};
+use super::emulator::{ByLoad, Emulator, Shape};
 use super::hmc::{Point, Target};
-use super::shape::of_springs;
+use super::run::Draw;
+use super::shape;
 
-/// How the stretches of all muscles of the body answer at a point.
+/// How probable residuals of the measured stretches are.
+pub trait Errors: Sync {
+    /// The logarithm of their density up to a constant, and minus its derivatives by the residuals.
+    fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>);
+}
+
+impl Errors for Density<'_> {
+    fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
+        let pulls = self.factor().solve(residuals);
+        (-0.5 * residuals.dot(&pulls), pulls)
+    }
+}
+
+/// How the stretches of all muscles of the body in all postures answer at a point.
 #[derive(Debug, Clone)]
 pub struct Linear {
-    /// Stretches of all muscles of the body.
+    /// Stretches of all muscles of the body in the first posture, then in the second one, and so on.
     pub stretches: DVector<f64>,
-    /// By the scores: a row a muscle.
+    /// By the scores: a row a stretch.
     pub jacobian: DMatrix<f64>,
-    /// By the sources of geometry and constants.
+    /// By the sources of geometry and constants; of none where that was not asked for.
     pub geometry: Answers,
+    /// The shapes, to which an emulator is fitted.
+    pub(super) shapes: Vec<Shape>,
 }
 
 /// Solves and differentiates points of a density, up to as many as there are lanes at once.
-#[derive(Debug)]
 pub struct Evaluator<'a> {
     density: &'a Density<'a>,
-    posture: Group<'a, 2>,
-    baseline: Group<'a, 2>,
-    /// Follows shapes from rest.
-    from_rest: Group<'a, 2>,
+    errors: &'a dyn Errors,
+    /// What steers trajectories of the sampler; without it the density does.
+    emulator: Option<Arc<Emulator>>,
+    /// One for each posture, and the last for the baseline.
+    shapes: Vec<Group<'a, 2>>,
 }
 
 /// What scores mean with their slopes, and where they were solved.
 type Solved = (Vec<(Meaning, Vec<f64>)>, Vec<Option<Place>>);
 
+/// Of every point one adjoint a muscle, of one shape.
+type Rates = Vec<Option<Vec<Adjoint<2>>>>;
+
 impl<'a> Evaluator<'a> {
     /// One a thread.
     pub fn new(density: &'a Density<'_>) -> Self {
-        let group = || density.lanes().group();
-        Self { density, posture: group(), baseline: group(), from_rest: group() }
+        Self::with(density, density, None)
+    }
+
+    /// With residuals that are judged by `errors`, and an emulator that steers the sampler.
+    pub fn with(density: &'a Density<'_>, errors: &'a dyn Errors, emulator: Option<Arc<Emulator>>) -> Self {
+        let shapes = (0..=density.postures()).map(|_| density.lanes().group()).collect();
+        Self { density, errors, emulator, shapes }
     }
 
     /// Solves points, each begun at a place; what they mean, and `None` where the density is zero.
     fn solve(&mut self, points: &[(&DVector<f64>, &Place)]) -> Solved {
         let density = self.density;
         let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();
-        let each = || meanings.iter().zip(points);
-        let postures: Vec<_> = each().map(|((m, _), (_, p))| density.posture(m, Some(&p.posture))).collect();
-        let baselines: Vec<_> =
-            each().map(|((m, _), (_, p))| density.baseline(m, Some(&p.baseline))).collect();
-        self.posture.solve(&postures, density.settings());
-        self.baseline.solve(&baselines, density.settings());
+        for (shape, group) in self.shapes.iter_mut().enumerate() {
+            let load = |i: usize| density.load(&meanings[i].0, shape, Some(points[i].1.shape(shape).0));
+            let loads: Vec<_> = (0..points.len()).map(load).collect();
+            group.solve(&loads, density.settings());
+        }
         let system = &density.ground.system;
-        let place = |(posture, baseline): (&Equilibrium<2>, &Equilibrium<2>)| {
-            (is_found(posture) && is_found(baseline)).then(|| Place {
-                lengths: system.lengths(&posture.positions),
+        let place = |point: usize| {
+            let mut found: Vec<&Equilibrium<2>> =
+                self.shapes.iter().map(|group| &group.answers()[point]).collect();
+            if !found.iter().all(|shape| is_found(shape)) {
+                return None;
+            }
+            let baseline = found.pop()?;
+            Some(Place {
+                lengths: found.iter().flat_map(|shape| system.lengths(&shape.positions)).collect(),
                 baseline_lengths: system.lengths(&baseline.positions),
-                posture: Arc::new(posture.positions.clone()),
+                postures: found.iter().map(|shape| Arc::new(shape.positions.clone())).collect(),
                 baseline: Arc::new(baseline.positions.clone()),
             })
         };
-        let places = self.posture.answers().iter().zip(self.baseline.answers()).map(place).collect();
+        let places = (0..points.len()).map(place).collect();
         (meanings, places)
     }
 
@@ -72,144 +102,239 @@ impl<'a> Evaluator<'a> {
         self.linearise_all(&[(scores, begin)], true).pop()?
     }
 
-    /// The same at points, up to as many as there are lanes; of bodies whose answers to their geometry cost more than all else, without these
-    /// where they are not wanted.
+    /// The same at points, up to as many as there are lanes; without the answers to geometry where these are not wanted, which cost more than
+    /// all else.
     pub(super) fn linearise_all(
         &mut self,
         points: &[(&DVector<f64>, &Place)],
         geometry: bool,
     ) -> Vec<Option<(Linear, Place)>> {
         let (meanings, places) = self.solve(points);
-        let (postures, baselines) = (self.posture.length_rates(), self.baseline.length_rates());
+        let mut rates: Vec<Rates> = self.shapes.iter_mut().map(Group::length_rates).collect();
         let mut out = Vec::with_capacity(points.len());
         for (i, place) in places.into_iter().enumerate() {
-            let solved = place.zip(postures[i].as_ref().zip(baselines[i].as_ref()));
-            out.push(solved.and_then(|(place, (posture, baseline))| {
-                let linear = self.linear(&meanings[i], &place, (posture, baseline), geometry)?;
+            let own: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
+            out.push(place.zip(own).and_then(|(place, rates)| {
+                let linear = self.linear(&meanings[i], &place, &rates, geometry)?;
                 Some((linear, place))
             }));
         }
         out
     }
 
-    /// How all stretches answer at a solved point, of which the adjoints of all lengths are known.
+    /// How all stretches answer at a solved point, of which the adjoints of all lengths are known, shape by shape.
     fn linear(
         &self,
         (meaning, slopes): &(Meaning, Vec<f64>),
         place: &Place,
-        (posture, baseline): (&[Adjoint<2>], &[Adjoint<2>]),
+        rates: &[Vec<Adjoint<2>>],
         geometry: bool,
     ) -> Option<Linear> {
         let ground = self.density.ground;
-        let count = ground.muscles.len();
-        let stretches = DVector::from_fn(count, |m, _| place.lengths[m] / place.baseline_lengths[m]);
-        // d(L/L0) = dL/L0 - s dL0/L0.
-        let parts = |m: usize| (1.0 / place.baseline_lengths[m], -stretches[m] / place.baseline_lengths[m]);
-        let jacobian = DMatrix::from_fn(count, slopes.len(), |m, p| {
-            let (own, over) = parts(m);
-            slopes[p]
-                * match self.density.parameters[p] {
-                    Parameter::Tension(n) => own * posture[m].by_tension[n],
-                    Parameter::Tone(n) => over * baseline[m].by_tension[n],
-                    Parameter::Hyoid(axis) => own * posture[m].by_bone(&ground.hyoid)[axis],
-                }
-        });
-        let geometry = match (ground.is_of_springs(), geometry) {
-            (true, _) => of_springs(ground, place, posture, baseline),
-            (false, true) => differences::answers(
-                ground,
-                place,
-                (&place.posture, &meaning.tensions, posture),
-                (&place.baseline, &meaning.tones, baseline),
-            )?,
-            (false, false) => Answers::none(count),
+        let (count, postures) = (ground.muscles.len(), self.density.postures());
+        let over = &place.baseline_lengths;
+        let stretches = DVector::from_fn(postures * count, |row, _| place.lengths[row] / over[row % count]);
+        // Derivatives of every length of every shape by ln kappa, where that is sampled.
+        let samples_kappa = self.density.parameters.contains(&Parameter::LnKappa);
+        let by_kappa: Vec<Vec<f64>> = match samples_kappa {
+            true => (0..=postures)
+                .map(|s| {
+                    let by = |a: &Adjoint<2>| shape::by_ln_kappa(ground, place.shape(s).0, meaning.kappa, a);
+                    rates[s].iter().map(by).collect()
+                })
+                .collect(),
+            false => Vec::new(),
         };
-        Some(Linear { stretches, jacobian, geometry })
+        let length = |shape: usize, m: usize, p: Parameter| -> f64 {
+            let adjoint = &rates[shape][m];
+            match p {
+                Parameter::LnKappa => by_kappa[shape][m],
+                _ => by_parameter(ground, meaning, (shape, postures), adjoint, p),
+            }
+        };
+        // d(L/L0) = dL/L0 - s dL0/L0.
+        let jacobian = DMatrix::from_fn(postures * count, slopes.len(), |row, p| {
+            let (posture, m, parameter) = (row / count, row % count, self.density.parameters[p]);
+            let (own, base) = (length(posture, m, parameter), length(postures, m, parameter));
+            slopes[p] * (own - stretches[row] * base) / over[m]
+        });
+        let geometry = match (geometry, ground.is_of_springs()) {
+            (true, true) => shape::of_springs(ground, place, meaning.kappa, rates),
+            (true, false) => differences::answers(ground, place, meaning, rates)?,
+            (false, _) => Answers::none(postures * count),
+        };
+        let of_shape = |shape: usize| {
+            let (lengths, rates) = (place.shape(shape).1, &rates[shape]);
+            Shape::new(ground, (meaning, shape), lengths, rates, by_kappa.get(shape))
+        };
+        Some(Linear { stretches, jacobian, geometry, shapes: (0..=postures).map(of_shape).collect() })
+    }
+
+    /// The derivatives of the logarithm of the density by the scores, given those of the shapes.
+    fn gradient(
+        &self,
+        scores: &DVector<f64>,
+        (meaning, slopes): &(Meaning, Vec<f64>),
+        place: &Place,
+        adjoints: &[&Adjoint<2>],
+    ) -> DVector<f64> {
+        let density = self.density;
+        let by = |p: Parameter| -> f64 {
+            let each = adjoints.iter().enumerate().map(|(shape, adjoint)| match p {
+                Parameter::LnKappa => {
+                    shape::by_ln_kappa(density.ground, place.shape(shape).0, meaning.kappa, adjoint)
+                }
+                _ => by_parameter(density.ground, meaning, (shape, density.postures()), adjoint, p),
+            });
+            each.sum()
+        };
+        DVector::from_fn(scores.len(), |p, _| slopes[p] * by(density.parameters[p]) - scores[p])
+    }
+}
+
+/// How a function of one shape, `shape` of so many postures or the baseline, answers to a number that is sampled; not to kappa.
+fn by_parameter(
+    ground: &super::Ground,
+    meaning: &Meaning,
+    (shape, postures): (usize, usize),
+    adjoint: &Adjoint<2>,
+    parameter: Parameter,
+) -> f64 {
+    let of_posture = |posture: usize| posture == shape;
+    let by_hyoid = |which: usize| match meaning.postures.get(shape) {
+        Some(own) => ground.hyoid_rates(adjoint, own.hyoid, meaning.tilt)[which],
+        None => 0.0,
+    };
+    match parameter {
+        Parameter::Tension(posture, m) if of_posture(posture) => adjoint.by_tension[m],
+        Parameter::Tone(m) if shape == postures => adjoint.by_tension[m],
+        Parameter::Hyoid(posture, axis) if of_posture(posture) => by_hyoid(axis),
+        Parameter::Tilt => by_hyoid(2),
+        _ => 0.0,
     }
 }
 
 impl Target for Evaluator<'_> {
     type Place = Place;
+    type Kept = Draw;
 
     fn evaluate(&mut self, points: &[(&DVector<f64>, &Place)]) -> Vec<Option<Point<Place>>> {
         let (meanings, places) = self.solve(points);
-        let (density, system) = (self.density, &self.density.ground.system);
-        let seen = &density.seen;
-        let nodes = system.rest().len();
-        // Of every point its residuals, and the weights with which they pull at the stretches.
+        let (density, errors) = (self.density, self.errors);
+        let (seen, system) = (&density.seen, &density.ground.system);
+        let (nodes, postures) = (system.rest().len(), density.postures());
+        // Of every point the logarithm, and the weights with which its residuals pull at the stretches.
         let weighed: Vec<Option<(f64, DVector<f64>)>> = places
             .iter()
             .map(|place| {
                 let place = place.as_ref()?;
-                let residuals = density.residuals(&place.lengths, &place.baseline_lengths);
-                let weights = density.factor().solve(&residuals);
-                Some((-0.5 * residuals.dot(&weights), weights))
+                Some(errors.log(&density.residuals(&place.lengths, &place.baseline_lengths)))
             })
             .collect();
-        let gradients = |positions: fn(&Place) -> &[SVector<f64, 2>], part: &dyn Fn(&Place, usize) -> f64| {
+        let adjoints = self.shapes.iter_mut().enumerate().map(|(shape, group)| {
             let of = |(place, weighed): (&Option<Place>, &Option<(f64, DVector<f64>)>)| {
                 let mut gradient = vec![SVector::zeros(); nodes];
-                if let (Some(place), Some((_, weights))) = (place, weighed) {
-                    for (i, &m) in seen.muscles.iter().enumerate() {
-                        length_gradient(
-                            system,
-                            positions(place),
-                            m,
-                            weights[i] * part(place, m),
-                            &mut gradient,
-                        );
-                    }
+                let Some((place, (_, weights))) = place.as_ref().zip(weighed.as_ref()) else {
+                    return gradient;
+                };
+                for (i, &m) in seen.muscles.iter().enumerate() {
+                    let over = place.baseline_lengths[m];
+                    let part = match seen.postures[i] {
+                        _ if shape == postures => -place.lengths[density.rows()[i]] / (over * over),
+                        posture if posture == shape => 1.0 / over,
+                        _ => continue,
+                    };
+                    length_gradient(system, place.shape(shape).0, m, weights[i] * part, &mut gradient);
                 }
                 gradient
             };
-            places.iter().zip(&weighed).map(of).collect::<Vec<_>>()
-        };
-        let of_posture = gradients(|p| &p.posture, &|p, m| 1.0 / p.baseline_lengths[m]);
-        let of_baseline = gradients(|p| &p.baseline, &|p, m| -p.lengths[m] / p.baseline_lengths[m].powi(2));
-        let postures = self.posture.adjoint(&of_posture);
-        let baselines = self.baseline.adjoint(&of_baseline);
+            group.adjoint(&places.iter().zip(&weighed).map(of).collect::<Vec<_>>())
+        });
+        let adjoints: Vec<Vec<Option<Adjoint<2>>>> = adjoints.collect();
         let mut out = Vec::with_capacity(points.len());
         for (i, (place, weighed)) in places.into_iter().zip(weighed).enumerate() {
-            let (scores, slopes) = (points[i].0, &meanings[i].1);
-            let found = place.zip(weighed).zip(postures[i].as_ref().zip(baselines[i].as_ref()));
-            out.push(found.map(|((place, (log, _)), (posture, baseline))| {
-                let by = |p: usize| match density.parameters[p] {
-                    Parameter::Tension(m) => posture.by_tension[m],
-                    Parameter::Tone(m) => baseline.by_tension[m],
-                    Parameter::Hyoid(axis) => posture.by_bone(&density.ground.hyoid)[axis],
-                };
-                let gradient = DVector::from_fn(scores.len(), |p, _| slopes[p] * by(p) - scores[p]);
-                Point { log: log - 0.5 * scores.norm_squared(), gradient, place }
+            let own: Option<Vec<&Adjoint<2>>> = adjoints.iter().map(|a| a[i].as_ref()).collect();
+            out.push(place.zip(weighed).zip(own).map(|((place, (log, _)), own)| {
+                let gradient = self.gradient(points[i].0, &meanings[i], &place, &own);
+                Point { log: log - 0.5 * points[i].0.norm_squared(), gradient, place }
             }));
         }
         out
     }
 
-    /// Where both shapes, of the vowel and of the baseline, are where their tensions lead from rest.
-    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Place>)]) -> Vec<bool> {
-        let density = self.density;
-        let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
-        let with = |lengths: fn(&Place) -> &[f64]| -> Vec<(&Meaning, &[f64])> {
-            meanings.iter().zip(points).map(|(m, (_, p))| (m, lengths(&p.place))).collect()
-        };
-        let group = &mut self.from_rest;
-        let postures = on_branch(density, group, &with(|p| &p.lengths), &|m, s| density.posture(m, s));
-        let bases = on_branch(density, group, &with(|p| &p.baseline_lengths), &|m, s| density.baseline(m, s));
-        postures.into_iter().zip(bases).map(|(a, b)| a && b).collect()
+    fn anew(&self) -> Self {
+        Self::with(self.density, self.errors, self.emulator.clone())
     }
 
-    /// Tensions, tones, hyoid, lengths, lengths in the baseline, logarithm of the density.
-    fn keep(&self, at: &DVector<f64>, point: &Point<Place>) -> Vec<f64> {
+    fn steer(&self, at: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
+        let (emulator, density) = (self.emulator.as_ref()?, self.density);
+        let (meaning, slopes) = density.meaning(at);
+        let (seen, postures) = (&density.seen, density.postures());
+        let shapes: Vec<_> =
+            (0..=postures).map(|shape| emulator.at(density.ground, &meaning, shape)).collect();
+        let rest = density.ground.rest_lengths();
+        let length = |shape: usize, m: usize| shapes[shape].lengths[m] * rest[m];
+        let residuals = DVector::from_fn(seen.len(), |i, _| {
+            seen.stretches[i] - length(seen.postures[i], seen.muscles[i]) / length(postures, seen.muscles[i])
+        });
+        let (log, weights) = self.errors.log(&residuals);
+        let by_load = |shape: usize| {
+            let mut by_length = DVector::zeros(rest.len());
+            for (i, &m) in seen.muscles.iter().enumerate() {
+                let over = length(postures, m);
+                by_length[m] += match seen.postures[i] {
+                    _ if shape == postures => -weights[i] * length(seen.postures[i], m) / (over * over),
+                    posture if posture == shape => weights[i] / over,
+                    _ => 0.0,
+                } * rest[m];
+            }
+            ByLoad::new(density.ground, &meaning, shape, &shapes[shape].by_load(&by_length))
+        };
+        let by: Vec<ByLoad> = (0..=postures).map(by_load).collect();
+        let slope = |p: Parameter| match p {
+            Parameter::Tension(posture, m) => by[posture].tensions[m],
+            Parameter::Tone(m) => by[postures].tensions[m],
+            Parameter::Hyoid(posture, axis) => by[posture].hyoid[axis],
+            Parameter::Tilt => by[..postures].iter().map(|b| b.tilt).sum(),
+            Parameter::LnKappa => by.iter().map(|b| b.ln_kappa).sum(),
+        };
+        let gradient = DVector::from_fn(at.len(), |p, _| slopes[p] * slope(density.parameters[p]) - at[p]);
+        Some((log - 0.5 * at.norm_squared(), gradient))
+    }
+
+    /// In the shapes to which tensions lead from rest.
+    fn weigh(&mut self, points: &[(&DVector<f64>, &Place)]) -> Vec<Option<(f64, Place)>> {
+        let density = self.density;
+        let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
+        let groups = self.shapes.iter_mut().enumerate();
+        let mut shapes: Vec<_> = groups.map(|(shape, group)| from_rest(density, group, &meanings, shape)).collect();
+        let system = &density.ground.system;
+        let point = |i: usize| {
+            let mut found: Vec<_> = shapes.iter_mut().map(|shape| shape[i].take()).collect::<Option<_>>()?;
+            let baseline = found.pop()?;
+            let place = Place {
+                lengths: found.iter().flat_map(|positions| system.lengths(positions)).collect(),
+                baseline_lengths: system.lengths(&baseline),
+                postures: found.into_iter().map(Arc::new).collect(),
+                baseline: Arc::new(baseline),
+            };
+            let log = self.errors.log(&density.residuals(&place.lengths, &place.baseline_lengths)).0;
+            Some((log - 0.5 * points[i].0.norm_squared(), place))
+        };
+        (0..points.len()).map(point).collect()
+    }
+
+    fn keep(&self, at: &DVector<f64>, log: f64, place: &Place) -> Draw {
         let (meaning, _) = self.density.meaning(at);
-        let Place { lengths, baseline_lengths, .. } = &point.place;
-        let parts: [&[f64]; 6] = [
-            &meaning.tensions,
-            &meaning.tones,
-            meaning.hyoid.as_slice(),
-            lengths,
-            baseline_lengths,
-            &[point.log],
-        ];
-        parts.concat()
+        let Place { lengths, baseline_lengths, .. } = place;
+        Draw {
+            chain: 0,
+            number: 0,
+            meaning,
+            lengths: lengths.clone(),
+            baseline_lengths: baseline_lengths.clone(),
+            log,
+            log_likelihood: log + 0.5 * at.norm_squared(),
+        }
     }
 }

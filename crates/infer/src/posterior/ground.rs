@@ -7,6 +7,7 @@ use nalgebra::SVector;
 use tongue_core::body::{Body, ContinuumSettings, HYOID};
 use tongue_core::geometry::Point;
 use tongue_core::material::Constants;
+use tongue_core::statics::lanes::{Adjoint, Lanes, Load};
 use tongue_core::system::{Model, System, TissueModel};
 
 use super::PosteriorError;
@@ -44,6 +45,10 @@ pub struct Ground {
     pub ends: Vec<Field>,
     /// The outline.
     pub outline: Vec<Field>,
+    /// Lengths of the muscles at rest, m.
+    rest_lengths: Vec<f64>,
+    /// Of every node of the hyoid its displacement, m, where the hyoid tilts by one radian, the greater horn downwards.
+    pub(super) turn: Vec<SVector<f64, 2>>,
     /// Of bodies that are not of springs alone: the sources that are no fields, each a pair of bodies to either side.
     pub(super) sides: Option<Sides>,
 }
@@ -76,9 +81,50 @@ impl Ground {
         let hyoid = body.bone(HYOID).to_vec();
         let (ends, outline) = (ends(&body, priors), outline(&body, priors));
         let springs = model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none();
-        let sides = if springs { None } else { Some(Sides::new(&body, &model, priors)?) };
         let priors = priors.clone();
-        Ok(Self { priors, body, system, model, muscles, hyoid, ends, outline, sides })
+        let turn = turn(system.rest(), &hyoid);
+        let rest_lengths = system.lengths(system.rest());
+        let mut ground =
+            Self { priors, body, system, model, muscles, hyoid, ends, outline, rest_lengths, turn, sides: None };
+        if !springs {
+            ground.sides = Some(Sides::new(&ground)?);
+        }
+        Ok(ground)
+    }
+
+    /// Lengths of the muscles at rest, m.
+    pub fn rest_lengths(&self) -> &[f64] {
+        &self.rest_lengths
+    }
+
+    /// A load with the hyoid displaced by `d`, m, and tilted by `tilt` radians for every metre of it backwards.
+    pub fn with_hyoid<'l>(&'l self, load: Load<'l, 2>, d: SVector<f64, 2>, tilt: f64) -> Load<'l, 2> {
+        if tilt == 0.0 {
+            return load.with_bone(&self.hyoid, d);
+        }
+        let nodes = self.hyoid.chunks(1).zip(&self.turn);
+        nodes.fold(load, |load, (node, turn)| load.with_bone(node, d + turn * (tilt * d.x)))
+    }
+
+    /// How a function of a shape answers to the angle of the hyoid about its foremost point.
+    pub fn hyoid_by_angle(&self, adjoint: &Adjoint<2>) -> f64 {
+        self.hyoid.iter().zip(&self.turn).map(|(&node, turn)| adjoint.by_node[node].dot(turn)).sum()
+    }
+
+    /// How a function of a shape answers to the displacement of the hyoid, back and up, and to its tilt.
+    pub fn hyoid_rates(&self, adjoint: &Adjoint<2>, d: SVector<f64, 2>, tilt: f64) -> [f64; 3] {
+        let (shift, by_angle) = (adjoint.by_bone(&self.hyoid), self.hyoid_by_angle(adjoint));
+        [shift.x + tilt * by_angle, shift.y, d.x * by_angle]
+    }
+
+    /// Whether kappa is sampled: in bodies that lanes solve. In others it is a source of errors of the stretches.
+    pub fn samples_kappa(&self) -> bool {
+        let known = self.priors.compressibility.off;
+        !known && self.is_of_springs() && Lanes::new(&self.system).are_used() && self.has_kappa()
+    }
+
+    fn has_kappa(&self) -> bool {
+        self.system.coefficients().kappa > 0.0 && !self.body.mesh.cells.is_empty()
     }
 
     /// Whether it is made of springs, whose answers to their geometry have formulas.
@@ -110,6 +156,13 @@ impl Ground {
         let (low, _) = self.system.cell_ratios(&body.mesh.nodes);
         (low > LEAST_RATIO).then_some(body)
     }
+}
+
+/// Displacements of the hyoid's nodes, m, where it turns about its foremost one by one radian, what lies behind that downwards.
+pub(super) fn turn(rest: &[SVector<f64, 2>], hyoid: &[usize]) -> Vec<SVector<f64, 2>> {
+    let foremost = hyoid.iter().copied().min_by(|a, b| rest[*a].x.total_cmp(&rest[*b].x));
+    let arm = |node: usize| foremost.map_or(SVector::zeros(), |pivot| rest[node] - rest[pivot]);
+    hyoid.iter().map(|&node| SVector::from([arm(node).y, -arm(node).x])).collect()
 }
 
 /// A continuum with these settings.

@@ -2,21 +2,22 @@
 //!
 //! How stretches answer to the geometry depends on the tensions: the harder muscles pull, the more it matters where they end. So that
 //! covariance is the mean over draws of the posterior, of its normal approximation at the mode (a covariance at the mode alone, where tensions
-//! that nothing resolves are small, is too small). In bodies other than those of springs, where geometry costs more
-//! than all else, it is that at the mode.
+//! that nothing resolves are small, is too small).
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use tongue_core::parallel;
 use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
 use super::density::{Density, Place};
 use super::differences::Answers;
+use super::emulator::Shape;
 use super::evaluator::{Evaluator, Linear};
-use super::hmc::Whitened;
+use super::hmc::{Target, Whitened};
 
-/// Covariance of the stretches of all muscles of the body by geometry and constants.
+/// Covariance by geometry and constants of the stretches of all muscles of the body in all postures.
 #[derive(Debug, Clone)]
 pub struct Geometry {
     /// By the ends of the muscles.
@@ -56,10 +57,12 @@ pub struct Mode {
     pub scores: DVector<f64>,
     /// Where it was solved.
     pub place: Place,
-    /// How the stretches answer there.
+    /// How the stretches answer there to what is sampled; to the geometry they do in [`Mode::geometry`].
     pub linear: Linear,
     /// Covariance by geometry and constants, the mean over the posterior.
     pub geometry: Geometry,
+    /// The shapes over which that is the mean.
+    pub(super) shapes: Vec<Shape>,
     /// `I + Jᵀ C⁻¹ J` there.
     pub precision: DMatrix<f64>,
     /// Logarithm of the density there, up to a constant.
@@ -78,6 +81,8 @@ const LONGEST: f64 = 2.0;
 const ROUNDS: usize = 2;
 /// Draws over which it is averaged: each with the one on the other side of the mode.
 const DRAWS: usize = 64;
+/// The same of bodies other than those of springs, where a draw costs more.
+const DRAWS_WITHOUT_LANES: usize = 16;
 /// Their seed.
 const SEED: u64 = 3;
 
@@ -118,27 +123,17 @@ impl Mode {
         Ok(mode.settled(density))
     }
 
-    /// With the covariance as it is. In bodies other than those of springs, where the linear answers are wanted with their geometry, at the same
-    /// point.
+    /// At the most probable point with the covariance as it is.
     fn settled(mut self, density: &Density<'_>) -> Self {
-        if density.ground.is_of_springs() {
-            self.climb(density);
-            return self;
-        }
-        Self::at(density, self.scores, self.linear, self.geometry, self.place, self.evaluations)
+        self.climb(density);
+        self
     }
 
     /// Takes the covariance of geometry about this point.
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
-        let mean = if density.ground.is_of_springs() {
-            Geometry::mean(&self.about(density)?)
-        } else {
-            // Steps to here did without the answers to geometry.
-            let found = Evaluator::new(density).linearise(&self.scores, &self.place);
-            (self.linear, self.place) = found.ok_or(PosteriorError::NoMode)?;
-            Geometry::mean(std::slice::from_ref(&self.linear))
-        };
-        if let Some(geometry) = mean {
+        let about = self.about(density)?;
+        self.shapes = about.iter().flat_map(|l| l.shapes.iter().cloned()).collect();
+        if let Some(geometry) = Geometry::mean(&about) {
             density.set_geometry(geometry.covariance())?;
             self.geometry = geometry;
         }
@@ -148,18 +143,23 @@ impl Mode {
     /// How the stretches answer at draws about the mode; where there is no equilibrium there is no draw.
     fn about(&self, density: &Density<'_>) -> Result<Vec<Linear>, PosteriorError> {
         let whitened = self.whitened().ok_or(PosteriorError::Covariance)?;
-        let draws: Vec<DVector<f64>> = (0..DRAWS / 2)
+        let count = if density.ground.is_of_springs() { DRAWS } else { DRAWS_WITHOUT_LANES };
+        let draws: Vec<DVector<f64>> = (0..count / 2)
             .flat_map(|i| {
                 let z = normals(self.scores.len(), &mut fastrand::Rng::with_seed(seed_of(SEED, i)));
                 [whitened.at(&z), whitened.at(&-z)]
             })
             .collect();
-        let mut evaluator = Evaluator::new(density);
-        let group = |draws: &[DVector<f64>]| {
-            let points: Vec<_> = draws.iter().map(|x| (x, &self.place)).collect();
+        let groups: Vec<&[DVector<f64>]> = draws.chunks(LANES).collect();
+        let found = parallel::map(&groups, |group| {
+            let mut evaluator = Evaluator::new(density);
+            let points: Vec<_> = group.iter().map(|x| (x, &self.place)).collect();
+            let found = evaluator.weigh(&points);
+            let points: Vec<_> =
+                group.iter().zip(&found).filter_map(|(x, f)| Some((x, &f.as_ref()?.1))).collect();
             evaluator.linearise_all(&points, true)
-        };
-        Ok(draws.chunks(LANES).flat_map(group).flatten().map(|(linear, _)| linear).collect())
+        });
+        Ok(found.into_iter().flatten().flatten().map(|(linear, _)| linear).collect())
     }
 
     fn at(
@@ -170,12 +170,12 @@ impl Mode {
         place: Place,
         evaluations: usize,
     ) -> Self {
-        let jacobian = linear.jacobian.select_rows(&density.seen.muscles);
+        let jacobian = linear.jacobian.select_rows(density.rows());
         let n = scores.len();
         let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor().solve(&jacobian));
         let residuals = density.residuals(&place.lengths, &place.baseline_lengths);
         let log = -0.5 * (residuals.dot(&density.factor().solve(&residuals)) + scores.norm_squared());
-        Self { scores, place, linear, geometry, precision, log, evaluations }
+        Self { scores, place, linear, geometry, shapes: Vec::new(), precision, log, evaluations }
     }
 
     /// Goes to the mode with the covariance as it is.
@@ -188,7 +188,7 @@ impl Mode {
         let mut here = again(self.linear.clone(), &scores, self.place.clone(), self.evaluations);
         let mut damping = 0.0;
         for _ in 0..MOST_STEPS {
-            let jacobian = here.linear.jacobian.select_rows(&density.seen.muscles);
+            let jacobian = here.linear.jacobian.select_rows(density.rows());
             let residuals = density.residuals(&here.place.lengths, &here.place.baseline_lengths);
             let gradient = jacobian.tr_mul(&density.factor().solve(&residuals)) - &scores;
             let mut matrix = here.precision.clone();
@@ -219,7 +219,15 @@ impl Mode {
                 }
             }
         }
-        *self = here;
+        *self = Self { shapes: std::mem::take(&mut self.shapes), ..here };
+    }
+
+    /// Logarithm of the marginal density of what was measured, by Laplace's approximation.
+    pub fn evidence(&self, density: &Density<'_>) -> Option<f64> {
+        let precision = self.precision.clone().cholesky()?;
+        let half_ln = |factor: &Cholesky<f64, Dyn>| factor.l_dirty().diagonal().map(f64::ln).sum();
+        let constant = 0.5 * density.seen.len() as f64 * std::f64::consts::TAU.ln();
+        Some(self.log - half_ln(&precision) - half_ln(density.factor()) - constant)
     }
 
     /// Coordinates in which the posterior is nearly a round normal distribution.

@@ -1,48 +1,58 @@
 //! What data and model leave open: the posterior of tensions, with everything in it that is not known.
 //!
 //! ```text
-//! y ~ N(s, C_geo + sd² I + R)           y: all measured stretches, s = L(F, d) / L(F0, 0)
-//! F ~ half-normal, F0 ~ half-normal     tensions of every muscle in the vowel and in the baseline
-//! d ~ N(0, sd_d²)                       displacement of the hyoid
+//! y ~ N(s, C_geo + sd² I + R)           y: all measured stretches of a speaker's postures, s = L(F, d, c, kappa) / L(F0, kappa)
+//! F ~ half-normal, F0 ~ half-normal     tensions of every muscle in each posture and in the baseline that they share
+//! d ~ N(0, sd_d²), c ~ N(0, sd_c²)      displacement of the hyoid in each posture, and how much it tilts as it moves back
+//! ln kappa ~ N(0, sd_kappa²)            what keeps areas
 //! ```
-//! No rule says who contracts: every muscle has a tension that is not negative. `C_geo` is the covariance of the stretches by the ends of
-//! the muscles, the outline and kappa, linearised with exact derivatives (`shape`; of bodies that are not of springs `differences`, and of a
-//! continuum by the width of muscles and the patches of bones too) and averaged over the posterior (`map`; of other bodies than those of springs at
-//! the most probable point); `R` is that of the rounding. Young's modulus scales all tensions and is told apart. All priors are in
-//! [`Priors`], each can be fixed or left out.
+//! One posture or several of a speaker: tones F0, c and kappa are shared, and so are the errors by geometry and by the rounding of the baseline's
+//! lengths. No rule says who contracts: every muscle has a tension that is not negative. `C_geo` is the covariance of the stretches by the
+//! ends of the muscles and the outline, linearised with exact derivatives (`shape`; of bodies that are not of springs `differences`, and of a
+//! continuum by the width of muscles and the patches of bones too) and averaged over the posterior (`map`); `R` is that of the
+//! rounding. Of bodies that lanes do not solve kappa is a source of errors too, over whole standard deviations. Young's modulus scales
+//! all tensions and is told apart. All priors are in [`Priors`], each can be fixed or left out.
 //!
 //! Sampled is with Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by Gauss and Newton's matrix at the most probable point, four
-//! chains side by side in the lanes of the processor (of other bodies one after the other). Every draw is where its tensions lead from rest as they grow
-//! (`branch`). What has not mixed says so ([`Status`]).
+//! chains side by side in the lanes of the processor (of other bodies one after the other). Trajectories are steered by an approximation (`emulator`)
+//! and accepted by solved shapes. Every draw is where its tensions lead from rest as they grow (`branch`). What has not mixed says so ([`Status`]). Stretches are predicted without their own measurement by one run for all of
+//! them (`leave_out`), contrasts between postures by [`Contrast`], and [`quick()`] tells the normal approximation.
 
 mod branch;
+mod contrast;
 mod density;
 pub mod diagnostics;
 mod differences;
+mod emulator;
 mod evaluator;
 mod ground;
 pub mod hmc;
+mod leave_out;
 mod map;
-mod pairs;
-mod predict;
 mod priors;
+mod quick;
 mod run;
 mod score;
+mod seen;
+mod sensitivity;
 mod shape;
 mod share;
 mod spread;
 mod summary;
 
-pub use density::{Density, Meaning, Parameter, Place, Seen};
+pub use contrast::{Contrast, DECIDED};
+pub use density::{Density, Meaning, Parameter, Place, Posture};
 pub use differences::Answers;
-pub use evaluator::{Evaluator, Linear};
+pub use evaluator::{Errors, Evaluator, Linear};
 pub use ground::{Field, Ground};
+pub use leave_out::without_each;
 pub use map::{Geometry, Mode};
-pub use pairs::Pairs;
-pub use predict::unseen;
 pub use priors::*;
+pub use quick::{QuickMuscle, quick};
 pub use run::{Draw, Posterior, Settings, Status, sample};
-pub use score::{How, LeftOut, Part, left_out};
+pub use score::{How, LeftOut, Part, about, left_out};
+pub use seen::Seen;
+pub use sensitivity::{SENSITIVE, Sensitivity};
 pub use share::Shares;
 pub use spread::Spread;
 pub use summary::{Change, Direction, Effective, Report, Stretch, Summary, Tension, VarianceShare};

@@ -1,23 +1,30 @@
 //! From measured stretches to draws.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 use serde::Serialize;
 
 use super::PosteriorError;
 use super::branch::SAME_M;
-use super::density::{Density, Meaning, Seen};
+use super::density::{Density, Meaning, Place};
 use super::diagnostics::{Mixing, mixing};
-use super::evaluator::Evaluator;
+use super::emulator::{Emulator, Shape};
+use super::evaluator::{Errors, Evaluator};
 use super::ground::Ground;
-use super::hmc;
+use super::hmc::{self, Weighed, Whitened};
 use super::map::Mode;
+use super::seen::Seen;
 
 /// Chains, two groups of four.
 const CHAINS: usize = 8;
-/// Draws of each chain in each half of the warm-up.
-const WARM_UP: usize = 60;
-/// Of so many trajectories one is kept, so that nearly every draw counts; R-hat is told by all of them.
+/// Draws of each chain in each half of the warm-up: at least so many, and so many for each number that is sampled, so that the chains together
+/// learn its covariance.
+const WARM_UP: usize = 80;
+const WARM_UP_EACH: usize = 4;
+/// Thinning: every so many trajectories one is kept, and so many more for each posture, so that nearly every draw counts.
 const THIN: usize = 4;
+const THIN_EACH: usize = 4;
 /// Fewest and most draws.
 const FEWEST: usize = 100;
 const MOST: usize = 1_000_000;
@@ -55,39 +62,46 @@ pub enum Status {
     NotMixed,
 }
 
-/// A draw. Lists run over all muscles of the body.
+/// A draw. Lists of lengths run over all muscles of the body in the first posture, then in the second one, and so on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draw {
     /// Number of its chain.
     pub chain: usize,
     /// Its number in the chain.
     pub number: usize,
-    /// Tensions and displacement of the hyoid.
+    /// Tensions, displacements of the hyoid and constants.
     pub meaning: Meaning,
-    /// Lengths in the vowel, m.
+    /// Lengths in the postures, m.
     pub lengths: Vec<f64>,
     /// Lengths in the baseline, m.
     pub baseline_lengths: Vec<f64>,
-    /// Logarithm of its density, up to a constant.
+    /// Logarithm of its density in the scores, up to a constant.
     pub log: f64,
+    /// The part of that by what was measured.
+    pub log_likelihood: f64,
 }
 
 impl Draw {
-    /// The stretch of a muscle of the body.
-    pub fn stretch(&self, muscle: usize) -> f64 {
-        self.lengths[muscle] / self.baseline_lengths[muscle]
+    /// The stretch in a row of the list of all muscles in all postures.
+    pub fn stretch(&self, row: usize) -> f64 {
+        self.lengths[row] / self.baseline_lengths[row % self.baseline_lengths.len()]
     }
 
-    /// By how much more a muscle pulls than in the baseline, N per metre of thickness.
-    pub fn change(&self, muscle: usize) -> f64 {
-        self.meaning.tensions[muscle] - self.meaning.tones[muscle]
+    /// The tension of a muscle in a posture, N per metre of thickness.
+    pub fn tension(&self, posture: usize, muscle: usize) -> f64 {
+        self.meaning.postures[posture].tensions[muscle]
+    }
+
+    /// By how much more a muscle pulls in a posture than in the baseline, N per metre of thickness.
+    pub fn change(&self, posture: usize, muscle: usize) -> f64 {
+        self.tension(posture, muscle) - self.meaning.tones[muscle]
     }
 }
 
 /// A posterior.
 #[derive(Debug)]
 pub struct Posterior<'a> {
-    /// Its density, with the covariance of geometry at the mode.
+    /// Its density, with the covariance of geometry about the mode.
     pub density: Density<'a>,
     /// The most probable point.
     pub mode: Mode,
@@ -103,26 +117,26 @@ pub struct Posterior<'a> {
     pub by_quantity: Vec<(String, Mixing)>,
     /// Trajectories whose energy went wrong.
     pub divergences: usize,
-    /// Trajectories that ended where there is no stable equilibrium.
+    /// Trajectories that ended where tensions lead to no stable equilibrium from rest.
     pub folds: usize,
-    /// Trajectories that ended in a shape to which tensions do not lead from rest, and were refused.
-    pub off_branch: usize,
     /// Mean probability of acceptance.
     pub acceptance: f64,
-    /// Equilibria that were solved, two an evaluation.
+    /// Equilibria that were solved.
     pub equilibria: usize,
 }
 
 impl Posterior<'_> {
-    /// Positions of all nodes, m, of so many draws, evenly taken from all.
-    pub fn shapes(&self, count: usize) -> Vec<Vec<SVector<f64, 2>>> {
+    /// Positions of all nodes in a posture, m, of so many draws, evenly taken from all.
+    pub fn shapes(&self, posture: usize, count: usize) -> Vec<Vec<SVector<f64, 2>>> {
         let step = self.draws.len().div_ceil(count.max(1)).max(1);
         let taken: Vec<&Draw> = self.draws.iter().step_by(step).collect();
-        let start = Some(self.mode.place.posture.as_slice());
-        let load = |i: usize| self.density.posture(&taken[i].meaning, start);
+        let start = Some(self.mode.place.shape(posture).0);
+        let load = |i: usize| self.density.posture(&taken[i].meaning, posture, start);
+        let muscles = self.density.ground.muscles.len();
         let shapes = self.density.lanes().map(taken.len(), self.density.settings(), load, |i, shape| {
             let lengths = self.density.ground.system.lengths(&shape.positions);
-            let same = lengths.iter().zip(&taken[i].lengths).all(|(a, b)| (a - b).abs() < SAME_M);
+            let drawn = &taken[i].lengths[posture * muscles..];
+            let same = lengths.iter().zip(drawn).all(|(a, b)| (a - b).abs() < SAME_M);
             same.then(|| shape.positions.clone())
         });
         shapes.into_iter().flatten().collect()
@@ -154,34 +168,10 @@ pub fn sample_at<'a>(
 ) -> Result<Posterior<'a>, PosteriorError> {
     settings.check()?;
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
-    let draws_each = settings.draws.div_ceil(CHAINS) * THIN;
-    let how =
-        hmc::Settings { chains: CHAINS, warm_up: WARM_UP, draws: draws_each, thin: 1, seed: settings.seed };
-    let chains = hmc::sample(|| Evaluator::new(&density), &whitened, &mode.place, &how);
-    let n = density.ground.muscles.len();
-    let meaning = |row: &[f64]| Meaning {
-        tensions: row[..n].to_vec(),
-        tones: row[n..2 * n].to_vec(),
-        hyoid: SVector::from([row[2 * n], row[2 * n + 1]]),
-    };
-    let rows: Vec<(usize, usize, &Vec<f64>)> = chains
-        .iter()
-        .enumerate()
-        .flat_map(|(chain, c)| {
-            let kept = c.draws.iter().skip(THIN - 1).step_by(THIN).enumerate();
-            kept.map(move |(number, row)| (chain, number, row))
-        })
-        .collect();
-    let lengths = 2 * n + 2;
-    let draw = |&(chain, number, row): &(usize, usize, &Vec<f64>)| Draw {
-        chain,
-        number,
-        meaning: meaning(row),
-        lengths: row[lengths..lengths + n].to_vec(),
-        baseline_lengths: row[lengths + n..lengths + 2 * n].to_vec(),
-        log: row[lengths + 2 * n],
-    };
-    let by_quantity = if rows.is_empty() { Vec::new() } else { judged(&density, &chains) };
+    let thin = THIN + THIN_EACH * density.postures();
+    let chains = chains((&density, &density), &mode, &whitened, settings, thin);
+    let count: usize = chains.iter().map(|c| c.draws.len()).sum();
+    let by_quantity = if count == 0 { Vec::new() } else { judged(&density, &chains) };
     let worst = by_quantity.iter().fold(
         Mixing { r_hat: 1.0, bulk: f64::INFINITY, tail: f64::INFINITY },
         |worst, (_, m)| Mixing {
@@ -193,55 +183,95 @@ pub fn sample_at<'a>(
     let divergences: usize = chains.iter().map(|c| c.divergences).sum();
     let fewest = worst.bulk.min(worst.tail);
     let why = match () {
-        () if rows.is_empty() => "no chain could begin".to_owned(),
+        () if count == 0 => "no chain could begin".to_owned(),
         () if worst.r_hat.is_nan() || worst.r_hat >= MOST_R_HAT => {
             format!("the chains differ (R-hat {:.4}, at most {MOST_R_HAT}); ask for more draws", worst.r_hat)
         }
         () if fewest.is_nan() || fewest < FEWEST_EFFECTIVE => {
             format!("there are {fewest:.0} effective draws, fewer than {FEWEST_EFFECTIVE}; ask for more")
         }
-        () if divergences > THIN * rows.len() / 100 => format!("{divergences} trajectories diverged"),
+        () if divergences > thin * count / 100 => format!("{divergences} trajectories diverged"),
         () => String::new(),
     };
-    let draws = rows.iter().map(draw).collect();
-    let all = (draws_each * CHAINS) as f64;
+    let mean = |of: fn(&hmc::Chain<Draw>) -> f64| chains.iter().map(of).sum::<f64>() / chains.len() as f64;
     Ok(Posterior {
         status: if why.is_empty() { Status::Mixed } else { Status::NotMixed },
         why,
-        draws,
         mixing: worst,
         by_quantity,
         divergences,
         folds: chains.iter().map(|c| c.zero).sum(),
-        off_branch: chains.iter().map(|c| c.refused).sum(),
-        acceptance: chains.iter().map(|c| c.acceptance * c.draws.len() as f64).sum::<f64>() / all,
-        equilibria: 2 * chains.iter().map(|c| c.evaluations).sum::<usize>(),
+        acceptance: mean(|c| c.acceptance),
+        equilibria: (density.postures() + 1) * chains.iter().map(|c| c.evaluations).sum::<usize>(),
+        draws: numbered(chains),
         density,
         mode,
     })
 }
 
-/// Whether everything that is sampled or told has mixed.
-fn judged(density: &Density<'_>, chains: &[hmc::Chain]) -> Vec<(String, Mixing)> {
+/// Chains of a density, whose residuals are judged by `errors`.
+pub(super) fn chains(
+    (density, errors): (&Density<'_>, &dyn Errors),
+    mode: &Mode,
+    whitened: &Whitened,
+    settings: &Settings,
+    thin: usize,
+) -> Vec<hmc::Chain<Draw>> {
+    let how = hmc::Settings {
+        chains: CHAINS,
+        warm_up: WARM_UP.max(WARM_UP_EACH * density.parameters.len()),
+        draws: settings.draws.div_ceil(CHAINS),
+        thin,
+        seed: settings.seed,
+    };
+    // Trajectories are steered by an emulator of the shapes about the mode, later of those of the warm-up too.
+    let make = |weighed: &[Weighed<Place>]| {
+        let more = weighed.iter().flat_map(|(scores, place)| {
+            let (meaning, _) = density.meaning(scores);
+            let of = |shape: usize| {
+                Shape::without_slopes(density.ground, (&meaning, shape), place.shape(shape).1)
+            };
+            (0..=density.postures()).map(of).collect::<Vec<_>>()
+        });
+        let more: Vec<Shape> = more.collect();
+        if let Some(e) = Emulator::fit(mode.shapes.iter()) { let d: f64 = weighed.iter().map(|(scores, place)| { let (meaning, _) = density.meaning(scores); (0..=density.postures()).map(|s| { let e = e.at(density.ground, &meaning, s); e.lengths.iter().zip(place.shape(s).1).zip(density.ground.rest_lengths()).map(|((a, b), r)| (a - b / r).powi(2)).sum::<f64>() }).sum::<f64>() }).sum(); eprintln!("  fresh rms {:.5}", (d / (weighed.len() * 8 * (1 + density.postures())) as f64).sqrt()); }
+        let emulator = Emulator::fit(mode.shapes.iter().chain(&more));
+        Evaluator::with(density, errors, emulator.map(Arc::new))
+    };
+    hmc::sample(make, whitened, &mode.place, &how)
+}
+
+/// The draws of chains, each with the number of its chain and its own.
+pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
+    let of_chain = |(chain, c): (usize, hmc::Chain<Draw>)| {
+        c.draws.into_iter().enumerate().map(move |(number, draw)| Draw { chain, number, ..draw })
+    };
+    chains.into_iter().enumerate().flat_map(of_chain).collect()
+}
+
+/// Whether everything that is sampled or told has mixed, by the draws that are kept.
+fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<(String, Mixing)> {
     let muscles = &density.ground.muscles;
-    let n = muscles.len();
-    let of = |value: &dyn Fn(&[f64]) -> f64| -> Mixing {
-        let taken = |step: usize| -> Vec<Vec<f64>> {
-            let each =
-                |c: &hmc::Chain| c.draws.iter().skip(step - 1).step_by(step).map(|row| value(row)).collect();
-            chains.iter().map(each).collect()
-        };
-        Mixing { r_hat: mixing(&taken(1)).r_hat, ..mixing(&taken(THIN)) }
+    let of = |value: &dyn Fn(&Draw) -> f64| -> Mixing {
+        let each = |c: &hmc::Chain<Draw>| c.draws.iter().map(value).collect();
+        mixing(&chains.iter().map(each).collect::<Vec<Vec<f64>>>())
     };
     let mut out = Vec::new();
     for (m, name) in muscles.iter().enumerate() {
-        out.push((format!("F {name}"), of(&|row| row[m])));
-        out.push((format!("F0 {name}"), of(&|row| row[n + m])));
-        out.push((format!("F - F0 {name}"), of(&|row| row[m] - row[n + m])));
+        out.push((format!("F0 {name}"), of(&|d| d.meaning.tones[m])));
     }
-    for (axis, name) in ["x", "y"].into_iter().enumerate() {
-        out.push((format!("hyoid {name}"), of(&|row| row[2 * n + axis])));
+    for (posture, label) in density.seen.labels.iter().enumerate() {
+        let label = if density.postures() > 1 { format!(" /{label}/") } else { String::new() };
+        for (m, name) in muscles.iter().enumerate() {
+            out.push((format!("F {name}{label}"), of(&|d| d.tension(posture, m))));
+            out.push((format!("F - F0 {name}{label}"), of(&|d| d.change(posture, m))));
+        }
+        for (axis, name) in ["x", "y"].into_iter().enumerate() {
+            out.push((format!("hyoid {name}{label}"), of(&|d| d.meaning.postures[posture].hyoid[axis])));
+        }
     }
-    out.push(("log density".to_owned(), of(&|row| row[4 * n + 2])));
+    out.push(("hyoid's tilt".to_owned(), of(&|d| d.meaning.tilt)));
+    out.push(("ln kappa".to_owned(), of(&|d| d.meaning.kappa.ln())));
+    out.push(("log density".to_owned(), of(&|d| d.log)));
     out
 }

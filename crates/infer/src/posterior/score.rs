@@ -12,10 +12,8 @@ use super::spread::{Spread, effective};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum How {
-    /// From draws of the whole posterior, weighed.
-    Weighed,
-    /// From pairs of postures and baselines, weighed.
-    Pairs,
+    /// From draws of the mixture of all posteriors that have not seen one stretch each, weighed.
+    Together,
     /// From draws of its own.
     Sampled,
 }
@@ -80,15 +78,19 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
     near - apart
 }
 
-/// How the stretch of a muscle that `density` has not seen goes with the residuals of those that it has, given the tensions; and its
-/// standard deviation about that.
-pub fn about(density: &Density<'_>, muscle: usize, rounding: f64) -> (DVector<f64>, f64) {
+/// How the stretch at a position of `whole`, which `other` has not seen, goes with the residuals of those that it has, given the tensions; and
+/// its standard deviation about that.
+pub fn about(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
+    let (row, rounding) = (whole.rows()[position], whole.rounding());
     let across = DVector::from_iterator(
-        density.seen.muscles.len(),
-        density.seen.muscles.iter().map(|&m| density.geometry[(m, muscle)]),
+        other.seen.len(),
+        other.rows().iter().enumerate().map(|(i, &other_row)| {
+            let in_whole = if i < position { i } else { i + 1 };
+            other.geometry[(other_row, row)] + rounding[(in_whole, position)]
+        }),
     );
-    let gain = density.factor().solve(&across);
-    let own = density.geometry[(muscle, muscle)] + density.discrepancy() + density.rounding(rounding);
+    let gain = other.factor().solve(&across);
+    let own = other.geometry[(row, row)] + other.discrepancy() + rounding[(position, position)];
     let variance = own - gain.dot(&across);
     (gain, variance.max(f64::MIN_POSITIVE).sqrt())
 }
@@ -100,7 +102,7 @@ mod tests {
     #[test]
     fn scores_of_a_normal_distribution_are_the_exact_ones() {
         let parts = vec![Part { mean: 1.0, weight: 1.0 }; 40_000];
-        let found = left_out(&parts, 0.2, 1.1, How::Weighed, 1);
+        let found = left_out(&parts, 0.2, 1.1, How::Together, 1);
         let z: f64 = 0.5;
         let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
         assert!((found.log_score - (density / 0.2).ln()).abs() < 1e-12);

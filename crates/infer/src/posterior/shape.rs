@@ -28,8 +28,34 @@ struct ShapeSlope {
     by_ln_kappa: f64,
 }
 
-/// That of the length whose adjoint is given, at an equilibrium with these positions, m.
-fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -> ShapeSlope {
+/// How the length whose adjoint is given answers to the logarithm of kappa, m, at an equilibrium with these positions, m, of a body with
+/// `times` its own kappa.
+pub(super) fn by_ln_kappa(
+    ground: &Ground,
+    positions: &[SVector<f64, 2>],
+    times: f64,
+    adjoint: &Adjoint<2>,
+) -> f64 {
+    let system: &System<2> = &ground.system;
+    let mut sum = 0.0;
+    for effect in system.effects() {
+        effect.parts(&mut |part| {
+            if let Part::Cell { nodes, rest: area, kappa } = part {
+                let here = simplex::corners(positions, nodes);
+                let gradient = simplex::gradient(&here);
+                let free = |n: usize| {
+                    if system.pattern().unknown(n).is_some() { adjoint.by_node[n] } else { SVector::zeros() }
+                };
+                let work: f64 = nodes.iter().zip(&gradient).map(|(&n, g)| g.dot(&free(n))).sum();
+                sum -= times * kappa * (simplex::measure(&here) - area) / (area * area) * work;
+            }
+        });
+    }
+    sum
+}
+
+/// That of the length whose adjoint is given, at an equilibrium with these positions, m, of a body with `times` its own kappa.
+fn slope(ground: &Ground, positions: &[SVector<f64, 2>], times: f64, adjoint: &Adjoint<2>) -> ShapeSlope {
     let system: &System<2> = &ground.system;
     let rest = system.rest();
     let free = |n: usize| match system.pattern().unknown(n) {
@@ -37,7 +63,6 @@ fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -
         None => SVector::zeros(),
     };
     let mut by_node = vec![SVector::zeros(); rest.len()];
-    let mut by_ln_kappa = 0.0;
     for effect in system.effects() {
         effect.parts(&mut |part| match part {
             Part::Line { spring, .. } => {
@@ -53,13 +78,13 @@ fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -
                 let gradient = simplex::gradient(&here);
                 let work: f64 = nodes.iter().zip(&gradient).map(|(&n, g)| g.dot(&free(n))).sum();
                 let strain = (simplex::measure(&here) - area) / area;
-                let by_area = kappa * (1.0 + 2.0 * strain) / (area * area) * work;
-                by_ln_kappa -= kappa * strain / area * work;
+                let by_area = times * kappa * (1.0 + 2.0 * strain) / (area * area) * work;
                 let at_rest = simplex::gradient(&simplex::corners(rest, nodes));
                 nodes.iter().zip(&at_rest).for_each(|(&n, g)| by_node[n] += g * by_area);
             }
         });
     }
+    let by_ln_kappa = by_ln_kappa(ground, positions, times, adjoint);
     // Kappa goes with the square of the mean length of a connection.
     let mesh = &ground.body.mesh;
     let total: f64 = mesh.connections.iter().map(|c| mesh.distance(*c)).sum();
@@ -75,38 +100,38 @@ fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -
     ShapeSlope { by_node, by_ln_kappa }
 }
 
-/// How the stretches of all muscles answer at a place, given the adjoints of all lengths there.
-pub fn of_springs(
-    ground: &Ground,
-    place: &Place,
-    posture: &[Adjoint<2>],
-    baseline: &[Adjoint<2>],
-) -> Answers {
+/// How the stretches of all muscles in all postures answer at a place, given the adjoints of all lengths there, shape by shape, and kappa as a
+/// multiple of the body's own.
+pub(super) fn of_springs(ground: &Ground, place: &Place, kappa: f64, rates: &[Vec<Adjoint<2>>]) -> Answers {
     let count = ground.muscles.len();
-    let stretch = |m: usize| place.lengths[m] / place.baseline_lengths[m];
+    let rows = place.lengths.len();
+    let slopes: Vec<Vec<ShapeSlope>> = rates
+        .iter()
+        .enumerate()
+        .map(|(s, all)| all.iter().map(|a| slope(ground, place.shape(s).0, kappa, a)).collect())
+        .collect();
+    let base = rows / count;
     // d(L/L0) = dL/L0 - s dL0/L0.
-    let parts = |m: usize| (1.0 / place.baseline_lengths[m], -stretch(m) / place.baseline_lengths[m]);
-    let shape = |positions: &[SVector<f64, 2>], all: &[Adjoint<2>]| -> Vec<ShapeSlope> {
-        all.iter().map(|a| slope(ground, positions, a)).collect()
+    let of_stretch = |row: usize, of: &dyn Fn(&ShapeSlope) -> f64| {
+        let over = place.baseline_lengths[row % count];
+        let (own, base) = (of(&slopes[row / count][row % count]), of(&slopes[base][row % count]));
+        (own - place.lengths[row] / over * base) / over
     };
-    let (own, over) = (shape(&place.posture, posture), shape(&place.baseline, baseline));
     let of_fields = |fields: &[Field]| {
-        DMatrix::from_fn(count, fields.len(), |m, f| {
-            let dot = |slope: &ShapeSlope| -> f64 {
+        DMatrix::from_fn(rows, fields.len(), |row, f| {
+            of_stretch(row, &|slope| {
                 slope.by_node.iter().zip(&fields[f].displacement).map(|(s, d)| s.dot(d)).sum()
-            };
-            let (a, b) = parts(m);
-            a * dot(&own[m]) + b * dot(&over[m])
+            })
         })
     };
-    let kappa = &ground.priors.compressibility;
+    let prior = &ground.priors.compressibility;
+    let is_source = !prior.off && !ground.samples_kappa();
     Answers {
         ends: of_fields(&ground.ends),
         outline: of_fields(&ground.outline),
-        kappa: DMatrix::from_fn(count, usize::from(!kappa.off), |m, _| {
-            let (a, b) = parts(m);
-            kappa.sd_ln_kappa * (a * own[m].by_ln_kappa + b * over[m].by_ln_kappa)
+        kappa: DMatrix::from_fn(rows, usize::from(is_source), |row, _| {
+            prior.sd_ln_kappa * of_stretch(row, &|slope| slope.by_ln_kappa)
         }),
-        ..Answers::none(count)
+        ..Answers::none(rows)
     }
 }

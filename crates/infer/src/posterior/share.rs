@@ -1,8 +1,10 @@
-//! Where the variance comes from: of a tension, a change or a stretch, the part of every source, linearised at the most probable point.
+//! Where the variance comes from, and what knowing a source would gain; linearised at the most probable point.
 //!
 //! The best linear estimate of `a·g` from the stretches is `G y` with `G = aᵀ Jᵀ (J Jᵀ + C)⁻¹`; what it misses is a sum of independent
-//! parts, one for every source, whose variances add up to the posterior's: `|a - Jᵀ Gᵀ|²` of the scores (apart for tensions, tones and
-//! the hyoid), `G C_ends Gᵀ` of the ends, and so on. A stretch that is left out is `y_m - G y` of all others.
+//! parts, one for every source, whose variances add up to the posterior's: `|a - Jᵀ Gᵀ|²` of the scores (apart for tensions, tones, the
+//! hyoid and constants), `G C_ends Gᵀ` of the ends, and so on. A stretch that is left out is `y_m - G y` of all others. This budget of
+//! errors is not what knowing a source would gain, since the estimate would then weigh the stretches otherwise: that is told
+//! beside it, as the part by which the standard deviation would shrink.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -10,7 +12,34 @@ use serde::Serialize;
 use super::density::{Density, Parameter};
 use super::map::Mode;
 
-/// Parts of a variance; they add up to one.
+/// Something that is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Tensions that the stretches do not resolve.
+    Unresolved,
+    /// Tensions in the baseline.
+    BaselineTone,
+    /// Place of the hyoid.
+    Hyoid,
+    /// By how much the hyoid tilts.
+    HyoidTilt,
+    /// Ends of the muscles.
+    MuscleEnds,
+    /// Outline.
+    Outline,
+    /// How nearly incompressible the tissue is.
+    Compressibility,
+    /// How wide muscles are.
+    BundleWidth,
+    /// How far bones hold the tissue.
+    BonePatch,
+    /// The model's own error.
+    Discrepancy,
+    /// Rounding of the lengths.
+    Rounding,
+}
+
+/// A part of one for every source.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Shares {
     /// What the stretches do not say of the tensions, even where all else is known.
@@ -19,6 +48,8 @@ pub struct Shares {
     pub baseline_tone: f64,
     /// Place of the hyoid.
     pub hyoid: f64,
+    /// By how much the hyoid tilts.
+    pub hyoid_tilt: f64,
     /// Ends of the muscles.
     pub muscle_ends: f64,
     /// Outline.
@@ -36,12 +67,30 @@ pub struct Shares {
 }
 
 impl Shares {
+    /// Of every source what is given.
+    fn of(mut part: impl FnMut(Source) -> f64) -> Self {
+        Self {
+            unresolved: part(Source::Unresolved),
+            baseline_tone: part(Source::BaselineTone),
+            hyoid: part(Source::Hyoid),
+            hyoid_tilt: part(Source::HyoidTilt),
+            muscle_ends: part(Source::MuscleEnds),
+            outline: part(Source::Outline),
+            compressibility: part(Source::Compressibility),
+            bundle_width: part(Source::BundleWidth),
+            bone_patch: part(Source::BonePatch),
+            discrepancy: part(Source::Discrepancy),
+            rounding: part(Source::Rounding),
+        }
+    }
+
     /// Name and value of each.
-    pub fn each(&self) -> [(&'static str, f64); 10] {
+    pub fn each(&self) -> [(&'static str, f64); 11] {
         [
             ("unresolved", self.unresolved),
             ("baseline tone", self.baseline_tone),
             ("hyoid", self.hyoid),
+            ("hyoid's tilt", self.hyoid_tilt),
             ("muscle ends", self.muscle_ends),
             ("outline", self.outline),
             ("compressibility", self.compressibility),
@@ -52,21 +101,30 @@ impl Shares {
         ]
     }
 
+    fn get(&self, source: Source) -> f64 {
+        self.each()[source as usize].1
+    }
+
     /// The mean of several.
     pub fn mean(all: &[Self]) -> Self {
-        let mean = |of: fn(&Self) -> f64| all.iter().map(of).sum::<f64>() / all.len().max(1) as f64;
-        Self {
-            unresolved: mean(|s| s.unresolved),
-            baseline_tone: mean(|s| s.baseline_tone),
-            hyoid: mean(|s| s.hyoid),
-            muscle_ends: mean(|s| s.muscle_ends),
-            outline: mean(|s| s.outline),
-            compressibility: mean(|s| s.compressibility),
-            bundle_width: mean(|s| s.bundle_width),
-            bone_patch: mean(|s| s.bone_patch),
-            discrepancy: mean(|s| s.discrepancy),
-            rounding: mean(|s| s.rounding),
-        }
+        Self::of(|source| all.iter().map(|s| s.get(source)).sum::<f64>() / all.len().max(1) as f64)
+    }
+
+    /// Parts of their sum.
+    fn of_sum(self) -> Self {
+        let total: f64 = self.each().iter().map(|(_, v)| v).sum();
+        Self::of(|source| if total > 0.0 { self.get(source) / total } else { 0.0 })
+    }
+}
+
+/// The source that a number that is sampled belongs to.
+fn source_of(parameter: Parameter) -> Source {
+    match parameter {
+        Parameter::Tension(..) => Source::Unresolved,
+        Parameter::Tone(_) => Source::BaselineTone,
+        Parameter::Hyoid(..) => Source::Hyoid,
+        Parameter::Tilt => Source::HyoidTilt,
+        Parameter::LnKappa => Source::Compressibility,
     }
 }
 
@@ -77,22 +135,80 @@ pub(super) struct Parts<'a> {
     jacobian: DMatrix<f64>,
     /// Covariance of the stretches before anything is measured.
     before: DMatrix<f64>,
+    /// Covariances of the scores where one source is known; `None` of one that has no part.
+    known: Vec<(Source, DMatrix<f64>)>,
 }
 
 impl<'a> Parts<'a> {
     pub fn new(density: &'a Density<'a>, mode: &'a Mode) -> Self {
-        let jacobian = mode.linear.jacobian.select_rows(&density.seen.muscles);
+        let jacobian = mode.linear.jacobian.select_rows(density.rows());
         let before = &jacobian * jacobian.transpose() + density.covariance();
-        Self { density, mode, jacobian, before }
+        let mut parts = Self { density, mode, jacobian, before, known: Vec::new() };
+        let sources = [
+            Source::BaselineTone,
+            Source::Hyoid,
+            Source::HyoidTilt,
+            Source::MuscleEnds,
+            Source::Outline,
+            Source::Compressibility,
+            Source::BundleWidth,
+            Source::BonePatch,
+            Source::Discrepancy,
+            Source::Rounding,
+        ];
+        let known =
+            sources.into_iter().filter_map(|source| Some((source, parts.covariance_if_known(source)?)));
+        parts.known = known.collect();
+        parts
     }
 
-    /// Of `a·g`.
-    pub fn of_scores(&self, a: &DVector<f64>) -> Option<Shares> {
+    /// Covariance of the scores where a source is known; nearly, where without it the stretches would be exact.
+    fn covariance_if_known(&self, source: Source) -> Option<DMatrix<f64>> {
+        let n = self.density.seen.len();
+        let errors = self.density.covariance() - self.errors_by(source) + DMatrix::identity(n, n) * 1e-12;
+        let mut jacobian = self.jacobian.clone();
+        let is_known: Vec<bool> = self.density.parameters.iter().map(|p| source_of(*p) == source).collect();
+        is_known.iter().enumerate().filter(|(_, k)| **k).for_each(|(p, _)| jacobian.column_mut(p).fill(0.0));
+        let gain = jacobian.tr_mul(&errors.cholesky()?.solve(&jacobian));
+        let size = gain.nrows();
+        let mut covariance = (DMatrix::identity(size, size) + gain).cholesky()?.inverse();
+        is_known.iter().enumerate().filter(|(_, k)| **k).for_each(|(p, _)| covariance[(p, p)] = 0.0);
+        Some(covariance)
+    }
+
+    /// Covariance of the stretches by a source that is not sampled.
+    fn errors_by(&self, source: Source) -> DMatrix<f64> {
+        let (density, geometry) = (self.density, &self.mode.geometry);
+        let n = density.seen.len();
+        match source {
+            Source::MuscleEnds => density.measured(&geometry.ends),
+            Source::Outline => density.measured(&geometry.outline),
+            Source::Compressibility => density.measured(&geometry.kappa),
+            Source::BundleWidth => density.measured(&geometry.width),
+            Source::BonePatch => density.measured(&geometry.patch),
+            Source::Discrepancy => DMatrix::identity(n, n) * density.discrepancy(),
+            Source::Rounding => density.rounding(),
+            _ => DMatrix::zeros(n, n),
+        }
+    }
+
+    /// Of `a·g`: the budget of errors, and by which part the standard deviation would shrink if each source were known.
+    pub fn of_scores(&self, a: &DVector<f64>) -> Option<(Shares, Shares)> {
         let gain = self.before.clone().cholesky()?.solve(&(&self.jacobian * a));
-        Some(self.shares(&(a - self.jacobian.tr_mul(&gain)), &gain))
+        let budget = self.shares(&(a - self.jacobian.tr_mul(&gain)), &gain);
+        let whole = a.norm_squared() - (&self.jacobian * a).dot(&gain);
+        let gained = |source: Source| {
+            let known = self.known.iter().find(|(s, _)| *s == source)?;
+            Some(1.0 - (a.dot(&(&known.1 * a)) / whole).max(0.0).sqrt())
+        };
+        let gains = Shares::of(|source| match source {
+            Source::Unresolved => 1.0,
+            _ => gained(source).unwrap_or(0.0).max(0.0),
+        });
+        Some((budget, gains))
     }
 
-    /// Of the stretch of the measured muscle at a position, told from all others.
+    /// Of the measured stretch at a position, told from all others.
     pub fn of_left_out(&self, position: usize) -> Option<Shares> {
         let others: Vec<usize> = (0..self.before.nrows()).filter(|i| *i != position).collect();
         let among = self.before.select_rows(&others).select_columns(&others);
@@ -106,41 +222,11 @@ impl<'a> Parts<'a> {
 
     /// Of the sum of what is missed in the scores and of the errors of the stretches, with these weights.
     fn shares(&self, missed: &DVector<f64>, errors: &DVector<f64>) -> Shares {
-        let density = self.density;
-        let of_kind = |is: fn(&Parameter) -> bool| {
-            let each = density.parameters.iter().zip(missed.iter());
-            each.filter(|(p, _)| is(p)).map(|(_, m)| m * m).sum::<f64>()
+        let of_scores = |source: Source| {
+            let each = self.density.parameters.iter().zip(missed.iter());
+            each.filter(|(p, _)| source_of(**p) == source).map(|(_, m)| m * m).sum::<f64>()
         };
-        let seen = &density.seen.muscles;
-        let of_source =
-            |source: &DMatrix<f64>| errors.dot(&(source.select_rows(seen).select_columns(seen) * errors));
-        let rounding = density.seen.rounding.iter().zip(errors.iter());
-        let geometry = &self.mode.geometry;
-        let absolute = Shares {
-            unresolved: of_kind(|p| matches!(p, Parameter::Tension(_))),
-            baseline_tone: of_kind(|p| matches!(p, Parameter::Tone(_))),
-            hyoid: of_kind(|p| matches!(p, Parameter::Hyoid(_))),
-            muscle_ends: of_source(&geometry.ends),
-            outline: of_source(&geometry.outline),
-            compressibility: of_source(&geometry.kappa),
-            bundle_width: of_source(&geometry.width),
-            bone_patch: of_source(&geometry.patch),
-            discrepancy: density.discrepancy() * errors.norm_squared(),
-            rounding: rounding.map(|(r, e)| density.rounding(*r) * e * e).sum(),
-        };
-        let total: f64 = absolute.each().iter().map(|(_, v)| v).sum();
-        let part = |v: f64| if total > 0.0 { v / total } else { 0.0 };
-        Shares {
-            unresolved: part(absolute.unresolved),
-            baseline_tone: part(absolute.baseline_tone),
-            hyoid: part(absolute.hyoid),
-            muscle_ends: part(absolute.muscle_ends),
-            outline: part(absolute.outline),
-            compressibility: part(absolute.compressibility),
-            bundle_width: part(absolute.bundle_width),
-            bone_patch: part(absolute.bone_patch),
-            discrepancy: part(absolute.discrepancy),
-            rounding: part(absolute.rounding),
-        }
+        let of_errors = |source: Source| errors.dot(&(self.errors_by(source) * errors));
+        Shares::of(|source| of_scores(source) + of_errors(source)).of_sum()
     }
 }

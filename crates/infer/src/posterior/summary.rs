@@ -1,4 +1,4 @@
-//! What a posterior says, first to last: changes, tensions, directions, sources of variance, stretches. `posterior` of `fit.json`.
+//! What a posterior says of a posture, first to last: changes, tensions, directions, sources of variance, stretches. `posterior` of `fit.json`.
 
 use nalgebra::DVector;
 use serde::Serialize;
@@ -9,10 +9,11 @@ use tongue_input::measured::ByMuscle;
 
 use super::PosteriorError;
 use super::density::Parameter;
-use super::predict::{fitted, without_each};
+use super::leave_out::{fitted, without_each};
 use super::priors::Priors;
 use super::run::{Draw, Posterior, Status};
 use super::score::LeftOut;
+use super::sensitivity::{Scaled, Sensitivity};
 use super::share::{Parts, Shares};
 use super::spread::Spread;
 
@@ -30,6 +31,12 @@ pub struct Change {
     pub spread: Spread,
     /// Probability that it pulls harder than in the baseline.
     pub probability_rises: f64,
+    /// How much it depends on the prior of tensions and on the measurements.
+    pub sensitivity: Sensitivity,
+    /// Whether the prior rather than the data says how large it is.
+    pub depends_on_prior: bool,
+    /// Whether the sign, if it is told with 0.9 or more, would be told with less than 0.85 under half or twice the scale of the prior.
+    pub sign_depends_on_prior: bool,
 }
 
 /// A tension in the vowel, N per metre of thickness.
@@ -42,7 +49,9 @@ pub struct Tension {
     pub with_young_modulus: Spread,
     /// By which part the upper end of its 95 % interval moves where the scale of its prior is half as large again.
     pub moved_by_prior: f64,
-    /// Whether that is so much that the interval is the prior's rather than the data's.
+    /// How much it depends on the prior of tensions and on the measurements.
+    pub sensitivity: Sensitivity,
+    /// Whether the prior rather than the data says how far it reaches.
     pub depends_on_prior: bool,
 }
 
@@ -79,6 +88,10 @@ pub struct Summary {
     pub baseline_tensions_n: ByMuscle<Spread>,
     /// Displacement of the hyoid, x and y, mm.
     pub hyoid_mm: [Spread; 2],
+    /// Angle by which the hyoid tilts for every metre that it moves back, the speaker's, rad/m.
+    pub hyoid_tilt_rad_per_m: Spread,
+    /// Kappa, the coefficient that keeps areas, as a multiple of the body's own.
+    pub kappa: Spread,
     /// Directions of tensions, tones and the hyoid's place, the most resolved first.
     pub directions: Vec<Direction>,
     /// Stretches.
@@ -88,12 +101,16 @@ pub struct Summary {
 /// Parts of variances by source.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VarianceShare {
-    /// Of a tension: the mean over muscles.
+    /// Of a tension, the budget of errors: the mean over muscles.
     pub tension: Shares,
     /// Of the tension of every muscle.
     pub tensions: ByMuscle<Shares>,
     /// Of a change: the mean over muscles.
     pub change: Shares,
+    /// By which part the standard deviation of a tension would shrink if a source were known: the mean over muscles.
+    pub tension_if_known: Shares,
+    /// The same of a change.
+    pub change_if_known: Shares,
     /// Of a stretch that is left out: the mean over measured muscles.
     pub left_out_stretch: Shares,
 }
@@ -107,7 +124,7 @@ pub struct Effective {
     pub tail: f64,
 }
 
-/// A posterior as it is reported.
+/// What a posterior says of one posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// Whether the chains have mixed.
@@ -116,22 +133,22 @@ pub struct Report {
     pub why: String,
     /// Draws that were kept.
     pub draws: usize,
+    /// Names of the postures that were sampled together; one where it was sampled by itself.
+    pub postures: Vec<String>,
     /// What was found; null where the chains have not mixed: an interval that cannot be trusted is not printed.
     pub summary: Option<Summary>,
     /// Of every muscle which part of the prior variance of the score of its tension the data took away.
     pub shrinkage: ByMuscle<f64>,
-    /// Where the variance comes from.
+    /// Where the variance comes from, and what knowing a source would gain.
     pub variance_share: Option<VarianceShare>,
-    /// Largest rank-normalised split R-hat of all that is told.
+    /// Largest rank-normalised split R-hat of all that is told, by the draws that are kept.
     pub r_hat: f64,
     /// Effective draws.
     pub ess: Effective,
     /// Trajectories whose energy went wrong.
     pub divergences: usize,
-    /// Trajectories that ended where there is no stable equilibrium: there the density is zero.
+    /// Trajectories that ended where tensions lead to no stable equilibrium from rest: there the density is zero.
     pub folds: usize,
-    /// Trajectories that ended in a shape to which tensions do not lead from rest: there the density is zero too.
-    pub off_branch: usize,
     /// Equilibria that were solved.
     pub equilibria: usize,
     /// Poisson's ratio of the body.
@@ -141,16 +158,35 @@ pub struct Report {
 }
 
 impl Report {
-    /// Tells a posterior; with what is predicted of every muscle without its own measurement, if that is wanted.
+    /// Tells a posterior, posture by posture; with what is predicted of every muscle without its own measurement, if that is wanted.
     ///
     /// # Errors
-    /// [`PosteriorError`] of what is sampled anew.
-    pub fn new(posterior: &Posterior<'_>, leave_out: bool, seed: u64) -> Result<Self, PosteriorError> {
+    /// [`PosteriorError`] of what is sampled for that.
+    pub fn of_each(
+        posterior: &Posterior<'_>,
+        leave_out: bool,
+        seed: u64,
+    ) -> Result<Vec<Self>, PosteriorError> {
+        let mixed = posterior.status == Status::Mixed;
+        let left_out = match leave_out && mixed {
+            true => {
+                let all = without_each(&posterior.density, &posterior.mode)?;
+                all.into_iter().map(Some).collect()
+            }
+            false => vec![None; posterior.density.seen.len()],
+        };
+        let fitted = if mixed { fitted(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
+        let scaled = Scaled::new(&posterior.density, &posterior.draws);
+        let all = All { posterior, left_out, fitted, scaled, seed };
+        Ok((0..posterior.density.postures()).map(|posture| Self::new(&all, posture)).collect())
+    }
+
+    fn new(all: &All<'_>, posture: usize) -> Self {
+        let posterior = all.posterior;
         let ground = posterior.density.ground;
         let muscles = &ground.muscles;
-        let mixed = posterior.status == Status::Mixed;
         let shrinkage = (0..muscles.len()).map(|m| {
-            let scores = scores_of(posterior, m);
+            let scores = scores_of(posterior, posture, m);
             let mean = scores.iter().sum::<f64>() / scores.len().max(1) as f64;
             // Without draws nothing was taken away.
             if scores.is_empty() {
@@ -158,156 +194,188 @@ impl Report {
             }
             1.0 - scores.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / scores.len().max(1) as f64
         });
-        let summary = match mixed {
-            true => Some(Summary::new(posterior, leave_out, seed)?),
-            false => None,
-        };
-        Ok(Self {
+        Self {
             status: posterior.status,
             why: posterior.why.clone(),
             draws: posterior.draws.len(),
-            summary,
+            postures: posterior.density.seen.labels.clone(),
+            summary: (posterior.status == Status::Mixed).then(|| Summary::new(all, posture)),
             shrinkage: ByMuscle::new(muscles, shrinkage),
-            variance_share: VarianceShare::new(posterior),
+            variance_share: VarianceShare::new(posterior, posture),
             r_hat: posterior.mixing.r_hat,
             ess: Effective { bulk: posterior.mixing.bulk, tail: posterior.mixing.tail },
             divergences: posterior.divergences,
             folds: posterior.folds,
-            off_branch: posterior.off_branch,
             equilibria: posterior.equilibria,
             poisson_ratio: ground.model.constants.poisson_ratio,
             priors: ground.priors.clone(),
-        })
+        }
     }
 }
 
+/// A posterior with what is the same for all of its postures.
+struct All<'a> {
+    posterior: &'a Posterior<'a>,
+    left_out: Vec<Option<LeftOut>>,
+    fitted: Vec<Spread>,
+    scaled: Scaled,
+    seed: u64,
+}
+
 /// Scores of the tension of a muscle in all draws.
-fn scores_of(posterior: &Posterior<'_>, muscle: usize) -> Vec<f64> {
+fn scores_of(posterior: &Posterior<'_>, posture: usize, muscle: usize) -> Vec<f64> {
     let scale = posterior.density.ground.priors.tension.scale_n_per_m;
-    posterior.draws.iter().map(|d| scores::score(d.meaning.tensions[muscle] / scale)).collect()
+    posterior.draws.iter().map(|d| scores::score(d.tension(posture, muscle) / scale)).collect()
+}
+
+/// A sign that is told with this probability, and the least with which it is told under another prior.
+const TOLD_SIGN: f64 = 0.9;
+const LEAST_SIGN: f64 = 0.85;
+
+impl Change {
+    /// Of a difference of tensions in all draws, N per metre of thickness.
+    pub(super) fn new(values: &[f64], scaled: &Scaled) -> Self {
+        let sensitivity = scaled.of(values);
+        let rises = values.iter().filter(|v| **v > 0.0).count() as f64 / values.len().max(1) as f64;
+        let surer = rises.max(1.0 - rises);
+        let moved = sensitivity.probability_by_scale.abs();
+        Self {
+            spread: Spread::of(values.iter().copied()),
+            probability_rises: rises,
+            sensitivity,
+            depends_on_prior: sensitivity.is_of_prior(),
+            sign_depends_on_prior: surer >= TOLD_SIGN && surer - moved < LEAST_SIGN,
+        }
+    }
 }
 
 impl Summary {
-    fn new(posterior: &Posterior<'_>, leave_out: bool, seed: u64) -> Result<Self, PosteriorError> {
+    fn new(all: &All<'_>, posture: usize) -> Self {
+        let posterior = all.posterior;
         let density = &posterior.density;
         let (ground, draws) = (density.ground, &posterior.draws);
         let muscles = &ground.muscles;
+        let values = |of: &dyn Fn(&Draw) -> f64| draws.iter().map(of).collect::<Vec<f64>>();
         let spread = |of: &dyn Fn(&Draw) -> f64| Spread::of(draws.iter().map(of));
-        let change = |m: usize| Change {
-            spread: spread(&|d| d.change(m)),
-            probability_rises: draws.iter().filter(|d| d.change(m) > 0.0).count() as f64 / draws.len() as f64,
-        };
+        let change = |m: usize| Change::new(&values(&|d| d.change(posture, m)), &all.scaled);
         let modulus = &ground.priors.young_modulus;
-        let mut random = fastrand::Rng::with_seed(seed_of(seed, 1 << 21));
+        let mut random = fastrand::Rng::with_seed(seed_of(all.seed, 1 << 21));
         let factors: Vec<f64> = draws
             .iter()
             .map(|_| if modulus.off { 1.0 } else { (modulus.sd_ln * normal(&mut random)).exp() })
             .collect();
         let tension = |m: usize| {
-            let own = spread(&|d| d.meaning.tensions[m]);
-            let scaled = draws.iter().zip(&factors).map(|(d, f)| d.meaning.tensions[m] * f);
+            let own = values(&|d| d.tension(posture, m));
+            let spread = Spread::of(own.iter().copied());
+            let sensitivity = all.scaled.of(&own);
             let moved_by_prior = match ground.priors.fixed_tension(&muscles[m]) {
                 Some(_) => 0.0,
-                None => moved_by_prior(posterior, m, own.interval_95[1]),
+                None => moved_by_prior(posterior, &own, spread.interval_95[1]),
             };
             Tension {
-                spread: own,
-                with_young_modulus: Spread::of(scaled),
+                spread,
+                with_young_modulus: Spread::of(own.iter().zip(&factors).map(|(t, f)| t * f)),
                 moved_by_prior,
-                depends_on_prior: moved_by_prior > MOST_MOVED,
+                sensitivity,
+                depends_on_prior: moved_by_prior > MOST_MOVED || sensitivity.is_of_prior(),
             }
         };
-        let left_out = match leave_out {
-            true => without_each(posterior, seed_of(seed, 1 << 22))?,
-            false => vec![None; density.seen.muscles.len()],
-        };
-        let stretches =
-            fitted(posterior, seed_of(seed, 1 << 23)).into_iter().zip(left_out).zip(&density.seen.stretches);
-        let stretches =
-            stretches.map(|((fitted, left_out), &measured)| Stretch { measured, fitted, left_out });
+        let own = density.seen.of_posture(posture);
+        let names: Vec<String> = own.iter().map(|&i| density.seen.names[i].clone()).collect();
+        let stretches = own.iter().map(|&i| Stretch {
+            measured: density.seen.stretches[i],
+            fitted: all.fitted[i],
+            left_out: all.left_out[i].clone(),
+        });
         let count = muscles.len();
-        Ok(Self {
+        Self {
             changes_n: ByMuscle::new(muscles, (0..count).map(change)),
             tensions_n: ByMuscle::new(muscles, (0..count).map(tension)),
             baseline_tensions_n: ByMuscle::new(muscles, (0..count).map(|m| spread(&|d| d.meaning.tones[m]))),
-            hyoid_mm: [0, 1].map(|axis| spread(&|d| 1e3 * d.meaning.hyoid[axis])),
-            directions: directions(posterior),
-            stretches: ByMuscle::new(&density.seen.names, stretches),
-        })
+            hyoid_mm: [0, 1].map(|axis| spread(&|d| 1e3 * d.meaning.postures[posture].hyoid[axis])),
+            hyoid_tilt_rad_per_m: spread(&|d| d.meaning.tilt),
+            kappa: spread(&|d| d.meaning.kappa),
+            directions: directions(posterior, posture),
+            stretches: ByMuscle::new(&names, stretches),
+        }
     }
 }
 
 /// By which part the upper end of a tension's interval moves where the scale of its prior is half as large again: the draws weighed by
 /// the ratio of both densities.
-fn moved_by_prior(posterior: &Posterior<'_>, muscle: usize, upper: f64) -> f64 {
+fn moved_by_prior(posterior: &Posterior<'_>, tensions: &[f64], upper: f64) -> f64 {
     let scale = posterior.density.ground.priors.tension.scale_n_per_m;
     let more = 0.5 * (1.0 - OTHER_SCALE.powi(-2)) / (scale * scale);
-    let weighed = posterior.draws.iter().map(|d| {
-        let tension = d.meaning.tensions[muscle];
-        (tension, (tension * tension * more).min(50.0).exp())
-    });
+    let weighed = tensions.iter().map(|&tension| (tension, (tension * tension * more).min(50.0).exp()));
     Spread::weighted(weighed.collect()).interval_95[1] / upper - 1.0
 }
 
-/// Directions of everything that is sampled, by how much of the prior's standard deviation the data left along each, linearised at the most
-/// probable point; as many as there are measured stretches, since along the others they say nothing.
-fn directions(posterior: &Posterior<'_>) -> Vec<Direction> {
+/// Directions of everything that is sampled of a posture and its baseline, by how much of the prior's standard deviation the data left along
+/// each, linearised at the most probable point; as many as there are measured stretches, since along the others they say nothing.
+fn directions(posterior: &Posterior<'_>, posture: usize) -> Vec<Direction> {
     let density = &posterior.density;
     let muscles = &density.ground.muscles;
     let name = |p: &Parameter| match p {
-        Parameter::Tension(m) => format!("F {}", muscles[*m]),
-        Parameter::Tone(m) => format!("F0 {}", muscles[*m]),
-        Parameter::Hyoid(axis) => format!("hyoid {}", ["x", "y"][*axis]),
+        Parameter::Tension(v, m) if *v == posture => Some(format!("F {}", muscles[*m])),
+        Parameter::Hyoid(v, axis) if *v == posture => Some(format!("hyoid {}", ["x", "y"][*axis])),
+        Parameter::Tone(m) => Some(format!("F0 {}", muscles[*m])),
+        Parameter::Tilt => Some("hyoid's tilt".to_owned()),
+        Parameter::LnKappa => Some("ln kappa".to_owned()),
+        _ => None,
     };
-    let eigen = posterior.mode.precision.clone().symmetric_eigen();
-    let mut order: Vec<usize> = (0..density.parameters.len()).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    order.truncate(density.seen.muscles.len());
+    let own: Vec<(usize, String)> =
+        density.parameters.iter().enumerate().filter_map(|(i, p)| Some((i, name(p)?))).collect();
+    let numbers: Vec<usize> = own.iter().map(|(i, _)| *i).collect();
+    let Some(factor) = posterior.mode.precision.clone().cholesky() else { return Vec::new() };
+    let covariance = factor.inverse().select_rows(&numbers).select_columns(&numbers);
+    let eigen = ((&covariance + covariance.transpose()) * 0.5).symmetric_eigen();
+    let mut order: Vec<usize> = (0..own.len()).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    order.truncate(density.seen.of_posture(posture).len());
     let direction = |i: usize| {
-        let sd_left = eigen.eigenvalues[i].sqrt().recip();
+        let sd_left = eigen.eigenvalues[i].max(0.0).sqrt();
         let vector = eigen.eigenvectors.column(i);
         let largest = vector.iter().fold(0.0, |m: f64, v| if v.abs() > m.abs() { *v } else { m });
-        let named = density.parameters.iter().zip(vector.iter());
+        let named = own.iter().zip(vector.iter());
         Direction {
             sd_left,
             resolved: sd_left < RESOLVED,
-            direction: ByMuscle(named.map(|(p, v)| (name(p), v * largest.signum())).collect()),
+            direction: ByMuscle(named.map(|((_, name), v)| (name.clone(), v * largest.signum())).collect()),
         }
     };
     order.into_iter().map(direction).collect()
 }
 
 impl VarianceShare {
-    fn new(posterior: &Posterior<'_>) -> Option<Self> {
+    fn new(posterior: &Posterior<'_>, posture: usize) -> Option<Self> {
         let density = &posterior.density;
         let ground = density.ground;
         let parts = Parts::new(density, &posterior.mode);
         let unit = |weights: &[(Parameter, f64)]| {
-            DVector::from_iterator(
-                density.parameters.len(),
-                density
-                    .parameters
-                    .iter()
-                    .map(|p| weights.iter().find(|(q, _)| q == p).map_or(0.0, |(_, w)| *w)),
-            )
+            let each = density.parameters.iter();
+            let weight = |p: &Parameter| weights.iter().find(|(q, _)| q == p).map_or(0.0, |(_, w)| *w);
+            DVector::from_iterator(density.parameters.len(), each.map(weight))
         };
         let scales = (ground.priors.tension.scale_n_per_m, ground.priors.baseline.scale_n_per_m);
         let (mut tensions, mut changes) = (Vec::new(), Vec::new());
         for (m, name) in ground.muscles.iter().enumerate() {
-            let (own, over) = (Parameter::Tension(m), Parameter::Tone(m));
+            let (own, over) = (Parameter::Tension(posture, m), Parameter::Tone(m));
             if density.parameters.contains(&own) {
                 tensions.push((name.clone(), parts.of_scores(&unit(&[(own, 1.0)]))?));
                 changes.push(parts.of_scores(&unit(&[(own, scales.0), (over, -scales.1)]))?);
             }
         }
-        let left_out: Option<Vec<Shares>> =
-            (0..density.seen.muscles.len()).map(|i| parts.of_left_out(i)).collect();
-        let each: Vec<Shares> = tensions.iter().map(|(_, s)| *s).collect();
+        let positions = density.seen.of_posture(posture);
+        let left_out: Vec<Shares> =
+            positions.into_iter().map(|i| parts.of_left_out(i)).collect::<Option<_>>()?;
+        let mean = |all: &mut dyn Iterator<Item = Shares>| Shares::mean(&all.collect::<Vec<_>>());
         Some(Self {
-            tension: Shares::mean(&each),
-            tensions: ByMuscle(tensions),
-            change: Shares::mean(&changes),
-            left_out_stretch: Shares::mean(&left_out?),
+            tension: mean(&mut tensions.iter().map(|(_, s)| s.0)),
+            change: mean(&mut changes.iter().map(|s| s.0)),
+            tension_if_known: mean(&mut tensions.iter().map(|(_, s)| s.1)),
+            change_if_known: mean(&mut changes.iter().map(|s| s.1)),
+            tensions: ByMuscle(tensions.into_iter().map(|(name, s)| (name, s.0)).collect()),
+            left_out_stretch: Shares::mean(&left_out),
         })
     }
 }

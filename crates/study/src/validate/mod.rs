@@ -32,7 +32,7 @@ use levers::{Bench, Levers, best_column, errors};
 use statistics::{best_shrunk, bootstraps, constant, correlation, gaussian, middle, root_mean, vowel_means};
 
 pub use page::{files, page};
-pub use posterior::{Evidence, PosteriorStudy, Scored, ScoredBaseline};
+pub use posterior::{Evidence, PosteriorStudy, Scored, ScoredBaseline, Told};
 pub use record::{
     OtherBaseline, Permuted, Prediction, Score, ScoredOpponent, ValidationStudy, WithoutMuscle,
 };

@@ -48,12 +48,17 @@ pub fn files(study: &ValidationStudy) -> Result<Files<'_>, StudyError> {
         correlation: o.correlation,
         chosen: o.chosen.join("; "),
     };
-    Ok(vec![
+    let posterior = study.posterior.as_ref().map(|p| p.predictions.clone());
+    let posterior = posterior.map(|rows| -> (&'static str, Box<dyn Export>) {
+        ("posterior_predictions.csv", Box::new(Owned(rows)))
+    });
+    let files: Files<'_> = vec![
         ("opponents.csv", Box::new(Owned(study.opponents.iter().map(text).collect()))),
         ("predictions.csv", Box::new(predictions)),
         ("tone.csv", Box::new(Owned(tones))),
         ("predicted.svg", Box::new(picture(study))),
-    ])
+    ];
+    Ok(files.into_iter().chain(posterior).collect())
 }
 
 #[derive(serde::Serialize)]
@@ -137,6 +142,9 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
         distributions(&mut p, posterior);
     }
     tones(&mut p, study);
+    if let Some(posterior) = &study.posterior {
+        let _ = writeln!(p, "\n**{}**", posterior.verdict);
+    }
     p
 }
 
@@ -225,10 +233,14 @@ fn muscles(p: &mut String, all: &[WithoutMuscle]) {
 fn distributions(p: &mut String, study: &PosteriorStudy) {
     let _ = writeln!(
         p,
-        "## Distributions of a muscle left out\n\nThe posterior (`--posterior`; ν = {}, priors as they were fixed beforehand) tells every muscle of every \
-         fit from the seven others, with all that is not known: tensions in the vowel and in the baseline, the hyoid, ends of muscles, outline, \
-         compressibility, a discrepancy of {} and rounding. `gaussian` is a normal distribution of the other subjects' stretches, shrunk as is best \
-         inside the fold; `no_change` has the spread of theirs. CRPS: the smaller the better; log score: the larger.\n",
+        "## Distributions of a muscle left out\n\nThe posterior (`--posterior`; ν = {}) tells every muscle of every fit from the others, with all that is not \
+         known: tensions in the vowel and in the baseline, the hyoid, ends of muscles, outline, compressibility, a discrepancy of {} and \
+         rounding. `posterior` sees the seven other muscles of the same row, `posterior_joint` all other stretches of the speaker, \
+         `posterior_joint_tilt` the same with a hyoid that may tilt as it moves back; `control_other_speakers` puts rows of different \
+         speakers together as if they were of one. The discrepancy and the scales of tensions were found on S1 to S3, the tilt on \
+         S1 to S4: a fifth speaker has to confirm them. `gaussian` is a normal distribution of the other subjects' stretches, shrunk as is \
+         best inside the fold; `no_change` has the spread of theirs. CRPS: the smaller the better; log score: the larger. Every prediction is \
+         in `posterior_predictions.csv`.\n",
         study.poisson_ratio, study.priors.discrepancy.sd
     );
     let head = "RMS | CRPS | log score | in 50 % | in 95 % | muscles |";
@@ -239,7 +251,7 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
     let [gain, error] = study.log_score_gain;
     let _ = writeln!(
         p,
-        "\nThe posterior's log score is {gain:+.2} ± {error:.2} (standard error over fits) of the normal distribution's."
+        "\nThe best posterior's log score is {gain:+.2} ± {error:.2} (standard error over fits) of the normal distribution's."
     );
     if !study.permuted_rms.is_empty() {
         let least = study.permuted_rms.iter().copied().fold(f64::INFINITY, f64::min);
@@ -260,7 +272,7 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
             .collect();
         let _ = writeln!(
             p,
-            "By marginal likelihood the discrepancy is best at {} (logarithm, to the best: {}); it is not set by that.",
+            "By marginal likelihood (Laplace's approximation, single rows) the discrepancy is best at {} (logarithm, to the best: {}); it is not set by that.",
             best.sd,
             all.join(", ")
         );
@@ -271,7 +283,7 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
     );
     for row in &study.other_baselines {
         for s in row.scores.iter().filter(|s| s.name != "no_change") {
-            let warning = if s.name == "posterior" { row.warning.as_str() } else { "" };
+            let warning = if s.name == "posterior_joint_tilt" { row.warning.as_str() } else { "" };
             let subjects = row.subjects.join(", ");
             let _ =
                 writeln!(p, "| /{}/ | {subjects} | `{}` | {} {warning} |", row.baseline, s.name, numbers(s));

@@ -1,14 +1,17 @@
-//! Validation of the posterior: every muscle of every case is predicted from all others, as a distribution.
-//! Priors and settings were fixed beforehand, so nothing is tuned. It is compared with the normal
-//! distribution of the other subjects, whose shrinkage is chosen inside the fold.
+//! The posterior among the opponents: every muscle of every case predicted from all others, as a distribution. Beside it stands the normal
+//! distribution of the other subjects, shrunk as is best inside the fold.
+//!
+//! The posterior takes each row by itself, or a speaker's rows together, without and with a hyoid that tilts. As a control rows of
+//! different speakers are taken together: what helps there is not what a speaker's vowels have in common.
 
 use serde::Serialize;
 
 use tongue_core::body::Body;
 use tongue_core::parallel;
 use tongue_core::system::Model;
+use tongue_infer::inverse::Matched;
 use tongue_infer::posterior::{
-    Density, Ground, How, LeftOut, Mode, Pairs, Part, PosteriorError, Priors, Seen, left_out, unseen,
+    Density, Ground, How, LeftOut, Mode, Part, PosteriorError, Priors, Seen, left_out, without_each,
 };
 use tongue_input::measured::{Dataset, Vowel};
 
@@ -21,7 +24,7 @@ use super::Progress;
 
 /// Candidate standard deviations of the discrepancy of a stretch, for the marginal likelihood.
 const DISCREPANCIES: [f64; 8] = [0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06];
-/// Maximum number of permutations of names: each takes as long as the whole table.
+/// Most permutations of names: each takes as long as the table itself.
 const MOST_PERMUTATIONS: u64 = 10;
 
 /// Scores of predicted distributions.
@@ -41,7 +44,7 @@ pub struct Scored {
     pub coverage_95: f64,
     /// Number of predictions.
     pub predictions: usize,
-    /// Predictions with draws of their own, because too few pairs of shared draws counted.
+    /// Predictions that were sampled by themselves, since too few draws of the run for all of them counted.
     pub sampled: usize,
 }
 
@@ -54,11 +57,38 @@ pub struct ScoredBaseline {
     pub subjects: Vec<String>,
     /// Why the posterior is not reliable with this baseline; empty if there is no reason.
     pub warning: String,
-    /// Scores of no change, the normal distribution and the posterior.
+    /// No change, the normal distribution, the posterior by rows and with a speaker's rows together.
     pub scores: Vec<Scored>,
 }
 
-/// Marginal likelihood of the data with a discrepancy.
+/// What the opponents say of one muscle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Told {
+    /// The baseline.
+    pub baseline: Vowel,
+    /// The subject.
+    pub subject: String,
+    /// The vowel.
+    pub vowel: Vowel,
+    /// The muscle.
+    pub muscle: String,
+    /// Its measured stretch.
+    pub measured: f64,
+    /// Who predicts.
+    pub opponent: String,
+    /// Mean of the prediction.
+    pub mean: f64,
+    /// Lower end of its middle 95 %.
+    pub low_95: f64,
+    /// Upper end.
+    pub high_95: f64,
+    /// Logarithm of the density of what was measured.
+    pub log_score: f64,
+    /// Effective draws.
+    pub effective: f64,
+}
+
+/// How probable the data are with a discrepancy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Evidence {
     /// Standard deviation of the discrepancy of a stretch.
@@ -74,14 +104,17 @@ pub struct PosteriorStudy {
     pub poisson_ratio: f64,
     /// Priors of the posterior.
     pub priors: Priors,
-    /// Scores of no change, the normal distribution and the posterior, with the usual baseline.
+    /// All opponents with the usual baseline.
     pub scores: Vec<Scored>,
-    /// Difference of the mean log scores of posterior and normal distribution, and its standard error over
-    /// cases.
+    /// Difference of the mean log scores of the best posterior and the normal distribution, and its standard error over cases.
     pub log_score_gain: [f64; 2],
-    /// Scores with other baselines, for all subjects together and for each.
+    /// Some opponents with other baselines, and for each subject.
     pub other_baselines: Vec<ScoredBaseline>,
-    /// Root mean square errors with permuted names of muscles.
+    /// Every prediction.
+    pub predictions: Vec<Told>,
+    /// Who wins, in one sentence.
+    pub verdict: String,
+    /// Root mean square errors where muscles bear each other's names.
     pub permuted_rms: Vec<f64>,
     /// Mean log scores with permuted names of muscles.
     pub permuted_log_score: Vec<f64>,
@@ -89,33 +122,102 @@ pub struct PosteriorStudy {
     pub discrepancy: Vec<Evidence>,
 }
 
-/// Predictions of every muscle of a case by no change, the normal distribution and the posterior.
-type Predicted = Vec<[Option<LeftOut>; 3]>;
+/// The opponents in the order in which they are told.
+const OPPONENTS: [&str; 6] = [
+    "no_change",
+    "gaussian",
+    "posterior",
+    "posterior_joint",
+    "posterior_joint_tilt",
+    "control_other_speakers",
+];
+/// Where the posteriors begin among them.
+const FIRST_POSTERIOR: usize = 2;
 
-const NAMES: [&str; 3] = ["no_change", "gaussian", "posterior"];
+/// What each opponent says of every muscle of a case; `None` of who was not asked.
+type Predicted = Vec<Vec<Option<LeftOut>>>;
+
+/// What a posterior is told about a case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Way {
+    /// The row alone; the hyoid does not tilt.
+    Row,
+    /// All rows of the speaker; the hyoid does not tilt.
+    Joint,
+    /// All rows of the speaker; the hyoid may tilt.
+    JointTilt,
+    /// Each row with rows of other speakers, as if they were of one; the hyoid may tilt.
+    OtherSpeakers,
+}
+
+impl Way {
+    const ALL: [Self; 4] = [Self::Row, Self::Joint, Self::JointTilt, Self::OtherSpeakers];
+
+    /// Cases that are taken together, by their numbers.
+    fn groups(self, all: &[Case]) -> Vec<Vec<usize>> {
+        let of = |subject: &str| (0..all.len()).filter(|&i| all[i].subject == subject).collect::<Vec<_>>();
+        let speakers: Vec<Vec<usize>> = subjects(all).into_iter().map(of).collect();
+        match self {
+            Self::Row => (0..all.len()).map(|i| vec![i]).collect(),
+            Self::Joint | Self::JointTilt => speakers,
+            // The first row of one speaker, the second of the next one, and so on.
+            Self::OtherSpeakers => (0..speakers.len())
+                .map(|first| {
+                    let most = speakers.iter().map(Vec::len).max().unwrap_or(0);
+                    let row = |j: usize| speakers[(first + j) % speakers.len()].get(j).copied();
+                    (0..most).filter_map(row).collect()
+                })
+                .collect(),
+        }
+    }
+}
 
 struct Judge {
+    /// With a hyoid that may tilt.
     ground: Ground,
+    /// Without.
+    straight: Ground,
     seed: u64,
 }
 
 impl Judge {
-    /// Predicts every muscle of a case from all others.
-    fn posterior(&self, case: &Case) -> Result<Vec<LeftOut>, PosteriorError> {
-        let mut density = Density::new(&self.ground, Seen::of(&case.matched))?;
-        let mode = Mode::find(&mut density)?;
-        let positions: Vec<usize> = (0..density.seen.muscles.len()).collect();
-        unseen(&density, &mode, &positions, self.seed)
+    /// Predicts every muscle of all cases, each from all others that are taken together with it.
+    fn posterior(&self, way: Way, all: &[Case]) -> Result<Vec<Vec<LeftOut>>, PosteriorError> {
+        let ground = if matches!(way, Way::Row | Way::Joint) { &self.straight } else { &self.ground };
+        let groups = way.groups(all);
+        let found = parallel::map(&groups, |group| {
+            let matched: Vec<&Matched> = group.iter().map(|&i| &all[i].matched).collect();
+            let mut density = Density::new(ground, Seen::together(&matched))?;
+            let mode = Mode::find(&mut density)?;
+            let told = without_each(&density, &mode)?;
+            let of_case = |posture: usize| {
+                density.seen.of_posture(posture).into_iter().map(|i| told[i].clone()).collect::<Vec<_>>()
+            };
+            Ok((0..group.len()).map(|posture| (group[posture], of_case(posture))).collect::<Vec<_>>())
+        });
+        let found: Vec<Vec<_>> = found.into_iter().collect::<Result<_, PosteriorError>>()?;
+        let mut out = vec![Vec::new(); all.len()];
+        found.into_iter().flatten().for_each(|(case, told)| out[case] = told);
+        Ok(out)
     }
 
-    fn all(&self, all: &[Case]) -> Result<Vec<Predicted>, PosteriorError> {
-        let rows = parallel::map(all, |case| {
+    fn all(&self, all: &[Case], ways: &[Way]) -> Result<Vec<Predicted>, PosteriorError> {
+        let posteriors: Vec<Option<Vec<Vec<LeftOut>>>> = Way::ALL
+            .into_iter()
+            .map(|way| ways.contains(&way).then(|| self.posterior(way, all)).transpose())
+            .collect::<Result<_, _>>()?;
+        let rows = (0..all.len()).map(|i| {
+            let case = &all[i];
             let others: Vec<&Case> = all.iter().filter(|c| c.subject != case.subject).collect();
-            let posterior = self.posterior(case)?;
-            let usual = statistical(&others, case, self.seed);
-            Ok(posterior.into_iter().zip(usual).map(|(p, [none, normal])| [none, normal, Some(p)]).collect())
+            let usual = statistical(&others, case, self.seed).into_iter().enumerate();
+            usual
+                .map(|(m, usual)| {
+                    let told = |p: &Option<Vec<Vec<LeftOut>>>| p.as_ref().and_then(|p| p[i].get(m).cloned());
+                    usual.into_iter().chain(posteriors.iter().map(told)).collect()
+                })
+                .collect()
         });
-        rows.into_iter().collect()
+        Ok(rows.collect())
     }
 }
 
@@ -131,7 +233,7 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
     let usual = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
     let normal = |mean: f64, sd: f64, measured: f64| {
         let parts = vec![Part { mean, weight: 1.0 }; 4000];
-        left_out(&parts, sd, measured, How::Weighed, seed)
+        left_out(&parts, sd, measured, How::Together, seed)
     };
     let one = |m: usize| {
         let measured = case.target().values[m];
@@ -142,7 +244,7 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
     (0..count).map(one).collect()
 }
 
-/// Scores of one of the three opponents over cases.
+/// Scores of one of the opponents over cases.
 fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Scored {
     let rows = all.iter().zip(predicted).filter(|(case, _)| is_in(case));
     let each: Vec<(f64, &LeftOut)> = rows
@@ -153,7 +255,7 @@ fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&C
     let mean =
         |of: &dyn Fn(&(f64, &LeftOut)) -> f64| each.iter().map(of).sum::<f64>() / each.len().max(1) as f64;
     Scored {
-        name: NAMES[which].to_owned(),
+        name: OPPONENTS[which].to_owned(),
         rms: mean(&|(y, p)| (p.spread.mean - y).powi(2)).sqrt(),
         crps: mean(&|(_, p)| p.crps),
         log_score: mean(&|(_, p)| p.log_score),
@@ -162,6 +264,63 @@ fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&C
         predictions: each.len(),
         sampled: each.iter().filter(|(_, p)| p.how == How::Sampled).count(),
     }
+}
+
+/// The scores of those that were asked.
+fn all_scored(all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Vec<Scored> {
+    let each = (0..OPPONENTS.len()).map(|which| scored(which, all, predicted, &is_in));
+    each.filter(|s| s.predictions > 0).collect()
+}
+
+/// Every prediction of every opponent.
+fn told(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<Told> {
+    let mut out = Vec::new();
+    for (case, row) in all.iter().zip(predicted) {
+        for (m, of_muscle) in row.iter().enumerate() {
+            for (which, found) in of_muscle.iter().enumerate() {
+                let Some(found) = found else { continue };
+                out.push(Told {
+                    baseline: baseline.clone(),
+                    subject: case.subject.clone(),
+                    vowel: case.vowel.clone(),
+                    muscle: case.target().muscles[m].clone(),
+                    measured: case.target().values[m],
+                    opponent: OPPONENTS[which].to_owned(),
+                    mean: found.spread.mean,
+                    low_95: found.spread.interval_95[0],
+                    high_95: found.spread.interval_95[1],
+                    log_score: found.log_score,
+                    effective: found.effective,
+                });
+            }
+        }
+    }
+    out
+}
+
+/// Who wins by log score, by how much before the best that is no posterior, and whether the control stays behind.
+fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
+    let best = |all: &mut dyn Iterator<Item = &Scored>| -> Option<Scored> {
+        all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)).cloned()
+    };
+    let is_control = |s: &&Scored| s.name.starts_with("control");
+    let Some(first) = best(&mut scores.iter().filter(|s| !is_control(s))) else { return String::new() };
+    let control = scores.iter().find(is_control).map_or_else(String::new, |c| {
+        let row = scores.iter().find(|s| s.name == OPPONENTS[FIRST_POSTERIOR]);
+        let is_behind = row.is_some_and(|row| c.log_score < row.log_score && c.rms > row.rms);
+        let word = if is_behind { "behind" } else { "not behind" };
+        format!(
+            "; the control with other speakers' vowels ({:.3}, {:.2}) is {word} single rows",
+            c.rms, c.log_score
+        )
+    });
+    format!(
+        "Of all muscles left out, `{}` predicts best: RMS {:.3}, log score {:.2}, {:.0} % in its 95 % intervals; the best posterior is {gain:+.2} ± {error:.2} before the normal distribution of the other speakers in log score{control}.",
+        first.name,
+        first.rms,
+        first.log_score,
+        100.0 * first.coverage_95
+    )
 }
 
 /// Validates the posterior.
@@ -176,16 +335,27 @@ pub fn study(
     [permutations, seed]: [u64; 2],
     progress: &Progress<'_>,
 ) -> Result<PosteriorStudy, StudyError> {
-    let ground = Ground::new(body, model, &Priors::default())?;
-    let judge = Judge { ground, seed };
+    let priors = Priors::default();
+    let mut without_tilt = priors.clone();
+    without_tilt.hyoid_tilt.off = true;
+    let ground = Ground::new(body, model, &priors)?;
+    let straight = Ground::new(body, model, &without_tilt)?;
+    let judge = Judge { ground, straight, seed };
     let all = cases(data, &body.mesh, baseline);
-    let predicted = judge.all(&all)?;
+    let predicted = judge.all(&all, &Way::ALL)?;
     progress.add(all.len(), "posterior");
+    let scores = all_scored(&all, &predicted, |_| true);
+    let mut predictions = told(baseline, &all, &predicted);
+    let log_score =
+        |name: &str| scores.iter().find(|s| s.name == name).map_or(f64::NEG_INFINITY, |s| s.log_score);
+    let best = (FIRST_POSTERIOR..OPPONENTS.len() - 1)
+        .max_by(|a, b| log_score(OPPONENTS[*a]).total_cmp(&log_score(OPPONENTS[*b])))
+        .unwrap_or(FIRST_POSTERIOR);
     let of_case = |which: usize, row: &Predicted| -> f64 {
         let logs: Vec<f64> = row.iter().filter_map(|p| Some(p[which].as_ref()?.log_score)).collect();
         logs.iter().sum::<f64>() / logs.len().max(1) as f64
     };
-    let gains: Vec<f64> = predicted.iter().map(|row| of_case(2, row) - of_case(1, row)).collect();
+    let gains: Vec<f64> = predicted.iter().map(|row| of_case(best, row) - of_case(1, row)).collect();
     let mean = gains.iter().sum::<f64>() / gains.len().max(1) as f64;
     let spread = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>();
     let error = (spread / (gains.len().max(2) - 1) as f64 / gains.len().max(1) as f64).sqrt();
@@ -198,23 +368,16 @@ pub fn study(
     let mut other_baselines = Vec::new();
     for vowel in vowels {
         let all = cases(data, &body.mesh, &vowel);
-        if subjects(&all).len() < 2 {
+        if subjects(&all).len() < 2 || vowel == *baseline {
             continue;
         }
-        let predicted = judge.all(&all)?;
+        let predicted = judge.all(&all, &[Way::Row, Way::JointTilt])?;
+        predictions.extend(told(&vowel, &all, &predicted));
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
             let is_in = |c: &Case| names.contains(&c.subject.as_str());
-            let scores: Vec<Scored> = (0..3).map(|w| scored(w, &all, &predicted, is_in)).collect();
-            let warning = match () {
-                () if scores[2].coverage_95 < 0.9 => {
-                    format!("its 95 % intervals hold {:.0} %", 100.0 * scores[2].coverage_95)
-                }
-                () if scores[2].rms > scores[1].rms => {
-                    "the normal distribution has the smaller error".to_owned()
-                }
-                () => String::new(),
-            };
+            let scores = all_scored(&all, &predicted, is_in);
+            let warning = warning(&scores);
             let subjects = names.iter().map(|s| (*s).to_owned()).collect();
             other_baselines.push(ScoredBaseline { baseline: vowel.clone(), subjects, warning, scores });
         }
@@ -222,52 +385,59 @@ pub fn study(
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
     for order in orders(data.muscles().len(), permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| renamed(lengths, &order));
-        let rows: Vec<_> = parallel::map(&all, |case| judge.posterior(case));
-        let rows: Vec<Predicted> = rows
-            .into_iter()
-            .flatten()
-            .map(|row| row.into_iter().map(|p| [None, None, Some(p)]).collect())
-            .collect();
-        if rows.len() == all.len() {
-            let found = scored(2, &all, &rows, |_| true);
+        if let Ok(predicted) = judge.all(&all, &[Way::Row]) {
+            let found = scored(FIRST_POSTERIOR, &all, &predicted, |_| true);
             permuted_rms.push(found.rms);
             permuted_log_score.push(found.log_score);
         }
         progress.add(1, "posterior with permuted names");
     }
+    let log_score_gain = [mean, error];
     Ok(PosteriorStudy {
         poisson_ratio: judge.ground.model.constants.poisson_ratio,
         priors: judge.ground.priors.clone(),
-        scores: (0..3).map(|which| scored(which, &all, &predicted, |_| true)).collect(),
-        log_score_gain: [mean, error],
+        verdict: verdict(&scores, log_score_gain),
+        scores,
+        log_score_gain,
         other_baselines,
+        predictions,
         permuted_rms,
         permuted_log_score,
         discrepancy: discrepancies(&judge, &all)?,
     })
 }
 
-/// The marginal likelihood of all cases for each discrepancy; the covariance of the geometry is computed for
-/// each case.
+/// What says that the best posterior is not to be believed; empty where nothing does.
+fn warning(scores: &[Scored]) -> String {
+    let of = |name: &str| scores.iter().find(|s| s.name == name);
+    let joint = OPPONENTS[Way::JointTilt as usize + FIRST_POSTERIOR];
+    let (Some(normal), Some(joint)) = (of(OPPONENTS[1]), of(joint)) else { return String::new() };
+    match () {
+        () if joint.coverage_95 < 0.9 => {
+            format!("its 95 % intervals hold {:.0} %", 100.0 * joint.coverage_95)
+        }
+        () if joint.rms > normal.rms => "the normal distribution errs less".to_owned(),
+        () => String::new(),
+    }
+}
+
+/// The marginal likelihood of all cases for each discrepancy, by Laplace's approximation, with the covariance of geometry of each.
 fn discrepancies(judge: &Judge, all: &[Case]) -> Result<Vec<Evidence>, StudyError> {
     let ground = |sd: f64| -> Result<Ground, PosteriorError> {
-        let mut priors = judge.ground.priors.clone();
+        let mut priors = judge.straight.priors.clone();
         priors.discrepancy.sd = sd;
         Ground::new(&judge.ground.body, &judge.ground.model, &priors)
     };
     let grounds = DISCREPANCIES.into_iter().map(ground).collect::<Result<Vec<_>, _>>()?;
     let logs = parallel::map(all, |case| -> Result<Vec<f64>, PosteriorError> {
         let seen = Seen::of(&case.matched);
-        let mut usual = Density::new(&judge.ground, seen.clone())?;
-        let near = Mode::find(&mut usual)?;
-        let (mut densities, mut modes) = (Vec::new(), Vec::new());
-        for ground in &grounds {
+        let near = Mode::find(&mut Density::new(&judge.straight, seen.clone())?)?;
+        let evidence = |ground: &Ground| {
             let mut density = Density::new(ground, seen.clone())?;
-            modes.push(Mode::find_near(&mut density, &near)?);
-            densities.push(density);
-        }
-        let pairs = Pairs::about(&usual, &modes, judge.seed)?;
-        Ok(densities.iter().map(|density| pairs.evidence(density).0).collect())
+            let mode = Mode::find_near(&mut density, &near)?;
+            mode.evidence(&density).ok_or(PosteriorError::Covariance)
+        };
+        grounds.iter().map(evidence).collect()
     });
     let logs = logs.into_iter().collect::<Result<Vec<_>, _>>()?;
     let sum = |i: usize| logs.iter().map(|case| case[i]).sum();

@@ -1,6 +1,7 @@
 //! Outputs of a batch: tables (CSV, LaTeX), one JSON document, one page and one picture, assembled from the
 //! parts that each fit wrote when it was done.
 
+pub mod contrasts;
 pub mod journal;
 mod latex;
 pub mod page;
@@ -80,7 +81,10 @@ pub struct Fitted {
     /// Its lines of `posterior.csv`; empty if no posterior was asked for.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub posterior: String,
-    /// Its part of the page, if the page shows the fit.
+    /// Differences of tensions between earlier rows of the subject and this one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contrasts: Vec<tongue_infer::posterior::Contrast>,
+    /// Its part of the page, for as many fits as the page shows.
     pub page: Option<page::PageFit>,
 }
 
@@ -153,7 +157,9 @@ pub struct Within<'a> {
 pub struct RowPosterior {
     /// Its report.
     pub report: tongue_infer::posterior::Report,
-    /// The ridges of its changes, SVG; `None` if it has not mixed or the page does not show the fit.
+    /// Differences of tensions between earlier rows of the subject and this one.
+    pub contrasts: Vec<tongue_infer::posterior::Contrast>,
+    /// The ridges of its changes, SVG; none where it has not mixed or the page does not show the fit.
     pub ridges: Option<String>,
 }
 
@@ -203,6 +209,7 @@ pub fn fitted(
         fits: tables::fit_line(muscles, &record, provenance).map_err(text)?,
         latex: latex::row(muscles, &record),
         posterior: tables::posterior_lines(&record, provenance).map_err(text)?,
+        contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
         page: on_page
             .then(|| {
                 let ridges = posterior.and_then(|p| p.ridges.as_deref());
@@ -221,13 +228,14 @@ pub fn write_files(
     batch: &Batch<'_>,
     journal: &BatchJournal,
 ) -> Result<Vec<std::path::PathBuf>, ReportError> {
-    let mut has_posterior = false;
+    let (mut has_posterior, mut has_contrasts) = (false, false);
     each_fit(batch, journal, |_, fit| {
         has_posterior |= !fit.posterior.is_empty();
+        has_contrasts |= !fit.contrasts.is_empty();
         Ok(())
     })
     .map_err(|e| ReportError::Record { reason: e.to_string() })?;
-    let files: [(&str, &Writes<'_>); 7] = [
+    let files: [(&str, &Writes<'_>); 10] = [
         ("batch.json", &|w| write_json(w, batch, journal, false)),
         ("fits.csv", &|w| write_fits(w, batch, journal)),
         ("muscles.csv", &|w| write_rows(w, batch, journal, |fit| &fit.muscles)),
@@ -235,8 +243,16 @@ pub fn write_files(
         ("tensions.tex", &|w| write_latex(w, batch, journal)),
         ("tensions.svg", &|w| page::write_tensions(w, batch, journal)),
         ("posterior.csv", &|w| write_rows(w, batch, journal, |fit| &fit.posterior)),
+        ("contrasts.csv", &|w| contrasts::write_csv(w, batch, journal)),
+        ("contrasts.md", &|w| contrasts::write_page(w, batch, journal)),
+        ("contrasts.svg", &|w| contrasts::write_picture(w, batch, journal)),
     ];
-    out.write_streams(if has_posterior { &files } else { &files[..6] })
+    let count = match (has_posterior, has_contrasts) {
+        (_, true) => 10,
+        (true, false) => 7,
+        (false, false) => 6,
+    };
+    out.write_streams(&files[..count])
 }
 
 /// Writes the JSON document; `with_times` adds the durations, which differ from run to run.
@@ -280,7 +296,9 @@ pub fn write_json(
             })
         })
         .collect();
-    write!(w, "],\n\"baselines\":")?;
+    write!(w, "],\n\"contrasts\":")?;
+    serde_json::to_writer(&mut *w, &contrasts::all(batch, journal)?)?;
+    write!(w, ",\n\"baselines\":")?;
     serde_json::to_writer(&mut *w, &baselines)?;
     write!(w, ",\n\"not_fitted\":")?;
     serde_json::to_writer(&mut *w, &refusals)?;

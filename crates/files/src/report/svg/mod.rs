@@ -6,6 +6,7 @@ mod animation;
 mod axes;
 mod changes;
 mod contours;
+mod contrasts;
 mod labels;
 mod muscles;
 mod plot;
@@ -28,6 +29,7 @@ use super::export::{Export, Provenance};
 
 pub use animation::{AnimationFrame, animation, animation_of_seen};
 pub use changes::{Series, changes};
+pub use contrasts::contrasts;
 pub use muscles::{Panel, panels};
 pub use posterior::{outlines, pairs, ridges};
 pub use scatter::{Scatter, scatter};

@@ -23,9 +23,9 @@ const MOST_PAIRED: usize = 5;
 /// Fill without a colour of its own.
 const SHADE: &str = "#bbbbbb";
 
-/// Changes of a muscle in all draws, N per metre of thickness.
-fn changes(posterior: &Posterior<'_>, muscle: usize) -> Vec<f64> {
-    posterior.draws.iter().map(|d| d.change(muscle)).collect()
+/// Changes of a muscle from the baseline to a posture in all draws, N per metre of thickness.
+fn changes(posterior: &Posterior<'_>, posture: usize, muscle: usize) -> Vec<f64> {
+    posterior.draws.iter().map(|d| d.change(posture, muscle)).collect()
 }
 
 /// Probability that the change is above zero.
@@ -33,11 +33,11 @@ fn rises(changes: &[f64]) -> f64 {
     changes.iter().filter(|c| **c > 0.0).count() as f64 / changes.len().max(1) as f64
 }
 
-/// A ridge for every muscle: the density of the change of its tension from the baseline, with a bar over its
-/// 95 % interval and a thick one over its 50 % interval.
-pub fn ridges(posterior: &Posterior<'_>, title: &str) -> Svg {
+/// A ridge for every muscle: how probable each change of its tension from the baseline is; a bar over its middle 95 %, a thick one over
+/// its middle half.
+pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let names = &posterior.density.ground.muscles;
-    let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, m)).collect();
+    let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, posture, m)).collect();
     let spreads: Vec<Spread> = all.iter().map(|c| Spread::of(c.iter().copied())).collect();
     let told = names
         .iter()
@@ -128,10 +128,10 @@ fn inner([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     ticks(low..=high).into_iter().filter(move |v| (low + room..=high - room).contains(v)).step_by(3)
 }
 
-/// Pairs of changes of the muscles that are surest to rise or fall.
-pub fn pairs(posterior: &Posterior<'_>, title: &str) -> Svg {
+/// The changes of the muscles that are surest to rise or fall, in pairs.
+pub fn pairs(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let names = &posterior.density.ground.muscles;
-    let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, m)).collect();
+    let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, posture, m)).collect();
     let mut shown: Vec<usize> = (0..names.len()).collect();
     shown.sort_by(|a, b| (rises(&all[*b]) - 0.5).abs().total_cmp(&(rises(&all[*a]) - 0.5).abs()));
     shown.truncate(MOST_PAIRED);

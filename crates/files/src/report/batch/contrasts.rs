@@ -1,0 +1,150 @@
+//! Differences of tensions between the vowels of a subject, as rows of `contrasts.csv` and as the page `contrasts.md`.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use super::{Batch, BatchJournal};
+use crate::report::Export;
+use crate::report::svg;
+use tongue_infer::posterior::Contrast;
+
+/// A contrast with the subject.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SubjectContrast {
+    /// The subject.
+    pub subject: String,
+    /// The baseline of the vowels.
+    pub baseline: String,
+    /// The contrast.
+    #[serde(flatten)]
+    pub contrast: Contrast,
+}
+
+/// The contrasts of all subjects, in the order of rows.
+///
+/// # Errors
+/// As the journal.
+pub fn all(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Vec<SubjectContrast>> {
+    let mut out = Vec::new();
+    for (number, job) in batch.jobs.iter().enumerate() {
+        let entry = journal.read(number).map_err(io::Error::other)?;
+        let fit = entry.and_then(|entry| entry.result.ok());
+        out.extend(fit.into_iter().flat_map(|fit| fit.contrasts).map(|contrast| SubjectContrast {
+            subject: job.target.subject.clone(),
+            baseline: job.target.baseline.to_string(),
+            contrast,
+        }));
+    }
+    Ok(out)
+}
+
+#[derive(Serialize)]
+struct Row<'a> {
+    subject: &'a str,
+    baseline: &'a str,
+    vowel: &'a str,
+    other_vowel: &'a str,
+    muscle: &'a str,
+    difference_median_n_per_m: f64,
+    difference_low_95_n_per_m: f64,
+    difference_high_95_n_per_m: f64,
+    probability_more: f64,
+    decided: bool,
+    depends_on_prior: bool,
+    sign_depends_on_prior: bool,
+    version: &'a str,
+    command: &'a str,
+}
+
+/// Writes `contrasts.csv`.
+///
+/// # Errors
+/// As the operating system.
+pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(w);
+    for SubjectContrast { subject, baseline, contrast: c } in &all(batch, journal)? {
+        writer.serialize(Row {
+            subject,
+            baseline,
+            vowel: &c.posture,
+            other_vowel: &c.other,
+            muscle: &c.muscle,
+            difference_median_n_per_m: c.median,
+            difference_low_95_n_per_m: c.interval_95[0],
+            difference_high_95_n_per_m: c.interval_95[1],
+            probability_more: c.probability_more,
+            decided: c.is_decided(),
+            depends_on_prior: c.depends_on_prior,
+            sign_depends_on_prior: c.sign_depends_on_prior,
+            version: &batch.provenance.version,
+            command: &batch.provenance.command,
+        })?;
+    }
+    writer.flush()
+}
+
+/// Subjects in their order, each with its contrasts.
+pub fn by_subject(all: &[SubjectContrast]) -> Vec<(&str, Vec<Contrast>)> {
+    let mut subjects: Vec<(&str, Vec<Contrast>)> = Vec::new();
+    for c in all {
+        match subjects.iter_mut().find(|(name, _)| *name == c.subject) {
+            Some((_, own)) => own.push(c.contrast.clone()),
+            None => subjects.push((&c.subject, vec![c.contrast.clone()])),
+        }
+    }
+    subjects
+}
+
+/// Writes `contrasts.md`: for every subject a table of the probabilities that a muscle pulls harder in the first vowel than in the other one.
+///
+/// # Errors
+/// As the operating system.
+pub fn write_page(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
+    let all = all(batch, journal)?;
+    let decided = all.iter().filter(|c| c.contrast.is_decided()).count();
+    let mut p = format!(
+        "# Contrasts between vowels\n\nMade by `{}`. By how much more a muscle pulls in one vowel of a subject than in another, from the posterior of all \
+         vowels of the subject together: the probability that it is more, and the 95 % interval of the difference, N per metre of \
+         thickness. Bold: the sign is sure to 95 % ({decided} of {}). °: the prior of tensions says how large the difference is; ‡: its \
+         scale has a part in the sign.\n\n",
+        batch.provenance.command,
+        all.len()
+    );
+    p += "![Differences of tensions between vowels](contrasts.svg)\n\n";
+    for (subject, own) in by_subject(&all) {
+        let _ = writeln!(p, "## {subject}\n");
+        let mut muscles: Vec<&str> = Vec::new();
+        for c in &own {
+            if !muscles.contains(&c.muscle.as_str()) {
+                muscles.push(&c.muscle);
+            }
+        }
+        let _ = writeln!(p, "| vowels | {} |\n|---|{}", muscles.join(" | "), "---|".repeat(muscles.len()));
+        for row in own.chunks(muscles.len()) {
+            let cell = |c: &Contrast| {
+                let bold = if c.is_decided() { "**" } else { "" };
+                let marks = [(c.depends_on_prior, "°"), (c.sign_depends_on_prior, "‡")];
+                let marks: String = marks.iter().filter(|(is, _)| *is).map(|(_, m)| *m).collect();
+                let [low, high] = c.interval_95.map(|v| format!("{:.0}", v.round() + 0.0));
+                format!("{bold}{:.2}{bold} ({low} to {high}{marks})", c.probability_more)
+            };
+            let cells: Vec<String> = row.iter().map(cell).collect();
+            let _ = writeln!(p, "| /{}/ − /{}/ | {} |", row[0].posture, row[0].other, cells.join(" | "));
+        }
+        p += "\n";
+    }
+    w.write_all(p.as_bytes())
+}
+
+/// Writes `contrasts.svg`.
+///
+/// # Errors
+/// As the operating system.
+pub fn write_picture(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
+    let all = all(batch, journal)?;
+    let by = crate::report::Provenance::new(&batch.provenance.command);
+    svg::contrasts(&by_subject(&all), "Differences of tensions between vowels")
+        .write(w, &by.with_inputs(&batch.provenance.inputs_sha256))
+}

@@ -1,0 +1,170 @@
+//! What is predicted of every measured stretch as if it had not been measured.
+//!
+//! Weighing the draws of the whole posterior leans to the measurement: it has been seen by the draws, of which too few lie where they would
+//! without it, and by the covariance of geometry. So one run samples the mixture of all posteriors that have not seen one of the stretches each,
+//! with as much of each (Silva and Zanella, Journal of the American Statistical Association 119, 2024):
+//!
+//! ```text
+//! q(g) = N(g; 0, I) sum over i of N(y_-i; s(g), C_i) / Z_i
+//! ```
+//! `C_i` has the covariance of geometry about the mode that has not seen stretch i, and `Z_i` is the marginal density of the others, by
+//! Laplace's approximation. A draw counts for i by the share that i has in the sum. No share is above one, so that weights have no heavy
+//! tail and need no smoothing; where too few draws count, the posterior without that stretch is sampled by itself.
+
+use nalgebra::{DMatrix, DVector};
+
+use tongue_core::parallel;
+use tongue_core::random::{normals, seed_of};
+
+use super::PosteriorError;
+use super::density::Density;
+use super::evaluator::Errors;
+use super::hmc::Whitened;
+use super::map::Mode;
+use super::run::{Draw, Posterior, Settings, chains, numbered, sample_at};
+use super::score::{How, LeftOut, Part, about, left_out};
+use super::spread::Spread;
+
+/// Draws of the mixture for each stretch, and those of a posterior that is sampled by itself.
+const DRAWS_EACH: usize = 200;
+const OWN_DRAWS: usize = 800;
+/// Least part of its own draws of the mixture that must count for a stretch.
+const LEAST_EFFECTIVE: f64 = 0.25;
+/// Seed of both: a fit, a batch and a validation tell the same.
+const SEED: u64 = 5;
+
+/// The posterior that has not seen the stretch at a position.
+struct Without<'a> {
+    density: Density<'a>,
+    mode: Mode,
+    /// Minus the logarithm of the marginal density, up to a constant.
+    weight: f64,
+}
+
+impl<'a> Without<'a> {
+    fn new(whole: &Density<'a>, mode: &Mode, position: usize) -> Result<Self, PosteriorError> {
+        let mut density = whole.of(whole.seen.without(position))?;
+        let mode = Mode::find_near(&mut density, mode)?;
+        let factor = mode.precision.clone().cholesky().ok_or(PosteriorError::Covariance)?;
+        let weight = factor.l_dirty().diagonal().map(f64::ln).sum() - mode.log;
+        Ok(Self { density, mode, weight })
+    }
+}
+
+/// The mixture: of each posterior the position of the stretch that it has not seen.
+struct Mixture<'a>(Vec<(usize, Without<'a>)>);
+
+impl Mixture<'_> {
+    /// Logarithms of the parts at residuals, and minus their derivatives by these.
+    fn parts(&self, residuals: &DVector<f64>) -> Vec<(f64, DVector<f64>)> {
+        let part = |(position, without): &(usize, Without<'_>)| {
+            let (log, pulls) = without.density.log(&residuals.clone().remove_row(*position));
+            (log + without.weight, pulls.insert_row(*position, 0.0))
+        };
+        self.0.iter().map(part).collect()
+    }
+}
+
+/// Shares that add up to one, of logarithms, and the logarithm of their sum.
+fn shares(logs: impl Iterator<Item = f64> + Clone) -> (Vec<f64>, f64) {
+    let most = logs.clone().fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = logs.clone().map(|l| (l - most).exp()).sum();
+    (logs.map(|l| (l - most).exp() / sum).collect(), most + sum.ln())
+}
+
+impl Errors for Mixture<'_> {
+    fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
+        let parts = self.parts(residuals);
+        let (shares, log) = shares(parts.iter().map(|p| p.0));
+        let zero = DVector::zeros(residuals.len());
+        (log, parts.into_iter().zip(shares).fold(zero, |sum, ((_, pulls), share)| sum + pulls * share))
+    }
+}
+
+/// What is predicted of every measured stretch without its own measurement, where the mode of all is known.
+///
+/// # Errors
+/// [`PosteriorError`] where it cannot begin.
+pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, PosteriorError> {
+    let positions: Vec<usize> = (0..density.seen.len()).collect();
+    if positions.is_empty() {
+        return Ok(Vec::new());
+    }
+    let all = parallel::map(&positions, |&position| Ok((position, Without::new(density, mode, position)?)));
+    let mixture = Mixture(all.into_iter().collect::<Result<_, PosteriorError>>()?);
+    let count = positions.len() as f64;
+    let modes = || mixture.0.iter().map(|(_, without)| &without.mode);
+    let centre = modes().map(|m| &m.scores).sum::<DVector<f64>>() / count;
+    let n = centre.len();
+    let precision = modes().fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
+    let whitened = Whitened::new(centre, precision).ok_or(PosteriorError::Covariance)?;
+    let settings = Settings { draws: DRAWS_EACH * positions.len(), seed: SEED };
+    let draws = numbered(chains((density, &mixture), mode, &whitened, &settings, 1));
+    let weights: Vec<Vec<f64>> = draws
+        .iter()
+        .map(|d| {
+            let residuals = density.residuals(&d.lengths, &d.baseline_lengths);
+            shares(mixture.parts(&residuals).iter().map(|p| p.0)).0
+        })
+        .collect();
+    let together: Vec<LeftOut> = positions
+        .iter()
+        .map(|&position| {
+            let own: Vec<f64> = weights.iter().map(|w| w[position]).collect();
+            predicted(density, position, &mixture.0[position].1.density, (&draws, &own), How::Together)
+        })
+        .collect();
+    let alone = |(found, (position, without)): (LeftOut, (usize, Without<'_>))| {
+        if found.effective >= LEAST_EFFECTIVE * DRAWS_EACH as f64 {
+            return Ok(found);
+        }
+        let settings = Settings { draws: OWN_DRAWS, seed: SEED };
+        let own = sample_at(without.density, without.mode, &settings)?;
+        let weights = vec![1.0; own.draws.len()];
+        let found = predicted(density, position, &own.density, (&own.draws, &weights), How::Sampled);
+        Ok(LeftOut { effective: own.mixing.bulk.min(own.mixing.tail), ..found })
+    };
+    together.into_iter().zip(mixture.0).map(alone).collect()
+}
+
+/// What weighted draws say of a stretch that `other` has not seen and `whole` has.
+fn predicted(
+    whole: &Density<'_>,
+    position: usize,
+    other: &Density<'_>,
+    (draws, weights): (&[Draw], &[f64]),
+    how: How,
+) -> LeftOut {
+    let (row, measured) = (whole.rows()[position], whole.seen.stretches[position]);
+    let (gain, sd) = about(whole, other, position);
+    let part = |(d, &weight): (&Draw, &f64)| {
+        let error = gain.dot(&other.residuals(&d.lengths, &d.baseline_lengths));
+        Part { mean: d.stretch(row) + error, weight }
+    };
+    let parts: Vec<Part> = draws.iter().zip(weights).map(part).collect();
+    left_out(&parts, sd, measured, how, seed_of(SEED, position))
+}
+
+/// The stretches that the model gives, with the error of its geometry as far as the measurements tell it; one spread for every measured
+/// stretch.
+pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Spread> {
+    let density = &posterior.density;
+    let rows = density.rows();
+    let geometry = density.measured(&density.geometry);
+    let gain = &geometry * density.factor().inverse();
+    let left = &geometry - &gain * &geometry;
+    // Rounding may leave an eigenvalue a little below zero where there is no geometry.
+    let eigen = ((&left + left.transpose()) * 0.5).symmetric_eigen();
+    let roots = DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
+    let root = &eigen.eigenvectors * roots;
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut all = vec![Vec::with_capacity(posterior.draws.len()); rows.len()];
+    for d in &posterior.draws {
+        let residuals = density.residuals(&d.lengths, &d.baseline_lengths);
+        let error = &gain * residuals + &root * normals(rows.len(), &mut random);
+        for (i, &row) in rows.iter().enumerate() {
+            all[i].push(d.stretch(row) + error[i]);
+        }
+    }
+    all.into_iter().map(Spread::of).collect()
+}

@@ -1,0 +1,100 @@
+//! The stretches that were measured of a speaker, of one posture or of several that share a baseline.
+
+use nalgebra::DMatrix;
+
+use crate::inverse::Matched;
+
+/// Stretches of a speaker's postures against one baseline. The first four lists run over the stretches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Names of their muscles.
+    pub names: Vec<String>,
+    /// Numbers of the muscles in the body.
+    pub muscles: Vec<usize>,
+    /// Numbers of the postures.
+    pub postures: Vec<usize>,
+    /// Measured stretches, dimensionless.
+    pub stretches: Vec<f64>,
+    /// Covariance by the rounding of both lengths: postures share the lengths of the baseline.
+    pub rounding: DMatrix<f64>,
+    /// Names of the postures.
+    pub labels: Vec<String>,
+}
+
+impl Seen {
+    /// Nothing, of one posture: what is then sampled is the prior.
+    pub fn nothing() -> Self {
+        Self {
+            names: Vec::new(),
+            muscles: Vec::new(),
+            postures: Vec::new(),
+            stretches: Vec::new(),
+            rounding: DMatrix::zeros(0, 0),
+            labels: vec![String::new()],
+        }
+    }
+
+    /// All that was measured in both vowels of a target.
+    pub fn of(matched: &Matched) -> Self {
+        Self::together(&[matched])
+    }
+
+    /// All that was measured of a speaker's vowels, each against the same baseline. The stretch `m/b` of lengths of half widths `h` has the
+    /// variance `(h_m²/b² + h_b² m²/b⁴)/3` by rounding, and with that of another vowel the covariance `h_b² m m'/b⁴/3`.
+    pub fn together(vowels: &[&Matched]) -> Self {
+        let mut seen = Self { labels: Vec::with_capacity(vowels.len()), ..Self::nothing() };
+        // Of every stretch its variance by its own length, and its derivative by the baseline's length times the half width of that.
+        let (mut own, mut shared) = (Vec::new(), Vec::new());
+        for (posture, matched) in vowels.iter().enumerate() {
+            let target = &matched.target;
+            seen.labels.push(target.vowel.to_string());
+            for (m, name) in target.muscles.iter().enumerate() {
+                let (length, over) = (target.measured_mm[m], target.baseline_mm[m]);
+                seen.names.push(name.clone());
+                seen.muscles.push(matched.numbers[m]);
+                seen.postures.push(posture);
+                seen.stretches.push(length / over);
+                own.push((target.half_width_mm[m] / over).powi(2) / 3.0);
+                shared.push(target.baseline_half_width_mm[m] * length / (over * over));
+            }
+        }
+        let n = own.len();
+        seen.rounding = DMatrix::from_fn(n, n, |i, j| {
+            let of_baseline =
+                if seen.muscles[i] == seen.muscles[j] { shared[i] * shared[j] / 3.0 } else { 0.0 };
+            of_baseline + if i == j { own[i] } else { 0.0 }
+        });
+        seen
+    }
+
+    /// How many stretches there are.
+    pub fn len(&self) -> usize {
+        self.stretches.len()
+    }
+
+    /// Whether nothing was measured.
+    pub fn is_empty(&self) -> bool {
+        self.stretches.is_empty()
+    }
+
+    /// Without the stretch at a position.
+    pub fn without(&self, position: usize) -> Self {
+        let mut seen = self.clone();
+        seen.names.remove(position);
+        seen.muscles.remove(position);
+        seen.postures.remove(position);
+        seen.stretches.remove(position);
+        seen.rounding = seen.rounding.remove_row(position).remove_column(position);
+        seen
+    }
+
+    /// Where each stretch stands in a list of all muscles of the body in the first posture, then in the second one, and so on.
+    pub fn rows(&self, muscles: usize) -> Vec<usize> {
+        self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m).collect()
+    }
+
+    /// Positions of the stretches of a posture.
+    pub fn of_posture(&self, posture: usize) -> Vec<usize> {
+        (0..self.len()).filter(|&i| self.postures[i] == posture).collect()
+    }
+}

@@ -1,0 +1,136 @@
+//! How much what is told of a quantity depends on the prior of the tensions and on the measurements: power scaling (Kallioinen, Paananen, Bürkner
+//! and Vehtari, Statistics and Computing 34, 2024). Prior or likelihood is raised to a power a little above or below one, the draws are
+//! weighed by that, and how far the distribution moves is the cumulative Jensen-Shannon distance of the weighed draws from the others,
+//! for a doubling of the power.
+
+use serde::Serialize;
+
+use super::density::{Density, Parameter};
+use super::run::Draw;
+
+/// By how much the power differs from one.
+const STEP: f64 = 0.01;
+/// A distance from which on a quantity is called sensitive (Kallioinen and others 2024, section 3.4).
+pub const SENSITIVE: f64 = 0.05;
+
+/// How far a distribution moves where something is doubled in power.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Sensitivity {
+    /// The prior of tensions in the postures and in the baseline.
+    pub prior: f64,
+    /// The likelihood.
+    pub likelihood: f64,
+    /// By how much the probability that the quantity is above zero changes where the prior's scale doubles, to first order.
+    #[serde(skip)]
+    pub probability_by_scale: f64,
+}
+
+impl Sensitivity {
+    /// Whether the prior has a part in it that counts, and a larger one than the measurements.
+    pub fn is_of_prior(&self) -> bool {
+        self.prior >= SENSITIVE && self.prior > self.likelihood
+    }
+}
+
+/// Weights of all draws for prior and likelihood, each to both sides.
+pub struct Scaled {
+    prior: [Vec<f64>; 2],
+    likelihood: [Vec<f64>; 2],
+}
+
+impl Scaled {
+    /// Of the draws of a density.
+    pub fn new(density: &Density<'_>, draws: &[Draw]) -> Self {
+        let priors = &density.ground.priors;
+        let (scale, base) = (priors.tension.scale_n_per_m, priors.baseline.scale_n_per_m);
+        let prior = |d: &Draw| -> f64 {
+            let each = density.parameters.iter().map(|p| match *p {
+                Parameter::Tension(posture, m) => (d.tension(posture, m) / scale).powi(2),
+                Parameter::Tone(m) => (d.meaning.tones[m] / base).powi(2),
+                _ => 0.0,
+            });
+            -0.5 * each.sum::<f64>()
+        };
+        let both = |log: &dyn Fn(&Draw) -> f64| {
+            let logs: Vec<f64> = draws.iter().map(log).collect();
+            [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| weights(&logs, power - 1.0))
+        };
+        Self { prior: both(&prior), likelihood: both(&|d| d.log_likelihood) }
+    }
+
+    /// Of a quantity, given in all draws.
+    pub fn of(&self, values: &[f64]) -> Sensitivity {
+        let octave = (1.0 + STEP).log2();
+        let moved =
+            |sides: &[Vec<f64>; 2]| sides.iter().map(|w| distance(values, w)).sum::<f64>() / (2.0 * octave);
+        let above =
+            |w: &Vec<f64>| values.iter().zip(w).filter(|(v, _)| **v > 0.0).map(|(_, w)| w).sum::<f64>();
+        let [less, more] = &self.prior;
+        // A half-normal prior to the power a has its scale divided by the root of a: twice the scale is a quarter of the power.
+        let by_octave = (above(more) - above(less)) / (2.0 * octave);
+        let probability_by_scale = -2.0 * by_octave;
+        Sensitivity { prior: moved(&self.prior), likelihood: moved(&self.likelihood), probability_by_scale }
+    }
+}
+
+/// Weights that add up to one, of logarithms times a factor.
+fn weights(logs: &[f64], factor: f64) -> Vec<f64> {
+    let most = logs.iter().map(|l| l * factor).fold(f64::NEG_INFINITY, f64::max);
+    let all: Vec<f64> = logs.iter().map(|l| (l * factor - most).exp()).collect();
+    let sum: f64 = all.iter().sum();
+    all.into_iter().map(|w| w / sum).collect()
+}
+
+/// Cumulative Jensen-Shannon distance of values with weights from the same with equal ones, from 0 to 1 (Nguyen and Vreeken 2015).
+fn distance(values: &[f64], weights: &[f64]) -> f64 {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let equal = (values.len() as f64).recip();
+    // From below and from above: the larger one, so that the sign of the values does not matter.
+    let from = |order: &[usize]| {
+        let (mut p, mut q, mut sum, mut bound) = (0.0, 0.0, 0.0, 0.0);
+        for pair in order.windows(2) {
+            p += equal;
+            q += weights[pair[0]];
+            let width = (values[pair[1]] - values[pair[0]]).abs();
+            let part = |a: f64| if a > 0.0 { a * (2.0 * a / (p + q)).log2() } else { 0.0 };
+            sum += width * (part(p) + part(q));
+            bound += width * (p + q);
+        }
+        if bound > 0.0 { (sum / bound).max(0.0) } else { 0.0 }
+    };
+    let below = from(&order);
+    order.reverse();
+    below.max(from(&order)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tongue_core::random::normal;
+
+    /// Of a normal quantity with prior N(0, 1) and one measurement of it, both of which are known.
+    fn of_measurement(measured: f64, sd: f64) -> [f64; 2] {
+        let mut random = fastrand::Rng::with_seed(3);
+        let precision = 1.0 + 1.0 / (sd * sd);
+        let mean = measured / (sd * sd) / precision;
+        let values: Vec<f64> = (0..8000).map(|_| mean + normal(&mut random) / precision.sqrt()).collect();
+        let prior: Vec<f64> = values.iter().map(|v| -0.5 * v * v).collect();
+        let likelihood: Vec<f64> = values.iter().map(|v| -0.5 * ((v - measured) / sd).powi(2)).collect();
+        [prior, likelihood].map(|logs| {
+            let sides = [(1.0 + STEP).recip(), 1.0 + STEP].map(|p| weights(&logs, p - 1.0));
+            sides.iter().map(|w| distance(&values, w)).sum::<f64>() / (2.0 * (1.0 + STEP).log2())
+        })
+    }
+
+    #[test]
+    fn what_a_measurement_decides_depends_on_it_and_what_it_does_not_on_the_prior() {
+        let [prior, likelihood] = of_measurement(0.0, 0.2);
+        assert!(prior < SENSITIVE && likelihood > 3.0 * prior, "{prior} {likelihood}");
+        let [prior, likelihood] = of_measurement(0.0, 5.0);
+        assert!(prior > SENSITIVE && likelihood < SENSITIVE, "{prior} {likelihood}");
+        // A measurement far from the prior moves with both.
+        let [prior, likelihood] = of_measurement(6.0, 1.0);
+        assert!(prior > SENSITIVE && likelihood > SENSITIVE, "{prior} {likelihood}");
+    }
+}
