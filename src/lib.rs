@@ -299,6 +299,12 @@ pub mod report {
             Shard, Within, assess, columns, passive_groups, sha256, write_files, write_json,
         };
 
+        pub mod contrasts {
+            //! Differences of tensions between vowels.
+            #[doc(inline)]
+            pub use tongue_files::report::batch::contrasts::{SubjectContrast, all, by_subject};
+        }
+
         pub mod journal {
             //! Finished jobs, kept.
             #[doc(inline)]

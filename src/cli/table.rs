@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use comfy_table::{CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
 use tongue_fit::inverse::alarms::Alarm;
-use tongue_fit::report::batch::Journal;
+use tongue_fit::report::batch::BatchJournal;
 use tongue_fit::report::batch::contrasts::{self, SubjectContrast};
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};

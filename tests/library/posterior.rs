@@ -8,8 +8,8 @@ use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::parallel;
 use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_fit::posterior::{
-    Contrast, Density, Evaluator, Ground, Linear, Mode, Parameter, Place, Priors, Report, Seen, Settings, quick,
-    sample, without_each,
+    Contrast, Density, Evaluator, Ground, Linear, Mode, Parameter, Place, Priors, Report, Seen, Settings,
+    quick, sample, without_each,
 };
 use tongue_fit::statics::{self, Status, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};

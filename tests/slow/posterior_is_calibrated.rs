@@ -3,6 +3,8 @@
 //! the fit.
 
 use nalgebra::DMatrix;
+use tongue_core::random::{normals, seed_of};
+use tongue_core::statics::lanes::{Lanes, Load};
 use tongue_fit::MM;
 use tongue_fit::body::Body;
 use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
@@ -10,8 +12,6 @@ use tongue_fit::inverse::{Matched, Method, Settings as FitSettings};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::parallel;
 use tongue_fit::posterior::{Density, Draw, Ground, Meaning, Priors, Seen, Settings, sample};
-use tongue_fit::random::{normals, seed_of};
-use tongue_fit::statics::lanes::{Lanes, Load};
 use tongue_fit::statics::{self, Status};
 use tongue_fit::system::{Model, System};
 

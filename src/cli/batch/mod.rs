@@ -159,7 +159,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = out.path().join(arguments.shard.map_or_else(|| NAME.to_owned(), Shard::journal));
     let count = prepared.plan.jobs.len();
     let mine: Vec<usize> = (0..count).filter(|&n| arguments.shard.is_none_or(|s| s.has(n))).collect();
-    let journal = Journal::open(path.clone(), &prepared.key, &words, count).into_diagnostic()?;
+    let journal = BatchJournal::open(path.clone(), &prepared.key, &words, count).into_diagnostic()?;
     journal.notes().iter().for_each(|note| output::note(note));
     if !journal.is_empty() {
         output::note(&format!("resuming after {} of {} fits", journal.len(), mine.len()));

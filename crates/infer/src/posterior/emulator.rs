@@ -30,9 +30,8 @@ pub struct Shape {
 
 /// What stands for kappa in a load: it goes from 4 to 0, and lengths are nearly straight in it. Its derivative by ln kappa comes second.
 fn of_kappa(kappa: f64) -> (f64, f64) {
-    let p = env("EMU_P");
-    let root = (kappa * env("EMU_K")).powf(p);
-    (2.0 / p / (1.0 + root), -2.0 * root / (1.0 + root).powi(2))
+    let root = 10.0 * kappa.sqrt();
+    (4.0 / (1.0 + root), -2.0 * root / (1.0 + root).powi(2))
 }
 
 /// Units of the numbers of a load: tensions, displacements (m) and angle.
@@ -48,16 +47,21 @@ fn load(ground: &Ground, meaning: &Meaning, shape: usize) -> DVector<f64> {
     let own = meaning.postures.get(shape);
     let tensions = own.map_or(&meaning.tones, |p| &p.tensions);
     let hyoid = own.map_or(SVector::zeros(), |p| p.hyoid);
-    let others =
-        [hyoid.x / displacement, hyoid.y / displacement, meaning.tilt * hyoid.x / angle, of_kappa(meaning.kappa).0];
-    DVector::from_iterator(tensions.len() + OTHERS, tensions.iter().map(|t| of_tension(t / tension).0).chain(others))
+    let others = [
+        hyoid.x / displacement,
+        hyoid.y / displacement,
+        meaning.tilt * hyoid.x / angle,
+        of_kappa(meaning.kappa).0,
+    ];
+    DVector::from_iterator(
+        tensions.len() + OTHERS,
+        tensions.iter().map(|t| of_tension(t / tension).0).chain(others),
+    )
 }
 
-fn env(name: &str) -> f64 { static E: std::sync::OnceLock<std::collections::HashMap<String, f64>> = std::sync::OnceLock::new();
-    E.get_or_init(|| std::env::vars().filter_map(|(k, v)| Some((k, v.parse().ok()?))).collect()).get(name).copied().unwrap_or(0.0) }
+/// What stands for a tension in a load, where lengths are straighter than in the tension itself, and its derivative.
 fn of_tension(t: f64) -> (f64, f64) {
-    let s = env("EMU_S");
-    if s > 0.0 { (s * (t / s).ln_1p(), 1.0 / (1.0 + t / s)) } else { (t, 1.0) }
+    (t.ln_1p(), 1.0 / (1.0 + t))
 }
 
 impl Shape {
@@ -76,7 +80,17 @@ impl Shape {
             let rate = &rates[m];
             let shift = || rate.by_bone(&ground.hyoid) * displacement;
             let slope = match of.checked_sub(muscles) {
-                None => rate.by_tension[of] * tension / of_tension(if shape < meaning.postures.len() { meaning.postures[shape].tensions[of] } else { meaning.tones[of] } / tension).1,
+                None => {
+                    rate.by_tension[of] * tension
+                        / of_tension(
+                            if shape < meaning.postures.len() {
+                                meaning.postures[shape].tensions[of]
+                            } else {
+                                meaning.tones[of]
+                            } / tension,
+                        )
+                        .1
+                }
                 Some(0) => shift().x,
                 Some(1) => shift().y,
                 Some(2) => ground.hyoid_by_angle(rate) * angle,
@@ -107,9 +121,7 @@ pub struct Emulator {
 
 /// All products of three of so many numbers, the first of which is one.
 fn terms(numbers: usize) -> Vec<[usize; 3]> {
-    (0..numbers)
-        .flat_map(|a| (a..numbers).flat_map(move |b| (b..numbers).map(move |c| [a, b, c])))
-        .collect()
+    (0..numbers).flat_map(|a| (a..numbers).flat_map(move |b| (b..numbers).map(move |c| [a, b, c]))).collect()
 }
 
 /// A one, then the numbers of a load.
@@ -126,7 +138,7 @@ fn slope_of([a, b, c]: [usize; 3], u: &DVector<f64>, by: usize) -> f64 {
 impl Emulator {
     /// Fitted to shapes; `None` of none.
     pub fn fit<'s>(shapes: impl Iterator<Item = &'s Shape> + Clone) -> Option<Self> {
-        let list: Vec<&Shape> = shapes.clone().collect(); let first = shapes.clone().next()?;
+        let first = shapes.clone().next()?;
         let (n, muscles) = (first.load.len(), first.lengths.len());
         let terms = terms(n + 1);
         let rows: usize = shapes.clone().map(|s| 1 + if s.slopes.is_some() { n } else { 0 }).sum();
@@ -151,9 +163,6 @@ impl Emulator {
             normal[(t, t)] += RIDGE[term.iter().filter(|i| **i > 0).count()];
         }
         let coefficients = normal.cholesky()?.solve(&(&left * &right));
-        let mut squares = [(0.0, 0.0); 2]; let mut r = 0;
-        for shape in &list { let k = usize::from(shape.slopes.is_none()); let e = coefficients.tr_mul(&left.column(r)) - &shape.lengths; squares[k].0 += e.norm_squared(); squares[k].1 += e.len() as f64; r += 1 + if shape.slopes.is_some() { n } else { 0 }; }
-        eprintln!("  emulator {squares:?} rms {:?}", squares.map(|s| (s.0 / s.1).sqrt()));
         Some(Self { terms, coefficients })
     }
 
@@ -206,7 +215,18 @@ impl ByLoad {
         let hyoid = meaning.postures.get(shape).map_or(SVector::zeros(), |p| p.hyoid);
         let by_angle = by[muscles + 2] / angle;
         Self {
-            tensions: by.iter().take(muscles).enumerate().map(|(m, b)| b / tension * of_tension(meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions)[m] / tension).1).collect(),
+            tensions: by
+                .iter()
+                .take(muscles)
+                .enumerate()
+                .map(|(m, b)| {
+                    b / tension
+                        * of_tension(
+                            meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions)[m] / tension,
+                        )
+                        .1
+                })
+                .collect(),
             hyoid: [by[muscles] / displacement + meaning.tilt * by_angle, by[muscles + 1] / displacement],
             tilt: hyoid.x * by_angle,
             ln_kappa: by[muscles + 3] * of_kappa(meaning.kappa).1,

@@ -307,7 +307,8 @@ impl Target for Evaluator<'_> {
         let density = self.density;
         let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
         let groups = self.shapes.iter_mut().enumerate();
-        let mut shapes: Vec<_> = groups.map(|(shape, group)| from_rest(density, group, &meanings, shape)).collect();
+        let mut shapes: Vec<_> =
+            groups.map(|(shape, group)| from_rest(density, group, &meanings, shape)).collect();
         let system = &density.ground.system;
         let point = |i: usize| {
             let mut found: Vec<_> = shapes.iter_mut().map(|shape| shape[i].take()).collect::<Option<_>>()?;

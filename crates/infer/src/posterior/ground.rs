@@ -84,8 +84,19 @@ impl Ground {
         let priors = priors.clone();
         let turn = turn(system.rest(), &hyoid);
         let rest_lengths = system.lengths(system.rest());
-        let mut ground =
-            Self { priors, body, system, model, muscles, hyoid, ends, outline, rest_lengths, turn, sides: None };
+        let mut ground = Self {
+            priors,
+            body,
+            system,
+            model,
+            muscles,
+            hyoid,
+            ends,
+            outline,
+            rest_lengths,
+            turn,
+            sides: None,
+        };
         if !springs {
             ground.sides = Some(Sides::new(&ground)?);
         }

@@ -85,8 +85,7 @@ pub struct Chain<K> {
 
 impl<K> Chain<K> {
     /// A chain without draws.
-    const EMPTY: Self =
-        Self { draws: Vec::new(), divergences: 0, zero: 0, acceptance: 0.0, evaluations: 0 };
+    const EMPTY: Self = Self { draws: Vec::new(), divergences: 0, zero: 0, acceptance: 0.0, evaluations: 0 };
 }
 
 /// An energy that is off by more than this is that of a trajectory that diverged (as in Stan).
@@ -125,7 +124,8 @@ pub fn sample<T: Target>(
     let Some(learned) = whitened.learned(&groups) else {
         return vec![Chain::EMPTY; settings.chains];
     };
-    let weighed: Vec<Weighed<T::Place>> = groups.iter_mut().flat_map(|g| std::mem::take(&mut g.weighed)).collect();
+    let weighed: Vec<Weighed<T::Place>> =
+        groups.iter_mut().flat_map(|g| std::mem::take(&mut g.weighed)).collect();
     let second = make(&weighed);
     let go_on = |group: &Warm<T::Place>| group.go_on(second.anew(), whitened, &learned).run(settings);
     parallel::map(&groups, go_on).into_iter().flatten().collect()

@@ -228,13 +228,11 @@ pub(super) fn chains(
     let make = |weighed: &[Weighed<Place>]| {
         let more = weighed.iter().flat_map(|(scores, place)| {
             let (meaning, _) = density.meaning(scores);
-            let of = |shape: usize| {
-                Shape::without_slopes(density.ground, (&meaning, shape), place.shape(shape).1)
-            };
+            let of =
+                |shape: usize| Shape::without_slopes(density.ground, (&meaning, shape), place.shape(shape).1);
             (0..=density.postures()).map(of).collect::<Vec<_>>()
         });
         let more: Vec<Shape> = more.collect();
-        if let Some(e) = Emulator::fit(mode.shapes.iter()) { let d: f64 = weighed.iter().map(|(scores, place)| { let (meaning, _) = density.meaning(scores); (0..=density.postures()).map(|s| { let e = e.at(density.ground, &meaning, s); e.lengths.iter().zip(place.shape(s).1).zip(density.ground.rest_lengths()).map(|((a, b), r)| (a - b / r).powi(2)).sum::<f64>() }).sum::<f64>() }).sum(); eprintln!("  fresh rms {:.5}", (d / (weighed.len() * 8 * (1 + density.postures())) as f64).sqrt()); }
         let emulator = Emulator::fit(mode.shapes.iter().chain(&more));
         Evaluator::with(density, errors, emulator.map(Arc::new))
     };

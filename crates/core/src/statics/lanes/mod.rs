@@ -216,11 +216,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
 }
 
 /// A load solved by itself; of another kappa than the body's own none is found.
-fn solve_if_own<const D: usize>(
-    body: &System<D>,
-    load: &Load<'_, D>,
-    settings: &Settings,
-) -> Equilibrium<D> {
+fn solve_if_own<const D: usize>(body: &System<D>, load: &Load<'_, D>, settings: &Settings) -> Equilibrium<D> {
     if load.kappa == 1.0 {
         return solve_alone(body, load, settings);
     }
