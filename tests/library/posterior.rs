@@ -1,6 +1,8 @@
 //! The density of a posterior is differentiated exactly, and its sampler draws from what it is given.
 
 use nalgebra::{DMatrix, DVector};
+use tongue_core::random::normals;
+use tongue_core::statics::lanes::{Lanes, Load};
 use tongue_fit::MM;
 use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::inverse::Matched;
