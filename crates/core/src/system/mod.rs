@@ -245,7 +245,7 @@ impl<const D: usize> System<D> {
         })
     }
 
-    /// What the tissue is made of.
+    /// Model of the tissue.
     pub fn tissue(&self) -> TissueModel {
         self.tissue
     }

@@ -1,5 +1,5 @@
-//! The shapes to which tensions lead from rest as they grow together, in lanes. A body may snap on its way there, which only
-//! [`tongue_core::statics::trace()`] would tell.
+//! Whether shapes are where their tensions lead from rest as these grow together: each is followed from there anew, in lanes. A body may
+//! snap on its way there, which only [`tongue_core::statics::trace()`] would tell.
 //!
 //! Nearly always one step leads there. Where it does not, tensions and bones grow in more and more steps, each from the shape before.
 
@@ -10,47 +10,45 @@ use tongue_core::statics::lanes::{Group, Load};
 
 use super::density::{Density, Meaning, is_found};
 
-/// Steps in which the loads grow from nothing: the first number of them that leads to an equilibrium counts.
+/// Steps in which the loads grow from nothing: the first number of them that leads to a shape says that loads lead there.
 const STEPS: [usize; 3] = [1, 5, 25];
 /// Lengths that differ by less are those of one shape, m.
 pub const SAME_M: f64 = 1e-7;
 
-/// Positions of `shape` ([`Density::load`]) of every point, m, to which its loads lead from rest; `None` where they lead to no equilibrium.
-pub fn from_rest(
+/// Of shapes, each given with its lengths (m), whether they are where their loads lead from rest; `shape` is that of [`Density::load`].
+pub fn on_branch(
     density: &Density<'_>,
     group: &mut Group<'_, 2>,
-    meanings: &[Meaning],
+    shapes: &[(&Meaning, &[f64])],
     shape: usize,
-) -> Vec<Option<Vec<SVector<f64, 2>>>> {
-    let mut found = vec![None; meanings.len()];
+) -> Vec<bool> {
+    let mut found = vec![false; shapes.len()];
     for steps in STEPS {
-        let left: Vec<usize> = (0..meanings.len()).filter(|i| found[*i].is_none()).collect();
+        let left: Vec<usize> = (0..shapes.len()).filter(|i| !found[*i]).collect();
         if left.is_empty() {
             break;
         }
-        let own: Vec<&Meaning> = left.iter().map(|&i| &meanings[i]).collect();
-        for (&i, positions) in left.iter().zip(follow(density, group, &own, shape, steps)) {
-            found[i] = positions;
+        let meanings: Vec<&Meaning> = left.iter().map(|&i| shapes[i].0).collect();
+        for (&i, lengths) in left.iter().zip(follow(density, group, &meanings, shape, steps)) {
+            let close = |(a, b): (&f64, &f64)| (a - b).abs() < SAME_M;
+            found[i] = lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(close));
         }
     }
     found
 }
 
-/// Positions of `shape` of every point at the end of the way from rest, m; `None` where the way ends before.
+/// Lengths of `shape` of every point at the end of the way from rest; `None` where the way ends before.
 fn follow(
     density: &Density<'_>,
     group: &mut Group<'_, 2>,
     meanings: &[&Meaning],
     shape: usize,
     steps: usize,
-) -> Vec<Option<Vec<SVector<f64, 2>>>> {
+) -> Vec<Option<Vec<f64>>> {
     let system = &density.ground.system;
     let mut shapes: Vec<Vec<SVector<f64, 2>>> = vec![system.rest().to_vec(); meanings.len()];
     let mut good = vec![true; meanings.len()];
     for step in 1..=steps {
-        if !good.contains(&true) {
-            break;
-        }
         let part = step as f64 / steps as f64;
         let loads: Vec<Load<'_, 2>> = meanings
             .iter()
@@ -68,5 +66,5 @@ fn follow(
             *shape = answer.positions;
         }
     }
-    shapes.into_iter().zip(good).map(|(shape, good)| good.then_some(shape)).collect()
+    shapes.iter().zip(good).map(|(shape, good)| good.then(|| system.lengths(shape))).collect()
 }

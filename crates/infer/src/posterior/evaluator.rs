@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, SVector};
 
+use tongue_core::parallel;
 use tongue_core::statics::lanes::{Adjoint, Equilibrium, Group, length_gradient};
 
-use super::branch::from_rest;
+use super::branch::on_branch;
 use super::density::{Density, Meaning, Parameter, Place, is_found};
 use super::differences::{self, Answers};
-use super::emulator::{ByLoad, Emulator, Shape};
 use super::hmc::{Point, Target};
 use super::run::Draw;
 use super::shape;
@@ -35,20 +35,18 @@ pub struct Linear {
     pub stretches: DVector<f64>,
     /// By the scores: a row a stretch.
     pub jacobian: DMatrix<f64>,
-    /// By the sources of geometry and constants; of none where that was not asked for.
+    /// By the sources of geometry and constants.
     pub geometry: Answers,
-    /// The shapes, to which an emulator is fitted.
-    pub(super) shapes: Vec<Shape>,
 }
 
 /// Solves and differentiates points of a density, up to as many as there are lanes at once.
 pub struct Evaluator<'a> {
     density: &'a Density<'a>,
     errors: &'a dyn Errors,
-    /// What steers trajectories of the sampler; without it the density does.
-    emulator: Option<Arc<Emulator>>,
     /// One for each posture, and the last for the baseline.
     shapes: Vec<Group<'a, 2>>,
+    /// Follows shapes from rest.
+    from_rest: Vec<Group<'a, 2>>,
 }
 
 /// What scores mean with their slopes, and where they were solved.
@@ -60,24 +58,24 @@ type Rates = Vec<Option<Vec<Adjoint<2>>>>;
 impl<'a> Evaluator<'a> {
     /// One a thread.
     pub fn new(density: &'a Density<'_>) -> Self {
-        Self::with(density, density, None)
+        Self::with(density, density)
     }
 
-    /// With residuals that are judged by `errors`, and an emulator that steers the sampler.
-    pub fn with(density: &'a Density<'_>, errors: &'a dyn Errors, emulator: Option<Arc<Emulator>>) -> Self {
-        let shapes = (0..=density.postures()).map(|_| density.lanes().group()).collect();
-        Self { density, errors, emulator, shapes }
+    /// With residuals that are judged otherwise.
+    pub fn with(density: &'a Density<'_>, errors: &'a dyn Errors) -> Self {
+        let groups = || (0..=density.postures()).map(|_| density.lanes().group()).collect();
+        Self { density, errors, shapes: groups(), from_rest: groups() }
     }
 
     /// Solves points, each begun at a place; what they mean, and `None` where the density is zero.
     fn solve(&mut self, points: &[(&DVector<f64>, &Place)]) -> Solved {
         let density = self.density;
         let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();
-        for (shape, group) in self.shapes.iter_mut().enumerate() {
+        parallel::map_mut(&mut self.shapes, |shape, group| {
             let load = |i: usize| density.load(&meanings[i].0, shape, Some(points[i].1.shape(shape).0));
             let loads: Vec<_> = (0..points.len()).map(load).collect();
             group.solve(&loads, density.settings());
-        }
+        });
         let system = &density.ground.system;
         let place = |point: usize| {
             let mut found: Vec<&Equilibrium<2>> =
@@ -110,7 +108,7 @@ impl<'a> Evaluator<'a> {
         geometry: bool,
     ) -> Vec<Option<(Linear, Place)>> {
         let (meanings, places) = self.solve(points);
-        let mut rates: Vec<Rates> = self.shapes.iter_mut().map(Group::length_rates).collect();
+        let mut rates: Vec<Rates> = parallel::map_mut(&mut self.shapes, |_, group| group.length_rates());
         let mut out = Vec::with_capacity(points.len());
         for (i, place) in places.into_iter().enumerate() {
             let own: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
@@ -163,11 +161,7 @@ impl<'a> Evaluator<'a> {
             (true, false) => differences::answers(ground, place, meaning, rates)?,
             (false, _) => Answers::none(postures * count),
         };
-        let of_shape = |shape: usize| {
-            let (lengths, rates) = (place.shape(shape).1, &rates[shape]);
-            Shape::new(ground, (meaning, shape), lengths, rates, by_kappa.get(shape))
-        };
-        Some(Linear { stretches, jacobian, geometry, shapes: (0..=postures).map(of_shape).collect() })
+        Some(Linear { stretches, jacobian, geometry })
     }
 
     /// The derivatives of the logarithm of the density by the scores, given those of the shapes.
@@ -231,7 +225,7 @@ impl Target for Evaluator<'_> {
                 Some(errors.log(&density.residuals(&place.lengths, &place.baseline_lengths)))
             })
             .collect();
-        let adjoints = self.shapes.iter_mut().enumerate().map(|(shape, group)| {
+        let adjoints: Vec<Vec<Option<Adjoint<2>>>> = parallel::map_mut(&mut self.shapes, |shape, group| {
             let of = |(place, weighed): (&Option<Place>, &Option<(f64, DVector<f64>)>)| {
                 let mut gradient = vec![SVector::zeros(); nodes];
                 let Some((place, (_, weights))) = place.as_ref().zip(weighed.as_ref()) else {
@@ -250,7 +244,6 @@ impl Target for Evaluator<'_> {
             };
             group.adjoint(&places.iter().zip(&weighed).map(of).collect::<Vec<_>>())
         });
-        let adjoints: Vec<Vec<Option<Adjoint<2>>>> = adjoints.collect();
         let mut out = Vec::with_capacity(points.len());
         for (i, (place, weighed)) in places.into_iter().zip(weighed).enumerate() {
             let own: Option<Vec<&Adjoint<2>>> = adjoints.iter().map(|a| a[i].as_ref()).collect();
@@ -262,80 +255,29 @@ impl Target for Evaluator<'_> {
         out
     }
 
-    fn anew(&self) -> Self {
-        Self::with(self.density, self.errors, self.emulator.clone())
-    }
-
-    fn steer(&self, at: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
-        let (emulator, density) = (self.emulator.as_ref()?, self.density);
-        let (meaning, slopes) = density.meaning(at);
-        let (seen, postures) = (&density.seen, density.postures());
-        let shapes: Vec<_> =
-            (0..=postures).map(|shape| emulator.at(density.ground, &meaning, shape)).collect();
-        let rest = density.ground.rest_lengths();
-        let length = |shape: usize, m: usize| shapes[shape].lengths[m] * rest[m];
-        let residuals = DVector::from_fn(seen.len(), |i, _| {
-            seen.stretches[i] - length(seen.postures[i], seen.muscles[i]) / length(postures, seen.muscles[i])
-        });
-        let (log, weights) = self.errors.log(&residuals);
-        let by_load = |shape: usize| {
-            let mut by_length = DVector::zeros(rest.len());
-            for (i, &m) in seen.muscles.iter().enumerate() {
-                let over = length(postures, m);
-                by_length[m] += match seen.postures[i] {
-                    _ if shape == postures => -weights[i] * length(seen.postures[i], m) / (over * over),
-                    posture if posture == shape => weights[i] / over,
-                    _ => 0.0,
-                } * rest[m];
-            }
-            ByLoad::new(density.ground, &meaning, shape, &shapes[shape].by_load(&by_length))
-        };
-        let by: Vec<ByLoad> = (0..=postures).map(by_load).collect();
-        let slope = |p: Parameter| match p {
-            Parameter::Tension(posture, m) => by[posture].tensions[m],
-            Parameter::Tone(m) => by[postures].tensions[m],
-            Parameter::Hyoid(posture, axis) => by[posture].hyoid[axis],
-            Parameter::Tilt => by[..postures].iter().map(|b| b.tilt).sum(),
-            Parameter::LnKappa => by.iter().map(|b| b.ln_kappa).sum(),
-        };
-        let gradient = DVector::from_fn(at.len(), |p, _| slopes[p] * slope(density.parameters[p]) - at[p]);
-        Some((log - 0.5 * at.norm_squared(), gradient))
-    }
-
-    /// In the shapes to which tensions lead from rest.
-    fn weigh(&mut self, points: &[(&DVector<f64>, &Place)]) -> Vec<Option<(f64, Place)>> {
+    /// Where all shapes, of the postures and of the baseline, are where their tensions lead from rest.
+    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Place>)]) -> Vec<bool> {
         let density = self.density;
         let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
-        let groups = self.shapes.iter_mut().enumerate();
-        let mut shapes: Vec<_> =
-            groups.map(|(shape, group)| from_rest(density, group, &meanings, shape)).collect();
-        let system = &density.ground.system;
-        let point = |i: usize| {
-            let mut found: Vec<_> = shapes.iter_mut().map(|shape| shape[i].take()).collect::<Option<_>>()?;
-            let baseline = found.pop()?;
-            let place = Place {
-                lengths: found.iter().flat_map(|positions| system.lengths(positions)).collect(),
-                baseline_lengths: system.lengths(&baseline),
-                postures: found.into_iter().map(Arc::new).collect(),
-                baseline: Arc::new(baseline),
-            };
-            let log = self.errors.log(&density.residuals(&place.lengths, &place.baseline_lengths)).0;
-            Some((log - 0.5 * points[i].0.norm_squared(), place))
-        };
-        (0..points.len()).map(point).collect()
+        let found = parallel::map_mut(&mut self.from_rest, |shape, group| {
+            let with: Vec<(&Meaning, &[f64])> =
+                meanings.iter().zip(points).map(|(m, (_, p))| (m, p.place.shape(shape).1)).collect();
+            on_branch(density, group, &with, shape)
+        });
+        (0..points.len()).map(|i| found.iter().all(|shape| shape[i])).collect()
     }
 
-    fn keep(&self, at: &DVector<f64>, log: f64, place: &Place) -> Draw {
+    fn keep(&self, at: &DVector<f64>, point: &Point<Place>) -> Draw {
         let (meaning, _) = self.density.meaning(at);
-        let Place { lengths, baseline_lengths, .. } = place;
+        let Place { lengths, baseline_lengths, .. } = &point.place;
         Draw {
             chain: 0,
             number: 0,
             meaning,
             lengths: lengths.clone(),
             baseline_lengths: baseline_lengths.clone(),
-            log,
-            log_likelihood: log + 0.5 * at.norm_squared(),
+            log: point.log,
+            log_likelihood: point.log + 0.5 * at.norm_squared(),
         }
     }
 }

@@ -45,8 +45,6 @@ pub struct Ground {
     pub ends: Vec<Field>,
     /// The outline.
     pub outline: Vec<Field>,
-    /// Lengths of the muscles at rest, m.
-    rest_lengths: Vec<f64>,
     /// Of every node of the hyoid its displacement, m, where the hyoid tilts by one radian, the greater horn downwards.
     pub(super) turn: Vec<SVector<f64, 2>>,
     /// Of bodies that are not of springs alone: the sources that are no fields, each a pair of bodies to either side.
@@ -83,29 +81,12 @@ impl Ground {
         let springs = model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none();
         let priors = priors.clone();
         let turn = turn(system.rest(), &hyoid);
-        let rest_lengths = system.lengths(system.rest());
-        let mut ground = Self {
-            priors,
-            body,
-            system,
-            model,
-            muscles,
-            hyoid,
-            ends,
-            outline,
-            rest_lengths,
-            turn,
-            sides: None,
-        };
+        let mut ground =
+            Self { priors, body, system, model, muscles, hyoid, ends, outline, turn, sides: None };
         if !springs {
             ground.sides = Some(Sides::new(&ground)?);
         }
         Ok(ground)
-    }
-
-    /// Lengths of the muscles at rest, m.
-    pub fn rest_lengths(&self) -> &[f64] {
-        &self.rest_lengths
     }
 
     /// A load with the hyoid displaced by `d`, m, and tilted by `tilt` radians for every metre of it backwards.
@@ -117,14 +98,11 @@ impl Ground {
         nodes.fold(load, |load, (node, turn)| load.with_bone(node, d + turn * (tilt * d.x)))
     }
 
-    /// How a function of a shape answers to the angle of the hyoid about its foremost point.
-    pub fn hyoid_by_angle(&self, adjoint: &Adjoint<2>) -> f64 {
-        self.hyoid.iter().zip(&self.turn).map(|(&node, turn)| adjoint.by_node[node].dot(turn)).sum()
-    }
-
     /// How a function of a shape answers to the displacement of the hyoid, back and up, and to its tilt.
     pub fn hyoid_rates(&self, adjoint: &Adjoint<2>, d: SVector<f64, 2>, tilt: f64) -> [f64; 3] {
-        let (shift, by_angle) = (adjoint.by_bone(&self.hyoid), self.hyoid_by_angle(adjoint));
+        let shift = adjoint.by_bone(&self.hyoid);
+        let each = self.hyoid.iter().zip(&self.turn);
+        let by_angle: f64 = each.map(|(&node, turn)| adjoint.by_node[node].dot(turn)).sum();
         [shift.x + tilt * by_angle, shift.y, d.x * by_angle]
     }
 

@@ -14,7 +14,7 @@ use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
 
 /// What is sampled: a density of which up to [`LANES`] points are evaluated at once.
-pub trait Target: Sync {
+pub trait Target {
     /// What a point leaves for its neighbours to begin at.
     type Place: Clone + Send + Sync;
     /// What is kept of a draw.
@@ -24,22 +24,13 @@ pub trait Target: Sync {
     /// zero.
     fn evaluate(&mut self, points: &[(&DVector<f64>, &Self::Place)]) -> Vec<Option<Point<Self::Place>>>;
 
-    /// The same with memory of its own: one for each group of chains.
-    fn anew(&self) -> Self;
-
-    /// An approximation of the logarithm with its derivatives, by which trajectories are steered; what is drawn does not depend on how good it
-    /// is. `None` where the density itself steers.
-    fn steer(&self, _at: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
-        None
+    /// Of points with a density whether they are allowed at the end of a trajectory: where they are not, it is refused.
+    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Self::Place>)]) -> Vec<bool> {
+        vec![true; points.len()]
     }
 
-    /// As [`Target::evaluate`], without derivatives: of the ends of trajectories that were steered by an approximation.
-    fn weigh(&mut self, points: &[(&DVector<f64>, &Self::Place)]) -> Vec<Option<(f64, Self::Place)>> {
-        self.evaluate(points).into_iter().map(|p| p.map(|p| (p.log, p.place))).collect()
-    }
-
-    /// What is kept of a draw with this logarithm of the density.
-    fn keep(&self, at: &DVector<f64>, log: f64, place: &Self::Place) -> Self::Kept;
+    /// What is kept of a draw.
+    fn keep(&self, at: &DVector<f64>, point: &Point<Self::Place>) -> Self::Kept;
 }
 
 /// An evaluated point.
@@ -77,15 +68,18 @@ pub struct Chain<K> {
     pub divergences: usize,
     /// Trajectories, after the warm-up, that ended where the density is zero.
     pub zero: usize,
+    /// Trajectories, after the warm-up, that ended where it is not allowed.
+    pub refused: usize,
     /// Mean probability of acceptance after the warm-up.
     pub acceptance: f64,
-    /// Evaluations of the density.
+    /// Evaluations.
     pub evaluations: usize,
 }
 
 impl<K> Chain<K> {
     /// A chain without draws.
-    const EMPTY: Self = Self { draws: Vec::new(), divergences: 0, zero: 0, acceptance: 0.0, evaluations: 0 };
+    const EMPTY: Self =
+        Self { draws: Vec::new(), divergences: 0, zero: 0, refused: 0, acceptance: 0.0, evaluations: 0 };
 }
 
 /// An energy that is off by more than this is that of a trajectory that diverged (as in Stan).
@@ -108,44 +102,38 @@ pub struct Whitened {
 }
 
 /// Samples. Every chain begins at a draw of the whitened normal distribution, evaluated from `place`; chains that find no such draw
-/// with a density begin in the middle. What is sampled is made anew after the first half of the warm-up, with all that was weighed there.
+/// with a density begin in the middle.
 pub fn sample<T: Target>(
-    make: impl Fn(&[Weighed<T::Place>]) -> T,
+    make: impl Fn() -> T + Sync,
     whitened: &Whitened,
     place: &T::Place,
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
     let firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
-    let first = make(&[]);
-    let mut groups = parallel::map(&firsts, |&number| {
-        let chains = (settings.chains - number).min(LANES);
-        Group::new(first.anew(), whitened, place, settings, number, chains).warmed_up(settings.warm_up)
+    let groups = parallel::map(&firsts, |&first| {
+        let chains = (settings.chains - first).min(LANES);
+        Group::new(make(), whitened, place, settings, first, chains).warmed_up(settings.warm_up)
     });
     let Some(learned) = whitened.learned(&groups) else {
         return vec![Chain::EMPTY; settings.chains];
     };
-    let weighed: Vec<Weighed<T::Place>> =
-        groups.iter_mut().flat_map(|g| std::mem::take(&mut g.weighed)).collect();
-    let second = make(&weighed);
-    let go_on = |group: &Warm<T::Place>| group.go_on(second.anew(), whitened, &learned).run(settings);
-    parallel::map(&groups, go_on).into_iter().flatten().collect()
+    let sampled = parallel::map(&groups, |group| group.go_on(make(), &learned).run(settings));
+    sampled.into_iter().flatten().collect()
 }
 
-/// Scores of a point and where it was solved.
-pub type Weighed<P> = (DVector<f64>, P);
-
 /// Where a chain is.
-#[derive(Clone)]
 struct State<P> {
     z: DVector<f64>,
     x: DVector<f64>,
-    /// Logarithm of the density; not known along a trajectory that is steered by an approximation.
-    log: f64,
-    /// What neighbours begin at.
-    place: P,
-    /// Logarithm of what steers, and its derivatives by the whitened coordinates.
-    steered: f64,
+    point: Point<P>,
+    /// Derivatives by the whitened coordinates.
     slope: DVector<f64>,
+}
+
+impl<P: Clone> Clone for State<P> {
+    fn clone(&self) -> Self {
+        Self { z: self.z.clone(), x: self.x.clone(), point: self.point.clone(), slope: self.slope.clone() }
+    }
 }
 
 /// Chains that go on side by side, and what they have learned.
@@ -159,8 +147,6 @@ struct Group<'a, T: Target> {
     common: fastrand::Rng,
     evaluations: usize,
     step: DualAveraging,
-    /// Ends of trajectories that were weighed, in the first half of the warm-up.
-    weighed: Vec<Weighed<T::Place>>,
 }
 
 /// Where chains are after the first half of the warm-up.
@@ -172,24 +158,13 @@ struct Warm<P> {
     evaluations: usize,
     /// Where they have been.
     seen: Vec<DVector<f64>>,
-    weighed: Vec<Weighed<P>>,
 }
 
 impl<P: Clone> Warm<P> {
     /// The same chains, in other coordinates.
-    fn go_on<'a, T: Target<Place = P>>(
-        &self,
-        target: T,
-        old: &Whitened,
-        whitened: &'a Whitened,
-    ) -> Group<'a, T> {
-        // Derivatives by the old coordinates are those by the scores times the old spread.
-        let by_scores = old.spread.transpose().lu();
-        let state = |s: &State<P>| {
-            let gradient = by_scores.solve(&s.slope).unwrap_or_else(|| DVector::zeros(s.x.len()));
-            let (z, slope) = (whitened.scores_of(&s.x), whitened.spread.tr_mul(&gradient));
-            State { z, slope, ..s.clone() }
-        };
+    fn go_on<'a, T: Target<Place = P>>(&self, target: T, whitened: &'a Whitened) -> Group<'a, T> {
+        let state =
+            |s: &State<P>| State::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone());
         Group {
             target,
             whitened,
@@ -198,7 +173,6 @@ impl<P: Clone> Warm<P> {
             common: self.common.clone(),
             evaluations: self.evaluations,
             step: DualAveraging::new(),
-            weighed: Vec::new(),
         }
     }
 }
@@ -229,19 +203,18 @@ impl<'a, T: Target> Group<'a, T> {
             let x: Vec<DVector<f64>> = z.iter().map(|z| whitened.at(z)).collect();
             let points: Vec<_> = x.iter().map(|x| (x, place)).collect();
             evaluations += points.len();
-            let found = moved(&mut target, whitened, &points, &z);
-            for (state, found) in states.iter_mut().zip(found) {
-                let Some(found) = found.filter(|_| state.is_none()) else { continue };
-                let log = match found.log.is_nan() {
-                    true => target.weigh(&[(&found.x, place)]).pop().flatten(),
-                    false => Some((found.log, found.place.clone())),
-                };
-                *state = log.map(|(log, place)| State { log, place, ..found });
+            for ((state, point), (z, x)) in
+                states.iter_mut().zip(target.evaluate(&points)).zip(z.into_iter().zip(&x))
+            {
+                if let (None, Some(point)) = (state.as_ref(), point)
+                    && target.allowed(&[(x, &point)])[0]
+                {
+                    *state = Some(State::new(whitened, z, x.clone(), point));
+                }
             }
         }
         let states = states.into_iter().flatten().collect();
-        let (step, weighed) = (DualAveraging::new(), Vec::new());
-        Self { target, whitened, states, random, common, evaluations, step, weighed }
+        Self { target, whitened, states, random, common, evaluations, step: DualAveraging::new() }
     }
 
     /// Goes through the first half of the warm-up.
@@ -249,24 +222,21 @@ impl<'a, T: Target> Group<'a, T> {
         let mut seen = Vec::new();
         if self.states.len() == self.random.len() {
             for draw in 0..warm_up {
-                let weighed = self.warm();
-                self.weighed.extend(weighed);
+                self.warm();
                 // What comes first is still far away.
                 if draw >= warm_up / 3 {
                     seen.extend(self.states.iter().map(|s| s.x.clone()));
                 }
             }
         }
-        let Self { states, random, common, evaluations, weighed, .. } = self;
-        Warm { states, random, common, evaluations, seen, weighed }
+        let Self { states, random, common, evaluations, .. } = self;
+        Warm { states, random, common, evaluations, seen }
     }
 
-    /// One trajectory, from which the step is learned; the ends that were weighed.
-    fn warm(&mut self) -> Vec<Weighed<T::Place>> {
-        let mut ends = self.trajectory(self.step.trial);
-        let weighed = ends.iter_mut().filter_map(|e| e.weighed.take()).collect();
-        self.step.learn(ends.iter().map(|e| e.steered_well).sum::<f64>() / ends.len() as f64);
-        weighed
+    /// One trajectory, from which the step is learned.
+    fn warm(&mut self) {
+        let ends = self.trajectory(self.step.trial);
+        self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
     }
 
     fn run(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
@@ -284,9 +254,10 @@ impl<'a, T: Target> Group<'a, T> {
             for ((chain, end), state) in chains.iter_mut().zip(&ends).zip(&self.states) {
                 chain.divergences += usize::from(end.diverged);
                 chain.zero += usize::from(end.zero);
+                chain.refused += usize::from(end.refused);
                 chain.acceptance += end.probability / (settings.draws * settings.thin) as f64;
                 if draw % settings.thin == settings.thin - 1 {
-                    chain.draws.push(self.target.keep(&state.x, state.log, &state.place));
+                    chain.draws.push(self.target.keep(&state.x, &state.point));
                 }
             }
         }
@@ -295,32 +266,33 @@ impl<'a, T: Target> Group<'a, T> {
     }
 
     /// One trajectory of every chain.
-    fn trajectory(&mut self, size: f64) -> Vec<End<T::Place>> {
+    fn trajectory(&mut self, size: f64) -> Vec<End> {
         let (n, count) = (self.whitened.centre.len(), self.states.len());
         let length = FRAC_PI_2 * (0.7 + 0.6 * self.common.f64());
         let steps = ((length / size).round() as usize).clamp(1, MOST_STEPS);
         let mut momenta: Vec<DVector<f64>> = self.random.iter_mut().map(|r| normals(n, r)).collect();
-        let kinetic = |p: &DVector<f64>| 0.5 * p.norm_squared();
-        let before: Vec<f64> = momenta.iter().map(kinetic).collect();
-        let mut there = self.states.clone();
+        let energy = |state: &State<T::Place>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
+        let before: Vec<f64> = self.states.iter().zip(&momenta).map(|(s, p)| energy(s, p)).collect();
+        let mut moved = self.states.clone();
         let mut alive = vec![true; count];
         for _ in 0..steps {
-            for (p, s) in momenta.iter_mut().zip(&there) {
+            for (p, s) in momenta.iter_mut().zip(&moved) {
                 *p += &s.slope * (0.5 * size);
             }
             // A chain that has left the density waits where it was.
             let z: Vec<DVector<f64>> = (0..count)
-                .map(|i| if alive[i] { &there[i].z + &momenta[i] * size } else { there[i].z.clone() })
+                .map(|i| if alive[i] { &moved[i].z + &momenta[i] * size } else { moved[i].z.clone() })
                 .collect();
             let x: Vec<DVector<f64>> = z.iter().map(|z| self.whitened.at(z)).collect();
-            let points: Vec<_> = x.iter().zip(&there).map(|(x, s)| (x, &s.place)).collect();
-            let found = moved(&mut self.target, self.whitened, &points, &z);
-            self.evaluations += found.iter().flatten().filter(|s| !s.log.is_nan()).count();
-            for (i, state) in found.into_iter().enumerate() {
-                match state {
-                    Some(state) if alive[i] => {
-                        momenta[i] += &state.slope * (0.5 * size);
-                        there[i] = state;
+            let points: Vec<_> = x.iter().zip(&moved).map(|(x, s)| (x, &s.point.place)).collect();
+            let found = self.target.evaluate(&points);
+            self.evaluations += count;
+            for (i, (point, (z, x))) in found.into_iter().zip(z.into_iter().zip(&x)).enumerate() {
+                match point {
+                    Some(point) if alive[i] => {
+                        moved[i] = State::new(self.whitened, z, x.clone(), point);
+                        let push = &moved[i].slope * (0.5 * size);
+                        momenta[i] += push;
                     }
                     _ => alive[i] = false,
                 }
@@ -329,72 +301,42 @@ impl<'a, T: Target> Group<'a, T> {
                 break;
             }
         }
-        // Ends of trajectories that an approximation steered are weighed by the density.
-        let open: Vec<usize> = (0..count).filter(|&i| alive[i] && there[i].log.is_nan()).collect();
-        let points: Vec<_> = open.iter().map(|&i| (&there[i].x, &there[i].place)).collect();
-        self.evaluations += open.len();
-        let weighed = self.target.weigh(&points);
-        for (&i, found) in open.iter().zip(weighed) {
-            match found {
-                Some((log, place)) => (there[i].log, there[i].place) = (log, place),
-                None => alive[i] = false,
-            }
-        }
         let mut ends = Vec::with_capacity(count);
-        for (i, end) in there.into_iter().enumerate() {
-            let here = &self.states[i];
-            let lost = kinetic(&momenta[i]) - before[i];
-            let (gain, steered) = (end.log - here.log - lost, end.steered - here.steered - lost);
-            let diverged = alive[i] && (steered.is_nan() || steered < -DIVERGED);
-            let part = |gain: f64| if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
-            let weighed = Some((end.x.clone(), end.place.clone())).filter(|_| open.contains(&i) && alive[i]);
+        for (i, after) in moved.iter().enumerate() {
+            let gain = before[i] - energy(after, &momenta[i]);
+            let diverged = alive[i] && (gain.is_nan() || gain < -DIVERGED);
+            let probability = if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
             // The number is drawn in any case, so that a chain does not depend on what became of others.
-            if self.random[i].f64() < part(gain) {
-                self.states[i] = end;
+            let taken = self.random[i].f64() < probability;
+            ends.push(End { probability, diverged, zero: !alive[i], taken, refused: false });
+        }
+        let taken: Vec<usize> = (0..count).filter(|i| ends[*i].taken).collect();
+        let points: Vec<_> = taken.iter().map(|&i| (&moved[i].x, &moved[i].point)).collect();
+        for (&i, allowed) in taken.iter().zip(self.target.allowed(&points)) {
+            ends[i].refused = !allowed;
+            if allowed {
+                self.states[i] = moved[i].clone();
             }
-            let (probability, steered_well) = (part(gain), part(steered));
-            ends.push(End { probability, steered_well, diverged, zero: !alive[i], weighed });
         }
         ends
     }
 }
 
-/// States at points, each begun from the place beside it, with coordinates `z`: steered by the approximation if there is one, and then not weighed.
-fn moved<T: Target>(
-    target: &mut T,
-    whitened: &Whitened,
-    points: &[(&DVector<f64>, &T::Place)],
-    z: &[DVector<f64>],
-) -> Vec<Option<State<T::Place>>> {
-    let state = |i: usize, place: T::Place, log: f64, steered: f64, gradient: &DVector<f64>| State {
-        z: z[i].clone(),
-        x: points[i].0.clone(),
-        log,
-        place,
-        steered,
-        slope: whitened.spread.tr_mul(gradient),
-    };
-    let steered: Vec<_> = points.iter().map(|(x, _)| target.steer(x)).collect();
-    if steered.iter().any(Option::is_some) {
-        let each = steered.into_iter().enumerate();
-        return each
-            .map(|(i, s)| s.map(|(log, slope)| state(i, points[i].1.clone(), f64::NAN, log, &slope)))
-            .collect();
-    }
-    let found = target.evaluate(points).into_iter().enumerate();
-    found.map(|(i, p)| p.map(|p| state(i, p.place, p.log, p.log, &p.gradient))).collect()
-}
-
 /// How a trajectory ended.
-struct End<P> {
-    /// Probability with which its end is taken.
+struct End {
     probability: f64,
-    /// The same if what steers were the density: the step is learned by it.
-    steered_well: f64,
     diverged: bool,
     zero: bool,
-    /// The end, if it was weighed by itself.
-    weighed: Option<Weighed<P>>,
+    /// Whether it would be taken if it is allowed.
+    taken: bool,
+    refused: bool,
+}
+
+impl<P> State<P> {
+    fn new(whitened: &Whitened, z: DVector<f64>, x: DVector<f64>, point: Point<P>) -> Self {
+        let slope = whitened.spread.tr_mul(&point.gradient);
+        Self { z, x, point, slope }
+    }
 }
 
 impl Whitened {

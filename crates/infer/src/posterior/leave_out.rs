@@ -99,7 +99,7 @@ pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, 
     let precision = modes().fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
     let whitened = Whitened::new(centre, precision).ok_or(PosteriorError::Covariance)?;
     let settings = Settings { draws: DRAWS_EACH * positions.len(), seed: SEED };
-    let draws = numbered(chains((density, &mixture), mode, &whitened, &settings, 1));
+    let draws = numbered(chains(density, &mixture, &whitened, &mode.place, &settings, 1));
     let weights: Vec<Vec<f64>> = draws
         .iter()
         .map(|d| {

@@ -13,9 +13,8 @@ use tongue_core::statics::lanes::LANES;
 use super::PosteriorError;
 use super::density::{Density, Place};
 use super::differences::Answers;
-use super::emulator::Shape;
 use super::evaluator::{Evaluator, Linear};
-use super::hmc::{Target, Whitened};
+use super::hmc::Whitened;
 
 /// Covariance by geometry and constants of the stretches of all muscles of the body in all postures.
 #[derive(Debug, Clone)]
@@ -57,12 +56,10 @@ pub struct Mode {
     pub scores: DVector<f64>,
     /// Where it was solved.
     pub place: Place,
-    /// How the stretches answer there to what is sampled; to the geometry they do in [`Mode::geometry`].
+    /// How the stretches answer there.
     pub linear: Linear,
     /// Covariance by geometry and constants, the mean over the posterior.
     pub geometry: Geometry,
-    /// The shapes over which that is the mean.
-    pub(super) shapes: Vec<Shape>,
     /// `I + Jᵀ C⁻¹ J` there.
     pub precision: DMatrix<f64>,
     /// Logarithm of the density there, up to a constant.
@@ -131,9 +128,7 @@ impl Mode {
 
     /// Takes the covariance of geometry about this point.
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
-        let about = self.about(density)?;
-        self.shapes = about.iter().flat_map(|l| l.shapes.iter().cloned()).collect();
-        if let Some(geometry) = Geometry::mean(&about) {
+        if let Some(geometry) = Geometry::mean(&self.about(density)?) {
             density.set_geometry(geometry.covariance())?;
             self.geometry = geometry;
         }
@@ -152,12 +147,8 @@ impl Mode {
             .collect();
         let groups: Vec<&[DVector<f64>]> = draws.chunks(LANES).collect();
         let found = parallel::map(&groups, |group| {
-            let mut evaluator = Evaluator::new(density);
             let points: Vec<_> = group.iter().map(|x| (x, &self.place)).collect();
-            let found = evaluator.weigh(&points);
-            let points: Vec<_> =
-                group.iter().zip(&found).filter_map(|(x, f)| Some((x, &f.as_ref()?.1))).collect();
-            evaluator.linearise_all(&points, true)
+            Evaluator::new(density).linearise_all(&points, true)
         });
         Ok(found.into_iter().flatten().flatten().map(|(linear, _)| linear).collect())
     }
@@ -175,7 +166,7 @@ impl Mode {
         let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor().solve(&jacobian));
         let residuals = density.residuals(&place.lengths, &place.baseline_lengths);
         let log = -0.5 * (residuals.dot(&density.factor().solve(&residuals)) + scores.norm_squared());
-        Self { scores, place, linear, geometry, shapes: Vec::new(), precision, log, evaluations }
+        Self { scores, place, linear, geometry, precision, log, evaluations }
     }
 
     /// Goes to the mode with the covariance as it is.
@@ -219,7 +210,7 @@ impl Mode {
                 }
             }
         }
-        *self = Self { shapes: std::mem::take(&mut self.shapes), ..here };
+        *self = here;
     }
 
     /// Logarithm of the marginal density of what was measured, by Laplace's approximation.

@@ -14,8 +14,8 @@
 //! all tensions and is told apart. All priors are in [`Priors`], each can be fixed or left out.
 //!
 //! Sampled is with Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by Gauss and Newton's matrix at the most probable point, four
-//! chains side by side in the lanes of the processor (of other bodies one after the other). Trajectories are steered by an approximation (`emulator`)
-//! and accepted by solved shapes. Every draw is where its tensions lead from rest as they grow (`branch`). What has not mixed says so ([`Status`]). Stretches are predicted without their own measurement by one run for all of
+//! chains side by side in the lanes of the processor (of other bodies one after the other). Every draw is where its tensions lead from rest as they grow
+//! (`branch`). What has not mixed says so ([`Status`]). Stretches are predicted without their own measurement by one run for all of
 //! them (`leave_out`), contrasts between postures by [`Contrast`], and [`quick()`] tells the normal approximation.
 
 mod branch;
@@ -23,7 +23,6 @@ mod contrast;
 mod density;
 pub mod diagnostics;
 mod differences;
-mod emulator;
 mod evaluator;
 mod ground;
 pub mod hmc;

@@ -1,7 +1,5 @@
 //! From measured stretches to draws.
 
-use std::sync::Arc;
-
 use nalgebra::SVector;
 use serde::Serialize;
 
@@ -9,15 +7,14 @@ use super::PosteriorError;
 use super::branch::SAME_M;
 use super::density::{Density, Meaning, Place};
 use super::diagnostics::{Mixing, mixing};
-use super::emulator::{Emulator, Shape};
 use super::evaluator::{Errors, Evaluator};
 use super::ground::Ground;
-use super::hmc::{self, Weighed, Whitened};
+use super::hmc::{self, Whitened};
 use super::map::Mode;
 use super::seen::Seen;
 
-/// Chains, two groups of four.
-const CHAINS: usize = 8;
+/// Chains, one group in the lanes of the processor; their shapes are solved on several threads.
+const CHAINS: usize = 4;
 /// Draws of each chain in each half of the warm-up: at least so many, and so many for each number that is sampled, so that the chains together
 /// learn its covariance.
 const WARM_UP: usize = 80;
@@ -117,8 +114,10 @@ pub struct Posterior<'a> {
     pub by_quantity: Vec<(String, Mixing)>,
     /// Trajectories whose energy went wrong.
     pub divergences: usize,
-    /// Trajectories that ended where tensions lead to no stable equilibrium from rest.
+    /// Trajectories that ended where there is no stable equilibrium.
     pub folds: usize,
+    /// Trajectories that ended in a shape to which tensions do not lead from rest, and were refused.
+    pub off_branch: usize,
     /// Mean probability of acceptance.
     pub acceptance: f64,
     /// Equilibria that were solved.
@@ -169,7 +168,7 @@ pub fn sample_at<'a>(
     settings.check()?;
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
     let thin = THIN + THIN_EACH * density.postures();
-    let chains = chains((&density, &density), &mode, &whitened, settings, thin);
+    let chains = chains(&density, &density, &whitened, &mode.place, settings, thin);
     let count: usize = chains.iter().map(|c| c.draws.len()).sum();
     let by_quantity = if count == 0 { Vec::new() } else { judged(&density, &chains) };
     let worst = by_quantity.iter().fold(
@@ -201,6 +200,7 @@ pub fn sample_at<'a>(
         by_quantity,
         divergences,
         folds: chains.iter().map(|c| c.zero).sum(),
+        off_branch: chains.iter().map(|c| c.refused).sum(),
         acceptance: mean(|c| c.acceptance),
         equilibria: (density.postures() + 1) * chains.iter().map(|c| c.evaluations).sum::<usize>(),
         draws: numbered(chains),
@@ -211,9 +211,10 @@ pub fn sample_at<'a>(
 
 /// Chains of a density, whose residuals are judged by `errors`.
 pub(super) fn chains(
-    (density, errors): (&Density<'_>, &dyn Errors),
-    mode: &Mode,
+    density: &Density<'_>,
+    errors: &dyn Errors,
     whitened: &Whitened,
+    place: &Place,
     settings: &Settings,
     thin: usize,
 ) -> Vec<hmc::Chain<Draw>> {
@@ -224,19 +225,7 @@ pub(super) fn chains(
         thin,
         seed: settings.seed,
     };
-    // Trajectories are steered by an emulator of the shapes about the mode, later of those of the warm-up too.
-    let make = |weighed: &[Weighed<Place>]| {
-        let more = weighed.iter().flat_map(|(scores, place)| {
-            let (meaning, _) = density.meaning(scores);
-            let of =
-                |shape: usize| Shape::without_slopes(density.ground, (&meaning, shape), place.shape(shape).1);
-            (0..=density.postures()).map(of).collect::<Vec<_>>()
-        });
-        let more: Vec<Shape> = more.collect();
-        let emulator = Emulator::fit(mode.shapes.iter().chain(&more));
-        Evaluator::with(density, errors, emulator.map(Arc::new))
-    };
-    hmc::sample(make, whitened, &mode.place, &how)
+    hmc::sample(|| Evaluator::with(density, errors), whitened, place, &how)
 }
 
 /// The draws of chains, each with the number of its chain and its own.

@@ -147,8 +147,10 @@ pub struct Report {
     pub ess: Effective,
     /// Trajectories whose energy went wrong.
     pub divergences: usize,
-    /// Trajectories that ended where tensions lead to no stable equilibrium from rest: there the density is zero.
+    /// Trajectories that ended where there is no stable equilibrium: there the density is zero.
     pub folds: usize,
+    /// Trajectories that ended in a shape to which tensions do not lead from rest: there the density is zero too.
+    pub off_branch: usize,
     /// Equilibria that were solved.
     pub equilibria: usize,
     /// Poisson's ratio of the body.
@@ -206,6 +208,7 @@ impl Report {
             ess: Effective { bulk: posterior.mixing.bulk, tail: posterior.mixing.tail },
             divergences: posterior.divergences,
             folds: posterior.folds,
+            off_branch: posterior.off_branch,
             equilibria: posterior.equilibria,
             poisson_ratio: ground.model.constants.poisson_ratio,
             priors: ground.priors.clone(),

@@ -75,7 +75,7 @@ use nalgebra::SVector;
 
 use crate::parallel;
 use crate::statics::plain::{Work, at_rest, solve_group};
-use crate::statics::{Settings, Solution, Status};
+use crate::statics::{Settings, Solution};
 use crate::system::System;
 use crate::system::elements::Elements;
 
@@ -98,15 +98,12 @@ pub struct Load<'a, const D: usize> {
     pub start: Option<&'a [SVector<f64, D>]>,
     /// Another body of the same edges and triangles: other nodes at rest, other constants.
     pub system: Option<&'a System<D>>,
-    /// Kappa, the coefficient that keeps areas, as a multiple of the body's own. Only lanes solve another one than that: what they give up is
-    /// not solved by itself.
-    pub kappa: f64,
 }
 
 impl<'a, const D: usize> Load<'a, D> {
     /// Tensions, N, one for each muscle of the mesh, from rest.
     pub fn new(tensions: Vec<f64>) -> Self {
-        Self { tensions, bones: Vec::new(), start: None, system: None, kappa: 1.0 }
+        Self { tensions, bones: Vec::new(), start: None, system: None }
     }
 
     /// Starts from given positions of all nodes, m: those of a solved neighbour.
@@ -168,8 +165,8 @@ impl<'s, const D: usize> Lanes<'s, D> {
     pub fn group(&self) -> Group<'_, D> {
         let work = self.elements.map(|elements| (elements, Work::new(elements)));
         let (answers, tensions) = (Vec::new(), Vec::new());
-        let own_kappa = [None; LANES];
-        Group { system: self.system, work, kept: Vec::new(), answers, tensions, own_kappa, factorised: None }
+        let is_own = [false; LANES];
+        Group { system: self.system, work, kept: Vec::new(), answers, tensions, is_own, factorised: None }
     }
 
     /// Solves all loads, in their order.
@@ -215,15 +212,6 @@ impl<'s, const D: usize> Lanes<'s, D> {
     }
 }
 
-/// A load solved by itself; of another kappa than the body's own none is found.
-fn solve_if_own<const D: usize>(body: &System<D>, load: &Load<'_, D>, settings: &Settings) -> Equilibrium<D> {
-    if load.kappa == 1.0 {
-        return solve_alone(body, load, settings);
-    }
-    let solution = Solution { status: Status::IterationLimit, ..Solution::NONE };
-    Equilibrium { solution, positions: body.rest().to_vec(), alone: true }
-}
-
 /// Up to [`LANES`] equilibria, and all that is written to on the way to them. One a thread.
 #[derive(Debug)]
 pub struct Group<'a, const D: usize> {
@@ -234,8 +222,8 @@ pub struct Group<'a, const D: usize> {
     answers: Vec<Equilibrium<D>>,
     /// Tensions of every answer, N; `None` of one in another body.
     tensions: Vec<Option<Vec<f64>>>,
-    /// Of lanes that hold the numbers of `system` its kappa as a multiple of the body's own.
-    own_kappa: [Option<f64>; LANES],
+    /// Lanes that hold the numbers of `system`.
+    is_own: [bool; LANES],
     /// Lanes whose factor is that of the exact stiffness at the answer.
     factorised: Option<[bool; LANES]>,
 }
@@ -255,26 +243,23 @@ impl<const D: usize> Group<'_, D> {
             let body = load.system.unwrap_or(system);
             let solved =
                 work.as_ref().and_then(|(elements, work)| Some((elements, work, work.solution(lane)?)));
-            let alone = || solve_if_own(body, load, settings);
-            let Some((elements, work, solution)) = solved else { return alone() };
+            let Some((elements, work, solution)) = solved else { return solve_alone(body, load, settings) };
             let mut positions = body.rest().to_vec();
             work.positions(elements, lane, &mut positions);
             body.place_path_nodes(&mut positions);
             if !body.keeps_cells_upright() && body.cell_ratios(&positions).0 <= 0.0 {
-                return alone();
+                return solve_alone(body, load, settings);
             }
             Equilibrium { solution, positions, alone: false }
         };
         self.answers = match work {
             Some(_) => loads.iter().enumerate().map(answer).collect(),
             None => parallel::map_mut(&mut kept[..loads.len()], |lane, kept| match loads[lane].system {
-                Some(body) => solve_if_own(body, &loads[lane], settings),
-                None if loads[lane].kappa != 1.0 => solve_if_own(system, &loads[lane], settings),
+                Some(body) => solve_alone(body, &loads[lane], settings),
                 None => kept.solve(system, &loads[lane], settings),
             }),
         };
-        let is_own = |l: &Load<'_, D>| l.system.is_none() && l.kappa == 1.0;
-        let tensions = loads.iter().map(|l| is_own(l).then(|| l.tensions.clone()));
+        let tensions = loads.iter().map(|l| l.system.is_none().then(|| l.tensions.clone()));
         self.tensions = tensions.collect();
         &self.answers
     }
@@ -285,7 +270,7 @@ impl<const D: usize> Group<'_, D> {
     }
 
     fn solve_in_lanes(&mut self, loads: &[Load<'_, D>], settings: &Settings) {
-        let (system, own_kappa) = (self.system, &mut self.own_kappa);
+        let (system, is_own) = (self.system, &mut self.is_own);
         let Some((elements, work)) = &mut self.work else { return };
         if loads.iter().any(|l| l.start.is_none()) {
             work.forget_factor();
@@ -295,20 +280,15 @@ impl<const D: usize> Group<'_, D> {
         for (lane, load) in loads.iter().enumerate() {
             let body = load.system.unwrap_or(system);
             let start = load.start.unwrap_or(body.rest());
-            let is_there = load.system.is_none() && own_kappa[lane].is_some();
-            let same = is_there || work.set_body(elements, lane, body);
-            if own_kappa[lane].filter(|_| is_there).unwrap_or(1.0) != load.kappa {
-                work.set_kappa(lane, load.kappa);
-            }
-            own_kappa[lane] = Some(load.kappa).filter(|_| same && load.system.is_none());
+            let same = load.system.is_none() && is_own[lane] || work.set_body(elements, lane, body);
+            is_own[lane] = same && load.system.is_none();
             set[lane] = same
                 && start.len() == body.rest().len()
                 && load.tensions.len() == body.muscle_count()
                 && load.tensions.iter().all(|t| t.is_finite());
             if set[lane] {
                 work.set_load(elements, lane, &load.tensions, start, |node| load.place(body, node));
-                let is_own = load.system.is_none() && load.kappa == 1.0;
-                let plain = load.start.is_none() && load.bones.is_empty() && is_own;
+                let plain = load.start.is_none() && load.bones.is_empty() && load.system.is_none();
                 if let Some(at_rest) = plain.then(|| at_rest(system, elements)).flatten() {
                     work.begin_linearly(lane, at_rest, &load.tensions);
                 }
@@ -317,7 +297,7 @@ impl<const D: usize> Group<'_, D> {
         let Some(first) = set.iter().position(|s| *s) else { return };
         for lane in (0..LANES).filter(|lane| !set[*lane]) {
             work.copy_lane(first, lane);
-            own_kappa[lane] = own_kappa[first];
+            is_own[lane] = is_own[first];
         }
         solve_group(work, elements, settings);
     }

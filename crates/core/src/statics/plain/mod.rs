@@ -59,8 +59,6 @@ struct Lane {
 pub(crate) struct Work<const L: usize> {
     arch: pulp::Arch,
     numbers: Numbers<L>,
-    /// Kappa of every cell in the bodies as they were put in, N/m.
-    kappa: Vec<Wide<L>>,
     /// Tension of every edge, N.
     tension: Vec<Wide<L>>,
     positions: Vec<Pair<L>>,
@@ -96,7 +94,6 @@ impl<const L: usize> Work<L> {
         Self {
             arch: pulp::Arch::new(),
             numbers: elements.numbers(),
-            kappa: vec![Wide::ZERO; elements.cells.len() + 1],
             tension: vec![Wide::ZERO; elements.edges.len()],
             positions: vec![[Wide::ZERO; 2]; nodes],
             trial: vec![[Wide::ZERO; 2]; nodes],
@@ -112,17 +109,9 @@ impl<const L: usize> Work<L> {
         }
     }
 
-    /// Puts a body into a lane; false where it is not one of these elements.
+    /// Puts a body into a lane. Returns false if its elements are different.
     pub fn set_body<const D: usize>(&mut self, elements: &Elements, lane: usize, system: &System<D>) -> bool {
-        let same = elements.fill(system, lane, &mut self.numbers);
-        self.kappa.iter_mut().zip(&self.numbers.kappa).for_each(|(own, k)| own.0[lane] = k.0[lane]);
-        same
-    }
-
-    /// Multiplies the kappa of the body in a lane.
-    pub fn set_kappa(&mut self, lane: usize, times: f64) {
-        let all = self.numbers.kappa.iter_mut().zip(&self.kappa);
-        all.for_each(|(k, own)| k.0[lane] = times * own.0[lane]);
+        elements.fill(system, lane, &mut self.numbers)
     }
 
     /// Puts tensions, the start and the places of the bones into a lane, which is solved next.
@@ -172,14 +161,7 @@ impl<const L: usize> Work<L> {
     /// Has a lane do as another one, so that it holds numbers.
     pub fn copy_lane(&mut self, from: usize, to: usize) {
         let n = &mut self.numbers;
-        let wides = [
-            &mut n.stiffness,
-            &mut n.rest,
-            &mut n.kappa,
-            &mut n.inverse_area,
-            &mut self.kappa,
-            &mut self.tension,
-        ];
+        let wides = [&mut n.stiffness, &mut n.rest, &mut n.kappa, &mut n.inverse_area, &mut self.tension];
         wides.into_iter().flatten().for_each(|w| w.0[to] = w.0[from]);
         for x in self.positions.iter_mut().chain(&mut self.targets) {
             x.iter_mut().for_each(|w| w.0[to] = w.0[from]);
