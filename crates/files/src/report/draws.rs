@@ -19,7 +19,7 @@ impl Export for Draws<'_> {
         for name in ["tension", "baseline_tension", "change"] {
             columns.extend(muscles.iter().map(|m| format!("{name}_{m}_n_per_m")));
         }
-        columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m", "kappa"].map(str::to_owned));
+        columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
         for &other in &others {
             columns.extend(muscles.iter().map(|m| format!("tension_{}_{m}_n_per_m", labels[other])));
@@ -37,7 +37,7 @@ impl Export for Draws<'_> {
             let numbers = own.tensions.iter().chain(&draw.meaning.tones).copied();
             let numbers = numbers.chain(each().map(|m| draw.change(posture, m)));
             let numbers = numbers.chain(own.hyoid.iter().map(|d| 1e3 * d));
-            let numbers = numbers.chain([draw.meaning.tilt, draw.meaning.kappa]);
+            let numbers = numbers.chain([draw.meaning.tilt]);
             let numbers = numbers.chain(each().map(|m| draw.stretch(posture * muscles.len() + m)));
             let of_others = others.iter().flat_map(|&p| draw.meaning.postures[p].tensions.iter().copied());
             for value in numbers.chain(of_others) {

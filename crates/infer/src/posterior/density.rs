@@ -1,10 +1,10 @@
 //! The density: how probable tensions, tones and places of the hyoid are, given the measured stretches of a speaker's postures.
 //!
 //! ```text
-//! y ~ N(s, C),  s = L(F, d, c, kappa) / L(F0, kappa),  C = C_geo + sd² I + R
-//! F = scale Z((1 + Phi(g))/2) with g ~ N(0, 1) (half-normal), F0 likewise, d = sd g, c = sd g, ln kappa = sd g
+//! y ~ N(s, C),  s = L(F, d, c) / L(F0),  C = C_geo + sd² I + R
+//! F = scale Z((1 + Phi(g))/2) with g ~ N(0, 1) (half-normal), F0 likewise, d = sd g, c = sd g
 //! ```
-//! Every posture has tensions F and a place d of the hyoid of its own; tones F0, the hyoid's tilt c and kappa are the speaker's. All that is
+//! Every posture has tensions F and a place d of the hyoid of its own; tones F0 and the hyoid's tilt c are the speaker's. All that is
 //! sampled is in the scores `g`, so that there are no bounds. The derivatives (`evaluator`) need one back-substitution for each
 //! posture and one for the baseline, however many unknowns there are.
 
@@ -31,8 +31,6 @@ pub enum Parameter {
     Hyoid(usize, usize),
     /// By how much the hyoid tilts as it moves back.
     Tilt,
-    /// Logarithm of kappa over that of the body.
-    LnKappa,
 }
 
 /// A posture as it is drawn.
@@ -53,8 +51,6 @@ pub struct Meaning {
     pub tones: Vec<f64>,
     /// Angle by which the hyoid tilts, its greater horn downwards, for every metre that it moves back, rad/m.
     pub tilt: f64,
-    /// Kappa as a multiple of the body's own.
-    pub kappa: f64,
 }
 
 impl Meaning {
@@ -134,11 +130,8 @@ fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {
         None if tilts => parameters.push(Parameter::Tilt),
         _ => {}
     }
-    if ground.samples_kappa() {
-        parameters.push(Parameter::LnKappa);
-    }
     let tilt = tilt.fixed_rad_per_m.filter(|_| tilts).unwrap_or(0.0);
-    (Meaning { postures: vec![own; postures], tones, tilt, kappa: 1.0 }, parameters)
+    (Meaning { postures: vec![own; postures], tones, tilt }, parameters)
 }
 
 impl<'a> Density<'a> {
@@ -241,7 +234,7 @@ impl<'a> Density<'a> {
         !self.ground.hyoid.is_empty() && !self.ground.priors.hyoid.off
     }
 
-    /// What scores mean, and the derivative of each number by its score (of kappa that of its logarithm).
+    /// What scores mean, and the derivative of each number by its score.
     pub fn meaning(&self, scores: &DVector<f64>) -> (Meaning, Vec<f64>) {
         let priors = &self.ground.priors;
         let mut meaning = self.fixed.clone();
@@ -269,10 +262,6 @@ impl<'a> Density<'a> {
                 meaning.tilt = priors.hyoid_tilt.sd_rad_per_m * g;
                 priors.hyoid_tilt.sd_rad_per_m
             }
-            Parameter::LnKappa => {
-                meaning.kappa = (priors.compressibility.sd_ln_kappa * g).exp();
-                priors.compressibility.sd_ln_kappa
-            }
         });
         let slopes = each.collect();
         (meaning, slopes)
@@ -294,13 +283,13 @@ impl<'a> Density<'a> {
         start: Option<&'l [SVector<f64, 2>]>,
     ) -> Load<'l, 2> {
         let own = &meaning.postures[posture];
-        let load = Load { start, kappa: meaning.kappa, ..Load::new(own.tensions.clone()) };
+        let load = Load { start, ..Load::new(own.tensions.clone()) };
         if self.moves_hyoid() { self.ground.with_hyoid(load, own.hyoid, meaning.tilt) } else { load }
     }
 
     /// The load of the baseline.
     pub fn baseline<'l>(&'l self, meaning: &Meaning, start: Option<&'l [SVector<f64, 2>]>) -> Load<'l, 2> {
-        Load { start, kappa: meaning.kappa, ..Load::new(meaning.tones.clone()) }
+        Load { start, ..Load::new(meaning.tones.clone()) }
     }
 
     /// The load of posture `shape`, or of the baseline where there are only so many postures.

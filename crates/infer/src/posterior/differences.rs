@@ -14,7 +14,7 @@ use tongue_core::effect::Configuration;
 use tongue_core::material::Constants;
 use tongue_core::parallel;
 use tongue_core::statics::lanes::{Adjoint, Lanes, Load};
-use tongue_core::statics::{Settings, Status};
+use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::{Model, System};
 
 use super::PosteriorError;
@@ -23,8 +23,6 @@ use super::ground::{Field, Ground, laid_anew, turn};
 
 /// Bodies that are moved are so by this part of a standard deviation to either side.
 const STEP: f64 = 1e-3;
-/// Kappa by a whole one: far from its median lengths answer to it otherwise than there.
-const KAPPA_STEP: f64 = 1.0;
 /// Widths and patches by more: their points pass from one element to another, and over the outline, one after the other.
 const WIDE_STEP: f64 = 0.5;
 
@@ -75,7 +73,6 @@ type Pair = ([Beside; 2], f64);
 pub struct Sides {
     ends: Vec<Pair>,
     outline: Vec<Pair>,
-    kappa: Option<Pair>,
     width: Option<Pair>,
     patch: Option<Pair>,
 }
@@ -91,8 +88,6 @@ impl Sides {
         let pair = |sd: f64, step: f64, side: Side<'_>| -> Result<Option<Pair>, PosteriorError> {
             Ok(if sd == 0.0 { None } else { Some(([side(-step * sd)?, side(step * sd)?], step)) })
         };
-        let kappa = &priors.compressibility;
-        let sd_ln_kappa = if kappa.off { 0.0 } else { kappa.sd_ln_kappa };
         let settings = body.mesh.continuum.as_ref().map(|c| c.settings);
         let laid = |change: &dyn Fn(&mut tongue_core::body::ContinuumSettings)| {
             let mut settings = settings.unwrap_or_default();
@@ -116,10 +111,6 @@ impl Sides {
         Ok(Self {
             ends: fields(&ground.ends, true)?,
             outline: fields(&ground.outline, false)?,
-            kappa: pair(sd_ln_kappa, KAPPA_STEP, &|by| {
-                let constants = with_lambda(&model.constants, by.exp());
-                Beside::new(ground, body, &Model { constants, ..*model })
-            })?,
             width: pair(of_continuum(priors.sd_ln_width()), WIDE_STEP, &|by| {
                 laid(&|s| s.bundle_width_m *= by.exp())
             })?,
@@ -130,11 +121,57 @@ impl Sides {
     }
 }
 
-/// Constants with so many times the first of Lamé's, and the same second: what keeps areas, and nothing else.
-fn with_lambda(constants: &Constants, times: f64) -> Constants {
+/// Bodies with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
+///
+/// # Errors
+/// [`PosteriorError::System`] of constants that are out of range.
+pub fn beside_in_kappa(ground: &Ground) -> Result<Option<[System<2>; 2]>, PosteriorError> {
+    let prior = &ground.priors.compressibility;
+    if prior.off {
+        return Ok(None);
+    }
+    let all: Vec<usize> = (0..ground.muscles.len()).collect();
+    let with = |times: f64| {
+        let constants = with_kappa(ground, times);
+        System::new(&ground.body.mesh, &Model { constants, ..ground.model }, &all)
+    };
+    Ok(Some([with((-prior.sd_ln_kappa).exp())?, with(prior.sd_ln_kappa.exp())?]))
+}
+
+/// Constants with so many times the body's own kappa and the same second one of Lame. Kappa of springs is the difference of both
+/// constants of Lame, that of other tissue the first one.
+fn with_kappa(ground: &Ground, times: f64) -> Constants {
+    let constants = ground.model.constants;
     let (lambda, mu) = constants.lame();
-    let poisson_ratio = lambda * times / (2.0 * (lambda * times + mu));
-    Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..*constants }
+    let lambda = if ground.has_springs() { mu + (lambda - mu) * times } else { lambda * times };
+    let poisson_ratio = lambda / (2.0 * (lambda + mu));
+    Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..constants }
+}
+
+/// How the stretches of all muscles in all postures answer to one standard deviation of the logarithm of kappa: half of the difference of
+/// the equilibria one standard deviation to either side, since the answer is far from straight over that range. A column, or none where
+/// kappa is known; `None` where another kappa leads to no equilibrium.
+pub fn by_kappa(ground: &Ground, place: &Place, meaning: &Meaning) -> Option<DMatrix<f64>> {
+    let (count, rows, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
+    let Some(sides) = &ground.kappa else { return Some(DMatrix::zeros(rows, 0)) };
+    let solved = |system: &System<2>| -> Option<DVector<f64>> {
+        let load = |shape: usize| {
+            let own = meaning.postures.get(shape);
+            let tensions = own.map_or(&meaning.tones, |p| &p.tensions).clone();
+            let load = Load { start: Some(place.shape(shape).0), ..Load::new(tensions) };
+            match own.filter(|_| !ground.hyoid.is_empty()) {
+                Some(own) => ground.with_hyoid(load, own.hyoid, meaning.tilt),
+                None => load,
+            }
+        };
+        let loads: Vec<Load<'_, 2>> = (0..=base).map(load).collect();
+        let found = Lanes::new(system).solve(&loads, &SolveSettings::default());
+        let converged = found.iter().all(|shape| shape.solution.status == SolveStatus::Converged);
+        let lengths: Vec<Vec<f64>> = found.iter().map(|shape| system.lengths(&shape.positions)).collect();
+        converged.then(|| DVector::from_fn(rows, |row, _| lengths[row / count][row % count] / lengths[base][row % count]))
+    };
+    let half = (solved(&sides[1])? - solved(&sides[0])?) / 2.0;
+    Some(DMatrix::from_column_slice(rows, 1, half.as_slice()))
 }
 
 /// How the stretches of all muscles in all postures answer, by one standard deviation of each source; a row a stretch.
@@ -144,7 +181,7 @@ pub struct Answers {
     pub ends: DMatrix<f64>,
     /// To the outline.
     pub outline: DMatrix<f64>,
-    /// To what keeps areas, where that is not sampled.
+    /// To what keeps areas.
     pub kappa: DMatrix<f64>,
     /// To the width of muscles.
     pub width: DMatrix<f64>,
@@ -190,22 +227,6 @@ pub fn answers(
             Some(length_slopes(ground, [low, high], at)? / (2.0 * step))
         })
     };
-    // Kappa over whole standard deviations: its derivative is half of what lengths answer to these.
-    let of_kappa = |([low, high], step): &Pair| {
-        stretches(&|shape| {
-            let solved = |beside: &Beside| {
-                let start = Some(place.shape(shape).0);
-                let mut load = Load { start, ..Load::new(tensions(shape).clone()) };
-                if let Some(own) = meaning.postures.get(shape).filter(|_| !ground.hyoid.is_empty()) {
-                    load = ground.with_hyoid(load, own.hyoid, meaning.tilt);
-                }
-                let found = Lanes::new(&beside.system).solve(&[load], &Settings::default()).pop()?;
-                let converged = found.solution.status == Status::Converged;
-                converged.then(|| DVector::from(beside.system.lengths(&found.positions)))
-            };
-            Some((solved(high)? - solved(low)?) / (2.0 * step))
-        })
-    };
     let matrix = |columns: Vec<Option<DVector<f64>>>| -> Option<DMatrix<f64>> {
         let columns: Vec<DVector<f64>> = columns.into_iter().collect::<Option<_>>()?;
         Some(DMatrix::from_fn(rows, columns.len(), |row, c| columns[c][row]))
@@ -213,7 +234,7 @@ pub fn answers(
     Some(Answers {
         ends: matrix(sides.ends.iter().map(of_pair).collect())?,
         outline: matrix(sides.outline.iter().map(of_pair).collect())?,
-        kappa: matrix(sides.kappa.iter().map(of_kappa).collect())?,
+        kappa: by_kappa(ground, place, meaning)?,
         width: matrix(sides.width.iter().map(of_pair).collect())?,
         patch: matrix(sides.patch.iter().map(of_pair).collect())?,
     })
@@ -261,8 +282,7 @@ mod tests {
             let mut density = Density::new(ground, Seen::nothing()).unwrap();
             let mode = Mode::find(&mut density).unwrap();
             let n = density.parameters.len();
-            // Kappa, which only springs sample, comes last and stays.
-            let scores = DVector::from_fn(n, |i, _| if i < 19 { 0.3 * (i as f64).sin() } else { 0.0 });
+            let scores = DVector::from_fn(n, |i, _| 0.3 * (i as f64).sin());
             Evaluator::new(&density).linearise(&scores, &mode.place).unwrap().0.geometry
         };
         let by_formulas = at(&ground);

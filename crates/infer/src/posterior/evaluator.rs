@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use tongue_core::parallel;
 use tongue_core::statics::lanes::{Adjoint, Equilibrium, Group, length_gradient};
 
 use super::branch::on_branch;
@@ -71,11 +70,11 @@ impl<'a> Evaluator<'a> {
     fn solve(&mut self, points: &[(&DVector<f64>, &Place)]) -> Solved {
         let density = self.density;
         let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();
-        parallel::map_mut(&mut self.shapes, |shape, group| {
+        for (shape, group) in self.shapes.iter_mut().enumerate() {
             let load = |i: usize| density.load(&meanings[i].0, shape, Some(points[i].1.shape(shape).0));
             let loads: Vec<_> = (0..points.len()).map(load).collect();
             group.solve(&loads, density.settings());
-        });
+        }
         let system = &density.ground.system;
         let place = |point: usize| {
             let mut found: Vec<&Equilibrium<2>> =
@@ -108,7 +107,7 @@ impl<'a> Evaluator<'a> {
         geometry: bool,
     ) -> Vec<Option<(Linear, Place)>> {
         let (meanings, places) = self.solve(points);
-        let mut rates: Vec<Rates> = parallel::map_mut(&mut self.shapes, |_, group| group.length_rates());
+        let mut rates: Vec<Rates> = self.shapes.iter_mut().map(Group::length_rates).collect();
         let mut out = Vec::with_capacity(points.len());
         for (i, place) in places.into_iter().enumerate() {
             let own: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
@@ -132,23 +131,8 @@ impl<'a> Evaluator<'a> {
         let (count, postures) = (ground.muscles.len(), self.density.postures());
         let over = &place.baseline_lengths;
         let stretches = DVector::from_fn(postures * count, |row, _| place.lengths[row] / over[row % count]);
-        // Derivatives of every length of every shape by ln kappa, where that is sampled.
-        let samples_kappa = self.density.parameters.contains(&Parameter::LnKappa);
-        let by_kappa: Vec<Vec<f64>> = match samples_kappa {
-            true => (0..=postures)
-                .map(|s| {
-                    let by = |a: &Adjoint<2>| shape::by_ln_kappa(ground, place.shape(s).0, meaning.kappa, a);
-                    rates[s].iter().map(by).collect()
-                })
-                .collect(),
-            false => Vec::new(),
-        };
         let length = |shape: usize, m: usize, p: Parameter| -> f64 {
-            let adjoint = &rates[shape][m];
-            match p {
-                Parameter::LnKappa => by_kappa[shape][m],
-                _ => by_parameter(ground, meaning, (shape, postures), adjoint, p),
-            }
+            by_parameter(ground, meaning, (shape, postures), &rates[shape][m], p)
         };
         // d(L/L0) = dL/L0 - s dL0/L0.
         let jacobian = DMatrix::from_fn(postures * count, slopes.len(), |row, p| {
@@ -157,7 +141,7 @@ impl<'a> Evaluator<'a> {
             slopes[p] * (own - stretches[row] * base) / over[m]
         });
         let geometry = match (geometry, ground.is_of_springs()) {
-            (true, true) => shape::of_springs(ground, place, meaning.kappa, rates),
+            (true, true) => shape::of_springs(ground, place, meaning, rates)?,
             (true, false) => differences::answers(ground, place, meaning, rates)?,
             (false, _) => Answers::none(postures * count),
         };
@@ -169,16 +153,12 @@ impl<'a> Evaluator<'a> {
         &self,
         scores: &DVector<f64>,
         (meaning, slopes): &(Meaning, Vec<f64>),
-        place: &Place,
         adjoints: &[&Adjoint<2>],
     ) -> DVector<f64> {
         let density = self.density;
         let by = |p: Parameter| -> f64 {
-            let each = adjoints.iter().enumerate().map(|(shape, adjoint)| match p {
-                Parameter::LnKappa => {
-                    shape::by_ln_kappa(density.ground, place.shape(shape).0, meaning.kappa, adjoint)
-                }
-                _ => by_parameter(density.ground, meaning, (shape, density.postures()), adjoint, p),
+            let each = adjoints.iter().enumerate().map(|(shape, adjoint)| {
+                by_parameter(density.ground, meaning, (shape, density.postures()), adjoint, p)
             });
             each.sum()
         };
@@ -186,7 +166,7 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// How a function of one shape, `shape` of so many postures or the baseline, answers to a number that is sampled; not to kappa.
+/// How a function of one shape, `shape` of so many postures or the baseline, answers to a number that is sampled.
 fn by_parameter(
     ground: &super::Ground,
     meaning: &Meaning,
@@ -225,7 +205,7 @@ impl Target for Evaluator<'_> {
                 Some(errors.log(&density.residuals(&place.lengths, &place.baseline_lengths)))
             })
             .collect();
-        let adjoints: Vec<Vec<Option<Adjoint<2>>>> = parallel::map_mut(&mut self.shapes, |shape, group| {
+        let adjoints = self.shapes.iter_mut().enumerate().map(|(shape, group)| {
             let of = |(place, weighed): (&Option<Place>, &Option<(f64, DVector<f64>)>)| {
                 let mut gradient = vec![SVector::zeros(); nodes];
                 let Some((place, (_, weights))) = place.as_ref().zip(weighed.as_ref()) else {
@@ -244,11 +224,12 @@ impl Target for Evaluator<'_> {
             };
             group.adjoint(&places.iter().zip(&weighed).map(of).collect::<Vec<_>>())
         });
+        let adjoints: Vec<Vec<Option<Adjoint<2>>>> = adjoints.collect();
         let mut out = Vec::with_capacity(points.len());
         for (i, (place, weighed)) in places.into_iter().zip(weighed).enumerate() {
             let own: Option<Vec<&Adjoint<2>>> = adjoints.iter().map(|a| a[i].as_ref()).collect();
             out.push(place.zip(weighed).zip(own).map(|((place, (log, _)), own)| {
-                let gradient = self.gradient(points[i].0, &meanings[i], &place, &own);
+                let gradient = self.gradient(points[i].0, &meanings[i], &own);
                 Point { log: log - 0.5 * points[i].0.norm_squared(), gradient, place }
             }));
         }
@@ -259,11 +240,12 @@ impl Target for Evaluator<'_> {
     fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Place>)]) -> Vec<bool> {
         let density = self.density;
         let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
-        let found = parallel::map_mut(&mut self.from_rest, |shape, group| {
+        let found = self.from_rest.iter_mut().enumerate().map(|(shape, group)| {
             let with: Vec<(&Meaning, &[f64])> =
                 meanings.iter().zip(points).map(|(m, (_, p))| (m, p.place.shape(shape).1)).collect();
             on_branch(density, group, &with, shape)
         });
+        let found: Vec<Vec<bool>> = found.collect();
         (0..points.len()).map(|i| found.iter().all(|shape| shape[i])).collect()
     }
 

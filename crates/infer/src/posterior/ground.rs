@@ -11,7 +11,7 @@ use tongue_core::statics::lanes::{Adjoint, Lanes, Load};
 use tongue_core::system::{Model, System, TissueModel};
 
 use super::PosteriorError;
-use super::differences::Sides;
+use super::differences::{self, Sides};
 use super::priors::Priors;
 
 /// Points nearer to each other than this are one, m.
@@ -47,7 +47,9 @@ pub struct Ground {
     pub outline: Vec<Field>,
     /// Of every node of the hyoid its displacement, m, where the hyoid tilts by one radian, the greater horn downwards.
     pub(super) turn: Vec<SVector<f64, 2>>,
-    /// Of bodies that are not of springs alone: the sources that are no fields, each a pair of bodies to either side.
+    /// The body with lower and with higher kappa; `None` where that is known.
+    pub(super) kappa: Option<[System<2>; 2]>,
+    /// Of bodies that are not of springs alone, the bodies to either side of this one for every other source.
     pub(super) sides: Option<Sides>,
 }
 
@@ -78,12 +80,12 @@ impl Ground {
         let system = Arc::new(System::new(&body.mesh, &model, &all)?);
         let hyoid = body.bone(HYOID).to_vec();
         let (ends, outline) = (ends(&body, priors), outline(&body, priors));
-        let springs = model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none();
         let priors = priors.clone();
         let turn = turn(system.rest(), &hyoid);
         let mut ground =
-            Self { priors, body, system, model, muscles, hyoid, ends, outline, turn, sides: None };
-        if !springs {
+            Self { priors, body, system, model, muscles, hyoid, ends, outline, turn, kappa: None, sides: None };
+        ground.kappa = differences::beside_in_kappa(&ground)?;
+        if !ground.has_springs() {
             ground.sides = Some(Sides::new(&ground)?);
         }
         Ok(ground)
@@ -106,14 +108,9 @@ impl Ground {
         [shift.x + tilt * by_angle, shift.y, d.x * by_angle]
     }
 
-    /// Whether kappa is sampled: in bodies that lanes solve. In others it is a source of errors of the stretches.
-    pub fn samples_kappa(&self) -> bool {
-        let known = self.priors.compressibility.off;
-        !known && self.is_of_springs() && Lanes::new(&self.system).are_used() && self.has_kappa()
-    }
-
-    fn has_kappa(&self) -> bool {
-        self.system.coefficients().kappa > 0.0 && !self.body.mesh.cells.is_empty()
+    /// Whether the tissue is springs.
+    pub(super) fn has_springs(&self) -> bool {
+        self.model.tissue == TissueModel::MassSpring && self.body.mesh.continuum.is_none()
     }
 
     /// Whether it is made of springs, whose answers to their geometry have formulas.

@@ -1,12 +1,11 @@
 //! What data and model leave open: the posterior of tensions, with everything in it that is not known.
 //!
 //! ```text
-//! y ~ N(s, C_geo + sd² I + R)           y: all measured stretches of a speaker's postures, s = L(F, d, c, kappa) / L(F0, kappa)
+//! y ~ N(s, C_geo + sd² I + R)           y: all measured stretches of a speaker's postures, s = L(F, d, c) / L(F0)
 //! F ~ half-normal, F0 ~ half-normal     tensions of every muscle in each posture and in the baseline that they share
 //! d ~ N(0, sd_d²), c ~ N(0, sd_c²)      displacement of the hyoid in each posture, and how much it tilts as it moves back
-//! ln kappa ~ N(0, sd_kappa²)            what keeps areas
 //! ```
-//! One posture or several of a speaker: tones F0, c and kappa are shared, and so are the errors by geometry and by the rounding of the baseline's
+//! One posture or several of a speaker: tones F0 and c are shared, and so are the errors by geometry and by the rounding of the baseline's
 //! lengths. No rule says who contracts: every muscle has a tension that is not negative. `C_geo` is the covariance of the stretches by the
 //! ends of the muscles and the outline, linearised with exact derivatives (`shape`; of bodies that are not of springs `differences`, and of a
 //! continuum by the width of muscles and the patches of bones too) and averaged over the posterior (`map`); `R` is that of the

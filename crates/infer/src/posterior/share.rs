@@ -124,7 +124,6 @@ fn source_of(parameter: Parameter) -> Source {
         Parameter::Tone(_) => Source::BaselineTone,
         Parameter::Hyoid(..) => Source::Hyoid,
         Parameter::Tilt => Source::HyoidTilt,
-        Parameter::LnKappa => Source::Compressibility,
     }
 }
 

@@ -90,8 +90,6 @@ pub struct Summary {
     pub hyoid_mm: [Spread; 2],
     /// Angle by which the hyoid tilts for every metre that it moves back, the speaker's, rad/m.
     pub hyoid_tilt_rad_per_m: Spread,
-    /// Kappa, the coefficient that keeps areas, as a multiple of the body's own.
-    pub kappa: Spread,
     /// Directions of tensions, tones and the hyoid's place, the most resolved first.
     pub directions: Vec<Direction>,
     /// Stretches.
@@ -297,7 +295,6 @@ impl Summary {
             baseline_tensions_n: ByMuscle::new(muscles, (0..count).map(|m| spread(&|d| d.meaning.tones[m]))),
             hyoid_mm: [0, 1].map(|axis| spread(&|d| 1e3 * d.meaning.postures[posture].hyoid[axis])),
             hyoid_tilt_rad_per_m: spread(&|d| d.meaning.tilt),
-            kappa: spread(&|d| d.meaning.kappa),
             directions: directions(posterior, posture),
             stretches: ByMuscle::new(&names, stretches),
         }
@@ -323,7 +320,6 @@ fn directions(posterior: &Posterior<'_>, posture: usize) -> Vec<Direction> {
         Parameter::Hyoid(v, axis) if *v == posture => Some(format!("hyoid {}", ["x", "y"][*axis])),
         Parameter::Tone(m) => Some(format!("F0 {}", muscles[*m])),
         Parameter::Tilt => Some("hyoid's tilt".to_owned()),
-        Parameter::LnKappa => Some("ln kappa".to_owned()),
         _ => None,
     };
     let own: Vec<(usize, String)> =
