@@ -164,8 +164,8 @@ pub mod inverse {
     //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
     #[doc(inline)]
     pub use tongue_infer::inverse::{
-        Among, Answer, Fit, FitError, FreedBone, HyoidMotion, LooseBone, Matched, Method, MovedBone,
-        Premises, Prior, Problem, Said, Settings, Setup, Status, Tissue, Tone, Unknown, fit, fit_in,
+        Among, Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, HyoidMotion, LooseBone, Matched,
+        Method, MovedBone, Premises, Prior, Problem, Said, Setup, TissueUnknown, Tone, Unknown, fit, fit_in,
         fit_under, solve,
     };
 
@@ -296,7 +296,7 @@ pub mod report {
         #[doc(inline)]
         pub use tongue_files::report::batch::{
             Batch, BatchJournal, BatchProvenance, BatchSummary, Fitted, MOST_FITS_ON_PAGE, RowPosterior,
-            Shard, Within, assess, columns, passive_groups, sha256, write_files, write_json,
+            Shard, Within, assess, columns, muscle_lines, passive_groups, sha256, write_files, write_json,
         };
 
         pub mod journal {
@@ -364,8 +364,8 @@ pub mod statics {
     //! Equilibria: Newton's method, the branch from rest.
     #[doc(inline)]
     pub use tongue_core::statics::{
-        Connection, CriticalKind, Settings, Solution, Stability, Status, TRACE_STEPS, Trace, Workspace,
-        solve, solve_and_trace, trace,
+        Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, TRACE_STEPS, Trace,
+        Workspace, solve, solve_and_trace, trace,
     };
 }
 

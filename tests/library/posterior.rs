@@ -12,7 +12,7 @@ use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_fit::posterior::{
     Density, Evaluator, Ground, How, Mode, Pairs, Place, Priors, Report, Seen, Settings, sample, unseen,
 };
-use tongue_fit::statics::{self, Status, Workspace};
+use tongue_fit::statics::{self, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
 
 fn ground(priors: &Priors) -> Ground {
@@ -133,7 +133,7 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
         let system = System::new(&body.mesh, &ground.model, &all).unwrap();
         let solved = |load: Load<'_, 2>| {
             let found = Lanes::new(&system).solve(&[load], density.settings()).remove(0);
-            assert_eq!(found.solution.status, Status::Converged);
+            assert_eq!(found.solution.status, SolveStatus::Converged);
             system.lengths(&found.positions)
         };
         let vowel = Load::new(meaning.tensions.clone()).with_bone(body.bone("hyoid"), meaning.hyoid);
@@ -176,8 +176,8 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     for row in one.iter().filter_map(|chain| chain.draws.last()) {
         w.carry_bone(&ground.system, &ground.hyoid, SVector::from([row[2 * n], row[2 * n + 1]]));
         w.start_from_rest(&ground.system);
-        let solution = statics::solve(&ground.system, &mut w, &row[..n], &statics::Settings::default());
-        assert_eq!(solution.status, Status::Converged);
+        let solution = statics::solve(&ground.system, &mut w, &row[..n], &statics::SolveSettings::default());
+        assert_eq!(solution.status, SolveStatus::Converged);
         let lengths = ground.system.lengths(w.positions());
         assert!(lengths.iter().zip(&row[2 * n + 2..]).all(|(a, b)| (a - b).abs() < 1e-7));
     }
@@ -209,7 +209,7 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
         let system = System::new(&body.mesh, &ground.model, &all).ok()?;
         let lengths = |load: Load<'_, 2>, system: &System<2>| {
             let shape = density.lanes().solve(&[load], density.settings()).remove(0);
-            (shape.solution.status == Status::Converged).then(|| system.lengths(&shape.positions))
+            (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
         };
         let stretches = |system: &System<2>| {
             let posture = lengths(density.posture(&meaning, None).in_body(system), system)?;
@@ -341,7 +341,7 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
     // In /i/ of S1 there is another branch not far away.
     let ground = ground(&Priors::default());
     let posterior = sample(&ground, seen("S1", "i"), &Settings { draws: 400, seed: 1 }).unwrap();
-    let settings = statics::Settings::default();
+    let settings = statics::SolveSettings::default();
     for draw in posterior.draws.iter().step_by(16) {
         let mut w = Workspace::new(&ground.system);
         w.carry_bone(&ground.system, &ground.hyoid, draw.meaning.hyoid);
@@ -349,7 +349,11 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
         let found = statics::trace(&ground.system, &mut w, &draw.meaning.tensions, &settings, 20);
         let lengths = ground.system.lengths(w.positions());
         let away = lengths.iter().zip(&draw.lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(found.solution.status == Status::Converged && away < 1e-7, "{away}: {:?}", found.critical);
+        assert!(
+            found.solution.status == SolveStatus::Converged && away < 1e-7,
+            "{away}: {:?}",
+            found.critical
+        );
     }
 }
 

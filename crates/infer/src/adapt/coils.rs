@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::track::Surface;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::statics::{self, Settings, Status, Workspace};
+use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::{Model, System};
 use tongue_input::measured::recording::Seen;
 
@@ -333,9 +333,9 @@ fn postures(
         contracting.iter().for_each(|m| tensions[*m] = TENSION_N[0]);
         more.into_iter().for_each(|m| tensions[m] += TENSION_N[1]);
         workspace.start_from_rest(&system);
-        let done = statics::solve(&system, &mut workspace, &tensions, &Settings::default());
+        let done = statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
         match done.status {
-            Status::Converged => Ok(workspace.positions().to_vec()),
+            SolveStatus::Converged => Ok(workspace.positions().to_vec()),
             _ => Err(RestError::Body("it has no equilibrium at usual tensions".to_owned())),
         }
     };
