@@ -136,8 +136,11 @@ pub mod effect {
 
 pub mod files {
     //! Reading files with a limit on their size, and advice where the operating system refuses.
+    #[cfg(feature = "files")]
     #[doc(inline)]
-    pub use tongue_input::files::{advice, read, read_text};
+    pub use tongue_input::files::read_text;
+    #[doc(inline)]
+    pub use tongue_input::files::{advice, read};
 }
 
 pub mod geometry {
@@ -283,14 +286,19 @@ pub mod report {
     #[doc(inline)]
     pub use tongue_files::report::{
         AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord,
-        History, Json, Markdown, Msh, OperationRecord, OutputDir, PageBody, PageTable, Panel, PriorRecord,
-        Provenance, Pvd, ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord,
-        SpaceRecord, SpaceTrackRecord, SpaceVtu, Sto, Svg, Table, Timeline, TonguePage, TrackPage,
-        TrackPicture, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
-        changes, courses, discard_unfinished, frame_records, outlines, pairs, panels, ridges, solid,
-        status_name, timelines, tongue, valley, views, vowel, write,
+        History, Json, Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError,
+        Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu,
+        Sto, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
+        animation_of_seen, changes, courses, frame_records, outlines, pairs, panels, ridges, solid,
+        status_name, timelines, tongue, valley, views, vowel,
+    };
+    #[cfg(feature = "files")]
+    #[doc(inline)]
+    pub use tongue_files::report::{
+        OutputDir, PageBody, PageTable, TonguePage, TrackPage, TrackPicture, discard_unfinished, write,
     };
 
+    #[cfg(feature = "files")]
     pub mod batch {
         //! The files of a batch.
         #[doc(inline)]

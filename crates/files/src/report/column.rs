@@ -1,10 +1,12 @@
 //! Columns of tables: name, unit, meaning and value of each, from which every format is made.
 
 use std::borrow::Cow;
+#[cfg(feature = "files")]
 use std::io;
 
 use serde_json::Value;
 
+#[cfg(feature = "files")]
 use super::cells;
 use super::csv::Table;
 
@@ -52,6 +54,7 @@ pub fn table<R>(columns: &[Column<'_, R>], rows: &[R]) -> Table {
 ///
 /// # Errors
 /// As `out`.
+#[cfg(feature = "files")]
 pub fn lines(out: &mut dyn io::Write, lines: impl IntoIterator<Item = Vec<String>>) -> io::Result<()> {
     let mut writer = cells::writer(out);
     lines.into_iter().try_for_each(|line| writer.write_record(line))?;
