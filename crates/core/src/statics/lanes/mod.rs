@@ -13,10 +13,10 @@
 //! - The bits are the same for any number of threads, since groups depend on the number of a load only, and on
 //!   every processor, since no operations are fused. They depend on the other loads of the group.
 //! - Lanes solve the plain case: springs, muscles, straight paths and incompressible triangles in the plane. A
-//! lane is given up, and its load solved by [`solve`](super::solve) from its start, if the barrier acts, the
-//! stiffness stays indefinite, the line search fails, or bones cannot be moved to their places. All loads of
+//!   lane is given up, and its load solved by [`solve`](super::solve) from its start, if the barrier acts, the
+//!   stiffness stays indefinite, the line search fails, or bones cannot be moved to their places. All loads of
 //!   other bodies (in space, of finite elements, with contact or weight) are solved so too; for these a group
-//! keeps the factor from one solve to the next. [`Equilibrium::alone`] says so; the status is always that of
+//!   keeps the factor from one solve to the next. [`Equilibrium::alone`] says so; the status is always that of
 //!   [`solve`](super::solve).
 //!
 //! # Example
