@@ -249,8 +249,29 @@ pub fn write_json(
         not_fitted: all_refusals(batch, journal)?,
         unreadable_rows: batch.unreadable,
     };
-    serde_json::to_writer(&mut *w, &document)?;
+    let mut kept = KeepsError { to: w, error: None };
+    if let Err(error) = serde_json::to_writer_pretty(&mut kept, &document) {
+        return Err(kept.error.unwrap_or_else(|| error.into()));
+    }
     writeln!(w)
+}
+
+/// Keeps the error of a write, because a serializer passes on only its text.
+struct KeepsError<'a> {
+    to: &'a mut dyn Write,
+    error: Option<io::Error>,
+}
+
+impl Write for KeepsError<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.to.write(bytes).inspect_err(|e| {
+            self.error = Some(e.raw_os_error().map_or_else(|| e.kind().into(), io::Error::from_raw_os_error));
+        })
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
 }
 
 /// The records of all fits, each read from the journal when it is written.
