@@ -12,7 +12,7 @@ mod scikit_fem;
 
 use std::time::Instant;
 
-use tongue_fit::statics::{Settings, Status, Workspace, solve};
+use tongue_fit::statics::{SolveSettings, SolveStatus, Workspace, solve};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
 const REPEATS: usize = 25;
@@ -26,7 +26,7 @@ fn main() {
         "| h, mm | unknowns | ours, ms | iterations | scikit-fem, ms | iterations (steps) | times | difference, mm |"
     );
     println!("| --: | --: | --: | --: | --: | --: | --: | --: |");
-    let settings = Settings::default();
+    let settings = SolveSettings::default();
     for h in [5.5e-3, 4e-3] {
         let tongue = scikit_fem::Tongue::new(h, [0.0; 2], &PUBLISHED);
         let theirs = tongue.by_scikit_fem(&python, settings.tolerance, REPEATS);
@@ -37,7 +37,7 @@ fn main() {
             let clock = Instant::now();
             let solution = solve(&tongue.system, &mut workspace, &[], &settings);
             iterations = solution.iterations;
-            assert_eq!(solution.status, Status::Converged);
+            assert_eq!(solution.status, SolveStatus::Converged);
             clock.elapsed().as_secs_f64()
         };
         let mut seconds: Vec<f64> = (0..REPEATS).map(once).collect();

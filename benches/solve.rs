@@ -20,7 +20,7 @@ use tongue_fit::body::{self, Anatomy, Body, ContinuumSettings, solid};
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::inverse;
 use tongue_fit::measured::TargetKind;
-use tongue_fit::statics::{Settings, Workspace, solve};
+use tongue_fit::statics::{SolveSettings, Workspace, solve};
 use tongue_fit::system::{Model, System, TissueModel};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
@@ -54,7 +54,7 @@ mod equilibrium {
         let mut w = Workspace::new(&system);
         bencher.bench_local(|| {
             w.start_from_rest(&system);
-            solve(&system, &mut w, &PUBLISHED, &Settings::default())
+            solve(&system, &mut w, &PUBLISHED, &SolveSettings::default())
         });
     }
 
@@ -62,10 +62,10 @@ mod equilibrium {
     fn from_a_neighbour(bencher: Bencher, h_tenths: u32) {
         let system = system(h_tenths);
         let mut w = Workspace::new(&system);
-        solve(&system, &mut w, &NEIGHBOUR, &Settings::default());
+        solve(&system, &mut w, &NEIGHBOUR, &SolveSettings::default());
         let there = w.positions().to_vec();
         w.start_from_rest(&system);
-        solve(&system, &mut w, &PUBLISHED, &Settings::default());
+        solve(&system, &mut w, &PUBLISHED, &SolveSettings::default());
         let here = w.positions().to_vec();
         // Alternating between two loads, so that each solve starts from the shape and the factor of the
         // other.
@@ -73,7 +73,7 @@ mod equilibrium {
         bencher.bench_local(|| {
             forth = !forth;
             w.start_from(if forth { &here } else { &there });
-            solve(&system, &mut w, if forth { &NEIGHBOUR } else { &PUBLISHED }, &Settings::default())
+            solve(&system, &mut w, if forth { &NEIGHBOUR } else { &PUBLISHED }, &SolveSettings::default())
         });
     }
 }
@@ -89,7 +89,7 @@ mod equilibrium_of_the_continuum {
         let mut w = Workspace::new(&system);
         bencher.bench_local(|| {
             w.start_from_rest(&system);
-            solve(&system, &mut w, &PUBLISHED, &Settings::default())
+            solve(&system, &mut w, &PUBLISHED, &SolveSettings::default())
         });
     }
 }
@@ -114,7 +114,7 @@ mod many {
     fn one_by_one(bencher: Bencher, part: f64, is_warm: bool) {
         let (system, loads) = (all_can_pull(), loads(part));
         let mut w = Workspace::new(&system);
-        solve(&system, &mut w, &PUBLISHED, &Settings::default());
+        solve(&system, &mut w, &PUBLISHED, &SolveSettings::default());
         let middle = w.positions().to_vec();
         bencher.counter(COUNT).bench_local(|| {
             for load in &loads {
@@ -123,7 +123,7 @@ mod many {
                 } else {
                     w.start_from_rest(&system);
                 }
-                divan::black_box(solve(&system, &mut w, load, &Settings::default()));
+                divan::black_box(solve(&system, &mut w, load, &SolveSettings::default()));
             }
         });
     }
@@ -131,7 +131,7 @@ mod many {
     fn in_lanes(bencher: Bencher, part: f64, is_warm: bool) {
         let (system, loads) = (all_can_pull(), loads(part));
         let mut w = Workspace::new(&system);
-        solve(&system, &mut w, &PUBLISHED, &Settings::default());
+        solve(&system, &mut w, &PUBLISHED, &SolveSettings::default());
         let middle = w.positions().to_vec();
         let lanes = Lanes::new(&system);
         let load = |i: usize| {
@@ -141,7 +141,7 @@ mod many {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         bencher.counter(COUNT).bench_local(|| {
             pool.install(|| {
-                lanes.map(COUNT, &Settings::default(), load, |_, shape| shape.solution.iterations)
+                lanes.map(COUNT, &SolveSettings::default(), load, |_, shape| shape.solution.iterations)
             })
         });
     }
@@ -244,7 +244,7 @@ mod fit_s2_a {
     fn eight_starts_on_threads(bencher: Bencher, threads: usize) {
         let mesh = fixtures::tongue();
         let target = fixtures::target("S2", "a", TargetKind::Ratio);
-        let settings = inverse::Settings { starts: 8, ..Default::default() };
+        let settings = inverse::FitSettings { starts: 8, ..Default::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         bencher.bench_local(|| pool.install(|| inverse::fit(&mesh, &Model::default(), &target, &settings)));
     }

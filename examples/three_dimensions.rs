@@ -9,7 +9,7 @@ use std::error::Error;
 
 use nalgebra::Vector3;
 use tongue_fit::body::{MuscleChain, solid};
-use tongue_fit::inverse::Settings;
+use tongue_fit::inverse::FitSettings;
 use tongue_fit::prelude::*;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let model = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
     let model = model.assemble(&body, ["lengthwise", "across"])?;
     let seen = model.solver().equilibrium(&[("lengthwise", 0.23), ("across", 0.11)])?;
-    let settings = Settings { method: Method::GaussNewton, upper_bound: 1.0, ..Settings::default() };
+    let settings = FitSettings { method: Method::GaussNewton, upper_bound: 1.0, ..FitSettings::default() };
 
     // Both lengths, taken as measurements.
     let mut lengths = Vec::new();

@@ -7,7 +7,7 @@
 use std::env;
 use std::error::Error;
 
-use tongue_fit::inverse::Settings;
+use tongue_fit::inverse::FitSettings;
 use tongue_fit::prelude::*;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let model = Model::default().assemble(&body, target.active_names())?;
 
     // Two equations for three tensions: one direction is undetermined, and the fit follows it to both ends.
-    let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+    let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let fit = InverseProblem::new(&model, model.observations(&target)?).with_settings(settings).fit()?;
     println!(
         "{} ratios, {} tensions, directions left open: {:?}; {:?}",

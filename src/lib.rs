@@ -136,8 +136,11 @@ pub mod effect {
 
 pub mod files {
     //! Reading files with a limit on their size, and advice where the operating system refuses.
+    #[cfg(feature = "files")]
     #[doc(inline)]
-    pub use tongue_input::files::{advice, read, read_text};
+    pub use tongue_input::files::read_text;
+    #[doc(inline)]
+    pub use tongue_input::files::{advice, read};
 }
 
 pub mod geometry {
@@ -164,8 +167,8 @@ pub mod inverse {
     //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
     #[doc(inline)]
     pub use tongue_infer::inverse::{
-        Among, Answer, Fit, FitError, FreedBone, HyoidMotion, LooseBone, Matched, Method, MovedBone,
-        Premises, Prior, Problem, Said, Settings, Setup, Status, Tissue, Tone, Unknown, fit, fit_in,
+        Among, Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, HyoidMotion, LooseBone, Matched,
+        Method, MovedBone, Premises, Prior, Problem, Said, Setup, TissueUnknown, Tone, Unknown, fit, fit_in,
         fit_under, solve,
     };
 
@@ -283,20 +286,25 @@ pub mod report {
     #[doc(inline)]
     pub use tongue_files::report::{
         AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord,
-        History, Json, Markdown, Msh, OperationRecord, OutputDir, PageBody, PageTable, Panel, PriorRecord,
-        Provenance, Pvd, ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord,
-        SpaceRecord, SpaceTrackRecord, SpaceVtu, Sto, Svg, Table, Timeline, TonguePage, TrackPage,
-        TrackPicture, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
-        changes, courses, discard_unfinished, frame_records, outlines, pairs, panels, ridges, solid,
-        status_name, timelines, tongue, valley, views, vowel, write,
+        History, Json, Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError,
+        Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu,
+        Sto, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
+        animation_of_seen, changes, courses, frame_records, outlines, pairs, panels, ridges, solid,
+        status_name, timelines, tongue, valley, views, vowel,
+    };
+    #[cfg(feature = "files")]
+    #[doc(inline)]
+    pub use tongue_files::report::{
+        OutputDir, PageBody, PageTable, TonguePage, TrackPage, TrackPicture, discard_unfinished, write,
     };
 
+    #[cfg(feature = "files")]
     pub mod batch {
         //! The files of a batch.
         #[doc(inline)]
         pub use tongue_files::report::batch::{
             Batch, BatchJournal, BatchProvenance, BatchSummary, Fitted, MOST_FITS_ON_PAGE, RowPosterior,
-            Shard, Within, assess, columns, passive_groups, sha256, write_files, write_json,
+            Shard, Within, assess, columns, muscle_lines, passive_groups, sha256, write_files, write_json,
         };
 
         pub mod contrasts {
@@ -370,8 +378,8 @@ pub mod statics {
     //! Equilibria: Newton's method, the branch from rest.
     #[doc(inline)]
     pub use tongue_core::statics::{
-        Connection, CriticalKind, Settings, Solution, Stability, Status, TRACE_STEPS, Trace, Workspace,
-        solve, solve_and_trace, trace,
+        Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, TRACE_STEPS, Trace,
+        Workspace, solve, solve_and_trace, trace,
     };
 }
 

@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
 use tongue_fit::inverse::batch::{self, Known, Selection, Thoroughness};
-use tongue_fit::inverse::{self, Among, HyoidMotion, Premises, Said, Settings, Setup, Tone};
+use tongue_fit::inverse::{self, Among, FitSettings, HyoidMotion, Premises, Said, Setup, Tone};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{TargetKind, Vowel};
@@ -134,7 +134,7 @@ pub fn fit_row<'py>(
     let clock = std::time::Instant::now();
     let among = named("among", among, &[("others", Among::Others), ("least-total", Among::LeastTotal)])?;
     let method = named("method", method, &METHODS)?;
-    let settings = Settings { method, starts, upper_bound, among, ..Settings::default() };
+    let settings = FitSettings { method, starts, upper_bound, among, ..FitSettings::default() };
     settings.check().map_err(refused)?;
     let kind: TargetKind = target.parse().map_err(refused)?;
     let target = self::target(data, subject, vowel, kind, muscles, baseline)?.target;
@@ -199,7 +199,7 @@ pub fn fit_rows<'py>(
         baseline_of: baseline_of.collect::<PyResult<_>>()?,
     };
     let method = named("method", method, &METHODS)?;
-    let settings = Settings { method, starts, upper_bound, ..Settings::default() };
+    let settings = FitSettings { method, starts, upper_bound, ..FitSettings::default() };
     settings.check().map_err(refused)?;
     let how = Thoroughness { settings, draws, seed, subset_changes: subsets, ..Thoroughness::default() };
     let shard: outputs::Shard = shard.parse().map_err(wrong)?;
@@ -221,7 +221,6 @@ pub fn fit_rows<'py>(
         }
         Ok::<_, PyErr>((plan, setups))
     })??;
-    let muscles = outputs::columns(&data, &body.mesh);
     let known = Known::reference().map_err(refused)?;
     let thesis = Thesis::reference().map_err(refused)?;
     let (all, refusals) = (plan.jobs.len(), plan.refusals);
@@ -239,13 +238,14 @@ pub fn fit_rows<'py>(
     let seen = Arc::clone(&stopped);
     let (sender, mut receiver) = channel();
     let workers = Arc::clone(&threads);
+    let provenance = outputs::BatchProvenance {
+        version: tongue_fit::VERSION.to_owned(),
+        command,
+        seed,
+        inputs_sha256: String::new(),
+    };
+    let by = provenance.clone();
     std::thread::spawn(move || {
-        let provenance = outputs::BatchProvenance {
-            version: tongue_fit::VERSION.to_owned(),
-            command,
-            seed,
-            inputs_sha256: String::new(),
-        };
         let work = |(number, job): &(usize, batch::Job)| {
             if seen.load(Ordering::Relaxed) {
                 return;
@@ -253,7 +253,6 @@ pub fn fit_rows<'py>(
             let setup = setups.iter().find(|(kind, _)| *kind == job.target.kind);
             let within = outputs::Within {
                 mesh: &body.mesh,
-                muscles: &muscles,
                 model: &model,
                 setup: setup.and_then(|(_, setup)| setup.as_ref()),
                 known: &known,
@@ -273,7 +272,10 @@ pub fn fit_rows<'py>(
         while found.len() < wanted {
             let (number, made) = next(py, &mut receiver)?.ok_or_else(defect)?;
             found.push(match made.map_err(refused)? {
-                Ok(fit) => (number, Some(fit.json), fit.muscles),
+                Ok(fit) => {
+                    let rows = outputs::muscle_lines(&fit.record, &by, true)?;
+                    (number, Some(fit.record.to_string()), rows)
+                }
                 Err(why) => (number, None, why),
             });
             report.call1((found.len(), wanted))?;

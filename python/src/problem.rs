@@ -5,7 +5,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tongue_fit::inverse::{Method, Settings};
+use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::report::Provenance;
 use tongue_fit::simulation;
 
@@ -59,7 +59,7 @@ impl InverseProblem {
         }
         let seen: Vec<_> = observations.into_iter().map(|o| o.seen).collect();
         let method = named("method", method, &METHODS)?;
-        let settings = Settings { method, starts, upper_bound, ..Settings::default() };
+        let settings = FitSettings { method, starts, upper_bound, ..FitSettings::default() };
         settings.check().map_err(refused)?;
         let problem = simulation::InverseProblem::new(&assembly.0, seen).with_settings(settings);
         Ok(Self { problem, of: assembly.clone() })

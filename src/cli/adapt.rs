@@ -92,6 +92,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             if let Some(contour) = &arguments.contour {
                 landmarks = landmarks.with_contour(read(contour)?);
             }
+            if let Some(problem) = landmarks.doubt() {
+                return Err(miette!("{}: {problem}", path.display()));
+            }
             let seen = landmarks.contour.iter().chain(landmarks.named.values()).copied().collect();
             (basis.to_landmarks(&landmarks).into_diagnostic()?, seen)
         }

@@ -8,7 +8,7 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::{Body, Mesh};
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
-use tongue_fit::inverse::{self, Among, Fit, Method, Settings};
+use tongue_fit::inverse::{self, Among, Fit, FitSettings, Method};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::report::{self, Export, FitRecord, OutputDir, SectionPicture, Series, Svg};
@@ -51,10 +51,10 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "nelder-mead")]
     method: MethodName,
     /// Number of starting points of the search
-    #[arg(long, value_name = "N", default_value_t = Settings::default().starts)]
+    #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts)]
     starts: usize,
     /// Upper bound of every tension, N per metre of thickness
-    #[arg(long, value_name = "N", default_value_t = Settings::default().upper_bound, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", default_value_t = FitSettings::default().upper_bound, allow_hyphen_values = true)]
     upper_bound: f64,
     /// Among tensions that meet the target equally well: those nearest to the other measured muscles, or
     /// those of the smallest sum
@@ -139,7 +139,7 @@ impl Arguments {
         body: &Body<2>,
         model: &Model,
         target: &Target,
-        settings: &Settings,
+        settings: &FitSettings,
     ) -> miette::Result<Fit> {
         let premises = self.premises.premises(target.kind, body, self.body.is_thesis())?;
         inverse::fit_under(body, model, target, premises, settings).into_diagnostic()
@@ -187,12 +187,12 @@ impl Arguments {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
-    let settings = Settings {
+    let settings = FitSettings {
         method: arguments.method.into(),
         starts: arguments.starts,
         upper_bound: arguments.upper_bound,
         among: arguments.among.into(),
-        ..Settings::default()
+        ..FitSettings::default()
     };
     settings.check().into_diagnostic()?;
     let thickness_m = thickness_m(arguments.thickness)?;
@@ -280,9 +280,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// The same row fitted by stretches, which determine all tensions; `None` if that is not possible.
-fn stretches(arguments: &Arguments, body: &Body<2>, model: &Model, settings: &Settings) -> Option<Fit> {
+fn stretches(arguments: &Arguments, body: &Body<2>, model: &Model, settings: &FitSettings) -> Option<Fit> {
     let target = arguments.target(TargetKind::Stretch).ok()?;
-    let settings = Settings { method: Method::GaussNewton, ..*settings };
+    let settings = FitSettings { method: Method::GaussNewton, ..*settings };
     arguments.fit(body, model, &target, &settings).ok()
 }
 

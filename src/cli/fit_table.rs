@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use comfy_table::Cell;
 use tongue_fit::inverse::alarms::Alarm;
-use tongue_fit::inverse::{Among, Fit, Status, Tone};
+use tongue_fit::inverse::{Among, Fit, FitStatus, Tone};
 use tongue_fit::measured::TargetKind;
 
 use super::posterior::Sampled;
@@ -186,17 +186,17 @@ impl Shown<'_> {
     fn verdict(&self) -> String {
         let (fit, target) = (self.fit, &self.fit.target);
         let status = match fit.status {
-            Status::Converged => "converged: the fitted muscles meet the target",
-            Status::TargetNotMet => {
+            FitStatus::Converged => "converged: the fitted muscles meet the target",
+            FitStatus::TargetNotMet => {
                 "NOT MET: the search found no tensions that meet the target; these come nearest"
             }
-            Status::AtUpperBound if fit.misfit <= fit.misfit_tolerance => {
+            FitStatus::AtUpperBound if fit.misfit <= fit.misfit_tolerance => {
                 "AT THE UPPER BOUND: the fitted muscles meet the target, but a tension ended on its bound; do not trust it"
             }
-            Status::AtUpperBound => "AT THE UPPER BOUND: a tension ended on it; do not trust the answer",
-            Status::IterationLimit => "NOT CONVERGED: the search stopped at its iteration limit",
-            Status::ReplayDiffers => "NOT REPRODUCED: from rest these tensions lead to another shape",
-            Status::NoEquilibrium => "NO EQUILIBRIUM was found at the answer; do not use it",
+            FitStatus::AtUpperBound => "AT THE UPPER BOUND: a tension ended on it; do not trust the answer",
+            FitStatus::IterationLimit => "NOT CONVERGED: the search stopped at its iteration limit",
+            FitStatus::ReplayDiffers => "NOT REPRODUCED: from rest these tensions lead to another shape",
+            FitStatus::NoEquilibrium => "NO EQUILIBRIUM was found at the answer; do not use it",
         };
         let misfit = if fit.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", fit.misfit) };
         let mut text = format!("\n{status} (misfit {misfit})\n");
@@ -236,11 +236,11 @@ impl Shown<'_> {
         };
         if open == 0 {
             return match fit.status {
-                Status::Converged if !fit.bones.is_empty() => format!(
+                FitStatus::Converged if !fit.bones.is_empty() => format!(
                     "unique nearby: {} and the priors determine every tension and displacement\n",
                     counted(target.fitted.len(), "equation")
                 ),
-                Status::Converged => {
+                FitStatus::Converged => {
                     "unique nearby: the target determines every direction of tension\n".to_owned()
                 }
                 _ => String::new(),
@@ -261,9 +261,9 @@ impl Shown<'_> {
             counted(open, "direction"),
         );
         let found = match (fit.status, chosen) {
-            (Status::Converged, true) => "what comes nearest to the other measured muscles",
-            (Status::Converged, false) => "the smallest total tension",
-            (Status::AtUpperBound, true) => {
+            (FitStatus::Converged, true) => "what comes nearest to the other measured muscles",
+            (FitStatus::Converged, false) => "the smallest total tension",
+            (FitStatus::AtUpperBound, true) => {
                 "what comes nearest to the other measured muscles within the bounds: beyond them others may come nearer"
             }
             _ => "one answer",

@@ -6,7 +6,7 @@ use serde::Serialize;
 use tongue_fit::body::{Body, Mesh};
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
-use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 
 use super::{Global, Outcome, body, output, table};
@@ -31,7 +31,7 @@ pub struct Arguments {
 struct Row {
     pulling: String,
     tension_n_per_m: f64,
-    status: Status,
+    status: SolveStatus,
     muscle: String,
     rest_length_mm: f64,
     length_mm: f64,
@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let by = super::provenance().with_tissue(model.tissue);
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
     let written = out.export(&files, &by).into_diagnostic()?;
-    let good = rows.iter().all(|r| r.status == Status::Converged && r.alarms.is_empty());
+    let good = rows.iter().all(|r| r.status == SolveStatus::Converged && r.alarms.is_empty());
     if global.json {
         output::print(&Json(&Record { muscles: rows }).text(&by).into_diagnostic()?)?;
     } else {
@@ -96,7 +96,7 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
     let system = System::new(mesh, model, &pulling).into_diagnostic()?;
     let mut workspace = Workspace::new(&system);
     let found =
-        statics::trace(&system, &mut workspace, &tensions, &Settings::default(), statics::TRACE_STEPS);
+        statics::trace(&system, &mut workspace, &tensions, &SolveSettings::default(), statics::TRACE_STEPS);
     let positions = workspace.positions();
     let status = found.solution.status;
     let alarms: Vec<String> =
@@ -131,8 +131,8 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
     let own = rows.iter().find(|r| r.muscle == name).map_or(1.0, |r| r.stretch);
     let title = format!("{name} shortens {:.0} %", 100.0 * (1.0 - own));
     let lines = match status {
-        Status::Converged if !alarms.is_empty() => alarms,
-        Status::Converged => vec![format!("tip {}", way(tip)), format!("top {}", way(top))],
+        SolveStatus::Converged if !alarms.is_empty() => alarms,
+        SolveStatus::Converged => vec![format!("tip {}", way(tip)), format!("top {}", way(top))],
         other => vec![format!("not at equilibrium: {other:?}")],
     };
     Ok((rows, Panel { title, lines, positions: positions.to_vec(), tensions }))

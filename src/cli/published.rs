@@ -57,8 +57,8 @@ pub fn answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<
         all[number] = *tension;
     }
     let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &all, &statics::Settings::default());
-    if solution.status != statics::Status::Converged {
+    let solution = statics::solve(&system, &mut workspace, &all, &statics::SolveSettings::default());
+    if solution.status != statics::SolveStatus::Converged {
         return Ok(None);
     }
     let measured = target.muscles.len();

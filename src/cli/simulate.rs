@@ -8,7 +8,7 @@ use tongue_fit::inverse::alarms;
 use tongue_fit::report::{
     self, AlarmRecord, BranchRecord, Export, Json, Msh, OutputDir, SectionPicture, SimulationRecord, Vtu,
 };
-use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, pulls, space, table, trajectory};
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
-    let settings = Settings::default();
+    let settings = SolveSettings::default();
     let (solution, branch, alarms) = if arguments.direct {
         let solution = statics::solve(&system, &mut workspace, &all, &settings);
         (solution, None, alarms::barrier(solution.guarded).into_iter().collect())
@@ -125,6 +125,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     } else {
         output::summary(&table::simulation(&record, &alarms, &written), &written)?;
     }
-    let good = solution.status == Status::Converged && alarms.is_empty();
+    let good = solution.status == SolveStatus::Converged && alarms.is_empty();
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use tongue_fit::body::{SpaceBody, artisynth};
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, AlarmRecord, BranchRecord, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
-use tongue_fit::statics::{self, Settings, Solution, Status, Workspace};
+use tongue_fit::statics::{self, Solution, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use super::body::SpaceSource;
@@ -159,7 +159,7 @@ fn solve(body: &SpaceBody, model: &SpaceModel, activations: &[f64], direct: bool
     let mut workspace = Workspace::new(&system);
     let own = half.as_ref().map_or(activations, |(own, _)| own);
     let clock = Instant::now();
-    let settings = Settings::default();
+    let settings = SolveSettings::default();
     let (solution, branch, alarms) = if direct {
         let solution = statics::solve(&system, &mut workspace, own, &settings);
         (solution, None, alarms::barrier(solution.guarded).into_iter().collect())
@@ -224,7 +224,7 @@ pub fn run(
     } else {
         output::summary(&text(&record, &alarms, &written), &written)?;
     }
-    let good = solution.status == Status::Converged && alarms.is_empty();
+    let good = solution.status == SolveStatus::Converged && alarms.is_empty();
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 

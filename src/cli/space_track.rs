@@ -8,7 +8,7 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, miette};
 
 use tongue_fit::inverse::in_space::{SeenNode, SpaceSearch};
-use tongue_fit::inverse::{Settings, Status};
+use tongue_fit::inverse::{FitSettings, FitStatus};
 use tongue_fit::measured::read_nodes;
 use tongue_fit::report::{self, Export, Json, OutputDir, SpaceTrackRecord, SpaceVtu};
 use tongue_fit::system::System;
@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long)]
     sides_apart: bool,
     /// Number of starting points of the search in space; every further frame begins at the one before
-    #[arg(long, value_name = "N", default_value_t = Settings::default().starts)]
+    #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts)]
     starts: usize,
     /// Standard deviation of each coordinate of a node, mm, where the table has no column sd_mm
     #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true)]
@@ -43,7 +43,7 @@ impl Arguments {
     /// What was given that only a body in space understands.
     pub fn given(&self) -> Option<&'static str> {
         let apart = self.sides_apart.then_some("--sides-apart");
-        let starts = (self.starts != Settings::default().starts).then_some("--starts");
+        let starts = (self.starts != FitSettings::default().starts).then_some("--starts");
         apart.or(starts).or((self.sd != 0.5).then_some("--sd")).or_else(|| self.model.given())
     }
 }
@@ -63,7 +63,7 @@ pub fn run(
     let body = arguments.model.body(source)?;
     let system = System::in_space(&body, &arguments.model.model()?).into_diagnostic()?;
     let usual = SpaceSearch::default();
-    let settings = Settings { starts: arguments.starts, ..usual.settings };
+    let settings = FitSettings { starts: arguments.starts, ..usual.settings };
     settings.check().into_diagnostic()?;
     let search = SpaceSearch { sides_apart: arguments.sides_apart, settings, ..usual };
     let mut record = SpaceTrackRecord::new(&body);
@@ -96,7 +96,7 @@ pub fn run(
     } else {
         output::summary(&(text(&record) + &table::files(&written)), &written)?;
     }
-    let good = record.frames.iter().all(|f| f.status == Status::Converged && f.alarms.is_empty());
+    let good = record.frames.iter().all(|f| f.status == FitStatus::Converged && f.alarms.is_empty());
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 

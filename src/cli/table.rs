@@ -59,7 +59,7 @@ pub fn simulation(record: &SimulationRecord, alarms: &[Alarm], written: &[PathBu
         100.0 * record.min_area_ratio,
         100.0 * record.max_area_ratio
     );
-    if record.status == statics::Status::Inverted {
+    if record.status == statics::SolveStatus::Inverted {
         text += "A CELL IS INVERTED: no effect in this model prevents that\n";
     }
     text += &way(record.branch.as_ref(), record.connection);
@@ -330,21 +330,18 @@ fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
         let Some(Entry { result: Ok(fit), .. }) = journal.read(number).into_diagnostic()? else {
             continue;
         };
-        let record: serde_json::Value = serde_json::from_str(&fit.json).into_diagnostic()?;
+        let record = &fit.record;
         let target = &job.target;
         let tensions = target.active_names().into_iter().map(|m| {
-            let tension = record["tensions_n"][m].as_f64().unwrap_or(f64::NAN);
-            let rounding = &record["intervals"]["tensions_n"][m];
-            let posterior = &record["posterior"]["summary"]["tensions_n"][m]["interval_95"];
-            let ends =
-                |low: &serde_json::Value, high: &serde_json::Value| Some((low.as_f64()?, high.as_f64()?));
-            match (ends(&posterior[0], &posterior[1]), ends(&rounding["low"], &rounding["high"])) {
+            let tension = record.number_of("/tensions_n", m).unwrap_or(f64::NAN);
+            let posterior = record.of("/posterior/summary/tensions_n", m);
+            let end = |end: &str| posterior.pointer(end).and_then(serde_json::Value::as_f64);
+            match (end("/interval_95/0").zip(end("/interval_95/1")), record.rounding("tensions_n", m)) {
                 (Some((low, high)), _) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
-                (None, Some((low, high))) => format!("{m} {tension:.1} ({low:.1}–{high:.1})"),
+                (None, Some([low, high])) => format!("{m} {tension:.1} ({low:.1}–{high:.1})"),
                 (None, None) => format!("{m} {tension:.1}"),
             }
         });
-        let number = |value: &serde_json::Value| value.as_f64();
         t.add_row([
             format!(
                 "{}{} /{}/ {}",
@@ -354,9 +351,9 @@ fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
                 target.kind
             ),
             wrapped(tensions),
-            number(&record["misfit"]).map(|x| format!("{x:.0e}")).unwrap_or_default(),
-            number(&record["passive"]["rms_stretch"]).map(|x| format!("{x:.3}")).unwrap_or_default(),
-            record["alarms"].as_array().map_or(0, Vec::len).to_string(),
+            record.number("/misfit").map(|x| format!("{x:.0e}")).unwrap_or_default(),
+            record.number("/passive/rms_stretch").map(|x| format!("{x:.3}")).unwrap_or_default(),
+            record.list("/alarms").len().to_string(),
         ]);
     }
     Ok(format!("{t}\n\n"))

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tongue_fit::body::{SpaceBody, artisynth};
 use tongue_fit::inverse::in_space::{SeenNode, SpaceSearch};
-use tongue_fit::inverse::{Settings, Status};
+use tongue_fit::inverse::{FitSettings, FitStatus};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
@@ -15,8 +15,8 @@ use crate::tongue_in_space::{RECORDED, folder};
 fn seen(body: &SpaceBody, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SeenNode> {
     let mut w = Workspace::new(system);
     let solution =
-        statics::solve(system, &mut w, &body.activations(given).unwrap(), &statics::Settings::default());
-    assert_eq!(solution.status, statics::Status::Converged);
+        statics::solve(system, &mut w, &body.activations(given).unwrap(), &statics::SolveSettings::default());
+    assert_eq!(solution.status, statics::SolveStatus::Converged);
     nodes.iter().map(|&node| SeenNode { node, place: w.positions()[node], sd_m: 5e-4 }).collect()
 }
 
@@ -46,7 +46,7 @@ fn activations_come_back_from_the_surface_that_they_made() {
     for (found, (name, truth)) in fit.activations.iter().zip(truth) {
         assert!((found - truth).abs() < 1e-3, "{name} {found}");
     }
-    assert_eq!(fit.answer.status, Status::Converged);
+    assert_eq!(fit.answer.status, FitStatus::Converged);
     assert_eq!(fit.starts.len(), 4);
     assert!(fit.others_as_good(0.05).next().is_none());
 
@@ -109,7 +109,7 @@ fn artisynths_target_is_met_as_well_as_by_artisynth() {
         .map(|(i, &node)| SeenNode { node, place: place(i), sd_m: 5e-4 })
         .collect();
     let usual = SpaceSearch::default();
-    let search = SpaceSearch { settings: Settings { starts: 3, ..usual.settings }, ..usual };
+    let search = SpaceSearch { settings: FitSettings { starts: 3, ..usual.settings }, ..usual };
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
     let fit = search.fit(&body, &system, &target, None).unwrap();
     told("22 points", &fit);
@@ -122,7 +122,7 @@ fn artisynths_target_is_met_as_well_as_by_artisynth() {
     let by = Vector3::new(-8.5e-3, 0.0, 0.0);
     let of_tip = |&node: &usize| SeenNode { node, place: body.mesh.nodes[node] + by, sd_m: 5e-4 };
     let tip: Vec<SeenNode> = RECORDED[..14].iter().map(of_tip).collect();
-    let search = SpaceSearch { settings: Settings { starts: 1, ..search.settings }, ..search };
+    let search = SpaceSearch { settings: FitSettings { starts: 1, ..search.settings }, ..search };
     let fit = search.fit(&body, &system, &tip, None).unwrap();
     told("14 points of the tip", &fit);
     assert!(fit.rms_m < 5e-4, "{}", fit.rms_m);

@@ -4,13 +4,13 @@ use crate::fixtures::{target, tongue};
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::{Alarm, alarms};
 use tongue_fit::inverse::batch::{Assessment, Known, Thoroughness, assess};
-use tongue_fit::inverse::{Among, Method, Settings};
+use tongue_fit::inverse::{Among, FitSettings, Method};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::system::Model;
 
 fn how() -> Thoroughness {
-    let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+    let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     Thoroughness { settings, draws: 0, subset_changes: 0, ..Thoroughness::default() }
 }
 
@@ -59,7 +59,7 @@ fn a_smaller_subset_that_fits_as_well_comes_first() {
     let mesh = tongue();
     // In the ratio fit of S2 /a/ with the smallest sum HGa has no tension, so GGa and SGm alone must fit as
     // well.
-    let settings = Settings { among: Among::LeastTotal, ..how().settings };
+    let settings = FitSettings { among: Among::LeastTotal, ..how().settings };
     let how = Thoroughness { settings, subset_changes: 1, ..how() };
     let found = assessed(&mesh, "S2", TargetKind::Ratio, &how);
     let best = &found.subsets[0];

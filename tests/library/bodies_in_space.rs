@@ -8,7 +8,7 @@ use tongue_core::effect::Hexahedra;
 use tongue_fit::body::SpaceBody;
 use tongue_fit::effect::{Configuration, Effect};
 use tongue_fit::material::MooneyRivlin;
-use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 use tongue_input::bodies::artisynth::{self, Files, Text};
 
@@ -74,8 +74,8 @@ fn deflection(law: MooneyRivlin, parts: [usize; 2]) -> f64 {
     let model = SpaceModel { law, ..SpaceModel::default() };
     let system = System::in_space_with(&body, &model, additions).unwrap();
     let mut w = Workspace::new(&system);
-    let settings = Settings { tolerance: 1e-13, ..Settings::default() };
-    assert_eq!(statics::solve(&system, &mut w, &[], &settings).status, Status::Converged);
+    let settings = SolveSettings { tolerance: 1e-13, ..SolveSettings::default() };
+    assert_eq!(statics::solve(&system, &mut w, &[], &settings).status, SolveStatus::Converged);
     let tip = node(along, 0, up);
     let found = w.positions()[tip].z - body.mesh.nodes[tip].z;
     // Timoshenko: bending and shear.
@@ -111,10 +111,10 @@ fn both_sides_alike_is_solved_on_one_half_with_the_same_answer() {
         let activations = body.activations(&[("A", 0.2), ("m", 0.1)]).unwrap();
         let of_half = half.activations(&activations).unwrap();
         for (status, converged) in [
-            (statics::solve(&whole, &mut w, &activations, &Settings::default()).status, "whole"),
-            (statics::solve(&left, &mut l, &of_half, &Settings::default()).status, "half"),
+            (statics::solve(&whole, &mut w, &activations, &SolveSettings::default()).status, "whole"),
+            (statics::solve(&left, &mut l, &of_half, &SolveSettings::default()).status, "half"),
         ] {
-            assert_eq!(status, Status::Converged, "{converged}");
+            assert_eq!(status, SolveStatus::Converged, "{converged}");
         }
         let apart = largest_distance(&half.whole(l.positions()), w.positions());
         assert!(apart < 1e-7, "{apart}");

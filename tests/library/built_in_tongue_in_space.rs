@@ -5,7 +5,7 @@ use tongue_core::body::largest_distance;
 use tongue_core::geometry::hexahedron;
 use tongue_fit::body::{Anatomy, SpaceBody};
 use tongue_fit::inverse::in_space::{SeenNode, SpaceSearch};
-use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 
 /// The foremost node of the middle.
@@ -63,19 +63,22 @@ fn each_muscle_alone_converges_on_one_half_as_on_the_whole() {
         let all = body.activations(&[(&name, 0.1)]).unwrap();
         let of_half = half.activations(&all).expect("alike");
         l.start_from_rest(&left);
-        let found = statics::solve(&left, &mut l, &of_half, &Settings::default());
+        let found = statics::solve(&left, &mut l, &of_half, &SolveSettings::default());
         let positions = half.whole(l.positions());
         let moved = (positions[tip] - body.mesh.nodes[tip]) * 1e3;
         eprintln!(
             "{name}: tip {:.2} {:.2} {:.2} mm, {} factorisations",
             moved.x, moved.y, moved.z, found.factorisations
         );
-        assert_eq!(found.status, Status::Converged, "{name}");
+        assert_eq!(found.status, SolveStatus::Converged, "{name}");
         let (least, most) = left.cell_ratios(l.positions());
         assert!(least > 0.8 && most < 1.2, "{name} {least} {most}");
         if ["GGP", "STY", "TRANS"].contains(&name.as_str()) {
             w.start_from_rest(&whole);
-            assert_eq!(statics::solve(&whole, &mut w, &all, &Settings::default()).status, Status::Converged);
+            assert_eq!(
+                statics::solve(&whole, &mut w, &all, &SolveSettings::default()).status,
+                SolveStatus::Converged
+            );
             let apart = largest_distance(w.positions(), &positions);
             assert!(apart < 1e-7, "{name} {apart}");
         }
@@ -89,7 +92,10 @@ fn activations_come_back_from_its_own_surface() {
     let truth = [("GGP", 0.08), ("TRANS", 0.05), ("HG_L", 0.03), ("SL", 0.04)];
     let truth = body.activations(&truth).unwrap();
     let mut w = Workspace::new(&system);
-    assert_eq!(statics::solve(&system, &mut w, &truth, &Settings::default()).status, Status::Converged);
+    assert_eq!(
+        statics::solve(&system, &mut w, &truth, &SolveSettings::default()).status,
+        SolveStatus::Converged
+    );
     let on_surface: std::collections::BTreeSet<usize> =
         body.mesh.outward_quadrilaterals().into_iter().flatten().collect();
     let place = |node: usize| SeenNode { node, place: w.positions()[node], sd_m: 5e-4 };
@@ -113,8 +119,8 @@ fn a_finer_mesh_moves_nearly_alike() {
         let system = System::of_half(&half, &model).unwrap();
         let mut w = Workspace::new(&system);
         let activations = half.activations(&body.activations(&[(name, 0.1)]).unwrap()).unwrap();
-        let found = statics::solve(&system, &mut w, &activations, &Settings::default());
-        assert_eq!(found.status, Status::Converged, "{name} {fine}");
+        let found = statics::solve(&system, &mut w, &activations, &SolveSettings::default());
+        assert_eq!(found.status, SolveStatus::Converged, "{name} {fine}");
         (half.whole(w.positions())[tip(&body)] - body.mesh.nodes[tip(&body)]) * 1e3
     };
     for name in ["GGP", "HG"] {

@@ -9,7 +9,7 @@ use tongue_core::statics;
 use tongue_fit::body::{Anatomy, Body, ContinuumSettings, Mesh, MuscleChain, solid};
 use tongue_fit::effect::{Configuration, Effect};
 use tongue_fit::material::{Constants, NeoHookean};
-use tongue_fit::statics::{Settings, Status, Workspace};
+use tongue_fit::statics::{SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Additions, Model, System, TissueModel};
 use tongue_study::{PUBLISHED_A, Pulled};
 
@@ -185,8 +185,8 @@ fn errors<const D: usize>(mut mesh: Mesh<D>) -> (f64, f64) {
     let additions = Additions { effects: vec![Box::new(Load(load))], carried, ..Additions::default() };
     let system = System::with(&mesh, &model(), &[], additions).unwrap();
     let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &[], &Settings::default());
-    assert_eq!(solution.status, Status::Converged);
+    let solution = statics::solve(&system, &mut workspace, &[], &SolveSettings::default());
+    assert_eq!(solution.status, SolveStatus::Converged);
     let x = workspace.positions();
     let (mut squares, mut all) = (0.0, 0.0);
     for element in elements.elements() {
@@ -238,8 +238,8 @@ fn contracted_cylinder(rings: usize, layers: usize) -> (f64, f64) {
     let constants = Constants { poisson_ratio: 0.499, ..Constants::TONGUE };
     let system = System::new(&mesh, &Model { constants, ..model() }, &[0]).unwrap();
     let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &[0.3], &Settings::default());
-    assert_eq!((solution.status, solution.guarded), (Status::Converged, 0));
+    let solution = statics::solve(&system, &mut workspace, &[0.3], &SolveSettings::default());
+    assert_eq!((solution.status, solution.guarded), (SolveStatus::Converged, 0));
     let (mut volume, mut before) = (0.0, 0.0);
     let points = fine_points::<3>(1);
     for element in mesh.continuum.as_ref().unwrap().elements() {
@@ -330,8 +330,8 @@ fn a_carried_bone_takes_a_body_along_that_nothing_else_holds() {
     let carried = mesh.fixed.iter().map(|&n| (n, mesh.nodes[n] + by)).collect();
     let system = System::with(&mesh, &model(), &[0], Additions { carried, ..Additions::default() }).unwrap();
     let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &[0.0], &Settings::default());
-    assert_eq!(solution.status, Status::Converged);
+    let solution = statics::solve(&system, &mut workspace, &[0.0], &SolveSettings::default());
+    assert_eq!(solution.status, SolveStatus::Converged);
     for (x, rest) in workspace.positions().iter().zip(&mesh.nodes) {
         assert!((x - rest - by).norm() < 1e-9, "{x} {rest}");
     }
@@ -345,8 +345,8 @@ fn forces_of_muscles_end_on_the_bones() {
         tensions[body.muscle(name).unwrap()] = tension;
     }
     let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &tensions, &Settings::default());
-    assert_eq!(solution.status, Status::Converged);
+    let solution = statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
+    assert_eq!(solution.status, SolveStatus::Converged);
     let on = |bone: &str| body.bone(bone).iter().map(|&n| workspace.force()[n]).sum::<SVector<f64, 2>>();
     let [spine, hyoid, styloid] = ["mental_spine", "hyoid", "styloid"].map(on);
     assert!((spine + hyoid + styloid).norm() < 1e-9, "reactions cancel: {spine} {hyoid} {styloid}");
@@ -365,8 +365,8 @@ fn lengths_answer_to_tensions_as_their_sensitivities_say() {
     let mut workspace = Workspace::new(&system);
     let mut lengths = |tensions: &[f64]| {
         workspace.start_from_rest(&system);
-        let solution = statics::solve(&system, &mut workspace, tensions, &Settings::default());
-        assert_eq!(solution.status, Status::Converged);
+        let solution = statics::solve(&system, &mut workspace, tensions, &SolveSettings::default());
+        assert_eq!(solution.status, SolveStatus::Converged);
         (
             system.lengths(workspace.positions()),
             statics::length_sensitivities(&system, &mut workspace).unwrap(),
@@ -423,8 +423,9 @@ fn ratios_settle_on_nested_meshes_but_not_of_a_thin_bundle_on_one_node() {
             let scene = Pulled::new(&body.mesh, &model(), &PUBLISHED_A).unwrap();
             let tensions: Vec<f64> = scene.tensions.iter().map(|t| t * load).collect();
             let mut workspace = Workspace::new(&scene.system);
-            let solution = statics::solve(&scene.system, &mut workspace, &tensions, &Settings::default());
-            assert_eq!(solution.status, Status::Converged);
+            let solution =
+                statics::solve(&scene.system, &mut workspace, &tensions, &SolveSettings::default());
+            assert_eq!(solution.status, SolveStatus::Converged);
             let lengths = scene.system.lengths(workspace.positions());
             lengths.iter().map(|l| l / lengths[0]).collect::<Vec<f64>>()
         };

@@ -25,9 +25,9 @@ fn reference(preset: Preset) -> (System<2>, Vec<f64>) {
 
 fn static_positions(system: &System<2>, tensions: &[f64]) -> Vec<SVector<f64, 2>> {
     let mut workspace = Workspace::new(system);
-    let settings = statics::Settings { tolerance: 1e-11, ..statics::Settings::default() };
+    let settings = statics::SolveSettings { tolerance: 1e-11, ..statics::SolveSettings::default() };
     let solution = statics::solve(system, &mut workspace, tensions, &settings);
-    assert_eq!(solution.status, statics::Status::Converged);
+    assert_eq!(solution.status, statics::SolveStatus::Converged);
     workspace.positions().to_vec()
 }
 

@@ -7,14 +7,16 @@ use tongue_core::statics::length_sensitivities;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
 use tongue_fit::material::Preset;
-use tongue_fit::statics::{Connection, Settings, Solution, Status, Workspace, solve, solve_and_trace, trace};
+use tongue_fit::statics::{
+    Connection, Solution, SolveSettings, SolveStatus, Workspace, solve, solve_and_trace, trace,
+};
 use tongue_fit::system::{Model, OutsidePath, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
 
 fn solved<const D: usize>(system: &System<D>, tensions: &[f64]) -> (Solution, Workspace<D>) {
     let mut workspace = Workspace::new(system);
-    let solution = solve(system, &mut workspace, tensions, &Settings::default());
+    let solution = solve(system, &mut workspace, tensions, &SolveSettings::default());
     (solution, workspace)
 }
 
@@ -31,7 +33,7 @@ fn a_contracting_rope_shortens_by_f_over_k_a_connection() {
     let (mesh, exact) = rope(5, 8.0);
     let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
     let (solution, workspace) = solved(&system, &[8.0]);
-    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
     assert!((system.length(workspace.positions(), 0) - exact).abs() < 1e-12);
     // The condensed path places the inner nodes evenly.
     for (i, p) in workspace.positions().iter().enumerate() {
@@ -43,7 +45,7 @@ fn a_contracting_rope_shortens_by_f_over_k_a_connection() {
 fn rest_is_an_equilibrium_and_stays_one() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
     let (solution, workspace) = solved(&system, &[0.0; 8]);
-    assert_eq!((solution.status, solution.iterations), (Status::Converged, 0));
+    assert_eq!((solution.status, solution.iterations), (SolveStatus::Converged, 0));
     // Inner nodes of straight paths are computed again, so they may differ by rounding.
     for (p, q) in workspace.positions().iter().zip(system.rest()) {
         assert!((p - q).norm() < 1e-16, "{p} {q}");
@@ -54,7 +56,7 @@ fn rest_is_an_equilibrium_and_stays_one() {
 fn the_tongue_rests_where_every_free_node_is_in_balance_and_the_energy_is_least() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
     let (solution, workspace) = solved(&system, &PUBLISHED);
-    assert_eq!(solution.status, Status::Converged);
+    assert_eq!(solution.status, SolveStatus::Converged);
     assert!(solution.max_residual_force < 1e-9, "{solution:?}");
     let (smallest, largest) = system.cell_ratios(workspace.positions());
     assert!(smallest > 0.95 && largest < 1.05, "areas at {smallest} to {largest}");
@@ -84,8 +86,8 @@ fn the_published_load_takes_as_many_factorisations_as_before_and_a_neighbour_few
     let near = workspace.positions().to_vec();
     workspace.start_from(&near);
     let neighbour = [12.3, 0.0, 0.0, 0.0, 11.3, 0.0, 4.7, 0.0];
-    let warm = solve(&system, &mut workspace, &neighbour, &Settings::default());
-    assert_eq!(warm.status, Status::Converged);
+    let warm = solve(&system, &mut workspace, &neighbour, &SolveSettings::default());
+    assert_eq!(warm.status, SolveStatus::Converged);
     assert!(warm.iterations <= 5 && warm.factorisations <= 2, "{warm:?}");
 }
 
@@ -97,7 +99,7 @@ fn a_straight_path_equals_the_chain_where_the_chain_pulls() {
     let free = System::new(&mesh, &chain, &[0, 4, 6]).unwrap();
     assert_eq!(free.pattern().unknowns() - straight.pattern().unknowns(), 10);
     let ((a, x), (b, y)) = (solved(&straight, &PUBLISHED), solved(&free, &PUBLISHED));
-    assert_eq!((a.status, b.status), (Status::Converged, Status::Converged));
+    assert_eq!((a.status, b.status), (SolveStatus::Converged, SolveStatus::Converged));
     for (i, (p, q)) in x.positions().iter().zip(y.positions()).enumerate() {
         assert!((p - q).norm() < 1e-9, "node {i}: {p} {q}");
     }
@@ -109,7 +111,7 @@ fn a_pushed_path_stays_straight_and_in_balance() {
     let mesh = tongue();
     let system = System::new(&mesh, &Model::default(), &[2, 5, 6]).unwrap();
     let (solution, workspace) = solved(&system, &[0.0, 0.0, 20.0, 0.0, 0.0, 20.0, 30.0, 0.0]);
-    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
     for path in system.paths() {
         let [a, b] = path.ends().map(|n| workspace.positions()[n]);
         for node in path.inner_nodes() {
@@ -123,7 +125,7 @@ fn a_pushed_path_stays_straight_and_in_balance() {
 fn three_hundred_newtons_still_converge_without_turning_a_triangle() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
     let (solution, workspace) = solved(&system, &[300.0, 0.0, 0.0, 0.0, 300.0, 0.0, 300.0, 0.0]);
-    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
     assert!(system.cell_ratios(workspace.positions()).0 > 0.0);
 }
 
@@ -155,24 +157,24 @@ fn whatever_the_tensions_a_solve_ends_in_a_status_with_finite_positions() {
     for tensions in cases {
         let (solution, workspace) = solved(&system, &tensions);
         assert!(workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite())), "{tensions:?}");
-        assert_eq!(solution.status == Status::NotFinite, !tensions[0].is_finite(), "{solution:?}");
+        assert_eq!(solution.status == SolveStatus::NotFinite, !tensions[0].is_finite(), "{solution:?}");
         assert!(system.cell_ratios(workspace.positions()).0 > 0.0, "{tensions:?} turned a triangle over");
     }
     let (solution, _) = solved(&system, &[1.0; 3]);
-    assert_eq!(solution.status, Status::NotFinite, "a wrong number of tensions");
+    assert_eq!(solution.status, SolveStatus::NotFinite, "a wrong number of tensions");
 }
 
 #[test]
 fn a_trace_counts_all_that_it_took_and_says_where_it_stopped() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
     let (direct, mut workspace) = solved(&system, &PUBLISHED);
-    let whole = trace(&system, &mut workspace, &PUBLISHED, &Settings::default(), 20);
+    let whole = trace(&system, &mut workspace, &PUBLISHED, &SolveSettings::default(), 20);
     assert_eq!((whole.stopped, whole.solution.connection), (None, Connection::Traced));
     assert!(whole.solution.iterations > 10 * direct.iterations, "{whole:?}");
-    let few = Settings { most_solves: 10, ..Settings::default() };
+    let few = SolveSettings { most_solves: 10, ..SolveSettings::default() };
     let part = trace(&system, &mut workspace, &PUBLISHED, &few, 20);
     assert_eq!((part.stopped, part.solution.connection), (Some(0.25), Connection::Direct));
-    assert_eq!(part.solution.status, Status::Converged);
+    assert_eq!(part.solution.status, SolveStatus::Converged);
 }
 
 /// Slack chains outside the tissue fold at every small load, so that following their branch does not end.
@@ -183,7 +185,7 @@ fn a_branch_that_turns_without_end_is_given_up_and_a_direct_answer_stands() {
     let tensions = [0.095_134_9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let (direct, _) = solved(&system, &tensions);
     let mut workspace = Workspace::new(&system);
-    let found = solve_and_trace(&system, &mut workspace, &tensions, &Settings::default(), 20);
+    let found = solve_and_trace(&system, &mut workspace, &tensions, &SolveSettings::default(), 20);
     assert!(found.stopped.is_some_and(|load| load < 0.01) && found.critical.is_none(), "{found:?}");
     assert_eq!(found.solution, direct);
 }

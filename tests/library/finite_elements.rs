@@ -9,7 +9,7 @@ use tongue_fit::body::{Cells, Mesh};
 use tongue_fit::dynamics::{self, Control, IntegrationMethod, Motion, Tensions};
 use tongue_fit::effect::{Configuration, Effect, FiniteElements, Tangent};
 use tongue_fit::material::{Constants, Spread};
-use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
 
 const FE: Model = Model {
@@ -146,8 +146,8 @@ fn patch<const D: usize>(mut mesh: Mesh<D>, side: f64, deformation: SMatrix<f64,
     let mut workspace = Workspace::new(&system);
     workspace.start_from(&start);
     let solution =
-        statics::solve(&system, &mut workspace, &vec![0.0; mesh.muscles.len()], &Settings::default());
-    assert_eq!(solution.status, Status::Converged);
+        statics::solve(&system, &mut workspace, &vec![0.0; mesh.muscles.len()], &SolveSettings::default());
+    assert_eq!(solution.status, SolveStatus::Converged);
     for (found, expected) in workspace.positions().iter().zip(&moved) {
         assert!((found - expected).norm() < 1e-10, "{D}D: off by {:e} m", (found - expected).norm());
     }

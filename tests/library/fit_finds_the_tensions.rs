@@ -3,7 +3,7 @@
 use crate::fixtures::{target, target_of, tongue, vowel};
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::valley::End;
-use tongue_fit::inverse::{self, Among, Fit, Matched, Method, Settings, Status};
+use tongue_fit::inverse::{self, Among, Fit, FitSettings, FitStatus, Matched, Method};
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
 use tongue_fit::statics::{self, Workspace};
@@ -15,8 +15,8 @@ fn simulated(mesh: &Mesh<2>, tensions: &[(&str, f64)]) -> (Vec<f64>, Vec<f64>) {
     let (active, all) = pulling(mesh, tensions).unwrap();
     let system = System::new(mesh, &Model::default(), &active).unwrap();
     let mut w = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut w, &all, &statics::Settings::default());
-    assert_eq!(solution.status, statics::Status::Converged);
+    let solution = statics::solve(&system, &mut w, &all, &statics::SolveSettings::default());
+    assert_eq!(solution.status, statics::SolveStatus::Converged);
     (system.lengths(system.rest()), system.lengths(w.positions()))
 }
 
@@ -36,7 +36,7 @@ fn tension(fit: &Fit, muscle: &str) -> f64 {
 }
 
 fn fitted(mesh: &Mesh<2>, target: &Target) -> Fit {
-    inverse::fit(mesh, &Model::default(), target, &Settings::default()).unwrap()
+    inverse::fit(mesh, &Model::default(), target, &FitSettings::default()).unwrap()
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn tensions_that_were_simulated_are_found_again() {
     ];
     for truth in cases {
         let fit = fitted(&mesh, &synthetic(&mesh, truth, TargetKind::Stretch));
-        assert_eq!(fit.status, Status::Converged);
+        assert_eq!(fit.status, FitStatus::Converged);
         for (m, t) in truth {
             let found = tension(&fit, m);
             assert!((found - t).abs() < 1e-3, "{m}: {found} in place of {t} N");
@@ -63,7 +63,7 @@ fn ratios_of_three_muscles_leave_one_direction_open_and_the_other_lengths_close_
     let mesh = tongue();
     let truth = [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)];
     let fit = fitted(&mesh, &synthetic(&mesh, &truth, TargetKind::Ratio));
-    assert_eq!(fit.status, Status::Converged);
+    assert_eq!(fit.status, FitStatus::Converged);
     let i = fit.identifiability.as_ref().unwrap();
     assert_eq!(i.null_directions.len(), 1);
     assert!(i.singular_values[2] < 1e-9 && i.singular_values[1] > 1e-3, "{:?}", i.singular_values);
@@ -72,7 +72,7 @@ fn ratios_of_three_muscles_leave_one_direction_open_and_the_other_lengths_close_
         assert!((tension(&fit, m) - t).abs() < 1e-3, "{m}: {}", tension(&fit, m));
     }
     // The smallest total tension is another point of the same curve.
-    let settings = Settings { among: Among::LeastTotal, ..Settings::default() };
+    let settings = FitSettings { among: Among::LeastTotal, ..FitSettings::default() };
     let least = inverse::fit(&mesh, &Model::default(), &fit.target, &settings).unwrap();
     let total = |fit: &Fit| fit.tensions.iter().sum::<f64>();
     assert!(total(&least) < total(&fit) - 1.0 && least.misfit < 1e-9);
@@ -86,10 +86,10 @@ fn every_point_of_every_valley_meets_the_target() {
     let mut curves = 0;
     for subject in ["S1", "S2", "S3"] {
         for label in ["i", "e", "a", "o"] {
-            let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+            let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
             let target = target(subject, label, TargetKind::Ratio);
             let fit = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
-            let Some(valley) = fit.valley().filter(|_| fit.status == Status::Converged) else { continue };
+            let Some(valley) = fit.valley().filter(|_| fit.status == FitStatus::Converged) else { continue };
             curves += 1;
             for point in &valley.points {
                 let names = target.active.iter().map(|&m| target.muscles[m].as_str());
@@ -127,7 +127,7 @@ fn a_curve_is_followed_to_where_the_shape_jumps() {
         let baseline = Some(vowel(baseline));
         let options = TargetOptions { baseline, ..TargetOptions::default() };
         let target = Target::new(&data, subject, &vowel(label), TargetKind::Ratio, &options).unwrap();
-        let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+        let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
         let fit = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
         let valley = fit.valley().unwrap();
         let furthest = valley.points.iter().map(|p| p.x[0]).fold(0.0, f64::max);
@@ -146,7 +146,7 @@ fn a_curve_is_followed_to_where_the_shape_jumps() {
 #[test]
 fn a_missed_target_has_no_curve() {
     let fit = fitted(&tongue(), &target("S3", "a", TargetKind::Ratio));
-    assert!(fit.misfit > 0.01 && fit.status == Status::AtUpperBound);
+    assert!(fit.misfit > 0.01 && fit.status == FitStatus::AtUpperBound);
     assert!(fit.valley().is_none() && !fit.identifiability.unwrap().null_directions.is_empty());
 }
 
@@ -155,7 +155,7 @@ fn a_missed_target_has_no_curve() {
 fn a_slack_muscle_has_no_tension_from_rounding() {
     for (subject, label) in [("S3", "e"), ("S1", "e")] {
         for method in [Method::NelderMead, Method::GaussNewton] {
-            let settings = Settings { method, ..Settings::default() };
+            let settings = FitSettings { method, ..FitSettings::default() };
             let target = target(subject, label, TargetKind::Ratio);
             let fit = inverse::fit(&tongue(), &Model::default(), &target, &settings).unwrap();
             for (m, &tension) in fit.tensions.iter().enumerate() {
@@ -187,8 +187,8 @@ fn the_answer_is_the_shape_to_which_its_tensions_lead_from_rest() {
         System::new(&mesh, &Model::default(), &Matched::new(&mesh, &fit.target).unwrap().contracting());
     let system = system.unwrap();
     let mut w = Workspace::new(&system);
-    let traced = statics::trace(&system, &mut w, &fit.body_tensions, &statics::Settings::default(), 20);
-    assert_eq!(traced.solution.status, statics::Status::Converged);
+    let traced = statics::trace(&system, &mut w, &fit.body_tensions, &statics::SolveSettings::default(), 20);
+    assert_eq!(traced.solution.status, statics::SolveStatus::Converged);
     let apart = tongue_core::body::largest_distance(w.positions(), &fit.positions);
     assert!(apart < 1e-8, "{apart} m");
     assert_eq!(fit.replay.solution.connection, statics::Connection::Traced);
@@ -197,7 +197,7 @@ fn the_answer_is_the_shape_to_which_its_tensions_lead_from_rest() {
 #[test]
 fn s2_a_is_met_and_the_effort_costs_less_than_a_thousandth_of_a_ratio() {
     let fit = fitted(&tongue(), &s2_a(TargetKind::Ratio));
-    assert_eq!(fit.status, Status::Converged);
+    assert_eq!(fit.status, FitStatus::Converged);
     for &m in &fit.target.fitted {
         assert!(fit.residuals[m].abs() < 1e-3, "{}: {}", fit.muscles[m], fit.residuals[m]);
     }
@@ -220,14 +220,14 @@ fn all_rows_with_a_baseline_end_in_a_true_status() {
                 let (active, all) = pulling(&mesh, &tensions).unwrap();
                 let system = System::new(&mesh, &Model::default(), &active).unwrap();
                 let mut w = Workspace::new(&system);
-                let traced = statics::trace(&system, &mut w, &all, &statics::Settings::default(), 20);
-                assert_eq!(traced.solution.status, statics::Status::Converged);
+                let traced = statics::trace(&system, &mut w, &all, &statics::SolveSettings::default(), 20);
+                assert_eq!(traced.solution.status, statics::SolveStatus::Converged);
                 let lengths = system.lengths(w.positions());
                 for (there, here) in lengths.iter().zip(&fit.lengths) {
                     let error = (there - here).abs();
                     assert!(error < 1e-8, "{subject} {vowel} {kind}: {error:e}");
                 }
-                if fit.status == Status::Converged {
+                if fit.status == FitStatus::Converged {
                     converged += 1;
                     for &m in &target.fitted {
                         let r = fit.residuals[m];
@@ -253,7 +253,7 @@ fn eight_muscles_meet_seven_ratios_in_spite_of_the_effort_term() {
     let options = TargetOptions { muscles: Some(data.muscles().to_vec()), baseline: None };
     let target = Target::new(&data, "S2", &vowel("a"), TargetKind::Ratio, &options).unwrap();
     let fit = fitted(&tongue(), &target);
-    assert_eq!(fit.status, Status::Converged, "{}", fit.misfit);
+    assert_eq!(fit.status, FitStatus::Converged, "{}", fit.misfit);
 }
 
 #[test]
@@ -283,32 +283,32 @@ fn the_same_bits_on_one_two_and_four_threads() {
 
 #[test]
 fn failed_equilibria_make_a_bad_fit_not_a_panic() {
-    let settings = Settings {
-        equilibrium: statics::Settings { max_iterations: 0, ..Default::default() },
-        ..Settings::default()
+    let settings = FitSettings {
+        equilibrium: statics::SolveSettings { max_iterations: 0, ..Default::default() },
+        ..FitSettings::default()
     };
     let fit = inverse::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Ratio), &settings).unwrap();
-    assert_eq!(fit.status, Status::NoEquilibrium);
+    assert_eq!(fit.status, FitStatus::NoEquilibrium);
     assert!(fit.starts.iter().all(|s| !s.converged));
     assert!(fit.misfit.is_infinite() && fit.identifiability.is_none());
 }
 
 #[test]
 fn a_bound_that_is_too_low_is_reported_not_hidden() {
-    let settings = Settings { upper_bound: 10.0, ..Settings::default() };
+    let settings = FitSettings { upper_bound: 10.0, ..FitSettings::default() };
     let fit = inverse::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Stretch), &settings).unwrap();
-    assert_eq!(fit.status, Status::AtUpperBound);
+    assert_eq!(fit.status, FitStatus::AtUpperBound);
     assert!(fit.tensions.iter().all(|t| (0.0..=10.0).contains(t)));
 }
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let bad = |settings: Settings| {
+    let bad = |settings: FitSettings| {
         inverse::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Ratio), &settings)
             .unwrap_err()
             .to_string()
     };
-    assert!(bad(Settings { starts: 0, ..Settings::default() }).contains("number of starts"));
-    assert!(bad(Settings { upper_bound: f64::NAN, ..Settings::default() }).contains("upper bound"));
-    assert!(bad(Settings { effort: -1.0, ..Settings::default() }).contains("effort"));
+    assert!(bad(FitSettings { starts: 0, ..FitSettings::default() }).contains("number of starts"));
+    assert!(bad(FitSettings { upper_bound: f64::NAN, ..FitSettings::default() }).contains("upper bound"));
+    assert!(bad(FitSettings { effort: -1.0, ..FitSettings::default() }).contains("effort"));
 }

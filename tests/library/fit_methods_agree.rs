@@ -1,7 +1,7 @@
 //! Nelder-Mead, which uses costs only, and Gauss-Newton, which uses derivatives, find the same tensions.
 
 use crate::fixtures::{target, tongue};
-use tongue_fit::inverse::{self, Fit, Method, Settings};
+use tongue_fit::inverse::{self, Fit, FitSettings, Method};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::system::Model;
 
@@ -14,7 +14,7 @@ fn on_all_twelve_vowels_with_stretch_targets_and_with_ratios() {
                 let target = target(subject, vowel, kind);
                 let run = |method| {
                     // Nelder-Mead gets a tighter tolerance than by default, so that its own error is small.
-                    let settings = Settings { method, tension_tolerance: 1e-6, ..Settings::default() };
+                    let settings = FitSettings { method, tension_tolerance: 1e-6, ..FitSettings::default() };
                     inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap()
                 };
                 let (simplex, derivatives) = (run(Method::NelderMead), run(Method::GaussNewton));

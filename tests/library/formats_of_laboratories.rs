@@ -233,7 +233,7 @@ fn points_of_active_shape_models_are_a_contour_or_what_a_map_says() {
     let unit = Seen::new(found, &Map::default()).unwrap_err().to_string();
     assert!(unit.contains("unit_mm"), "{unit}");
     let drawn = seen(found, "unit_mm = 0.2");
-    assert!(near(drawn.frames[0].contour[1].map(|m| m.at), [0.042, -0.0381]) == !drawn.mirrored);
+    assert!(near(drawn.frames[0].contour[1].map(|m| m.at), [0.042, -0.0381]) != drawn.mirrored);
     let map =
         "unit_mm = 0.2\n[points]\ntongue_0 = { bone = \"hyoid\" }\ntongue_4 = { bone = \"mental_spine\" }";
     let map = Map::from_toml(map, "m.toml").unwrap();

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use tongue_core::geometry::simplex;
 use tongue_fit::body::gmsh::{Concern, Content, File, GmshError};
 use tongue_fit::body::{self, Mesh, Quality};
-use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 use tongue_input::bodies::gmsh::{self, MshPlace, MshProblem, Unit};
 
@@ -151,8 +151,8 @@ fn stretch<const D: usize>(mesh: &Mesh<D>, muscle: usize, tension: f64) -> f64 {
     let mut workspace = Workspace::new(&system);
     let mut tensions = vec![0.0; system.muscle_count()];
     tensions[muscle] = tension;
-    let solution = statics::solve(&system, &mut workspace, &tensions, &Settings::default());
-    assert_eq!(solution.status, Status::Converged);
+    let solution = statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
+    assert_eq!(solution.status, SolveStatus::Converged);
     system.length(workspace.positions(), muscle) / system.length(system.rest(), muscle)
 }
 

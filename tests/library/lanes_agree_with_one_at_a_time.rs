@@ -9,7 +9,7 @@ use tongue_core::statics::length_sensitivities;
 use tongue_fit::body::{self, Anatomy, Mesh};
 use tongue_fit::material::Constants;
 use tongue_fit::parallel::with_threads;
-use tongue_fit::statics::{Settings, Solution, Stability, Status, Workspace, solve};
+use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Stability, Workspace, solve};
 use tongue_fit::system::{Model, System, TissueModel};
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -18,8 +18,8 @@ const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
 const SAME: f64 = 1e-12;
 /// A hundredth of the usual residual, with which shapes are known to 1e-9 mm: a newton moves the softest node
 /// by some millimetres.
-const SHARP: Settings =
-    Settings { tolerance: 1e-11, max_iterations: 200, load_steps: 60, certify: false, most_solves: 600 };
+const SHARP: SolveSettings =
+    SolveSettings { tolerance: 1e-11, max_iterations: 200, load_steps: 60, certify: false, most_solves: 600 };
 
 fn all_can_pull() -> System<2> {
     System::new(&tongue(), &Model::default(), &ALL).unwrap()
@@ -28,7 +28,7 @@ fn all_can_pull() -> System<2> {
 fn one_at_a_time<const D: usize>(
     system: &System<D>,
     load: &Load<'_, D>,
-    settings: &Settings,
+    settings: &SolveSettings,
 ) -> (Solution, Workspace<D>) {
     let system = load.system.unwrap_or(system);
     let mut w = Workspace::new(system);
@@ -49,7 +49,7 @@ fn compare<const D: usize>(system: &System<D>, loads: &[Load<'_, D>]) -> usize {
         let (solution, w) = one_at_a_time(system, load, &SHARP);
         assert_eq!(answer.solution.status, solution.status, "load {i}: {:?}", load.tensions);
         assert_eq!(answer.solution.guarded, solution.guarded, "load {i}");
-        if solution.status == Status::Converged {
+        if solution.status == SolveStatus::Converged {
             let apart = largest_distance(&answer.positions, w.positions());
             assert!(apart < SAME, "load {i}: {apart:e} m apart, {:?}", load.tensions);
         }
@@ -153,7 +153,7 @@ fn bits_do_not_depend_on_threads() {
     };
     let all = |threads| {
         let keep = |_: usize, shape: &Equilibrium<2>| shape.clone();
-        with_threads(threads, || lanes.map(tensions.len(), &Settings::default(), load, keep)).unwrap()
+        with_threads(threads, || lanes.map(tensions.len(), &SolveSettings::default(), load, keep)).unwrap()
     };
     let one = all(1);
     assert!(one.iter().filter(|a| a.alone).count() < 300);
@@ -167,10 +167,11 @@ fn bits_do_not_depend_on_threads() {
 fn stability_is_checked_if_asked_for() {
     let system = all_can_pull();
     let loads = [vec![0.0; 8], PUBLISHED.to_vec()].map(Load::new);
-    let plain = Lanes::new(&system).solve(&loads, &Settings::default());
+    let plain = Lanes::new(&system).solve(&loads, &SolveSettings::default());
     assert_eq!(plain[0].solution.stability, Stability::Stable, "no factorisation on the way");
     assert_eq!((plain[1].solution.stability, plain[1].alone), (Stability::Near, false));
-    let certain = Lanes::new(&system).solve(&loads, &Settings { certify: true, ..Settings::default() });
+    let certain =
+        Lanes::new(&system).solve(&loads, &SolveSettings { certify: true, ..SolveSettings::default() });
     assert_eq!((certain[1].solution.stability, certain[1].alone), (Stability::Stable, false));
 }
 

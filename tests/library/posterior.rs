@@ -10,10 +10,10 @@ use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::parallel;
 use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_fit::posterior::{
-    Contrast, Density, Evaluator, Ground, Linear, Mode, Parameter, Place, Priors, Report, Seen, Settings,
-    quick, sample, without_each,
+    Contrast, Density, Evaluator, Ground, Linear, Mode, Place, Priors, Report, Seen, Settings, quick, sample,
+    without_each,
 };
-use tongue_fit::statics::{self, Status, Workspace};
+use tongue_fit::statics::{self, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
 
 fn ground(priors: &Priors) -> Ground {
@@ -159,7 +159,7 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
         let system = System::new(&body.mesh, &ground.model, &all).unwrap();
         let solved = |load: Load<'_, 2>| {
             let found = Lanes::new(&system).solve(&[load], density.settings()).remove(0);
-            assert_eq!(found.solution.status, Status::Converged);
+            assert_eq!(found.solution.status, SolveStatus::Converged);
             system.lengths(&found.positions)
         };
         let own = &meaning.postures[0];
@@ -193,7 +193,7 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     let settings = hmc::Settings { chains: 8, warm_up: 6, draws: 4, thin: 1, seed: 3 };
     let chains = |threads| {
         let whitened = mode.whitened().unwrap();
-        let sample = || hmc::sample(|_| Evaluator::new(&density), &whitened, &mode.place, &settings);
+        let sample = || hmc::sample(|| Evaluator::new(&density), &whitened, &mode.place, &settings);
         parallel::with_threads(threads, sample).unwrap()
     };
     let (one, two) = (chains(1), chains(2));
@@ -204,8 +204,9 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
         let load = ground.with_hyoid(Load::new(own.tensions.clone()), own.hyoid, draw.meaning.tilt);
         load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&ground.system, nodes, *shift));
         w.start_from_rest(&ground.system);
-        let solution = statics::solve(&ground.system, &mut w, &own.tensions, &statics::Settings::default());
-        assert_eq!(solution.status, Status::Converged);
+        let solution =
+            statics::solve(&ground.system, &mut w, &own.tensions, &statics::SolveSettings::default());
+        assert_eq!(solution.status, SolveStatus::Converged);
         let lengths = ground.system.lengths(w.positions());
         assert!(lengths.iter().zip(&draw.lengths).all(|(a, b)| (a - b).abs() < 1e-7));
     }
@@ -237,7 +238,7 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
         let system = System::new(&body.mesh, &ground.model, &all).ok()?;
         let lengths = |load: Load<'_, 2>, system: &System<2>| {
             let shape = density.lanes().solve(&[load], density.settings()).remove(0);
-            (shape.solution.status == Status::Converged).then(|| system.lengths(&shape.positions))
+            (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
         };
         let stretches = |system: &System<2>| {
             let posture = lengths(density.posture(&meaning, 0, None).in_body(system), system)?;
@@ -331,11 +332,7 @@ impl Sampled for Known<'_> {
         points.iter().map(|(x, ())| one(x)).collect()
     }
 
-    fn anew(&self) -> Self {
-        Self(self.0, self.1)
-    }
-
-    fn keep(&self, at: &DVector<f64>, _: f64, _: &()) -> Vec<f64> {
+    fn keep(&self, at: &DVector<f64>, _: &Point<()>) -> Vec<f64> {
         at.iter().map(|x| self.1(*x)).collect()
     }
 }
@@ -351,7 +348,7 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
     let rough = &precision + DMatrix::identity(n, n) * 0.5;
     let whitened = Whitened::new(DVector::zeros(n), rough).unwrap();
     let settings = hmc::Settings { chains: 8, warm_up: 200, draws: 4000, thin: 1, seed: 2 };
-    let chains = hmc::sample(|_| Known(&precision, &|x| x), &whitened, &(), &settings);
+    let chains = hmc::sample(|| Known(&precision, &|x| x), &whitened, &(), &settings);
     let draws: Vec<&Vec<f64>> = chains.iter().flat_map(|c| &c.draws).collect();
     assert_eq!(draws.len(), 32_000);
     assert!(chains.iter().all(|c| c.acceptance > 0.6 && c.divergences == 0));
@@ -370,7 +367,7 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
     let one = DMatrix::identity(1, 1);
     let whitened = Whitened::new(DVector::zeros(1), one.clone()).unwrap();
     let half = |x: f64| tongue_fit::track::scores::tension(x).0;
-    let chains = hmc::sample(|_| Known(&one, &half), &whitened, &(), &settings);
+    let chains = hmc::sample(|| Known(&one, &half), &whitened, &(), &settings);
     let mut all: Vec<f64> = chains.iter().flat_map(|c| c.draws.iter().map(|d| d[0])).collect();
     all.sort_by(f64::total_cmp);
     for (p, exact) in [(0.25, 0.318_64), (0.5, 0.674_49), (0.95, 1.959_96)] {
@@ -397,7 +394,7 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
     // In /i/ of S1 there is another branch not far away.
     let ground = ground(&Priors::default());
     let posterior = sample(&ground, seen("S1", "i"), &Settings { draws: 400, seed: 1 }).unwrap();
-    let settings = statics::Settings::default();
+    let settings = statics::SolveSettings::default();
     for draw in posterior.draws.iter().step_by(16) {
         let mut w = Workspace::new(&ground.system);
         let own = &draw.meaning.postures[0];
@@ -407,7 +404,11 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
         let found = statics::trace(&ground.system, &mut w, &own.tensions, &settings, 20);
         let lengths = ground.system.lengths(w.positions());
         let away = lengths.iter().zip(&draw.lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(found.solution.status == Status::Converged && away < 1e-7, "{away}: {:?}", found.critical);
+        assert!(
+            found.solution.status == SolveStatus::Converged && away < 1e-7,
+            "{away}: {:?}",
+            found.critical
+        );
     }
 }
 

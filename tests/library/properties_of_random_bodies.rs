@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
 use tongue_fit::material::Constants;
-use tongue_fit::statics::{Settings, Stability, Status, Workspace, solve};
+use tongue_fit::statics::{SolveSettings, SolveStatus, Stability, Workspace, solve};
 use tongue_fit::system::{Model, System};
 use tongue_study::hard_cases::bodies::{lattice, place};
 
@@ -45,18 +45,18 @@ proptest! {
         let system = system(&mesh, &model);
         let load = if sign { 1.0 } else { -1.0 } * 10f64.powf(log_load);
         let mut workspace = Workspace::new(&system);
-        let settings = Settings { certify: true, ..Settings::default() };
+        let settings = SolveSettings { certify: true, ..SolveSettings::default() };
         let s = solve(&system, &mut workspace, &[load], &settings);
         prop_assert!(workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite())));
         prop_assert!(system.cell_ratios(workspace.positions()).0 > 0.0, "{s:?}");
         prop_assert!((0.0..=1.0).contains(&s.load_reached));
-        if s.status == Status::Converged {
+        if s.status == SolveStatus::Converged {
             prop_assert!(matches!(s.stability, Stability::Stable | Stability::Neutral), "{s:?}");
             prop_assert!(s.load_reached == 1.0);
         }
         // Within the forces of muscles on tissue of this stiffness, it converges.
         if load.abs() < 0.1 * system.coefficients().tissue_stiffness * 1e-3 {
-            prop_assert_eq!(s.status, Status::Converged, "{:?}", s);
+            prop_assert_eq!(s.status, SolveStatus::Converged, "{:?}", s);
         }
     }
 
@@ -66,9 +66,9 @@ proptest! {
     ) {
         let system = system(&mesh, &model);
         let mut workspace = Workspace::new(&system);
-        let s = solve(&system, &mut workspace, &[load], &Settings::default());
+        let s = solve(&system, &mut workspace, &[load], &SolveSettings::default());
         let energy = |x: &[SVector<f64, 2>]| system.energy(Configuration { positions: x, tensions: &[load] });
-        if s.status == Status::Converged {
+        if s.status == SolveStatus::Converged {
             let (found, rest) = (energy(workspace.positions()), energy(system.rest()));
             prop_assert!(found <= rest + 1e-12 * rest.abs().max(found.abs()), "{found:e} {rest:e}");
         }

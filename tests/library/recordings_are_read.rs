@@ -141,7 +141,7 @@ fn edgetrak_contours_want_a_pixel_and_a_rate() {
 fn maps_are_checked_with_their_lines() {
     let wrong = |text: &str| Map::from_toml(text, "m.toml").unwrap_err().to_string();
     assert!(wrong("unit_mm = 1\nback = \"w\"").starts_with("the map m.toml:2: back"));
-    assert!(wrong("[points]\nT1 = \"tip\"").contains("no role"));
+    assert!(wrong("[points]\nT1 = \"tip\"").contains("is not a role"));
     assert!(wrong("[points]\nT1 = { surface_mm = 1.0, bone = \"hyoid\" }").contains("one of"));
     assert!(wrong("noise = 1").contains("noise_mm"));
     let table = read(b"time_s,point,x_mm,y_mm\n0,T1,1,2\n", "t.csv");

@@ -9,7 +9,7 @@ use tongue_fit::scene::compare::{Compared, compare};
 use tongue_fit::scene::prepare::{Prepared, SceneExtent, prepare};
 use tongue_fit::scene::run::{SceneOutcome, run};
 use tongue_fit::scene::{self, Scene, simulate};
-use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
+use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Workspace, solve};
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::Surface;
 
@@ -37,7 +37,7 @@ fn outcome(text: &str) -> SceneOutcome {
 
 fn solved(prepared: &Prepared<2>) -> (Solution, Workspace<2>) {
     let mut workspace = Workspace::new(&prepared.system);
-    let solution = solve(&prepared.system, &mut workspace, &prepared.tensions, &Settings::default());
+    let solution = solve(&prepared.system, &mut workspace, &prepared.tensions, &SolveSettings::default());
     (solution, workspace)
 }
 
@@ -73,7 +73,7 @@ fn an_effect_that_is_off_costs_nothing() {
     assert_eq!(prepared.system.pattern().blocks(), plain.pattern().blocks());
     let (solution, workspace) = solved(&prepared);
     let mut other = Workspace::new(&plain);
-    let plain_solution = solve(&plain, &mut other, &prepared.tensions, &Settings::default());
+    let plain_solution = solve(&plain, &mut other, &prepared.tensions, &SolveSettings::default());
     assert_eq!(solution, plain_solution, "the same work, and the same bits");
     assert_eq!(workspace.positions(), other.positions());
 
@@ -97,7 +97,7 @@ fn an_effect_of_zero_strength_is_as_good_as_absent() {
     for effect in idle {
         let (_, prepared) = planned(&format!("{base}{effect}\n"));
         let (solution, workspace) = solved(&prepared);
-        assert_eq!(solution.status, Status::Converged);
+        assert_eq!(solution.status, SolveStatus::Converged);
         for (p, q) in workspace.positions().iter().zip(without.positions()) {
             assert!((p - q).norm() < 1e-9, "{effect}: {p} {q}");
         }
@@ -141,7 +141,7 @@ fn a_fit_in_a_scene_is_the_fit_of_the_main_flow() {
     let target = prepared.target.clone().unwrap();
     let mesh = prepared.body.mesh.clone();
     let there = run(&scene, &mut prepared).unwrap();
-    let here = inverse::fit(&mesh, &Model::default(), &target, &inverse::Settings::default()).unwrap();
+    let here = inverse::fit(&mesh, &Model::default(), &target, &inverse::FitSettings::default()).unwrap();
     assert_eq!(there.tensions_n, here.tensions);
 }
 
@@ -231,7 +231,7 @@ fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
     let (_, palate) = planned(&as_continuum("vowel-i-palate"));
     let (solution, workspace) = solved(&palate);
     let wall = palate.wall.as_ref().unwrap();
-    assert_eq!(solution.status, Status::Converged);
+    assert_eq!(solution.status, SolveStatus::Converged);
     assert!(wall.penetrated(workspace.positions(), &palate.body.mesh.connections).is_none());
     // The trajectory ends at the equilibrium, given the time that the viscous tissue needs.
     let motion = as_continuum("vowel-a-trajectory").replace("duration_s = 3.0", "duration_s = 60.0");

@@ -4,7 +4,7 @@ use nalgebra::{SVector, Vector3};
 use tongue_core::body::largest_distance;
 use tongue_fit::body::{Body, ContinuumSettings, MuscleChain, solid};
 use tongue_fit::dynamics::{self, Control, Motion, Tensions};
-use tongue_fit::inverse::{self, Method, Settings};
+use tongue_fit::inverse::{self, FitSettings, Method};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::prelude::*;
 use tongue_fit::simulation::{Assembly, SimulationError};
@@ -35,7 +35,7 @@ fn by_hand() -> (System<2>, Vec<f64>) {
 fn equilibria_have_the_same_bits_whatever_was_solved_before() {
     let (system, tensions) = by_hand();
     let mut workspace = Workspace::new(&system);
-    let settings = statics::Settings::default();
+    let settings = statics::SolveSettings::default();
     let solution = statics::solve(&system, &mut workspace, &tensions, &settings);
     let mut solver = model().solver();
     let first = solver.equilibrium(&PUBLISHED).unwrap();
@@ -67,7 +67,7 @@ fn fits_have_the_same_bits() {
     for (kind, method) in
         [(TargetKind::Ratio, Method::GaussNewton), (TargetKind::Stretch, Method::NelderMead)]
     {
-        let settings = Settings { method, ..Settings::default() };
+        let settings = FitSettings { method, ..FitSettings::default() };
         let wanted = match kind {
             TargetKind::Ratio => data.ratios("S2", "a").unwrap(),
             TargetKind::Stretch => data.stretches("S2", "a").unwrap(),
@@ -128,7 +128,7 @@ fn bones_priors_and_constants_are_fitted_by_name() {
         let of = |name: &String| Observation::new(model.length(name).unwrap(), seen.length(name).unwrap());
         names.iter().map(|name| of(name).with_standard_deviation(0.3 * MM)).collect()
     };
-    let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+    let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let problem = || InverseProblem::new(&model, observations(&seen)).with_settings(settings);
     let free = problem().free_bone("hyoid", 10.0 * MM).unwrap().fit().unwrap();
     assert!(free.is_trustworthy(), "{:?}", free.status);

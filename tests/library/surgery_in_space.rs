@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tongue_fit::body::space::{Filling, Region, Side};
 use tongue_fit::body::{SpaceBody, artisynth};
-use tongue_fit::statics::{self, Settings, Status, Workspace};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 use tongue_study::plane;
 
@@ -18,8 +18,9 @@ fn way(body: &SpaceBody, model: &SpaceModel, node: usize, given: &[(&str, f64)])
     let mut w = Workspace::new(&system);
     let known: Vec<(&str, f64)> =
         given.iter().copied().filter(|(name, _)| body.muscles_called(name).is_ok()).collect();
-    let found = statics::solve(&system, &mut w, &body.activations(&known).unwrap(), &Settings::default());
-    assert_eq!(found.status, Status::Converged);
+    let found =
+        statics::solve(&system, &mut w, &body.activations(&known).unwrap(), &SolveSettings::default());
+    assert_eq!(found.status, SolveStatus::Converged);
     (w.positions()[node] - body.mesh.nodes[node]) * 1e3
 }
 

@@ -4,7 +4,7 @@
 use nalgebra::SVector;
 use tongue_fit::body::Body;
 use tongue_fit::inverse::{
-    Fit, LooseBone, Matched, Method, Premises, Problem, Settings, Setup, Status, Tone, fit, fit_in,
+    Fit, FitSettings, FitStatus, LooseBone, Matched, Method, Premises, Problem, Setup, Tone, fit, fit_in,
 };
 use tongue_fit::measured::{Dataset, Target, TargetKind};
 use tongue_fit::statics::{self, Workspace};
@@ -21,15 +21,15 @@ fn setup(premises: Premises) -> Setup {
     Setup::new(&body(), &Model::default(), premises).unwrap()
 }
 
-fn gauss_newton() -> Settings {
-    Settings { method: Method::GaussNewton, ..Settings::default() }
+fn gauss_newton() -> FitSettings {
+    FitSettings { method: Method::GaussNewton, ..FitSettings::default() }
 }
 
 fn with_tone(tone: f64) -> Premises {
     Premises { tone: Tone::Uniform(tone), ..Premises::default() }
 }
 
-fn fitted(setup: &Setup, target: &Target, settings: &Settings) -> Fit {
+fn fitted(setup: &Setup, target: &Target, settings: &FitSettings) -> Fit {
     fit_in(setup, &Matched::new(&body().mesh, target).unwrap(), settings).unwrap()
 }
 
@@ -37,9 +37,9 @@ fn fitted(setup: &Setup, target: &Target, settings: &Settings) -> Fit {
 fn stretches(setup: &Setup, tensions: &[f64], shift: SVector<f64, 2>) -> Option<Vec<f64>> {
     let mut w = Workspace::new(&setup.system);
     w.carry_bone(&setup.system, body().bone("hyoid"), shift);
-    let solution = statics::solve(&setup.system, &mut w, tensions, &statics::Settings::default());
+    let solution = statics::solve(&setup.system, &mut w, tensions, &statics::SolveSettings::default());
     let lengths = setup.system.lengths(w.positions());
-    (solution.status == statics::Status::Converged)
+    (solution.status == statics::SolveStatus::Converged)
         .then(|| lengths.iter().zip(&setup.lengths).map(|(l, from)| l / from).collect())
 }
 
@@ -80,7 +80,7 @@ fn tensions_come_back_from_the_stretches_that_they_make_of_a_baseline_with_tone(
     let truth = [20.0, 0.0, 0.0, 0.0, 30.0, 0.0, 25.0, 0.0];
     let made = stretches(&setup, &truth, SVector::zeros()).unwrap();
     let found = fitted(&setup, &target_of(&made).unwrap(), &gauss_newton());
-    assert_eq!(found.status, Status::Converged);
+    assert_eq!(found.status, FitStatus::Converged);
     for (found, truth) in found.tensions.iter().zip(truth) {
         assert!((found - truth).abs() < 1e-3, "{:?}", found);
     }
@@ -95,8 +95,8 @@ fn the_jacobian_holds_signs_and_priors() {
     let setup = setup(Premises::active_baseline(2));
     let target = target("S2", "a", TargetKind::Stretch);
     let matched = Matched::new(&body().mesh, &target).unwrap();
-    let equilibrium = statics::Settings { tolerance: 1e-11, ..statics::Settings::default() };
-    let settings = Settings { equilibrium, ..gauss_newton() };
+    let equilibrium = statics::SolveSettings { tolerance: 1e-11, ..statics::SolveSettings::default() };
+    let settings = FitSettings { equilibrium, ..gauss_newton() };
     let inverse = matched.inverse(&setup, &settings);
     assert_eq!((inverse.observations.len(), inverse.signs.len(), inverse.unknowns.len()), (3, 5, 5));
     // Strong tensions and a hyoid far up: some muscles are shorter that should not be.
@@ -122,8 +122,8 @@ fn both_searches_find_the_same_hyoid_and_the_signs_hold() {
     let setup = setup(Premises::active_baseline(2));
     let target = target("S3", "i", TargetKind::Stretch);
     let [simplex, newton] = [Method::NelderMead, Method::GaussNewton]
-        .map(|method| fitted(&setup, &target, &Settings { method, ..Settings::default() }));
-    assert_eq!((simplex.status, newton.status), (Status::Converged, Status::Converged));
+        .map(|method| fitted(&setup, &target, &FitSettings { method, ..FitSettings::default() }));
+    assert_eq!((simplex.status, newton.status), (FitStatus::Converged, FitStatus::Converged));
     assert!((simplex.bones[0].shift - newton.bones[0].shift).amax() < 1e-5);
     for (a, b) in simplex.tensions.iter().zip(&newton.tensions) {
         assert!((a - b).abs() < 1e-2, "{a} and {b}");

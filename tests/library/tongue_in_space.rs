@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
 use tongue_fit::body::{SpaceBody, artisynth};
-use tongue_fit::statics::{self, Settings, Solution, Status, Workspace};
+use tongue_fit::statics::{self, Solution, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 /// The node at the tip.
@@ -60,7 +60,7 @@ fn equilibrium(
     given: &[(&str, f64)],
 ) -> Solution {
     w.start_from_rest(system);
-    statics::solve(system, w, &body.activations(given).unwrap(), &Settings::default())
+    statics::solve(system, w, &body.activations(given).unwrap(), &SolveSettings::default())
 }
 
 /// The displacement of the tip, mm.
@@ -110,21 +110,21 @@ fn each_muscle_moves_the_tip_as_in_an_independent_program() {
             "lines {name} {:.3} {:.3} {:.3}: {} factorisations",
             tip.x, tip.y, tip.z, found.factorisations
         );
-        assert_eq!(found.status, Status::Converged, "{name}");
+        assert_eq!(found.status, SolveStatus::Converged, "{name}");
         assert!((tip.x - x).abs() < 0.02 && (tip.z - z).abs() < 0.02 && tip.y.abs() < 0.01, "{name} {tip}");
     }
     let stiffened = System::in_space(&body, &SpaceModel { stiffening: 9.0, ..lines }).unwrap();
     for (name, [x, z]) in STIFFENED_MM {
         let found = equilibrium(&body, &stiffened, &mut w, &[(name, 0.1)]);
         let tip = tip_mm(&body, &w);
-        assert_eq!(found.status, Status::Converged, "{name}");
+        assert_eq!(found.status, SolveStatus::Converged, "{name}");
         assert!((tip.x - x).abs() < 0.02 && (tip.z - z).abs() < 0.02, "stiffened {name} {tip}");
     }
     // All at full activation.
     for (name, _) in TIPS_MM {
         let found = equilibrium(&body, &stiffened, &mut w, &[(name, 1.0)]);
         eprintln!("{name} at 1: {:?} in {} iterations", found.status, found.iterations);
-        assert_eq!(found.status, Status::Converged, "{name} at 1");
+        assert_eq!(found.status, SolveStatus::Converged, "{name} at 1");
         assert!(stiffened.cell_ratios(w.positions()).0 > 0.5, "{name} at 1");
     }
 }
@@ -145,7 +145,7 @@ fn stress_along_fibres_moves_the_tip_nearly_as_much() {
             100.0 * apart,
             other.norm()
         );
-        assert_eq!(found.status, Status::Converged, "{name}");
+        assert_eq!(found.status, SolveStatus::Converged, "{name}");
         assert!(apart < 0.03, "{name} {tip}");
     }
 }
@@ -172,7 +172,7 @@ fn excitations_that_artisynth_recorded_bring_its_points_where_it_recorded_them()
     let found = equilibrium(&body, &system, &mut w, &given);
     let apart = rms(&|i| w.positions()[RECORDED[i]] - at(&row.1, i));
     eprintln!("protrude at {} s: {apart:.3} of {:.2} mm RMS", row.0, moved(&row.1));
-    assert_eq!(found.status, Status::Converged);
+    assert_eq!(found.status, SolveStatus::Converged);
     assert!(apart < 0.2, "{apart}");
 }
 
@@ -193,8 +193,8 @@ fn half_a_tongue_answers_as_the_whole() {
         equilibrium(&body, &whole, &mut w, &[(name, 0.1)]);
         l.start_from_rest(&left);
         let of_half = half.activations(&activations).unwrap();
-        let found = statics::solve(&left, &mut l, &of_half, &Settings::default());
-        assert_eq!(found.status, Status::Converged, "{name}");
+        let found = statics::solve(&left, &mut l, &of_half, &SolveSettings::default());
+        assert_eq!(found.status, SolveStatus::Converged, "{name}");
         let apart = largest_distance(&half.whole(l.positions()), w.positions());
         let tip = (half.whole(l.positions())[TIP] - w.positions()[TIP]).norm();
         eprintln!("half {name}: {:.1e} mm at most, {:.1e} at the tip", 1e3 * apart, 1e3 * tip);

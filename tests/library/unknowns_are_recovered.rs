@@ -3,7 +3,9 @@
 
 use nalgebra::{SVector, Vector3};
 use tongue_fit::body::{AnyBody, Body, Mesh, MuscleChain};
-use tongue_fit::inverse::{self, Answer, FreedBone, Method, Problem, Settings, Status, Tissue, Unknown};
+use tongue_fit::inverse::{
+    self, Answer, FitSettings, FitStatus, FreedBone, Method, Problem, TissueUnknown, Unknown,
+};
 use tongue_fit::observe::{Length, NodePosition, Observation, Stretch, Surface};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
@@ -12,16 +14,16 @@ use tongue_input::bodies::gmsh;
 
 use crate::fixtures::block;
 
-fn settings() -> Settings {
-    let equilibrium = statics::Settings { tolerance: 1e-11, ..statics::Settings::default() };
-    Settings { method: Method::GaussNewton, starts: 2, equilibrium, ..Settings::default() }
+fn settings() -> FitSettings {
+    let equilibrium = statics::SolveSettings { tolerance: 1e-11, ..statics::SolveSettings::default() };
+    FitSettings { method: Method::GaussNewton, starts: 2, equilibrium, ..FitSettings::default() }
 }
 
 /// The shape at given tensions of all muscles, m.
 fn shape<const D: usize>(system: &System<D>, tensions: &[f64]) -> Vec<SVector<f64, D>> {
     let mut workspace = Workspace::new(system);
     let solution = statics::solve(system, &mut workspace, tensions, &settings().equilibrium);
-    assert_eq!(solution.status, statics::Status::Converged);
+    assert_eq!(solution.status, statics::SolveStatus::Converged);
     workspace.positions().to_vec()
 }
 
@@ -52,7 +54,7 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     let unknowns = || vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)];
     let fit = |observations| -> Answer<3> {
         let answer = inverse::solve(&Inverse::new(&system, observations, unknowns()), &settings()).unwrap();
-        assert_eq!(answer.status, Status::Converged);
+        assert_eq!(answer.status, FitStatus::Converged);
         assert!(relative(&answer.x, &truth) < 1e-6, "{:?}", answer.x);
         answer
     };
@@ -100,7 +102,7 @@ fn nelder_mead_finds_the_same_in_space() {
     });
     let inverse =
         Inverse::new(&system, lengths.collect(), vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)]);
-    let answer = inverse::solve(&inverse, &Settings { method: Method::NelderMead, ..settings() }).unwrap();
+    let answer = inverse::solve(&inverse, &FitSettings { method: Method::NelderMead, ..settings() }).unwrap();
     assert!(relative(&answer.x, &[0.2, 0.1]) < 1e-2, "{:?}", answer.x);
 }
 
@@ -144,7 +146,7 @@ fn the_jacobian_is_the_difference_of_solved_residuals_for_every_kind_of_unknown(
         let model = Model { tissue, ..model };
         let system = System::new(&t.mesh, &model, &t.muscles).unwrap();
         let bones = [FreedBone::new(&t.mesh, &model, &t.muscles, &t.hyoid).unwrap()];
-        let constants = Tissue { mesh: &t.mesh, model, contracting: &t.muscles };
+        let constants = TissueUnknown { mesh: &t.mesh, model, contracting: &t.muscles };
         let unknowns = vec![
             Unknown::tension(t.muscles[0], 100.0),
             Unknown::bone(0, 0, 10.0).with_prior(1.0, 0.2),
@@ -202,7 +204,7 @@ fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
         o.measured = o.observable.value(&seen);
     }
     let answer = inverse::solve(&inverse, &settings).unwrap();
-    assert_eq!(answer.status, Status::Converged);
+    assert_eq!(answer.status, FitStatus::Converged);
     assert!(relative(&answer.x, &truth) < 1e-6, "{:?}", answer.x);
     for &node in &t.hyoid {
         let moved = answer.positions[node] - t.mesh.nodes[node];
@@ -211,7 +213,7 @@ fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
 
     // With lengths alone Young's modulus only scales tensions; the stretch of a third muscle with a fixed
     // tension determines it.
-    let constants = Tissue { mesh: &t.mesh, model, contracting: &t.muscles };
+    let constants = TissueUnknown { mesh: &t.mesh, model, contracting: &t.muscles };
     let unknowns = vec![Unknown::young_modulus(10.0, 200.0)];
     let mut tensions = vec![0.0; system.muscle_count()];
     tensions[t.muscles[0]] = 14.0;
@@ -239,7 +241,7 @@ fn incompatible_problems_are_refused_with_a_sentence() {
     let said = refused(Inverse::new(&system, seen(), vec![Unknown::bone(0, 0, 5.0)]));
     assert!(said.contains("was not freed"), "{said}");
     let said = refused(Inverse::new(&system, seen(), vec![Unknown::young_modulus(10.0, 100.0)]));
-    assert!(said.contains("makes the tissue anew"), "{said}");
+    assert!(said.contains("no tissue was given"), "{said}");
     let said = refused(Inverse::new(&system, Vec::new(), vec![Unknown::tension(t.muscles[0], 100.0)]));
     assert!(said.contains("at least one observation"), "{said}");
     let said = refused(Inverse::new(&system, seen(), vec![Unknown::tension(t.muscles[0], f64::NAN)]));

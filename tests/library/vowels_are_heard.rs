@@ -10,7 +10,7 @@ use tongue_fit::observe::Observable;
 use tongue_fit::scene::body::build;
 use tongue_fit::scene::prepare::{SceneExtent, prepare};
 use tongue_fit::scene::{self, Scene};
-use tongue_fit::statics::{self, Settings, Workspace};
+use tongue_fit::statics::{self, SolveSettings, Workspace};
 use tongue_fit::system::{Additions, Model, System};
 
 fn pulled() -> (Body<2>, System<2>, Vec<f64>) {
@@ -29,7 +29,7 @@ fn a_formant_is_an_observable_whose_gradient_is_its_derivative() {
     let (body, system, tensions) = pulled();
     let airway = Arc::new(Airway::round(&body, Airway::drawn().unwrap()).unwrap());
     let mut workspace = Workspace::new(&system);
-    statics::solve(&system, &mut workspace, &tensions, &Settings::default());
+    statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
     let positions = workspace.positions().to_vec();
     for number in 0..4 {
         let formant = Heard::new(Arc::clone(&airway), POSTURE, number);
@@ -60,12 +60,12 @@ fn a_formant_is_an_observable_whose_gradient_is_its_derivative() {
 fn derivatives_of_formants_by_tensions_are_the_differences() {
     let (body, system, tensions) = pulled();
     let airway = Airway::round(&body, Airway::drawn().unwrap()).unwrap();
-    let settings = Settings::default();
+    let settings = SolveSettings::default();
     let mut workspace = Workspace::new(&system);
     let formants = |workspace: &mut Workspace<2>, tensions: &[f64]| -> Vec<f64> {
         assert_eq!(
             statics::solve(&system, workspace, tensions, &settings).status,
-            statics::Status::Converged
+            statics::SolveStatus::Converged
         );
         let sound = airway.sound(workspace.positions(), &POSTURE).unwrap();
         sound.formants.iter().map(|f| f.frequency_hz).collect()

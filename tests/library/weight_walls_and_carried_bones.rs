@@ -5,13 +5,13 @@ use nalgebra::{SVector, Vector2, Vector3};
 use tongue_fit::body::{Cells, Mesh, solid};
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, lumped_masses};
 use tongue_fit::material::Constants;
-use tongue_fit::statics::{Settings, Solution, Status, Workspace, solve};
+use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Workspace, solve};
 use tongue_fit::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
 
 fn solved<const D: usize>(system: &System<D>) -> (Solution, Workspace<D>) {
     let mut workspace = Workspace::new(system);
     let slack = vec![0.0; system.muscle_count()];
-    let solution = solve(system, &mut workspace, &slack, &Settings::default());
+    let solution = solve(system, &mut workspace, &slack, &SolveSettings::default());
     (solution, workspace)
 }
 
@@ -38,7 +38,7 @@ fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
     let gravity = Gravity::new(&masses, SVector::from([0.0, -g]), &chain.nodes);
     let system = System::with(&chain, &model, &[], pushed(vec![Box::new(gravity)])).unwrap();
     let (solution, workspace) = solved(&system);
-    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
     let mut y = 0.0;
     for i in 1..=links {
         y -= side + f64::from(links - i + 1) * mass * g / k;
@@ -58,7 +58,7 @@ fn a_finite_element_column_sags_like_an_elastic_rod() {
         Gravity::new(&lumped_masses(&column, constants.density), Vector3::new(0.0, 0.0, -g), &column.nodes);
     let system = System::with(&column, &model, &[], pushed(vec![Box::new(gravity)])).unwrap();
     let (solution, workspace) = solved(&system);
-    assert_eq!(solution.status, Status::Converged, "{solution:?}");
+    assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
     let exact = constants.density * g * length * length / (2.0 * constants.young_modulus);
     let top: Vec<f64> = (0..column.nodes.len())
         .filter(|&i| column.nodes[i].z > length - 1e-9)
@@ -76,7 +76,7 @@ fn the_bone_carries_the_whole_weight_in_the_plane_and_in_space() {
         let gravity = Gravity::new(&lumped_masses(mesh, 1e3), down, &mesh.nodes);
         let system = System::with(mesh, &Model::default(), &[], pushed(vec![Box::new(gravity)])).unwrap();
         let (solution, workspace) = solved(&system);
-        assert_eq!(solution.status, Status::Converged, "{solution:?}");
+        assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
         let on_bone: SVector<f64, D> = mesh.fixed.iter().map(|&n| workspace.force()[n]).sum();
         assert!((on_bone - down * (1e3 * measure)).norm() < 1e-8, "{on_bone}");
     }
@@ -102,7 +102,7 @@ fn a_pressed_block_balances_wall_and_bone_and_no_node_passes() {
         let effects: Vec<Box<dyn Effect<2>>> = vec![Box::new(gravity), Box::new(contact.clone())];
         let system = System::with(&block, &Model::default(), &[], pushed(effects)).unwrap();
         let (solution, workspace) = solved(&system);
-        assert_eq!(solution.status, Status::Converged, "at {push}: {solution:?}");
+        assert_eq!(solution.status, SolveStatus::Converged, "at {push}: {solution:?}");
         let mut from_wall = vec![SVector::zeros(); block.nodes.len()];
         let at = Configuration { positions: workspace.positions(), tensions: &[0.0] };
         contact.add_force(at, &mut from_wall);
@@ -143,7 +143,7 @@ fn a_free_tongue_follows_its_jaw_as_a_rigid_body() {
             System::with(&tongue, &Model::default(), &[], Additions { carried, ..Additions::default() })
                 .unwrap();
         let (solution, workspace) = solved(&system);
-        assert_eq!(solution.status, Status::Converged, "{angle}: {solution:?}");
+        assert_eq!(solution.status, SolveStatus::Converged, "{angle}: {solution:?}");
         for (p, rest) in workspace.positions().iter().zip(&tongue.nodes) {
             assert!((p - jaw.place(*rest)).norm() < 1e-9, "{angle}: {p} {rest}");
         }

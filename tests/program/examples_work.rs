@@ -1,19 +1,25 @@
 //! Every program in `examples/` runs, prints its results and writes its files.
 
-use std::fs;
-use std::process::Command;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::{env, fs};
+
+/// Runs an example with the folder as its argument, in the profile that this test was built in.
+fn made_by(name: &str, folder: &Path) -> Output {
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["run", "--quiet", "--locked", "--offline", "--example", name]);
+    if env::current_exe().unwrap().components().any(|part| part.as_os_str() == "release") {
+        cargo.arg("--release");
+    }
+    let output = cargo.arg("--").arg(folder).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
 
 /// Runs an example, checks its files and returns its output.
 fn run(name: &str, files: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["run", "--quiet", "--locked", "--offline", "--example", name]);
-    if !cfg!(debug_assertions) {
-        cargo.arg("--release");
-    }
-    let output = cargo.arg("--").arg(folder.path()).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{name}: {told}");
+    let output = made_by(name, folder.path());
     for file in files {
         let text = fs::read_to_string(folder.path().join(file)).unwrap();
         assert!(text.contains(name) || *file == "my.csv", "{file} does not say that {name} made it");
@@ -76,14 +82,8 @@ fn tensions_of_a_solid_come_back() {
 #[test]
 fn the_synthetic_recording_is_that_of_the_example() {
     let folder = tempfile::tempdir().unwrap();
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["run", "--quiet", "--locked", "--offline", "--example", "synthetic_recording"]);
-    if !cfg!(debug_assertions) {
-        cargo.arg("--release");
-    }
-    let output = cargo.arg("--").arg(folder.path()).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/recordings");
+    made_by("synthetic_recording", folder.path());
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/recordings");
     for file in ["synthetic.tsv", "synthetic_tensions.csv"] {
         let [made, kept] = [folder.path(), root.as_path()].map(|f| fs::read_to_string(f.join(file)).unwrap());
         let cells = |text: &str| text.split(['\t', ',', '\n']).map(str::to_owned).collect::<Vec<_>>();

@@ -80,7 +80,7 @@ fn a_file_that_reaches_the_limit_of_file_sizes_is_reported() {
     assert_eq!(fs::read_dir(folder.path().join("fit")).unwrap().count(), 0, "nothing half-written");
     let batch = "\"$TONGUE_FIT\" batch --subjects S2 --draws 0 --subsets 0 --out batch";
     let (status, printed) = run(folder.path(), &format!("ulimit -f 64; {batch}"));
-    assert_eq!((status, printed.contains("the same command goes on")), (Some(1), true), "{printed}");
+    assert_eq!((status, printed.contains("the same command resumes")), (Some(1), true), "{printed}");
     let (status, printed) = run(folder.path(), batch);
     assert!(matches!(status, Some(0 | 3)) && printed.contains("resuming after"), "{printed}");
 }

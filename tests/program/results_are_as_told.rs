@@ -47,7 +47,6 @@ fn recorded(path: &Path) -> Vec<String> {
 }
 
 #[test]
-#[ignore = "results/batch was made with --draws 0 and must be made again by `tongue-fit batch`"]
 fn every_file_of_the_results_records_the_command_that_the_readme_names() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let table = told(&std::fs::read_to_string(results.join("README.md")).unwrap());

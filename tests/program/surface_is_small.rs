@@ -1,5 +1,6 @@
-//! What the library offers its users can be learned: few items.
+//! What the library offers its users can be learned: few items, no two types of one name, few kinds of errors.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -31,4 +32,25 @@ fn the_facade_offers_at_most_330_items_by_name() {
     assert!(names.len() <= 330, "{} items: leave out what no user of the library needs", names.len());
     let whole: Vec<_> = names.iter().filter(|n| n.ends_with('*')).collect();
     assert!(whole.is_empty(), "name what is meant in place of {whole:?}");
+}
+
+#[test]
+fn no_two_types_of_the_facade_have_one_name() {
+    let names = offered();
+    let mut by_name: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for path in &names {
+        let name = path.rsplit("::").next().unwrap();
+        if name.chars().any(char::is_lowercase) && name.starts_with(char::is_uppercase) {
+            by_name.entry(name).or_default().push(path);
+        }
+    }
+    let twice: Vec<_> = by_name.values().filter(|paths| paths.len() > 1).collect();
+    assert!(twice.is_empty(), "types of one name: {twice:?}");
+}
+
+#[test]
+fn the_facade_has_at_most_seventeen_types_of_errors() {
+    let names = offered();
+    let errors: Vec<_> = names.iter().filter(|n| n.ends_with("Error")).collect();
+    assert!(errors.len() <= 17, "{} types of errors: {errors:?}", errors.len());
 }

@@ -201,7 +201,7 @@ fn a_file_that_is_not_a_table_is_refused() {
         (REFERENCE.replacen("subject", "subjct", 1), "missing from the header: subject"),
         (REFERENCE.replace("_mm", ""), "missing from the header: a length"),
         (REFERENCE.lines().next().unwrap().to_owned() + "\n", "the table has a header but no rows"),
-        (REFERENCE.replace("_mm", "_cm"), "no length of a tongue muscle"),
+        (REFERENCE.replace("_mm", "_cm"), "not a length of a tongue muscle"),
     ];
     for (text, part) in cases {
         fs::write(&data, text).unwrap();

@@ -7,7 +7,7 @@ use tongue_fit::measured::TargetKind;
 use tongue_fit::scene::body::build;
 use tongue_fit::scene::prepare::{SceneExtent as Simulated, prepare};
 use tongue_fit::scene::{self, Scene};
-use tongue_fit::statics::{Connection, Settings, Workspace, solve, trace};
+use tongue_fit::statics::{Connection, SolveSettings, Workspace, solve, trace};
 use tongue_fit::system::{Model, System};
 use tongue_study::hard_cases::{HardCase, HowMany, bodies, run};
 
@@ -147,13 +147,13 @@ fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
     let mesh = bodies::truss(0.02, 0.01, 0.03, 40);
     let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
     let mut used = Workspace::new(&system);
-    let below = trace(&system, &mut used, &[2.0], &Settings::default(), 10);
+    let below = trace(&system, &mut used, &[2.0], &SolveSettings::default(), 10);
     assert_eq!((below.critical, below.solution.connection), (None, Connection::Traced));
-    assert!(trace(&system, &mut used, &[4.0], &Settings::default(), 10).critical.is_some());
+    assert!(trace(&system, &mut used, &[4.0], &SolveSettings::default(), 10).critical.is_some());
     used.start_from_rest(&system);
     let mut new = Workspace::new(&system);
-    let again = solve(&system, &mut used, &[1.0], &Settings::default());
-    assert_eq!(again, solve(&system, &mut new, &[1.0], &Settings::default()));
+    let again = solve(&system, &mut used, &[1.0], &SolveSettings::default());
+    assert_eq!(again, solve(&system, &mut new, &[1.0], &SolveSettings::default()));
     assert_eq!(used.positions(), new.positions());
 }
 
@@ -161,15 +161,15 @@ fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
 #[test]
 fn converged_fits_lie_on_the_branch_of_equilibria_that_begins_at_rest() {
     let mesh = tongue();
-    let settings = inverse::Settings { starts: 2, ..inverse::Settings::default() };
+    let settings = inverse::FitSettings { starts: 2, ..inverse::FitSettings::default() };
     for (subject, vowel) in [("S1", "e"), ("S2", "a"), ("S2", "i"), ("S3", "o")] {
         let target = target(subject, vowel, TargetKind::Stretch);
         let found = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
-        assert_eq!(found.status, inverse::Status::Converged, "{subject} /{vowel}/");
+        assert_eq!(found.status, inverse::FitStatus::Converged, "{subject} /{vowel}/");
         let contracting = inverse::Matched::new(&mesh, &target).unwrap().contracting();
         let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
         let mut workspace = Workspace::new(&system);
-        let followed = trace(&system, &mut workspace, &found.body_tensions, &Settings::default(), 10);
+        let followed = trace(&system, &mut workspace, &found.body_tensions, &SolveSettings::default(), 10);
         assert_eq!(followed.solution.connection, Connection::Traced, "{subject} /{vowel}/: {followed:?}");
         let apart = workspace.positions().iter().zip(&found.positions).map(|(p, q)| (p - q).norm());
         assert!(apart.fold(0.0, f64::max) < 1e-9, "{subject} /{vowel}/");

@@ -5,9 +5,9 @@ use crate::fixtures::{target_of, tongue};
 use rayon::prelude::*;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
-use tongue_fit::inverse::{Method, Settings};
+use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::measured::{Target, TargetKind};
-use tongue_fit::statics::{self, Status, Workspace};
+use tongue_fit::statics::{self, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 
 const CASES: u64 = 240;
@@ -53,8 +53,8 @@ fn case(mesh: &Mesh<2>, seed: u64, kind: TargetKind) -> Option<Case> {
         tensions[m] = 3.0 + 22.0 * random.f64();
     }
     let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &tensions, &statics::Settings::default());
-    if solution.status != Status::Converged {
+    let solution = statics::solve(&system, &mut workspace, &tensions, &statics::SolveSettings::default());
+    if solution.status != SolveStatus::Converged {
         return None;
     }
     let scale_mm = 1e3 * (0.85 + 0.35 * random.f64());
@@ -70,7 +70,7 @@ fn case(mesh: &Mesh<2>, seed: u64, kind: TargetKind) -> Option<Case> {
 fn intervals_hold_the_truth_in_95_percent_of_synthetic_cases() {
     let mesh = tongue();
     let known = Known::reference().unwrap();
-    let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+    let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let how = Thoroughness { settings, draws: DRAWS, subset_changes: 0, ..Thoroughness::default() };
     for kind in TargetKind::ALL {
         let counted: Vec<(Count, Count)> = (0..CASES / 2)

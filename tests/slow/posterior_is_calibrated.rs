@@ -8,11 +8,12 @@ use tongue_core::statics::lanes::{Lanes, Load};
 use tongue_fit::MM;
 use tongue_fit::body::Body;
 use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
-use tongue_fit::inverse::{Matched, Method, Settings as FitSettings};
+use tongue_fit::inverse::{FitSettings, Matched, Method};
+use tongue_fit::material::Constants;
 use tongue_fit::measured::TargetKind;
 use tongue_fit::parallel;
 use tongue_fit::posterior::{Density, Draw, Ground, Meaning, Priors, Seen, Settings, sample};
-use tongue_fit::statics::{self, Status};
+use tongue_fit::statics::{self, SolveStatus};
 use tongue_fit::system::{Model, System};
 
 use crate::cases;
@@ -29,10 +30,10 @@ fn ground(priors: &str) -> Ground {
 /// Stretches of a body in the postures of a speaker, one after the other, if it has them.
 fn stretches(density: &Density<'_>, truth: &Meaning, system: &System<2>) -> Option<Vec<f64>> {
     let lanes = Lanes::new(system);
-    let settings = statics::Settings::default();
+    let settings = statics::SolveSettings::default();
     let lengths = |load: Load<'_, 2>| {
         let shape = lanes.solve(&[load], &settings).remove(0);
-        (shape.solution.status == Status::Converged).then(|| system.lengths(&shape.positions))
+        (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
     };
     let over = lengths(density.baseline(truth, None))?;
     let mut all = Vec::new();

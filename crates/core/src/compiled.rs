@@ -15,10 +15,10 @@ use crate::dynamics::{
 use crate::effect::{Contact, Effect, Gravity};
 use crate::material::Coefficients;
 use crate::sparse::cholesky::NotPositiveDefinite;
-use crate::statics::{self, Settings, Solution, Trace, Workspace};
+use crate::statics::{self, Solution, SolveSettings, Trace, Workspace};
 use crate::system::{Additions, Model, System, SystemError};
 
-type Follow<const D: usize> = fn(&System<D>, &mut Workspace<D>, &[f64], &Settings, usize) -> Trace;
+type Follow<const D: usize> = fn(&System<D>, &mut Workspace<D>, &[f64], &SolveSettings, usize) -> Trace;
 type Sensitivities<const D: usize> =
     fn(&System<D>, &mut Workspace<D>) -> Result<DMatrix<f64>, NotPositiveDefinite>;
 type Rates<const D: usize> = fn(
@@ -49,7 +49,7 @@ pub(crate) struct Entries<const D: usize> {
     pub build_from_effects: BuildFromEffects<D>,
     pub add_contact: fn(&mut Additions<D>, Contact),
     pub add_gravity: fn(&mut Additions<D>, Gravity<D>),
-    pub solve: fn(&System<D>, &mut Workspace<D>, &[f64], &Settings) -> Solution,
+    pub solve: fn(&System<D>, &mut Workspace<D>, &[f64], &SolveSettings) -> Solution,
     pub trace: Follow<D>,
     pub solve_and_trace: Follow<D>,
     pub length_sensitivities: Sensitivities<D>,

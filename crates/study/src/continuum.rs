@@ -12,9 +12,9 @@ use super::table::{duration, markdown, number};
 use super::{PUBLISHED_A, Pulled, StudyError};
 use tongue_core::body::{Anatomy, Body, BodyError, ContinuumSettings, Mesh};
 use tongue_core::material::Constants;
-use tongue_core::statics::{Settings, Status, Workspace, solve};
+use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
 use tongue_core::system::{Model, TissueModel};
-use tongue_infer::inverse::{self, Fit, Method, Settings as Search};
+use tongue_infer::inverse::{self, Fit, FitSettings as Search, Method};
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
@@ -114,15 +114,15 @@ fn model(tissue: TissueModel) -> Model {
 }
 
 /// Lengths at a load, those of the previous muscle, how the solve ended, and its time, s.
-fn lengths(scene: &Pulled, load: f64) -> (Vec<f64>, Status, f64) {
+fn lengths(scene: &Pulled, load: f64) -> (Vec<f64>, SolveStatus, f64) {
     let tensions: Vec<f64> = scene.tensions.iter().map(|t| t * load).collect();
     let mut workspace = Workspace::new(&scene.system);
     let mut times = Vec::with_capacity(REPEATS);
-    let mut status = Status::Stalled;
+    let mut status = SolveStatus::Stalled;
     while times.len() < REPEATS && times.iter().sum::<f64>() < 1.0 {
         workspace.start_from_rest(&scene.system);
         let clock = std::time::Instant::now();
-        status = solve(&scene.system, &mut workspace, &tensions, &Settings::default()).status;
+        status = solve(&scene.system, &mut workspace, &tensions, &SolveSettings::default()).status;
         times.push(clock.elapsed().as_secs_f64());
     }
     let least = times.into_iter().fold(f64::INFINITY, f64::min);
@@ -229,7 +229,7 @@ impl Kind<'_> {
                 break;
             }
         }
-        let fit = fit.filter(|fit| fit.status == inverse::Status::Converged);
+        let fit = fit.filter(|fit| fit.status == inverse::FitStatus::Converged);
         let row = Spacing {
             body: self.name,
             h_mm,
@@ -318,7 +318,7 @@ fn sensitive(
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
             let fit = fitted(&body, &model, &target(subject, vowel)?)?;
-            found.push((fit.status == inverse::Status::Converged).then(|| fit.active_tensions()));
+            found.push((fit.status == inverse::FitStatus::Converged).then(|| fit.active_tensions()));
         }
     }
     if reference.is_empty() {

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use tongue_core::body::SpaceBody;
 use tongue_core::effect::{Effect, Mirror};
-use tongue_core::statics::{self, Settings, Status, Workspace};
+use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::{Additions, SpaceModel, System};
 use tongue_infer::inverse::in_space::{SeenNode, SpaceSearch};
 
@@ -134,8 +134,8 @@ pub fn in_plane(body: &SpaceBody, model: &SpaceModel) -> Result<System<3>, Study
 /// Positions of all nodes at activations of all muscles; `None` where there is no equilibrium.
 fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>>> {
     let mut w = Workspace::new(system);
-    let solution = statics::solve(system, &mut w, activations, &Settings::default());
-    (solution.status == Status::Converged).then(|| w.positions().to_vec())
+    let solution = statics::solve(system, &mut w, activations, &SolveSettings::default());
+    (solution.status == SolveStatus::Converged).then(|| w.positions().to_vec())
 }
 
 /// Compares a body with its own plane.

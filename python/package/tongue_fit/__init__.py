@@ -1,6 +1,7 @@
 """tongue-fit: the tensions of tongue muscles from their lengths.\n\nA thin layer over the Rust library. Names and units are those of Rust: SI units, or millimetres in names with `_mm`; tensions are newtons per
 metre of thickness, because the model is a plane. Arrays are numpy's: positions have the shape (nodes, 2), tensions that of
-`Assembly.contracting`. Invalid input raises `tongue_fit.Error` (a ValueError) with the message of\nthe program. Other threads run during a solve; fits, batches and motions stop on Ctrl-C.
+`Assembly.contracting`. Invalid input raises `tongue_fit.Error` (a ValueError) with the message of
+the program. Other threads run during a solve; fits, batches and motions stop on Ctrl-C.
 
     import tongue_fit as tf
 

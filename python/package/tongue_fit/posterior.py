@@ -5,15 +5,16 @@ from __future__ import annotations
 import csv
 import io
 import re
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from . import _tongue_fit as native
 from .program import Run, _ran
 
-_Arrays = dict[str, NDArray[np.float64]]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    _Arrays = dict[str, NDArray[np.float64]]
 
 #: Columns of the program's `posterior.csv` by muscle: `tension_GGa_n_per_m` is muscle GGa of `tension_n_per_m`.
 _BY_MUSCLE = re.compile(r"(tension|baseline_tension|change|stretch)_(.+?)(_n_per_m)?")
@@ -28,6 +29,8 @@ class Posterior(Run):
         return str(self["posterior"]["status"])
 
     def _columns(self) -> tuple[list[str], NDArray[np.float64]]:
+        import numpy as np
+
         rows = list(csv.reader(io.StringIO(self.files["posterior.csv"].decode())))
         # Behind the numbers stand version and command.
         names = rows[0][: rows[0].index("version")]
@@ -56,6 +59,8 @@ class Posterior(Run):
 
     def _prior(self, draws: int) -> _Arrays:
         """Draws of the priors of tensions and hyoid, as the record has them."""
+        import numpy as np
+
         priors, muscles, random = self["posterior"]["priors"], self.muscles, np.random.default_rng(1)
         tensions = {}
         for name, key in [("tension_n_per_m", "tension"), ("baseline_tension_n_per_m", "baseline")]:
@@ -73,6 +78,8 @@ class Posterior(Run):
     def to_dict(self) -> dict[str, _Arrays]:
         """The groups that ArviZ knows: `posterior`, `prior` (as many draws), `sample_stats` (the logarithm of the density, up to a
         constant), `observed_data` (the measured stretches; not a number for a muscle without one) and `constant_data` (Poisson's ratio)."""
+        import numpy as np
+
         names, table = self._columns()
         posterior = self.draws
         observed = [self["target_stretches"].get(muscle, np.nan) for muscle in self.muscles]

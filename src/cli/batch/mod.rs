@@ -11,7 +11,7 @@ use miette::{IntoDiagnostic, miette};
 use rayon::prelude::*;
 use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
 use tongue_fit::inverse::batch::{Job, Selection, Thoroughness};
-use tongue_fit::inverse::{Method, Settings};
+use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::measured::{Target, TargetKind, Vowel};
 use tongue_fit::report::batch::journal::{Entry, NAME};
 use tongue_fit::report::batch::{BatchJournal, Fitted, Shard};
@@ -69,7 +69,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 8)]
     starts: usize,
     /// Upper bound of every tension, N per metre of thickness
-    #[arg(long, value_name = "N", default_value_t = Settings::default().upper_bound, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", default_value_t = FitSettings::default().upper_bound, allow_hyphen_values = true)]
     upper_bound: f64,
     /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole
     /// millimetres]
@@ -127,11 +127,11 @@ impl Arguments {
         if !(self.thickness.is_finite() && self.thickness > 0.0) {
             return Err(miette!("--thickness is {} mm; it must be positive and finite", self.thickness));
         }
-        let settings = Settings {
+        let settings = FitSettings {
             method: Method::from(self.method),
             starts: self.starts,
             upper_bound: self.upper_bound,
-            ..Settings::default()
+            ..FitSettings::default()
         };
         settings.check().into_diagnostic()?;
         Ok(Thoroughness {

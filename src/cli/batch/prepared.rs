@@ -115,10 +115,10 @@ impl Prepared {
         let clock = std::time::Instant::now();
         let setup = self.setups.iter().find(|(kind, _)| *kind == job.target.kind);
         let setup = setup.and_then(|(_, setup)| setup.as_ref());
-        let (mesh, muscles, model) = (&self.mesh, &self.muscles[..], &self.model);
+        let (mesh, model) = (&self.mesh, &self.model);
         let (known, thesis, how) = (&self.known, &self.thesis, &self.how);
         let posterior = self.sampled.get(&number);
-        let within = outputs::Within { mesh, muscles, model, setup, known, thesis, posterior, how };
+        let within = outputs::Within { mesh, model, setup, known, thesis, posterior, how };
         let result = outputs::assess(number, job, &within, &self.provenance)?;
         Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }

@@ -17,7 +17,7 @@ use tongue_fit::scene::file::{Hyoid, Jaw};
 use tongue_fit::scene::prepare::{SceneExtent, prepare};
 use tongue_fit::scene::{JOINT_MM, Scene};
 use tongue_fit::simulation::read_tensions;
-use tongue_fit::statics::{self, Settings, Status, TRACE_STEPS, Workspace};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, TRACE_STEPS, Workspace};
 use tongue_fit::system::{Carried, Model, System, TissueModel};
 
 /// Origin of a body.
@@ -194,8 +194,9 @@ impl Engine {
         if !self.settled {
             self.workspace.start_from_rest(&self.system);
         }
-        let solution = statics::solve(&self.system, &mut self.workspace, &tensions, &Settings::default());
-        self.settled = solution.status == Status::Converged;
+        let solution =
+            statics::solve(&self.system, &mut self.workspace, &tensions, &SolveSettings::default());
+        self.settled = solution.status == SolveStatus::Converged;
         let positions = self.workspace.positions();
         let (low, high) = self.system.cell_ratios(positions);
         let found =
@@ -280,8 +281,13 @@ impl Engine {
         let mut tensions = vec![0.0; system.muscle_count()];
         given.iter().for_each(|(m, tension)| tensions[*m] = *tension);
         let mut workspace = Workspace::new(&system);
-        let found =
-            statics::solve_and_trace(&system, &mut workspace, &tensions, &Settings::default(), TRACE_STEPS);
+        let found = statics::solve_and_trace(
+            &system,
+            &mut workspace,
+            &tensions,
+            &SolveSettings::default(),
+            TRACE_STEPS,
+        );
         let alarms = alarms::of_equilibrium(&found.solution, found.critical);
         let (names, positions) = (self.body.mesh.muscle_names(), workspace.positions());
         let record = SimulationRecord::new(&system, &names, &found.solution, &tensions, positions, 0.0);

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use crate::body::largest_distance;
 use crate::effect::{Configuration, Tangent};
 use crate::sparse::BlockMatrix;
-use crate::statics::{self, Settings, Status, Workspace};
+use crate::statics::{self, SolveSettings, SolveStatus, Workspace};
 use crate::system::System;
 
 use super::{IntegrationMethod, SHORTEST_STEP, State, StepCounts, Tensions};
@@ -194,8 +194,8 @@ impl<'a, const D: usize> Motion<'a, D> {
     fn equilibrium_from(&self, start: &[SVector<f64, D>], tensions: &[f64]) -> Option<Vec<SVector<f64, D>>> {
         let mut workspace = Workspace::new(self.system);
         workspace.start_from(start);
-        let solution = statics::solve(self.system, &mut workspace, tensions, &Settings::default());
-        (solution.status == Status::Converged).then(|| workspace.positions().to_vec())
+        let solution = statics::solve(self.system, &mut workspace, tensions, &SolveSettings::default());
+        (solution.status == SolveStatus::Converged).then(|| workspace.positions().to_vec())
     }
 
     /// Space for the rates.

@@ -5,7 +5,7 @@
 //!
 //! Checks of an equilibrium:
 //!
-//! | | by [`solve`] | with [`Settings::certify`] | by [`trace()`] |
+//! | | by [`solve`] | with [`SolveSettings::certify`] | by [`trace()`] |
 //! |---|---|---|---|
 //! | forces cancel to the tolerance, or to a rounding that is negligible beside the load | always | always | always |
 //! | no cell is inverted (every step prevents it; for springs alone it is reported) | always | always | always |
@@ -36,7 +36,7 @@ mod workspace;
 
 pub use response::{Response, length_sensitivities, position_rates};
 pub(crate) use response::{length_sensitivities_here, position_rates_here};
-pub use solution::{Connection, Settings, Solution, Stability, Status};
+pub use solution::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 pub use solve::solve;
 pub(crate) use solve::solve_here;
 pub use stability::smallest_eigenvalue;

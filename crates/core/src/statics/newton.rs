@@ -6,7 +6,7 @@ use crate::effect::Tangent;
 use crate::geometry;
 
 use super::state::State;
-use super::{Connection, Settings, Solution, Stability, Status};
+use super::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 
 /// A step must achieve this part of the decrease that the slope predicts (Armijo).
 pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
@@ -33,9 +33,9 @@ pub(super) const FAST_ENOUGH: f64 = 0.03;
 
 impl<const D: usize> State<'_, D> {
     /// One solve at the whole load, from the positions in the workspace.
-    pub(super) fn run(mut self, tensions: &[f64], settings: &Settings) -> Solution {
+    pub(super) fn run(mut self, tensions: &[f64], settings: &SolveSettings) -> Solution {
         if tensions.len() != self.w.tensions.len() || tensions.iter().any(|t| !t.is_finite()) {
-            return Solution { status: Status::NotFinite, ..self.done };
+            return Solution { status: SolveStatus::NotFinite, ..self.done };
         }
         self.w.tensions.copy_from_slice(tensions);
         self.done.energy = self.energy();
@@ -45,17 +45,17 @@ impl<const D: usize> State<'_, D> {
         self.done.status = loop {
             let residual = self.done.max_residual_force;
             if !(residual.is_finite() && self.done.energy.is_finite()) {
-                break Status::NotFinite;
+                break SolveStatus::NotFinite;
             }
             if residual <= settings.tolerance || (residual <= self.floor && self.is_settled()) {
-                break Status::Converged;
+                break SolveStatus::Converged;
             }
             if self.done.iterations == settings.max_iterations {
-                break Status::IterationLimit;
+                break SolveStatus::IterationLimit;
             }
             self.done.iterations += 1;
             if !reuse && !self.factorise() {
-                break Status::Stalled;
+                break SolveStatus::Stalled;
             }
             let slope = self.find_step();
             let mut moved = self.corrected && self.take_corrected_step(slope) || self.take_step(slope);
@@ -65,7 +65,7 @@ impl<const D: usize> State<'_, D> {
             }
             if !moved && !reuse {
                 let resolved = self.done.max_residual_force <= self.rounding_level() && self.is_settled();
-                break if resolved { Status::Converged } else { Status::Stalled };
+                break if resolved { SolveStatus::Converged } else { SolveStatus::Stalled };
             }
             reuse = moved && self.done.max_residual_force < FAST_ENOUGH * residual;
         };
@@ -73,7 +73,7 @@ impl<const D: usize> State<'_, D> {
         if self.done.ridges > 0 {
             self.done.connection = Connection::Downhill;
         }
-        if self.done.status == Status::Converged {
+        if self.done.status == SolveStatus::Converged {
             self.done.load_reached = 1.0;
             if self.w.factor_is_exact {
                 self.done.stability = Stability::Near;

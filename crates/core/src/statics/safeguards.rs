@@ -4,7 +4,7 @@
 use crate::system::System;
 
 use super::state::State;
-use super::{Connection, Settings, Solution, Stability, Status, Workspace};
+use super::{Connection, Solution, SolveSettings, SolveStatus, Stability, Workspace};
 
 /// Smallest load step, as a part of the load.
 const SHORTEST_LOAD_STEP: f64 = 1e-5;
@@ -19,7 +19,7 @@ pub(super) fn step_load<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-    settings: &Settings,
+    settings: &SolveSettings,
     failed: &Solution,
 ) -> Solution {
     let (mut reached, mut step) = (0.0, 0.25);
@@ -41,12 +41,12 @@ pub(super) fn step_load<const D: usize>(
             state.corrected = corrected;
             last = state.run(&part, settings);
             all.add_cost(&last);
-            if last.status == Status::Converged {
+            if last.status == SolveStatus::Converged {
                 break;
             }
         }
         all.load_steps = taken;
-        if last.status == Status::Converged {
+        if last.status == SolveStatus::Converged {
             held.copy_from_slice(&workspace.positions);
             at_held = last;
             reached = load;
@@ -63,9 +63,9 @@ pub(super) fn step_load<const D: usize>(
     }
     workspace.positions.copy_from_slice(&held);
     let complete = reached == 1.0;
-    let stuck = if last.status == Status::Converged { Status::IterationLimit } else { last.status };
+    let stuck = if last.status == SolveStatus::Converged { SolveStatus::IterationLimit } else { last.status };
     Solution {
-        status: if complete { Status::Converged } else { stuck },
+        status: if complete { SolveStatus::Converged } else { stuck },
         max_residual_force: at_held.max_residual_force,
         rounding_force: at_held.rounding_force,
         connection,
@@ -81,7 +81,7 @@ pub(super) fn step_load<const D: usize>(
 pub(super) fn settle<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
-    settings: &Settings,
+    settings: &SolveSettings,
     found: &Solution,
 ) -> Solution {
     let mut all = *found;
@@ -94,13 +94,13 @@ pub(super) fn settle<const D: usize>(
         all.stability = stability;
         let Some(failure) = failure.filter(|_| stability == Stability::Unstable) else { break };
         if escapes == MOST_ESCAPES || !state.leave(&failure) {
-            all.status = Status::Unstable;
+            all.status = SolveStatus::Unstable;
             break;
         }
         let next = State::new(system, workspace).run(&tensions, settings);
         all = Solution { connection: Connection::Downhill, ..next.after(&all) };
         all.escapes += 1;
-        if all.status != Status::Converged {
+        if all.status != SolveStatus::Converged {
             break;
         }
     }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// When a solve stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct SolveSettings {
     /// Largest residual force on a free node that counts as equilibrium, N. Default 1e-9.
     pub tolerance: f64,
     /// Largest number of Newton iterations, of each load step where there are several. Default 200.
@@ -21,7 +21,7 @@ pub struct Settings {
     pub most_solves: usize,
 }
 
-impl Default for Settings {
+impl Default for SolveSettings {
     fn default() -> Self {
         Self { tolerance: 1e-9, max_iterations: 200, load_steps: 60, certify: false, most_solves: 600 }
     }
@@ -30,7 +30,7 @@ impl Default for Settings {
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Status {
+pub enum SolveStatus {
     /// The residual force is below the tolerance, or as small as rounding lets it be and negligible beside
     /// the load, and the equilibrium is not known to be unstable.
     Converged,
@@ -88,7 +88,7 @@ pub enum Connection {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Solution {
     /// How it ended.
-    pub status: Status,
+    pub status: SolveStatus,
     /// Newton iterations.
     pub iterations: usize,
     /// Factorisations, failed ones included.
@@ -127,7 +127,7 @@ pub struct Solution {
 impl Solution {
     /// The solution before any work: nothing is reached yet.
     pub const NONE: Self = Self {
-        status: Status::IterationLimit,
+        status: SolveStatus::IterationLimit,
         iterations: 0,
         factorisations: 0,
         energy_evaluations: 0,

@@ -7,7 +7,7 @@ use super::carry::{Carried, FOLLOWED, MOST_PARTS, carry};
 use super::plain::solve_single;
 use super::safeguards::{settle, step_load};
 use super::state::State;
-use super::{Settings, Solution, Stability, Status, Workspace};
+use super::{Solution, SolveSettings, SolveStatus, Stability, Workspace};
 
 /// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles
 /// that cannot contract in the system have no effect), starting from the positions in `workspace`, and leaves
@@ -26,7 +26,7 @@ use super::{Settings, Solution, Stability, Status, Workspace};
 /// # Example
 /// ```
 /// use tongue_core::body::Body;
-/// use tongue_core::statics::{self, Settings, Status, Workspace};
+/// use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 /// use tongue_core::system::{Model, System};
 ///
 /// let body = Body::tongue(5.5e-3)?;
@@ -35,8 +35,8 @@ use super::{Settings, Solution, Stability, Status, Workspace};
 /// let mut workspace = Workspace::new(&system); // at rest
 /// let mut tensions = vec![0.0; body.mesh.muscles.len()];
 /// tensions[gga] = 12.0; // N per metre of thickness
-/// let solution = statics::solve(&system, &mut workspace, &tensions, &Settings::default());
-/// assert_eq!(solution.status, Status::Converged);
+/// let solution = statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
+/// assert_eq!(solution.status, SolveStatus::Converged);
 /// let stretch = system.length(workspace.positions(), gga) / system.length(system.rest(), gga);
 /// assert!((0.85..0.95).contains(&stretch));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -45,7 +45,7 @@ pub fn solve<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-    settings: &Settings,
+    settings: &SolveSettings,
 ) -> Solution {
     (system.entries().solve)(system, workspace, tensions, settings)
 }
@@ -55,7 +55,7 @@ pub(crate) fn solve_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-    settings: &Settings,
+    settings: &SolveSettings,
 ) -> Solution {
     let mut spent = match solve_single(system, workspace, tensions, settings) {
         Ok(solution) => return solution,
@@ -67,14 +67,15 @@ pub(crate) fn solve_here<const D: usize>(
             Carried::Nowhere => break,
             Carried::APart => {}
         }
-        let follow = Settings { tolerance: settings.tolerance.max(FOLLOWED), certify: false, ..*settings };
+        let follow =
+            SolveSettings { tolerance: settings.tolerance.max(FOLLOWED), certify: false, ..*settings };
         spent = solve_held(system, workspace, tensions, &follow).after(&spent);
-        if !matches!(spent.status, Status::Converged | Status::Stalled) {
+        if !matches!(spent.status, SolveStatus::Converged | SolveStatus::Stalled) {
             return spent;
         }
     }
     let last = solve_held(system, workspace, tensions, settings).after(&spent);
-    Solution { status: Status::Stalled, ..last }
+    Solution { status: SolveStatus::Stalled, ..last }
 }
 
 /// As [`solve`], with the bones where they are.
@@ -82,21 +83,21 @@ fn solve_held<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-    settings: &Settings,
+    settings: &SolveSettings,
 ) -> Solution {
     let mut done = State::new(system, workspace).run(tensions, settings);
-    if matches!(done.status, Status::IterationLimit | Status::Stalled) && settings.load_steps > 0 {
+    if matches!(done.status, SolveStatus::IterationLimit | SolveStatus::Stalled) && settings.load_steps > 0 {
         done = step_load(system, workspace, tensions, settings, &done);
     }
-    if done.status == Status::Converged && (settings.certify || done.stability == Stability::Unchecked) {
+    if done.status == SolveStatus::Converged && (settings.certify || done.stability == Stability::Unchecked) {
         done = settle(system, workspace, settings, &done);
     }
     done.guarded = system.guarded(workspace.configuration());
-    if done.status == Status::Converged
+    if done.status == SolveStatus::Converged
         && !system.keeps_cells_upright()
         && system.cell_ratios(workspace.positions()).0 <= 0.0
     {
-        done.status = Status::Inverted;
+        done.status = SolveStatus::Inverted;
     }
     done
 }

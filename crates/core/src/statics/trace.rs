@@ -9,7 +9,9 @@ use crate::effect::Configuration;
 use crate::geometry;
 use crate::system::{System, TissueModel};
 
-use super::{Connection, Settings, Solution, Stability, Status, Workspace, smallest_eigenvalue, solve};
+use super::{
+    Connection, Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
+};
 
 /// How a branch of stable equilibria ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -45,7 +47,7 @@ pub struct Trace {
     /// Whether a direct solve and the branch from rest both converged, and in one shape; not asked by
     /// [`trace`] alone.
     pub same: bool,
-    /// Part of the tensions up to which the branch was followed when [`Settings::most_solves`] were used up,
+    /// Part of the tensions up to which the branch was followed when [`SolveSettings::most_solves`] were used up,
     /// so that the solution may lie on another one; `None` when the branch was followed to its end or to the
     /// whole load.
     pub stopped: Option<f64>,
@@ -81,7 +83,7 @@ pub fn trace<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-    settings: &Settings,
+    settings: &SolveSettings,
     steps: usize,
 ) -> Trace {
     (system.entries().trace)(system, workspace, tensions, settings, steps)
@@ -92,10 +94,10 @@ pub(crate) fn trace_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-    settings: &Settings,
+    settings: &SolveSettings,
     steps: usize,
 ) -> Trace {
-    let settings = Settings { certify: true, ..*settings };
+    let settings = SolveSettings { certify: true, ..*settings };
     let mut path =
         Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
     let mut shape = system.rest().to_vec();
@@ -147,7 +149,7 @@ pub(crate) fn trace_here<const D: usize>(
     path.w.positions.copy_from_slice(&end);
     path.w.forget_factor();
     path.w.tensions.copy_from_slice(tensions);
-    let connected = critical.is_none() && stopped.is_none() && solution.status == Status::Converged;
+    let connected = critical.is_none() && stopped.is_none() && solution.status == SolveStatus::Converged;
     let connection = if connected { Connection::Traced } else { solution.connection };
     let solution = Solution { connection, ..solution.with_cost(&path.spent) };
     Trace { solution, critical, another, same: false, stopped }
@@ -164,7 +166,7 @@ pub fn solve_and_trace<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-    settings: &Settings,
+    settings: &SolveSettings,
     steps: usize,
 ) -> Trace {
     (system.entries().solve_and_trace)(system, workspace, tensions, settings, steps)
@@ -175,13 +177,14 @@ pub(crate) fn solve_and_trace_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-    settings: &Settings,
+    settings: &SolveSettings,
     steps: usize,
 ) -> Trace {
     let direct = solve(system, workspace, tensions, settings);
     let mut other = workspace.another(system);
     let found = trace(system, &mut other, tensions, settings, steps);
-    let [direct_converged, converged] = [&direct, &found.solution].map(|s| s.status == Status::Converged);
+    let [direct_converged, converged] =
+        [&direct, &found.solution].map(|s| s.status == SolveStatus::Converged);
     let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;
     let both = direct_converged && converged;
     let found = Trace { another: found.another || (apart && both), same: both && !apart, ..found };
@@ -199,7 +202,7 @@ struct Path<'a, const D: usize> {
     system: &'a System<D>,
     w: &'a mut Workspace<D>,
     tensions: &'a [f64],
-    settings: &'a Settings,
+    settings: &'a SolveSettings,
     solves: usize,
     /// Their cost.
     spent: Solution,
@@ -215,17 +218,17 @@ impl<const D: usize> Path<'_, D> {
     /// along the branch is cheaper.
     fn attempt(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
         let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
-        self.solve(from, load, &Settings { max_iterations, load_steps: 0, ..*self.settings })
+        self.solve(from, load, &SolveSettings { max_iterations, load_steps: 0, ..*self.settings })
     }
 
-    fn solve(&mut self, from: &[SVector<f64, D>], load: f64, settings: &Settings) -> Solution {
+    fn solve(&mut self, from: &[SVector<f64, D>], load: f64, settings: &SolveSettings) -> Solution {
         self.w.forget_factor();
         self.go_on(from, load, settings)
     }
 
     /// The same with the factor at hand, where that is one of the stiffness at `from`: the first step is
     /// then the linear answer to the change of the load.
-    fn go_on(&mut self, from: &[SVector<f64, D>], load: f64, settings: &Settings) -> Solution {
+    fn go_on(&mut self, from: &[SVector<f64, D>], load: f64, settings: &SolveSettings) -> Solution {
         let part: Vec<f64> = self.tensions.iter().map(|t| t * load).collect();
         self.w.positions.copy_from_slice(from);
         let solution = solve(self.system, self.w, &part, settings);
@@ -241,14 +244,14 @@ impl<const D: usize> Path<'_, D> {
     /// the factor of the one before, at less than half the cost.
     fn there_and_back(&mut self, rest: &[SVector<f64, D>], steps: usize) -> Option<(Solution, bool)> {
         let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
-        let up = Settings { max_iterations, load_steps: 0, ..*self.settings };
+        let up = SolveSettings { max_iterations, load_steps: 0, ..*self.settings };
         // The shape is recognised long before its last digits are known.
-        let back = Settings { certify: false, tolerance: up.tolerance.max(SHOWN), ..up };
+        let back = SolveSettings { certify: false, tolerance: up.tolerance.max(SHOWN), ..up };
         let load = |step: usize| step as f64 / steps as f64;
         // A step past a fold crosses shapes whose stiffness is not positive definite, and may come back;
         // shorter steps show whether it does.
         let is_simple = |s: &Solution| {
-            s.status == Status::Converged
+            s.status == SolveStatus::Converged
                 && s.safeguarded + s.escapes + s.ridges == 0
                 && s.stability != Stability::Unstable
         };
@@ -286,13 +289,15 @@ impl<const D: usize> Path<'_, D> {
     /// The shape at `load` if it continues the branch on which `from` lies at `start`.
     fn continued(&mut self, from: &[SVector<f64, D>], start: f64, load: f64) -> Option<Vec<SVector<f64, D>>> {
         let up = self.attempt(from, load);
-        if up.status != Status::Converged || up.escapes + up.ridges > 0 || up.stability == Stability::Unstable
+        if up.status != SolveStatus::Converged
+            || up.escapes + up.ridges > 0
+            || up.stability == Stability::Unstable
         {
             return None;
         }
         let there = self.w.positions.clone();
         let back = self.attempt(&there, start);
-        (back.status == Status::Converged && self.is_same(from)).then_some(there)
+        (back.status == SolveStatus::Converged && self.is_same(from)).then_some(there)
     }
 
     /// How the branch ends whose last stable shape this is.
@@ -333,7 +338,7 @@ impl<const D: usize> Path<'_, D> {
         let away = self.at(end, via);
         let there = self.w.positions.clone();
         let back = self.at(&there, 1.0);
-        let settled = [away, back].iter().all(|s| s.status == Status::Converged);
+        let settled = [away, back].iter().all(|s| s.status == SolveStatus::Converged);
         settled && !self.is_same(end)
     }
 

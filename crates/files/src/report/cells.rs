@@ -38,7 +38,7 @@ impl<W: Write> AsText<W> {
     }
 
     /// The inner writer.
-    #[cfg(any(test, feature = "files"))]
+    #[cfg(test)]
     pub fn into_inner(self) -> W {
         self.out
     }

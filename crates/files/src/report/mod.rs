@@ -7,6 +7,7 @@
 pub mod batch;
 mod by_muscle;
 mod cells;
+mod column;
 mod csv;
 mod draws;
 mod error;
@@ -17,6 +18,7 @@ mod file;
 mod json;
 mod markdown;
 mod msh;
+mod of_muscle;
 mod of_target;
 #[cfg(feature = "files")]
 mod page;
@@ -28,6 +30,7 @@ mod space_fit;
 mod staged;
 mod sto;
 mod svg;
+mod told;
 #[cfg(feature = "files")]
 mod tongue_page;
 mod track;
@@ -38,6 +41,7 @@ mod valley_record;
 mod vtu;
 mod wav;
 
+pub use column::Column;
 pub use csv::{Rows, Table};
 pub use draws::Draws;
 pub use error::ReportError;
@@ -61,6 +65,7 @@ pub use svg::{
     animation, animation_of_seen, changes, outlines, pairs, panels, ridges, scatter, solid, timelines,
     tongue, valley, views, vowel, work_precision,
 };
+pub use told::Told;
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
 pub use tongue_page::{PageBody, PageTable, TonguePage};

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use tongue_core::body::Body;
 use tongue_core::effect::Contact;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
-use tongue_infer::inverse::{self, FitError, Matched, Method, Premises, Said, Settings, Setup, alarms};
+use tongue_infer::inverse::{self, FitError, FitSettings, Matched, Method, Premises, Said, Setup, alarms};
 use tongue_input::measured::Target;
 use tongue_input::measured::muscles::Muscles;
 
@@ -27,7 +27,7 @@ impl FitRecord {
         walls: bool,
         made_by: Provenance,
     ) -> Result<Self, FitError> {
-        let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+        let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
         let premises = Premises::of(target.kind, body, &Said { thesis, ..Said::default() })?;
         let matched = Matched::new(&body.mesh, target)?;
         let fit = match (premises.is_thesis(), body.palate.as_ref().filter(|_| walls)) {

@@ -5,8 +5,10 @@ use serde::Serialize;
 
 use super::ByMuscle;
 use super::by_muscle::{by, mm};
-use super::csv::Rows;
+use super::column;
 use super::export::{Export, Provenance};
+use super::of_muscle::{self, OfMuscle};
+use super::told::Told;
 use super::valley_record::ValleyRecord;
 use tongue_core::body::HYOID;
 use tongue_core::statics::{self, Solution};
@@ -38,7 +40,7 @@ impl BranchRecord {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SimulationRecord {
     /// How the solve ended.
-    pub status: statics::Status,
+    pub status: statics::SolveStatus,
     /// Tensions given, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
     /// Lengths, mm.
@@ -181,7 +183,7 @@ pub struct FitRecord {
     /// Muscles of the table or the body that were not measured in both rows, which are not observations.
     pub not_measured: Vec<String>,
     /// How the fit ended.
-    pub status: inverse::Status,
+    pub status: inverse::FitStatus,
     /// Fitted tensions, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
     /// Tension in the baseline, N per metre of thickness: one number for every muscle, or one for each.
@@ -350,61 +352,32 @@ impl FitRecord {
     /// # Errors
     /// None in practice: memory can be written to.
     pub fn to_csv(&self) -> std::io::Result<String> {
-        #[derive(Serialize)]
-        struct Row<'a> {
-            subject: &'a str,
-            vowel: &'a Vowel,
-            baseline: &'a Vowel,
-            target_kind: TargetKind,
-            status: inverse::Status,
-            muscle: &'a str,
-            active: bool,
-            uncertain: bool,
-            tension_n_per_m: f64,
-            tone_n_per_m: f64,
-            rest_length_mm: f64,
-            model_baseline_length_mm: f64,
-            simulated_length_mm: f64,
-            baseline_length_mm: Option<f64>,
-            measured_length_mm: Option<f64>,
-            simulated_ratio: f64,
-            measured_ratio: Option<f64>,
-            ratio_residual: Option<f64>,
-            simulated_stretch: f64,
-            measured_stretch: Option<f64>,
-            stretch_residual: Option<f64>,
-        }
-        let row = |i: usize| {
-            let (muscle, tension) = &self.tensions_n.0[i];
-            let measured = |values: &ByMuscle<f64>| values.of(muscle).copied();
-            let (ratio, stretch) = (self.ratios.0[i].1, self.stretches.0[i].1);
-            let (measured_ratio, measured_stretch) =
-                (measured(&self.target_ratios), measured(&self.target_stretches));
-            Row {
-                subject: &self.subject,
-                vowel: &self.vowel,
-                baseline: &self.baseline,
-                target_kind: self.target_kind,
-                status: self.status,
-                muscle,
-                active: self.active.contains(muscle),
-                uncertain: self.uncertain.contains(muscle),
-                tension_n_per_m: *tension,
-                tone_n_per_m: self.tone_n_per_m.of(muscle),
-                rest_length_mm: self.rest_lengths_mm.0[i].1,
-                model_baseline_length_mm: self.model_baseline_lengths_mm.0[i].1,
-                simulated_length_mm: self.lengths_mm.0[i].1,
-                baseline_length_mm: measured(&self.baseline_lengths_mm),
-                measured_length_mm: measured(&self.measured_lengths_mm),
-                simulated_ratio: ratio,
-                measured_ratio,
-                ratio_residual: measured_ratio.map(|m| ratio - m),
-                simulated_stretch: stretch,
-                measured_stretch,
-                stretch_residual: measured_stretch.map(|m| stretch - m),
-            }
-        };
-        let rows: Vec<Row<'_>> = (0..self.tensions_n.0.len()).map(row).collect();
-        Rows(&rows).text(&self.made_by)
+        const COLUMNS: [&str; 21] = [
+            "subject",
+            "vowel",
+            "baseline",
+            "target_kind",
+            "status",
+            "muscle",
+            "active",
+            "uncertain",
+            "tension_n_per_m",
+            "tone_n_per_m",
+            "rest_length_mm",
+            "model_baseline_length_mm",
+            "simulated_length_mm",
+            "baseline_length_mm",
+            "measured_length_mm",
+            "simulated_ratio",
+            "target_ratio measured_ratio",
+            "residual_ratio ratio_residual",
+            "simulated_stretch",
+            "target_stretch measured_stretch",
+            "residual_stretch stretch_residual",
+        ];
+        let record = Told::new(self)?;
+        let muscles = record.muscles("/tensions_n").into_iter();
+        let rows: Vec<_> = muscles.map(|muscle| OfMuscle { record: &record, muscle }).collect();
+        column::table(&of_muscle::picked(&COLUMNS), &rows).text(&self.made_by)
     }
 }

@@ -30,7 +30,7 @@ pub struct SpaceRecord {
     /// Whether only one half was solved, because both sides are alike.
     pub half: bool,
     /// How the solve ended.
-    pub status: statics::Status,
+    pub status: statics::SolveStatus,
     /// Activations, 0 to 1.
     pub activations: ByMuscle<f64>,
     /// Lengths of one fibre of each muscle, mm.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use tongue_core::body::SpaceBody;
 use tongue_infer::inverse::in_space::{Combination, SpaceFit};
-use tongue_infer::inverse::{Status, alarms};
+use tongue_infer::inverse::{FitStatus, alarms};
 use tongue_input::measured::ByMuscle;
 
 use super::by_muscle::by;
@@ -38,7 +38,7 @@ pub struct SpaceFitRecord {
     /// Its time, s, where it has one.
     pub time_s: Option<f64>,
     /// How the search ended.
-    pub status: Status,
+    pub status: FitStatus,
     /// Root of the mean squared distance of the nodes from where they were seen, mm.
     pub rms_mm: f64,
     /// Distance of each, mm.

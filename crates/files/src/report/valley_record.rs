@@ -28,7 +28,7 @@ impl ValleyRecord {
         muscles: &[String],
         of_body: impl Fn(&[f64]) -> Vec<f64>,
     ) -> Self {
-        let point = |p: &inverse::valley::Point| ValleyPointRecord {
+        let point = |p: &inverse::valley::ValleyPoint| ValleyPointRecord {
             tensions_n: by(unknowns, &p.x),
             lengths_mm: mm(muscles, &of_body(&p.lengths)),
             misfit: p.misfit,

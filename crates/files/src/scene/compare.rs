@@ -11,7 +11,7 @@ use super::prepare::{Prepared, SceneExtent, prepare};
 use super::run;
 use tongue_core::body::{Body, largest_distance};
 use tongue_core::dynamics;
-use tongue_core::statics::{self, Settings, Status, Workspace};
+use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 
 /// Number of solves, of which the fastest counts.
 const REPETITIONS: usize = 15;
@@ -110,9 +110,9 @@ fn timed_solve<const D: usize>(prepared: &Prepared<D>) -> (bool, Shape<D>, f64) 
         workspace.start_from_rest(&prepared.system);
         let clock = Instant::now();
         let solution =
-            statics::solve(&prepared.system, &mut workspace, &prepared.tensions, &Settings::default());
+            statics::solve(&prepared.system, &mut workspace, &prepared.tensions, &SolveSettings::default());
         fastest = fastest.min(1e3 * clock.elapsed().as_secs_f64());
-        converged &= solution.status == Status::Converged;
+        converged &= solution.status == SolveStatus::Converged;
     }
     (converged, workspace.positions().to_vec(), fastest)
 }

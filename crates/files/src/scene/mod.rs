@@ -88,7 +88,7 @@ pub enum SceneError {
         "effects.jaw and effects.hyoid: the bones could not be brought to their places before the motion began \
          ({status:?}); move them less far, or the wall out of their way"
     )]
-    NotCarried { status: statics::Status },
+    NotCarried { status: statics::SolveStatus },
     /// The tract cannot be read, or its walls meet.
     #[error("[tract]: {0}")]
     Airway(#[from] AirwayError),

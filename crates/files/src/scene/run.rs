@@ -14,7 +14,7 @@ use crate::report::SoundRecord;
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, StepCounts, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
-use tongue_core::statics::{self, Settings, Solution, Workspace};
+use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_infer::heard::Articulation;
 use tongue_infer::inverse;
 use tongue_infer::track::FrameStatus;
@@ -126,7 +126,7 @@ pub struct SceneOutcome {
     /// The last equilibrium, if one was wanted.
     pub solution: Option<Solution>,
     /// How the fit ended, if there was one.
-    pub fit: Option<inverse::Status>,
+    pub fit: Option<inverse::FitStatus>,
     /// Result of the fit to points, if points were given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<PointsFit>,
@@ -166,7 +166,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     let mut fitted = None;
     if let (Some(target), Some(setup)) = (&prepared.target, &prepared.setup) {
         let matched = inverse::Matched::new(&prepared.body.mesh, target)?;
-        let fit = inverse::fit_in(setup, &matched, &inverse::Settings::default())?;
+        let fit = inverse::fit_in(setup, &matched, &inverse::FitSettings::default())?;
         fitted = Some(fit.status);
         prepared.tensions = fit.body_tensions;
     }
@@ -179,7 +179,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     }
     let (mut solution, mut trajectory, mut heard) = (None, None, None);
     let positions = if let Some(workspace) = &mut workspace {
-        let settings = Settings::default();
+        let settings = SolveSettings::default();
         solution = Some(statics::solve(&prepared.system, workspace, &prepared.tensions, &settings));
         if scene.want == Want::Sound {
             heard = sound::hear(prepared, sound::posture(scene), workspace)?;
@@ -202,8 +202,8 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     let evaluations = solution.map(of_solution).or(trajectory.as_ref().map(of_way)).unwrap_or_default();
     let contact = contact(prepared, at);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
-    let converged = solution.is_none_or(|s| s.status == statics::Status::Converged)
-        && fitted.is_none_or(|f| f == inverse::Status::Converged)
+    let converged = solution.is_none_or(|s| s.status == statics::SolveStatus::Converged)
+        && fitted.is_none_or(|f| f == inverse::FitStatus::Converged)
         && points.as_ref().is_none_or(|p| p.status == FrameStatus::Converged)
         && trajectory.as_ref().is_none_or(|t| t.status == dynamics::MotionStatus::Completed)
         && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
@@ -266,8 +266,8 @@ pub(super) fn follow<const D: usize>(
     if let Some(start) = &prepared.start {
         let mut workspace = Workspace::new(start);
         let slack = vec![0.0; prepared.tensions.len()];
-        let solution = statics::solve(start, &mut workspace, &slack, &Settings::default());
-        if solution.status != statics::Status::Converged {
+        let solution = statics::solve(start, &mut workspace, &slack, &SolveSettings::default());
+        if solution.status != statics::SolveStatus::Converged {
             return Err(SceneError::NotCarried { status: solution.status });
         }
         state.positions.copy_from_slice(workspace.positions());

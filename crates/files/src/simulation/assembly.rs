@@ -11,8 +11,7 @@ use tongue_infer::inverse::Matched;
 use tongue_input::measured::Target;
 
 use super::error::check_tension;
-use super::once::Once;
-use super::{Dimension, Observations, SimulationError, Solver, Space};
+use super::{Observations, SimulationError, Solver};
 
 /// A body of which some muscles can contract, made into a [`System`]. A clone shares its data.
 #[derive(Debug, Clone)]
@@ -36,9 +35,7 @@ pub trait Assemble {
         &self,
         body: &Body<D>,
         muscles: impl IntoIterator<Item = impl AsRef<str>>,
-    ) -> Result<Assembly<D>, SimulationError>
-    where
-        Space: Dimension<D>;
+    ) -> Result<Assembly<D>, SimulationError>;
 }
 
 impl Assemble for Model {
@@ -46,10 +43,7 @@ impl Assemble for Model {
         &self,
         body: &Body<D>,
         muscles: impl IntoIterator<Item = impl AsRef<str>>,
-    ) -> Result<Assembly<D>, SimulationError>
-    where
-        Space: Dimension<D>,
-    {
+    ) -> Result<Assembly<D>, SimulationError> {
         let mut contracting = Vec::new();
         for name in muscles {
             let fibres = fibres(body, name.as_ref())?;
@@ -58,7 +52,7 @@ impl Assemble for Model {
             }
             contracting.extend(fibres);
         }
-        let system = <Space as Once<D>>::system(&body.mesh, self, &contracting)?;
+        let system = System::new(&body.mesh, self, &contracting)?;
         Ok(Assembly(Arc::new(Parts { body: body.clone(), model: *self, system })))
     }
 }
@@ -98,10 +92,7 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// A solver of it; each thread needs its own.
-    pub fn solver(&self) -> Solver<D>
-    where
-        Space: Dimension<D>,
-    {
+    pub fn solver(&self) -> Solver<D> {
         Solver::new(self)
     }
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::report::{ByMuscle, SimulationRecord, ValleyRecord};
 use tongue_core::observe::Observation;
-use tongue_infer::inverse::{Answer, Constant, Quantity, Status, Unknown};
+use tongue_infer::inverse::{Answer, Constant, FitStatus, Quantity, Unknown};
 
 use super::{Assembly, Shape, SimulationError};
 
@@ -13,7 +13,7 @@ use super::{Assembly, Shape, SimulationError};
 #[derive(Debug, Clone)]
 pub struct Estimate<const D: usize> {
     /// How the fit ended.
-    pub status: Status,
+    pub status: FitStatus,
     /// The whole answer: misfit, what the data leave undetermined, the ends of the starts.
     pub answer: Answer<D>,
     /// The shape at the answer, solved from rest.
@@ -51,7 +51,7 @@ impl<const D: usize> Estimate<D> {
     /// Whether the observations are met by the shape to which the tensions lead from rest, under the
     /// published law.
     pub fn is_trustworthy(&self) -> bool {
-        self.status == Status::Converged && self.shape.is_traced() && self.shape.guarded() == 0
+        self.status == FitStatus::Converged && self.shape.is_traced() && self.shape.guarded() == 0
     }
 
     /// The tension of a muscle, N (2D: per metre of thickness), fitted or given.
@@ -152,7 +152,7 @@ impl<const D: usize> Estimate<D> {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EstimateRecord {
     /// How the fit ended.
-    pub status: Status,
+    pub status: FitStatus,
     /// Contracting muscles.
     pub active: Vec<String>,
     /// Root mean square residual of the observations.

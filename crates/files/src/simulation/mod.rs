@@ -44,7 +44,6 @@
 mod assembly;
 mod error;
 mod estimate;
-mod once;
 mod problem;
 mod samples;
 mod shape;
@@ -55,7 +54,6 @@ mod words;
 pub use assembly::{Assemble, Assembly};
 pub use error::{SimulationError, check_tension};
 pub use estimate::{Estimate, EstimateRecord};
-pub use once::{Dimension, Space};
 pub use problem::{InverseProblem, Observations};
 pub use shape::Shape;
 pub use solver::Solver;

@@ -1,11 +1,10 @@
 //! An inverse problem by name: the observations of a body, and the unknowns.
 
 use tongue_core::observe::Observation;
-use tongue_infer::inverse::{FreedBone, Inverse, Prior, Quantity, Settings, Tissue, Unknown};
+use tongue_infer::inverse::{self, FitSettings, FreedBone, Inverse, Prior, Quantity, TissueUnknown, Unknown};
 
 use super::error::checked;
-use super::once::Once;
-use super::{Assembly, Dimension, Estimate, SimulationError, Space};
+use super::{Assembly, Estimate, SimulationError};
 
 /// The observations of a body.
 #[derive(Debug, Clone, Default)]
@@ -25,14 +24,14 @@ impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
 }
 
 /// The observations of a body and its unknowns: at first the tension of every contracting muscle, from 0 to
-/// [`Settings::upper_bound`].
+/// [`FitSettings::upper_bound`].
 ///
 /// Priors are weighed against observations by their standard deviations, so with priors the observations need
 /// theirs too ([`Observation::with_standard_deviation`]).
 #[derive(Debug, Clone)]
 pub struct InverseProblem<const D: usize> {
     /// Settings of the search.
-    pub settings: Settings,
+    pub settings: FitSettings,
     assembly: Assembly<D>,
     observations: Observations<D>,
     /// An infinite upper bound stands for that of the settings.
@@ -43,15 +42,12 @@ pub struct InverseProblem<const D: usize> {
     tensions: Vec<f64>,
 }
 
-impl<const D: usize> InverseProblem<D>
-where
-    Space: Dimension<D>,
-{
+impl<const D: usize> InverseProblem<D> {
     /// The problem of finding the tensions of all contracting muscles from these observations.
     pub fn new(assembly: &Assembly<D>, observations: impl Into<Observations<D>>) -> Self {
         let tension = |&muscle: &usize| Unknown::tension(muscle, f64::INFINITY);
         Self {
-            settings: Settings::default(),
+            settings: FitSettings::default(),
             assembly: assembly.clone(),
             observations: observations.into(),
             unknowns: assembly.system().contracting().iter().map(tension).collect(),
@@ -63,7 +59,7 @@ where
 
     /// The problem with other settings.
     #[must_use]
-    pub fn with_settings(self, settings: Settings) -> Self {
+    pub fn with_settings(self, settings: FitSettings) -> Self {
         Self { settings, ..self }
     }
 
@@ -120,7 +116,7 @@ where
             return Err(SimulationError::Repeated { name: bone.to_owned() });
         }
         let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
-        let freed = <Space as Once<D>>::free(mesh, self.assembly.model(), system.contracting(), nodes)?;
+        let freed = FreedBone::new(mesh, self.assembly.model(), system.contracting(), nodes)?;
         let number = self.bones.len();
         self.unknowns.extend((0..D).map(|axis| {
             let unknown = Unknown::bone(number, axis, 1.0);
@@ -193,7 +189,7 @@ where
         for unknown in unknowns.iter_mut().filter(|u| u.upper == f64::INFINITY) {
             unknown.upper = self.settings.upper_bound;
         }
-        let tissue = Tissue {
+        let tissue = TissueUnknown {
             mesh: &assembly.body().mesh,
             model: *assembly.model(),
             contracting: system.contracting(),
@@ -205,7 +201,7 @@ where
         if unknowns.iter().any(|u| matches!(u.quantity, Quantity::Constant(_))) {
             inverse.tissue = Some(&tissue);
         }
-        let answer = <Space as Once<D>>::fit(&inverse, &self.settings)?;
+        let answer = inverse::solve(&inverse, &self.settings)?;
         Ok(Estimate::new(assembly, answer, unknowns, self.bone_names.clone(), &self.observations.fitted))
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use crate::report::{
     self, AlarmRecord, BranchRecord, ReportError, SectionPicture, SimulationRecord, Svg, Vtu,
 };
-use tongue_core::statics::{Connection, Solution, Status, Trace};
+use tongue_core::statics::{Connection, Solution, SolveStatus, Trace};
 use tongue_infer::inverse::alarms;
 
 use super::{Assembly, SimulationError};
@@ -39,7 +39,7 @@ impl<const D: usize> Shape<D> {
 
     /// Whether it is an equilibrium; if not, `solution.status` says why.
     pub fn is_converged(&self) -> bool {
-        self.solution.status == Status::Converged
+        self.solution.status == SolveStatus::Converged
     }
 
     /// Whether it is known to lie on the branch of equilibria from rest.

@@ -2,30 +2,26 @@
 
 use nalgebra::SVector;
 
-use tongue_core::statics::{Settings, Workspace};
+use tongue_core::statics::{self, SolveSettings, Workspace};
 
 use super::error::checked;
-use super::once::Once;
-use super::{Assembly, Dimension, Shape, SimulationError, Space};
+use super::{Assembly, Shape, SimulationError};
 
 /// Solves equilibria of an [`Assembly`], one after another. It writes to its own memory, so every thread
 /// needs one.
 #[derive(Debug)]
 pub struct Solver<const D: usize> {
     /// Settings of a solve.
-    pub settings: Settings,
+    pub settings: SolveSettings,
     assembly: Assembly<D>,
     workspace: Workspace<D>,
 }
 
-impl<const D: usize> Solver<D>
-where
-    Space: Dimension<D>,
-{
+impl<const D: usize> Solver<D> {
     /// A solver of this assembly.
     pub fn new(assembly: &Assembly<D>) -> Self {
-        let workspace = <Space as Once<D>>::workspace(assembly.system());
-        Self { settings: Settings::default(), assembly: assembly.clone(), workspace }
+        let workspace = Workspace::new(assembly.system());
+        Self { settings: SolveSettings::default(), assembly: assembly.clone(), workspace }
     }
 
     /// The equilibrium at these tensions (N; 2D: per metre of thickness), from rest. Other muscles have no
@@ -66,7 +62,7 @@ where
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);
         w.start_from_rest(system);
-        let trace = <Space as Once<D>>::trace(system, w, &tensions, &self.settings);
+        let trace = statics::solve_and_trace(system, w, &tensions, &self.settings, statics::TRACE_STEPS);
         let positions = w.positions().to_vec();
         let mut shape = Shape::new(&self.assembly, trace.solution, tensions, positions);
         shape.trace = Some(trace);
@@ -90,7 +86,7 @@ where
         let muscles = self.assembly.contracting().into_iter().map(|m| self.assembly.fibres(m));
         let muscles = muscles.collect::<Result<Vec<_>, _>>()?;
         let (system, at) = (self.assembly.system(), (shape.positions(), shape.all_tensions()));
-        Ok(<Space as Once<D>>::rates(system, &mut self.workspace, at, &muscles))
+        Ok(statics::position_rates(system, &mut self.workspace, at, &muscles))
     }
 
     fn check_body(&self, shape: &Shape<D>) -> Result<(), SimulationError> {
@@ -112,8 +108,7 @@ where
     }
 
     fn solve(&mut self, tensions: Vec<f64>) -> Shape<D> {
-        let solution =
-            <Space as Once<D>>::solve(self.assembly.system(), &mut self.workspace, &tensions, &self.settings);
+        let solution = statics::solve(self.assembly.system(), &mut self.workspace, &tensions, &self.settings);
         Shape::new(&self.assembly, solution, tensions, self.workspace.positions().to_vec())
     }
 }

@@ -5,9 +5,8 @@ use nalgebra::SVector;
 use tongue_core::dynamics::{MotionOutcome, SHORTEST_S, Tensions};
 
 use super::error::checked;
-use super::once::Once;
-use super::samples::Samples;
-use super::{Assembly, Dimension, SimulationError, Space};
+use super::samples::{Samples, follow};
+use super::{Assembly, SimulationError};
 
 /// The motion of a body from rest, at equidistant times.
 #[derive(Debug, Clone)]
@@ -23,10 +22,7 @@ pub struct Trajectory<const D: usize> {
     assembly: Assembly<D>,
 }
 
-impl<const D: usize> Assembly<D>
-where
-    Space: Dimension<D>,
-{
+impl<const D: usize> Assembly<D> {
     /// The motion from rest while the tensions (N; 2D: per metre of thickness) grow to their values in
     /// `ramp_s` (s) and then stay, until `t_end_s`, at `samples` equidistant times; by TR-BDF2 with an error
     /// of 1 µm a step.
@@ -45,8 +41,7 @@ where
         checked("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
         checked("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
         let tensions = Tensions::Ramp { to: self.tensions(tensions)?, duration: ramp_s };
-        let (outcome, part_of_way, seen) =
-            <Space as Once<D>>::follow(self.system(), tensions, t_end_s, samples)?;
+        let (outcome, part_of_way, seen) = follow(self.system(), tensions, t_end_s, samples)?;
         let Samples { times, positions } = seen;
         Ok(Trajectory { outcome, part_of_way, times, positions, assembly: self.clone() })
     }

@@ -140,6 +140,18 @@ impl Landmarks {
         self
     }
 
+    /// What cannot be right about them, and what to do.
+    pub fn doubt(&self) -> Option<String> {
+        let (spine, hyoid) = (self.named.get(MANDIBLE)?, self.named.get(HYOID)?);
+        let count = self.contour.len() as f64;
+        let height = self.contour.iter().map(|p| p.y).sum::<f64>() / count;
+        let below = count > 0.0 && height < spine.y.min(hyoid.y);
+        below.then(|| {
+            "the contour lies below the hyoid and the mental spine, where no tongue is; give y upwards, and both in one frame"
+                .to_owned()
+        })
+    }
+
     /// Names that say nothing of a body: neither its bones nor points of the contour.
     pub fn unused(&self, body: &Body<2>) -> Vec<&str> {
         let is_contour = |n: &str| n.strip_prefix("tongue_").is_some_and(|n| n.parse::<u32>().is_ok());

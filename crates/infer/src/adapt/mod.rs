@@ -5,7 +5,6 @@
 //! neighbours move together) and a price on cells that shrink or grow; where a cell would still fold the change is refused and the
 //! similarity is the answer.
 
-mod coils;
 mod joint;
 mod landmarks;
 mod least_squares;
@@ -14,7 +13,6 @@ mod prior;
 mod rest;
 mod speaker;
 
-pub use coils::{Coils, PlacedByCoils};
 pub use joint::{JointFit, JointSettings, joint};
 pub use landmarks::{LandmarkError, Landmarks};
 pub use place::{Placed, Sight};

@@ -30,7 +30,7 @@ const TURN_SD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// Of the logarithm of the scale.
 const LN_SCALE_SD: f64 = 0.15;
 /// Turns from which the search begins, rad.
-pub(super) const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
+const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
 /// A shift of one unit of the search, m.
 const SHIFT_M: f64 = 10e-3;
 /// Where on the surface a contour begins and how far before the tip it ends, m; only to begin the search.
@@ -160,7 +160,7 @@ fn exact(found: Similarity, bones: &[(Point, Point, f64)], rms_m: f64) -> Simila
     if same && !bones.is_empty() && rms_m <= SAME_M { Similarity::IDENTITY } else { found }
 }
 
-pub(super) fn outline(body: &Body<2>) -> Result<Surface, RestError> {
+fn outline(body: &Body<2>) -> Result<Surface, RestError> {
     Surface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))
 }
 
@@ -170,13 +170,13 @@ fn middle_of(surface: &Surface, body: &Body<2>) -> Point {
     (0..POINTS).map(point).sum::<Point>() / POINTS as f64
 }
 
-pub(super) fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
+fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
     let (sum, count) = points.fold((Point::zeros(), 0_usize), |(s, n), p| (s + p, n + 1));
     (count > 0).then(|| sum / count as f64)
 }
 
 /// So many points evenly along a polyline; `None` for fewer than two points that differ.
-pub(super) fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
+fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
     let steps: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
     let whole: f64 = steps.iter().sum();
     if points.len() < 2 || whole.is_nan() || whole <= 0.0 {

@@ -129,16 +129,6 @@ impl<'a> Rest<'a> {
         2 * self.controls.points.len()
     }
 
-    /// Of every node how it moves along an axis with independent numbers of standard deviation 1 that the displacements of the
-    /// control points along that axis are made of, m.
-    pub(super) fn by_independent(&self) -> Vec<DVector<f64>> {
-        let count = self.controls.points.len();
-        let root = self.controls.precision.clone().cholesky().map(|c| c.l().transpose());
-        let factor = root.and_then(|r| r.solve_upper_triangular(&DMatrix::identity(count, count)));
-        let factor = factor.unwrap_or_else(|| DMatrix::zeros(count, count));
-        self.weights.iter().map(|w| factor.tr_mul(&DVector::from_column_slice(w))).collect()
-    }
-
     /// Where displacements (m, in the frame of the body before the similarity) bring a point.
     pub fn place(&self, p: Point, displacements: &DVector<f64>) -> Point {
         let Some(plate) = ThinPlate::new(&self.controls.points) else { return self.similarity.place(p) };

@@ -8,7 +8,7 @@ use tongue_core::statics::{self, Connection, Critical, Solution};
 use tongue_input::measured::muscles::Muscles;
 
 use super::uncertainty::Intervals;
-use super::{AT_BOUND, Fit, Settings, Status};
+use super::{AT_BOUND, Fit, FitSettings, FitStatus};
 
 /// Thickness of the tongue over which a tension per metre acts, m, which makes published forces (left and
 /// right together) comparable. It is about the width of an adult tongue body; the choice is the user's.
@@ -116,7 +116,7 @@ pub fn alarms<const D: usize>(
     fit: &Fit<D>,
     known: &Muscles,
     intervals: Option<&Intervals>,
-    settings: &Settings,
+    settings: &FitSettings,
     thickness_m: f64,
 ) -> Vec<Alarm> {
     let mut out = Vec::new();
@@ -162,9 +162,9 @@ pub fn alarms<const D: usize>(
             .map(|(m, _)| Alarm::IntervalMissesAnswer { muscle: name(*m) }),
     );
     let doubts = [
-        (fit.status == Status::ReplayDiffers, "solving again from rest gives another shape"),
-        (fit.status == Status::NoEquilibrium, "none was found"),
-        (fit.status == Status::IterationLimit, "the search stopped at its iteration limit"),
+        (fit.status == FitStatus::ReplayDiffers, "solving again from rest gives another shape"),
+        (fit.status == FitStatus::NoEquilibrium, "none was found"),
+        (fit.status == FitStatus::IterationLimit, "the search stopped at its iteration limit"),
         (fit.identifiability.is_none(), "the stiffness there is singular or not positive definite"),
     ];
     out.extend(
@@ -177,7 +177,7 @@ pub fn alarms<const D: usize>(
 /// known to lie on the branch from rest. `critical` is the end of that branch.
 pub fn of_equilibrium(solution: &Solution, critical: Option<Critical>) -> Vec<Alarm> {
     let mut out: Vec<Alarm> = barrier(solution.guarded).into_iter().collect();
-    if solution.connection != Connection::Traced && solution.status == statics::Status::Converged {
+    if solution.connection != Connection::Traced && solution.status == statics::SolveStatus::Converged {
         out.push(Alarm::NotOnBranch { ends_at: critical.map(|c| c.load) });
     }
     out

@@ -9,7 +9,7 @@ use super::fit::Matched;
 use super::forward::Forward;
 use super::gauss_newton::refit;
 use super::problem::Problem;
-use super::{Fit, FitError, Settings, Setup};
+use super::{Fit, FitError, FitSettings, Setup};
 
 /// Answers whose tensions all differ by less than this are the same, N.
 const SAME_ANSWER: f64 = 0.5;
@@ -73,7 +73,7 @@ pub fn subsets<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,
     fit: &Fit<D>,
-    settings: &Settings,
+    settings: &FitSettings,
     changes: u32,
 ) -> Result<Vec<Subset>, FitError> {
     let mut found = Vec::new();
@@ -116,7 +116,7 @@ fn one<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,
     fit: &Fit<D>,
-    settings: &Settings,
+    settings: &FitSettings,
 ) -> Result<Option<Subset>, FitError> {
     let target = &matched.target;
     let own;

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 use tongue_core::body::Mesh;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::lengths::rest_distance::{self, RestDistance};
@@ -15,7 +17,7 @@ use super::alternatives::{self, Optimum, Subset};
 use super::forward::Forward;
 use super::rounding::{self, RoundingSegment};
 use super::uncertainty::{self, Intervals};
-use super::{Fit, FitError, Matched, Settings, Setup};
+use super::{Fit, FitError, FitSettings, Matched, Setup};
 
 /// The baseline of a subject without /ɯ/: rest in other published models.
 pub const SUBSTITUTE_BASELINE: &str = "e";
@@ -48,7 +50,7 @@ pub struct Job {
 }
 
 /// A row that is a baseline itself.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct BaselineRow {
     /// Line of the row in its file.
     pub line: u64,
@@ -57,11 +59,12 @@ pub struct BaselineRow {
     /// The vowel.
     pub vowel: Vowel,
     /// Whether it replaces a missing /ɯ/.
+    #[serde(rename = "substitute_baseline")]
     pub substitute: bool,
 }
 
 /// A row that cannot be fitted.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Refusal {
     /// Line of the row in its file.
     pub line: u64,
@@ -70,6 +73,7 @@ pub struct Refusal {
     /// The vowel.
     pub vowel: Vowel,
     /// The quantity, if the other one can be fitted.
+    #[serde(rename = "target_kind")]
     pub kind: Option<TargetKind>,
     /// Why, and what to do.
     pub message: String,
@@ -176,7 +180,7 @@ fn baseline<'a>(
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thoroughness {
     /// The search.
-    pub settings: Settings,
+    pub settings: FitSettings,
     /// Number of draws of the lengths within their rounding; 0 for no intervals.
     pub draws: usize,
     /// Seed of the draws; every fit has its own stream.
@@ -190,7 +194,7 @@ pub struct Thoroughness {
 impl Default for Thoroughness {
     fn default() -> Self {
         Self {
-            settings: Settings::default(),
+            settings: FitSettings::default(),
             draws: 200,
             seed: 1,
             subset_changes: 2,

@@ -11,7 +11,7 @@ use super::unknown::{Constant, Quantity, Unknown};
 
 /// Makes a system with other constants.
 #[derive(Debug, Clone)]
-pub struct Tissue<'a, const D: usize> {
+pub struct TissueUnknown<'a, const D: usize> {
     /// The mesh.
     pub mesh: &'a Mesh<D>,
     /// The model, whose constants are replaced.
@@ -20,7 +20,7 @@ pub struct Tissue<'a, const D: usize> {
     pub contracting: &'a [usize],
 }
 
-impl<'a, const D: usize> Tissue<'a, D> {
+impl<'a, const D: usize> TissueUnknown<'a, D> {
     fn with(&self, constants: Constants) -> Result<System<D>, SystemError> {
         System::new(self.mesh, &Model { constants, ..self.model }, self.contracting)
     }

@@ -3,9 +3,10 @@
 use nalgebra::SVector;
 
 use tongue_core::body::{Body, Mesh};
+use tongue_core::compiled::taken_as;
 use tongue_core::observe::{Length, Observation, Ratio, Sense, Stretch};
 use tongue_core::statics::Connection;
-use tongue_core::system::{Model, System};
+use tongue_core::system::{Model, System, SystemError};
 use tongue_input::measured::{Target, TargetKind};
 
 use super::forward::{Forward, Inverse};
@@ -15,7 +16,7 @@ use super::solve::{Replay, solve};
 use super::start::Start;
 use super::unknown::{Quantity, Unknown};
 use super::valley::Valley;
-use super::{AT_BOUND, Answer, FitError, Identifiability, Settings, Status, Tone};
+use super::{AT_BOUND, Answer, FitError, FitSettings, FitStatus, Identifiability, Tone};
 
 /// A target and the muscles of a body that it is about.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,7 +91,7 @@ impl Matched {
     }
 
     /// The inverse problem of the target for a body in which its active muscles can contract.
-    pub fn inverse<'a, const D: usize>(&self, setup: &'a Setup<D>, settings: &Settings) -> Inverse<'a, D> {
+    pub fn inverse<'a, const D: usize>(&self, setup: &'a Setup<D>, settings: &FitSettings) -> Inverse<'a, D> {
         let (system, target) = (&setup.system, &self.target);
         let [observations, others] = self.observations(system, &setup.lengths);
         let unknowns = self.contracting().into_iter().map(|m| Unknown::tension(m, settings.upper_bound));
@@ -154,7 +155,7 @@ pub fn fit_under(
     model: &Model,
     target: &Target,
     premises: Premises,
-    settings: &Settings,
+    settings: &FitSettings,
 ) -> Result<Fit, FitError> {
     if premises.is_thesis() {
         return fit(&body.mesh, model, target, settings);
@@ -174,7 +175,7 @@ pub struct Fit<const D: usize = 2> {
     /// The number of each in the body.
     pub numbers: Vec<usize>,
     /// How the fit ended.
-    pub status: Status,
+    pub status: FitStatus,
     /// Tensions, N per metre of thickness; zero for muscles that do not contract.
     pub tensions: Vec<f64>,
     /// Tensions of all chains of the body, in its order.
@@ -249,7 +250,9 @@ impl<const D: usize> Fit<D> {
     /// published law.
     pub fn is_trustworthy(&self) -> bool {
         let solution = &self.replay.solution;
-        self.status == Status::Converged && solution.guarded == 0 && solution.connection == Connection::Traced
+        self.status == FitStatus::Converged
+            && solution.guarded == 0
+            && solution.connection == Connection::Traced
     }
 
     /// The curve of all tensions that fit as well, if exactly one direction is undetermined.
@@ -274,11 +277,11 @@ impl<const D: usize> Fit<D> {
 /// Fits the tensions of the target's active muscles. The result has the same bits for any number of threads.
 ///
 /// # Errors
-/// [`FitError`] if the fit cannot begin; later failures are a [`Status`].
+/// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
 ///
 /// # Example
 /// ```
-/// use tongue_infer::inverse::{self, Method, Settings, Status};
+/// use tongue_infer::inverse::{self, Method, FitSettings, FitStatus};
 /// use tongue_core::body::{self, Anatomy};
 /// use tongue_core::system::Model;
 /// use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
@@ -286,9 +289,9 @@ impl<const D: usize> Fit<D> {
 /// let mesh = body::build(&Anatomy::reference()?, body::DEFAULT_SPACING_M)?;
 /// let data = Dataset::reference()?;
 /// let target = Target::new(&data, "S2", &Vowel::new("a")?, TargetKind::Ratio, &TargetOptions::default())?;
-/// let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+/// let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
 /// let fit = inverse::fit(&mesh, &Model::default(), &target, &settings)?;
-/// assert_eq!(fit.status, Status::Converged);
+/// assert_eq!(fit.status, FitStatus::Converged);
 /// // Two ratios do not determine three tensions, and the fit says so.
 /// assert_eq!(fit.identifiability.map(|i| i.null_directions.len()), Some(1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -297,7 +300,7 @@ pub fn fit<const D: usize>(
     mesh: &Mesh<D>,
     model: &Model,
     target: &Target,
-    settings: &Settings,
+    settings: &FitSettings,
 ) -> Result<Fit<D>, FitError> {
     let matched = Matched::new(mesh, target)?;
     let system = System::new(mesh, model, &matched.contracting())?;
@@ -308,11 +311,37 @@ pub fn fit<const D: usize>(
 /// premises.
 ///
 /// # Errors
-/// [`FitError`] if the fit cannot begin; later failures are a [`Status`].
+/// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
 pub fn fit_in<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,
-    settings: &Settings,
+    settings: &FitSettings,
+) -> Result<Fit<D>, FitError> {
+    let fitting: Option<Fitting<D>> =
+        taken_as(&mut Some(fitting_in_plane())).or_else(|| taken_as(&mut Some(fitting_in_space())));
+    match fitting {
+        Some(fitting) => fitting(setup, matched, settings),
+        None => Err(SystemError::Dimension { dimension: D }.into()),
+    }
+}
+
+/// A pointer to [`fit_in`] for one dimension, compiled in this crate; see [`tongue_core::compiled`].
+type Fitting<const D: usize> = fn(&Setup<D>, &Matched, &FitSettings) -> Result<Fit<D>, FitError>;
+
+#[inline(never)]
+fn fitting_in_plane() -> Fitting<2> {
+    fit_here
+}
+
+#[inline(never)]
+fn fitting_in_space() -> Fitting<3> {
+    fit_here
+}
+
+fn fit_here<const D: usize>(
+    setup: &Setup<D>,
+    matched: &Matched,
+    settings: &FitSettings,
 ) -> Result<Fit<D>, FitError> {
     let (target, system) = (&matched.target, &setup.system);
     let settings = &setup.settings(settings);
@@ -354,7 +383,7 @@ pub fn fit_in<const D: usize>(
 fn moved_bones<const D: usize>(
     setup: &Setup<D>,
     inverse: &Inverse<'_, D>,
-    settings: &Settings,
+    settings: &FitSettings,
     answer: &Answer<D>,
 ) -> Vec<MovedBone<D>> {
     if setup.bones.is_empty() {

@@ -4,16 +4,16 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::observe::Observation;
 use tongue_core::parallel;
-use tongue_core::statics::{self, Critical, Solution, Status, Workspace};
+use tongue_core::statics::{self, Critical, Solution, SolveStatus, Workspace};
 use tongue_core::system::{System, SystemError, TissueModel};
 
-use super::constants::Tissue;
+use super::constants::TissueUnknown;
 use super::freed::FreedBone;
 use super::known::{BestKnown, Known, distance_squared};
-use super::problem::{Counts, Linear, Problem};
+use super::problem::{Linearised, Problem, SearchCounts};
 use super::start::starting_point;
 use super::unknown::{Quantity, Unknown};
-use super::{FitError, Settings};
+use super::{FitError, FitSettings};
 
 /// Number of steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
@@ -36,7 +36,7 @@ pub struct Inverse<'a, const D: usize> {
     /// The bones with unknown displacements.
     pub bones: &'a [FreedBone<D>],
     /// Makes the system with other constants, if constants of the tissue are unknowns.
-    pub tissue: Option<&'a Tissue<'a, D>>,
+    pub tissue: Option<&'a TissueUnknown<'a, D>>,
     /// Tensions of all muscles of the body, N; unknown tensions are replaced.
     pub tensions: Vec<f64>,
     /// Muscles that have the tension of another, such as those of the right side that of the left: the
@@ -148,7 +148,7 @@ pub struct Shape<const D: usize> {
 #[derive(Debug)]
 pub struct Forward<'a, const D: usize> {
     pub(super) inverse: &'a Inverse<'a, D>,
-    pub(super) settings: &'a Settings,
+    pub(super) settings: &'a FitSettings,
     /// The system with other constants, if these are unknowns.
     own: Option<System<D>>,
     /// Workspace with the equilibrium of the last candidate.
@@ -164,12 +164,12 @@ pub struct Forward<'a, const D: usize> {
     last: Option<Vec<f64>>,
     /// The only shape (positions of all nodes, m) from which candidates are solved, if there is one.
     held: Option<Vec<SVector<f64, D>>>,
-    counts: Counts,
+    counts: SearchCounts,
 }
 
 impl<'a, const D: usize> Forward<'a, D> {
     /// A forward model without solved candidates.
-    pub fn new(inverse: &'a Inverse<'a, D>, settings: &'a Settings) -> Self {
+    pub fn new(inverse: &'a Inverse<'a, D>, settings: &'a FitSettings) -> Self {
         Self {
             inverse,
             settings,
@@ -182,7 +182,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             traced: false,
             last: None,
             held: None,
-            counts: Counts::default(),
+            counts: SearchCounts::default(),
         }
     }
 
@@ -313,7 +313,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         let settings = &self.settings.equilibrium;
         let trace = statics::trace(system, &mut self.workspace, &self.tensions, settings, TRACE_STEPS);
         self.counts.factorisations += trace.solution.factorisations;
-        trace.solution.status == Status::Converged
+        trace.solution.status == SolveStatus::Converged
     }
 
     fn solve(&mut self) -> bool {
@@ -321,7 +321,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         let solution =
             statics::solve(system, &mut self.workspace, &self.tensions, &self.settings.equilibrium);
         self.counts.factorisations += solution.factorisations;
-        solution.status == Status::Converged
+        solution.status == SolveStatus::Converged
     }
 
     /// Residuals after the last solve; `None` if it failed.
@@ -418,7 +418,7 @@ impl<const D: usize> Problem for Forward<'_, D> {
         self.outcome(x, solved)
     }
 
-    fn linearise(&mut self, x: &[f64]) -> Option<Linear> {
+    fn linearise(&mut self, x: &[f64]) -> Option<Linearised> {
         let residuals = self.residuals(x)?;
         let inverse = self.inverse;
         let mut jacobian = DMatrix::zeros(residuals.len(), inverse.unknowns.len());
@@ -429,7 +429,7 @@ impl<const D: usize> Problem for Forward<'_, D> {
         for (row, (column, weight)) in priors.enumerate() {
             jacobian[(inverse.seen().count() + row, column)] = weight;
         }
-        Some(Linear { jacobian, residuals, other_jacobian, other_residuals })
+        Some(Linearised { jacobian, residuals, other_jacobian, other_residuals })
     }
 
     /// Solves each from rest in its own workspace and keeps it as a start.
@@ -473,7 +473,7 @@ impl<const D: usize> Problem for Forward<'_, D> {
         self.known.spread()
     }
 
-    fn counts(&self) -> Counts {
+    fn counts(&self) -> SearchCounts {
         self.counts
     }
 }

@@ -10,8 +10,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Settings;
-use super::problem::{FAILED, Linear, Problem};
+use super::FitSettings;
+use super::problem::{FAILED, Linearised, Problem};
 use super::start::{SAME_COST, Start};
 use super::unknown::Unknown;
 
@@ -25,7 +25,7 @@ const ACCEPTED: f64 = 1e-3;
 /// A candidate with its cost and derivatives.
 struct Point {
     x: DVector<f64>,
-    linear: Linear,
+    linear: Linearised,
     gradient: DVector<f64>,
     cost: f64,
 }
@@ -53,7 +53,7 @@ impl Point {
 
 /// Searches from start number `number`. The result has the structure of a Nelder-Mead start; there are no
 /// restarts.
-pub(super) fn run(problem: &mut dyn Problem, settings: &Settings, number: usize) -> Start {
+pub(super) fn run(problem: &mut dyn Problem, settings: &FitSettings, number: usize) -> Start {
     let first = problem.start(number);
     // A start without an equilibrium is replaced by the rest shape, which always has one.
     let rest = problem.unknowns().iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
@@ -93,7 +93,7 @@ fn from_rest(problem: &mut dyn Problem, here: &Point) -> (bool, f64) {
 /// whose residuals are returned too. `None` if there is no equilibrium at the beginning or at the end.
 pub fn refit(
     problem: &mut dyn Problem,
-    settings: &Settings,
+    settings: &FitSettings,
     from: &[f64],
 ) -> Option<(Vec<f64>, DVector<f64>)> {
     let mut here = Point::new(problem, DVector::from_column_slice(from))?;
@@ -104,7 +104,12 @@ pub fn refit(
 }
 
 /// Minimises from `here`, and returns whether it converged.
-fn descend(problem: &mut dyn Problem, settings: &Settings, here: &mut Point, iterations: &mut u64) -> bool {
+fn descend(
+    problem: &mut dyn Problem,
+    settings: &FitSettings,
+    here: &mut Point,
+    iterations: &mut u64,
+) -> bool {
     let unknowns = problem.unknowns().to_vec();
     let mut secant = DMatrix::zeros(here.x.len(), here.x.len());
     let diagonal =

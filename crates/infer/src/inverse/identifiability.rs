@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Settings;
+use super::FitSettings;
 use super::directions::{UNDETERMINED, decompose};
 use super::problem::Problem;
 use super::valley::{self, Valley};
@@ -28,18 +28,18 @@ pub struct NullDirection {
 
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as
 /// long as the target is met ([`valley`]). `None` if the equilibrium was not found or is singular.
-pub fn analyse(problem: &mut dyn Problem, settings: &Settings, x: &[f64]) -> Option<Identifiability> {
+pub fn analyse(problem: &mut dyn Problem, settings: &FitSettings, x: &[f64]) -> Option<Identifiability> {
     analyse_on(problem, settings, x, None)
 }
 
 /// As [`analyse`], reusing a known curve if these values are on it.
 pub(super) fn analyse_on(
     problem: &mut dyn Problem,
-    settings: &Settings,
+    settings: &FitSettings,
     x: &[f64],
     followed: Option<Valley>,
 ) -> Option<Identifiability> {
-    let super::problem::Linear { jacobian, residuals, .. } = problem.linearise(x)?;
+    let super::problem::Linearised { jacobian, residuals, .. } = problem.linearise(x)?;
     let on_target = problem.misfit(Some(&residuals)) <= settings.misfit_tolerance;
     let (singular_values, directions) = decompose(&jacobian)?;
     let open = singular_values.iter().map(|s| *s < UNDETERMINED * singular_values[0]);

@@ -14,7 +14,7 @@ use tongue_core::system::System;
 use super::directions::decompose;
 use super::forward::{Forward, Inverse};
 use super::problem::Problem;
-use super::{Answer, FitError, Method, Settings, Unknown, solve};
+use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
 
 /// Where a node was seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,18 +37,18 @@ pub struct SpaceSearch {
     /// What a combination of activations may be uncertain by before it counts as open. Default 0.1.
     pub open_above: f64,
     /// The search. Default: Gauss-Newton from four starts.
-    pub settings: Settings,
+    pub settings: FitSettings,
 }
 
 impl Default for SpaceSearch {
     fn default() -> Self {
-        let settings = Settings {
+        let settings = FitSettings {
             method: Method::GaussNewton,
             misfit_tolerance: 1.0,
             tension_tolerance: 1e-2,
             cost_tolerance: 1e-8,
             max_iterations: 100,
-            ..Settings::default()
+            ..FitSettings::default()
         };
         Self { sides_apart: false, prior_sd: 0.5, open_above: 0.1, settings }
     }
@@ -180,7 +180,7 @@ impl SpaceSearch {
         let inverse =
             Inverse { tied, begin: begin_at, ..Inverse::new(system, observations.collect(), unknowns) };
         let starts = if begin.is_some() { 1 } else { self.settings.starts };
-        let settings = Settings { starts, ..self.settings };
+        let settings = FitSettings { starts, ..self.settings };
         let answer = solve(&inverse, &settings)?;
         let mut forward = Forward::new(&inverse, &settings);
         forward.begin_at(&answer.x, &answer.positions);

@@ -41,7 +41,7 @@ use serde::Serialize;
 use tongue_core::statics;
 use tongue_core::system::SystemError;
 
-pub use constants::Tissue;
+pub use constants::TissueUnknown;
 pub use fit::{Fit, Matched, fit, fit_in, fit_under};
 pub use forward::{Forward, Inverse};
 pub use freed::FreedBone;
@@ -50,7 +50,7 @@ pub use identifiability::Identifiability;
 pub use premises::{
     BONE_SD_M, HyoidMotion, LooseBone, MovedBone, Premises, STRETCH_SD, Said, Setup, TONE, Tone,
 };
-pub use problem::{Counts, Linear, Problem};
+pub use problem::{Linearised, Problem, SearchCounts};
 pub use solve::{Answer, Replay, solve};
 pub use start::Start;
 pub use unknown::{Constant, Prior, Quantity, Unknown};
@@ -79,7 +79,7 @@ pub enum Among {
 
 /// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct FitSettings {
     /// Search method of each start.
     pub method: Method,
     /// Number of starting points. Default 4.
@@ -105,10 +105,10 @@ pub struct Settings {
     /// Whether a candidate is solved from the nearest solved one instead of from rest. Default: yes.
     pub warm_start: bool,
     /// Settings of each equilibrium.
-    pub equilibrium: statics::Settings,
+    pub equilibrium: statics::SolveSettings,
 }
 
-impl Default for Settings {
+impl Default for FitSettings {
     fn default() -> Self {
         Self {
             method: Method::default(),
@@ -121,12 +121,12 @@ impl Default for Settings {
             misfit_tolerance: 1e-3,
             among: Among::default(),
             warm_start: true,
-            equilibrium: statics::Settings::default(),
+            equilibrium: statics::SolveSettings::default(),
         }
     }
 }
 
-impl Settings {
+impl FitSettings {
     /// Checks that every setting is in its range.
     ///
     /// # Errors
@@ -198,7 +198,7 @@ pub enum FitError {
 /// How a fit ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Status {
+pub enum FitStatus {
     /// The target is met and there are no reasons for doubt.
     Converged,
     /// The search converged, but its best answer misses the target by more than the tolerance.

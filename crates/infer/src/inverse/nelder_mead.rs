@@ -12,7 +12,7 @@ use argmin::solver::neldermead::NelderMead;
 use super::problem::Problem as LeastSquares;
 use super::start::{FIRST_SIDE, SAME_COST, Start};
 use super::unknown::Unknown;
-use super::{FitError, Settings};
+use super::{FitError, FitSettings};
 
 /// Side of the new simplex around the answer for a restart, N.
 const FRESH_SIDE: f64 = 0.1;
@@ -101,7 +101,7 @@ impl<'a, 'b> Solver<Folded<'a, 'b>, NmState> for Search<'a, 'b> {
 /// [`FitError::Search`] if argmin refuses a setting.
 pub(super) fn run(
     problem: &mut dyn LeastSquares,
-    settings: &Settings,
+    settings: &FitSettings,
     number: usize,
 ) -> Result<Start, FitError> {
     let unknowns = problem.unknowns().to_vec();
@@ -145,7 +145,7 @@ pub(super) fn run(
 /// One run of argmin: values, cost, iterations, and whether it stopped by itself.
 fn one_simplex(
     problem: &Shared<'_>,
-    settings: &Settings,
+    settings: &FitSettings,
     unknowns: &[Unknown],
     corner: &[f64],
     side: f64,

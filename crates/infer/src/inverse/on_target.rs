@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::directions::null_space;
-use super::problem::{Linear, Problem};
+use super::problem::{Linearised, Problem};
 use super::unknown::Unknown;
 
 /// Misfit of an answer that is on the target.
@@ -25,7 +25,7 @@ pub(super) fn correct(
     x: &mut DVector<f64>,
     unknowns: &[Unknown],
 ) -> Option<DMatrix<f64>> {
-    let Linear { jacobian, residuals, .. } = problem.linearise(x.as_slice())?;
+    let Linearised { jacobian, residuals, .. } = problem.linearise(x.as_slice())?;
     let start = x.clone();
     let mut free = jacobian.clone();
     for _ in 0..x.len() {
@@ -120,7 +120,7 @@ pub(super) fn nearest_to_others(problem: &mut dyn Problem, answer: &[f64]) -> Ve
 }
 
 /// The Gauss-Newton step in the undetermined directions; values on a bound that it would leave are fixed.
-fn step_along(linear: &Linear, here: &DVector<f64>, unknowns: &[Unknown]) -> Option<DVector<f64>> {
+fn step_along(linear: &Linearised, here: &DVector<f64>, unknowns: &[Unknown]) -> Option<DVector<f64>> {
     let mut rows = linear.jacobian.clone();
     for _ in 0..=here.len() {
         let open = null_space(&rows)?;

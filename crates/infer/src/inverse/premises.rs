@@ -23,7 +23,7 @@ use tongue_core::statics::{self, Workspace};
 use tongue_core::system::{Model, System};
 use tongue_input::measured::TargetKind;
 
-use super::{FitError, FreedBone, Settings};
+use super::{FitError, FitSettings, FreedBone};
 
 /// Tension of muscles in the baseline, N (2D: per metre of thickness).
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -274,9 +274,9 @@ impl<const D: usize> Setup<D> {
             return Ok(Self { premises, muscles, ..Self::at_rest(system) });
         }
         let mut w = Workspace::new(&system);
-        let settings = statics::Settings::default();
+        let settings = statics::SolveSettings::default();
         let found = statics::solve_and_trace(&system, &mut w, &tensions, &settings, TRACE_STEPS).solution;
-        if found.status != statics::Status::Converged || found.guarded > 0 {
+        if found.status != statics::SolveStatus::Converged || found.guarded > 0 {
             return Err(FitError::Unknown { what: NO_BASELINE.to_owned() });
         }
         let positions = w.positions().to_vec();
@@ -308,8 +308,8 @@ impl<const D: usize> Setup<D> {
         }
         let mut w = Workspace::new(&self.system);
         w.start_from(&self.positions);
-        let solution = statics::solve(&self.system, &mut w, &tensions, &statics::Settings::default());
-        if solution.status != statics::Status::Converged {
+        let solution = statics::solve(&self.system, &mut w, &tensions, &statics::SolveSettings::default());
+        if solution.status != statics::SolveStatus::Converged {
             return Err(FitError::Unknown { what: NO_BASELINE.to_owned() });
         }
         let positions = w.positions().to_vec();
@@ -319,9 +319,9 @@ impl<const D: usize> Setup<D> {
 
     /// The settings of fits here: if priors keep an answer away from its target, the target counts as met
     /// within the standard deviation of a stretch.
-    pub fn settings(&self, settings: &Settings) -> Settings {
+    pub fn settings(&self, settings: &FitSettings) -> FitSettings {
         let tolerance = if self.bones.is_empty() { 0.0 } else { STRETCH_SD };
-        Settings { misfit_tolerance: settings.misfit_tolerance.max(tolerance), ..*settings }
+        FitSettings { misfit_tolerance: settings.misfit_tolerance.max(tolerance), ..*settings }
     }
 
     /// Largest displacement of a free bone, m.

@@ -11,7 +11,7 @@ pub const FAILED: f64 = 1e6;
 
 /// Residuals and their derivative.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Linear {
+pub struct Linearised {
     /// One row for each residual, one column for each unknown.
     pub jacobian: DMatrix<f64>,
     /// Simulated minus measured values.
@@ -24,7 +24,7 @@ pub struct Linear {
 
 /// Amount of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counts {
+pub struct SearchCounts {
     /// Number of candidates solved.
     pub evaluations: usize,
     /// Number of candidates without an answer.
@@ -50,7 +50,7 @@ pub trait Problem {
     fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>>;
 
     /// Residuals and their derivative; `None` if there is no answer or it is singular.
-    fn linearise(&mut self, x: &[f64]) -> Option<Linear>;
+    fn linearise(&mut self, x: &[f64]) -> Option<Linearised>;
 
     /// As [`Problem::residuals`], solved from the beginning.
     fn residuals_from_rest(&mut self, x: &[f64]) -> Option<DVector<f64>> {
@@ -83,7 +83,7 @@ pub trait Problem {
     fn spread(&self) -> f64;
 
     /// Work done so far.
-    fn counts(&self) -> Counts;
+    fn counts(&self) -> SearchCounts;
 
     /// Residuals of the other measurements at the last candidate; empty if there are none.
     fn other_residuals(&self) -> DVector<f64>;

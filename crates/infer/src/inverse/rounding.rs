@@ -115,7 +115,7 @@ fn outside_by<const D: usize>(forward: &mut Forward<'_, D>, tensions: &[f64]) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inverse::{Matched, Settings, Setup, fit};
+    use crate::inverse::{FitSettings, Matched, Setup, fit};
     use tongue_core::body::{self, Anatomy};
     use tongue_core::system::{Model, System};
     use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
@@ -124,7 +124,7 @@ mod tests {
     fn segments_end_where_a_target_leaves_its_rounding_or_a_tension_its_bounds() {
         let mesh = body::build(&Anatomy::reference().unwrap(), 5.5e-3).unwrap();
         let data = Dataset::reference().unwrap();
-        let settings = Settings { method: crate::inverse::Method::GaussNewton, ..Settings::default() };
+        let settings = FitSettings { method: crate::inverse::Method::GaussNewton, ..FitSettings::default() };
         for kind in TargetKind::ALL {
             let vowel = Vowel::new("a").unwrap();
             let target = Target::new(&data, "S2", &vowel, kind, &TargetOptions::default()).unwrap();

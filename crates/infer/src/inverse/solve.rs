@@ -16,7 +16,7 @@ use super::problem::Problem;
 use super::start::Start;
 use super::unknown::Unknown;
 use super::valley::Valley;
-use super::{AT_BOUND, Among, FitError, Method, Settings, Status, gauss_newton, nelder_mead, valley};
+use super::{AT_BOUND, Among, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead, valley};
 
 /// Tolerance of the distance between the search's shape and the shape to which the tensions lead from rest,
 /// m.
@@ -41,7 +41,7 @@ pub struct Replay {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer<const D: usize> {
     /// How the fit ended.
-    pub status: Status,
+    pub status: FitStatus,
     /// The unknowns, in their units and order.
     pub x: Vec<f64>,
     /// Tensions of all muscles of the body, N (2D: per metre of thickness).
@@ -65,8 +65,11 @@ pub struct Answer<const D: usize> {
 /// Searches for the best fit of the observations. The result has the same bits for any number of threads.
 ///
 /// # Errors
-/// [`FitError`] if the fit cannot begin; later failures are a [`Status`].
-pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> Result<Answer<D>, FitError> {
+/// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
+pub fn solve<const D: usize>(
+    inverse: &Inverse<'_, D>,
+    settings: &FitSettings,
+) -> Result<Answer<D>, FitError> {
     let search: Option<Search<D>> =
         taken_as(&mut Some(search_in_plane())).or_else(|| taken_as(&mut Some(search_in_space())));
     match search {
@@ -76,7 +79,7 @@ pub fn solve<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> R
 }
 
 /// A pointer to [`solve`] for one dimension, compiled in this crate; see [`tongue_core::compiled`].
-type Search<const D: usize> = fn(&Inverse<'_, D>, &Settings) -> Result<Answer<D>, FitError>;
+type Search<const D: usize> = fn(&Inverse<'_, D>, &FitSettings) -> Result<Answer<D>, FitError>;
 
 // Not inlined, because a crate into which these are inlined compiles the whole search once more.
 
@@ -90,7 +93,10 @@ fn search_in_space() -> Search<3> {
     solve_here
 }
 
-fn solve_here<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> Result<Answer<D>, FitError> {
+fn solve_here<const D: usize>(
+    inverse: &Inverse<'_, D>,
+    settings: &FitSettings,
+) -> Result<Answer<D>, FitError> {
     settings.check()?;
     inverse.check()?;
     let numbers: Vec<_> = (0..settings.starts).collect();
@@ -153,18 +159,18 @@ fn solve_here<const D: usize>(inverse: &Inverse<'_, D>, settings: &Settings) -> 
     let (solution, critical) = (shape.solution, shape.critical);
     let replay = Replay { solution, critical, largest_difference, min_area_ratio, max_area_ratio };
     let at_upper_bound = |(u, x): (&Unknown, &f64)| *x > u.upper - AT_BOUND;
-    let status = if solution.status != statics::Status::Converged {
-        Status::NoEquilibrium
+    let status = if solution.status != statics::SolveStatus::Converged {
+        FitStatus::NoEquilibrium
     } else if largest_difference > SAME_SHAPE {
-        Status::ReplayDiffers
+        FitStatus::ReplayDiffers
     } else if inverse.unknowns.iter().zip(&x).any(at_upper_bound) {
-        Status::AtUpperBound
+        FitStatus::AtUpperBound
     } else if misfit > settings.misfit_tolerance {
-        Status::TargetNotMet
+        FitStatus::TargetNotMet
     } else if !best.converged {
-        Status::IterationLimit
+        FitStatus::IterationLimit
     } else {
-        Status::Converged
+        FitStatus::Converged
     };
     let again = shape;
     Ok(Answer {
@@ -197,7 +203,7 @@ fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Star
 /// the best fit of the other measurements. Returns the curve that was followed too, if there is exactly one.
 pub(super) fn settle<const D: usize>(
     forward: &mut Forward<'_, D>,
-    settings: &Settings,
+    settings: &FitSettings,
     x: &[f64],
 ) -> (Vec<f64>, Option<Valley>) {
     let mut x = onto_target(forward, x);
@@ -205,7 +211,7 @@ pub(super) fn settle<const D: usize>(
     if forward.misfit(residuals.as_ref()) > ON_TARGET {
         // The smallest corrections did not reach the target; a search without effort does if the target can
         // be met.
-        let free = Settings { effort: 0.0, ..*settings };
+        let free = FitSettings { effort: 0.0, ..*settings };
         let mut without = Forward::new(forward.inverse, &free);
         if let Some((better, residuals)) = gauss_newton::refit(&mut without, &free, &x)
             && without.misfit(Some(&residuals)) <= settings.misfit_tolerance
@@ -219,7 +225,7 @@ pub(super) fn settle<const D: usize>(
     // The least squares begin at the best point of the curve, so that no local maximum lies between.
     let open = identifiability::analyse(forward, settings, &x).map(|i| i.null_directions);
     let mut valleys: Vec<Valley> = open.into_iter().flatten().filter_map(|n| n.valley).collect();
-    let rms = |p: &valley::Point| p.other_rms.unwrap_or(f64::INFINITY);
+    let rms = |p: &valley::ValleyPoint| p.other_rms.unwrap_or(f64::INFINITY);
     let begin = valleys.iter().flat_map(|v| &v.points).min_by(|a, b| rms(a).total_cmp(&rms(b)));
     let x = nearest_to_others(forward, begin.map_or(&x, |p| &p.x));
     (x, if valleys.len() == 1 { valleys.pop() } else { None })
@@ -229,7 +235,7 @@ pub(super) fn settle<const D: usize>(
 /// has a shape there.
 fn search_on_branch<const D: usize>(
     traced: &mut Forward<'_, D>,
-    settings: &Settings,
+    settings: &FitSettings,
     starts: &[Start],
     x: &[f64],
 ) -> Option<Vec<f64>> {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::problem::Counts;
+use super::problem::SearchCounts;
 use super::unknown::Unknown;
 
 /// Side of the first simplex, in units of the unknowns.
@@ -57,7 +57,7 @@ impl Start {
     }
 
     /// Stores the work of the search.
-    pub(super) fn count(&mut self, counts: Counts) {
+    pub(super) fn count(&mut self, counts: SearchCounts) {
         self.evaluations = counts.evaluations;
         self.failures = counts.failures;
         self.factorisations = counts.factorisations;

@@ -18,7 +18,7 @@ use super::forward::Forward;
 use super::gauss_newton::refit;
 use super::on_target::{nearest_to_others, onto_target};
 use super::problem::Problem;
-use super::{Among, Fit, Settings, Setup};
+use super::{Among, Fit, FitSettings, Setup};
 
 /// Part of the draws inside an interval.
 pub const LEVEL: f64 = 0.95;
@@ -76,7 +76,7 @@ pub fn intervals<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,
     fit: &Fit<D>,
-    settings: &Settings,
+    settings: &FitSettings,
     draws: usize,
     seed: u64,
 ) -> Option<Intervals> {
@@ -114,7 +114,7 @@ pub fn intervals<const D: usize>(
 fn fit_draw<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,
-    settings: &Settings,
+    settings: &FitSettings,
     start: &[f64],
     positions: &[SVector<f64, D>],
 ) -> Option<(Vec<f64>, Vec<f64>, f64)> {

@@ -4,7 +4,7 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use super::Settings;
+use super::FitSettings;
 use super::directions::decompose;
 use super::on_target::{ON_BOUND, correct, room};
 use super::problem::Problem;
@@ -67,7 +67,7 @@ impl End {
 
 /// A point of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Point {
+pub struct ValleyPoint {
     /// The unknowns: tensions of the active muscles, N.
     pub x: Vec<f64>,
     /// Lengths of all muscles of the body, m.
@@ -82,7 +82,7 @@ pub struct Point {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Valley {
     /// Its points, in order; each meets the target.
-    pub points: Vec<Point>,
+    pub points: Vec<ValleyPoint>,
     /// Index of the answer among them.
     pub answer: usize,
     /// Why it ends before the first point and after the last.
@@ -98,13 +98,13 @@ impl Valley {
         direction: &DVector<f64>,
     ) -> Option<Self> {
         let here = DVector::from_column_slice(x);
-        let at = |p: &Point| DVector::from_column_slice(&p.x);
+        let at = |p: &ValleyPoint| DVector::from_column_slice(&p.x);
         let along = at(self.points.last()?) - at(self.points.first()?);
         if along.dot(direction) < 0.0 {
             self.points.reverse();
             self.ends.reverse();
         }
-        let detour = |pair: &[Point]| {
+        let detour = |pair: &[ValleyPoint]| {
             let (p, q) = (at(&pair[0]), at(&pair[1]));
             (&here - &p).norm() + (&here - &q).norm() - (&q - &p).norm()
         };
@@ -114,7 +114,7 @@ impl Valley {
             return None;
         }
         let point = point(problem, x)?;
-        let is_here = |p: &Point| (at(p) - &here).norm() < ON_BOUND;
+        let is_here = |p: &ValleyPoint| (at(p) - &here).norm() < ON_BOUND;
         match self.points.iter().position(is_here) {
             Some(same) => (self.answer, self.points[same]) = (same, point),
             None => {
@@ -129,7 +129,7 @@ impl Valley {
 /// Follows the points that meet the target from `start` in both directions of `direction`.
 pub(super) fn follow(
     problem: &mut dyn Problem,
-    settings: &Settings,
+    settings: &FitSettings,
     start: &[f64],
     direction: &DVector<f64>,
 ) -> Valley {
@@ -143,11 +143,11 @@ pub(super) fn follow(
 }
 
 /// The solved point at given values.
-fn point(problem: &mut dyn Problem, x: &[f64]) -> Option<Point> {
+fn point(problem: &mut dyn Problem, x: &[f64]) -> Option<ValleyPoint> {
     let residuals = problem.residuals(x)?;
     let others = problem.other_residuals();
     let other_rms = (!others.is_empty()).then(|| (others.norm_squared() / others.len() as f64).sqrt());
-    Some(Point {
+    Some(ValleyPoint {
         x: x.to_vec(),
         lengths: problem.lengths(),
         misfit: problem.misfit(Some(&residuals)),
@@ -157,10 +157,10 @@ fn point(problem: &mut dyn Problem, x: &[f64]) -> Option<Point> {
 
 fn one_way(
     problem: &mut dyn Problem,
-    settings: &Settings,
+    settings: &FitSettings,
     start: &[f64],
     direction: &DVector<f64>,
-) -> (Vec<Point>, End) {
+) -> (Vec<ValleyPoint>, End) {
     let Some(first) = point(problem, start) else { return (Vec::new(), End::Fold) };
     let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(first.misfit * 1.01);
     let here = DVector::from_column_slice(start);
@@ -187,8 +187,8 @@ struct Way {
     here: DVector<f64>,
     /// Unit vector along the curve.
     along: DVector<f64>,
-    last: Point,
-    points: Vec<Point>,
+    last: ValleyPoint,
+    points: Vec<ValleyPoint>,
     tolerance: f64,
     /// Whether each step begins at the shape to which the last point leads from rest.
     held: bool,

@@ -14,7 +14,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector};
 
 use crate::track::scores;
 use tongue_core::statics::lanes::{Equilibrium, Lanes, Load};
-use tongue_core::statics::{Settings, Status};
+use tongue_core::statics::{SolveSettings, SolveStatus};
 
 use super::PosteriorError;
 use super::ground::Ground;
@@ -95,8 +95,8 @@ pub struct Density<'a> {
 }
 
 /// How exactly is solved: to forces that cancel as for any fit. No load steps: what a direct solve does not reach has no density.
-const SOLVE: Settings =
-    Settings { tolerance: 1e-9, max_iterations: 60, load_steps: 0, certify: false, most_solves: 1 };
+const SOLVE: SolveSettings =
+    SolveSettings { tolerance: 1e-9, max_iterations: 60, load_steps: 0, certify: false, most_solves: 1 };
 
 /// What no prior leaves open, and what is sampled.
 fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {
@@ -311,7 +311,7 @@ impl<'a> Density<'a> {
     }
 
     /// How each equilibrium is solved.
-    pub fn settings(&self) -> &'static Settings {
+    pub fn settings(&self) -> &'static SolveSettings {
         &SOLVE
     }
 
@@ -337,5 +337,5 @@ impl Place {
 
 /// Whether an equilibrium is one that the density knows.
 pub fn is_found(shape: &Equilibrium<2>) -> bool {
-    shape.solution.status == Status::Converged && shape.solution.guarded == 0
+    shape.solution.status == SolveStatus::Converged && shape.solution.guarded == 0
 }

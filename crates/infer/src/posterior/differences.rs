@@ -168,7 +168,9 @@ pub fn by_kappa(ground: &Ground, place: &Place, meaning: &Meaning) -> Option<DMa
         let found = Lanes::new(system).solve(&loads, &SolveSettings::default());
         let converged = found.iter().all(|shape| shape.solution.status == SolveStatus::Converged);
         let lengths: Vec<Vec<f64>> = found.iter().map(|shape| system.lengths(&shape.positions)).collect();
-        converged.then(|| DVector::from_fn(rows, |row, _| lengths[row / count][row % count] / lengths[base][row % count]))
+        converged.then(|| {
+            DVector::from_fn(rows, |row, _| lengths[row / count][row % count] / lengths[base][row % count])
+        })
     };
     let half = (solved(&sides[1])? - solved(&sides[0])?) / 2.0;
     Some(DMatrix::from_column_slice(rows, 1, half.as_slice()))

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use tongue_core::body::{Body, ContinuumSettings, HYOID};
 use tongue_core::geometry::Point;
 use tongue_core::material::Constants;
-use tongue_core::statics::lanes::{Adjoint, Lanes, Load};
+use tongue_core::statics::lanes::{Adjoint, Load};
 use tongue_core::system::{Model, System, TissueModel};
 
 use super::PosteriorError;
@@ -82,8 +82,19 @@ impl Ground {
         let (ends, outline) = (ends(&body, priors), outline(&body, priors));
         let priors = priors.clone();
         let turn = turn(system.rest(), &hyoid);
-        let mut ground =
-            Self { priors, body, system, model, muscles, hyoid, ends, outline, turn, kappa: None, sides: None };
+        let mut ground = Self {
+            priors,
+            body,
+            system,
+            model,
+            muscles,
+            hyoid,
+            ends,
+            outline,
+            turn,
+            kappa: None,
+            sides: None,
+        };
         ground.kappa = differences::beside_in_kappa(&ground)?;
         if !ground.has_springs() {
             ground.sides = Some(Sides::new(&ground)?);

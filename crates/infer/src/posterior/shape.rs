@@ -20,11 +20,7 @@ use super::ground::{Field, Ground};
 
 /// Derivatives, dimensionless, of the length whose adjoint is given by the place at rest of every node, at an equilibrium with these
 /// positions, m.
-fn slope(
-    ground: &Ground,
-    positions: &[SVector<f64, 2>],
-    adjoint: &Adjoint<2>,
-) -> Vec<SVector<f64, 2>> {
+fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -> Vec<SVector<f64, 2>> {
     let system: &System<2> = &ground.system;
     let rest = system.rest();
     let free = |n: usize| match system.pattern().unknown(n) {

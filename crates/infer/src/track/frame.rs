@@ -6,7 +6,7 @@ use crate::inverse::{BONE_SD_M, FreedBone};
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Contour, Curve, NodePosition as Place, Observable, Observation};
-use tongue_core::statics::{self, Connection, Response, Settings, Status, Workspace};
+use tongue_core::statics::{self, Connection, Response, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::System;
 use tongue_input::measured::recording::{Seen, SeenFrame};
 
@@ -165,7 +165,7 @@ pub struct Solver<'a> {
     pub followed: &'a [Followed],
     freed: &'a [FreedBone<2>],
     pub scale_n: f64,
-    pub settings: Settings,
+    pub settings: SolveSettings,
     workspace: Workspace<2>,
     tensions: Vec<f64>,
 }
@@ -174,7 +174,7 @@ impl<'a> Solver<'a> {
     pub fn new(system: &'a System<2>, followed: &'a [Followed], scale_n: f64) -> Self {
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
-        let settings = Settings::default();
+        let settings = SolveSettings::default();
         Self { system, followed, freed: &[], scale_n, settings, workspace, tensions }
     }
 
@@ -217,7 +217,7 @@ impl<'a> Solver<'a> {
 
     fn is_solved(&mut self) -> bool {
         let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
-        done.status == Status::Converged
+        done.status == SolveStatus::Converged
     }
 
     /// Whether the equilibrium lies on the branch that begins at rest with the bones of this frame. `relaxed` is where the body rests
@@ -252,7 +252,7 @@ impl<'a> Solver<'a> {
             let followed = LOADS.iter().all(|load| {
                 self.tensions = whole.iter().map(|f| f * load).collect();
                 let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
-                done.status == Status::Converged && done.connection == Connection::Direct
+                done.status == SolveStatus::Converged && done.connection == Connection::Direct
             });
             if followed && apart(self.workspace.positions()) <= SAME_SHAPE_M {
                 return true;

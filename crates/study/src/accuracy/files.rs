@@ -2,7 +2,7 @@
 
 use crate::StudyError;
 use tongue_files::report::{Export, PrecisionCurve, Rows, work_precision};
-use tongue_infer::inverse::{Method, Settings};
+use tongue_infer::inverse::{FitSettings, Method};
 use tongue_input::measured::TargetKind;
 
 use super::AccuracyStudy;
@@ -91,7 +91,7 @@ fn fit_curves(runs: &[FitRun]) -> Vec<PrecisionCurve> {
             (Method::NelderMead, false, "simplex, cold"),
             (Method::GaussNewton, true, "Gauss-Newton"),
         ] {
-            let starts = Settings::default().starts;
+            let starts = FitSettings::default().starts;
             let ladder = runs
                 .iter()
                 .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, starts));

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::StudyError;
 use crate::table::{duration, number};
 use tongue_core::dynamics;
-use tongue_infer::inverse::{Method, Settings};
+use tongue_infer::inverse::{FitSettings, Method};
 use tongue_input::measured::TargetKind;
 
 use super::AccuracyStudy;
@@ -164,7 +164,7 @@ fn goals(p: &mut String, study: &AccuracyStudy) {
         run.map_or_else(|| "not reached".into(), told),
         Some(time(run).is_some_and(|t| t < 0.2)),
     );
-    let standard = Settings::default();
+    let standard = FitSettings::default();
     let gn = stretch_fits(study, Method::GaussNewton)
         .find(|r| r.starts == standard.starts && r.tolerance_n == standard.tension_tolerance && r.warm);
     let nm = stretch_fits(study, Method::NelderMead).min_by(|a, b| a.tolerance_n.total_cmp(&b.tolerance_n));

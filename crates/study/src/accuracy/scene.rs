@@ -3,12 +3,12 @@
 use nalgebra::SVector;
 
 use crate::{Pulled, StudyError};
-use tongue_core::statics::{self, Settings, Solution, Status, Workspace};
+use tongue_core::statics::{self, Solution, SolveSettings, SolveStatus, Workspace};
 use tongue_input::measured::{TargetKind, reference_muscle};
 
 /// Settings of the reference: Newton's method until rounding stops it.
-const TO_THE_END: Settings =
-    Settings { tolerance: 0.0, max_iterations: 100, load_steps: 0, certify: false, most_solves: 0 };
+const TO_THE_END: SolveSettings =
+    SolveSettings { tolerance: 0.0, max_iterations: 100, load_steps: 0, certify: false, most_solves: 0 };
 
 impl Pulled {
     /// The equilibrium of Newton's method when only rounding stops it, and its residual force, N.
@@ -18,7 +18,8 @@ impl Pulled {
     pub fn reference(&self) -> Result<(Vec<SVector<f64, 2>>, f64), StudyError> {
         let mut workspace = Workspace::new(&self.system);
         let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &TO_THE_END);
-        if solution.max_residual_force.is_nan() || solution.max_residual_force > Settings::default().tolerance
+        if solution.max_residual_force.is_nan()
+            || solution.max_residual_force > SolveSettings::default().tolerance
         {
             return Err(StudyError::Reference(solution.max_residual_force));
         }
@@ -28,7 +29,7 @@ impl Pulled {
     /// One equilibrium from rest.
     pub fn solve(&self, workspace: &mut Workspace<2>, tolerance: f64) -> Solution {
         workspace.start_from_rest(&self.system);
-        let settings = Settings { tolerance, ..Settings::default() };
+        let settings = SolveSettings { tolerance, ..SolveSettings::default() };
         statics::solve(&self.system, workspace, &self.tensions, &settings)
     }
 
@@ -53,13 +54,13 @@ pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Why a solve stopped before its tolerance, if it did.
-pub fn shortfall(status: Status) -> Option<&'static str> {
+pub fn shortfall(status: SolveStatus) -> Option<&'static str> {
     match status {
-        Status::Converged => None,
-        Status::IterationLimit => Some("iteration limit"),
-        Status::Stalled => Some("rounding stops the descent before the force tolerance is reached"),
-        Status::Inverted => Some("a cell is inverted"),
-        Status::Unstable => Some("an unstable equilibrium"),
-        Status::NotFinite => Some("a number is not finite"),
+        SolveStatus::Converged => None,
+        SolveStatus::IterationLimit => Some("iteration limit"),
+        SolveStatus::Stalled => Some("rounding stops the descent before the force tolerance is reached"),
+        SolveStatus::Inverted => Some("a cell is inverted"),
+        SolveStatus::Unstable => Some("an unstable equilibrium"),
+        SolveStatus::NotFinite => Some("a number is not finite"),
     }
 }

@@ -5,7 +5,7 @@ use serde::{Serialize, Serializer};
 use crate::StudyError;
 use tongue_core::body::Mesh;
 use tongue_core::system::Model;
-use tongue_infer::inverse::{self, Fit, Method, Settings};
+use tongue_infer::inverse::{self, Fit, FitSettings, Method};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 use super::ladder::{Effort, Ended, measure};
@@ -66,13 +66,13 @@ pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, StudyError
     let mut runs = Vec::new();
     for kind in [TargetKind::Stretch, TargetKind::Ratio] {
         let target = Target::new(&data, "S2", &vowel, kind, &TargetOptions::default())?;
-        let tight = Settings {
+        let tight = FitSettings {
             method: Method::GaussNewton,
             tension_tolerance: 1e-8,
             cost_tolerance: 1e-24,
             starts: 8,
-            equilibrium: tongue_core::statics::Settings { tolerance: 1e-11, ..Default::default() },
-            ..Settings::default()
+            equilibrium: tongue_core::statics::SolveSettings { tolerance: 1e-11, ..Default::default() },
+            ..FitSettings::default()
         };
         let reference = inverse::fit(mesh, &Model::default(), &target, &tight)?;
         for settings in rungs() {
@@ -84,27 +84,27 @@ pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, StudyError
 }
 
 /// Settings in which one value at a time differs from the default.
-fn rungs() -> Vec<Settings> {
-    let simplex = Settings::default();
-    let derivative = Settings { method: Method::GaussNewton, ..simplex };
+fn rungs() -> Vec<FitSettings> {
+    let simplex = FitSettings::default();
+    let derivative = FitSettings { method: Method::GaussNewton, ..simplex };
     let mut rungs = Vec::new();
-    rungs.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| Settings { tension_tolerance, ..simplex }));
-    rungs.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| Settings {
+    rungs.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..simplex }));
+    rungs.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings {
         tension_tolerance,
         warm_start: false,
         ..simplex
     }));
-    rungs.extend(STARTS.map(|starts| Settings { starts, ..simplex }));
-    rungs.extend(STEP_TOLERANCES.map(|tension_tolerance| Settings { tension_tolerance, ..derivative }));
-    rungs.push(Settings { warm_start: false, ..derivative });
-    rungs.extend(STARTS.map(|starts| Settings { starts, ..derivative }));
+    rungs.extend(STARTS.map(|starts| FitSettings { starts, ..simplex }));
+    rungs.extend(STEP_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..derivative }));
+    rungs.push(FitSettings { warm_start: false, ..derivative });
+    rungs.extend(STARTS.map(|starts| FitSettings { starts, ..derivative }));
     rungs
 }
 
-fn row(settings: &Settings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> FitRun {
+fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> FitRun {
     let off = fit.tensions.iter().zip(&reference.tensions).map(|(a, b)| (a - b).abs());
     let ended = match fit.status {
-        inverse::Status::Converged => Ended::Done,
+        inverse::FitStatus::Converged => Ended::Done,
         other => Ended::Short(format!("{other:?}")),
     };
     FitRun {

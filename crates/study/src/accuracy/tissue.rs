@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::{PUBLISHED_A, StudyError};
 use tongue_core::body::Mesh;
 use tongue_core::material::Spread;
-use tongue_core::statics::{self, Settings, Workspace};
+use tongue_core::statics::{self, SolveSettings, Workspace};
 use tongue_core::system::{Model, System, TissueModel};
 
 /// Tissues in the order of the tables.
@@ -57,7 +57,7 @@ pub fn patch(mesh: &Mesh<2>, h: f64, tissue: &str) -> Result<f64, StudyError> {
     let mut workspace = Workspace::new(&system);
     workspace.start_from(&start);
     let slack = vec![0.0; system.muscle_count()];
-    statics::solve(&system, &mut workspace, &slack, &Settings::default());
+    statics::solve(&system, &mut workspace, &slack, &SolveSettings::default());
     let off = workspace.positions().iter().zip(&moved).map(|(a, b)| (a - b).norm());
     Ok(1e3 * off.fold(0.0, f64::max))
 }

@@ -3,7 +3,9 @@
 use std::time::Instant;
 
 use tongue_core::body::Mesh;
-use tongue_core::statics::{CriticalKind, Settings, Status, Trace, Workspace, smallest_eigenvalue, trace};
+use tongue_core::statics::{
+    CriticalKind, SolveSettings, SolveStatus, Trace, Workspace, smallest_eigenvalue, trace,
+};
 use tongue_core::system::{Model, System, coefficients};
 
 use super::{HardCase, StudyError, bodies, name_of};
@@ -49,11 +51,11 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), 
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
-    let found = trace(&system, &mut workspace, &[load], &Settings::default(), STEPS);
+    let found = trace(&system, &mut workspace, &[load], &SolveSettings::default(), STEPS);
     let wall_s = clock.elapsed().as_secs_f64();
     let smallest_eigenvalue = smallest_eigenvalue(&system, &mut workspace);
     let s = found.solution;
-    let converged = s.status == Status::Converged;
+    let converged = s.status == SolveStatus::Converged;
     let row = HardCase {
         converged,
         kept: converged,

@@ -9,7 +9,7 @@ use tongue_core::body::{Mesh, largest_distance};
 use tongue_core::parallel;
 use tongue_core::statics::Workspace;
 use tongue_core::system::Model;
-use tongue_infer::inverse::{self, Settings};
+use tongue_infer::inverse::{self, FitSettings};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 use super::search::of_fit;
@@ -67,7 +67,7 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, StudyError> {
     let data = Dataset::reference()?;
     let target =
         Target::new(&data, "S2", &"a".parse::<Vowel>()?, TargetKind::Ratio, &TargetOptions::default())?;
-    let settings = Settings { starts: 4, ..Settings::default() };
+    let settings = FitSettings { starts: 4, ..FitSettings::default() };
     let mut first: Option<Vec<u64>> = None;
     let mut rows = Vec::new();
     for count in [1, 2, 4] {

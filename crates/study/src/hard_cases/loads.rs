@@ -2,7 +2,7 @@
 
 use crate::pulled::{Pulled, tongue};
 use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
-use tongue_core::statics::{Settings, Workspace, trace};
+use tongue_core::statics::{SolveSettings, Workspace, trace};
 use tongue_core::system::{Model, OutsidePath, System, TissueModel};
 
 use super::{HardCase, HowMany, StudyError, equilibrium_row, name_of};
@@ -70,7 +70,7 @@ fn beside_branch(
     tensions: &[f64],
 ) -> HardCase {
     let direct = workspace.positions().to_vec();
-    let found = trace(system, workspace, tensions, &Settings::default(), TRACE_STEPS);
+    let found = trace(system, workspace, tensions, &SolveSettings::default(), TRACE_STEPS);
     let ends_at = found.critical.map(|c| c.load).or(found.stopped).unwrap_or(1.0);
     let apart = largest_distance(&direct, workspace.positions());
     let row = HardCase { branch_ends_at: Some(ends_at), apart_from_branch_m: Some(apart), ..row };

@@ -20,7 +20,9 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::StudyError;
-use tongue_core::statics::{Settings, Solution, Stability, Status, Workspace, smallest_eigenvalue, solve};
+use tongue_core::statics::{
+    Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
+};
 use tongue_core::system::System;
 
 pub use table::markdown;
@@ -153,20 +155,21 @@ fn equilibrium_row<const D: usize>(
 ) -> (Solution, HardCase) {
     workspace.start_from_rest(system);
     let clock = Instant::now();
-    let solution = solve(system, workspace, tensions, &Settings { certify: true, ..Settings::default() });
+    let solution =
+        solve(system, workspace, tensions, &SolveSettings { certify: true, ..SolveSettings::default() });
     let wall_s = clock.elapsed().as_secs_f64();
-    let found = matches!(solution.status, Status::Converged | Status::Unstable);
+    let found = matches!(solution.status, SolveStatus::Converged | SolveStatus::Unstable);
     let smallest_eigenvalue = if found { smallest_eigenvalue(system, workspace) } else { None };
     let (smallest, _) = system.cell_ratios(workspace.positions());
     let finite = workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite()));
     let stable = matches!(solution.stability, Stability::Stable | Stability::Neutral);
-    let converged = solution.status == Status::Converged && stable;
+    let converged = solution.status == SolveStatus::Converged && stable;
     let row = HardCase {
         converged,
         // An inverted cell is reported by the status; no other state may contain one.
         kept: finite
-            && (smallest > 0.0) != (solution.status == Status::Inverted)
-            && (converged || solution.status != Status::Converged),
+            && (smallest > 0.0) != (solution.status == SolveStatus::Inverted)
+            && (converged || solution.status != SolveStatus::Converged),
         iterations: solution.iterations,
         load_reached: solution.load_reached,
         min_area_ratio: smallest.is_finite().then_some(smallest),
@@ -193,12 +196,12 @@ fn note_of(solution: &Solution) -> String {
     if solution.guarded > 0 {
         notes.push("barrier active: not the published law".to_owned());
     }
-    if solution.max_residual_force > Settings::default().tolerance {
+    if solution.max_residual_force > SolveSettings::default().tolerance {
         notes.push(format!("residual {:.1e} N", solution.max_residual_force));
     }
-    if solution.status == Status::Inverted {
+    if solution.status == SolveStatus::Inverted {
         notes.push("no area term: springs alone let cells invert".to_owned());
-    } else if solution.status != Status::Converged {
+    } else if solution.status != SolveStatus::Converged {
         notes.push(format!("{:.3} of the load reached", solution.load_reached));
         notes.push(format!("rounding alone makes {:.1e} N", solution.rounding_force));
     }

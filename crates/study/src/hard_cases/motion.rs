@@ -7,7 +7,7 @@ use crate::pulled::{PUBLISHED_A, Pulled, tongue};
 use tongue_core::body::largest_distance;
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, Tensions};
 use tongue_core::material::{Constants, Preset};
-use tongue_core::statics::{Settings, Workspace, solve};
+use tongue_core::statics::{SolveSettings, Workspace, solve};
 use tongue_core::system::Model;
 
 use super::{HardCase, HowMany, StudyError, name_of};
@@ -175,7 +175,7 @@ fn distance_to_equilibrium(motion: &Motion<'_, 2>, positions: &[nalgebra::SVecto
     let mut tensions = vec![0.0; system.muscle_count()];
     motion.tensions().at(f64::MAX, &mut tensions);
     let mut workspace = Workspace::new(system);
-    let solution = solve(system, &mut workspace, &tensions, &Settings::default());
+    let solution = solve(system, &mut workspace, &tensions, &SolveSettings::default());
     let apart = largest_distance(workspace.positions(), positions);
-    (solution.status == tongue_core::statics::Status::Converged).then_some(apart)
+    (solution.status == tongue_core::statics::SolveStatus::Converged).then_some(apart)
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use tongue_core::body::Mesh;
 use tongue_core::statics;
 use tongue_core::system::Model;
-use tongue_infer::inverse::{self, Fit, Settings, Status};
+use tongue_infer::inverse::{self, Fit, FitSettings, FitStatus};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 use super::{HardCase, StudyError, name_of};
@@ -52,7 +52,7 @@ pub(super) fn targets() -> Result<Vec<HardCase>, StudyError> {
         ("all eight", target("S2", "a", TargetKind::Stretch, Some(&eight))?, None),
         ("S1 /o/ with GGa at 0.70 and SGa at 1.29", changed(pair, &[("GGa", 0.70), ("SGa", 1.29)]), None),
     ];
-    let settings = Settings { starts: 2, ..Settings::default() };
+    let settings = FitSettings { starts: 2, ..FitSettings::default() };
     cases.into_iter().map(|(name, t, reachable)| row(6, name, &mesh, &t, &settings, reachable)).collect()
 }
 
@@ -64,29 +64,34 @@ pub(super) fn simplices() -> Result<Vec<HardCase>, StudyError> {
     let target = Target::new(&data, "S2", &vowel, TargetKind::Ratio, &TargetOptions::default())?;
     let mut at_rest = Target::new(&data, "S2", &vowel, TargetKind::Stretch, &TargetOptions::default())?;
     at_rest.values.fill(1.0);
-    let usual = Settings { starts: 2, ..Settings::default() };
-    let few = |max_iterations| statics::Settings { max_iterations, load_steps: 0, ..Default::default() };
+    let usual = FitSettings { starts: 2, ..FitSettings::default() };
+    let few = |max_iterations| statics::SolveSettings { max_iterations, load_steps: 0, ..Default::default() };
     // Larger tensions need more iterations from rest. A limit on iterations therefore makes candidates beyond
     // some load fail, so that searches begin among failures or run into them.
-    let in_part = |max_iterations, upper_bound| Settings {
+    let in_part = |max_iterations, upper_bound| FitSettings {
         equilibrium: few(max_iterations),
         warm_start: false,
         upper_bound,
         ..usual
     };
-    let cases: [(&str, &Target, Settings, Reachable); 10] = [
+    let cases: [(&str, &Target, FitSettings, Reachable); 10] = [
         (
             "degenerate simplex: a box of 1e-9 N",
             &target,
-            Settings { upper_bound: 1e-9, ..usual },
+            FitSettings { upper_bound: 1e-9, ..usual },
             Some(false),
         ),
-        ("start on a bound: a box of 1 N", &target, Settings { upper_bound: 1.0, ..usual }, Some(false)),
-        ("plateau: nothing ever converges", &target, Settings { equilibrium: few(0), ..usual }, Some(false)),
+        ("start on a bound: a box of 1 N", &target, FitSettings { upper_bound: 1.0, ..usual }, Some(false)),
+        (
+            "plateau: nothing ever converges",
+            &target,
+            FitSettings { equilibrium: few(0), ..usual },
+            Some(false),
+        ),
         (
             "every solve fails: 4 iterations a solve",
             &target,
-            Settings { equilibrium: few(4), ..usual },
+            FitSettings { equilibrium: few(4), ..usual },
             Some(false),
         ),
         (
@@ -101,10 +106,10 @@ pub(super) fn simplices() -> Result<Vec<HardCase>, StudyError> {
             in_part(13, 1e3),
             Some(true),
         ),
-        ("loads to 1e6 N", &target, Settings { upper_bound: 1e6, ..usual }, None),
+        ("loads to 1e6 N", &target, FitSettings { upper_bound: 1e6, ..usual }, None),
         ("a target already met: the rest shape", &at_rest, usual, Some(true)),
-        ("one iteration of the search", &target, Settings { max_iterations: 1, ..usual }, None),
-        ("cost tolerance 0", &target, Settings { cost_tolerance: 0.0, ..usual }, Some(true)),
+        ("one iteration of the search", &target, FitSettings { max_iterations: 1, ..usual }, None),
+        ("cost tolerance 0", &target, FitSettings { cost_tolerance: 0.0, ..usual }, Some(true)),
     ];
     cases
         .into_iter()
@@ -117,14 +122,14 @@ fn row(
     variant: &str,
     mesh: &Mesh<2>,
     target: &Target,
-    settings: &Settings,
+    settings: &FitSettings,
     reachable: Reachable,
 ) -> Result<HardCase, StudyError> {
     let clock = Instant::now();
     let found = inverse::fit(mesh, &Model::default(), target, settings)?;
     let wall_s = clock.elapsed().as_secs_f64();
     let finite = found.tensions.iter().chain(&found.lengths).all(|v| v.is_finite());
-    let kept = finite && reachable.is_none_or(|r| r == (found.status == Status::Converged));
+    let kept = finite && reachable.is_none_or(|r| r == (found.status == FitStatus::Converged));
     Ok(of_fit(case, variant.to_owned(), &found, kept, wall_s, note(&found)))
 }
 
@@ -138,7 +143,7 @@ pub(super) fn of_fit(
     note: String,
 ) -> HardCase {
     HardCase {
-        converged: found.status == Status::Converged,
+        converged: found.status == FitStatus::Converged,
         kept,
         iterations: found.evaluations,
         load_reached: found.replay.solution.load_reached,
@@ -157,7 +162,7 @@ fn note(found: &Fit) -> String {
     if failures > 0 {
         note += &format!("; {failures} candidates had no equilibrium");
     }
-    if found.status == Status::TargetNotMet && found.replay.solution.guarded > 0 {
+    if found.status == FitStatus::TargetNotMet && found.replay.solution.guarded > 0 {
         note += "; the search began and ended where the barrier against inversion acts, because starts lie at up to 0.3 of the bound: \
                  there the misfit hardly changes with the tensions. The answer lies at a few newtons";
     }

@@ -6,7 +6,7 @@ use tongue_core::body::{Body, HYOID};
 use tongue_core::parallel;
 use tongue_core::system::Model;
 use tongue_infer::inverse::{
-    self, FitError, Forward, LooseBone, Method, Premises, Problem, Settings, Setup, Tone,
+    self, FitError, FitSettings, Forward, LooseBone, Method, Premises, Problem, Setup, Tone,
 };
 
 use super::cases::Case;
@@ -23,7 +23,7 @@ pub struct Bench {
     /// That body.
     pub setup: Setup,
     /// Settings of the search.
-    pub settings: Settings,
+    pub settings: FitSettings,
 }
 
 impl Bench {
@@ -32,7 +32,7 @@ impl Bench {
     /// # Errors
     /// As [`Setup::new`] for a body without a hyoid.
     pub fn new(body: &Body<2>, model: &Model) -> Result<Self, FitError> {
-        let settings = Settings { method: Method::GaussNewton, ..Settings::default() };
+        let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
         Ok(Self { setup: Setup::new(body, model, Premises::active_baseline(2))?, settings })
     }
 
@@ -50,7 +50,7 @@ impl Bench {
     /// Predicted stretches of a complete fit, of all muscles of the target; ones if there is no equilibrium.
     pub fn judge(&self, setup: &Setup, case: &Case) -> Vec<f64> {
         match inverse::fit_in(setup, &case.matched, &self.settings) {
-            Ok(fit) if fit.status != inverse::Status::NoEquilibrium => fit.simulated,
+            Ok(fit) if fit.status != inverse::FitStatus::NoEquilibrium => fit.simulated,
             _ => vec![1.0; case.target().muscles.len()],
         }
     }
@@ -116,7 +116,7 @@ impl Levers {
 pub struct NestedChain<'a> {
     /// The case.
     pub case: &'a Case,
-    settings: Settings,
+    settings: FitSettings,
     x: Vec<f64>,
     positions: Vec<SVector<f64, 2>>,
 }

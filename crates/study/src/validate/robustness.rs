@@ -2,7 +2,7 @@
 
 use tongue_core::body::Mesh;
 use tongue_core::parallel;
-use tongue_infer::inverse::{FitError, Matched, Settings, Setup};
+use tongue_infer::inverse::{FitError, FitSettings, Matched, Setup};
 use tongue_input::measured::{Dataset, Lengths, Target, Vowel};
 
 use super::cases::{Case, cases, of_rows, subjects};
@@ -155,7 +155,7 @@ pub fn left_out(
             bench.setup(&Levers { tension_sd, bone_sd_m, ..usual })
         })
         .collect::<Result<_, FitError>>()?;
-    let settings = Settings { starts: 2, ..bench.settings };
+    let settings = FitSettings { starts: 2, ..bench.settings };
     let rows: Vec<Vec<Option<Left>>> = parallel::map(cases, |case| {
         let target = case.target();
         let others: Vec<&Case> = cases.iter().filter(|c| c.subject != case.subject).collect();

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use crate::effect::Configuration;
 use crate::geometry;
-use crate::statics::{Response, Settings, Solution, Status, Workspace, solve};
+use crate::statics::{Response, Solution, SolveSettings, SolveStatus, Workspace, solve};
 use crate::system::System;
 
 use super::{Adjoint, Equilibrium, Load};
@@ -13,7 +13,7 @@ use super::{Adjoint, Equilibrium, Load};
 pub(super) fn solve_alone<const D: usize>(
     system: &System<D>,
     load: &Load<'_, D>,
-    settings: &Settings,
+    settings: &SolveSettings,
 ) -> Equilibrium<D> {
     let mut w = Workspace::new(system);
     if load.start.is_some() {
@@ -26,12 +26,12 @@ fn solve_in<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,
     load: &Load<'_, D>,
-    settings: &Settings,
+    settings: &SolveSettings,
 ) -> Equilibrium<D> {
     load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(system, nodes, *shift));
     let start = load.start.unwrap_or(system.rest());
     if start.len() != w.positions().len() {
-        let solution = Solution { status: Status::NotFinite, ..Solution::NONE };
+        let solution = Solution { status: SolveStatus::NotFinite, ..Solution::NONE };
         return Equilibrium { solution, positions: system.rest().to_vec(), alone: true };
     }
     w.start_from(start);
@@ -59,7 +59,12 @@ impl<const D: usize> Alone<D> {
     }
 
     /// As [`solve_alone`].
-    pub fn solve(&mut self, system: &System<D>, load: &Load<'_, D>, settings: &Settings) -> Equilibrium<D> {
+    pub fn solve(
+        &mut self,
+        system: &System<D>,
+        load: &Load<'_, D>,
+        settings: &SolveSettings,
+    ) -> Equilibrium<D> {
         self.is_factorised = false;
         if load.start.is_none() {
             self.w.start_from_rest(system);

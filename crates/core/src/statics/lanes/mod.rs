@@ -13,10 +13,10 @@
 //! - The bits are the same for any number of threads, since groups depend on the number of a load only, and on
 //!   every processor, since no operations are fused. They depend on the other loads of the group.
 //! - Lanes solve the plain case: springs, muscles, straight paths and incompressible triangles in the plane. A
-//! lane is given up, and its load solved by [`solve`](super::solve) from its start, if the barrier acts, the
-//! stiffness stays indefinite, the line search fails, or bones cannot be moved to their places. All loads of
+//!   lane is given up, and its load solved by [`solve`](super::solve) from its start, if the barrier acts, the
+//!   stiffness stays indefinite, the line search fails, or bones cannot be moved to their places. All loads of
 //!   other bodies (in space, of finite elements, with contact or weight) are solved so too; for these a group
-//! keeps the factor from one solve to the next. [`Equilibrium::alone`] says so; the status is always that of
+//!   keeps the factor from one solve to the next. [`Equilibrium::alone`] says so; the status is always that of
 //!   [`solve`](super::solve).
 //!
 //! # Example
@@ -24,7 +24,7 @@
 //! use nalgebra::SVector;
 //! use tongue_core::body::Body;
 //! use tongue_core::statics::lanes::{Equilibrium, Lanes, Load, length_gradient};
-//! use tongue_core::statics::{Settings, Status};
+//! use tongue_core::statics::{SolveSettings, SolveStatus};
 //! use tongue_core::system::{Model, System};
 //!
 //! let body = Body::tongue(5.5e-3)?;
@@ -33,26 +33,26 @@
 //!
 //! // A hundred draws around the shape of one load, each from that shape.
 //! let tensions = vec![12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
-//! let middle = lanes.solve(&[Load::new(tensions)], &Settings::default());
+//! let middle = lanes.solve(&[Load::new(tensions)], &SolveSettings::default());
 //! let draw = |i: usize| {
 //!     let part = 1.0 + 0.0006 * (i as f64 - 50.0);
 //!     Load::new(vec![12.0 * part, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]).starting_at(&middle[0].positions)
 //! };
-//! let lengths = lanes.map(100, &Settings::default(), draw, |_, shape| {
-//!     (shape.solution.status == Status::Converged).then(|| system.length(&shape.positions, 0))
+//! let lengths = lanes.map(100, &SolveSettings::default(), draw, |_, shape| {
+//!     (shape.solution.status == SolveStatus::Converged).then(|| system.length(&shape.positions, 0))
 //! });
 //! assert!(lengths[99] < lengths[0], "who pulls harder is shorter");
 //!
 //! // How the length of every muscle answers to tensions and to bones, exactly.
 //! let mut group = lanes.group();
-//! group.solve(&[draw(0), draw(99)], &Settings::default());
+//! group.solve(&[draw(0), draw(99)], &SolveSettings::default());
 //! let rates = group.length_rates();
 //! let gga = &rates[0].as_ref().ok_or("no stable equilibrium")?[0];
 //! assert!(gga.by_tension[0] < 0.0, "m/N");
 //!
 //! // Derivatives of a misfit by all tensions in four chains side by side, one back-substitution each.
 //! let measured = 0.9 * system.length(system.rest(), 0);
-//! let shapes = group.solve(&[draw(10), draw(40), draw(60), draw(90)], &Settings::default()).to_vec();
+//! let shapes = group.solve(&[draw(10), draw(40), draw(60), draw(90)], &SolveSettings::default()).to_vec();
 //! let gradient = |shape: &Equilibrium<2>| {
 //!     let residual = system.length(&shape.positions, 0) - measured;
 //!     let mut by_node = vec![SVector::zeros(); shape.positions.len()];
@@ -75,7 +75,7 @@ use nalgebra::SVector;
 
 use crate::parallel;
 use crate::statics::plain::{Work, at_rest, solve_group};
-use crate::statics::{Settings, Solution};
+use crate::statics::{Solution, SolveSettings};
 use crate::system::System;
 use crate::system::elements::Elements;
 
@@ -170,7 +170,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
     }
 
     /// Solves all loads, in their order.
-    pub fn solve(&self, loads: &[Load<'_, D>], settings: &Settings) -> Vec<Equilibrium<D>> {
+    pub fn solve(&self, loads: &[Load<'_, D>], settings: &SolveSettings) -> Vec<Equilibrium<D>> {
         self.map(loads.len(), settings, |i| loads[i].clone(), |_, shape| shape.clone())
     }
 
@@ -179,7 +179,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
     pub fn map<'l, R: Send>(
         &self,
         count: usize,
-        settings: &Settings,
+        settings: &SolveSettings,
         load: impl Fn(usize) -> Load<'l, D> + Sync,
         keep: impl Fn(usize, &Equilibrium<D>) -> R + Sync,
     ) -> Vec<R> {
@@ -193,7 +193,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
     pub fn map_groups<'l, R: Send>(
         &self,
         count: usize,
-        settings: &Settings,
+        settings: &SolveSettings,
         load: impl Fn(usize) -> Load<'l, D> + Sync,
         keep: impl Fn(usize, &mut Group<'_, D>) -> Vec<R> + Sync,
     ) -> Vec<R> {
@@ -231,7 +231,7 @@ pub struct Group<'a, const D: usize> {
 impl<const D: usize> Group<'_, D> {
     /// Solves the loads, at most [`LANES`]; further ones are ignored. If all have starts, Newton's method
     /// begins with the factor of the last solve.
-    pub fn solve(&mut self, loads: &[Load<'_, D>], settings: &Settings) -> &[Equilibrium<D>] {
+    pub fn solve(&mut self, loads: &[Load<'_, D>], settings: &SolveSettings) -> &[Equilibrium<D>] {
         let loads = &loads[..loads.len().min(LANES)];
         self.factorised = None;
         self.solve_in_lanes(loads, settings);
@@ -269,7 +269,7 @@ impl<const D: usize> Group<'_, D> {
         &self.answers
     }
 
-    fn solve_in_lanes(&mut self, loads: &[Load<'_, D>], settings: &Settings) {
+    fn solve_in_lanes(&mut self, loads: &[Load<'_, D>], settings: &SolveSettings) {
         let (system, is_own) = (self.system, &mut self.is_own);
         let Some((elements, work)) = &mut self.work else { return };
         if loads.iter().any(|l| l.start.is_none()) {

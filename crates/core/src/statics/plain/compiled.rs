@@ -2,18 +2,18 @@
 //! optimisation, and not in the crate of a generic caller.
 
 use crate::sparse::wide::{LANES, Pair, Wide};
-use crate::statics::Settings;
+use crate::statics::SolveSettings;
 use crate::system::elements::Elements;
 
 use super::Work;
 
 /// [`Work::solve`] of one load.
-pub(in crate::statics) fn solve_one(work: &mut Work<1>, elements: &Elements, settings: &Settings) {
+pub(in crate::statics) fn solve_one(work: &mut Work<1>, elements: &Elements, settings: &SolveSettings) {
     work.solve(elements, settings);
 }
 
 /// [`Work::solve`] of a group.
-pub(in crate::statics) fn solve_group(work: &mut Work<LANES>, elements: &Elements, settings: &Settings) {
+pub(in crate::statics) fn solve_group(work: &mut Work<LANES>, elements: &Elements, settings: &SolveSettings) {
     work.solve(elements, settings);
 }
 

@@ -13,7 +13,7 @@ use crate::geometry::simplex;
 use crate::sparse::flat::{Block, Factor, Lower, Solve};
 use crate::sparse::wide::{Pair, Wide, way};
 use crate::statics::carry::{FOLLOWED, MOST_PARTS};
-use crate::statics::{Settings, Solution, Status};
+use crate::statics::{Solution, SolveSettings, SolveStatus};
 use crate::system::System;
 use crate::system::elements::{Elements, Numbers};
 
@@ -207,7 +207,7 @@ impl<const L: usize> Work<L> {
 
     /// The work of a lane before it was given up.
     pub fn spent(&self, lane: usize) -> Solution {
-        Solution { status: Status::IterationLimit, ..self.lanes[lane].done }
+        Solution { status: SolveStatus::IterationLimit, ..self.lanes[lane].done }
     }
 
     /// Forces of a lane on the nodes of the mesh, N; zero on the inner nodes of paths.
@@ -219,7 +219,7 @@ impl<const L: usize> Work<L> {
     }
 
     /// Solves all lanes that were set.
-    pub fn solve(&mut self, elements: &Elements, settings: &Settings) {
+    pub fn solve(&mut self, elements: &Elements, settings: &SolveSettings) {
         for part in 1..=MOST_PARTS {
             let mut all_there = true;
             for lane in 0..L {
@@ -243,7 +243,7 @@ impl<const L: usize> Work<L> {
         // A lane that was given up may hold no factor that the next solve could begin with.
         self.factor_ready &= self.lanes.iter().all(|l| l.phase == Phase::Converged);
         for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Converged) {
-            lane.done.status = Status::Converged;
+            lane.done.status = SolveStatus::Converged;
             lane.done.max_residual_force = lane.residual;
             lane.done.load_reached = 1.0;
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::statics::{Settings, Solution, Workspace};
+use crate::statics::{Solution, SolveSettings, Workspace};
 use crate::system::System;
 use crate::system::elements::Elements;
 
@@ -39,7 +39,7 @@ pub(in crate::statics) fn solve_single<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,
     tensions: &[f64],
-    settings: &Settings,
+    settings: &SolveSettings,
 ) -> Result<Solution, Solution> {
     let Some(single) = &mut w.single else { return Err(Solution::NONE) };
     let (elements, work) = (&*single.elements, &mut single.work);

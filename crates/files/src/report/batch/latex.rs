@@ -1,8 +1,7 @@
 //! `tensions.tex`: the tensions of a batch as a table for a paper, one row for each fit.
 
 use super::BatchProvenance;
-use super::record::AssessedRecord;
-use super::tables::name;
+use crate::report::Told;
 
 /// Text of a cell without a value.
 const NONE: &str = "--";
@@ -39,29 +38,28 @@ pub fn head(muscles: &[String], draws: usize, p: &BatchProvenance) -> String {
 }
 
 /// The row of one fit.
-pub fn row(muscles: &[String], r: &AssessedRecord) -> String {
-    let f = &r.fit;
+pub fn row(muscles: &[String], r: &Told) -> String {
     let tension = |m: &String| {
-        let value = f.tensions_n.of(m).filter(|_| f.active.contains(m))?;
-        let interval = r.intervals.as_ref().and_then(|all| *all.tensions_n.of(m)?);
-        let interval = interval.map_or(String::new(), |i| format!(" [{:.1}, {:.1}]", i.low, i.high));
-        Some(format!("{value:.1}{interval}"))
+        let value = r.number_of("/tensions_n", m).filter(|_| r.lists("/active", m))?;
+        let range = r.rounding("tensions_n", m);
+        let range = range.map_or(String::new(), |[low, high]| format!(" [{low:.1}, {high:.1}]"));
+        Some(format!("{value:.1}{range}"))
     };
-    let none = |m: &String| if f.not_measured.contains(m) { "" } else { NONE };
+    let none = |m: &String| if r.lists("/not_measured", m) { "" } else { NONE };
     let tensions: String =
         muscles.iter().map(|m| format!(" & {}", tension(m).as_deref().unwrap_or(none(m)))).collect();
-    let seen = f.identifiability.as_ref().is_some_and(|i| i.undetermined > 0);
+    let seen = r.number("/identifiability/undetermined").is_some_and(|n| n > 0.0);
     let optional = |value: Option<f64>| value.map_or(NONE.to_owned(), |v| format!("{v:.3}"));
     format!(
         "{}{} & /{}/ & {}{}{tensions} & {}{} & {}\\\\\n",
-        escaped(&f.subject),
-        if r.substitute_baseline { "\\dag" } else { "" },
-        escaped(f.vowel.label()),
-        f.target_kind,
-        if name(&f.status) == "converged" { "" } else { "*" },
-        optional(r.passive.rms_stretch),
+        escaped(r.text("/subject")),
+        if r.is("/substitute_baseline") { "\\dag" } else { "" },
+        escaped(r.text("/vowel")),
+        r.text("/target_kind"),
+        if r.text("/status") == "converged" { "" } else { "*" },
+        optional(r.number("/passive/rms_stretch")),
         if seen { "\\ddag" } else { "" },
-        optional(r.passive.no_change_rms_stretch),
+        optional(r.number("/passive/no_change_rms_stretch")),
     )
 }
 

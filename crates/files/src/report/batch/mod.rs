@@ -12,7 +12,8 @@ mod tables;
 
 use std::io::{self, Write};
 
-use serde::{Deserialize, Serialize};
+use serde::ser::{Error as _, SerializeSeq as _};
+use serde::{Deserialize, Serialize, Serializer};
 
 use tongue_core::body::Mesh;
 use tongue_core::system::Model;
@@ -25,11 +26,12 @@ use tongue_input::measured::thesis::Thesis;
 use self::journal::{Entry, Kept};
 use self::record::AssessedRecord;
 use super::record::AlarmRecord;
-use super::{OutputDir, ReportError, Writes};
+use super::{OutputDir, ReportError, Told, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::shard::Shard;
 pub use self::summary::{BatchSummary, Digest, PassiveGroup, passive_groups};
+pub use self::tables::muscle_lines;
 
 /// Provenance of an output.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -65,27 +67,18 @@ pub struct Batch<'a> {
     pub muscles: &'a [String],
 }
 
-/// The parts of a fit for all outputs.
+/// A fit as the journal keeps it: its record, from which all outputs are made.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
-    /// Its part of the summary.
+    /// For the summary.
     pub digest: Digest,
-    /// Its record: a JSON object on one line.
-    pub json: String,
-    /// Its lines of `muscles.csv`.
-    pub muscles: String,
-    /// Its line of `fits.csv`.
-    pub fits: String,
-    /// Its row of `tensions.tex`.
-    pub latex: String,
-    /// Its lines of `posterior.csv`; empty if no posterior was asked for.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub posterior: String,
+    /// Its record.
+    pub record: Told,
     /// Differences of tensions between earlier rows of the subject and this one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contrasts: Vec<tongue_infer::posterior::Contrast>,
-    /// Its part of the page, for as many fits as the page shows.
-    pub page: Option<page::PageFit>,
+    /// What the page shows of it beside the record, for as many fits as the page shows.
+    pub shown: Option<page::Shown>,
 }
 
 impl Kept for Fitted {
@@ -121,11 +114,11 @@ pub fn assess(
     within: &Within<'_>,
     provenance: &BatchProvenance,
 ) -> Result<Result<Fitted, String>, ReportError> {
-    let &Within { mesh, muscles, model, setup, known, thesis, posterior, how } = within;
+    let &Within { mesh, model, setup, known, thesis, posterior, how } = within;
     match batch::assess(mesh, model, setup, &job.target, known, how) {
         Ok(a) => {
             let beside = (Some(thesis), posterior);
-            fitted(number, job, &a, mesh, muscles, beside, provenance).map(Ok)
+            fitted(number, job, &a, mesh, beside, provenance).map(Ok)
         }
         Err(e) => Ok(Err(e.to_string())),
     }
@@ -136,8 +129,6 @@ pub fn assess(
 pub struct Within<'a> {
     /// The mesh.
     pub mesh: &'a Mesh<2>,
-    /// Names of its muscles, in the order of columns.
-    pub muscles: &'a [String],
     /// The model that makes a system of it.
     pub model: &'a Model,
     /// The body under premises other than the thesis's.
@@ -176,8 +167,7 @@ pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
     names
 }
 
-/// Makes the parts of all outputs of a finished fit; `muscles` are those of the mesh in the order of columns.
-/// The thesis's simulation and the posterior of the row are included if there are any.
+/// Puts a finished fit into its record, with the thesis's simulation and the posterior of the row if there are any.
 ///
 /// # Errors
 /// [`ReportError`] for a figure that cannot be drawn or a record that cannot be written.
@@ -186,7 +176,6 @@ pub fn fitted(
     job: &Job,
     assessment: &Assessment,
     mesh: &Mesh<2>,
-    muscles: &[String],
     (thesis, posterior): (Option<&Thesis>, Option<&Result<RowPosterior, String>>),
     provenance: &BatchProvenance,
 ) -> Result<Fitted, ReportError> {
@@ -200,22 +189,15 @@ pub fn fitted(
     record.fit.alarms.extend(alarm.as_ref().map(AlarmRecord::from));
     let posterior = posterior.and_then(|p| p.as_ref().ok());
     record.fit.posterior = posterior.map(|p| p.report.clone());
-    let text = |e: csv::Error| ReportError::Record { reason: e.to_string() };
-    let on_page = number < page::MOST_FITS;
+    let shown = (number < page::MOST_FITS).then(|| page::Shown {
+        moved: page::displacements(&assessment.fit.positions, mesh),
+        ridges: posterior.and_then(|p| p.ridges.clone()),
+    });
     Ok(Fitted {
         digest: Digest { posterior_untold: untold.is_some(), ..Digest::new(&record) },
-        json: serde_json::to_string(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
-        muscles: tables::muscle_lines(&record, provenance, true).map_err(text)?,
-        fits: tables::fit_line(muscles, &record, provenance).map_err(text)?,
-        latex: latex::row(muscles, &record),
-        posterior: tables::posterior_lines(&record, provenance).map_err(text)?,
+        record: Told::new(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
         contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
-        page: on_page
-            .then(|| {
-                let ridges = posterior.and_then(|p| p.ridges.as_deref());
-                page::PageFit::new(number, &record, assessment, mesh, muscles, ridges)
-            })
-            .transpose()?,
+        shown,
     })
 }
 
@@ -229,8 +211,8 @@ pub fn write_files(
     journal: &BatchJournal,
 ) -> Result<Vec<std::path::PathBuf>, ReportError> {
     let (mut has_posterior, mut has_contrasts) = (false, false);
-    each_fit(batch, journal, |_, fit| {
-        has_posterior |= !fit.posterior.is_empty();
+    each_fit(batch, journal, |_, _, fit| {
+        has_posterior |= !fit.record.at("/posterior").is_null();
         has_contrasts |= !fit.contrasts.is_empty();
         Ok(())
     })
@@ -238,11 +220,11 @@ pub fn write_files(
     let files: [(&str, &Writes<'_>); 10] = [
         ("batch.json", &|w| write_json(w, batch, journal, false)),
         ("fits.csv", &|w| write_fits(w, batch, journal)),
-        ("muscles.csv", &|w| write_rows(w, batch, journal, |fit| &fit.muscles)),
+        ("muscles.csv", &|w| write_rows(w, batch, journal, muscle_lines)),
         ("batch.html", &|w| page::write(w, batch, journal)),
         ("tensions.tex", &|w| write_latex(w, batch, journal)),
         ("tensions.svg", &|w| page::write_tensions(w, batch, journal)),
-        ("posterior.csv", &|w| write_rows(w, batch, journal, |fit| &fit.posterior)),
+        ("posterior.csv", &|w| write_rows(w, batch, journal, tables::posterior_lines)),
         ("contrasts.csv", &|w| contrasts::write_csv(w, batch, journal)),
         ("contrasts.md", &|w| contrasts::write_page(w, batch, journal)),
         ("contrasts.svg", &|w| contrasts::write_picture(w, batch, journal)),
@@ -265,80 +247,104 @@ pub fn write_json(
     journal: &BatchJournal,
     with_times: bool,
 ) -> io::Result<()> {
-    let p = serde_json::to_string(batch.provenance)?;
-    // The provenance is an object: its fields come first, without the closing brace.
-    write!(w, "{},\n\"summary\":", p.trim_end_matches('}'))?;
-    serde_json::to_writer(&mut *w, batch.summary)?;
-    write!(w, ",\n\"fits\":[")?;
-    let mut first = true;
-    each_fit(batch, journal, |wall_s, fit| {
-        w.write_all(if first { b"\n" } else { b",\n" })?;
-        first = false;
-        if with_times {
-            return write!(w, "{{\"wall_s\":{wall_s},{}", fit.json.trim_start_matches('{'));
-        }
-        w.write_all(fit.json.as_bytes())
-    })?;
-    let baselines: Vec<_> = batch
-        .baselines
-        .iter()
-        .map(|b| {
-            serde_json::json!({
-                "subject": b.subject, "vowel": b.vowel, "line": b.line, "substitute_baseline": b.substitute
-            })
-        })
-        .collect();
-    let refusals: Vec<_> = all_refusals(batch, journal)?
-        .iter()
-        .map(|r| {
-            serde_json::json!({
-                "subject": r.subject, "vowel": r.vowel, "line": r.line, "target_kind": r.kind, "message": r.message
-            })
-        })
-        .collect();
-    write!(w, "],\n\"contrasts\":")?;
-    serde_json::to_writer(&mut *w, &contrasts::all(batch, journal)?)?;
-    write!(w, ",\n\"baselines\":")?;
-    serde_json::to_writer(&mut *w, &baselines)?;
-    write!(w, ",\n\"not_fitted\":")?;
-    serde_json::to_writer(&mut *w, &refusals)?;
-    write!(w, ",\n\"unreadable_rows\":")?;
-    serde_json::to_writer(&mut *w, batch.unreadable)?;
-    writeln!(w, "}}")
+    #[derive(Serialize)]
+    struct Document<'a> {
+        #[serde(flatten)]
+        provenance: &'a BatchProvenance,
+        summary: &'a BatchSummary,
+        fits: Fits<'a>,
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        contrasts: Vec<contrasts::SubjectContrast>,
+        baselines: &'a [BaselineRow],
+        not_fitted: Vec<Refusal>,
+        unreadable_rows: &'a [String],
+    }
+    let document = Document {
+        provenance: batch.provenance,
+        summary: batch.summary,
+        fits: Fits { batch, journal, with_times },
+        contrasts: contrasts::all(batch, journal)?,
+        baselines: batch.baselines,
+        not_fitted: all_refusals(batch, journal)?,
+        unreadable_rows: batch.unreadable,
+    };
+    let mut kept = KeepsError { to: w, error: None };
+    if let Err(error) = serde_json::to_writer_pretty(&mut kept, &document) {
+        return Err(kept.error.unwrap_or_else(|| error.into()));
+    }
+    writeln!(w)
 }
 
-/// Every fit stored its rows under a header; the file gets one header.
+/// Keeps the error of a write, because a serializer passes on only its text.
+struct KeepsError<'a> {
+    to: &'a mut dyn Write,
+    error: Option<io::Error>,
+}
+
+impl Write for KeepsError<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.to.write(bytes).inspect_err(|e| {
+            self.error = Some(e.raw_os_error().map_or_else(|| e.kind().into(), io::Error::from_raw_os_error));
+        })
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+}
+
+/// The records of all fits, each read from the journal when it is written.
+struct Fits<'a> {
+    batch: &'a Batch<'a>,
+    journal: &'a BatchJournal,
+    with_times: bool,
+}
+
+impl Serialize for Fits<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut all = serializer.serialize_seq(None)?;
+        each_fit(self.batch, self.journal, |_, wall_s, fit| {
+            let record = if self.with_times { fit.record.with_first("wall_s", wall_s) } else { fit.record };
+            all.serialize_element(&record).map_err(|e| io::Error::other(e.to_string()))
+        })
+        .map_err(S::Error::custom)?;
+        all.end()
+    }
+}
+
+/// Writes the rows of every fit under one header.
 fn write_rows(
     w: &mut dyn Write,
     batch: &Batch<'_>,
     journal: &BatchJournal,
-    of: fn(&Fitted) -> &str,
+    rows: fn(&Told, &BatchProvenance, bool) -> io::Result<String>,
 ) -> io::Result<()> {
     let mut first = true;
-    each_fit(batch, journal, |_, fit| {
-        let (header, rows) = of(&fit).split_once('\n').unwrap_or_default();
-        if !header.is_empty() && std::mem::take(&mut first) {
-            writeln!(w, "{header}")?;
+    each_fit(batch, journal, |_, _, fit| {
+        let text = rows(&fit.record, batch.provenance, first)?;
+        // A fit without rows has no header either.
+        if text.lines().count() > usize::from(first) {
+            first = false;
+            w.write_all(text.as_bytes())?;
         }
-        w.write_all(rows.as_bytes())
+        Ok(())
     })
 }
 
 fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
-    w.write_all(tables::fit_header(batch.muscles)?.as_bytes())?;
-    each_fit(batch, journal, |_, fit| w.write_all(fit.fits.as_bytes()))?;
-    for baseline in batch.baselines {
-        w.write_all(tables::baseline_line(batch.muscles, baseline, batch.provenance)?.as_bytes())?;
-    }
-    for refusal in all_refusals(batch, journal)? {
-        w.write_all(tables::refusal_line(batch.muscles, &refusal, batch.provenance)?.as_bytes())?;
-    }
-    Ok(())
+    let mut first = true;
+    let mut write = |record: &Told| {
+        let header = std::mem::take(&mut first);
+        w.write_all(tables::fit_line(batch.muscles, record, batch.provenance, header)?.as_bytes())
+    };
+    each_fit(batch, journal, |_, _, fit| write(&fit.record))?;
+    batch.baselines.iter().map(tables::of_baseline).try_for_each(|row| write(&row))?;
+    all_refusals(batch, journal)?.iter().map(tables::of_refusal).try_for_each(|row| write(&row))
 }
 
 fn write_latex(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
     w.write_all(latex::head(batch.muscles, batch.summary.draws, batch.provenance).as_bytes())?;
-    each_fit(batch, journal, |_, fit| w.write_all(fit.latex.as_bytes()))?;
+    each_fit(batch, journal, |_, _, fit| w.write_all(latex::row(batch.muscles, &fit.record).as_bytes()))?;
     w.write_all(latex::FOOT.as_bytes())
 }
 
@@ -346,11 +352,11 @@ fn write_latex(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> 
 fn each_fit(
     batch: &Batch<'_>,
     journal: &BatchJournal,
-    mut then: impl FnMut(f64, Fitted) -> io::Result<()>,
+    mut then: impl FnMut(usize, f64, Fitted) -> io::Result<()>,
 ) -> io::Result<()> {
     for number in 0..batch.jobs.len() {
         if let Some(Entry { wall_s, result: Ok(fit), .. }) = journal.read(number).map_err(io::Error::other)? {
-            then(wall_s, fit)?;
+            then(number, wall_s, fit)?;
         }
     }
     Ok(())

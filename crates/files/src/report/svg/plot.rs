@@ -1,6 +1,4 @@
-//! A rectangle of the sheet with two linear axes.
-
-use std::ops::RangeInclusive;
+//! A rectangle of the sheet with two axes: the chart that every plot of values stands in.
 
 use super::axes::ticks;
 use super::{Anchor, Face, INK, Px, RULE, Svg, data};
@@ -16,12 +14,61 @@ pub(super) struct Plot {
     pub x: [f64; 2],
     /// Values at the lower and at the upper edge; the second may be smaller.
     pub y: [f64; 2],
+    /// How values are spread along both axes.
+    pub scale: Scale,
+}
+
+/// How values are spread along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scale {
+    /// Equal differences are equal distances.
+    Linear,
+    /// Equal ratios are equal distances; the edges are powers of ten.
+    Logarithmic,
+}
+
+impl Scale {
+    fn of(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Logarithmic => value.log10(),
+        }
+    }
+
+    /// Marked values between two edges, with their labels.
+    fn marks(self, edges: [f64; 2]) -> Vec<(f64, String)> {
+        let [low, high] = [self.of(edges[0].min(edges[1])), self.of(edges[0].max(edges[1]))];
+        match self {
+            Self::Linear => {
+                let values = ticks(low..=high);
+                let step = values.get(1).map_or(1.0, |second| second - values[0]);
+                let digits = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
+                let label = |v: f64| format!("{:.digits$}", v + 0.0).replace('-', "\u{2212}");
+                values.into_iter().map(|v| (v, label(v))).collect()
+            }
+            Self::Logarithmic => {
+                let [low, high] = [low.round() as i32, high.round() as i32];
+                (low..=high).map(|e| (10f64.powi(e), power(e))).collect()
+            }
+        }
+    }
+}
+
+/// `10⁻³`.
+fn power(exponent: i32) -> String {
+    const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let digits = exponent.to_string();
+    let raised = digits.chars().map(|c| c.to_digit(10).map_or('⁻', |d| RAISED[d as usize % 10]));
+    format!("10{}", raised.collect::<String>())
 }
 
 impl Plot {
     /// The position of a pair of values, px, moved to the edge if it is outside.
     pub fn place(&self, x: f64, y: f64) -> Px {
-        let part = |v: f64, [from, to]: [f64; 2]| ((v - from) / (to - from)).clamp(0.0, 1.0);
+        let part = |v: f64, edges: [f64; 2]| {
+            let [from, to] = edges.map(|edge| self.scale.of(edge));
+            ((self.scale.of(v) - from) / (to - from)).clamp(0.0, 1.0)
+        };
         [
             self.corner[0] + self.size[0] * part(x, self.x),
             self.corner[1] + self.size[1] * (1.0 - part(y, self.y)),
@@ -33,27 +80,59 @@ impl Plot {
         data([points.into_iter().map(|[x, y]| self.place(x, y))])
     }
 
-    /// Lines, numbers and names of both axes.
+    /// Lines, numbers and names of both axes; a horizontal axis without a name has no numbers either.
     pub fn axes(&self, svg: &mut Svg, [x, y]: [&str; 2]) {
-        let number = |v: f64| format!("{v}").replace('-', "\u{2212}");
-        let range = |[a, b]: [f64; 2]| -> RangeInclusive<f64> { a.min(b)..=a.max(b) };
-        let every = |all: Vec<f64>, room: f64| {
+        let every = |all: Vec<(f64, String)>, room: f64| {
             let step = (all.len() as f64 * room).ceil().max(1.0) as usize;
             all.into_iter().step_by(step)
         };
-        let [left, bottom] = [self.corner[0], self.corner[1] + self.size[1]];
-        for value in every(ticks(range(self.x)), 70.0 / self.size[0]) {
+        let [left, top] = self.corner;
+        let [right, bottom] = [left + self.size[0], top + self.size[1]];
+        for (value, label) in every(self.scale.marks(self.x), 70.0 / self.size[0]) {
             let [at, _] = self.place(value, self.y[0]);
-            svg.line([at, self.corner[1]], [at, bottom], RULE, 1.0);
-            svg.text([at, bottom + 20.0], Anchor::Middle, Face::Plain, &number(value));
+            svg.line([at, top], [at, bottom], RULE, 1.0);
+            if !x.is_empty() {
+                svg.text([at, bottom + 20.0], Anchor::Middle, Face::Plain, &label);
+            }
         }
-        for value in every(ticks(range(self.y)), 34.0 / self.size[1]) {
+        for (value, label) in every(self.scale.marks(self.y), 34.0 / self.size[1]) {
             let [_, at] = self.place(self.x[0], value);
-            svg.line([left, at], [left + self.size[0], at], RULE, 1.0);
-            svg.text([left - 8.0, at], Anchor::End, Face::Plain, &number(value));
+            svg.line([left, at], [right, at], RULE, 1.0);
+            svg.text([left - 8.0, at], Anchor::End, Face::Plain, &label);
         }
-        svg.stroke(&data([[self.corner, [left, bottom], [left + self.size[0], bottom]]]), INK, 1.5);
-        svg.text([left + 0.5 * self.size[0], bottom + 50.0], Anchor::Middle, Face::Plain, x);
-        svg.upright_text([left - 78.0, self.corner[1] + 0.5 * self.size[1]], y);
+        svg.stroke(&data([[self.corner, [left, bottom], [right, bottom]]]), INK, 1.5);
+        svg.text([0.5 * (left + right), bottom + 50.0], Anchor::Middle, Face::Plain, x);
+        svg.upright_text([left - 78.0, 0.5 * (top + bottom)], y);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_round_and_powers_are_raised() {
+        let labels = |scale: Scale, edges| scale.marks(edges).into_iter().map(|(_, l)| l).collect::<Vec<_>>();
+        assert_eq!(
+            labels(Scale::Linear, [0.9, 1.4]),
+            ["0.90", "0.95", "1.00", "1.05", "1.10", "1.15", "1.20", "1.25", "1.30", "1.35", "1.40"]
+        );
+        assert_eq!(labels(Scale::Linear, [30.0, -10.0])[..3], ["\u{2212}10", "\u{2212}5", "0"]);
+        assert_eq!(labels(Scale::Logarithmic, [1e-2, 10.0]), ["10⁻²", "10⁻¹", "10⁰", "10¹"]);
+        assert_eq!(power(-10), "10⁻¹⁰");
+    }
+
+    #[test]
+    fn equal_ratios_are_equal_distances_on_logarithmic_axes() {
+        let plot = Plot {
+            corner: [0.0, 0.0],
+            size: [400.0, 200.0],
+            x: [1e-2, 1e2],
+            y: [1.0, 1e4],
+            scale: Scale::Logarithmic,
+        };
+        let [a, b, c] = [1e-1, 1.0, 1e1].map(|x| plot.place(x, 1e2));
+        assert!(((b[0] - a[0]) - (c[0] - b[0])).abs() < 1e-9);
+        assert!((a[1] - 100.0).abs() < 1e-9);
     }
 }

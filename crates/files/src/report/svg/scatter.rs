@@ -1,8 +1,8 @@
 //! Predicted against measured values: a panel for each method, a colour for each muscle.
 
-use super::axes::ticks;
+use super::plot::{Plot, Scale};
 use super::section::colours;
-use super::{Anchor, Entry, Face, INK, MARGIN, Px, RULE, Svg, TEXT, data, legend};
+use super::{Anchor, Entry, Face, INK, MARGIN, Px, Svg, TEXT, legend};
 
 /// Side of a panel, px, and room for its axis and its title.
 const SIDE: f64 = 330.0;
@@ -45,31 +45,20 @@ pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
     for (nth, panel) in panels.iter().enumerate() {
         let left = MARGIN + AXIS + (nth % columns) as f64 * (SIDE + AXIS);
         let above = top + HEAD + (nth / columns) as f64 * (HEAD + SIDE + FOOT);
-        let place = |x: f64, y: f64| -> Px {
-            let part = |v: f64| (v - low) / (high - low);
-            [left + SIDE * part(x), above + SIDE * (1.0 - part(y))]
+        let plot = Plot {
+            corner: [left, above],
+            size: [SIDE, SIDE],
+            x: [low, high],
+            y: [low, high],
+            scale: Scale::Linear,
         };
         svg.text([left, above - 1.9 * TEXT], Anchor::Start, Face::Bold, &panel.title);
         svg.text([left, above - 0.8 * TEXT], Anchor::Start, Face::Plain, &panel.line);
-        for mark in ticks(low..=high) {
-            let label = format!("{mark:.1}");
-            if (mark * 10.0 - (mark * 10.0).round()).abs() > 1e-9 {
-                continue;
-            }
-            svg.line(place(mark, low), place(mark, high), RULE, 1.0);
-            svg.line(place(low, mark), place(high, mark), RULE, 1.0);
-            let [x, y] = place(mark, low);
-            svg.text([x, y + 20.0], Anchor::Middle, Face::Plain, &label);
-            let [x, y] = place(low, mark);
-            svg.text([x - 8.0, y], Anchor::End, Face::Plain, &label);
-        }
-        svg.line(place(low, low), place(high, high), INK, 1.2);
-        svg.stroke(&data([[place(low, high), place(low, low), place(high, low)]]), INK, 1.2);
+        plot.axes(&mut svg, ["measured stretch", "predicted"]);
+        svg.line(plot.place(low, low), plot.place(high, high), INK, 1.2);
         for &(muscle, x, y) in &panel.points {
-            dot(&mut svg, place(x, y), paint.get(muscle).map_or(INK, String::as_str));
+            dot(&mut svg, plot.place(x, y), paint.get(muscle).map_or(INK, String::as_str));
         }
-        svg.text([left + 0.5 * SIDE, above + SIDE + 46.0], Anchor::Middle, Face::Plain, "measured stretch");
-        svg.upright_text([left - AXIS + 14.0, above + 0.5 * SIDE], "predicted");
         bottom = above + SIDE + FOOT;
     }
     svg.finish(bottom + MARGIN)

@@ -4,8 +4,9 @@
 use crate::report::ValleyRecord;
 use tongue_input::measured::muscles::Muscles;
 
-use super::axes::{BELOW, ticks};
-use super::{Anchor, Face, INK, MARGIN, Px, RULE, Svg, WIDTH, data};
+use super::axes::BELOW;
+use super::plot::{Plot, Scale};
+use super::{Anchor, Face, INK, MARGIN, Svg, WIDTH, data};
 
 /// Room for the numbers and the name of the vertical axes, px.
 const LEFT: f64 = 104.0;
@@ -17,38 +18,6 @@ const BETWEEN: f64 = 40.0;
 const NAMES: f64 = 70.0;
 /// Minimum distance of two names, px.
 const APART: f64 = 26.0;
-
-/// A plot with linear axes.
-struct Plot {
-    x: [f64; 2],
-    y: [f64; 2],
-    top: f64,
-    height: f64,
-}
-
-impl Plot {
-    fn place(&self, x: f64, y: f64) -> Px {
-        let part = |v: f64, [low, high]: [f64; 2]| (v - low) / (high - low).max(1e-12);
-        let width = WIDTH - LEFT - NAMES - MARGIN;
-        [LEFT + width * part(x, self.x), self.top + self.height * (1.0 - part(y, self.y))]
-    }
-
-    fn axes(&self, svg: &mut Svg, name: &str, digits: usize) {
-        let [left, bottom] = self.place(self.x[0], self.y[0]);
-        let [right, top] = self.place(self.x[1], self.y[1]);
-        for value in ticks(self.y[0]..=self.y[1]).into_iter().step_by(2) {
-            let [_, at] = self.place(self.x[0], value);
-            svg.line([left, at], [right, at], RULE, 1.0);
-            svg.text([left - 10.0, at], Anchor::End, Face::Plain, &format!("{value:.digits$}"));
-        }
-        svg.stroke(&data([[[left, top], [left, bottom], [right, bottom]]]), INK, 1.5);
-        svg.upright_text([MARGIN + 8.0, 0.5 * (top + bottom)], name);
-    }
-
-    fn curve(&self, svg: &mut Svg, points: &[(f64, f64)], colour: &str) {
-        svg.stroke(&data([points.iter().map(|&(x, y)| self.place(x, y))]), colour, 3.0);
-    }
-}
 
 /// Draws a valley; `reference` is the reference muscle of ratios.
 pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
@@ -75,26 +44,21 @@ pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
     let largest = (0..valley.points.len()).flat_map(|p| (0..names.len()).map(move |m| (p, m)));
     let largest = largest.map(|(p, m)| tension(p, m)).fold(1.0, f64::max);
     let end = way.last().copied().unwrap_or(0.0).max(1e-9);
-    let upper = Plot { x: [0.0, end], y: [0.0, 1.05 * largest], top: top + MARGIN, height: UPPER };
-    upper.axes(&mut svg, "tension, N per metre", 0);
-    let rms: Vec<(f64, f64)> =
-        way.iter().zip(&valley.points).filter_map(|(x, p)| Some((*x, p.passive_rms?))).collect();
-    let highest = rms.iter().map(|(_, r)| *r).fold(0.0, f64::max).max(1e-3);
-    let lower_top = upper.top + UPPER + BETWEEN;
-    let lower = Plot { x: upper.x, y: [0.0, 1.1 * highest], top: lower_top, height: LOWER };
-    lower.axes(&mut svg, "passive RMS", if highest > 0.3 { 1 } else { 2 });
-    for value in ticks(0.0..=end) {
-        let [at, foot] = lower.place(value, 0.0);
-        svg.line([at, foot], [at, foot + 6.0], INK, 1.5);
-        svg.text([at, foot + 22.0], Anchor::Middle, Face::Plain, &format!("{value:.0}"));
-    }
-    let middle = 0.5 * (LEFT + WIDTH - NAMES);
-    svg.text(
-        [middle, lower_top + LOWER + 54.0],
-        Anchor::Middle,
-        Face::Plain,
-        "way along the curve, N per metre",
-    );
+    let plot = |y: f64, top: f64, height: f64| Plot {
+        corner: [LEFT, top],
+        size: [WIDTH - LEFT - NAMES - MARGIN, height],
+        x: [0.0, end],
+        y: [0.0, y],
+        scale: Scale::Linear,
+    };
+    let upper = plot(1.05 * largest, top + MARGIN, UPPER);
+    upper.axes(&mut svg, ["", "tension, N per metre"]);
+    let rms: Vec<[f64; 2]> =
+        way.iter().zip(&valley.points).filter_map(|(x, p)| Some([*x, p.passive_rms?])).collect();
+    let highest = rms.iter().map(|[_, r]| *r).fold(0.0, f64::max).max(1e-3);
+    let lower_top = upper.corner[1] + UPPER + BETWEEN;
+    let lower = plot(1.1 * highest, lower_top, LOWER);
+    lower.axes(&mut svg, ["way along the curve, N per metre", "passive RMS"]);
     if let Some(&at) = way.get(valley.answer) {
         let (head, foot) = (upper.place(at, upper.y[1]), lower.place(at, 0.0));
         svg.dashes(&data([[head, foot]]), INK, 1.5);
@@ -103,13 +67,13 @@ pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
     let infos = Muscles::built_in().of(&names);
     let mut labels: Vec<(f64, usize)> = Vec::new();
     for (m, info) in infos.iter().enumerate() {
-        let points: Vec<(f64, f64)> = way.iter().enumerate().map(|(p, x)| (*x, tension(p, m))).collect();
-        upper.curve(&mut svg, &points, &info.colour.to_string());
-        if let Some(&(x, y)) = points.last() {
+        let points: Vec<[f64; 2]> = way.iter().enumerate().map(|(p, x)| [*x, tension(p, m)]).collect();
+        svg.stroke(&upper.path(points.iter().copied()), &info.colour.to_string(), 3.0);
+        if let Some(&[x, y]) = points.last() {
             labels.push((upper.place(x, y)[1], m));
         }
     }
-    lower.curve(&mut svg, &rms, INK);
+    svg.stroke(&lower.path(rms.iter().copied()), INK, 3.0);
     // Names from the top down without overlap.
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut free = f64::NEG_INFINITY;

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, View};
-use super::plot::Plot;
+use super::plot::{Plot, Scale};
 use super::section::{DEFORMED, REST_TISSUE, ring};
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
 use crate::report::{AreaRow, ReportError, SoundRecord};
@@ -91,6 +91,7 @@ fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
         size: [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
         x: [round(most(1, 2400.0), 200.0), 600.0],
         y: [round(most(0, 900.0), 100.0), 200.0],
+        scale: Scale::Linear,
     };
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"]);
     for (vowel, [f1, f2]) in shown.means {
@@ -117,6 +118,7 @@ fn areas(svg: &mut Svg, rows: &[AreaRow], top: f64) {
         size: [WIDTH - LEFT - 3.0 * MARGIN, LOWER],
         x: [0.0, length],
         y: [0.0, most.ceil()],
+        scale: Scale::Linear,
     };
     plot.axes(svg, ["glottis \u{2190} along the tract (mm) \u{2192} lips", "area (cm²)"]);
     let steps = rows.iter().flat_map(|r| [[end(r) - r.length_mm, r.area_cm2], [end(r), r.area_cm2]]);
@@ -131,6 +133,7 @@ fn transfer(svg: &mut Svg, sound: &SoundRecord, top: f64) {
         size: [WIDTH - LEFT - 3.0 * MARGIN, LOWER],
         x: [0.0, sound.transfer_db.last().map_or(1.0, |p| p[0])],
         y: [(low / 10.0).floor() * 10.0, (high / 10.0).ceil() * 10.0],
+        scale: Scale::Linear,
     };
     plot.axes(svg, ["frequency (Hz)", "level (dB)"]);
     for f in sound.formants_hz.iter().filter(|f| **f <= plot.x[1]) {

@@ -1,9 +1,9 @@
 //! Work-precision diagram: error against cost on logarithmic axes, a curve for each method.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
-use std::ops::RangeInclusive;
 
-use super::{Anchor, Entry, Face, INK, MARGIN, Px, RULE, Svg, WIDTH, closed, data, legend};
+use super::plot::{Plot, Scale};
+use super::{Entry, Face, INK, MARGIN, Px, Svg, WIDTH, closed, data, legend};
 use crate::report::ReportError;
 
 /// Colours of Okabe and Ito (2008) with contrast to white; neighbours in the list differ in lightness too.
@@ -39,13 +39,15 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) 
     }
     let (mut svg, top) = Svg::new(title, &description(x, y, &curves), WIDTH);
     let top = top + key(&mut svg, &curves, top) + MARGIN;
-    let frame = Frame {
+    let plot = Plot {
+        corner: [LEFT, top],
+        size: [WIDTH - LEFT - 2.0 * MARGIN, PLOT],
         x: decades(curves.iter().flat_map(|c| &c.points).map(|p| p.0)),
         y: decades(curves.iter().flat_map(|c| &c.points).map(|p| p.1)),
-        top,
+        scale: Scale::Logarithmic,
     };
-    axes(&mut svg, &frame, x, y);
-    curves.iter().enumerate().for_each(|(n, c)| draw(&mut svg, &frame, n, c));
+    plot.axes(&mut svg, [x, y]);
+    curves.iter().enumerate().for_each(|(n, c)| draw(&mut svg, &plot, n, c));
     Ok(svg.finish(top + PLOT + BOTTOM))
 }
 
@@ -63,62 +65,16 @@ fn description(x: &str, y: &str, curves: &[PrecisionCurve]) -> String {
     format!("{y} against {x}. {}", told.collect::<Vec<_>>().join(" "))
 }
 
-/// The whole decades that contain all values.
-fn decades(values: impl Iterator<Item = f64>) -> RangeInclusive<i32> {
+/// The ends of the whole decades that contain all values.
+fn decades(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = values.map(f64::log10).fold(none, |(l, h), v| (l.min(v), h.max(v)));
     let (low, high) = (low.floor() as i32, high.ceil() as i32);
-    low..=high.max(low + 1)
+    [low, high.max(low + 1)].map(|e| 10f64.powi(e))
 }
 
-/// Position of the decades on the sheet.
-struct Frame {
-    x: RangeInclusive<i32>,
-    y: RangeInclusive<i32>,
-    top: f64,
-}
-
-impl Frame {
-    fn place(&self, (x, y): (f64, f64)) -> Px {
-        let part = |v: f64, r: &RangeInclusive<i32>| {
-            (v.log10() - f64::from(*r.start())) / f64::from(r.end() - r.start())
-        };
-        let width = WIDTH - LEFT - 2.0 * MARGIN;
-        [LEFT + width * part(x, &self.x), self.top + PLOT * (1.0 - part(y, &self.y))]
-    }
-}
-
-fn axes(svg: &mut Svg, frame: &Frame, x: &str, y: &str) {
-    let ten = |e: i32| 10f64.powi(e);
-    let (x0, x1, y0, y1) = (*frame.x.start(), *frame.x.end(), *frame.y.start(), *frame.y.end());
-    let every = |r: i32| (r / 10 + 1) as usize;
-    for e in (x0..=x1).step_by(every(x1 - x0)) {
-        let (foot, head) = (frame.place((ten(e), ten(y0))), frame.place((ten(e), ten(y1))));
-        svg.line(foot, head, RULE, 1.0);
-        svg.text([foot[0], foot[1] + 26.0], Anchor::Middle, Face::Plain, &power(e));
-    }
-    for e in (y0..=y1).step_by(every(y1 - y0)) {
-        let (foot, head) = (frame.place((ten(x0), ten(e))), frame.place((ten(x1), ten(e))));
-        svg.line(foot, head, RULE, 1.0);
-        svg.text([foot[0] - 10.0, foot[1]], Anchor::End, Face::Plain, &power(e));
-    }
-    let corner = frame.place((ten(x0), ten(y0)));
-    let ends = [frame.place((ten(x0), ten(y1))), corner, frame.place((ten(x1), ten(y0)))];
-    svg.stroke(&data([ends]), INK, 1.5);
-    svg.text([LEFT + 0.5 * (WIDTH - LEFT), corner[1] + 68.0], Anchor::Middle, Face::Plain, x);
-    svg.upright_text([MARGIN + 8.0, frame.top + 0.5 * PLOT], y);
-}
-
-/// `10⁻³`.
-fn power(exponent: i32) -> String {
-    const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let digits = exponent.to_string();
-    let raised = digits.chars().map(|c| c.to_digit(10).map_or('⁻', |d| RAISED[d as usize % 10]));
-    format!("10{}", raised.collect::<String>())
-}
-
-fn draw(svg: &mut Svg, frame: &Frame, number: usize, curve: &PrecisionCurve) {
-    let points: Vec<Px> = curve.points.iter().map(|&p| frame.place(p)).collect();
+fn draw(svg: &mut Svg, plot: &Plot, number: usize, curve: &PrecisionCurve) {
+    let points: Vec<Px> = curve.points.iter().map(|&(x, y)| plot.place(x, y)).collect();
     svg.stroke(&data([points.iter().copied()]), COLOURS[number % COLOURS.len()], 2.0);
     points.into_iter().for_each(|p| mark(svg, number, p));
 }
@@ -172,19 +128,9 @@ mod tests {
     }
 
     #[test]
-    fn decades_hold_all_values_and_powers_are_raised() {
-        assert_eq!(decades([3e-5, 0.2].into_iter()), -5..=0);
-        assert_eq!(decades([1.0].into_iter()), 0..=1);
-        assert_eq!(power(-10), "10⁻¹⁰");
-        assert_eq!(power(3), "10³");
-    }
-
-    #[test]
-    fn equal_ratios_are_equal_distances() {
-        let frame = Frame { x: -2..=2, y: 0..=4, top: 0.0 };
-        let [a, b, c] = [1e-1, 1.0, 1e1].map(|x| frame.place((x, 1e2)));
-        assert!(((b[0] - a[0]) - (c[0] - b[0])).abs() < 1e-9);
-        assert!((a[1] - 0.5 * PLOT).abs() < 1e-9);
+    fn decades_hold_all_values() {
+        assert_eq!(decades([3e-5, 0.2].into_iter()), [1e-5, 1.0]);
+        assert_eq!(decades([1.0].into_iter()), [1.0, 10.0]);
     }
 
     #[test]

@@ -164,7 +164,7 @@ fn exchanged_bones_and_axes_are_reported() {
 #[test]
 fn one_coil_is_refused() {
     let one = changed(|_, _, points| points.retain(|(n, _)| n == "tongue_7"));
-    noticed(&one, "[points]\ntongue_7 = { surface_mm = 20 }\n", "one coil alone", true);
+    noticed(&one, "[points]\ntongue_7 = { surface_mm = 20 }\n", "only one coil is seen", true);
     let none = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = 1.0));
     let mut seen = seen_with(&none, "");
     seen.frames.iter_mut().for_each(|f| f.contour.iter_mut().for_each(|m| *m = None));

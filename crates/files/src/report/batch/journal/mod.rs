@@ -21,7 +21,7 @@ use crate::report::ReportError;
 /// The name of the journal in the output folder.
 pub const NAME: &str = "batch.journal";
 /// Format of the journal; a journal of another format is replaced.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 /// Number of digits of the checksum in front of a line.
 const DIGITS: usize = 16;
 /// Maximum length of a line, bytes.

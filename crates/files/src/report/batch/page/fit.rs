@@ -1,23 +1,35 @@
 //! The part of a batch's page for one fit.
 
 use maud::{Markup, PreEscaped, html};
+use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::number;
-use crate::report::ByMuscle;
-use crate::report::batch::record::{AssessedRecord, SubsetRecord};
-use crate::report::batch::tables::name;
 use crate::report::svg::Tension;
-use crate::report::{ReportError, Series, changes};
+use crate::report::{ReportError, Series, Told, changes};
 use tongue_core::body::Mesh;
-use tongue_infer::inverse::batch::Assessment;
-use tongue_infer::posterior::Report;
 
 /// Residual at which a cell of the heat map has its full colour.
 const FULL_COLOUR: f64 = 0.25;
 
-/// The parts of the page for one fit.
+/// What the page shows of a fit that is not in its record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Shown {
+    /// Displacement of every node from rest, µm.
+    pub moved: Vec<[i64; 2]>,
+    /// The ridges of its posterior, SVG.
+    pub ridges: Option<String>,
+}
+
+/// Displacements of all nodes from rest, µm.
+pub fn displacements(positions: &[SVector<f64, 2>], mesh: &Mesh<2>) -> Vec<[i64; 2]> {
+    let ways = positions.iter().zip(&mesh.nodes).map(|(p, rest)| p - rest);
+    ways.map(|way| [way.x, way.y].map(micrometres)).collect()
+}
+
+/// What the page shows of one fit, ready to be put in its places.
+#[derive(Debug, Clone, PartialEq)]
 pub struct PageFit {
     /// Number of the job.
     pub number: usize,
@@ -29,58 +41,45 @@ pub struct PageFit {
     pub table_row: String,
     /// Figure and findings.
     pub detail: String,
-    /// Row of the table of posteriors; empty if the fit has none.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
+    /// Row of the table of posteriors; empty where the fit has none.
     pub posterior_row: String,
     /// Displacement of every node from rest, µm.
     pub moved: Vec<[i64; 2]>,
     /// Names of the contracting muscles, which have a tension.
     pub active: Vec<String>,
-    /// One for every muscle, if it was fitted.
+    /// One for every muscle that was fitted.
     pub tensions: Vec<Option<Tension>>,
 }
 
-/// A length in metres as an integer number of micrometres.
+/// Metres as whole micrometres.
 pub fn micrometres(metres: f64) -> i64 {
     (metres * 1e6).round() as i64
 }
 
 impl PageFit {
-    /// The parts for a record and its fit; `muscles` are those of the mesh in the order of columns, `ridges`
-    /// is the picture of the row's posterior.
+    /// Of a record; `muscles` are those of the mesh in the order of columns.
     ///
     /// # Errors
     /// [`ReportError`] for a figure that cannot be drawn.
-    pub fn new(
-        number: usize,
-        r: &AssessedRecord,
-        assessment: &Assessment,
-        mesh: &Mesh<2>,
-        muscles: &[String],
-        ridges: Option<&str>,
-    ) -> Result<Self, ReportError> {
-        let f = &r.fit;
-        let mark = if r.substitute_baseline { "†" } else { "" };
-        let label = format!("{}{mark} /{}/ {}", f.subject, f.vowel, f.target_kind);
-        let moved = assessment.fit.positions.iter().zip(&mesh.nodes).map(|(p, rest)| {
-            let way = p - rest;
-            [way.x, way.y].map(micrometres)
-        });
-        let contracts = |m: &str| f.tensions_n.of(m).is_some_and(|t| *t > 0.0);
+    pub fn new(number: usize, r: &Told, shown: Shown, muscles: &[String]) -> Result<Self, ReportError> {
+        let mark = if r.is("/substitute_baseline") { "†" } else { "" };
+        let label = format!("{}{mark} /{}/ {}", r.text("/subject"), r.text("/vowel"), r.text("/target_kind"));
+        let contracts = |m: &str| r.number_of("/tensions_n", m).is_some_and(|t| t > 0.0);
         let tension = |m: &String| {
-            let interval = r.intervals.as_ref().and_then(|i| *i.tensions_n.of(m)?);
-            let value = f.tensions_n.of(m).filter(|_| f.active.contains(m))?;
-            Some(Tension { value: *value, interval: interval.map(|i| [i.low, i.high]) })
+            let value = r.number_of("/tensions_n", m).filter(|_| r.lists("/active", m))?;
+            Some(Tension { value, interval: r.rounding("tensions_n", m) })
         };
+        let ridges = shown.ridges.as_deref();
         Ok(Self {
             number,
             heat_row: heat_row(number, r, mark, muscles).into_string(),
             table_row: table_row(number, r, mark, muscles).into_string(),
             detail: detail(number, r, &label, &figure(r)?, ridges).into_string(),
-            posterior_row: f.posterior.as_ref().map_or_else(String::new, |posterior| {
-                posterior_row(number, r, posterior, mark, muscles).into_string()
-            }),
-            moved: moved.collect(),
+            posterior_row: match r.at("/posterior") {
+                Value::Null => String::new(),
+                _ => posterior_row(number, r, mark, muscles).into_string(),
+            },
+            moved: shown.moved,
             active: muscles.iter().filter(|m| contracts(m)).cloned().collect(),
             tensions: muscles.iter().map(tension).collect(),
             label,
@@ -88,17 +87,16 @@ impl PageFit {
     }
 }
 
-fn heat_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> Markup {
-    let f = &r.fit;
+fn heat_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup {
     html! {
         tr {
-            td { (f.subject) (mark) }
-            td { a href={ "#fit-" (id) } { "/" (f.vowel) "/" } }
-            td { (f.target_kind) }
+            td { (r.text("/subject")) (mark) }
+            td { a href={ "#fit-" (id) } { "/" (r.text("/vowel")) "/" } }
+            td { (r.text("/target_kind")) }
             @for m in muscles {
-                @match f.residuals.of(m) {
-                    Some(residual) => td data-v=(residual) style=(colour(*residual)) {
-                        @if r.fitted.contains(m) { "● " }
+                @match r.number_of("/residuals", m) {
+                    Some(residual) => td data-v=(residual) style=(colour(residual)) {
+                        @if r.lists("/fitted", m) { "● " }
                         (format!("{:+.1}", (1000.0 * residual).round() / 10.0 + 0.0))
                     },
                     None => td { "–" },
@@ -120,30 +118,30 @@ fn shade(part: f64) -> String {
     format!("background: rgb({rgb} / {strength:.2})")
 }
 
-fn table_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> Markup {
-    let f = &r.fit;
-    let optional = |value: Option<f64>| match value {
+fn table_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup {
+    let optional = |pointer: &str| match r.number(pointer) {
         Some(v) => number(v, 3),
         None => html! { td { "–" } },
     };
+    let misfit = r.number("/misfit").unwrap_or(f64::NAN);
     html! {
         tr {
-            td { (f.subject) (mark) }
-            td { a href={ "#fit-" (id) } { "/" (f.vowel) "/" } }
-            td { "/" (f.baseline) "/" }
-            td { (f.target_kind) }
-            td { (name(&f.status).replace('_', " ")) }
-            td data-v=(f.misfit) { (format!("{:.1e}", f.misfit)) }
-            (optional(r.passive.rms_stretch))
-            (optional(r.passive.no_change_rms_stretch))
-            (number(f.alarms.len() as f64, 0))
+            td { (r.text("/subject")) (mark) }
+            td { a href={ "#fit-" (id) } { "/" (r.text("/vowel")) "/" } }
+            td { "/" (r.text("/baseline")) "/" }
+            td { (r.text("/target_kind")) }
+            td { (r.text("/status").replace('_', " ")) }
+            td data-v=(misfit) { (format!("{misfit:.1e}")) }
+            (optional("/passive/rms_stretch"))
+            (optional("/passive/no_change_rms_stretch"))
+            (number(r.list("/alarms").len() as f64, 0))
             @for m in muscles {
-                @let tension = f.tensions_n.of(m).copied().unwrap_or(0.0);
+                @let tension = r.number_of("/tensions_n", m).unwrap_or(0.0);
                 td data-v=(tension) {
-                    @if f.active.contains(m) {
+                    @if r.lists("/active", m) {
                         (format!("{tension:.1}"))
-                        @if let Some(i) = r.intervals.as_ref().and_then(|i| *i.tensions_n.of(m)?) {
-                            span.interval { " [" (format!("{:.1}", i.low)) ", " (format!("{:.1}", i.high)) "]" }
+                        @if let Some([low, high]) = r.rounding("tensions_n", m) {
+                            span.interval { " [" (format!("{low:.1}")) ", " (format!("{high:.1}")) "]" }
                         }
                     }
                 }
@@ -154,101 +152,110 @@ fn table_row(id: usize, r: &AssessedRecord, mark: &str, muscles: &[String]) -> M
 
 /// Row of the posterior: the change of every muscle's tension from the baseline, in deeper colour the surer
 /// its sign.
-fn posterior_row(
-    id: usize,
-    r: &AssessedRecord,
-    posterior: &Report,
-    mark: &str,
-    muscles: &[String],
-) -> Markup {
-    let f = &r.fit;
+fn posterior_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup {
     // Adding zero removes the sign of -0.
     let whole = |v: f64| format!("{:.0}", v.round() + 0.0);
+    let change = |m: &str| {
+        let change = r.of("/posterior/summary/changes_n", m);
+        let number = |pointer: &str| change.pointer(pointer).and_then(Value::as_f64);
+        Some((number("/probability_rises")?, number("/interval_95/0")?, number("/interval_95/1")?))
+    };
     html! {
         tr {
-            td { (f.subject) (mark) }
-            td { a href={ "#fit-" (id) } { "/" (f.vowel) "/" } }
-            td { "/" (f.baseline) "/" }
+            td { (r.text("/subject")) (mark) }
+            td { a href={ "#fit-" (id) } { "/" (r.text("/vowel")) "/" } }
+            td { "/" (r.text("/baseline")) "/" }
             @for m in muscles {
-                @match posterior.summary.as_ref().and_then(|s| s.changes_n.of(m)) {
-                    Some(change) => {
-                        @let (rises, [low, high]) = (change.probability_rises, change.spread.interval_95);
-                        td data-v=(rises) style=(shade(2.0 * rises - 1.0)) {
-                            (format!("{rises:.2}"))
-                            span.interval { " [" (whole(low)) ", " (whole(high)) "]" }
-                        }
+                @match change(m) {
+                    Some((rises, low, high)) => td data-v=(rises) style=(shade(2.0 * rises - 1.0)) {
+                        (format!("{rises:.2}"))
+                        span.interval { " [" (whole(low)) ", " (whole(high)) "]" }
                     },
-                    None => td title=(posterior.why) { "not mixed" },
+                    None => td title=(r.text("/posterior/why")) { "not mixed" },
                 }
             }
         }
     }
 }
 
-fn detail(id: usize, r: &AssessedRecord, label: &str, figure: &str, ridges: Option<&str>) -> Markup {
-    let f = &r.fit;
-    let groups = |g: &[String]| if g.is_empty() { "none".to_owned() } else { g.join(", ") };
-    let rms = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.3}"));
+fn detail(id: usize, r: &Told, label: &str, figure: &str, ridges: Option<&str>) -> Markup {
+    let groups = |pointer: &str| match r.names(pointer) {
+        none if none.is_empty() => "none".to_owned(),
+        all => all.join(", "),
+    };
+    let rms = |pointer: &str| r.number(pointer).map_or("–".to_owned(), |x| format!("{x:.3}"));
+    let thesis = |pointer: &str| {
+        let said = |t: f64| format!(", the thesis's own simulation {t:.3}");
+        r.number(pointer).map(said).unwrap_or_default()
+    };
+    let exponent = |value: &Value| format!("{:.1e}", value.as_f64().unwrap_or(f64::NAN));
+    let alarms = r.list("/alarms");
     html! {
         details id={ "fit-" (id) } {
-            summary { (label) ": " (name(&f.status).replace('_', " ")) @if !f.alarms.is_empty() { ", " (f.alarms.len()) @if f.alarms.len() == 1 { " alarm" } @else { " alarms" } } }
+            summary { (label) ": " (r.text("/status").replace('_', " ")) @if !alarms.is_empty() { ", " (alarms.len()) @if alarms.len() == 1 { " alarm" } @else { " alarms" } } }
             div.figure { (PreEscaped(figure)) }
             @if let Some(ridges) = ridges { " " div.figure { (PreEscaped(ridges)) } }
-            @if !f.alarms.is_empty() { ul.alarms { @for a in &f.alarms { li { (a.text) } } } }
+            @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a["text"].as_str().unwrap_or_default()) } } } }
             p {
-                "Passive muscles, stretches: " (rms(r.passive.rms_stretch)) " RMS, no change " (rms(r.passive.no_change_rms_stretch))
-                @if let Some(t) = r.passive.thesis_rms_stretch { ", the thesis's own simulation " (format!("{t:.3}")) }
-                ". Ratios: " (rms(r.passive.rms_ratio)) ", no change " (rms(r.passive.no_change_rms_ratio))
-                @if let Some(t) = r.passive.thesis_rms_ratio { ", the thesis's own simulation " (format!("{t:.3}")) }
+                "Passive muscles, stretches: " (rms("/passive/rms_stretch")) " RMS, no change " (rms("/passive/no_change_rms_stretch"))
+                (thesis("/passive/thesis_rms_stretch"))
+                ". Ratios: " (rms("/passive/rms_ratio")) ", no change " (rms("/passive/no_change_rms_ratio"))
+                (thesis("/passive/thesis_rms_ratio"))
                 "."
             }
-            @if let Some(pattern) = &r.pattern {
+            @if !r.at("/pattern").is_null() {
                 p {
-                    "Published pattern: found " (groups(&pattern.found)) "; missing " (groups(&pattern.missing))
-                    "; unexpected " (groups(&pattern.unexpected)) "."
+                    "Published pattern: found " (groups("/pattern/found")) "; missing " (groups("/pattern/missing"))
+                    "; unexpected " (groups("/pattern/unexpected")) "."
                 }
             }
-            @if let Some(segments) = &r.within_rounding {
+            @if !r.at("/within_rounding").is_null() {
                 p { "Along each singular direction, tensions that keep the targets within the rounding of the data:" }
-                ul { @for s in segments {
-                    li { (format!("{:.1e}", s.singular_value)) " per N: " (tensions(&s.from_n)) " to " (tensions(&s.to_n)) }
+                ul { @for s in r.list("/within_rounding") {
+                    li { (exponent(&s["singular_value"])) " per N: " (tensions(&s["from_n"])) " to " (tensions(&s["to_n"])) }
                 } }
             }
-            @if !r.other_optima.is_empty() {
+            @if !r.list("/other_optima").is_empty() {
                 p { "Other local optima:" }
-                ul { @for o in &r.other_optima { li { (tensions(&o.tensions_n)) ", cost " (format!("{:.1e}", o.cost)) " against " (format!("{:.1e}", r.cost)) } } }
+                ul { @for o in r.list("/other_optima") { li { (tensions(&o["tensions_n"])) ", cost " (exponent(&o["cost"])) " against " (exponent(r.at("/cost"))) } } }
             }
-            @if !r.other_subsets.is_empty() {
-                p { (r.other_subsets_within_rounding) " other subsets of contracting muscles meet the target within rounding. The best:" }
-                ul { @for s in &r.other_subsets { li { (subset(s)) } } }
+            @if !r.list("/other_subsets").is_empty() {
+                p { (r.at("/other_subsets_within_rounding")) " other subsets of contracting muscles meet the target within rounding. The best:" }
+                ul { @for s in r.list("/other_subsets") {
+                    li {
+                        (tensions(&s["tensions_n"])) ": misfit " (exponent(&s["misfit"])) ", whole row "
+                        (format!("{:.3}", s["row_rms"].as_f64().unwrap_or(f64::NAN)))
+                        @if s["within_rounding"] == true { ", within rounding" }
+                    }
+                } }
             }
         }
     }
 }
 
-fn subset(s: &SubsetRecord) -> Markup {
-    html! {
-        (tensions(&s.tensions_n)) ": misfit " (format!("{:.1e}", s.misfit)) ", whole row " (format!("{:.3}", s.row_rms))
-        @if s.within_rounding { ", within rounding" }
-    }
-}
-
-fn tensions(values: &ByMuscle<f64>) -> String {
-    values.0.iter().map(|(m, v)| format!("{m} {v:.1}")).collect::<Vec<_>>().join(", ") + " N"
+fn tensions(values: &Value) -> String {
+    let one = |(m, v): (&String, &Value)| format!("{m} {:.1}", v.as_f64().unwrap_or(f64::NAN));
+    let all: Vec<String> = values.as_object().into_iter().flatten().map(one).collect();
+    all.join(", ") + " N"
 }
 
 /// Figure 4.9 for this fit. The page has the title, so the figure has only the label.
-fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
-    let f = &r.fit;
-    let measured: Vec<&String> = f.target_stretches.0.iter().map(|(m, _)| m).collect();
-    let contracts = |m: &str| f.tensions_n.of(m).is_some_and(|t| *t > 0.0);
+fn figure(r: &Told) -> Result<String, ReportError> {
+    let measured = r.muscles("/target_stretches");
+    let contracts = |m: &str| r.number_of("/tensions_n", m).is_some_and(|t| t > 0.0);
     let labels: Vec<String> =
         measured.iter().map(|m| format!("{m}{}", if contracts(m) { "*" } else { "" })).collect();
-    let values = |of: &ByMuscle<f64>| measured.iter().filter_map(|m| of.of(m).copied()).collect();
+    let values = |pointer: &str| measured.iter().filter_map(|m| r.number_of(pointer, m)).collect();
     let series = [
-        Series { name: "measured".into(), values: values(&f.target_stretches) },
-        Series { name: "simulated".into(), values: values(&f.stretches) },
+        Series { name: "measured".into(), values: values("/target_stretches") },
+        Series { name: "simulated".into(), values: values("/stretches") },
     ];
-    let title = format!("{} /{}/ against /{}/, {}", f.subject, f.vowel, f.baseline, f.target_kind);
-    Ok(changes(&labels, &series, f.baseline.label(), &title)?.to_string())
+    let baseline = r.text("/baseline");
+    let title = format!(
+        "{} /{}/ against /{baseline}/, {}",
+        r.text("/subject"),
+        r.text("/vowel"),
+        r.text("/target_kind")
+    );
+    Ok(changes(&labels, &series, baseline, &title)?.to_string())
 }

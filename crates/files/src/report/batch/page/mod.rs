@@ -15,7 +15,7 @@ use crate::report::svg::{self, Found, Svg, colours, frame};
 use crate::report::{Export, page};
 use tongue_core::body::Mesh;
 
-pub use self::fit::PageFit;
+pub use self::fit::{PageFit, Shown, displacements};
 
 /// Maximum number of fits on the page; a table of thousands is too large for a browser.
 pub const MOST_FITS: usize = 200;
@@ -60,8 +60,11 @@ pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJourn
 /// The fits on the page.
 fn shown(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Vec<PageFit>> {
     let mut fits = Vec::new();
-    each_fit(batch, journal, |_, fitted| {
-        fits.extend(fitted.page);
+    each_fit(batch, journal, |number, _, fit| {
+        if let Some(shown) = fit.shown {
+            let page = PageFit::new(number, &fit.record, shown, batch.muscles);
+            fits.push(page.map_err(io::Error::other)?);
+        }
         Ok(())
     })?;
     Ok(fits)
