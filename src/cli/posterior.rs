@@ -41,8 +41,8 @@ pub struct Arguments {
     /// Seed of the posterior's draws
     #[arg(long, value_name = "N", default_value_t = 1, requires = "posterior")]
     posterior_seed: u64,
-    /// Sample the vowels of a subject in the table together, since they share baseline, body and hyoid: for contrasts between vowels. Takes a
-    /// minute a subject
+    /// Sample the vowels of a subject in the table together, for contrasts between vowels: they share the baseline, the body and the hyoid's
+    /// tilt. Takes half a minute a subject
     #[arg(long, requires = "posterior")]
     joint: bool,
 }
@@ -231,8 +231,9 @@ impl Sampled<'_> {
         }
         let _ = writeln!(
             text,
-            "{} draws, all where tensions lead from rest ({} trajectories ended where they lead to no equilibrium, {} diverged); R-hat {:.3}, ESS {:.0}; {:.0} ms",
+            "{} draws, all where tensions lead from rest ({} trajectories were not, {} ended at folds, {} diverged); R-hat {:.3}, ESS {:.0}; {:.0} ms",
             report.draws,
+            report.off_branch,
             report.folds,
             report.divergences,
             report.r_hat,

@@ -1,7 +1,8 @@
 //! Whether shapes are where their tensions lead from rest as these grow together: each is followed from there anew, in lanes. A body may
 //! snap on its way there, which only [`tongue_core::statics::trace()`] would tell.
 //!
-//! Nearly always one step leads there. Where it does not, tensions and bones grow in more and more steps, each from the shape before.
+//! Tensions and bones grow in a few steps, each solved from the shape before, and in more steps where these do not lead there. One step
+//! alone ended on another branch in 1 of 200 draws of S1 /i/.
 
 use nalgebra::SVector;
 
@@ -10,8 +11,8 @@ use tongue_core::statics::lanes::{Group, Load};
 
 use super::density::{Density, Meaning, is_found};
 
-/// Steps in which the loads grow from nothing: the first number of them that leads to a shape says that loads lead there.
-const STEPS: [usize; 3] = [1, 5, 25];
+/// Numbers of steps in which the loads grow from nothing; a shape counts if one of them leads to it.
+const STEPS: [usize; 2] = [5, 25];
 /// Lengths that differ by less are those of one shape, m.
 pub const SAME_M: f64 = 1e-7;
 

@@ -7,15 +7,15 @@
 //! ```
 //! One posture or several of a speaker: tones F0 and c are shared, and so are the errors by geometry and by the rounding of the baseline's
 //! lengths. No rule says who contracts: every muscle has a tension that is not negative. `C_geo` is the covariance of the stretches by the
-//! ends of the muscles and the outline, linearised with exact derivatives (`shape`; of bodies that are not of springs `differences`, and of a
-//! continuum by the width of muscles and the patches of bones too) and averaged over the posterior (`map`); `R` is that of the
-//! rounding. Of bodies that lanes do not solve kappa is a source of errors too, over whole standard deviations. Young's modulus scales
-//! all tensions and is told apart. All priors are in [`Priors`], each can be fixed or left out.
+//! ends of the muscles, the outline and kappa (and in a continuum by the width of muscles and the patches of bones), averaged over the
+//! posterior (`map`). Muscle ends and outline are linearised with exact derivatives (`shape`; `differences` in bodies that are not of
+//! springs); kappa counts by equilibria one standard deviation to either side. `R` is the covariance by rounding. Young's modulus scales all
+//! tensions and is reported separately. All priors are in [`Priors`]; each can be fixed or left out.
 //!
-//! Sampled is with Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by Gauss and Newton's matrix at the most probable point, four
-//! chains side by side in the lanes of the processor (of other bodies one after the other). Every draw is where its tensions lead from rest as they grow
-//! (`branch`). What has not mixed says so ([`Status`]). Stretches are predicted without their own measurement by one run for all of
-//! them (`leave_out`), contrasts between postures by [`Contrast`], and [`quick()`] tells the normal approximation.
+//! The sampler is Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by the Gauss-Newton matrix at the most probable point, with four
+//! chains side by side in the lanes of the processor (one after the other in other bodies). Every draw is where its tensions lead from
+//! rest as they grow (`branch`). [`Status`] says whether the chains have mixed. One run predicts every stretch without its own measurement
+//! (`leave_out`); [`Contrast`] compares postures; [`quick()`] is the normal approximation.
 
 mod branch;
 mod contrast;

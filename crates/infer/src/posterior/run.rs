@@ -21,7 +21,7 @@ const WARM_UP: usize = 80;
 const WARM_UP_EACH: usize = 4;
 /// Thinning: every so many trajectories one is kept, and so many more for each posture, so that nearly every draw counts.
 const THIN: usize = 4;
-const THIN_EACH: usize = 4;
+const THIN_EACH: usize = 2;
 /// Fewest and most draws.
 const FEWEST: usize = 100;
 const MOST: usize = 1_000_000;
@@ -167,7 +167,7 @@ pub fn sample_at<'a>(
 ) -> Result<Posterior<'a>, PosteriorError> {
     settings.check()?;
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
-    let thin = THIN + THIN_EACH * density.postures();
+    let thin = THIN + THIN_EACH * (density.postures() - 1);
     let chains = chains(&density, &density, &whitened, &mode.place, settings, thin);
     let count: usize = chains.iter().map(|c| c.draws.len()).sum();
     let by_quantity = if count == 0 { Vec::new() } else { judged(&density, &chains) };
