@@ -213,14 +213,14 @@ pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
     #[doc(inline)]
     pub use tongue_input::measured::{
-        ByMuscle, Dataset, Lengths, Target, TargetError, TargetKind, TargetOptions, Vowel, read_nodes,
-        reference_muscle,
+        BadTable, ByMuscle, Dataset, Lengths, Target, TargetError, TargetKind, TargetOptions, Vowel,
+        read_nodes, reference_muscle,
     };
 
     pub mod emg {
         //! Relative muscle activity by vowel.
         #[doc(inline)]
-        pub use tongue_input::measured::emg::{Activity, BadActivity};
+        pub use tongue_input::measured::emg::Activity;
     }
 
     pub mod lengths {

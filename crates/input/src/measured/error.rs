@@ -1,7 +1,19 @@
-//! Errors of making a target from measured lengths.
+//! Errors of small tables, and of making a target from measured lengths.
 
 use super::lengths::{self, Vowel};
 use tongue_core::suggest;
+
+/// A table of nodes, tones or activity that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{origin}{}: {problem}", line.map_or_else(String::new, |l| format!(", line {l}")))]
+pub struct BadTable {
+    /// Its file or source.
+    pub origin: String,
+    /// The line, from 1, where one is to blame.
+    pub line: Option<u64>,
+    /// What is wrong, and what to do.
+    pub problem: String,
+}
 
 /// Why a target could not be made. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
