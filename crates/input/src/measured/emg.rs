@@ -1,6 +1,6 @@
 //! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel.
 
-use super::BadTable;
+use super::TableError;
 use super::lengths::Vowel;
 use super::muscles::Muscles;
 
@@ -29,9 +29,9 @@ impl Activity {
     /// the tension of a muscle at activity 1, N per metre of thickness. Lines that begin with `#` are skipped.
     ///
     /// # Errors
-    /// [`BadTable`] for another format, a muscle or vowel given twice, and activity outside 0 to 1.
-    pub fn read(text: &str, origin: &str) -> Result<Self, BadTable> {
-        let wrong = |problem: String| BadTable { origin: origin.to_owned(), line: None, problem };
+    /// [`TableError`] for another format, a muscle or vowel given twice, and activity outside 0 to 1.
+    pub fn read(text: &str, origin: &str) -> Result<Self, TableError> {
+        let wrong = |problem: String| TableError::malformed(origin, None, problem);
         let mut reader =
             csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|e| wrong(e.to_string()))?.clone();
@@ -97,15 +97,15 @@ impl Activity {
     /// positions in `names` with their tensions; muscles without a row, and empty cells, are left out.
     ///
     /// # Errors
-    /// [`BadTable`] for a vowel without a column, a muscle that `names` does not have, and a muscle that two rows give.
+    /// [`TableError`] for a vowel without a column, a muscle that `names` does not have, and a muscle that two rows give.
     pub fn tensions(
         &self,
         vowel: &Vowel,
         full: f64,
         names: &[String],
         muscles: &Muscles,
-    ) -> Result<Vec<(usize, f64)>, BadTable> {
-        let wrong = |problem: String| BadTable { origin: self.origin.clone(), line: None, problem };
+    ) -> Result<Vec<(usize, f64)>, TableError> {
+        let wrong = |problem: String| TableError::malformed(&self.origin, None, problem);
         let Some(column) = self.vowels.iter().position(|v| v == vowel) else {
             let known: Vec<String> = self.vowels.iter().map(|v| format!("/{v}/")).collect();
             return Err(wrong(format!("it has no column /{vowel}/; it has {}", known.join(", "))));
@@ -147,7 +147,7 @@ mod tests {
 
     const TABLE: &str = "# mine\nmuscle,i,a,full_n_per_m\nGGa,0.2,,\nHG,0,0.5,40\nSGm,0.1,1,\n";
 
-    fn tensions(table: &str, vowel: &str) -> Result<Vec<(usize, f64)>, BadTable> {
+    fn tensions(table: &str, vowel: &str) -> Result<Vec<(usize, f64)>, TableError> {
         let muscles = Muscles::reference().unwrap();
         let names: Vec<String> = muscles.all().iter().map(|m| m.name.clone()).collect();
         Activity::read(table, "mine.csv")?.tensions(&Vowel::new(vowel).unwrap(), 30.0, &names, &muscles)

@@ -22,7 +22,7 @@ pub mod thesis;
 pub mod tone;
 
 pub use by_muscle::ByMuscle;
-pub use error::{BadTable, TargetError};
+pub use error::TableError;
 pub use kind::{TargetKind, UnknownTargetKind, reference_muscle};
 pub use lengths::{Dataset, Lengths, Vowel};
 pub use nodes::{NodeFrame, SeenNode, read_nodes};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::BadTable;
+use super::TableError;
 use crate::files;
 
 /// The columns that a table must have.
@@ -35,15 +35,15 @@ pub struct NodeFrame {
 /// missing) and `time_s`, by which rows form frames.
 ///
 /// # Errors
-/// [`BadTable`], with the line.
-pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, BadTable> {
+/// [`TableError`], with the line.
+pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, TableError> {
     let origin = path.display().to_string();
-    let whole = |problem: String| BadTable { origin: origin.clone(), line: None, problem };
+    let whole = |problem: String| TableError::malformed(&origin, None, problem);
     let read = files::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let text = read.map_err(|e| {
         whole(format!("cannot be read: {e}; name a CSV table with the columns {}", COLUMNS.join(",")))
     })?;
-    let wrong = |line: u64, problem: String| BadTable { origin: origin.clone(), line: Some(line), problem };
+    let wrong = |line: u64, problem: String| TableError::malformed(&origin, Some(line), problem);
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let broken =
@@ -60,7 +60,7 @@ pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, BadTab
     for record in reader.records() {
         let record = record.map_err(broken)?;
         let line = record.position().map_or(1, csv::Position::line);
-        let number = |name: &str| -> Result<Option<f64>, BadTable> {
+        let number = |name: &str| -> Result<Option<f64>, TableError> {
             let Some(text) = column(name).and_then(|c| record.get(c)) else { return Ok(None) };
             let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
             value.map(Some).ok_or_else(|| wrong(line, format!("{name} is \"{text}\"; give a finite number")))

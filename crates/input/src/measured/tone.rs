@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::BadTable;
+use super::TableError;
 
 const REFERENCE: &str = include_str!("../../../../targets/takano2007_tone.csv");
 
@@ -17,18 +17,18 @@ struct Row {
 ///
 /// # Errors
 /// As [`read`]; a test checks that the built-in table has no error.
-pub fn reference() -> Result<Vec<(String, f64)>, BadTable> {
+pub fn reference() -> Result<Vec<(String, f64)>, TableError> {
     read(REFERENCE, "targets/takano2007_tone.csv (built in)")
 }
 
 /// Reads a table of tones; lines that begin with `#` are skipped and further columns ignored.
 ///
 /// # Errors
-/// [`BadTable`] for another format, a muscle given twice, or a tone that is negative or not finite.
-pub fn read(text: &str, origin: &str) -> Result<Vec<(String, f64)>, BadTable> {
+/// [`TableError`] for another format, a muscle given twice, or a tone that is negative or not finite.
+pub fn read(text: &str, origin: &str) -> Result<Vec<(String, f64)>, TableError> {
     let wrong = |problem: String| {
         let problem = format!("{problem}; write a table of muscle,tone_n_per_m with a row for each muscle");
-        BadTable { origin: origin.to_owned(), line: None, problem }
+        TableError::malformed(origin, None, problem)
     };
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
