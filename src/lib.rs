@@ -85,14 +85,14 @@ pub mod body {
     pub mod artisynth {
         //! The tongue of ArtiSynth, from its folder.
         #[doc(inline)]
-        pub use tongue_input::bodies::artisynth::{ArtiSynthError, read, read_probe};
+        pub use tongue_input::bodies::artisynth::{read, read_probe};
     }
 
     pub mod gmsh {
         //! Meshes of Gmsh, read and written.
         #[doc(inline)]
         pub use tongue_input::bodies::gmsh::{
-            Concern, Content, File, GmshError, MshFormat, Unused, read, review, write,
+            Concern, Content, File, MshFormat, Unused, read, review, write,
         };
     }
 
@@ -123,7 +123,7 @@ pub mod dynamics {
         SHORTEST_S, State, StepCounts, Tensions, cost_per_step, run, sample_times,
     };
     #[doc(inline)]
-    pub use tongue_input::curves::{Curves, CurvesError};
+    pub use tongue_input::curves::Curves;
 }
 
 pub mod effect {
@@ -204,23 +204,21 @@ pub mod inverse {
 pub mod material {
     //! Materials: constants of tissue, coefficients matched to them, laws.
     #[doc(inline)]
-    pub use tongue_core::material::{
-        Coefficients, Constants, MaterialError, MooneyRivlin, NeoHookean, Preset, Spread,
-    };
+    pub use tongue_core::material::{Coefficients, Constants, MooneyRivlin, NeoHookean, Preset, Spread};
 }
 
 pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
     #[doc(inline)]
     pub use tongue_input::measured::{
-        ByMuscle, Dataset, Lengths, Target, TargetError, TargetKind, TargetOptions, Vowel, read_nodes,
+        ByMuscle, Dataset, Lengths, TableError, Target, TargetKind, TargetOptions, Vowel, read_nodes,
         reference_muscle,
     };
 
     pub mod emg {
         //! Relative muscle activity by vowel.
         #[doc(inline)]
-        pub use tongue_input::measured::emg::{Activity, BadActivity};
+        pub use tongue_input::measured::emg::Activity;
     }
 
     pub mod lengths {
@@ -248,8 +246,7 @@ pub mod measured {
         //! Recordings of moving tongues.
         #[doc(inline)]
         pub use tongue_input::measured::recording::{
-            Fault, FaultKind, Format, Map, MapError, Recording, RecordingError, Seen, doubts, palate_doubt,
-            screen,
+            Fault, FaultKind, Format, Map, Recording, RecordingError, Seen, doubts, palate_doubt, screen,
         };
     }
 

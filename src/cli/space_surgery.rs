@@ -103,8 +103,7 @@ impl Arguments {
                 near.map(|node| SeenNode { node, place: before[node], sd_m: 5e-4 }).collect();
             let search = SpaceSearch { sides_apart: true, ..SpaceSearch::default() };
             let fit = search.fit(&operated.body, system, &seen, None).into_diagnostic()?;
-            let found = fit.answer.x.iter().map(|x| 0.01 * x);
-            record.made_up_by = Some(ByMuscle::new(&fit.names, found));
+            record.made_up_by = Some(ByMuscle::new(&fit.names, fit.found()));
             record.made_up_to_mm = Some(1e3 * fit.rms_m);
         }
         Ok(record)

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
 
-use tongue_fit::inverse::in_space::{SeenNode, SpaceSearch};
+use tongue_fit::inverse::in_space::SpaceSearch;
 use tongue_fit::inverse::{FitSettings, FitStatus};
 use tongue_fit::measured::read_nodes;
 use tongue_fit::report::{self, Export, Json, OutputDir, SpaceTrackRecord, SpaceVtu};
@@ -69,9 +69,7 @@ pub fn run(
     let mut record = SpaceTrackRecord::new(&body);
     let mut last = None;
     for frame in &frames {
-        let seen: Vec<SeenNode> =
-            frame.seen.iter().map(|&(node, place, sd_m)| SeenNode { node, place, sd_m }).collect();
-        let fit = search.fit(&body, &system, &seen, last.as_ref()).into_diagnostic()?;
+        let fit = search.fit(&body, &system, &frame.seen, last.as_ref()).into_diagnostic()?;
         output::step(|| {
             let (status, rms) = (fit.answer.status, 1e3 * fit.rms_m);
             format!("{status:?}: {rms:.2} mm RMS in {} factorisations", fit.factorisations)

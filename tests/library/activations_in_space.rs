@@ -21,8 +21,7 @@ fn seen(body: &SpaceBody, system: &System<3>, given: &[(&str, f64)], nodes: &[us
 }
 
 fn told(what: &str, fit: &SpaceFit) {
-    let found: Vec<String> =
-        fit.names.iter().zip(&fit.answer.x).map(|(n, x)| format!("{n} {:.3}", 0.01 * x)).collect();
+    let found: Vec<String> = fit.names.iter().zip(fit.found()).map(|(n, a)| format!("{n} {a:.3}")).collect();
     let starts: Vec<_> = fit.starts.iter().map(|s| (s.misfit, s.factorisations, s.converged)).collect();
     eprintln!(
         "{what}: {:.3} mm RMS, {:?}, {} factorisations, starts {starts:.3?}; {}",

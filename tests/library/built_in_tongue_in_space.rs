@@ -97,7 +97,7 @@ fn activations_come_back_from_its_own_surface() {
         SolveStatus::Converged
     );
     let on_surface: std::collections::BTreeSet<usize> =
-        body.mesh.outward_quadrilaterals().into_iter().flatten().collect();
+        body.mesh.outward_quadrilaterals().into_iter().flat_map(|(_, face)| face).collect();
     let place = |node: usize| SeenNode { node, place: w.positions()[node], sd_m: 5e-4 };
     let free = on_surface.into_iter().filter(|n| body.mesh.fixed.binary_search(n).is_err());
     let seen: Vec<SeenNode> = free.map(place).collect();

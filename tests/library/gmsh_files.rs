@@ -8,11 +8,13 @@ use std::path::{Path, PathBuf};
 use nalgebra::SVector;
 use proptest::prelude::*;
 use tongue_core::geometry::simplex;
-use tongue_fit::body::gmsh::{Concern, Content, File, GmshError};
+use tongue_fit::body::BodyFileError;
+use tongue_fit::body::gmsh::{Concern, Content, File};
 use tongue_fit::body::{self, Mesh, Quality};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
-use tongue_input::bodies::gmsh::{self, MshPlace, MshProblem, Unit};
+use tongue_input::bodies::FilePlace;
+use tongue_input::bodies::gmsh::{self, MshProblem, Unit};
 
 const FORMS: [(&str, &str, bool); 4] =
     [("41", "4.1", false), ("41_binary", "4.1", true), ("22", "2.2", false), ("22_binary", "2.2", true)];
@@ -25,7 +27,7 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-fn read(name: &str) -> Result<File, GmshError> {
+fn read(name: &str) -> Result<File, BodyFileError> {
     gmsh::read(&bytes(name), name, Unit::M)
 }
 
@@ -43,9 +45,11 @@ fn solid(name: &str) -> Content<3> {
     }
 }
 
-fn refused(name: &str) -> (MshPlace, MshProblem) {
-    let error = read(&format!("broken/{name}.msh")).expect_err(name);
-    (error.place, error.problem)
+fn refused(name: &str) -> (FilePlace, MshProblem) {
+    match read(&format!("broken/{name}.msh")).expect_err(name) {
+        BodyFileError::Gmsh { place, problem, .. } => (place, problem),
+        other => panic!("{other}"),
+    }
 }
 
 /// A mesh read through Gmsh's own interface: positions by tag, and the elements of each group.
@@ -185,20 +189,20 @@ fn meshes_without_a_body_are_refused_with_place_and_advice() {
     let gga = || "GGa".to_owned();
     assert!(read("broken/square.msh").is_ok(), "the others differ from this one by their fault alone");
     assert!(
-        matches!(refused("branch"), (MshPlace::Line(6), MshProblem::Branch { name, lines: 3, .. }) if name == gga())
+        matches!(refused("branch"), (FilePlace::Line(6), MshProblem::Branch { name, lines: 3, .. }) if name == gga())
     );
-    assert!(matches!(refused("gap"), (MshPlace::Line(6), MshProblem::Gap { ends, .. }) if ends.len() == 4));
-    assert!(matches!(refused("loop"), (MshPlace::Line(6), MshProblem::Loop { .. })));
-    assert!(matches!(refused("not_embedded"), (MshPlace::Line(6), MshProblem::NotEmbedded { .. })));
-    assert!(matches!(refused("apart"), (MshPlace::Line(6), MshProblem::Apart { .. })));
+    assert!(matches!(refused("gap"), (FilePlace::Line(6), MshProblem::Gap { ends, .. }) if ends.len() == 4));
+    assert!(matches!(refused("loop"), (FilePlace::Line(6), MshProblem::Loop { .. })));
+    assert!(matches!(refused("not_embedded"), (FilePlace::Line(6), MshProblem::NotEmbedded { .. })));
+    assert!(matches!(refused("apart"), (FilePlace::Line(6), MshProblem::Apart { .. })));
     assert!(
-        matches!(refused("no_tissue"), (MshPlace::Whole, MshProblem::NoTissue { found }) if found.contains("flesh"))
+        matches!(refused("no_tissue"), (FilePlace::Whole, MshProblem::NoTissue { found }) if found.contains("flesh"))
     );
     assert!(
         matches!(refused("out_of_plane"), (_, MshProblem::OutOfPlane { z, .. }) if (z - 0.005).abs() < 1e-15)
     );
     assert!(matches!(refused("quadrangles").1, MshProblem::Element { what, .. } if what == "quadrangle"));
-    assert_eq!(refused("version_40"), (MshPlace::Line(2), MshProblem::Version { found: "4".to_owned() }));
+    assert_eq!(refused("version_40"), (FilePlace::Line(2), MshProblem::Version { found: "4".to_owned() }));
     assert_eq!(refused("partitioned").1, MshProblem::Partitioned);
 }
 
@@ -230,7 +234,7 @@ fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() 
     let header = text.lines().find(|l| l.starts_with("2 1 9 ")).unwrap();
     let third = text.replace(header, &header.replace("2 1 9 ", "2 1 21 "));
     let error = gmsh::read(third.as_bytes(), "third.msh", Unit::M).unwrap_err();
-    assert!(matches!(error.problem, MshProblem::Element { .. }), "{error}");
+    assert!(matches!(&error, BodyFileError::Gmsh { problem: MshProblem::Element { .. }, .. }), "{error}");
     let message = error.to_string();
     assert!(message.starts_with("third.msh:") && message.contains("Mesh.ElementOrder = 1 or 2"), "{message}");
 }

@@ -122,7 +122,7 @@ fn one_side_of_artisynths_tongue_operated() {
 fn the_plane_misses_a_quarter_of_artisynths_tongue() {
     let Some(folder) = folder() else { return };
     let body = artisynth::read(&folder).unwrap();
-    let rows = plane::alone(&body, &SpaceModel::default(), &mut |_| {}).unwrap();
+    let rows = plane::Both::new(&body, &SpaceModel::default()).unwrap().alone(&mut |_| {});
     for row in &rows {
         eprintln!("{row:?}");
     }

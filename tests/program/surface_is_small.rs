@@ -49,8 +49,8 @@ fn no_two_types_of_the_facade_have_one_name() {
 }
 
 #[test]
-fn the_facade_has_at_most_seventeen_types_of_errors() {
+fn the_facade_has_at_most_twelve_types_of_errors() {
     let names = offered();
     let errors: Vec<_> = names.iter().filter(|n| n.ends_with("Error")).collect();
-    assert!(errors.len() <= 17, "{} types of errors: {errors:?}", errors.len());
+    assert!(errors.len() <= 12, "{} types of errors: {errors:?}", errors.len());
 }

@@ -7,9 +7,24 @@ pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     all.get(all.len() / 2).copied()
 }
 
+/// The middle value, or the mean of the two middle ones. `None` of an empty list.
+pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut all: Vec<f64> = values.into_iter().collect();
+    all.sort_by(f64::total_cmp);
+    let upper = *all.get(all.len() / 2)?;
+    Some(if all.len() % 2 == 1 { upper } else { 0.5 * (all[all.len() / 2 - 1] + upper) })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_median_is_the_middle_value_or_the_mean_of_the_two() {
+        assert_eq!(median([9.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median([4.0, 1.0, 2.0, 1e9]), Some(3.0));
+        assert_eq!(median([]), None);
+    }
 
     #[test]
     fn of_two_middle_values_the_larger_is_told() {

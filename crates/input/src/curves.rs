@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::files;
+use crate::measured::TableError;
 use crate::measured::lengths::position_of;
 use tongue_core::suggest;
 
@@ -21,35 +22,18 @@ pub struct Curves {
     pub tensions: Tensions,
 }
 
-/// Why a file of tension curves is refused.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "fields without a unit are in the messages")]
-pub enum CurvesError {
-    /// It cannot be read.
-    #[error("cannot read the tension curves \"{origin}\": {source}")]
-    Unreadable { origin: String, source: std::io::Error },
-    /// Its content is wrong.
-    #[error("tension curves \"{origin}\", line {line}{}: {problem}", column.as_ref().map(|c| format!(", column {c}")).unwrap_or_default())]
-    Malformed {
-        origin: String,
-        /// Line, from 1.
-        line: u64,
-        /// Number (from 1) and name of the column, if one is to blame.
-        column: Option<String>,
-        problem: String,
-    },
-}
-
 impl Curves {
     /// Reads the CSV file at `path`; see [`Curves::from_reader`] for the format.
     ///
     /// # Errors
-    /// [`CurvesError`] with the file name.
-    pub fn from_path(path: &Path, names: &[String]) -> Result<Self, CurvesError> {
+    /// [`TableError`] with the file name.
+    pub fn from_path(path: &Path, names: &[String]) -> Result<Self, TableError> {
         let origin = path.display().to_string();
         match files::read(path) {
             Ok(bytes) => Self::from_reader(bytes.as_slice(), &origin, names),
-            Err(source) => Err(CurvesError::Unreadable { origin, source }),
+            Err(source) => {
+                Err(TableError::Unreadable { origin: format!("the tension curves \"{origin}\""), source })
+            }
         }
     }
 
@@ -58,19 +42,21 @@ impl Curves {
     /// finite and not negative, N (2D: per metre of thickness). `origin` is the name of the table in errors.
     ///
     /// # Errors
-    /// [`CurvesError`] with line and column.
-    pub fn from_reader(reader: impl Read, origin: &str, names: &[String]) -> Result<Self, CurvesError> {
+    /// [`TableError`] with line and column.
+    pub fn from_reader(reader: impl Read, origin: &str, names: &[String]) -> Result<Self, TableError> {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).has_headers(true).from_reader(reader);
-        let wrong = |line: u64, column: Option<String>, problem: String| CurvesError::Malformed {
-            origin: origin.to_owned(),
-            line,
+        let wrong = |line: u64, column: Option<String>, problem: String| TableError::Malformed {
+            origin: format!("tension curves \"{origin}\""),
+            line: Some(line),
             column,
             problem,
         };
         let broken = |e: csv::Error| {
             let line = e.position().map_or(1, csv::Position::line);
             match e.into_kind() {
-                csv::ErrorKind::Io(source) => CurvesError::Unreadable { origin: origin.to_owned(), source },
+                csv::ErrorKind::Io(source) => {
+                    TableError::Unreadable { origin: format!("the tension curves \"{origin}\""), source }
+                }
                 csv::ErrorKind::UnequalLengths { expected_len, len, .. } => wrong(
                     line,
                     None,
@@ -158,7 +144,7 @@ fn pull(muscle: &str, tension: f64) -> Result<f64, String> {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Curves, CurvesError> {
+    fn read(text: &str) -> Result<Curves, TableError> {
         Curves::from_reader(text.as_bytes(), "t.csv", &["GGa", "GGm", "SGm"].map(String::from))
     }
 

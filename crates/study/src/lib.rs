@@ -14,7 +14,7 @@ use tongue_core::system::SystemError;
 use tongue_files::report::ReportError;
 use tongue_infer::inverse::FitError;
 use tongue_infer::posterior::PosteriorError;
-use tongue_input::measured::{TargetError, Vowel, lengths};
+use tongue_input::measured::{Vowel, lengths};
 
 pub use pulled::{PUBLISHED_A, Pulled, pulling};
 
@@ -33,15 +33,12 @@ pub enum StudyError {
     /// The equations of motion cannot be set up.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// The table of lengths cannot be read.
+    /// The table of lengths cannot be read, or makes no target.
     #[error(transparent)]
     Lengths(#[from] lengths::LengthsError),
     /// A vowel is unknown.
     #[error(transparent)]
     Vowel(#[from] lengths::BadLabel),
-    /// A target is invalid.
-    #[error(transparent)]
-    Target(#[from] TargetError),
     /// The residual force of the reference equilibrium is too large; N.
     #[error("the reference equilibrium leaves a force of {0:e} N, too much to measure errors against")]
     Reference(f64),

@@ -12,6 +12,7 @@ use serde::Serialize;
 use tongue_core::body::SpaceBody;
 use tongue_core::effect::{Effect, Mirror};
 use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
+use tongue_core::statistics::upper_median;
 use tongue_core::system::{Additions, SpaceModel, System};
 use tongue_infer::inverse::in_space::{SeenNode, SpaceSearch};
 
@@ -73,6 +74,7 @@ pub struct PlaneStudy {
 }
 
 /// The midsagittal section of a body.
+#[derive(Debug)]
 struct Section {
     /// Its quadrilaterals.
     faces: Vec<[usize; 4]>,
@@ -147,76 +149,80 @@ pub fn run(
     model: &SpaceModel,
     tell: &mut dyn FnMut(&str),
 ) -> Result<PlaneStudy, StudyError> {
-    Ok(PlaneStudy {
-        body: body.what.clone(),
-        alone: alone(body, model, tell)?,
-        inverse: inverse(body, model, tell)?,
-    })
+    let both = Both::new(body, model)?;
+    Ok(PlaneStudy { body: body.what.clone(), alone: both.alone(tell), inverse: both.inverse(tell)? })
 }
 
-/// Compares each muscle alone.
-///
-/// # Errors
-/// [`StudyError`] for a faulty body.
-pub fn alone(
-    body: &SpaceBody,
-    model: &SpaceModel,
-    tell: &mut dyn FnMut(&str),
-) -> Result<Vec<PlaneRow>, StudyError> {
-    let section = Section::new(body);
-    let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
-    let mut alone = Vec::new();
-    for muscle in body.groups() {
-        tell(&format!("{muscle} in space and in the plane"));
-        let Ok(activations) = body.activations(&[(&muscle, ALONE)]) else { continue };
-        let Some((s, p)) = shape(&space, &activations).zip(shape(&plane, &activations)) else { continue };
-        let (ways, flat) = (section.ways(body, &s), section.ways(body, &p));
-        let dot =
-            |a: &[Vector3<f64>], b: &[Vector3<f64>]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
-        let best_scale = dot(&ways, &flat) / dot(&flat, &flat);
-        let left: f64 = ways.iter().zip(&flat).map(|(a, b)| (a - b * best_scale).norm_squared()).sum();
-        let squares = dot(&ways, &ways);
-        alone.push(PlaneRow {
-            muscle,
-            way_mm: 1e3 * (squares / ways.len() as f64).sqrt(),
-            best_scale,
-            error: (left / squares).sqrt(),
-            area_change_percent: 100.0 * (section.area(&s) / section.area(&body.mesh.nodes) - 1.0),
-        });
+/// A body in space and in its own plane.
+#[derive(Debug)]
+pub struct Both<'a> {
+    body: &'a SpaceBody,
+    section: Section,
+    space: System<3>,
+    plane: System<3>,
+}
+
+impl<'a> Both<'a> {
+    /// Prepares both.
+    ///
+    /// # Errors
+    /// [`StudyError`] for a faulty body.
+    pub fn new(body: &'a SpaceBody, model: &SpaceModel) -> Result<Self, StudyError> {
+        let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
+        Ok(Self { body, section: Section::new(body), space, plane })
     }
-    Ok(alone)
-}
 
-/// Inverts contours in the plane that were made in space.
-fn inverse(
-    body: &SpaceBody,
-    model: &SpaceModel,
-    tell: &mut dyn FnMut(&str),
-) -> Result<Vec<InverseRow>, StudyError> {
-    let section = Section::new(body);
-    let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
-    let mut inverse = Vec::new();
-    for (posture, given) in POSTURES {
-        tell(&format!("{posture}: made in space, inverted in the plane"));
-        let Ok(truth) = body.activations(given) else { continue };
-        let Some(s) = shape(&space, &truth) else { continue };
-        let seen: Vec<SeenNode> =
-            section.contour.iter().map(|&node| SeenNode { node, place: s[node], sd_m: SD_M }).collect();
-        let fit = SpaceSearch::default().fit(body, &plane, &seen, None)?;
-        for (name, x) in fit.names.iter().zip(&fit.answer.x) {
-            let true_activation = given.iter().find(|(m, _)| m == name).map_or(0.0, |(_, a)| *a);
-            if true_activation > 0.0 || *x > 1.0 {
-                inverse.push(InverseRow {
-                    posture: posture.to_owned(),
-                    muscle: name.clone(),
-                    true_activation,
-                    found_in_plane: 0.01 * x,
-                    rms_mm: 1e3 * fit.rms_m,
-                });
+    /// Compares each muscle alone.
+    pub fn alone(&self, tell: &mut dyn FnMut(&str)) -> Vec<PlaneRow> {
+        let Self { body, section, space, plane } = self;
+        let mut alone = Vec::new();
+        for muscle in body.groups() {
+            tell(&format!("{muscle} in space and in the plane"));
+            let Ok(activations) = body.activations(&[(&muscle, ALONE)]) else { continue };
+            let Some((s, p)) = shape(space, &activations).zip(shape(plane, &activations)) else { continue };
+            let (ways, flat) = (section.ways(body, &s), section.ways(body, &p));
+            let dot =
+                |a: &[Vector3<f64>], b: &[Vector3<f64>]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
+            let best_scale = dot(&ways, &flat) / dot(&flat, &flat);
+            let left: f64 = ways.iter().zip(&flat).map(|(a, b)| (a - b * best_scale).norm_squared()).sum();
+            let squares = dot(&ways, &ways);
+            alone.push(PlaneRow {
+                muscle,
+                way_mm: 1e3 * (squares / ways.len() as f64).sqrt(),
+                best_scale,
+                error: (left / squares).sqrt(),
+                area_change_percent: 100.0 * (section.area(&s) / section.area(&body.mesh.nodes) - 1.0),
+            });
+        }
+        alone
+    }
+
+    /// Inverts contours in the plane that were made in space.
+    fn inverse(&self, tell: &mut dyn FnMut(&str)) -> Result<Vec<InverseRow>, StudyError> {
+        let Self { body, section, space, plane } = self;
+        let mut inverse = Vec::new();
+        for (posture, given) in POSTURES {
+            tell(&format!("{posture}: made in space, inverted in the plane"));
+            let Ok(truth) = body.activations(given) else { continue };
+            let Some(s) = shape(space, &truth) else { continue };
+            let seen: Vec<SeenNode> =
+                section.contour.iter().map(|&node| SeenNode { node, place: s[node], sd_m: SD_M }).collect();
+            let fit = SpaceSearch::default().fit(body, plane, &seen, None)?;
+            for (name, found_in_plane) in fit.names.iter().zip(fit.found()) {
+                let true_activation = given.iter().find(|(m, _)| m == name).map_or(0.0, |(_, a)| *a);
+                if true_activation > 0.0 || found_in_plane > 0.01 {
+                    inverse.push(InverseRow {
+                        posture: posture.to_owned(),
+                        muscle: name.clone(),
+                        true_activation,
+                        found_in_plane,
+                        rms_mm: 1e3 * fit.rms_m,
+                    });
+                }
             }
         }
+        Ok(inverse)
     }
-    Ok(inverse)
 }
 
 /// The page.
@@ -224,9 +230,7 @@ fn inverse(
 /// # Errors
 /// [`StudyError::Csv`], which is not expected.
 pub fn page(study: &PlaneStudy, made: &str) -> Result<String, StudyError> {
-    let mut errors: Vec<f64> = study.alone.iter().map(|r| r.error).collect();
-    errors.sort_by(f64::total_cmp);
-    let middle = errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN);
+    let middle = upper_median(study.alone.iter().map(|r| r.error)).unwrap_or(f64::NAN);
     Ok(format!(
         "# How wrong the plane is\n\n{made}\n\nOf {}, against itself with no node moving sideways: **the plane misses {:.0} % of the way of the \
          midsagittal contour (the median of {} muscles), after the best scaling.**\n\n\

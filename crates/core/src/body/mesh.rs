@@ -198,22 +198,22 @@ impl Mesh<3> {
                 }
             }
         }
-        faces.extend(
-            self.outward_quadrilaterals().into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]),
-        );
+        let quadrilaterals = self.outward_quadrilaterals().into_iter();
+        faces.extend(quadrilaterals.flat_map(|(_, [a, b, c, d])| [[a, b, c], [a, c, d]]));
         faces
     }
 
-    /// The faces of hexahedra that belong to one of them only, their corners counter-clockwise as seen from
-    /// outside.
-    pub fn outward_quadrilaterals(&self) -> Vec<[usize; 4]> {
-        let faces = || self.hexahedra.iter().flat_map(|c| hexahedron::FACES.map(|face| face.map(|i| c[i])));
+    /// The faces that belong to one hexahedron only, with the number of that hexahedron; their corners are
+    /// counter-clockwise as seen from outside.
+    pub fn outward_quadrilaterals(&self) -> Vec<(usize, [usize; 4])> {
+        let all = || self.hexahedra.iter().enumerate();
+        let faces = || all().flat_map(|(e, c)| hexahedron::FACES.map(|face| (e, face.map(|i| c[i]))));
         let sorted = |mut face: [usize; 4]| {
             face.sort_unstable();
             face
         };
         let mut count: BTreeMap<[usize; 4], usize> = BTreeMap::new();
-        faces().for_each(|face| *count.entry(sorted(face)).or_default() += 1);
-        faces().filter(|face| count[&sorted(*face)] == 1).collect()
+        faces().for_each(|(_, face)| *count.entry(sorted(face)).or_default() += 1);
+        faces().filter(|(_, face)| count[&sorted(*face)] == 1).collect()
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::system::SystemError;
+
 /// Physical constants of tongue tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Constants {
@@ -21,22 +23,6 @@ impl Constants {
         Self { density: 1.0e3, young_modulus: 6.9e3, poisson_ratio: 0.49, viscosity: 3.0e3 };
 }
 
-/// A material constant is out of its range, or a cell has no area or volume.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the messages say it")]
-pub enum MaterialError {
-    #[error("Young's modulus is {0} Pa; it must be positive and at most 1e12 (tongue: 6.9e3)")]
-    YoungModulus(f64),
-    #[error("Poisson's ratio is {0}; it must lie between -1 and 0.5, both excluded (tongue: 0.49)")]
-    PoissonRatio(f64),
-    #[error("the density is {0} kg/m^3; it must be positive and at most 1e12 (tongue: 1.0e3)")]
-    Density(f64),
-    #[error("the viscosity is {0} N s/m^2; it must be not negative and at most 1e12 (tongue: 3.0e3)")]
-    Viscosity(f64),
-    #[error("the cell to match has measure {0}; it must be positive")]
-    Degenerate(f64),
-}
-
 /// Largest constant that is accepted, SI. With larger ones lengths and forces would overflow.
 const LARGEST: f64 = 1e12;
 
@@ -45,19 +31,19 @@ impl Constants {
     ///
     /// # Errors
     /// Names the first constant that is out of range.
-    pub fn check(&self) -> Result<(), MaterialError> {
+    pub fn check(&self) -> Result<(), SystemError> {
         let positive = |v: f64| v > 0.0 && v <= LARGEST;
         if !positive(self.young_modulus) {
-            return Err(MaterialError::YoungModulus(self.young_modulus));
+            return Err(SystemError::YoungModulus(self.young_modulus));
         }
         if !(self.poisson_ratio > -1.0 && self.poisson_ratio < 0.5) {
-            return Err(MaterialError::PoissonRatio(self.poisson_ratio));
+            return Err(SystemError::PoissonRatio(self.poisson_ratio));
         }
         if !positive(self.density) {
-            return Err(MaterialError::Density(self.density));
+            return Err(SystemError::Density(self.density));
         }
         if !(0.0..=LARGEST).contains(&self.viscosity) {
-            return Err(MaterialError::Viscosity(self.viscosity));
+            return Err(SystemError::Viscosity(self.viscosity));
         }
         Ok(())
     }

@@ -10,8 +10,9 @@ use nalgebra::{SMatrix, SVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Constants, MaterialError};
+use super::Constants;
 use crate::geometry::simplex::{self, Corners};
+use crate::system::SystemError;
 
 /// Where the coefficients come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -78,15 +79,15 @@ pub struct MatchedCell {
 /// half in the bulk modulus, and softer, by 29 %, in shear (ν = 0.49).
 ///
 /// # Errors
-/// [`MaterialError`] for constants out of range or a cell without positive measure.
+/// [`SystemError`] for constants out of range or a cell without positive measure.
 pub fn match_stiffness<const D: usize>(
     constants: &Constants,
     cell: &Corners<D>,
-) -> Result<MatchedCell, MaterialError> {
+) -> Result<MatchedCell, SystemError> {
     constants.check()?;
     let measure = simplex::measure(cell);
     if !(measure.is_finite() && measure > 0.0) {
-        return Err(MaterialError::Degenerate(measure));
+        return Err(SystemError::Degenerate(measure));
     }
     let (lambda, mu) = constants.lame();
     let gradient = simplex::gradient(cell);
@@ -153,7 +154,7 @@ impl Coefficients {
     /// `measure` (m² or m³), and whose tissue has `nodes` nodes (thesis 4.1.1).
     ///
     /// # Errors
-    /// [`MaterialError`] for constants out of range.
+    /// [`SystemError`] for constants out of range.
     pub fn new<const D: usize>(
         constants: &Constants,
         preset: Preset,
@@ -161,7 +162,7 @@ impl Coefficients {
         side: f64,
         measure: f64,
         nodes: usize,
-    ) -> Result<Self, MaterialError> {
+    ) -> Result<Self, SystemError> {
         constants.check()?;
         if preset == Preset::AsPrinted {
             return Ok(Self { spread, ..Self::AS_PRINTED });
@@ -221,8 +222,8 @@ mod tests {
     fn constants_out_of_range_are_named() {
         let bad = |c: Constants| match_stiffness::<2>(&c, &regular_simplex(1.0)).unwrap_err();
         let t = Constants::TONGUE;
-        assert_eq!(bad(Constants { poisson_ratio: 0.5, ..t }), MaterialError::PoissonRatio(0.5));
-        assert_eq!(bad(Constants { young_modulus: -1.0, ..t }), MaterialError::YoungModulus(-1.0));
-        assert!(matches!(bad(Constants { density: f64::NAN, ..t }), MaterialError::Density(_)));
+        assert_eq!(bad(Constants { poisson_ratio: 0.5, ..t }), SystemError::PoissonRatio(0.5));
+        assert_eq!(bad(Constants { young_modulus: -1.0, ..t }), SystemError::YoungModulus(-1.0));
+        assert!(matches!(bad(Constants { density: f64::NAN, ..t }), SystemError::Density(_)));
     }
 }

@@ -1,14 +1,25 @@
 //! Errors of making a system from a mesh and a model.
 
 use crate::body::{MeshFault, SpaceFault, TooLarge};
-use crate::material::MaterialError;
 
 /// Why a system cannot be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SystemError {
-    /// The material's constants are out of range.
-    #[error(transparent)]
-    Material(#[from] MaterialError),
+    /// Young's modulus is out of range, Pa.
+    #[error("Young's modulus is {0} Pa; it must be positive and at most 1e12 (tongue: 6.9e3)")]
+    YoungModulus(f64),
+    /// Poisson's ratio is out of range.
+    #[error("Poisson's ratio is {0}; it must lie between -1 and 0.5, both excluded (tongue: 0.49)")]
+    PoissonRatio(f64),
+    /// The density is out of range, kg/m³.
+    #[error("the density is {0} kg/m^3; it must be positive and at most 1e12 (tongue: 1.0e3)")]
+    Density(f64),
+    /// The viscosity is out of range, N s/m².
+    #[error("the viscosity is {0} N s/m^2; it must be not negative and at most 1e12 (tongue: 3.0e3)")]
+    Viscosity(f64),
+    /// A cell to which coefficients are matched has no area (m²) or volume (m³).
+    #[error("the cell to match has measure {0}; it must be positive")]
+    Degenerate(f64),
     /// A muscle number that the mesh does not have.
     #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
     NoSuchMuscle {

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::OutsidePath;
+use super::{OutsidePath, SystemError};
 use crate::body::Mesh;
 use crate::geometry::simplex;
-use crate::material::{Coefficients, Constants, MaterialError, Preset, Spread};
+use crate::material::{Coefficients, Constants, Preset, Spread};
 
 /// Choices that make a mesh into a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,8 +57,8 @@ impl Default for Model {
 /// side, as in thesis 4.1.1.
 ///
 /// # Errors
-/// [`MaterialError`] for constants out of range.
-pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coefficients, MaterialError> {
+/// [`SystemError`] for constants out of range.
+pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coefficients, SystemError> {
     let total: f64 = mesh.connections.iter().map(|&[a, b]| (mesh.nodes[b] - mesh.nodes[a]).norm()).sum();
     let side = total / mesh.connections.len().max(1) as f64;
     let measure = mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum();

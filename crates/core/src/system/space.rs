@@ -162,5 +162,5 @@ fn carried_along(body: &SpaceBody, law: MooneyRivlin) -> Result<Coefficients, Sy
     let nodes = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
     let volume = body.volumes().iter().sum();
     let (preset, spread) = (Preset::Consistent, Spread::PerConnection);
-    Ok(Coefficients::new::<3>(&constants, preset, spread, side, volume, nodes)?)
+    Coefficients::new::<3>(&constants, preset, spread, side, volume, nodes)
 }

@@ -87,7 +87,6 @@ const AS_GOOD: f64 = 0.05;
 impl SpaceFitRecord {
     fn new(time_s: Option<f64>, fit: &SpaceFit, open_above: f64) -> Self {
         let replay = &fit.answer.replay;
-        let values: Vec<f64> = fit.answer.x.iter().map(|x| 0.01 * x).collect();
         let open = |c: &Combination| OpenRecord {
             direction: by(&fit.names, &c.direction),
             sd: Some(c.sd).filter(|sd| sd.is_finite()),
@@ -97,7 +96,7 @@ impl SpaceFitRecord {
             status: fit.answer.status,
             rms_mm: 1e3 * fit.rms_m,
             distances_mm: fit.distances_m.iter().map(|d| 1e3 * d).collect(),
-            activations: by(&fit.names, &values),
+            activations: by(&fit.names, &fit.found()),
             sd: ByMuscle::new(&fit.names, fit.sds()),
             open: fit.combinations.iter().filter(|c| c.sd > open_above).map(open).collect(),
             starts: fit

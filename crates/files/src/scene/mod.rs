@@ -17,7 +17,6 @@ pub mod sound;
 
 use tongue_core::body::BodyError;
 use tongue_core::dynamics::MotionError;
-use tongue_core::material::MaterialError;
 use tongue_core::statics;
 use tongue_core::suggest;
 use tongue_core::system::SystemError;
@@ -62,15 +61,12 @@ pub enum SceneError {
     /// The file contains no usable body.
     #[error(transparent)]
     BodyFile(#[from] tongue_input::bodies::BodyFileError),
-    /// Constants are out of range.
-    #[error(transparent)]
-    Material(#[from] MaterialError),
     /// The system cannot be made.
     #[error(transparent)]
     System(#[from] SystemError),
     /// The target cannot be read.
     #[error(transparent)]
-    Target(#[from] measured::TargetError),
+    Target(#[from] measured::lengths::LengthsError),
     /// A name is not a vowel.
     #[error(transparent)]
     Vowel(#[from] measured::lengths::BadLabel),

@@ -15,7 +15,7 @@ use tongue_core::system::{self, Additions, Carried, Model, OutsidePath, System, 
 use tongue_infer::heard::Airway;
 use tongue_infer::inverse::{Matched, Premises, Setup, Tone};
 use tongue_infer::track::Frame;
-use tongue_input::measured::{Dataset, Target, TargetError, TargetKind, TargetOptions, Vowel};
+use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 /// A scene ready to run.
 #[derive(Debug)]
@@ -164,7 +164,7 @@ fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, Scene
     let Some(wanted) = &scene.fit else { return Err(SceneError::contradiction("[fit]", "its absence", "")) };
     let vowel: Vowel = wanted.vowel.parse()?;
     let kind: TargetKind = wanted.target.parse()?;
-    let data = Dataset::reference().map_err(TargetError::from)?;
+    let data = Dataset::reference()?;
     let target = Target::new(&data, &wanted.subject, &vowel, kind, &TargetOptions::default())?;
     if let Err(missing) = Matched::new(&body.mesh, &target) {
         let why = format!("{missing}; fit a body that has it, or give tensions");

@@ -6,8 +6,7 @@ use serde::Deserialize;
 
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
-use tongue_input::measured::lengths::Malformed;
-use tongue_input::measured::recording::{Format, Map, MapError, Recording, Seen};
+use tongue_input::measured::recording::{Format, Map, Recording, RecordingError, Seen};
 
 /// Points of one posture, in the frame of a body: m, x to the back of the head, y up.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -18,25 +17,6 @@ pub struct Landmarks {
     pub contour: Vec<Point>,
     /// Whether x was turned round, because the face looks to the right in the file.
     pub mirrored: bool,
-}
-
-/// Why landmarks cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum LandmarkError {
-    /// A table that is none.
-    #[error(transparent)]
-    Malformed(#[from] Malformed),
-    /// What the table holds is not understood.
-    #[error(transparent)]
-    Map(#[from] MapError),
-    /// Slicer's file is no markups.
-    #[error("{origin}: {problem}")]
-    Markups {
-        /// The file.
-        origin: String,
-        /// What is wrong and what to do.
-        problem: String,
-    },
 }
 
 #[derive(Deserialize)]
@@ -77,8 +57,8 @@ impl Landmarks {
     /// RAS, where a file says so: y leads to the front.
     ///
     /// # Errors
-    /// [`LandmarkError`] with the place.
-    pub fn from_bytes(bytes: &[u8], origin: &str, map: &Map) -> Result<Self, LandmarkError> {
+    /// [`RecordingError`] with the place.
+    pub fn from_bytes(bytes: &[u8], origin: &str, map: &Map) -> Result<Self, RecordingError> {
         let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
         if first == Some(&b'{') {
             return Self::from_markups(bytes, origin);
@@ -90,7 +70,7 @@ impl Landmarks {
             (Ok(seen), _) => Some(seen),
             // Landmarks alone are no recording, but they are landmarks, where their unit is known.
             (Err(_), Some(_)) => None,
-            (Err(error), None) => return Err(error.into()),
+            (Err(error), None) => return Err(error),
         };
         out.mirrored = seen.as_ref().is_some_and(|s| s.mirrored);
         if let Some((seen, frame)) = seen.as_ref().and_then(|s| Some((s, s.frames.first()?))) {
@@ -161,8 +141,8 @@ impl Landmarks {
             .collect()
     }
 
-    fn from_markups(bytes: &[u8], origin: &str) -> Result<Self, LandmarkError> {
-        let wrong = |problem: String| LandmarkError::Markups { origin: origin.to_owned(), problem };
+    fn from_markups(bytes: &[u8], origin: &str) -> Result<Self, RecordingError> {
+        let wrong = |problem: String| RecordingError::Markups { origin: origin.to_owned(), problem };
         let file: Markups = serde_json::from_slice(bytes).map_err(|e| {
             wrong(format!("not as 3D Slicer writes markups: {e}; save the node as .mrk.json"))
         })?;

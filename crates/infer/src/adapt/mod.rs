@@ -14,7 +14,7 @@ mod rest;
 mod speaker;
 
 pub use joint::{JointFit, JointSettings, joint};
-pub use landmarks::{LandmarkError, Landmarks};
+pub use landmarks::Landmarks;
 pub use place::{Placed, Sight};
 pub use prior::learned;
 pub use rest::{ControlPoints, Rest, RestError, resting};

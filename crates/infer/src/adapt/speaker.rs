@@ -6,6 +6,7 @@ use crate::track::{self, Followed, Prior, Surface};
 use tongue_core::body::{Anatomy, Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::parallel;
+use tongue_core::statistics;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::recording::{Mark, Seen};
 
@@ -348,12 +349,7 @@ pub(super) fn median(seen: &[&Seen], bone: &str) -> Option<Point> {
         .filter_map(|s| Some((s, s.bone(bone)?)))
         .flat_map(|(s, b)| s.frames.iter().filter_map(move |f| f.bones[b]))
         .collect();
-    let middle = |axis: usize| {
-        let mut values: Vec<f64> = all.iter().map(|p| p[axis]).collect();
-        values.sort_by(f64::total_cmp);
-        let n = values.len();
-        (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
-    };
+    let middle = |axis: usize| statistics::median(all.iter().map(|p| p[axis]));
     Some(Point::new(middle(0)?, middle(1)?))
 }
 

@@ -15,17 +15,7 @@ use super::directions::decompose;
 use super::forward::{Forward, Inverse};
 use super::problem::Problem;
 use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
-
-/// Where a node was seen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeenNode {
-    /// Its number in the body.
-    pub node: usize,
-    /// Its place, m.
-    pub place: Vector3<f64>,
-    /// Standard deviation of each coordinate, m.
-    pub sd_m: f64,
-}
+pub use tongue_input::measured::SeenNode;
 
 /// How activations are searched for.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,7 +89,17 @@ pub struct SpaceFit {
     pub answer: Answer<3>,
 }
 
+/// Activations of unknowns in hundredths.
+fn activations_of(hundredths: &[f64]) -> Vec<f64> {
+    hundredths.iter().map(|x| 0.01 * x).collect()
+}
+
 impl SpaceFit {
+    /// The activations that were searched for, in the order of [`Self::names`].
+    pub fn found(&self) -> Vec<f64> {
+        activations_of(&self.answer.x)
+    }
+
     /// Standard deviation of each activation that was searched for, from the places and the prior; `None`
     /// where the stiffness is singular.
     pub fn sds(&self) -> Vec<Option<f64>> {
@@ -114,8 +114,8 @@ impl SpaceFit {
     /// Starts that ended elsewhere with a misfit that is at most this part larger than the answer's: an
     /// activation differs by more than 0.05.
     pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &Ended> {
-        let elsewhere =
-            |e: &&Ended| e.activations.iter().zip(&self.answer.x).any(|(a, x)| (a - 0.01 * x).abs() > 0.05);
+        let found = self.found();
+        let elsewhere = move |e: &&Ended| e.activations.iter().zip(&found).any(|(a, b)| (a - b).abs() > 0.05);
         let most = self.answer.misfit * (1.0 + part);
         self.starts.iter().filter(move |e| e.converged && e.misfit <= most).filter(elsewhere)
     }
@@ -197,10 +197,9 @@ impl SpaceSearch {
         let distances_m: Vec<f64> =
             seen.iter().map(|s| (answer.positions[s.node] - s.place).norm()).collect();
         let squares: f64 = distances_m.iter().map(|d| d * d).sum();
-        let hundredths = |x: &[f64]| x.iter().map(|x| 0.01 * x).collect::<Vec<f64>>();
-        let prior = |x: &[f64]| hundredths(x).iter().map(|a| (a / self.prior_sd).powi(2)).sum::<f64>();
+        let prior = |x: &[f64]| activations_of(x).iter().map(|a| (a / self.prior_sd).powi(2)).sum::<f64>();
         let starts = answer.starts.iter().map(|s| Ended {
-            activations: hundredths(&s.x),
+            activations: activations_of(&s.x),
             misfit: ((s.cost - prior(&s.x)).max(0.0) / rows as f64).sqrt(),
             factorisations: s.factorisations,
             converged: s.converged && s.solved,

@@ -5,6 +5,7 @@ pub mod artisynth;
 pub mod gmsh;
 pub mod json;
 
+use std::fmt;
 use std::path::Path;
 
 use tongue_core::body::{Body, BodyError};
@@ -13,13 +14,38 @@ pub use gmsh::Unit;
 
 /// Why a file contains no usable body.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum BodyFileError {
     /// Its body cannot be used.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// The Gmsh file is invalid.
-    #[error(transparent)]
-    Gmsh(#[from] gmsh::GmshError),
+    /// The file of Gmsh is invalid.
+    #[error("{origin}{place}: {problem}")]
+    Gmsh { origin: String, place: FilePlace, problem: gmsh::MshProblem },
+    /// A file of ArtiSynth is missing or invalid.
+    #[error("{origin}{place}: {problem}")]
+    ArtiSynth { origin: String, place: FilePlace, problem: artisynth::ArtiSynthProblem },
+}
+
+/// A place in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FilePlace {
+    /// The file as a whole.
+    Whole,
+    /// A line, from 1.
+    Line(usize),
+    /// A byte of a binary file, from 0.
+    Byte(usize),
+}
+
+impl fmt::Display for FilePlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole => Ok(()),
+            Self::Line(line) => write!(f, ":{line}"),
+            Self::Byte(byte) => write!(f, " (byte {byte})"),
+        }
+    }
 }
 
 /// A body in the plane or in space.
@@ -36,7 +62,7 @@ impl AnyBody {
     /// ends in `.json`.
     ///
     /// # Errors
-    /// [`BodyError::File`] and `BodyError::Gmsh` for files that cannot be read, contain no body or one that
+    /// [`BodyError::File`] and [`BodyFileError::Gmsh`] for files that cannot be read, contain no body or one that
     /// is far too large.
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
         Self::read_telling(path, unit, &mut |_| ())
@@ -70,7 +96,7 @@ impl AnyBody {
     /// Reads the bytes of a Gmsh file; `origin` is its name in messages, usually its path.
     ///
     /// # Errors
-    /// `BodyError::Gmsh`, and [`BodyError::File`] for a body that is far too large.
+    /// [`BodyFileError::Gmsh`], and [`BodyError::File`] for a body that is far too large.
     pub fn from_msh(bytes: &[u8], origin: &str, unit: Unit) -> Result<Self, BodyFileError> {
         Self::from_msh_telling(bytes, origin, unit, &mut |_| ())
     }

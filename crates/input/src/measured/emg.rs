@@ -1,20 +1,11 @@
 //! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel.
 
+use super::TableError;
 use super::lengths::Vowel;
 use super::muscles::Muscles;
 
 /// The column that may give a muscle's own tension at activity 1.
 const FULL: &str = "full_n_per_m";
-
-/// A table of activity that cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{origin}: {problem}")]
-pub struct BadActivity {
-    /// Its file or source.
-    pub origin: String,
-    /// What is wrong, and what to do.
-    pub problem: String,
-}
 
 /// Activity of muscles in vowels, relative to the largest of each muscle: 0 to 1, without a unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,9 +29,9 @@ impl Activity {
     /// the tension of a muscle at activity 1, N per metre of thickness. Lines that begin with `#` are skipped.
     ///
     /// # Errors
-    /// [`BadActivity`] for another format, a muscle or vowel given twice, and activity outside 0 to 1.
-    pub fn read(text: &str, origin: &str) -> Result<Self, BadActivity> {
-        let wrong = |problem: String| BadActivity { origin: origin.to_owned(), problem };
+    /// [`TableError`] for another format, a muscle or vowel given twice, and activity outside 0 to 1.
+    pub fn read(text: &str, origin: &str) -> Result<Self, TableError> {
+        let wrong = |problem: String| TableError::malformed(origin, None, problem);
         let mut reader =
             csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|e| wrong(e.to_string()))?.clone();
@@ -106,15 +97,15 @@ impl Activity {
     /// positions in `names` with their tensions; muscles without a row, and empty cells, are left out.
     ///
     /// # Errors
-    /// [`BadActivity`] for a vowel without a column, a muscle that `names` does not have, and a muscle that two rows give.
+    /// [`TableError`] for a vowel without a column, a muscle that `names` does not have, and a muscle that two rows give.
     pub fn tensions(
         &self,
         vowel: &Vowel,
         full: f64,
         names: &[String],
         muscles: &Muscles,
-    ) -> Result<Vec<(usize, f64)>, BadActivity> {
-        let wrong = |problem: String| BadActivity { origin: self.origin.clone(), problem };
+    ) -> Result<Vec<(usize, f64)>, TableError> {
+        let wrong = |problem: String| TableError::malformed(&self.origin, None, problem);
         let Some(column) = self.vowels.iter().position(|v| v == vowel) else {
             let known: Vec<String> = self.vowels.iter().map(|v| format!("/{v}/")).collect();
             return Err(wrong(format!("it has no column /{vowel}/; it has {}", known.join(", "))));
@@ -156,7 +147,7 @@ mod tests {
 
     const TABLE: &str = "# mine\nmuscle,i,a,full_n_per_m\nGGa,0.2,,\nHG,0,0.5,40\nSGm,0.1,1,\n";
 
-    fn tensions(table: &str, vowel: &str) -> Result<Vec<(usize, f64)>, BadActivity> {
+    fn tensions(table: &str, vowel: &str) -> Result<Vec<(usize, f64)>, TableError> {
         let muscles = Muscles::reference().unwrap();
         let names: Vec<String> = muscles.all().iter().map(|m| m.name.clone()).collect();
         Activity::read(table, "mine.csv")?.tensions(&Vowel::new(vowel).unwrap(), 30.0, &names, &muscles)

@@ -22,9 +22,9 @@ pub mod thesis;
 pub mod tone;
 
 pub use by_muscle::ByMuscle;
-pub use error::TargetError;
+pub use error::TableError;
 pub use kind::{TargetKind, UnknownTargetKind, reference_muscle};
 pub use lengths::{Dataset, Lengths, Vowel};
-pub use nodes::{NodeFrame, NodesError, read_nodes};
+pub use nodes::{NodeFrame, SeenNode, read_nodes};
 pub use recording::Recording;
 pub use target::{Target, TargetOptions};

@@ -4,30 +4,30 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
+use super::TableError;
 use crate::files;
 
 /// The columns that a table must have.
 const COLUMNS: [&str; 4] = ["node", "x_mm", "y_mm", "z_mm"];
+
+/// Where a node was seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeenNode {
+    /// Its number in the body.
+    pub node: usize,
+    /// Its place, m.
+    pub place: Vector3<f64>,
+    /// Standard deviation of each coordinate, m.
+    pub sd_m: f64,
+}
 
 /// Places of nodes at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NodeFrame {
     /// The time, s, where the table has times.
     pub time_s: Option<f64>,
-    /// Number of each node (from 0), its place and the standard deviation of each coordinate, m.
-    pub seen: Vec<(usize, Vector3<f64>, f64)>,
-}
-
-/// Why a table of places is refused.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{file}{}: {problem}", line.map_or_else(String::new, |l| format!(", line {l}")))]
-pub struct NodesError {
-    /// The file.
-    pub file: String,
-    /// The line, from 1, where one is to blame.
-    pub line: Option<u64>,
-    /// What is wrong and what to do.
-    pub problem: String,
+    /// Where its nodes were seen.
+    pub seen: Vec<SeenNode>,
 }
 
 /// Reads a comma-separated table with the columns `node` (from 1, in the order of the body's nodes),
@@ -35,15 +35,15 @@ pub struct NodesError {
 /// missing) and `time_s`, by which rows form frames.
 ///
 /// # Errors
-/// [`NodesError`], with the line.
-pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, NodesError> {
-    let file = path.display().to_string();
-    let whole = |problem: String| NodesError { file: file.clone(), line: None, problem };
+/// [`TableError`], with the line.
+pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, TableError> {
+    let origin = path.display().to_string();
+    let whole = |problem: String| TableError::malformed(&origin, None, problem);
     let read = files::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let text = read.map_err(|e| {
         whole(format!("cannot be read: {e}; name a CSV table with the columns {}", COLUMNS.join(",")))
     })?;
-    let wrong = |line: u64, problem: String| NodesError { file: file.clone(), line: Some(line), problem };
+    let wrong = |line: u64, problem: String| TableError::malformed(&origin, Some(line), problem);
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let broken =
@@ -60,7 +60,7 @@ pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, NodesE
     for record in reader.records() {
         let record = record.map_err(broken)?;
         let line = record.position().map_or(1, csv::Position::line);
-        let number = |name: &str| -> Result<Option<f64>, NodesError> {
+        let number = |name: &str| -> Result<Option<f64>, TableError> {
             let Some(text) = column(name).and_then(|c| record.get(c)) else { return Ok(None) };
             let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
             value.map(Some).ok_or_else(|| wrong(line, format!("{name} is \"{text}\"; give a finite number")))
@@ -76,10 +76,10 @@ pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, NodesE
         }
         let time_s = number("time_s")?;
         let place = Vector3::new(needed("x_mm")?, needed("y_mm")?, needed("z_mm")?) * 1e-3;
-        let one = (node as usize - 1, place, sd_m);
+        let one = SeenNode { node: node as usize - 1, place, sd_m };
         let is_earlier = frames.last().is_some_and(|f| f.time_s > time_s);
         match frames.last_mut().filter(|f| f.time_s == time_s) {
-            Some(frame) if frame.seen.iter().any(|s| s.0 == one.0) => {
+            Some(frame) if frame.seen.iter().any(|s| s.node == one.node) => {
                 return Err(wrong(line, format!("node {node} comes twice in a frame; give it once")));
             }
             Some(frame) => frame.seen.push(one),

@@ -1,7 +1,8 @@
 //! Target of a fit: which muscles contract and which numbers are to be met.
 
+use super::lengths::LengthsError;
 use super::lengths::{Activation, Dataset, Lengths, Vowel, position_of};
-use super::{TargetError, TargetKind, reference_muscle};
+use super::{TargetKind, reference_muscle};
 
 /// Range of plausible stretches of a muscle between two vowels.
 const STRETCHES: std::ops::RangeInclusive<f64> = 0.5..=1.7;
@@ -64,7 +65,7 @@ impl Target {
         vowel: &Vowel,
         kind: TargetKind,
         options: &TargetOptions,
-    ) -> Result<Self, TargetError> {
+    ) -> Result<Self, LengthsError> {
         let measured = data.row(subject, vowel)?;
         let baseline = match &options.baseline {
             Some(vowel) => data.baseline_vowel(subject, vowel)?,
@@ -77,16 +78,16 @@ impl Target {
     /// `muscles` if they are given.
     ///
     /// # Errors
-    /// All of [`TargetError`] except [`TargetError::Data`].
+    /// All of [`LengthsError`] except [`LengthsError::Data`].
     pub fn from_lengths(
         measured: &Lengths,
         baseline: &Lengths,
         kind: TargetKind,
         muscles: Option<&[String]>,
-    ) -> Result<Self, TargetError> {
+    ) -> Result<Self, LengthsError> {
         let (subject, vowel) = (measured.subject.clone(), measured.vowel.clone());
         if vowel == baseline.vowel {
-            return Err(TargetError::IsBaseline { subject, vowel });
+            return Err(LengthsError::IsBaseline { subject, vowel });
         }
         let changes = measured.activation(baseline);
         let both: Vec<(usize, f64, f64, Activation)> = changes
@@ -99,7 +100,7 @@ impl Target {
         {
             let (muscle, baseline) = (table[*i].clone(), baseline.vowel.clone());
             let (mm, baseline_mm) = (*mm, *baseline_mm);
-            return Err(TargetError::Impossible { muscle, subject, vowel, mm, baseline, baseline_mm });
+            return Err(LengthsError::Impossible { muscle, subject, vowel, mm, baseline, baseline_mm });
         }
         let names: Vec<String> = both.iter().map(|(i, ..)| table[*i].clone()).collect();
         let activation: Vec<Activation> = both.iter().map(|(.., change)| *change).collect();
@@ -109,7 +110,7 @@ impl Target {
         };
         if active.is_empty() {
             let baseline = baseline.vowel.clone();
-            return Err(TargetError::NoContraction { subject, vowel, baseline });
+            return Err(LengthsError::NoContraction { subject, vowel, baseline });
         }
         let reference_name = &table[reference_muscle(table)];
         let reference = match names.iter().position(|n| n == reference_name) {
@@ -117,12 +118,12 @@ impl Target {
             None if kind == TargetKind::Stretch => 0,
             None => {
                 let reference = reference_name.clone();
-                return Err(TargetError::NoReference { reference, subject, vowel });
+                return Err(LengthsError::NoReference { reference, subject, vowel });
             }
         };
         let fitted: Vec<usize> = active.iter().copied().filter(|&m| kind.constrains(m, reference)).collect();
         if fitted.is_empty() {
-            return Err(TargetError::NoEquation { reference: names[reference].clone(), subject, vowel });
+            return Err(LengthsError::NoEquation { reference: names[reference].clone(), subject, vowel });
         }
         let measured_mm: Vec<f64> = both.iter().map(|b| b.1).collect();
         let baseline_mm: Vec<f64> = both.iter().map(|b| b.2).collect();
@@ -221,7 +222,7 @@ impl Dataset {
     ///
     /// # Errors
     /// As [`Target::new`], and for a name that is not a vowel.
-    pub fn stretches(&self, subject: &str, vowel: &str) -> Result<Target, TargetError> {
+    pub fn stretches(&self, subject: &str, vowel: &str) -> Result<Target, LengthsError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Stretch, &TargetOptions::default())
     }
 
@@ -230,7 +231,7 @@ impl Dataset {
     ///
     /// # Errors
     /// As [`Target::new`], and for a name that is not a vowel.
-    pub fn ratios(&self, subject: &str, vowel: &str) -> Result<Target, TargetError> {
+    pub fn ratios(&self, subject: &str, vowel: &str) -> Result<Target, LengthsError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Ratio, &TargetOptions::default())
     }
 }
@@ -241,27 +242,27 @@ fn chosen_positions(
     names: &[String],
     measured: &Lengths,
     baseline: &Lengths,
-) -> Result<Vec<usize>, TargetError> {
+) -> Result<Vec<usize>, LengthsError> {
     let known = || measured.muscles.to_vec();
     let mut positions = Vec::new();
     for name in chosen {
         let Some(position) = position_of(names, name) else {
             return Err(match position_of(&measured.muscles, name) {
-                Some(i) => TargetError::NotMeasured {
+                Some(i) => LengthsError::NotMeasured {
                     muscle: measured.muscles[i].clone(),
                     subject: measured.subject.clone(),
                     vowel: measured.vowel.clone(),
                     baseline: baseline.vowel.clone(),
                 },
-                None => TargetError::UnknownMuscle { name: name.clone(), known: known() },
+                None => LengthsError::UnknownMuscle { name: name.clone(), known: known() },
             });
         };
         positions.push(position);
     }
     positions.sort_unstable();
     match positions.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(TargetError::RepeatedMuscle { muscle: names[pair[0]].clone() }),
-        None if positions.is_empty() => Err(TargetError::NoMuscles { known: known() }),
+        Some(pair) => Err(LengthsError::RepeatedMuscle { muscle: names[pair[0]].clone() }),
+        None if positions.is_empty() => Err(LengthsError::NoMuscles { known: known() }),
         None => Ok(positions),
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 
+use super::TableError;
+
 const REFERENCE: &str = include_str!("../../../../targets/takano2007_tone.csv");
 
 #[derive(Debug, Deserialize)]
@@ -10,31 +12,24 @@ struct Row {
     tone_n_per_m: f64,
 }
 
-/// A table of tones that cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{origin}: {problem}; write a table of muscle,tone_n_per_m with a row for each muscle")]
-pub struct BadTone {
-    /// Its file or source.
-    pub origin: String,
-    /// What is wrong.
-    pub problem: String,
-}
-
 /// The built-in tones, N per metre of thickness: fitted by `tongue-fit validate` to the passive muscles of S1
 /// to S3 of Takano and Honda (2007).
 ///
 /// # Errors
 /// As [`read`]; a test checks that the built-in table has no error.
-pub fn reference() -> Result<Vec<(String, f64)>, BadTone> {
+pub fn reference() -> Result<Vec<(String, f64)>, TableError> {
     read(REFERENCE, "targets/takano2007_tone.csv (built in)")
 }
 
 /// Reads a table of tones; lines that begin with `#` are skipped and further columns ignored.
 ///
 /// # Errors
-/// [`BadTone`] for another format, a muscle given twice, or a tone that is negative or not finite.
-pub fn read(text: &str, origin: &str) -> Result<Vec<(String, f64)>, BadTone> {
-    let wrong = |problem: String| BadTone { origin: origin.to_owned(), problem };
+/// [`TableError`] for another format, a muscle given twice, or a tone that is negative or not finite.
+pub fn read(text: &str, origin: &str) -> Result<Vec<(String, f64)>, TableError> {
+    let wrong = |problem: String| {
+        let problem = format!("{problem}; write a table of muscle,tone_n_per_m with a row for each muscle");
+        TableError::malformed(origin, None, problem)
+    };
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let mut out: Vec<(String, f64)> = Vec::new();

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use serde::{Serialize, Serializer};
 
 use tongue_core::dynamics::StepCounts;
+use tongue_core::statistics::median;
 
 /// Effort of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -193,18 +194,7 @@ pub fn measure<T>(effort: &Effort, mut work: impl FnMut() -> T) -> Timed<T> {
     if times.len() > 1 {
         times.remove(0);
     }
-    Timed { result, seconds: median(&mut times).unwrap_or(warming), repeats: times.len() }
-}
-
-/// The middle value, or the mean of the two middle ones; `None` if there are no values.
-pub fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    match values.len() {
-        0 => None,
-        n if n % 2 == 1 => Some(values[middle]),
-        _ => Some(0.5 * (values[middle - 1] + values[middle])),
-    }
+    Timed { result, seconds: median(times.iter().copied()).unwrap_or(warming), repeats: times.len() }
 }
 
 /// `p` in `error ~ step^p`, by least squares on logarithms; `None` from fewer than two usable points.
@@ -228,13 +218,6 @@ mod tests {
         assert!((observed_order(&points).unwrap() - 1.7).abs() < 1e-12);
         assert_eq!(observed_order(&points[..1]), None);
         assert_eq!(observed_order(&[(1.0, 0.0), (2.0, 1.0)]), None, "an error of zero has no logarithm");
-    }
-
-    #[test]
-    fn the_median_ignores_outliers() {
-        assert_eq!(median(&mut [9.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(&mut [4.0, 1.0, 2.0, 1e9]), Some(3.0));
-        assert_eq!(median(&mut []), None);
     }
 
     #[test]

@@ -5,8 +5,9 @@ use std::time::Instant;
 use nalgebra::SVector;
 
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, StepCounts};
+use tongue_core::statistics::median;
 
-use super::ladder::{Effort, Ended, median};
+use super::ladder::{Effort, Ended};
 use crate::table::duration;
 
 /// Number of measurements of the cost of a step.
@@ -60,7 +61,7 @@ pub fn march(
         seconds.iter_mut().zip(&again.stops).for_each(|(all, s)| all.push(s.seconds));
         marched.repeats += 1;
     }
-    for (stop, all) in marched.stops.iter_mut().zip(&mut seconds) {
+    for (stop, all) in marched.stops.iter_mut().zip(seconds) {
         stop.seconds = median(all).unwrap_or(stop.seconds);
     }
     marched

@@ -17,7 +17,7 @@ const AGREEMENT: f64 = 1e-6;
 /// A strut that buckles and a truss that snaps through, below and above their critical loads.
 pub(super) fn two_equilibria() -> Result<Vec<HardCase>, StudyError> {
     let (strut, truss) = (bodies::strut(0.02, 0.3, 11), bodies::truss(0.02, 0.01, 0.03, 40));
-    let k = coefficients(&strut, &Model::default()).map_err(tongue_core::system::SystemError::from)?;
+    let k = coefficients(&strut, &Model::default())?;
     let k = k.tissue_stiffness;
     let buckling = buckling_load(k, 0.02, 0.3, 11);
     let snapping = snapping_load(k, 0.02, 0.01, 0.03, 40);

@@ -1,7 +1,5 @@
 //! Picture of a tongue in space from the side, the front and the top, with the muscles that act in colour.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 
 use super::axes::{Bounds, View};
@@ -11,7 +9,7 @@ use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, Svg, TEXT, WIDTH, clos
 use crate::report::ReportError;
 use crate::report::space::most_active;
 use tongue_core::body::SpaceBody;
-use tongue_core::geometry::{Point, hexahedron};
+use tongue_core::geometry::Point;
 
 /// From where it is seen: what is across, up, and towards the viewer.
 const VIEWS: [(&str, [Vector3<f64>; 3]); 3] = [
@@ -57,7 +55,7 @@ pub fn views(
         COLOURS[group % COLOURS.len()]
     };
     let of_element = most_active(body, activations);
-    let faces = surface(body);
+    let faces = body.mesh.outward_quadrilaterals();
     let shown = format!(
         "A tongue in space of {} hexahedra from the side, the front and the top: deformed, over itself at rest (light).",
         body.mesh.hexahedra.len()
@@ -132,18 +130,4 @@ pub fn views(
         svg.rectangle([*x, y - 10.0], [x + SAMPLE - 10.0, y + 10.0], &fill, Some(INK));
     }
     Ok(svg.finish(bottom.max(below + height) + LEGEND_ROW + 2.0 * MARGIN))
-}
-
-/// Faces that belong to one element only, with its number; counter-clockwise as seen from outside.
-fn surface(body: &SpaceBody) -> Vec<(usize, [usize; 4])> {
-    let all = body.mesh.hexahedra.iter().enumerate();
-    let all: Vec<(usize, [usize; 4])> =
-        all.flat_map(|(e, c)| hexahedron::FACES.map(|f| (e, f.map(|i| c[i])))).collect();
-    let sorted = |mut f: [usize; 4]| {
-        f.sort_unstable();
-        f
-    };
-    let mut count: BTreeMap<[usize; 4], usize> = BTreeMap::new();
-    all.iter().for_each(|(_, f)| *count.entry(sorted(*f)).or_default() += 1);
-    all.into_iter().filter(|(_, f)| count[&sorted(*f)] == 1).collect()
 }

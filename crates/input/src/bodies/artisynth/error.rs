@@ -1,21 +1,10 @@
 //! Errors of reading files of ArtiSynth: what is wrong, where, and what to do.
 
 use super::Text;
+use crate::bodies::{BodyFileError, FilePlace};
 use tongue_core::body::SpaceFault;
 
-/// A file of ArtiSynth that cannot be used.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{file}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
-pub struct ArtiSynthError {
-    /// Its path.
-    pub file: String,
-    /// The line, from 1, if one is to blame.
-    pub line: Option<usize>,
-    /// What is wrong.
-    pub problem: ArtiSynthProblem,
-}
-
-/// What is wrong.
+/// What is wrong with a file of ArtiSynth.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say it")]
 pub enum ArtiSynthProblem {
@@ -50,6 +39,7 @@ pub enum ArtiSynthProblem {
 }
 
 /// The error for a line of a file.
-pub(super) fn fail(text: &Text, line: Option<usize>, problem: ArtiSynthProblem) -> ArtiSynthError {
-    ArtiSynthError { file: text.file.clone(), line, problem }
+pub(super) fn fail(text: &Text, line: Option<usize>, problem: ArtiSynthProblem) -> BodyFileError {
+    let place = line.map_or(FilePlace::Whole, FilePlace::Line);
+    BodyFileError::ArtiSynth { origin: text.file.clone(), place, problem }
 }

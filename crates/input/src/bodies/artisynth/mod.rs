@@ -28,7 +28,9 @@ use tongue_core::body::{Bone, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, Spa
 use error::fail;
 use tables::{Table, elements, fibres, nodes, numbers, regions, strengths};
 
-pub use error::{ArtiSynthError, ArtiSynthProblem};
+pub use error::ArtiSynthProblem;
+
+use super::{BodyFileError, FilePlace};
 pub use tables::Probe;
 
 /// The styloid processes, which ArtiSynth's program places and its mesh lacks: ids in `Fibers.mac` and
@@ -74,8 +76,8 @@ pub fn is_folder(path: &Path) -> bool {
 /// Reads a folder.
 ///
 /// # Errors
-/// [`ArtiSynthError`] for a file that is missing or wrong, with its line.
-pub fn read(folder: &Path) -> Result<SpaceBody, ArtiSynthError> {
+/// [`BodyFileError::ArtiSynth`] for a file that is missing or wrong, with its line.
+pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
     let named = |name: &str| text(&folder.join(name));
     let files = Files {
         nodes: text(&folder.join(find(folder, "node")?))?,
@@ -92,15 +94,15 @@ pub fn read(folder: &Path) -> Result<SpaceBody, ArtiSynthError> {
 /// Reads a probe of ArtiSynth: excitations or positions over time.
 ///
 /// # Errors
-/// [`ArtiSynthError`] for a file that cannot be read or is wrong, with its line.
-pub fn read_probe(path: &Path) -> Result<Probe, ArtiSynthError> {
+/// [`BodyFileError::ArtiSynth`] for a file that cannot be read or is wrong, with its line.
+pub fn read_probe(path: &Path) -> Result<Probe, BodyFileError> {
     tables::probe(&text(path)?)
 }
 
 /// The name of the only file in a folder with this ending.
-fn find(folder: &Path, ending: &str) -> Result<String, ArtiSynthError> {
+fn find(folder: &Path, ending: &str) -> Result<String, BodyFileError> {
     let name = folder.display().to_string();
-    let whole = |problem| ArtiSynthError { file: name.clone(), line: None, problem };
+    let whole = |problem| BodyFileError::ArtiSynth { origin: name.clone(), place: FilePlace::Whole, problem };
     let entries =
         std::fs::read_dir(folder).map_err(|e| whole(ArtiSynthProblem::Unreadable { why: e.to_string() }))?;
     let mut found: Vec<String> = entries
@@ -114,14 +116,14 @@ fn find(folder: &Path, ending: &str) -> Result<String, ArtiSynthError> {
     }
 }
 
-fn text(path: &Path) -> Result<Text, ArtiSynthError> {
+fn text(path: &Path) -> Result<Text, BodyFileError> {
     let file = path.display().to_string();
     match crate::files::read(path) {
         // Comments are in Latin-1.
         Ok(bytes) => Ok(Text { file, text: String::from_utf8_lossy(&bytes).into_owned() }),
-        Err(e) => Err(ArtiSynthError {
-            file,
-            line: None,
+        Err(e) => Err(BodyFileError::ArtiSynth {
+            origin: file,
+            place: FilePlace::Whole,
             problem: ArtiSynthProblem::Unreadable { why: e.to_string() },
         }),
     }
@@ -130,8 +132,8 @@ fn text(path: &Path) -> Result<Text, ArtiSynthError> {
 /// The body of these files; `origin` is its name.
 ///
 /// # Errors
-/// [`ArtiSynthError`], with file and line.
-pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, ArtiSynthError> {
+/// [`BodyFileError::ArtiSynth`], with file and line.
+pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyFileError> {
     let Table { of: places, numbers: ids } = nodes(&files.nodes)?;
     let mut mesh = Mesh { nodes: places, ..Mesh::default() };
     let in_tissue = mesh.nodes.len();

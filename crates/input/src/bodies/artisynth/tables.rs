@@ -5,8 +5,9 @@ use std::str::FromStr;
 
 use nalgebra::Vector3;
 
-use super::error::{ArtiSynthError, ArtiSynthProblem, fail};
+use super::error::{ArtiSynthProblem, fail};
 use super::{Fibres, Text};
+use crate::bodies::BodyFileError;
 
 /// Items with the ids of the file.
 pub(super) struct Table<T> {
@@ -40,19 +41,19 @@ fn number<T: FromStr>(
     line: usize,
     word: Option<&str>,
     what: &'static str,
-) -> Result<T, ArtiSynthError> {
+) -> Result<T, BodyFileError> {
     let found = word.unwrap_or("nothing").trim();
     let wrong = || fail(text, Some(line), ArtiSynthProblem::Expected { what, found: found.to_owned() });
     found.parse().map_err(|_| wrong())
 }
 
-fn finite(text: &Text, line: usize, word: Option<&str>, what: &'static str) -> Result<f64, ArtiSynthError> {
+fn finite(text: &Text, line: usize, word: Option<&str>, what: &'static str) -> Result<f64, BodyFileError> {
     let value: f64 = number(text, line, word, what)?;
     let wrong = || fail(text, Some(line), ArtiSynthProblem::Expected { what, found: value.to_string() });
     value.is_finite().then_some(value).ok_or_else(wrong)
 }
 
-pub(super) fn nodes(text: &Text) -> Result<Table<Vector3<f64>>, ArtiSynthError> {
+pub(super) fn nodes(text: &Text) -> Result<Table<Vector3<f64>>, BodyFileError> {
     let mut table = Table { of: Vec::new(), numbers: BTreeMap::new() };
     for (line, row) in lines(text) {
         let mut words = row.split_whitespace();
@@ -74,7 +75,7 @@ pub(super) fn nodes(text: &Text) -> Result<Table<Vector3<f64>>, ArtiSynthError> 
 pub(super) fn elements(
     text: &Text,
     nodes: &BTreeMap<u64, usize>,
-) -> Result<(Vec<[usize; 8]>, BTreeMap<u64, usize>), ArtiSynthError> {
+) -> Result<(Vec<[usize; 8]>, BTreeMap<u64, usize>), BodyFileError> {
     let (mut hexahedra, mut ids) = (Vec::new(), BTreeMap::new());
     for (line, row) in lines(text) {
         let mut words = row.split_whitespace();
@@ -97,7 +98,7 @@ pub(super) fn elements(
 }
 
 /// Node numbers from 0, each below `count`.
-pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, ArtiSynthError> {
+pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, BodyFileError> {
     let mut all = Vec::new();
     for (line, row) in lines(text) {
         for word in row.split_whitespace() {
@@ -119,7 +120,7 @@ fn after<'a>(line: &'a str, word: &str) -> Option<&'a str> {
     Some(line[head.len()..].split('!').next().unwrap_or_default().trim())
 }
 
-pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Regions, ArtiSynthError> {
+pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Regions, BodyFileError> {
     let mut regions = Regions::default();
     let mut selected = Vec::new();
     for (line, row) in lines(text) {
@@ -178,7 +179,7 @@ pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Re
     }
 }
 
-pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres, ArtiSynthError> {
+pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres, BodyFileError> {
     let mut places: BTreeMap<usize, BTreeMap<usize, BTreeMap<usize, usize>>> = BTreeMap::new();
     for (line, row) in lines(text) {
         let Some(rest) = after(row, "FIBER(") else { continue };
@@ -212,7 +213,7 @@ pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres
     Ok(all)
 }
 
-pub(super) fn strengths(text: &Text) -> Result<BTreeMap<String, f64>, ArtiSynthError> {
+pub(super) fn strengths(text: &Text) -> Result<BTreeMap<String, f64>, BodyFileError> {
     let mut strengths = BTreeMap::new();
     for (line, row) in lines(text) {
         let mut words = row.split_whitespace();
@@ -227,7 +228,7 @@ pub(super) fn strengths(text: &Text) -> Result<BTreeMap<String, f64>, ArtiSynthE
     Ok(strengths)
 }
 
-pub(super) fn probe(text: &Text) -> Result<Probe, ArtiSynthError> {
+pub(super) fn probe(text: &Text) -> Result<Probe, BodyFileError> {
     let mut all = lines(text);
     let head = |found: Option<(usize, &str)>, what| {
         let (line, found) = found.unwrap_or((1, "nothing"));

@@ -133,7 +133,7 @@ fn body<const D: usize>(
     let kept: BTreeSet<u64> =
         cells.iter().map(|c| &c.nodes).chain(chains.iter().map(|c| &c.nodes)).flatten().copied().collect();
     let numbers: BTreeMap<u64, usize> = kept.iter().enumerate().map(|(number, tag)| (*tag, number)).collect();
-    // `numbers` has every tag in `kept`, and only those are asked for.
+    // Every tag of a cell or chain is in `numbers`, so the default is never used.
     let number = |tag: &u64| numbers.get(tag).copied().unwrap_or_default();
     let nodes = positions::<D>(raw, &kept, unit)?;
 

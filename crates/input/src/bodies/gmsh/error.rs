@@ -1,41 +1,8 @@
 //! Errors of reading Gmsh files: what is wrong, where, and what to do.
 
-use std::fmt;
-
 use tongue_core::body::MeshFault;
 
-/// A Gmsh file that cannot be used.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{origin}{place}: {problem}")]
-pub struct GmshError {
-    /// The file, or a name for its source.
-    pub origin: String,
-    /// Where in it.
-    pub place: MshPlace,
-    /// What is wrong.
-    pub problem: MshProblem,
-}
-
-/// A place in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MshPlace {
-    /// The file as a whole.
-    Whole,
-    /// A line, from 1.
-    Line(usize),
-    /// A byte of a binary file, from 0.
-    Byte(usize),
-}
-
-impl fmt::Display for MshPlace {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Whole => Ok(()),
-            Self::Line(line) => write!(f, ":{line}"),
-            Self::Byte(byte) => write!(f, " (byte {byte})"),
-        }
-    }
-}
+use crate::bodies::{BodyFileError, FilePlace};
 
 /// What is wrong with a Gmsh file. Nodes and elements are named by their Gmsh tags.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -159,13 +126,13 @@ impl Located {
     }
 
     /// The error for a file of these bytes.
-    pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> GmshError {
+    pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> BodyFileError {
         let place = match self.at {
-            None => MshPlace::Whole,
-            Some(at) if binary => MshPlace::Byte(at),
-            Some(at) => MshPlace::Line(1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
+            None => FilePlace::Whole,
+            Some(at) if binary => FilePlace::Byte(at),
+            Some(at) => FilePlace::Line(1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
         };
-        GmshError { origin: origin.to_owned(), place, problem: self.problem }
+        BodyFileError::Gmsh { origin: origin.to_owned(), place, problem: self.problem }
     }
 }
 

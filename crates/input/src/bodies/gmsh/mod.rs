@@ -31,7 +31,9 @@ mod write;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use error::{GmshError, MshPlace, MshProblem};
+pub use error::MshProblem;
+
+use super::BodyFileError;
 pub use review::{Concern, TONGUE_M, review, unit_suspicion};
 use tongue_core::body::Body;
 pub use write::write;
@@ -115,8 +117,8 @@ pub struct Unused {
 /// Reads a file. `origin` is its name in messages, usually its path.
 ///
 /// # Errors
-/// [`GmshError`] with the line (in binary files: the byte) and what to do.
-pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<File, GmshError> {
+/// [`BodyFileError::Gmsh`] with the line (in binary files: the byte) and what to do.
+pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<File, BodyFileError> {
     let mut cursor = cursor::Cursor::new(bytes);
     let file = parse::parse(&mut cursor).and_then(|raw| assemble::assemble(&raw, origin, unit));
     file.map_err(|located| located.into_error(origin, bytes, cursor.is_binary()))

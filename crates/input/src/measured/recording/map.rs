@@ -27,7 +27,7 @@ use serde::Deserialize;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::suggest;
 
-use super::{Format, Recording, Times, names};
+use super::{Format, Recording, RecordingError, Times, names};
 
 /// Standard deviation of a contour point, m: DeepLabCut keypoints on ultrasound (AAA's models: 0.93 mm from
 /// human labels).
@@ -102,29 +102,6 @@ const FARTHEST_SHIFT_MM: f64 = 1e4;
 /// millimetres, their hundredths and thousandths).
 const USUAL_GAP_MM: f64 = 15.0;
 
-/// Errors of a map, or of a recording that needs one.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum MapError {
-    /// The text is not a valid map.
-    #[error("the map {origin}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
-    Text {
-        /// Its file.
-        origin: String,
-        /// Line, from 1, if it is known.
-        line: Option<usize>,
-        /// What is wrong and what to do.
-        problem: String,
-    },
-    /// The recording cannot be used with this map, or without one.
-    #[error("the recording {recording:?}: {problem}")]
-    Recording {
-        /// Its name.
-        recording: String,
-        /// What is wrong and what to do.
-        problem: String,
-    },
-}
-
 /// An axis of a file and its sign.
 pub(super) type Axis = (usize, f64);
 
@@ -132,9 +109,9 @@ impl Map {
     /// Reads a map; `origin` is its name in messages.
     ///
     /// # Errors
-    /// [`MapError::Text`] with the line.
-    pub fn from_toml(text: &str, origin: &str) -> Result<Self, MapError> {
-        let wrong = |line: Option<usize>, problem: String| MapError::Text {
+    /// [`RecordingError::Map`] with the line.
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, RecordingError> {
+        let wrong = |line: Option<usize>, problem: String| RecordingError::Map {
             origin: origin.to_owned(),
             line,
             problem,
@@ -225,7 +202,7 @@ impl Map {
 
     /// Metres in a unit of the file, and a note for the user. If neither the map nor the format gives the
     /// unit, it is the power of ten with which neighbouring coils are about 15 mm apart.
-    pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), MapError> {
+    pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), RecordingError> {
         if let Some(metres) = self.file.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
             return Ok((metres, None));
         }
@@ -234,7 +211,7 @@ impl Map {
             .filter(|(_, c)| matches!(self.role(c), Role::Coil(_) | Role::Surface(_)))
             .map(|(n, _)| n)
             .collect();
-        let gap = recording.middle_gap(&coils).ok_or_else(|| MapError::Recording {
+        let gap = recording.middle_gap(&coils).ok_or_else(|| RecordingError::Uninterpreted {
             recording: recording.name.clone(),
             problem: "its format does not have a unit; write `unit_mm = ..` (millimetres in a unit, or \
                       in a pixel) into a map and give that with --map"
@@ -252,9 +229,12 @@ impl Map {
     }
 
     /// Seconds in a unit of the file's time.
-    pub(super) fn seconds(&self, recording: &Recording) -> Result<f64, MapError> {
+    pub(super) fn seconds(&self, recording: &Recording) -> Result<f64, RecordingError> {
         let wrong = |problem: &str| {
-            Err(MapError::Recording { recording: recording.name.clone(), problem: problem.to_owned() })
+            Err(RecordingError::Uninterpreted {
+                recording: recording.name.clone(),
+                problem: problem.to_owned(),
+            })
         };
         match (self.file.rate_hz, recording.times) {
             (Some(_), Times::InFile) => wrong("the file has its own times; take rate_hz out of the map"),

@@ -50,7 +50,7 @@ use super::lengths::error::Place;
 use budget::Budget;
 pub use budget::{MOST_CHANNELS, MOST_FRAMES};
 pub use doubts::{Doubt, doubts, palate_doubt};
-pub use map::{CONTOUR_SD_M, Map, MapError, Role};
+pub use map::{CONTOUR_SD_M, Map, Role};
 pub use screen::{Fault, FaultKind, Screened, screen};
 pub use seen::{Mark, Seen, SeenFrame};
 
@@ -182,7 +182,7 @@ pub struct Recording {
     pub format: Format,
 }
 
-/// Why a recording cannot be used. Each message says what is wrong, where, and what to do.
+/// Why a recording, its map or landmarks cannot be used. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file cannot be read.
@@ -196,9 +196,32 @@ pub enum RecordingError {
     /// The file is not a valid recording of its format.
     #[error(transparent)]
     Malformed(#[from] Malformed),
-    /// It cannot be interpreted as points of a tongue.
-    #[error(transparent)]
-    Map(#[from] MapError),
+    /// The text is not a valid map.
+    #[error("the map {origin}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
+    Map {
+        /// Its file.
+        origin: String,
+        /// Line, from 1, if it is known.
+        line: Option<usize>,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// The recording cannot be interpreted as points of a tongue with this map, or without one.
+    #[error("the recording {recording:?}: {problem}")]
+    Uninterpreted {
+        /// Its name.
+        recording: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// Slicer's file is no markups.
+    #[error("{origin}: {problem}")]
+    Markups {
+        /// The file.
+        origin: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
 }
 
 impl Recording {

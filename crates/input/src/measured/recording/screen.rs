@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use tongue_core::geometry::Point;
+use tongue_core::statistics::median;
 
 use super::Seen;
 
@@ -128,14 +129,11 @@ fn has_jumped(seen: &Seen, frame: usize, point: usize) -> bool {
     if near.len() < 2 {
         return false;
     }
-    let middle = |axis: usize| {
-        let mut values: Vec<f64> = near.iter().map(|(_, m)| m.at[axis]).collect();
-        values.sort_by(f64::total_cmp);
-        0.5 * (values[(values.len() - 1) / 2] + values[values.len() / 2])
-    };
+    let middle = |axis: usize| median(near.iter().map(|(_, m)| m.at[axis]));
+    let Some((x, y)) = middle(0).zip(middle(1)) else { return false };
     let apart = |f: usize| (seen.frames[f].time_s - seen.frames[frame].time_s).abs();
     let nearest = near.iter().map(|(f, _)| apart(*f)).fold(f64::INFINITY, f64::min);
-    let away = (here.at - Point::new(middle(0), middle(1))).norm();
+    let away = (here.at - Point::new(x, y)).norm();
     away > JUMP_M.max(FASTEST_M_S * nearest) + MOST_SD * here.sd
 }
 

@@ -4,7 +4,7 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::upper_median;
 
 use super::map::Axis;
-use super::{Format, Map, MapError, Recording, Role, names};
+use super::{Format, Map, Recording, RecordingError, Role, names};
 
 /// A measured point and its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,10 +63,11 @@ impl Seen {
     /// others.
     ///
     /// # Errors
-    /// [`MapError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no
+    /// [`RecordingError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no
     /// channel is usable.
-    pub fn new(recording: &Recording, map: &Map) -> Result<Self, MapError> {
-        let wrong = |problem: String| MapError::Recording { recording: recording.name.clone(), problem };
+    pub fn new(recording: &Recording, map: &Map) -> Result<Self, RecordingError> {
+        let wrong =
+            |problem: String| RecordingError::Uninterpreted { recording: recording.name.clone(), problem };
         if let Some(problem) = map.unknown(&recording.channels) {
             return Err(wrong(problem));
         }
