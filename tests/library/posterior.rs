@@ -267,7 +267,7 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
     assert!(found.iter().all(|f| f.effective > 50.0), "{found:?}");
     let mut leaning = Vec::new();
     for (position, found) in found.iter().enumerate() {
-        let settings = Settings { draws: 1600, seed: 11 };
+        let settings = Settings { draws: 800, seed: 11 };
         let own = sample(&ground, density.seen.without(position), &settings).unwrap();
         let row = density.rows()[position];
         // The conditional mean moves with the residuals by what geometry has in common, as it does in the run for all.
