@@ -11,6 +11,7 @@ use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
 use tongue_fit::inverse::{self, Among, Fit, FitSettings, Method};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{self, Export, FitRecord, OutputDir, SectionPicture, Series, Svg};
 use tongue_fit::system::Model;
 
@@ -224,9 +225,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         _ => None,
     };
 
+    // A table that only -v shows.
     let from_stretches = match kind {
-        TargetKind::Ratio => stretches(arguments, &tongue, &model, &settings),
-        TargetKind::Stretch => None,
+        TargetKind::Ratio if output::is_verbose() => stretches(arguments, &tongue, &model, &settings),
+        _ => None,
     };
     let known = Muscles::reference().into_diagnostic()?;
     let thickness = thickness_m.unwrap_or(DEFAULT_THICKNESS_M);
@@ -238,7 +240,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(ground) => Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>())?),
         None => None,
     };
+    let of_draws = sampled.as_ref().and_then(|s| Verdict::of(&s.reports[posture]));
+    let verdict = match of_draws {
+        Some(verdict) => Ok(verdict),
+        None => arguments.posterior.quick(&tongue, &model, ground.as_ref(), &target),
+    };
+    output::step(|| match &verdict {
+        Ok(_) => "the verdict is there".to_owned(),
+        Err(why) => format!("no verdict: {why}"),
+    });
     let mut record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
+    record.verdict = verdict.as_ref().ok().cloned();
     record.posterior = sampled.as_ref().map(|s| s.reports[posture].clone());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
     let json = record.to_json().into_diagnostic()?;
@@ -260,6 +272,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     } else {
         let shown = Shown {
             fit: &fit,
+            verdict: verdict.as_ref().map_err(String::as_str),
+            is_verbose: output::is_verbose(),
             among: settings.among,
             alarms: &alarms,
             from_stretches: from_stretches.as_ref(),

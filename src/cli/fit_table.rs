@@ -1,20 +1,26 @@
-//! One fit as text: tensions, then every muscle with its measurement, then the verdict and the alarms.
+//! One fit as text: the verdict, then the tensions at which the model meets what was measured; with -v every muscle beside its measurement.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use comfy_table::Cell;
 use tongue_fit::inverse::alarms::Alarm;
+use tongue_fit::inverse::valley::{Point, Valley};
 use tongue_fit::inverse::{Among, Fit, FitStatus, Tone};
 use tongue_fit::measured::TargetKind;
+use tongue_fit::posterior::Verdict;
 
 use super::posterior::Sampled;
 use super::published::Published;
-use super::table::{LARGE, counted, files, newtons, table};
+use super::table::{counted, newtons, table};
 
 /// Content of the table.
 pub struct Shown<'a> {
     pub fit: &'a Fit,
+    /// Which muscles pull harder than in the baseline, or why that is not said.
+    pub verdict: Result<&'a Verdict, &'a str>,
+    /// Whether the tables of single muscles are shown too.
+    pub is_verbose: bool,
     /// Selection among answers that fit equally well.
     pub among: Among,
     /// Reasons for doubt.
@@ -33,35 +39,83 @@ pub struct Shown<'a> {
     pub wall_s: f64,
 }
 
-/// Note if no posterior was asked for although it is possible.
-const POINT: &str =
-    "A POINT: rounding is under one per cent of what is not known of it; --posterior 1000 has the rest\n";
+/// Advice below a verdict.
+const BELIEVE: &str = "Believe the verdict before these tensions; --posterior 1000 says more";
+/// Alarms that are printed without `-v`.
+const ALARMS: usize = 3;
+/// Columns of a terminal.
+const COLUMNS: usize = 100;
 /// Smallest printed misfit: below it digits are rounding and differ between machines.
 const NO_MISFIT: f64 = 1e-9;
 
 impl Shown<'_> {
     pub fn text(&self) -> String {
-        let target = &self.fit.target;
-        let mut text = format!(
-            "{} /{}/ against /{}/, {} fitted\n\n",
-            target.subject,
-            target.vowel,
-            target.baseline,
-            match target.kind {
-                TargetKind::Ratio => format!("ratios to {}", target.muscles[target.reference]),
-                TargetKind::Stretch => "stretches".to_owned(),
-            }
-        );
+        let mut text = self.told_first();
+        if let Some((posterior, posture)) = self.posterior {
+            text += &posterior.text(posture, self.is_verbose);
+        }
+        text += &self.heading();
         text += &self.premises();
         text += &self.tensions();
-        text += &self.muscles();
-        text += &self.verdict();
-        text += &match self.posterior {
-            Some((posterior, posture)) => posterior.text(posture),
-            None => POINT.to_owned(),
+        text += &self.met();
+        text += &self.not_measured();
+        text += &self.uniqueness();
+        text += &self.advice();
+        if self.is_verbose {
+            text += &self.muscles();
+        }
+        let more = if self.is_verbose { "" } else { "; -v shows every muscle" };
+        let took = format!("{} equilibria in {:.0} ms{more}", self.fit.evaluations, 1e3 * self.wall_s);
+        let _ = writeln!(text, "{took}\n");
+        text + &in_one_line(self.written)
+    }
+
+    /// The verdict, which stands before all else.
+    fn told_first(&self) -> String {
+        let target = &self.fit.target;
+        let mut text = format!("{} /{}/ against /{}/\n", target.subject, target.vowel, target.baseline);
+        match self.verdict {
+            Ok(verdict) => {
+                for sentence in verdict.sentences(target.baseline.label()) {
+                    text += &wrapped(&sentence);
+                }
+            }
+            Err(why) => text += &wrapped(&format!("No verdict of which muscles pull harder: {why}.")),
+        }
+        text
+    }
+
+    /// What the tensions below are.
+    fn heading(&self) -> String {
+        let target = &self.fit.target;
+        let what = match target.kind {
+            TargetKind::Ratio => format!("ratios to {}", target.muscles[target.reference]),
+            TargetKind::Stretch => "stretches".to_owned(),
         };
-        let _ = writeln!(text, "{} equilibria in {:.0} ms\n", self.fit.evaluations, 1e3 * self.wall_s);
-        text + &files(self.written)
+        let curve = match self.curve_points() {
+            0 => "",
+            _ => ", one point of a curve of them",
+        };
+        format!("\nThe thesis's fit: tensions that meet the measured {what}{curve}\n\n")
+    }
+
+    /// Points of the curves of tensions that fit equally well.
+    fn curve_points(&self) -> usize {
+        self.valleys().map(|v| v.points.len()).sum()
+    }
+
+    fn valleys(&self) -> impl Iterator<Item = &Valley> {
+        self.fit.identifiability.iter().flat_map(|i| &i.null_directions).filter_map(|n| n.valley.as_ref())
+    }
+
+    /// How many directions of tension the target leaves open.
+    fn open(&self) -> usize {
+        self.fit.identifiability.as_ref().map_or(0, |i| i.null_directions.len())
+    }
+
+    /// Whether the other measured muscles chose among the tensions that fit equally well.
+    fn is_chosen(&self) -> bool {
+        self.open() > 0 && self.among == Among::Others
     }
 
     /// Premises that differ from the thesis's, if there are any.
@@ -100,7 +154,7 @@ impl Shown<'_> {
 
     fn tensions(&self) -> String {
         let target = &self.fit.target;
-        let mut header = vec!["tension, N per metre of thickness"];
+        let mut header = vec!["tension, N/m"];
         header.extend(target.active_names());
         let mut t = table(&header);
         let row = |name: &str, values: &[f64], unit: f64| {
@@ -116,6 +170,11 @@ impl Shown<'_> {
             _ => ("found from stretches".to_owned(), f),
         });
         rows.extend(other.as_ref().map(|(name, f)| (name.as_str(), f.tensions.as_slice())));
+        let curve: Vec<[Vec<f64>; 2]> = self.valleys().filter_map(|v| self.ends(v)).collect();
+        for [first, last] in &curve {
+            rows.push(("fits as well, from", first.as_slice()));
+            rows.push(("fits as well, to", last.as_slice()));
+        }
         rows.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", p.tensions.as_slice())));
         for (name, values) in &rows {
             t.add_row(row(name, values, 1.0));
@@ -128,6 +187,17 @@ impl Shown<'_> {
         format!("{t}\n\n")
     }
 
+    /// Tensions of all muscles at both ends of a curve.
+    fn ends(&self, valley: &Valley) -> Option<[Vec<f64>; 2]> {
+        let all = |point: &Point| {
+            let mut tensions = self.fit.tensions.clone();
+            self.fit.target.active.iter().zip(&point.x).for_each(|(&m, x)| tensions[m] = *x);
+            tensions
+        };
+        Some([all(valley.points.first()?), all(valley.points.last()?)])
+    }
+
+    /// Every muscle beside what was measured of it, for `-v`.
     fn muscles(&self) -> String {
         let (fit, target) = (self.fit, &self.fit.target);
         let quantity = target.kind.name();
@@ -139,7 +209,11 @@ impl Shown<'_> {
         }
         let mut t = table(&header);
         for (i, muscle) in target.muscles.iter().enumerate() {
-            let mark = if fit.contracts(i) { "*" } else { "" };
+            let mark = match () {
+                () if fit.contracts(i) => "*",
+                () if fit.relaxes(i) => "~",
+                () => "",
+            };
             let doubt = if target.activation[i].uncertain { "?" } else { "" };
             let shortening = |now: f64, then: f64| percent(1.0 - now / then);
             let mut row = vec![
@@ -161,7 +235,11 @@ impl Shown<'_> {
             true => format!("of the length in /{}/ (measured) or at rest (simulated)", target.baseline),
             false => format!("of the length in /{}/, measured and simulated", target.baseline),
         };
-        let mut text = format!("{t}\n* contracting: has a tension; shortening: {over}\n");
+        let mut text =
+            format!("\n{t}\n* contracting: more tension than in the baseline; shortening: {over}\n");
+        if (0..target.muscles.len()).any(|m| fit.relaxes(m)) {
+            text += "~ relaxing: less tension than in the baseline\n";
+        }
         if self.published.is_some() {
             let _ = writeln!(
                 text,
@@ -171,20 +249,33 @@ impl Shown<'_> {
         if target.activation.iter().any(|a| a.uncertain) {
             text += "? changed by no more than the rounding of two lengths: may be the other way\n";
         }
-        let names = fit.not_measured().join(", ");
-        if !names.is_empty() {
-            let with =
-                if fit.tone.is_none() { "without tension" } else { "with the tension of the baseline" };
+        if let Some(p) = self.published {
+            let squares: f64 =
+                target.fitted.iter().map(|&m| (p.of(target.kind).0[m] - target.values[m]).powi(2)).sum();
             let _ = writeln!(
                 text,
-                "not measured, so neither fitted nor compared, and {with}, though nobody knows: {names}"
+                "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over {} ratios",
+                (squares / target.fitted.len() as f64).sqrt(),
+                p.rms,
+                target.muscles.len() - 1
             );
         }
-        text
+        text + "\n"
     }
 
-    fn verdict(&self) -> String {
-        let (fit, target) = (self.fit, &self.fit.target);
+    /// Muscles of which nothing is known.
+    fn not_measured(&self) -> String {
+        let names = self.fit.not_measured().join(", ");
+        if names.is_empty() {
+            return String::new();
+        }
+        let with = if self.fit.tone.is_none() { "no tension" } else { "the tension of the baseline" };
+        wrapped(&format!("not measured, so neither fitted nor compared, and given {with}: {names}"))
+    }
+
+    /// How well the answer meets what was measured, and what speaks against it.
+    fn met(&self) -> String {
+        let fit = self.fit;
         let status = match fit.status {
             FitStatus::Converged => "converged: the fitted muscles meet the target",
             FitStatus::TargetNotMet => {
@@ -199,41 +290,49 @@ impl Shown<'_> {
             FitStatus::NoEquilibrium => "NO EQUILIBRIUM was found at the answer; do not use it",
         };
         let misfit = if fit.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", fit.misfit) };
-        let mut text = format!("\n{status} (misfit {misfit})\n");
-        for alarm in self.alarms {
-            let _ = writeln!(text, "but {}", alarm.text());
+        let mut text = format!("{status} (misfit {misfit})\n");
+        let shown = if self.is_verbose { self.alarms.len() } else { ALARMS };
+        for alarm in self.alarms.iter().take(shown) {
+            text += &wrapped(&format!("but {}", alarm.text()));
         }
-        let open = fit.identifiability.as_ref().map_or(0, |i| i.null_directions.len());
-        let chosen = open > 0 && self.among == Among::Others;
+        if self.alarms.len() > shown {
+            let _ = writeln!(text, "and {} in fit.json", counted(self.alarms.len() - shown, "more doubt"));
+        }
         if let Some(rms) = fit.passive_rms() {
-            let what = match chosen {
-                true => "other measured muscles, of which the fit sees one combination",
-                false => "passive muscles, which the fit does not see",
+            let quantity = match fit.target.kind {
+                TargetKind::Ratio => "ratios",
+                TargetKind::Stretch => "stretches",
             };
-            let _ = writeln!(text, "{what}: {rms:.3} RMS residual");
+            let _ = match self.is_chosen() {
+                true => writeln!(
+                    text,
+                    "{quantity} of the other measured muscles, which only chose the point on the curve: off by {rms:.3} (RMS)"
+                ),
+                false => writeln!(
+                    text,
+                    "{quantity} of the passive muscles, which the fit does not see: off by {rms:.3} (RMS)"
+                ),
+            };
         }
-        text += &self.bones();
-        text += &self.uniqueness(open, chosen);
-        if let Some(p) = self.published {
-            let misfit: f64 =
-                target.fitted.iter().map(|&m| (p.of(target.kind).0[m] - target.values[m]).powi(2)).sum();
-            let _ = writeln!(
-                text,
-                "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over {} ratios",
-                (misfit / target.fitted.len() as f64).sqrt(),
-                p.rms,
-                target.muscles.len() - 1
-            );
-        }
-        text
+        text + &self.bones()
     }
 
-    /// The number of answers, in words.
-    fn uniqueness(&self, open: usize, chosen: bool) -> String {
-        let (fit, target) = (self.fit, &self.fit.target);
-        let Some(i) = &fit.identifiability else {
-            return "uniqueness: not known, for want of a regular equilibrium\n".to_owned();
-        };
+    /// What to believe, where no draws say it.
+    fn advice(&self) -> String {
+        match (self.posterior, self.verdict) {
+            (None, Ok(_)) => format!("{BELIEVE}\n"),
+            (None, Err(_)) => "In these tensions neither anatomy nor model errs\n".to_owned(),
+            (Some(_), _) => String::new(),
+        }
+    }
+
+    /// How many answers there are, in words.
+    fn uniqueness(&self) -> String {
+        let (fit, target, open) = (self.fit, &self.fit.target, self.open());
+        if fit.identifiability.is_none() {
+            return "whether other tensions fit as well is not known: the stiffness is singular here\n"
+                .to_owned();
+        }
         if open == 0 {
             return match fit.status {
                 FitStatus::Converged if !fit.bones.is_empty() => format!(
@@ -246,45 +345,25 @@ impl Shown<'_> {
                 _ => String::new(),
             };
         }
-        let names: Vec<String> = target.active_names().into_iter().map(str::to_owned).collect();
-        let named = |values: &[f64]| {
-            let pairs = names
-                .iter()
-                .zip(values)
-                .map(|(m, v)| if *v < LARGE { format!("{m} {v:.1}") } else { format!("{m} {v:.1e}") });
-            pairs.collect::<Vec<_>>().join(", ")
-        };
         let mut text = format!(
-            "NOT UNIQUE: {} for {} tensions leave {} undetermined.\n",
+            "NOT UNIQUE: {} for {} tensions leave {} undetermined",
             counted(target.fitted.len(), "equation"),
             target.active.len(),
             counted(open, "direction"),
         );
-        let found = match (fit.status, chosen) {
-            (FitStatus::Converged, true) => "what comes nearest to the other measured muscles",
-            (FitStatus::Converged, false) => "the smallest total tension",
-            (FitStatus::AtUpperBound, true) => {
-                "what comes nearest to the other measured muscles within the bounds: beyond them others may come nearer"
-            }
-            _ => "one answer",
-        };
-        let valleys: Vec<_> = i.null_directions.iter().filter_map(|n| n.valley.as_ref()).collect();
-        let points = valleys.iter().map(|v| v.points.len()).sum();
-        if points == 0 {
-            text += "No answer meets the target, so there is no curve of answers.\n";
-            return text;
+        if self.curve_points() == 0 {
+            return text + "\nNo answer meets the target, so there is no curve of answers.\n";
         }
-        let _ = writeln!(
-            text,
-            "Found is {found}.\nAs good is a curve of tensions ({} in fit.json):",
-            counted(points, "point")
-        );
-        for valley in valleys {
-            if let (Some(first), Some(last)) = (valley.points.first(), valley.points.last()) {
-                let [before, after] = valley.ends.map(|end| end.text(&names));
-                let _ = writeln!(text, "  from  {} N: {before}", named(&first.x));
-                let _ = writeln!(text, "  to    {} N: {after}", named(&last.x));
-            }
+        text += match (fit.status, self.is_chosen()) {
+            (FitStatus::Converged, true) => "\n",
+            (FitStatus::Converged, false) => "; found is the smallest total tension\n",
+            (FitStatus::AtUpperBound, true) => "; beyond the bounds others may come nearer\n",
+            _ => "; found is one answer\n",
+        };
+        let names: Vec<String> = target.active_names().into_iter().map(str::to_owned).collect();
+        for valley in self.valleys() {
+            let [before, after] = valley.ends.map(|end| end.text(&names));
+            text += &wrapped(&format!("the curve's ends: {before}; {after}"));
         }
         text
     }
@@ -298,4 +377,31 @@ fn residual(value: f64) -> String {
 fn percent(part: f64) -> String {
     let text = format!("{:.1} %", 100.0 * part);
     if text.starts_with("-0.0 ") { "0.0 %".into() } else { text }
+}
+
+/// A sentence in lines of the terminal's width, broken between words.
+fn wrapped(sentence: &str) -> String {
+    let mut text = String::new();
+    let mut column = 0;
+    for word in sentence.split(' ') {
+        let width = word.chars().count();
+        if column > 0 && column + 1 + width > COLUMNS {
+            text += "\n  ";
+            column = 2;
+        } else if column > 0 {
+            text.push(' ');
+            column += 1;
+        }
+        text += word;
+        column += width;
+    }
+    text + "\n"
+}
+
+/// The files that were written, by their folder.
+fn in_one_line(written: &[PathBuf]) -> String {
+    let Some(folder) = written.first().and_then(|path| path.parent()) else { return String::new() };
+    let names: Vec<String> =
+        written.iter().map(|p| p.strip_prefix(folder).unwrap_or(p).display().to_string()).collect();
+    wrapped(&format!("written to {}: {}", folder.display(), names.join(", ")))
 }

@@ -35,6 +35,11 @@ fn volume() -> Volume {
     BEGUN.get().map_or(Volume::Normal, |(volume, _)| *volume)
 }
 
+/// Whether `-v` was given.
+pub fn is_verbose() -> bool {
+    volume() == Volume::Verbose
+}
+
 /// Writes to stdout at every volume. A closed pipe (`| head`) is not an error: the run goes on and ends
 /// normally.
 ///

@@ -10,6 +10,7 @@ use tongue_fit::inverse::Matched;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
     self, Contrast, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Stretch, Summary,
+    Verdict,
 };
 use tongue_fit::report::{self, Draws, Export, Svg};
 use tongue_fit::system::Model;
@@ -113,6 +114,28 @@ impl Arguments {
         ground.map(Some)
     }
 
+    /// The verdict of a fit without `--posterior`, from a short run of the sampler; `Err` says in a sentence why there is none.
+    pub fn quick(
+        &self,
+        body: &Body<2>,
+        model: &Model,
+        ground: Option<&Ground>,
+        target: &Target,
+    ) -> Result<Verdict, String> {
+        if !Ground::is_for_springs(body, model) {
+            return Err("this body takes longer than a verdict may: --posterior 2000 gives one".to_owned());
+        }
+        let matched = Matched::new(&body.mesh, target).map_err(|e| e.to_string())?;
+        let made = match ground {
+            Some(_) => None,
+            None => Some(Ground::new(body, model, &Priors::default()).map_err(|e| e.to_string())?),
+        };
+        match ground.or(made.as_ref()) {
+            Some(ground) => Verdict::quick(ground, Seen::of(&matched), 0).map_err(|e| e.to_string()),
+            None => Err("it needs priors".to_owned()),
+        }
+    }
+
     /// Whether the vowels of a subject are sampled together.
     pub fn is_joint(&self) -> bool {
         self.joint
@@ -189,8 +212,8 @@ impl Sampled<'_> {
         files
     }
 
-    /// For a terminal.
-    pub fn text(&self, posture: usize) -> String {
+    /// For a terminal: what is known of every tension; with `-v` also what limits it, and every stretch.
+    pub fn text(&self, posture: usize, is_verbose: bool) -> String {
         let report = &self.reports[posture];
         let seen = &self.posterior.density.seen;
         let others: Vec<String> = seen
@@ -211,12 +234,17 @@ impl Sampled<'_> {
             }
         );
         match &report.summary {
-            Some(summary) => text += &told(summary, self.posterior.density.moves_hyoid()),
+            Some(summary) => {
+                text += &changes(summary);
+                if is_verbose {
+                    text += &details(summary, self.posterior.density.moves_hyoid());
+                }
+            }
             None => {
                 let _ = writeln!(text, "NOT MIXED: {}; no interval is printed", report.why);
             }
         }
-        if let Some(share) = &report.variance_share {
+        if let Some(share) = report.variance_share.as_ref().filter(|_| is_verbose) {
             let of_tension = shares(&share.tension);
             if !of_tension.is_empty() {
                 let _ = writeln!(text, "error budget, variance of a tension: {of_tension}");
@@ -283,7 +311,8 @@ fn rounded(value: f64, digits: usize) -> String {
     if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
-fn told(summary: &Summary, moves_hyoid: bool) -> String {
+/// By how much more every muscle pulls than in the baseline.
+fn changes(summary: &Summary) -> String {
     let mut t = table(&["muscle", "F - F0, N/m", "50 %", "95 %", "P(rises)", "F, 95 %", "F0, 95 %"]);
     for (i, (muscle, change)) in summary.changes_n.0.iter().enumerate() {
         let tension = &summary.tensions_n.0[i].1;
@@ -307,6 +336,12 @@ fn told(summary: &Summary, moves_hyoid: bool) -> String {
     if changes().any(|c| c.sign_depends_on_prior) {
         text += "‡ less sure under half or twice the scale of that prior\n";
     }
+    text
+}
+
+/// Directions that the data resolve, the hyoid, and every stretch with what is predicted without it.
+fn details(summary: &Summary, moves_hyoid: bool) -> String {
+    let mut text = String::new();
     let resolved: Vec<String> = summary
         .directions
         .iter()

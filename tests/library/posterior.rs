@@ -10,8 +10,8 @@ use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::parallel;
 use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_fit::posterior::{
-    Contrast, Density, Evaluator, Ground, Linear, Mode, Place, Priors, Report, Seen, Settings, quick, sample,
-    without_each,
+    Contrast, Density, Evaluator, Ground, Linear, Mode, Place, Priors, Report, Seen, Settings, Verdict,
+    sample, without_each,
 };
 use tongue_fit::statics::{self, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
@@ -307,14 +307,25 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
     // The hyoglossus pulls down in /a/.
     let more = |muscle: &str| contrasts.iter().find(|c| c.muscle == muscle).unwrap().probability_more;
     assert!(more("HGa") < 0.2, "{contrasts:?}");
-    let close = quick(&ground, together("S2", &["i", "a"])).unwrap();
-    for (report, quick) in reports.iter().zip(&close) {
-        let changes = &report.summary.as_ref().unwrap().changes_n;
-        for muscle in quick {
-            let exact = changes.of(&muscle.muscle).unwrap().probability_rises;
-            assert!((muscle.probability_rises - exact).abs() < 0.2, "{muscle:?} {exact}");
+}
+
+#[test]
+fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do() {
+    let ground = ground(&Priors::default());
+    let mut same = 0;
+    for (subject, vowel) in [("S1", "i"), ("S2", "a"), ("S3", "o")] {
+        let quick = Verdict::quick(&ground, seen(subject, vowel), 0).unwrap();
+        let posterior = sample(&ground, seen(subject, vowel), &Settings { draws: 1000, seed: 1 }).unwrap();
+        let whole = Verdict::of(&Report::new(&posterior, false, 1).unwrap()).unwrap();
+        for (quick, whole) in quick.muscles.iter().zip(&whole.muscles) {
+            // Four standard deviations of a probability of about a hundred effective draws.
+            let p = whole.p_rises.clamp(0.02, 0.98);
+            let room = 4.0 * (p * (1.0 - p) / 100.0).sqrt();
+            assert!((quick.p_rises - whole.p_rises).abs() < room, "{subject} {vowel}: {quick:?} {whole:?}");
+            same += usize::from(quick.word == whole.word);
         }
     }
+    assert!(same >= 20, "{same} of 24 words are the same");
 }
 
 /// A target whose answer is known.

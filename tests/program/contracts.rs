@@ -80,12 +80,19 @@ fn fitting_a_vowel_prints_a_table_of_100_columns_and_writes_four_files() {
     let output = run_in(folder.path(), &["--vowel", "a"]);
     assert_eq!(output.status.code(), Some(0));
     let text = stdout(&output);
+    assert!(text.lines().count() <= 25, "{text}");
     for line in text.lines() {
         assert!(line.chars().count() <= 100, "{} columns: {line}", line.chars().count());
     }
-    for wanted in
-        ["GGa*", "HGp", "12.00", "11.50", "4.50", "NOT UNIQUE: 2 equations for 3 tensions", "converged"]
-    {
+    for wanted in [
+        "Harder than in /ɯ/",
+        "Not known: ",
+        "12.00",
+        "11.50",
+        "4.50",
+        "NOT UNIQUE: 2 equations for 3 tensions",
+        "converged",
+    ] {
         assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
     }
     for file in ["fit.json", "fit.csv", "tongue.svg", "changes.svg"] {
@@ -107,6 +114,14 @@ fn the_json_of_a_fit_has_the_promised_fields() {
     assert_eq!(fit["target_kind"], "ratio");
     assert_eq!(fit["active"], serde_json::json!(["GGa", "SGm", "HGa"]));
     assert_eq!(fit["status"], "converged");
+    assert_eq!(fit["verdict_from"], "normal_approximation");
+    for (said, m) in fit["verdict"].as_array().unwrap().iter().zip(MUSCLES) {
+        assert_eq!(said["muscle"], m);
+        assert!(
+            (0.0..=1.0).contains(&said["p_rises"].as_f64().unwrap()) && said["word"].is_string(),
+            "{said}"
+        );
+    }
     for field in ["tensions_n", "lengths_mm", "ratios", "target_ratios", "residuals"] {
         for m in MUSCLES {
             assert!(fit[field][m].is_number(), "{field} {m}");
@@ -296,7 +311,8 @@ fn both_presets_and_both_spreads_solve_the_published_load() {
 #[test]
 fn the_published_answer_is_shown_only_for_its_own_row() {
     let folder = tempfile::tempdir().unwrap();
-    let printed = |options: &[&str]| stdout(&run_in(folder.path(), &[&["--vowel", "a"], options].concat()));
+    let printed =
+        |options: &[&str]| stdout(&run_in(folder.path(), &[&["--vowel", "a", "-v"], options].concat()));
     assert!(printed(&[]).contains("table 4.8"));
     assert!(!printed(&["--muscles", "GGa,SGm"]).contains("table 4.8"));
     assert!(!printed(&["--subject", "S1"]).contains("table 4.8"));

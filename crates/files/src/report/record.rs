@@ -166,6 +166,10 @@ pub struct FitRecord {
     /// Provenance: `version`, `command` and, if it is known, `tissue`.
     #[serde(flatten)]
     pub made_by: Provenance,
+    /// `verdict`: for every muscle whether it pulls harder than in the baseline (`muscle`, `p_rises`, `word`, `tension_n_per_m`,
+    /// `mostly_prior`); and `verdict_from`: `draws` or `short_run`. Left out where there is none.
+    #[serde(flatten)]
+    pub verdict: Option<tongue_infer::posterior::Verdict>,
     /// The subject.
     pub subject: String,
     /// The fitted vowel.
@@ -333,6 +337,7 @@ impl FitRecord {
             replay_difference_m: fit.replay.largest_difference,
             min_area_ratio: fit.replay.min_area_ratio,
             max_area_ratio: fit.replay.max_area_ratio,
+            verdict: None,
             posterior: None,
             contrasts: Vec::new(),
             wall_s: Some(wall_s),

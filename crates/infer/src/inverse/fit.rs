@@ -230,9 +230,14 @@ impl<const D: usize> Fit<D> {
         (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
     }
 
-    /// Whether muscle `m` of [`Fit::muscles`] contracts: whether its tension is above rounding.
+    /// Whether muscle `m` of [`Fit::muscles`] contracts: whether it has more tension than in the baseline.
     pub fn contracts(&self, m: usize) -> bool {
-        self.tensions[m] >= AT_BOUND
+        self.tensions[m] - self.tone.of(&self.muscles[m]) >= AT_BOUND
+    }
+
+    /// Whether muscle `m` of [`Fit::muscles`] relaxes: whether it has less tension than in the baseline.
+    pub fn relaxes(&self, m: usize) -> bool {
+        self.tone.of(&self.muscles[m]) - self.tensions[m] >= AT_BOUND
     }
 
     /// Muscles of the table or of the body that were not measured in both rows.

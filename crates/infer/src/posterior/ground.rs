@@ -121,7 +121,12 @@ impl Ground {
 
     /// Whether the tissue is springs.
     pub(super) fn has_springs(&self) -> bool {
-        self.model.tissue == TissueModel::MassSpring && self.body.mesh.continuum.is_none()
+        Self::is_for_springs(&self.body, &self.model)
+    }
+
+    /// Whether a body and its model are of springs alone: their posterior's normal approximation takes a fraction of a second.
+    pub fn is_for_springs(body: &Body<2>, model: &Model) -> bool {
+        model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none()
     }
 
     /// Whether it is made of springs, whose answers to their geometry have formulas.

@@ -15,7 +15,8 @@
 //! The sampler is Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by the Gauss-Newton matrix at the most probable point, with four
 //! chains side by side in the lanes of the processor (one after the other in other bodies). Every draw is where its tensions lead from
 //! rest as they grow (`branch`). [`Status`] says whether the chains have mixed. One run predicts every stretch without its own measurement
-//! (`leave_out`); [`Contrast`] compares postures; [`quick()`] is the normal approximation.
+//! (`leave_out`); [`Contrast`] compares postures, and
+//! [`Verdict`] says the main result in three sentences.
 
 mod branch;
 mod contrast;
@@ -28,7 +29,6 @@ pub mod hmc;
 mod leave_out;
 mod map;
 mod priors;
-mod quick;
 mod run;
 mod score;
 mod seen;
@@ -37,6 +37,7 @@ mod shape;
 mod share;
 mod spread;
 mod summary;
+mod verdict;
 
 pub use contrast::{Contrast, DECIDED};
 pub use density::{Density, Meaning, Parameter, Place, Posture};
@@ -46,7 +47,6 @@ pub use ground::{Field, Ground};
 pub use leave_out::without_each;
 pub use map::{Geometry, Mode};
 pub use priors::*;
-pub use quick::{QuickMuscle, quick};
 pub use run::{Draw, Posterior, Settings, Status, sample};
 pub use score::{How, LeftOut, Part, about, left_out};
 pub use seen::Seen;
@@ -54,6 +54,7 @@ pub use sensitivity::{SENSITIVE, Sensitivity};
 pub use share::Shares;
 pub use spread::Spread;
 pub use summary::{Change, Direction, Effective, Report, Stretch, Summary, Tension, VarianceShare};
+pub use verdict::{PROBABLE, Said, Verdict, VerdictFrom, Word};
 
 use tongue_core::system::SystemError;
 

@@ -22,6 +22,10 @@ const WARM_UP_EACH: usize = 4;
 /// Thinning: every so many trajectories one is kept, and so many more for each posture, so that nearly every draw counts.
 const THIN: usize = 4;
 const THIN_EACH: usize = 2;
+/// Draws of each chain of a short run, in each half of its warm-up and after it, and its seed.
+const SHORT_WARM_UP: usize = 15;
+const SHORT_DRAWS: usize = 30;
+const SHORT_SEED: u64 = 7;
 /// Fewest and most draws.
 const FEWEST: usize = 100;
 const MOST: usize = 1_000_000;
@@ -218,14 +222,31 @@ pub(super) fn chains(
     settings: &Settings,
     thin: usize,
 ) -> Vec<hmc::Chain<Draw>> {
-    let how = hmc::Settings {
+    let settings = hmc::Settings {
         chains: CHAINS,
         warm_up: WARM_UP.max(WARM_UP_EACH * density.parameters.len()),
         draws: settings.draws.div_ceil(CHAINS),
         thin,
         seed: settings.seed,
     };
-    hmc::sample(|| Evaluator::with(density, errors), whitened, place, &how)
+    hmc::sample(|| Evaluator::with(density, errors), whitened, place, &settings)
+}
+
+/// Draws of a short run about a mode: enough for a probability to about 0.05, too few to say whether the chains have mixed.
+///
+/// # Errors
+/// [`PosteriorError::NoMode`] where no chain can begin.
+pub(super) fn short_run(density: &Density<'_>, mode: &Mode) -> Result<Vec<Draw>, PosteriorError> {
+    let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
+    let settings = hmc::Settings {
+        chains: CHAINS,
+        warm_up: SHORT_WARM_UP,
+        draws: SHORT_DRAWS,
+        thin: 1,
+        seed: SHORT_SEED,
+    };
+    let draws = numbered(hmc::sample(|| Evaluator::new(density), &whitened, &mode.place, &settings));
+    if draws.is_empty() { Err(PosteriorError::NoMode) } else { Ok(draws) }
 }
 
 /// The draws of chains, each with the number of its chain and its own.

@@ -269,16 +269,13 @@ impl Summary {
             let own = values(&|d| d.tension(posture, m));
             let spread = Spread::of(own.iter().copied());
             let sensitivity = all.scaled.of(&own);
-            let moved_by_prior = match ground.priors.fixed_tension(&muscles[m]) {
-                Some(_) => 0.0,
-                None => moved_by_prior(posterior, &own, spread.interval_95[1]),
-            };
+            let moved_by_prior = moved_by_prior(ground, m, &own, spread.interval_95[1]);
             Tension {
                 spread,
                 with_young_modulus: Spread::of(own.iter().zip(&factors).map(|(t, f)| t * f)),
                 moved_by_prior,
                 sensitivity,
-                depends_on_prior: moved_by_prior > MOST_MOVED || sensitivity.is_of_prior(),
+                depends_on_prior: is_of_prior(moved_by_prior, &sensitivity),
             }
         };
         let own = density.seen.of_posture(posture);
@@ -301,13 +298,21 @@ impl Summary {
     }
 }
 
-/// By which part the upper end of a tension's interval moves where the scale of its prior is half as large again: the draws weighed by
-/// the ratio of both densities.
-fn moved_by_prior(posterior: &Posterior<'_>, tensions: &[f64], upper: f64) -> f64 {
-    let scale = posterior.density.ground.priors.tension.scale_n_per_m;
+/// By which part the upper end of a tension's interval moves where the scale of its prior is half as large again: the draws weighted by
+/// the ratio of both densities. Zero of a tension that the priors fix.
+pub(super) fn moved_by_prior(ground: &Ground, muscle: usize, tensions: &[f64], upper: f64) -> f64 {
+    if ground.priors.fixed_tension(&ground.muscles[muscle]).is_some() {
+        return 0.0;
+    }
+    let scale = ground.priors.tension.scale_n_per_m;
     let more = 0.5 * (1.0 - OTHER_SCALE.powi(-2)) / (scale * scale);
     let weighed = tensions.iter().map(|&tension| (tension, (tension * tension * more).min(50.0).exp()));
     Spread::weighted(weighed.collect()).interval_95[1] / upper - 1.0
+}
+
+/// Whether the prior rather than the data says how far a tension reaches.
+pub(super) fn is_of_prior(moved_by_prior: f64, sensitivity: &Sensitivity) -> bool {
+    moved_by_prior > MOST_MOVED || sensitivity.is_of_prior()
 }
 
 /// Directions of everything that is sampled of a posture and its baseline, by how much of the prior's standard deviation the data left along

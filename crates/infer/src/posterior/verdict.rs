@@ -1,0 +1,240 @@
+//! The first lines of a report: which muscles pull harder than in the baseline, how sure that is, and how hard they pull.
+
+use serde::{Deserialize, Serialize};
+
+use super::density::Density;
+use super::ground::Ground;
+use super::map::Mode;
+use super::run::short_run;
+use super::seen::Seen;
+use super::sensitivity::Scaled;
+use super::spread::Spread;
+use super::summary::{Report, is_of_prior, moved_by_prior};
+use super::{DECIDED, PosteriorError};
+
+/// Probability from which a muscle "probably" pulls harder, or not harder; from [`DECIDED`] on it does "surely".
+pub const PROBABLE: f64 = 0.8;
+
+/// What is said of a muscle, by the probability P that it pulls harder than in the baseline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Word {
+    /// P is at least .95.
+    #[serde(rename = "surely harder")]
+    SurelyHarder,
+    /// P is at least .8.
+    #[serde(rename = "probably harder")]
+    ProbablyHarder,
+    /// P is between .2 and .8.
+    #[serde(rename = "not known")]
+    NotKnown,
+    /// P is at most .2.
+    #[serde(rename = "probably not harder")]
+    ProbablyNotHarder,
+    /// P is at most .05.
+    #[serde(rename = "surely not harder")]
+    SurelyNotHarder,
+}
+
+impl Word {
+    /// For a probability that a muscle pulls harder than in the baseline.
+    pub fn of(p_rises: f64) -> Self {
+        match p_rises {
+            p if p >= DECIDED => Self::SurelyHarder,
+            p if p >= PROBABLE => Self::ProbablyHarder,
+            p if 1.0 - p >= DECIDED => Self::SurelyNotHarder,
+            p if 1.0 - p >= PROBABLE => Self::ProbablyNotHarder,
+            _ => Self::NotKnown,
+        }
+    }
+
+    /// As it is printed and written to files.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::SurelyHarder => "surely harder",
+            Self::ProbablyHarder => "probably harder",
+            Self::NotKnown => "not known",
+            Self::ProbablyNotHarder => "probably not harder",
+            Self::SurelyNotHarder => "surely not harder",
+        }
+    }
+
+    /// Whether it is said that the muscle pulls harder.
+    pub fn is_harder(self) -> bool {
+        matches!(self, Self::SurelyHarder | Self::ProbablyHarder)
+    }
+}
+
+/// What a verdict says of a muscle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Said {
+    /// The muscle.
+    pub muscle: String,
+    /// Probability that it pulls harder than in the baseline.
+    pub p_rises: f64,
+    /// The same in words.
+    pub word: Word,
+    /// Lower and upper end of the middle 95 % of its tension, N per metre of thickness.
+    pub tension_n_per_m: [f64; 2],
+    /// Whether the prior of tensions decides, more than the data do, how large that is.
+    pub mostly_prior: bool,
+}
+
+/// What a verdict was made from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictFrom {
+    /// A short run of the sampler: 240 draws, probabilities to about 0.05.
+    ShortRun,
+    /// As many draws of the posterior as were asked for.
+    Draws,
+}
+
+/// What is said first of a fit, from the posterior of its row.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// What it was made from.
+    #[serde(rename = "verdict_from")]
+    pub from: VerdictFrom,
+    /// In the order of the body's muscles.
+    #[serde(rename = "verdict")]
+    pub muscles: Vec<Said>,
+}
+
+impl Verdict {
+    /// From a short run, for a posture of what was seen.
+    ///
+    /// # Errors
+    /// [`PosteriorError`] where it cannot begin.
+    pub fn quick(ground: &Ground, seen: Seen, posture: usize) -> Result<Self, PosteriorError> {
+        let mut density = Density::new(ground, seen)?;
+        let mode = Mode::find(&mut density)?;
+        let draws = short_run(&density, &mode)?;
+        let scaled = Scaled::new(&density, &draws);
+        let said = ground.muscles.iter().enumerate().map(|(m, muscle)| {
+            let tensions: Vec<f64> = draws.iter().map(|d| d.tension(posture, m)).collect();
+            let interval = Spread::of(tensions.iter().copied()).interval_95;
+            let moved = moved_by_prior(ground, m, &tensions, interval[1]);
+            let p_rises =
+                draws.iter().filter(|d| d.change(posture, m) > 0.0).count() as f64 / draws.len() as f64;
+            Said {
+                muscle: muscle.clone(),
+                p_rises,
+                word: Word::of(p_rises),
+                tension_n_per_m: interval,
+                mostly_prior: is_of_prior(moved, &scaled.of(&tensions)),
+            }
+        });
+        Ok(Self { from: VerdictFrom::ShortRun, muscles: said.collect() })
+    }
+
+    /// From draws; `None` where the chains have not mixed.
+    pub fn of(report: &Report) -> Option<Self> {
+        let summary = report.summary.as_ref()?;
+        let each = summary.changes_n.0.iter().zip(&summary.tensions_n.0);
+        let said = each.map(|((muscle, change), (_, tension))| Said {
+            muscle: muscle.clone(),
+            p_rises: change.probability_rises,
+            word: Word::of(change.probability_rises),
+            tension_n_per_m: tension.spread.interval_95,
+            mostly_prior: tension.depends_on_prior,
+        });
+        Some(Self { from: VerdictFrom::Draws, muscles: said.collect() })
+    }
+
+    /// The names of the muscles of which a word is said.
+    pub fn named(&self, word: Word) -> Vec<&str> {
+        self.muscles.iter().filter(|m| m.word == word).map(|m| m.muscle.as_str()).collect()
+    }
+
+    /// Three sentences: who pulls harder than in the baseline or not, of whom that is not known, and how hard those pull that pull harder.
+    pub fn sentences(&self, baseline: &str) -> [String; 3] {
+        let two = |surely: Word, probably: Word| {
+            let parts =
+                [("surely", surely), ("probably", probably)].map(|(how, word)| (how, self.named(word)));
+            let told = parts.iter().filter(|(_, names)| !names.is_empty());
+            told.map(|(how, names)| format!("{how}: {}", names.join(", "))).collect::<Vec<_>>().join("; ")
+        };
+        let harder = match two(Word::SurelyHarder, Word::ProbablyHarder) {
+            none if none.is_empty() => format!("No muscle is known to pull harder than in /{baseline}/."),
+            names => format!("Harder than in /{baseline}/, {names}."),
+        };
+        let not = match two(Word::SurelyNotHarder, Word::ProbablyNotHarder) {
+            none if none.is_empty() => String::new(),
+            names => format!(" Not harder, {names}."),
+        };
+        let open = match self.named(Word::NotKnown) {
+            none if none.is_empty() => "Nothing else is open.".to_owned(),
+            names => format!("Not known: {}.", names.join(", ")),
+        };
+        [harder + &not, open, self.how_hard()]
+    }
+
+    fn how_hard(&self) -> String {
+        let harder: Vec<&Said> = self.muscles.iter().filter(|m| m.word.is_harder()).collect();
+        let ranges = |of_prior: bool| {
+            let told = harder.iter().filter(|m| m.mostly_prior == of_prior);
+            let ranges: Vec<String> = told
+                .map(|m| format!("{} {:.0} to {:.0}", m.muscle, m.tension_n_per_m[0], m.tension_n_per_m[1]))
+                .collect();
+            if ranges.is_empty() { None } else { Some(ranges.join(", ") + " N/m") }
+        };
+        let prior = ranges(true).map(|text| text + ", mostly prior");
+        let told: Vec<String> = [ranges(false), prior].into_iter().flatten().collect();
+        if told.is_empty() {
+            "How hard any pulls is not known.".into()
+        } else {
+            format!("How hard: {}.", told.join("; "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(muscle: &str, p_rises: f64, mostly_prior: bool) -> Said {
+        let word = Word::of(p_rises);
+        Said { muscle: muscle.into(), p_rises, word, tension_n_per_m: [14.2, 68.9], mostly_prior }
+    }
+
+    #[test]
+    fn three_sentences_name_every_muscle_once_and_say_how_sure_it_is() {
+        let from = VerdictFrom::Draws;
+        let muscles = vec![
+            said("GGa", 0.9, false),
+            said("GGm", 0.3, true),
+            said("SGm", 0.99, true),
+            said("HGa", 1.0, true),
+            said("HGp", 0.11, true),
+            said("SGa", 0.01, true),
+        ];
+        let [harder, open, how_hard] = Verdict { from, muscles }.sentences("ɯ");
+        assert_eq!(
+            harder,
+            "Harder than in /ɯ/, surely: SGm, HGa; probably: GGa. Not harder, surely: SGa; probably: HGp."
+        );
+        assert_eq!(open, "Not known: GGm.");
+        assert_eq!(how_hard, "How hard: GGa 14 to 69 N/m; SGm 14 to 69, HGa 14 to 69 N/m, mostly prior.");
+        let nobody = Verdict { from, muscles: vec![said("GGa", 0.5, true)] }.sentences("e");
+        assert_eq!(nobody[0], "No muscle is known to pull harder than in /e/.");
+        assert_eq!(nobody[2], "How hard any pulls is not known.");
+    }
+
+    #[test]
+    fn words_change_at_the_probabilities_that_are_documented() {
+        let words = [0.95, 0.949, 0.8, 0.79, 0.21, 0.2, 0.051, 0.05].map(|p| Word::of(p).text());
+        assert_eq!(
+            words,
+            [
+                "surely harder",
+                "probably harder",
+                "probably harder",
+                "not known",
+                "not known",
+                "probably not harder",
+                "probably not harder",
+                "surely not harder"
+            ]
+        );
+    }
+}
