@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use comfy_table::Cell;
 use tongue_fit::inverse::alarms::Alarm;
-use tongue_fit::inverse::valley::{Point, Valley};
+use tongue_fit::inverse::valley::Valley;
 use tongue_fit::inverse::{Among, Fit, FitStatus, Tone};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::posterior::Verdict;
@@ -189,12 +189,12 @@ impl Shown<'_> {
 
     /// Tensions of all muscles at both ends of a curve.
     fn ends(&self, valley: &Valley) -> Option<[Vec<f64>; 2]> {
-        let all = |point: &Point| {
+        let all = |x: &[f64]| {
             let mut tensions = self.fit.tensions.clone();
-            self.fit.target.active.iter().zip(&point.x).for_each(|(&m, x)| tensions[m] = *x);
+            self.fit.target.active.iter().zip(x).for_each(|(&m, x)| tensions[m] = *x);
             tensions
         };
-        Some([all(valley.points.first()?), all(valley.points.last()?)])
+        Some([all(&valley.points.first()?.x), all(&valley.points.last()?.x)])
     }
 
     /// Every muscle beside what was measured of it, for `-v`.

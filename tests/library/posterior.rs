@@ -316,7 +316,7 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do() {
     for (subject, vowel) in [("S1", "i"), ("S2", "a"), ("S3", "o")] {
         let quick = Verdict::quick(&ground, seen(subject, vowel), 0).unwrap();
         let posterior = sample(&ground, seen(subject, vowel), &Settings { draws: 1000, seed: 1 }).unwrap();
-        let whole = Verdict::of(&Report::new(&posterior, false, 1).unwrap()).unwrap();
+        let whole = Verdict::of(&Report::of_each(&posterior, false, 1).unwrap()[0]).unwrap();
         for (quick, whole) in quick.muscles.iter().zip(&whole.muscles) {
             // Four standard deviations of a probability of about a hundred effective draws.
             let p = whole.p_rises.clamp(0.02, 0.98);

@@ -114,7 +114,7 @@ fn the_json_of_a_fit_has_the_promised_fields() {
     assert_eq!(fit["target_kind"], "ratio");
     assert_eq!(fit["active"], serde_json::json!(["GGa", "SGm", "HGa"]));
     assert_eq!(fit["status"], "converged");
-    assert_eq!(fit["verdict_from"], "normal_approximation");
+    assert_eq!(fit["verdict_from"], "short_run");
     for (said, m) in fit["verdict"].as_array().unwrap().iter().zip(MUSCLES) {
         assert_eq!(said["muscle"], m);
         assert!(

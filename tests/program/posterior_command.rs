@@ -53,7 +53,7 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     column("version");
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let length = rows.iter().filter(|r| &r[chain] == "0").count();
-    assert!(length > 100 && rows.len() == 4 * length, "{length} of {}", rows.len());
+    assert!(length > 100 && rows.len() == 8 * length, "{length} of {}", rows.len());
     for (i, row) in rows.iter().enumerate() {
         assert_eq!((&row[chain], &row[draw]), (&*(i / length).to_string(), &*(i % length).to_string()));
     }

@@ -294,8 +294,8 @@ fn with_everything_but_rounding_off_intervals_are_as_wide_as_those_of_the_bootst
             at(0.025),
             at(0.975)
         );
-        // Of two uniform roundings the middle 95 % are 3 % narrower than those of a normal number of the same
+        // The middle 95 % of two uniform roundings are 3 % narrower than those of a normal number of the same
         // variance.
-        assert!((ratio - 1.0).abs() < 0.05, "{}: {ratio}", target.muscles[muscle]);
+        assert!((ratio - 1.03).abs() < 0.04, "{}: {ratio}", target.muscles[muscle]);
     }
 }

@@ -9,6 +9,7 @@ use tongue_input::measured::ByMuscle;
 
 use super::PosteriorError;
 use super::density::Parameter;
+use super::ground::Ground;
 use super::leave_out::{fitted, without_each};
 use super::priors::Priors;
 use super::run::{Draw, Posterior, Status};
