@@ -286,8 +286,8 @@ pub mod report {
         History, Json, Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError,
         Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu,
         Sto, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
-        animation_of_seen, changes, courses, frame_records, outlines, pairs, panels, ridges, solid,
-        status_name, timelines, tongue, valley, views, vowel,
+        animation_of_seen, changes, courses, frame_records, gesture_records, outlines, pairs, panels, ridges,
+        solid, status_name, timelines, tongue, valley, views, vowel,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::adapt::{self, Adaptation, Basis, How};
-use tongue_fit::body::Body;
+use tongue_fit::adapt::{self, Adaptation, Basis, How, Sight};
+use tongue_fit::body::{Body, HYOID, MANDIBLE};
 use tongue_fit::effect::{Contact, Effect};
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::FreedBone;
@@ -13,11 +13,13 @@ use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::batch;
 use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::{
-    Export, Json, OutputDir, PriorRecord, TrackRecord, courses, frame_records, status_name,
+    Export, Json, OutputDir, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
 };
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{self, Additions, Model, System};
-use tongue_fit::track::{self, Followed, FrameStatus, HeldOut, Prior, Settings, Surface, Tracked};
+use tongue_fit::track::{
+    self, Followed, FrameStatus, HeldOut, Settings, Shape, Stage, Surface, Tracked, TrackedRecording,
+};
 
 use super::recordings::{self, Given, PriorArguments, RestName, Screened};
 use super::track_files::Found;
@@ -37,8 +39,9 @@ const DEFAULT_OUT: &str = "results/track";
 pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
-    /// Method for the rest shape if no body is given
-    #[arg(long, value_name = "HOW", value_enum, default_value = "joint")]
+    /// Method for the rest shape if no body is given. The intervals include what placing (similarity) leaves
+    /// unknown of it; a fitted shape (joint, frame) is closer to the contours
+    #[arg(long, value_name = "HOW", value_enum, default_value = "similarity")]
     rest: RestName,
     /// Use the body unchanged: the recordings are in its frame
     #[arg(long, conflicts_with = "rest")]
@@ -54,9 +57,12 @@ pub struct Arguments {
     /// mm), found together with the tensions; may be given several times
     #[arg(long, value_name = "NAME")]
     free_bone: Vec<String>,
-    /// Use the half-normal prior even if the body's file has a learned one, or one could be learned
-    #[arg(long)]
-    plain_prior: bool,
+    /// Number of draws for the intervals
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(100..=100_000))]
+    draws: u32,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
     #[command(flatten)]
     prior: PriorArguments,
     #[command(flatten)]
@@ -74,10 +80,7 @@ const PALATE_REACH_M: f64 = 1e-3;
 struct Speaker {
     body: Body<2>,
     followed: Vec<Followed>,
-    prior: Prior,
     how: Option<How>,
-    /// Origin of the body; `None` if its file does not say it.
-    adaptation: Option<Adaptation>,
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
@@ -113,60 +116,59 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         names.iter().map(|n| given.body.muscle(n).into_diagnostic()).collect::<miette::Result<Vec<_>>>()?;
     let hide = hidden(arguments, &recordings)?;
     let prior = arguments.prior.prior(names.len())?;
+    let settings = Settings {
+        draws: arguments.draws as usize,
+        seed: arguments.seed,
+        ..Settings::new(prior.scale_n, prior.memory_s)
+    };
     let mut notes = recordings::notes(&recordings, &given.body, &arguments.free_bone);
     let basis = Basis { contracting: numbers, ..given.basis(&arguments.body, prior) };
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
-    let run = Run { arguments, given: &given, basis, names: &names, is_given, palate: wall };
+    let run = Run { arguments, given: &given, basis, names: &names, is_given, palate: wall, settings };
     let seen: Vec<&Seen> = recordings.iter().map(|r| &r.seen).collect();
     run.check_freed(&seen)?;
 
     match is_given {
         true => recordings::check_frame(&recordings, &run.speaker(&seen, &[])?.followed)?,
         false => {
-            run.basis.place(&seen).into_diagnostic()?;
+            run.basis.place(&seen, &hide).into_diagnostic()?;
         }
     }
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
-    let leave_out = !hide.is_empty() && !is_given && seen.len() > 1;
     let mut journal = run.journal(&out, &seen)?;
     let mut found: Vec<Found> = Vec::with_capacity(seen.len());
-    let mut speaker = None;
-    for (nth, one) in seen.iter().enumerate() {
-        let kept = journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok());
+    let speaker = run.speaker(&seen, &hide)?;
+    let shape = run.shape(&speaker, &seen)?;
+    // What is shared by all frames is learned from so many at once; the next sitting learns anew.
+    for sitting in sittings(&seen) {
+        let kept: Option<Vec<KeptRecording>> = sitting
+            .clone()
+            .map(|nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok())))
+            .collect::<miette::Result<_>>()?;
         if let Some(kept) = kept {
-            let body = kept.body(&given.body);
-            speaker = Some(run.known(body.clone(), kept.adaptation.as_ref()));
-            found.push(run.found(body, kept.frames));
+            found.extend(kept.into_iter().map(|k| run.found(speaker.body.clone(), k.recording)));
             continue;
         }
-        if speaker.is_none() || leave_out {
-            let others: Vec<&Seen> =
-                seen.iter().enumerate().filter(|(o, _)| !leave_out || *o != nth).map(|(_, s)| *s).collect();
-            // A single recording must not provide training data for its own hidden points.
-            let unseen: &[String] = if leave_out { &[] } else { &hide };
-            speaker = Some(run.speaker(&others, unseen)?);
-        }
-        let Some(speaker) = &speaker else { continue };
         let clock = Instant::now();
-        let frames = run.track(speaker, one, &hide, true)?;
-        if frames.len() <= track_kept::MOST_FRAMES {
-            let result = Ok(KeptRecording::new(&speaker.body, speaker.adaptation.clone(), &frames));
-            let entry = Entry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result };
-            journal.append(&entry).into_diagnostic()?;
+        let tracked = run.track(&speaker, &shape, &seen[sitting.clone()], &hide)?;
+        for (nth, recording) in sitting.zip(tracked) {
+            let is_kept = journal.read(nth).into_diagnostic()?.is_some();
+            if recording.frames.len() <= track_kept::MOST_FRAMES && !is_kept {
+                let result = Ok(KeptRecording { recording: recording.clone() });
+                let entry = Entry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result };
+                journal.append(&entry).into_diagnostic()?;
+            }
+            found.push(run.found(speaker.body.clone(), recording));
         }
-        found.push(run.found(speaker.body.clone(), frames));
     }
-    let Some(speaker) = speaker else { return Err(miette!("name at least one recording")) };
-    let pair = match (is_given, arguments.rest, hide.is_empty()) {
-        (false, RestName::Joint, true) => run.odd_and_even(&seen),
-        _ => None,
-    };
     let all: Vec<&Tracked> = found.iter().flat_map(|f| &f.frames).collect();
-    let courses = courses(&names, &all, pair.as_ref());
+    let courses = courses(&names, &all, &run.settings.link);
+    let mut gestures = Vec::new();
     let mut frames = Vec::new();
     for (r, f) in recordings.iter().zip(&found) {
         frames.extend(frame_records(&r.seen, &r.faults, &f.frames, &names, run.freed(&r.seen)));
+        gestures.extend(gesture_records(&r.seen.name, &f.gestures, &names));
     }
     if let Err(reason) = recordings::check_reach(&frames) {
         journal.remove().into_diagnostic()?;
@@ -187,10 +189,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         recordings: seen.iter().map(|s| s.name.clone()).collect(),
         body: speaker.body.what.clone(),
         rest: speaker.how,
-        prior: PriorRecord::new(&speaker.prior, &names),
+        prior: PriorRecord::new(&run.settings),
         statuses,
         median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_mm)),
         courses,
+        gestures,
         held_out,
         notes,
         frames,
@@ -206,7 +209,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     } else {
         output::summary(&track_table::track(&record, &written), &written)?;
     }
-    let good = record.frames.iter().all(|f| f.status == FrameStatus::Converged);
+    // The intervals of an unresolved frame are wide, and can be trusted.
+    let is_good = |s| matches!(s, FrameStatus::Converged | FrameStatus::Unresolved);
+    let good = record.frames.iter().all(|f| is_good(f.status));
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
@@ -217,6 +222,7 @@ struct Run<'a> {
     names: &'a [String],
     is_given: bool,
     palate: Option<&'a [Point]>,
+    settings: Settings,
 }
 
 impl Run<'_> {
@@ -248,20 +254,34 @@ impl Run<'_> {
 
     /// A body with its adaptation.
     fn known(&self, body: Body<2>, adaptation: Option<&Adaptation>) -> Speaker {
-        let plain = self.basis.prior.clone();
-        let (followed, learned) = match adaptation {
-            Some(a) => (a.followed(&body), a.prior(self.names, plain.memory_s)),
+        let followed = match adaptation {
+            Some(a) => a.followed(&body),
             None => {
                 let bones: Vec<String> = body.bones.iter().map(|b| b.name.clone()).collect();
-                (adapt::followed(&body, &bones), None)
+                adapt::followed(&body, &bones)
             }
         };
-        let prior = learned.filter(|_| !self.arguments.plain_prior).unwrap_or(plain);
-        Speaker { body, followed, prior, how: adaptation.map(|a| a.rest), adaptation: adaptation.cloned() }
+        Speaker { body, followed, how: adaptation.map(|a| a.rest) }
     }
 
-    fn found(&self, body: Body<2>, frames: Vec<Tracked>) -> Found {
-        Found { body, contracting: self.basis.contracting.clone(), frames }
+    /// What is not known of the speaker's shape; nothing for bodies that are no tongues.
+    fn shape(&self, speaker: &Speaker, seen: &[&Seen]) -> miette::Result<Option<Shape>> {
+        let body = &speaker.body;
+        if [HYOID, MANDIBLE].iter().any(|bone| body.bone(bone).is_empty()) {
+            output::note(&format!(
+                "{} has no bones \"{MANDIBLE}\" and \"{HYOID}\", so its shape at rest counts as known",
+                body.what
+            ));
+            return Ok(None);
+        }
+        let sight = Sight::of(seen, &[]);
+        let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
+        Shape::of(body, &self.model(), &self.basis.contracting, at).map(Some).into_diagnostic()
+    }
+
+    fn found(&self, body: Body<2>, recording: TrackedRecording) -> Found {
+        let TrackedRecording { frames, gestures } = recording;
+        Found { body, contracting: self.basis.contracting.clone(), frames, gestures }
     }
 
     /// The journal of this run, with the recordings that an earlier run of the same inputs has finished.
@@ -291,37 +311,36 @@ impl Run<'_> {
     fn track(
         &self,
         speaker: &Speaker,
-        seen: &Seen,
+        shape: &Option<Shape>,
+        seen: &[&Seen],
         hide: &[String],
-        shown: bool,
-    ) -> miette::Result<Vec<Tracked>> {
+    ) -> miette::Result<Vec<TrackedRecording>> {
         let body = &speaker.body;
         let additions = Additions { effects: self.wall(body)?, ..Additions::default() };
         let system =
             System::with(&body.mesh, &self.model(), &self.basis.contracting, additions).into_diagnostic()?;
-        let freed =
-            self.freed(seen).map(|name| FreedBone::of(body, &self.model(), &self.basis.contracting, name));
+        let freed = seen.first().map(|s| self.freed(s)).into_iter().flatten();
+        let freed = freed.map(|name| FreedBone::of(body, &self.model(), &self.basis.contracting, name));
         let freed = freed.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
         let surface = Surface::of(body)
             .ok_or_else(|| miette!("{} has no outline of tissue to compare with", body.what))?;
-        let frames = track::frames(seen, &surface, &speaker.followed, hide);
-        let bar = output::bar(frames.len() as u64, "{bar:40} {percent:>3} % of a recording, {eta} left")?;
+        let frames: Vec<_> =
+            seen.iter().map(|s| track::frames(s, &surface, &speaker.followed, hide)).collect();
+        let bar = output::bar(1, "{bar:40} {percent:>3} % of the tensions, {eta} left")?;
         let progress = |done: usize, of: usize| {
-            if shown {
-                bar.set_length(of as u64);
-                bar.set_position(done as u64);
-            }
+            bar.set_length(of as u64);
+            bar.set_position(done as u64);
         };
-        let found = track::track(
-            &system,
-            &speaker.followed,
-            &freed,
-            frames,
-            &Settings::new(speaker.prior.clone()),
-            &progress,
-        );
+        let stage =
+            Stage { system: &system, followed: &speaker.followed, freed: &freed, shape: shape.as_ref() };
+        let found = track::track(&stage, frames, &self.settings, &progress);
         bar.finish_and_clear();
-        Ok(found)
+        found.ok_or_else(|| {
+            miette!(
+                "the covariance of what was seen cannot be factorised; look for numbers that are not finite or very large in the \
+                 recordings"
+            )
+        })
     }
 
     /// The bones whose displacement is an unknown in a recording.
@@ -359,24 +378,24 @@ impl Run<'_> {
         }
         Ok(vec![Box::new(wall)])
     }
+}
 
-    /// Tensions with the rest shape from the odd frames, and with that from the even ones, over all frames.
-    fn odd_and_even(&self, seen: &[&Seen]) -> Option<[Vec<Tracked>; 2]> {
-        let half = |odd: usize| -> Option<Vec<Tracked>> {
-            let part = |s: &&Seen| Seen {
-                frames: s.frames.iter().skip(odd).step_by(2).cloned().collect(),
-                ..(*s).clone()
-            };
-            let parts: Vec<Seen> = seen.iter().map(part).collect();
-            let speaker = self.speaker(&parts.iter().collect::<Vec<_>>(), &[]).ok()?;
-            let mut all = Vec::new();
-            for one in seen {
-                all.extend(self.track(&speaker, one, &[], false).ok()?);
-            }
-            Some(all)
-        };
-        Some([half(0)?, half(1)?])
+/// Recordings that are tracked together, some hundred frames at once: those of one that shows the same bones.
+fn sittings(seen: &[&Seen]) -> Vec<std::ops::Range<usize>> {
+    const MOST_FRAMES: usize = 600;
+    let bones = |s: &Seen| [HYOID, MANDIBLE].map(|b| s.shows_bone(b));
+    let mut out: Vec<std::ops::Range<usize>> = Vec::new();
+    for (nth, one) in seen.iter().enumerate() {
+        let goes_on = out.last().is_some_and(|range| {
+            let frames: usize = seen[range.clone()].iter().map(|s| s.frames.len()).sum();
+            frames + one.frames.len() <= MOST_FRAMES && bones(seen[range.start]) == bones(one)
+        });
+        match out.last_mut().filter(|_| goes_on) {
+            Some(range) => range.end = nth + 1,
+            None => out.push(nth..nth + 1),
+        }
     }
+    out
 }
 
 /// The muscles that can contract.

@@ -10,7 +10,7 @@ use tongue_fit::report::{
     animation_of_seen, timelines,
 };
 use tongue_fit::system::TissueModel;
-use tongue_fit::track::{FrameStatus, Tracked};
+use tongue_fit::track::{FrameStatus, Gesture, Tracked};
 
 /// Result of one recording.
 pub struct Found {
@@ -19,6 +19,8 @@ pub struct Found {
     /// Numbers of the contracting muscles, in the order of tensions.
     pub contracting: Vec<usize>,
     pub frames: Vec<Tracked>,
+    /// Its gestures.
+    pub gestures: Vec<Gesture>,
 }
 
 /// Options of the files beside the tables.
@@ -118,8 +120,8 @@ fn moments(frames: &[Tracked], most: usize) -> impl Iterator<Item = usize> {
 fn frame(found: &Found, t: usize) -> AnimationFrame {
     let tracked = &found.frames[t];
     let mut tensions = vec![0.0; found.body.mesh.muscles.len()];
-    for (muscle, tension) in found.contracting.iter().zip(&tracked.tensions_n) {
-        tensions[*muscle] = *tension;
+    for (muscle, tension) in found.contracting.iter().zip(tracked.tensions_n()) {
+        tensions[*muscle] = tension;
     }
     AnimationFrame { time: tracked.time_s, positions: tracked.positions.clone(), tensions }
 }
@@ -130,7 +132,7 @@ fn courses(record: &TrackRecord, name: &str, frames: &[Tracked]) -> tongue_fit::
     let line = |(i, course): (usize, &tongue_fit::report::CourseRecord)| Timeline {
         name: course.muscle.clone(),
         known: course.known,
-        values: frames.iter().map(|f| [f.tensions_n[i], f.low_n[i], f.high_n[i]]).collect(),
+        values: frames.iter().map(|f| [f.levels[i].median, f.levels[i].low, f.levels[i].high]).collect(),
     };
     let lines: Vec<Timeline> = record.courses.iter().enumerate().map(line).collect();
     timelines(name, &times, &doubtful, &lines)

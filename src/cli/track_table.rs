@@ -17,30 +17,28 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
     if let Some(rms) = record.median_rms_mm {
         let _ = writeln!(text, "contour and sensors met to {rms:.2} mm (RMS, median over the frames)");
     }
-    let mut t = table::table(&[
-        "muscle",
-        "tension N/m",
-        "95 % interval",
-        "prior left",
-        "odd/even r",
-        "level",
-        "course",
-    ]);
-    let number = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
+    let mut t =
+        table::table(&["muscle", "level N/m", "95 % interval", "course width N/m", "reliability", "course"]);
     for (i, course) in record.courses.iter().enumerate() {
         let of = |value: &dyn Fn(&FrameRecord) -> f64| median(record.frames.iter().map(value));
         t.add_row([
             course.muscle.clone(),
             format!("{:.1}", of(&|f| f.tensions_n.0[i].1)),
-            format!("{:.1} to {:.1}", of(&|f| f.low.0[i].1), of(&|f| f.high.0[i].1)),
-            format!("{:.0} %", 100.0 * course.unknown_part.min(1.0)),
-            number(course.odd_even_correlation),
-            course.odd_even_level_n.map_or_else(|| "-".to_owned(), |v| format!("±{v:.0}")),
+            format!("{:.1} to {:.1}", of(&|f| f.level_low.0[i].1), of(&|f| f.level_high.0[i].1)),
+            format!("{:.1}", course.course_width_n),
+            format!("{:.2}", course.reliability),
             if course.known { "known" } else { "NOT KNOWN" }.to_owned(),
         ]);
     }
-    let _ =
-        writeln!(text, "\n{t}\nmedians over the frames; prior left: posterior over prior standard deviation");
+    let [low, high] = record.prior.interval_n;
+    let _ = writeln!(
+        text,
+        "\n{t}\nmedians over the frames, at a Young's modulus of 6.9 kPa; without data a level is {:.1} ({low:.1} to {high:.1}) N/m.\n\
+         An interval from 0 cannot exclude a slack muscle. A course is a level less its mean over the recording; it is\n\
+         known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.",
+        record.prior.median_n,
+        1.2 * record.prior.scale_n
+    );
     let resolved = upper_median(record.frames.iter().map(|f| f.resolved as f64)).unwrap_or(0.0);
     let _ = writeln!(
         text,

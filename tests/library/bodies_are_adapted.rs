@@ -9,9 +9,9 @@ use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::{Point, Similarity};
 use tongue_fit::measured::recording::Map;
 use tongue_fit::system::Model;
-use tongue_fit::track::Prior;
+use tongue_fit::track::{Prior, scores};
 
-use crate::synthetic::{Kind, Speaker, drawn};
+use crate::synthetic::{Kind, Speaker, drawn_scores};
 
 fn basis<'a>(body: &'a Body<2>, anatomy: &'a Anatomy) -> Basis<'a> {
     Basis {
@@ -26,6 +26,12 @@ fn basis<'a>(body: &'a Body<2>, anatomy: &'a Anatomy) -> Basis<'a> {
 fn landmarks(body: &Body<2>, place: impl Fn(Point) -> Point) -> Landmarks {
     let named = ["mental_spine", "hyoid"].map(|b| (b.to_owned(), place(mark_of(body, b).unwrap())));
     Landmarks { named: BTreeMap::from(named), ..Landmarks::default() }
+}
+
+/// Tensions of all frames drawn from the half-normal prior with its correlation in time.
+fn drawn(prior: &Prior, times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
+    let all = drawn_scores(prior.mean.len(), prior.memory_s, times, rng);
+    all.iter().map(|x| x.iter().map(|g| prior.scale_n * scores::tension(*g).0).collect()).collect()
 }
 
 #[test]

@@ -20,6 +20,9 @@ mod fixtures;
 #[path = "../fixtures/recordings.rs"]
 mod recordings;
 
+#[path = "../fixtures/speakers.rs"]
+mod speakers;
+
 #[path = "../fixtures/synthetic.rs"]
 mod synthetic;
 

@@ -69,7 +69,10 @@ pub use told::Told;
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
 pub use tongue_page::{PageBody, PageTable, TonguePage};
-pub use track::{CourseRecord, FrameRecord, PriorRecord, TrackRecord, courses, frame_records, status_name};
+pub use track::{
+    CourseRecord, FrameRecord, GestureRecord, HiddenRecord, PriorRecord, TrackRecord, courses, frame_records,
+    gesture_records, status_name,
+};
 #[cfg(feature = "files")]
 pub use track_page::{TrackPage, TrackPicture};
 pub use trajectory::{History, TrajectoryRecord};

@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use super::{BoneRecord, ByMuscle, StoTable, Table};
-use tongue_core::statistics::upper_median;
-use tongue_infer::track::{Displacement, FrameStatus, HeldOut, Prior, Tracked};
+use tongue_infer::track::{
+    Displacement, Foretold, FrameStatus, Gesture, HeldOut, Link, Ranged, Settings, Tracked,
+};
 use tongue_input::measured::recording::{Fault, Seen};
 
 /// One frame of a recording.
@@ -16,109 +17,155 @@ pub struct FrameRecord {
     pub time_s: f64,
     /// How it ended.
     pub status: FrameStatus,
-    /// Fitted tensions of the frame, N per metre of thickness.
+    /// Tensions, N per metre of thickness: medians.
     pub tensions_n: ByMuscle<f64>,
-    /// Lower ends of the 95 % intervals.
+    /// Lower ends of the 95 % intervals; the same as `level_low`.
     pub low: ByMuscle<f64>,
-    /// Upper ends.
+    /// Upper ends; the same as `level_high`.
     pub high: ByMuscle<f64>,
-    /// Displacements of the bones that are unknowns because they were not seen.
+    /// Lower ends of the 95 % intervals of the tensions.
+    pub level_low: ByMuscle<f64>,
+    /// Upper ends.
+    pub level_high: ByMuscle<f64>,
+    /// Tensions less their mean over the recording: medians.
+    pub course: ByMuscle<f64>,
+    /// Lower ends of their 95 % intervals.
+    pub course_low: ByMuscle<f64>,
+    /// Upper ends.
+    pub course_high: ByMuscle<f64>,
+    /// Displacements of the bones that were freed because they were not seen.
     #[serde(skip_serializing_if = "ByMuscle::is_empty")]
     pub bones: ByMuscle<BoneRecord>,
     /// Root mean square distance of the fitted points, mm; null if there are none.
     pub rms_mm: Option<f64>,
-    /// Root mean square distance of the held-out points, mm; null if there are none.
+    /// The same of the points that were kept back, from where they were foretold; null without any.
     pub held_out_rms_mm: Option<f64>,
-    /// Directions of the tensions whose standard deviation is below a quarter of the prior's scale.
+    /// The points that were kept back.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub held_out: Vec<HiddenRecord>,
+    /// Directions of the tensions whose standard deviation is below a half of the prior's.
     pub resolved: usize,
     /// Faults of the measured points.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
 }
 
-/// Reliability of the course of one muscle.
+/// A point that was kept back in one frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HiddenRecord {
+    /// The point.
+    pub point: String,
+    /// How far across the contour it was seen from where it was foretold, mm.
+    pub missed_mm: f64,
+    /// The 95 % interval of that distance, mm.
+    pub interval_mm: [f64; 2],
+}
+
+/// What is known of one muscle over all frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CourseRecord {
     /// The muscle.
     pub muscle: String,
-    /// Whether the course is reliable: the data outweigh the prior, and it does not depend on the frames that
-    /// made the rest shape.
+    /// Whether its course can be read: it varies by more than it is uncertain, and single frames are narrow enough.
     pub known: bool,
-    /// Median over the frames of the standard deviation of its score: 1 if all comes from the prior, 0 if all
-    /// comes from the data.
+    /// Variance of its course over the frames as part of that and the mean variance of its draws.
+    pub reliability: f64,
+    /// Mean width of the 95 % intervals of its course, N per metre of thickness.
+    pub course_width_n: f64,
+    /// The same of its level.
+    pub level_width_n: f64,
+    /// That as part of the prior's width: 1 is all prior, 0 all data.
     pub unknown_part: f64,
-    /// Correlation of its courses with rest shapes made from odd and from even frames; null if none was made.
-    pub odd_even_correlation: Option<f64>,
-    /// Mean difference of the levels of these two courses, N per metre of thickness.
-    pub odd_even_level_n: Option<f64>,
 }
 
-/// Largest part of the prior's standard deviation that the scores of a reliable course keep.
-const UNKNOWN: f64 = 0.6;
-/// Smallest correlation of reliable courses with rest shapes from odd and from even frames.
-const SAME_COURSE: f64 = 0.8;
+/// A gesture of one recording: means over a tenth of a second less those over the recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GestureRecord {
+    /// Which recording.
+    pub recording: String,
+    /// When it begins, s.
+    pub from_s: f64,
+    /// When it ends, s.
+    pub to_s: f64,
+    /// Changes of the tensions, N per metre of thickness: medians.
+    pub change: ByMuscle<f64>,
+    /// Lower ends of their 95 % intervals.
+    pub low: ByMuscle<f64>,
+    /// Upper ends.
+    pub high: ByMuscle<f64>,
+}
 
-/// Reliability of every muscle's course over all frames; `pair` has the same frames with rest shapes from odd
-/// and from even frames.
-pub fn courses(names: &[String], frames: &[&Tracked], pair: Option<&[Vec<Tracked>; 2]>) -> Vec<CourseRecord> {
+/// A course is known whose reliability is above this,
+const RELIABLE: f64 = 0.5;
+/// and whose intervals are narrower than this part of the prior's scale on average: 24 N/m at 20 N/m.
+const NARROW: f64 = 1.2;
+/// Half width of the 95 % interval of a normal distribution in standard deviations.
+const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
+
+/// What is known of every muscle over all frames.
+pub fn courses(names: &[String], frames: &[&Tracked], link: &Link) -> Vec<CourseRecord> {
+    let count = frames.len().max(1) as f64;
+    let prior_width = link.prior_quantile(TWO_SIDED_95) - link.prior_quantile(-TWO_SIDED_95);
     let course = |(i, name): (usize, &String)| {
-        let sd = frames.iter().map(|f| f.covariance[(i, i)].max(0.0).sqrt());
-        let unknown_part = upper_median(sd).unwrap_or(1.0);
-        let tensions = |all: &[Tracked]| all.iter().map(|f| f.tensions_n[i]).collect::<Vec<f64>>();
-        let both = pair.map(|[odd, even]| (tensions(odd), tensions(even)));
-        let correlation = both.as_ref().and_then(|(a, b)| correlation(a, b));
-        let level = both
-            .as_ref()
-            .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).sum::<f64>().abs() / a.len().max(1) as f64);
+        let mean = |of: &dyn Fn(&Tracked) -> f64| frames.iter().map(|f| of(f)).sum::<f64>() / count;
+        let middle = mean(&|f| f.courses[i].median);
+        let varies = mean(&|f| (f.courses[i].median - middle).powi(2));
+        let unsure = mean(&|f| f.courses[i].variance);
+        let reliability = if varies > 0.0 { varies / (varies + unsure) } else { 0.0 };
+        let course_width_n = mean(&|f| f.courses[i].width());
+        let level_width_n = mean(&|f| f.levels[i].width());
         CourseRecord {
             muscle: name.clone(),
-            known: unknown_part < UNKNOWN && correlation.is_none_or(|r| r >= SAME_COURSE),
-            unknown_part,
-            odd_even_correlation: correlation,
-            odd_even_level_n: level,
+            known: reliability > RELIABLE && course_width_n < NARROW * link.scale_n(),
+            reliability,
+            course_width_n,
+            level_width_n,
+            unknown_part: level_width_n / prior_width,
         }
     };
     names.iter().enumerate().map(course).collect()
 }
 
-fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
-    let n = a.len() as f64;
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / n;
-    let (ma, mb) = (mean(a), mean(b));
-    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
-    for (x, y) in a.iter().zip(b) {
-        ab += (x - ma) * (y - mb);
-        aa += (x - ma).powi(2);
-        bb += (y - mb).powi(2);
-    }
-    let r = ab / (aa * bb).sqrt();
-    r.is_finite().then_some(r)
-}
-
-/// The prior of the intervals.
+/// The prior that the intervals stand under.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PriorRecord {
-    /// Scale of the half-normal tensions, N per metre of thickness.
+    /// Scale of the tensions, N per metre of thickness.
     pub scale_n: f64,
-    /// Whether mean and covariance of the scores were learned from the recordings.
-    pub learned: bool,
-    /// Correlation time of the tensions, s.
+    /// Time over which tensions are remembered, s.
     pub memory_s: f64,
-    /// Medians of the prior of the tensions, N per metre of thickness.
-    pub medians_n: ByMuscle<f64>,
+    /// Standard deviation of a muscle's level before the link, the same in all frames, N per metre of thickness.
+    pub level_sd_n: f64,
+    /// Standard deviation of its course before the link, N per metre of thickness.
+    pub course_sd_n: f64,
+    /// Median of a tension before anything is seen, and the ends of its 95 % interval, N per metre of thickness.
+    pub median_n: f64,
+    /// See `median_n`.
+    pub interval_n: [f64; 2],
+    /// Standard deviations of the errors of a contour, mm: remembered, and shared by all frames.
+    pub slow_error_mm: f64,
+    /// See `slow_error_mm`.
+    pub static_error_mm: f64,
+    /// Seed of the draws, and how many.
+    pub seed: u64,
+    /// See `seed`.
+    pub draws: usize,
 }
 
 impl PriorRecord {
-    /// The record of a prior of these muscles.
-    pub fn new(prior: &Prior, muscles: &[String]) -> Self {
-        let medians = prior.mean.iter().map(|g| prior.scale_n * tongue_infer::track::scores::tension(*g).0);
-        let n = prior.mean.len();
-        let plain = Prior::half_normal(n, prior.scale_n, prior.memory_s);
+    /// Of settings.
+    pub fn new(settings: &Settings) -> Self {
+        let link = &settings.link;
         Self {
-            scale_n: prior.scale_n,
-            learned: *prior != plain,
-            memory_s: prior.memory_s,
-            medians_n: ByMuscle::new(muscles, medians),
+            scale_n: link.scale_n(),
+            memory_s: settings.memory_s,
+            level_sd_n: link.level_sd_n,
+            course_sd_n: link.course_sd_n,
+            median_n: link.prior_quantile(0.0),
+            interval_n: [-TWO_SIDED_95, TWO_SIDED_95].map(|z| link.prior_quantile(z)),
+            slow_error_mm: settings.errors.slow_mm,
+            static_error_mm: settings.errors.static_mm,
+            seed: settings.seed,
+            draws: settings.draws,
         }
     }
 }
@@ -138,9 +185,11 @@ pub struct TrackRecord {
     pub statuses: std::collections::BTreeMap<String, usize>,
     /// Median over the frames of the root mean square distance, mm.
     pub median_rms_mm: Option<f64>,
-    /// Reliability of each muscle's course.
+    /// What is known of each muscle.
     pub courses: Vec<CourseRecord>,
-    /// Errors of the held-out points: this model and its opponents.
+    /// Gestures of all recordings.
+    pub gestures: Vec<GestureRecord>,
+    /// The points that were kept back: this model and its opponents.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
     /// Notes for the reader.
@@ -166,21 +215,33 @@ pub fn frame_records<'a>(
         interval_mm: d.low_m.iter().zip(&d.high_m).map(|(l, h)| [l * 1e3, h * 1e3]).collect(),
     };
     let record = |(t, frame): (usize, &Tracked)| {
-        let by = |values: &[f64]| ByMuscle::new(muscles, values.iter().copied());
-        let squares: f64 = frame.hidden.iter().map(|(_, d)| d * d).sum();
+        let by = |of: &[Ranged], end: fn(&Ranged) -> f64| ByMuscle::new(muscles, of.iter().map(end));
+        let squares: f64 = frame.hidden.iter().map(|h| h.missed_m * h.missed_m).sum();
+        let hidden = |h: &Foretold| HiddenRecord {
+            point: h.point.clone(),
+            missed_mm: h.missed_m * 1e3,
+            interval_mm: h.interval_m.map(|x| x * 1e3),
+        };
+        let (levels, courses) = (&frame.levels, &frame.courses);
         let mut all = faults.get(t).cloned().unwrap_or_default();
         all.extend(frame.faults.iter().cloned());
         FrameRecord {
             recording: seen.name.clone(),
             time_s: frame.time_s,
             status: frame.status,
-            tensions_n: by(&frame.tensions_n),
-            low: by(&frame.low_n),
-            high: by(&frame.high_n),
+            tensions_n: by(levels, |l| l.median),
+            low: by(levels, |l| l.low),
+            high: by(levels, |l| l.high),
+            level_low: by(levels, |l| l.low),
+            level_high: by(levels, |l| l.high),
+            course: by(courses, |c| c.median),
+            course_low: by(courses, |c| c.low),
+            course_high: by(courses, |c| c.high),
             bones: ByMuscle(freed.iter().map(|&n| n.to_owned()).zip(frame.bones.iter().map(bone)).collect()),
             rms_mm: frame.rms_m.map(|r| r * 1e3),
             held_out_rms_mm: (!frame.hidden.is_empty())
                 .then(|| (squares / frame.hidden.len() as f64).sqrt() * 1e3),
+            held_out: frame.hidden.iter().map(hidden).collect(),
             resolved: frame.resolved,
             faults: all,
         }
@@ -188,7 +249,23 @@ pub fn frame_records<'a>(
     tracked.iter().enumerate().map(record).collect()
 }
 
-/// The name of a status in outputs.
+/// The gestures of a recording as records.
+pub fn gesture_records(recording: &str, gestures: &[Gesture], muscles: &[String]) -> Vec<GestureRecord> {
+    let record = |g: &Gesture| {
+        let by = |end: fn(&Ranged) -> f64| ByMuscle::new(muscles, g.changes.iter().map(end));
+        GestureRecord {
+            recording: recording.to_owned(),
+            from_s: g.from_s,
+            to_s: g.to_s,
+            change: by(|c| c.median),
+            low: by(|c| c.low),
+            high: by(|c| c.high),
+        }
+    };
+    gestures.iter().map(record).collect()
+}
+
+/// The name of a status as outputs write it.
 pub fn status_name(status: FrameStatus) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
@@ -203,6 +280,9 @@ impl TrackRecord {
             "tension_n_per_m",
             "low_n_per_m",
             "high_n_per_m",
+            "course_n_per_m",
+            "course_low_n_per_m",
+            "course_high_n_per_m",
             "course_known",
             "status",
             "resolved",
@@ -219,6 +299,9 @@ impl TrackRecord {
                     tension.to_string(),
                     f.low.0[i].1.to_string(),
                     f.high.0[i].1.to_string(),
+                    f.course.0[i].1.to_string(),
+                    f.course_low.0[i].1.to_string(),
+                    f.course_high.0[i].1.to_string(),
                     known.to_string(),
                     status_name(f.status),
                     f.resolved.to_string(),
@@ -229,8 +312,8 @@ impl TrackRecord {
         Table { columns: columns.map(str::to_owned).to_vec(), rows }
     }
 
-    /// One recording for OpenSim: tensions, the ends of their intervals, displacements of free bones, and the
-    /// number of resolved directions over time.
+    /// One recording for OpenSim: tensions and courses with the ends of their intervals, displacements of freed bones, and the number of resolved
+    /// directions over time.
     pub fn sto(&self, recording: &str) -> StoTable {
         let muscles: Vec<&String> =
             self.frames.first().map(|f| f.tensions_n.0.iter().map(|(m, _)| m).collect()).unwrap_or_default();
@@ -242,12 +325,16 @@ impl TrackRecord {
             of("tension_n_per_m"),
             of("low_n_per_m"),
             of("high_n_per_m"),
+            of("course_n_per_m"),
+            of("course_low_n_per_m"),
+            of("course_high_n_per_m"),
             freed.into_iter().flatten().flat_map(|(bone, _)| axes(bone)).collect(),
             vec!["resolved".to_owned()],
         ];
         let row = |f: &FrameRecord| {
-            let values =
-                [&f.tensions_n, &f.low, &f.high].into_iter().flat_map(|b| b.0.iter().map(|(_, v)| *v));
+            let values = [&f.tensions_n, &f.low, &f.high, &f.course, &f.course_low, &f.course_high]
+                .into_iter()
+                .flat_map(|b| b.0.iter().map(|(_, v)| *v));
             let shifts = f.bones.0.iter().flat_map(|(_, b)| b.shift_mm.iter().copied());
             std::iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()
         };

@@ -60,10 +60,11 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
                 @if let Some(rms) = record.median_rms_mm { " What was seen is met to " (format!("{rms:.2}")) " mm (RMS, median over the frames)." }
             }
             p {
-                "Tensions are newtons per metre of thickness, with 95 % intervals under a half-normal prior of scale " (record.prior.scale_n)
-                " N/m that remembers " (record.prior.memory_s) " s"
-                @if record.prior.learned { ", its mean and covariance learned from these recordings" }
-                ". A contour or a few coils do not determine eight tensions: the rest comes from the prior. Unreliable courses are grey; unreliable frames are shaded."
+                "Tensions are newtons per metre of thickness, at a Young's modulus of 6.9 kPa, with 95 % intervals. A level is a tension; its interval begins at 0 if it cannot exclude a slack muscle. "
+                "A course is a tension less its mean over the recording, which cancels the effect of the unknown shape of the tongue at rest on all frames. "
+                "Without data a tension is " (format!("{:.1} ({:.1} to {:.1})", record.prior.median_n, record.prior.interval_n[0], record.prior.interval_n[1]))
+                " N/m, with a correlation time of " (record.prior.memory_s) " s. "
+                "A contour or a few coils do not determine eight tensions: the rest comes from the prior. Unreliable courses are grey; unreliable frames are shaded."
             }
             @for note in &record.notes { p.alarms { (note) } }
         }
@@ -71,25 +72,46 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
 }
 
 fn courses(record: &TrackRecord) -> Markup {
-    let number =
-        |v: Option<f64>, digits: usize| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
     html! {
         section {
             h2 { "What is known of each muscle" }
             table {
-                thead { tr { @for h in ["muscle", "course", "part of the prior left", "odd against even frames, r", "level between them, N/m"] { th { (h) } } } }
+                thead { tr { @for h in ["muscle", "course", "reliability", "width of courses, N/m", "width of levels, N/m"] { th { (h) } } } }
                 tbody { @for c in &record.courses { tr {
                     td { (c.muscle) }
                     td { @if c.known { "known" } @else { "not known" } }
-                    td { (format!("{:.0} %", 100.0 * c.unknown_part.min(1.0))) }
-                    td { (number(c.odd_even_correlation, 2)) }
-                    td { (number(c.odd_even_level_n, 1)) }
+                    td { (format!("{:.2}", c.reliability)) }
+                    td { (format!("{:.1}", c.course_width_n)) }
+                    td { (format!("{:.1} ({:.0} % of the prior)", c.level_width_n, 100.0 * c.unknown_part)) }
                 } } }
             }
-            p { "Levels depend on the rest shape: the last column is their difference between rest shapes made from odd and from even frames. Changes within a recording are more reliable." }
+            p { "Widths are those of 95 % intervals, means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", 1.2 * record.prior.scale_n)) " N/m." }
+        }
+        section {
+            h2 { "Gestures" }
+            p { "Means over a tenth of a second less those over the recording, N/m, with 95 % intervals; bold where the interval is all above or all below zero." }
+            table {
+                thead { tr {
+                    th { "recording" } th { "s" }
+                    @if let Some(g) = record.gestures.first() { @for (m, _) in &g.change.0 { th { (m) } } }
+                } }
+                tbody { @for g in record.gestures.iter().take(MOST_GESTURES) { tr {
+                    td { (g.recording) }
+                    td { (format!("{:.2} to {:.2}", g.from_s, g.to_s)) }
+                    @for (i, (_, change)) in g.change.0.iter().enumerate() {
+                        @let (low, high) = (g.low.0[i].1, g.high.0[i].1);
+                        @let text = format!("{change:+.0} ({low:+.0} to {high:+.0})");
+                        td { @if low > 0.0 || high < 0.0 { b { (text) } } @else { (text) } }
+                    }
+                } } }
+            }
+            @if record.gestures.len() > MOST_GESTURES { p { "The first " (MOST_GESTURES) "; all are in track.json." } }
         }
     }
 }
+
+/// Most gestures in the page's table.
+const MOST_GESTURES: usize = 60;
 
 fn held_out(record: &TrackRecord) -> Markup {
     html! {

@@ -9,7 +9,7 @@ use super::SceneError;
 use super::file::{Points, Scene};
 use tongue_core::body::Body;
 use tongue_core::system::System;
-use tongue_infer::track::{self, Frame, FrameStatus, Prior, Settings, Surface};
+use tongue_infer::track::{self, Errors, Frame, FrameStatus, Settings, Stage, Surface};
 use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
 
 /// Result of a fit to points.
@@ -73,9 +73,11 @@ pub(super) fn fit<const D: usize>(
     system: &System<D>,
 ) -> Option<(Vec<f64>, PointsFit)> {
     let system = (system as &dyn Any).downcast_ref::<System<2>>()?;
-    let prior = Prior::half_normal(system.contracting().len(), points.prior_n_per_m, 0.0);
+    let settings = Settings { errors: Errors::INDEPENDENT, ..Settings::new(points.prior_n_per_m, 0.0) };
+    // A scene says what its body is, so its shape is known.
+    let stage = Stage { system, followed: &[], freed: &[], shape: None };
     let found =
-        track::track(system, &[], &[], vec![frame.clone()], &Settings::new(prior), &|_, _| {}).pop()?;
+        track::track(&stage, vec![vec![frame.clone()]], &settings, &|_, _| {})?.pop()?.frames.pop()?;
     let of_body = |values: &[f64]| {
         let mut all = vec![0.0; system.muscle_count()];
         system.contracting().iter().zip(values).for_each(|(&muscle, value)| all[muscle] = *value);
@@ -85,8 +87,8 @@ pub(super) fn fit<const D: usize>(
         status: found.status,
         rms_mm: found.rms_m.map(|r| r * 1e3),
         resolved: found.resolved,
-        low_n: of_body(&found.low_n),
-        high_n: of_body(&found.high_n),
+        low_n: of_body(&found.levels.iter().map(|l| l.low).collect::<Vec<_>>()),
+        high_n: of_body(&found.levels.iter().map(|l| l.high).collect::<Vec<_>>()),
     };
-    Some((of_body(&found.tensions_n), told))
+    Some((of_body(&found.tensions_n()), told))
 }

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::track::{ARRIVED, Followed, Frame, Prior, Solver, Surface, frames, residuals, slopes};
+use crate::track::{ARRIVED, Followed, Frame, Prior, Solver, Surface, Tension, frames, residuals, slopes};
 use tongue_core::body::Body;
 use tongue_core::effect::Configuration;
 use tongue_core::parallel;
@@ -225,7 +225,7 @@ fn settle(
 ) -> Vec<Option<Settled>> {
     let numbers: Vec<usize> = (0..list.len()).collect();
     parallel::map(&numbers, |&t| {
-        let mut solver = Solver::new(&stand.system, &stand.followed, settings.prior.scale_n);
+        let mut solver = Solver::new(&stand.system, &stand.followed, Tension::Scores(settings.prior.scale_n));
         solver
             .settle(
                 &list[t],
@@ -273,7 +273,7 @@ fn reduce(
     Ok(parallel::map(&numbers, |&t| {
         let at = here[t].as_ref()?;
         let frame = &list[t];
-        let mut solver = Solver::new(&stand.system, &stand.followed, settings.prior.scale_n);
+        let mut solver = Solver::new(&stand.system, &stand.followed, Tension::Scores(settings.prior.scale_n));
         let linear = solver.linearise(frame, &at.x, Some(&at.positions))?;
         let tensions = solver.tensions_of(&at.x);
         let slopes = slopes(frame, &linear.positions);

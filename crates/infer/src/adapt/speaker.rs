@@ -113,17 +113,17 @@ pub struct Basis<'a> {
 }
 
 impl Basis<'_> {
-    /// Where the body is brought so that its spine and hyoid are where recordings show them in the median.
+    /// Where the body is brought so that it lies best where recordings show the contour, the spine and the hyoid ([`Sight`]); `hide` are
+    /// points that are not looked at.
     ///
     /// # Errors
-    /// [`RestError::Body`]: recordings that do not show both.
-    pub fn place(&self, seen: &[&Seen]) -> Result<Similarity, RestError> {
-        by_bones(self.body, |bone| median(seen, bone)).ok_or_else(|| {
-            RestError::Body(
-                "the recordings do not show the mental spine and the hyoid, to which it would be scaled; name their channels in \
-                 a map (--map; --map-template writes one), or give a body that fits the speaker (--mesh, --anatomy, or --as-is for the built-in one)"
-                    .to_owned(),
-            )
+    /// [`RestError::Body`]: recordings that show too little.
+    pub fn place(&self, seen: &[&Seen], hide: &[String]) -> Result<Similarity, RestError> {
+        Sight::of(seen, hide).place(self.body).map(|placed| placed.similarity).map_err(|why| {
+            RestError::Body(format!(
+                "{why}; name their channels in a map (--map; --map-template writes one), or give a body that fits the speaker (--mesh, \
+                 --anatomy, or --as-is for the built-in one)"
+            ))
         })
     }
 
@@ -138,14 +138,18 @@ impl Basis<'_> {
         hide: &[String],
         progress: &dyn Fn(usize, usize),
     ) -> Result<Speaker, RestError> {
-        let similarity = self.place(seen)?;
+        let similarity = self.place(seen, hide)?;
         let rest = Rest::new(self.body, similarity)?;
         let none = nalgebra::DVector::zeros(rest.unknowns());
         let similar = rest.body(&none);
         let mut bones: Vec<String> = seen.iter().flat_map(|s| s.bones.iter().cloned()).collect();
         bones.sort();
         bones.dedup();
-        let followed = followed(&similar, &bones);
+        let mut followed = followed(&similar, &bones);
+        // A bone that is placed a little off is not displaced from where it is at rest.
+        for bone in &mut followed {
+            bone.mark = median(seen, &bone.name).unwrap_or(bone.mark);
+        }
         let settings = JointSettings {
             prior: self.prior.clone(),
             rounds: ROUNDS,
@@ -315,7 +319,7 @@ impl Basis<'_> {
         let system = System::new(&body.mesh, &self.model, &self.contracting).ok()?;
         let surface = Surface::of(body)?;
         let precision = self.prior.precision();
-        let mut solver = track::Solver::new(&system, followed, self.prior.scale_n);
+        let mut solver = track::Solver::new(&system, followed, track::Tension::Scores(self.prior.scale_n));
         let mut sum = 0.0;
         for (seen, taken) in judged {
             let frames = track::frames(seen, &surface, followed, hide);

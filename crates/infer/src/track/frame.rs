@@ -10,6 +10,8 @@ use tongue_core::statics::{self, Connection, Response, SolveSettings, SolveStatu
 use tongue_core::system::System;
 use tongue_input::measured::recording::{Seen, SeenFrame};
 
+use super::errors::Along;
+use super::link::Link;
 use super::scores;
 
 /// Contour points nearer to each other than this are not independent: a contour drawn through many pixels knows no more than one with a
@@ -82,10 +84,32 @@ pub struct Frame {
     pub observations: Vec<Observation<2>>,
     /// The names of their points.
     pub names: Vec<String>,
-    /// Contour points that are kept back: their signed distances are told.
-    pub hidden: Vec<(String, Contour)>,
+    /// Of every observation where it lies along what is seen, and its error.
+    pub along: Vec<Along>,
+    /// Contour points that are kept back: their distances are foretold.
+    pub hidden: Vec<Hidden>,
     /// Of every followed bone, the shift from where it is at rest, m.
     pub shifts: Vec<SVector<f64, 2>>,
+}
+
+/// A contour point that is kept back.
+#[derive(Debug, Clone)]
+pub struct Hidden {
+    /// Its name.
+    pub name: String,
+    /// Its distance from the surface.
+    pub contour: Contour,
+    /// Where it lies along the contour, and its error.
+    pub along: Along,
+}
+
+impl Hidden {
+    /// The nodes that its distance depends on, and the derivative by their positions.
+    pub(super) fn slope(&self, positions: &[Point]) -> Vec<(usize, Point)> {
+        let mut slope = Vec::with_capacity(4);
+        self.contour.gradient(positions, &mut |node, s| slope.push((node, s)));
+        slope
+    }
 }
 
 /// The frames of a recording for a body. `hide` are names of contour points that are not to be fitted.
@@ -97,15 +121,31 @@ pub fn frames(seen: &Seen, surface: &Surface, followed: &[Followed], hide: &[Str
                 .map_or_else(|| vec![None; seen.frames.len()], |b| seen.bone_means(b, BONE_WINDOW))
         })
         .collect();
+    let along = along_the_mean(seen);
     let frame = |(t, frame): (usize, &SeenFrame)| {
         let shifts = followed
             .iter()
             .zip(&means)
             .map(|(f, m)| m[t].map_or_else(Point::zeros, |at| at - f.mark))
             .collect();
-        one(seen, frame, surface, shifts, hide)
+        one(seen, frame, surface, shifts, hide, &along)
     };
     seen.frames.iter().enumerate().map(frame).collect()
+}
+
+/// Of every contour point the distance from the first along the mean contour, mm. Noise of single frames would make it longer.
+fn along_the_mean(seen: &Seen) -> Vec<f64> {
+    let mut last: Option<Point> = None;
+    let mut at = 0.0;
+    let place = |i: usize| {
+        let marks = seen.frames.iter().filter_map(|f| f.contour.get(i).copied().flatten());
+        let (sum, count) = marks.fold((Point::zeros(), 0.0), |(s, n), m| (s + m.at, n + 1.0));
+        let mean = (count > 0.0).then(|| sum / count);
+        at += mean.zip(last).map_or(0.0, |(a, b)| (a - b).norm() * 1e3);
+        last = mean.or(last);
+        at
+    };
+    (0..seen.contour.len()).map(place).collect()
 }
 
 fn one(
@@ -114,24 +154,33 @@ fn one(
     surface: &Surface,
     shifts: Vec<SVector<f64, 2>>,
     hide: &[String],
+    along: &[f64],
 ) -> Frame {
     let mut out = Frame {
         time_s: frame.time_s,
         observations: Vec::new(),
         names: Vec::new(),
+        along: Vec::new(),
         hidden: Vec::new(),
         shifts,
     };
-    let marks: Vec<_> =
-        seen.contour.iter().zip(&frame.contour).filter_map(|(n, m)| Some((n, (*m)?))).collect();
-    let shown = marks.iter().filter(|(n, _)| !hide.contains(n)).count();
+    let marks: Vec<_> = seen
+        .contour
+        .iter()
+        .zip(&frame.contour)
+        .zip(along)
+        .filter_map(|((n, m), at)| Some((n, (*m)?, *at)))
+        .collect();
+    let shown = marks.iter().filter(|(n, ..)| !hide.contains(n)).count();
     let length: f64 = marks.windows(2).map(|w| (w[1].1.at - w[0].1.at).norm()).sum();
     let crowded = (shown as f64 * INDEPENDENT_M / length.max(INDEPENDENT_M)).max(1.0).sqrt();
-    for (name, mark) in marks {
+    for (name, mark, at_mm) in marks {
         let contour = Contour::new(surface.curve.clone(), mark.at);
+        let along = Along { channel: 0, at_mm, sd_mm: mark.sd * 1e3 };
         if hide.contains(name) {
-            out.hidden.push((name.clone(), contour));
+            out.hidden.push(Hidden { name: name.clone(), contour, along });
         } else {
+            out.along.push(along);
             out.observations.push(Observation::new(contour, 0.0).with_standard_deviation(mark.sd * crowded));
             out.names.push(name.clone());
         }
@@ -142,6 +191,7 @@ fn one(
         for (axis, direction) in [SVector::x(), SVector::y()].into_iter().enumerate() {
             let place = Place::on_curve(&surface.curve, at, direction);
             out.observations.push(Observation::new(place, mark.at[axis]).with_standard_deviation(mark.sd));
+            out.along.push(Along { channel: 1 + axis, at_mm: -behind * 1e3, sd_mm: mark.sd * 1e3 });
             out.names.push(name.clone());
         }
     }
@@ -157,6 +207,30 @@ pub struct Linear {
     pub jacobian: DMatrix<f64>,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, 2>>,
+    /// Derivative by the scores of the distances of the hidden points from the surface, mm, positive outside.
+    pub hidden_jacobian: DMatrix<f64>,
+}
+
+/// How tensions follow from the numbers that are searched for.
+#[derive(Debug, Clone, Copy)]
+pub enum Tension {
+    /// Half-normal of this scale, N per metre of thickness ([`scores`]).
+    Scores(f64),
+    /// [`Link`].
+    Soft(Link),
+}
+
+impl Tension {
+    /// The tension, N per metre of thickness, and its derivative.
+    fn of(&self, x: f64) -> (f64, f64) {
+        match self {
+            Self::Scores(scale) => {
+                let (tension, slope) = scores::tension(x);
+                (scale * tension, scale * slope)
+            }
+            Self::Soft(link) => link.tension(x),
+        }
+    }
 }
 
 /// Solves frames of one body, one after another.
@@ -164,18 +238,18 @@ pub struct Solver<'a> {
     pub system: &'a System<2>,
     pub followed: &'a [Followed],
     freed: &'a [FreedBone<2>],
-    pub scale_n: f64,
+    link: Tension,
     pub settings: SolveSettings,
     workspace: Workspace<2>,
     tensions: Vec<f64>,
 }
 
 impl<'a> Solver<'a> {
-    pub fn new(system: &'a System<2>, followed: &'a [Followed], scale_n: f64) -> Self {
+    pub fn new(system: &'a System<2>, followed: &'a [Followed], link: Tension) -> Self {
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
         let settings = SolveSettings::default();
-        Self { system, followed, freed: &[], scale_n, settings, workspace, tensions }
+        Self { system, followed, freed: &[], link, settings, workspace, tensions }
     }
 
     /// With bones whose displacement is unknown: two more scores each, behind those of the tensions.
@@ -188,7 +262,7 @@ impl<'a> Solver<'a> {
     pub fn tensions_of(&self, x: &DVector<f64>) -> Vec<f64> {
         let mut all = vec![0.0; self.system.muscle_count()];
         for (&muscle, g) in self.system.contracting().iter().zip(x.iter()) {
-            all[muscle] = self.scale_n * scores::tension(*g).0;
+            all[muscle] = self.link.of(*g).0;
         }
         all
     }
@@ -303,13 +377,15 @@ impl<'a> Solver<'a> {
     ) -> Option<Linear> {
         let (residuals, positions) = self.residuals(frame, x, from)?;
         let slopes = slopes(frame, &positions);
+        let hidden: Vec<_> = frame.hidden.iter().map(|h| h.slope(&positions)).collect();
         let mut jacobian = DMatrix::zeros(residuals.len(), x.len());
+        let mut hidden_jacobian = DMatrix::zeros(hidden.len(), x.len());
         let mut response = Response::new(self.system, &mut self.workspace).ok()?;
         let muscles = self.system.contracting();
         for column in 0..x.len() {
             let by_score = if let Some(&muscle) = muscles.get(column) {
                 response.to_tension(muscle);
-                self.scale_n * scores::tension(x[column]).1
+                self.link.of(x[column]).1
             } else {
                 let (number, axis) = ((column - muscles.len()) / 2, (column - muscles.len()) % 2);
                 let bone = &self.freed[number];
@@ -321,8 +397,13 @@ impl<'a> Solver<'a> {
                 let rate: f64 = slope.iter().map(|(node, s)| s.dot(&response.motion()[*node])).sum();
                 jacobian[(row, column)] = rate * by_score;
             }
+            for (row, slope) in hidden.iter().enumerate() {
+                let rate: f64 = slope.iter().map(|(node, s)| s.dot(&response.motion()[*node])).sum();
+                hidden_jacobian[(row, column)] = 1e3 * rate * by_score;
+            }
         }
-        jacobian.iter().all(|v| v.is_finite()).then_some(Linear { residuals, jacobian, positions })
+        let good = jacobian.iter().all(|v| v.is_finite());
+        good.then_some(Linear { residuals, jacobian, positions, hidden_jacobian })
     }
 
     /// The factorised response at the last equilibrium that was solved.
@@ -344,9 +425,4 @@ pub fn slopes(frame: &Frame, positions: &[SVector<f64, 2>]) -> Vec<Vec<(usize, S
         slope
     };
     frame.observations.iter().map(of).collect()
-}
-
-/// Signed distances of the hidden points from the surface, m.
-pub fn hidden(frame: &Frame, positions: &[SVector<f64, 2>]) -> Vec<(String, f64)> {
-    frame.hidden.iter().map(|(name, contour)| (name.clone(), contour.value(positions))).collect()
 }

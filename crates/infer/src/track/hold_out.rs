@@ -58,7 +58,7 @@ impl Opponent {
 /// The model and its opponents on hidden points. Of every recording: what was seen, what the model (which did not see the hidden
 /// points) made of it, and from which recordings the others learn.
 pub fn opponents(seen: &[&Seen], tracked: &[Vec<Tracked>], hide: &[String]) -> Vec<Opponent> {
-    let model = tracked.iter().flatten().flat_map(|t| t.hidden.iter().map(|(_, d)| *d)).collect();
+    let model = tracked.iter().flatten().flat_map(|t| t.hidden.iter().map(|h| h.missed_m)).collect();
     let names: Vec<String> = seen.first().map(|s| s.contour.clone()).unwrap_or_default();
     let hidden: Vec<usize> = (0..names.len()).filter(|&i| hide.contains(&names[i])).collect();
     let shown: Vec<usize> = (0..names.len()).filter(|&i| !hide.contains(&names[i])).collect();

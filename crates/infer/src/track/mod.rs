@@ -1,29 +1,38 @@
 //! Tensions over time from what was seen of a tongue: contour points, sensors, bones.
 //!
-//! ```text
-//! minimise over the scores x_t of all frames:  sum |r_t(F(x_t))|² + (x - mean)ᵀ Q (x - mean)
-//! ```
-//! with `r_t` the residuals of frame `t` at its equilibrium over their standard deviations, `F(x)` half-normal tensions
-//! ([`scores`]) and `Q` the precision of a prior on each frame and on how one goes over into the next ([`Prior`]). Every frame is solved
-//! from the one before by a damped Gauss-Newton method with the exact derivatives of the equilibrium; then a smoother moves all at
-//! once. At the answer the inverse of the normal matrix gives the covariance of every frame's scores; intervals follow from it by weighing each
-//! frame's posterior anew. Masses
-//! and dampers have no part in it: the thesis's time constants (1 s) are those of no speech.
+//! What was seen of a frame is met by its equilibrium up to errors that neighbours along the contour and in time share ([`Errors`]);
+//! tensions have a level in each speaker and a course about it ([`Link`]); the shape at rest is known only about
+//! ([`ShapePrior`]). The most probable tensions on the placed body are found for all frames at once, then draws of
+//! the shape and of the tensions given the shape tell the intervals: of levels, and of courses, which are tensions less their mean
+//! in the same draw, so that what the shape does to all frames alike drops out. Masses and dampers have no part in it: the thesis's
+//! time constants (1 s) are those of no speech.
 
 mod chain;
+mod consider;
+mod descend;
+mod errors;
 mod found;
 mod frame;
+mod gesture;
 mod hold_out;
-mod marginal;
+mod link;
+mod mode;
+mod run;
 pub mod scores;
 mod settings;
-mod smooth;
+mod settle;
+mod shape;
 
-pub use chain::Prior;
-pub use found::{Displacement, FrameStatus, Tracked};
-pub use frame::{BONE_WINDOW, Followed, Frame, Surface, frames};
-pub(crate) use frame::{Solver, residuals, slopes};
+pub use errors::{Along, Errors};
+pub use found::{Displacement, Foretold, FrameStatus, Ranged, Tracked, TrackedRecording};
+pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, Surface, frames};
+pub(crate) use frame::{Solver, Tension, residuals, slopes};
+pub use gesture::{GESTURE_S, Gesture};
 pub use hold_out::{HeldOut, Opponent, opponents};
+pub use link::Link;
+pub use mode::FEWEST;
+pub use run::{Stage, track};
 pub use settings::Settings;
-pub(crate) use smooth::ARRIVED;
-pub use smooth::{FEWEST, track};
+pub(crate) use settle::ARRIVED;
+pub use settle::Prior;
+pub use shape::{Shape, ShapePrior};

@@ -1,5 +1,6 @@
 //! Places of nodes of a body in space, over time where there are several frames: a CSV table.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -57,6 +58,7 @@ pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, TableE
         ));
     }
     let mut frames: Vec<NodeFrame> = Vec::new();
+    let mut of_frame: BTreeSet<usize> = BTreeSet::new();
     for record in reader.records() {
         let record = record.map_err(broken)?;
         let line = record.position().map_or(1, csv::Position::line);
@@ -79,7 +81,7 @@ pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, TableE
         let one = SeenNode { node: node as usize - 1, place, sd_m };
         let is_earlier = frames.last().is_some_and(|f| f.time_s > time_s);
         match frames.last_mut().filter(|f| f.time_s == time_s) {
-            Some(frame) if frame.seen.iter().any(|s| s.node == one.node) => {
+            Some(_) if !of_frame.insert(one.node) => {
                 return Err(wrong(line, format!("node {node} comes twice in a frame; give it once")));
             }
             Some(frame) => frame.seen.push(one),
@@ -87,7 +89,10 @@ pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, TableE
                 let problem = "its time comes before that of the rows above; sort them by time_s";
                 return Err(wrong(line, problem.to_owned()));
             }
-            None => frames.push(NodeFrame { time_s, seen: vec![one] }),
+            None => {
+                of_frame = BTreeSet::from([one.node]);
+                frames.push(NodeFrame { time_s, seen: vec![one] });
+            }
         }
     }
     match frames.is_empty() {

@@ -1,5 +1,7 @@
 //! Decoding of bytes to text with line feeds as line ends.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use super::error::{Malformed, Place};
@@ -29,14 +31,14 @@ pub enum LineEnds {
 }
 
 /// A table as text, its lines ended by line feeds.
-pub(in crate::measured) struct Text {
-    pub text: String,
+pub(in crate::measured) struct Text<'a> {
+    pub text: Cow<'a, str>,
     pub encoding: Encoding,
     pub line_ends: LineEnds,
 }
 
 /// The text of `bytes`: UTF-8, or UTF-16 with a byte order mark.
-pub(in crate::measured) fn decode(bytes: &[u8], origin: &str) -> Result<Text, Malformed> {
+pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<Text<'a>, Malformed> {
     let start = Place { origin, line: 1, column: 1 };
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xD0\xCF\x11\xE0") {
         return Err(start.error(
@@ -45,10 +47,10 @@ pub(in crate::measured) fn decode(bytes: &[u8], origin: &str) -> Result<Text, Ma
         ));
     }
     let (text, encoding) = match bytes {
-        [0xEF, 0xBB, 0xBF, rest @ ..] => (utf8(rest, origin)?, Encoding::Utf8Bom),
-        [0xFF, 0xFE, rest @ ..] => (utf16(rest, u16::from_le_bytes, start)?, Encoding::Utf16),
-        [0xFE, 0xFF, rest @ ..] => (utf16(rest, u16::from_be_bytes, start)?, Encoding::Utf16),
-        _ => (utf8(bytes, origin)?, Encoding::Utf8),
+        [0xEF, 0xBB, 0xBF, rest @ ..] => (Cow::Borrowed(utf8(rest, origin)?), Encoding::Utf8Bom),
+        [0xFF, 0xFE, rest @ ..] => (Cow::Owned(utf16(rest, u16::from_le_bytes, start)?), Encoding::Utf16),
+        [0xFE, 0xFF, rest @ ..] => (Cow::Owned(utf16(rest, u16::from_be_bytes, start)?), Encoding::Utf16),
+        _ => (Cow::Borrowed(utf8(bytes, origin)?), Encoding::Utf8),
     };
     if let Some(at) = text.find('\0') {
         return Err(place_of_byte(origin, text.as_bytes(), at).error(
@@ -61,12 +63,24 @@ pub(in crate::measured) fn decode(bytes: &[u8], origin: &str) -> Result<Text, Ma
         Some(at) if text[at..].starts_with('\r') => LineEnds::Cr,
         _ => LineEnds::Lf,
     };
-    let text = if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n") } else { text };
+    let text = if text.contains('\r') { Cow::Owned(with_line_feeds(&text)) } else { text };
     Ok(Text { text, encoding, line_ends })
 }
 
-fn utf8(bytes: &[u8], origin: &str) -> Result<String, Malformed> {
-    str::from_utf8(bytes).map(str::to_owned).map_err(|e| {
+/// The text with a line feed for every other line end.
+fn with_line_feeds(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for (n, piece) in text.split('\r').enumerate() {
+        if n > 0 && !piece.starts_with('\n') {
+            out.push('\n');
+        }
+        out.push_str(piece);
+    }
+    out
+}
+
+fn utf8<'a>(bytes: &'a [u8], origin: &str) -> Result<&'a str, Malformed> {
+    str::from_utf8(bytes).map_err(|e| {
         place_of_byte(origin, bytes, e.valid_up_to()).error(
             "the text is not UTF-8",
             "save the file as UTF-8, in Excel as \"CSV UTF-8\" (the vowel ɯ may be written u)",

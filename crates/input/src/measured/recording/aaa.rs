@@ -3,7 +3,7 @@
 //! numbers may have a decimal comma. Column names as in the R package rticulate (Coretta 2021, `read_aaa`)
 //! and AAA's own list of DeepLabCut splines. Rows exported label by label are sorted by time.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
@@ -178,7 +178,7 @@ impl Rows {
         at: Place<'_>,
     ) -> Result<(), Malformed> {
         self.count += 1;
-        self.budget.add(self.count, self.channels.len(), self.channels.len(), at)?;
+        self.budget.frame(self.count, self.channels.len(), at)?;
         let known = self.numbers.get(&key).copied();
         let begins = |n: &usize| {
             let last = self.found[*n].rows.last();
@@ -187,6 +187,7 @@ impl Rows {
         let number = match known.filter(begins) {
             Some(number) => number,
             None => {
+                self.budget.whole(0, self.channels.len(), at)?;
                 self.found.push(Found { key: key.clone(), rows: Vec::new() });
                 self.numbers.insert(key, self.found.len() - 1);
                 self.found.len() - 1
@@ -240,6 +241,12 @@ impl Rows {
 /// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header. A point shared by two splines is taken once.
 fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Vec<Columns>, Malformed> {
     let mut points: Vec<Columns> = Vec::new();
+    let mut names: BTreeSet<String> = BTreeSet::new();
+    // The first column of each title; a header may have a million.
+    let mut columns: BTreeMap<&str, usize> = BTreeMap::new();
+    for (at, title) in header.iter().enumerate() {
+        columns.entry(title).or_insert(at);
+    }
     for (x, title) in header.iter().enumerate() {
         let Some((number, spline)) = title.strip_prefix('X').and_then(|rest| rest.split_once(' ')) else {
             continue;
@@ -248,11 +255,11 @@ fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Vec<Columns>, 
             continue;
         }
         let other = format!("Y{number} {spline}");
-        let y = header.iter().position(|h| h == other).ok_or_else(|| {
+        let y = columns.get(other.as_str()).copied().ok_or_else(|| {
             start.at_column(x + 1).error(format!("{title:?} has no {other:?} beside it"), "export both")
         })?;
         let name = name_of(spline.trim(), number);
-        if !points.iter().any(|p| p.name == name) {
+        if names.insert(name.clone()) {
             points.push(Columns { name, x, y });
         }
     }

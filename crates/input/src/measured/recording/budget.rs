@@ -8,9 +8,15 @@ use super::super::lengths::error::Place;
 pub const MOST_FRAMES: usize = 100_000;
 /// Maximum number of channels.
 pub const MOST_CHANNELS: usize = 2048;
-/// Maximum number of positions in a file (frames times channels, over all recordings), so that they and their
-/// results fit into 300 MB.
+/// Maximum number of positions in a file (frames times channels, over all recordings), so that reading it needs
+/// at most 300 MB.
 pub(super) const MOST_VALUES: usize = 2_500_000;
+/// Largest size of a file, bytes: its text may be held twice.
+pub(super) const LARGEST: u64 = 96 << 20;
+/// What a recording, a channel of it and a frame of it need beside their positions, in positions.
+const RECORDING: usize = 40;
+const CHANNEL: usize = 4;
+const FRAME: usize = 2;
 
 /// Amount of data read so far.
 #[derive(Debug, Default)]
@@ -19,28 +25,58 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// Adds positions of a recording that has this number of frames and channels so far.
-    pub fn add(
-        &mut self,
-        frames: usize,
-        channels: usize,
-        values: usize,
-        at: Place<'_>,
-    ) -> Result<(), Malformed> {
+    /// Adds a recording, of which no channel or frame is known so far.
+    pub fn recording(&mut self) {
+        self.values = self.values.saturating_add(RECORDING);
+    }
+
+    /// Adds a channel of a recording that then has this number of frames and channels.
+    pub fn channel(&mut self, frames: usize, channels: usize, at: Place<'_>) -> Result<(), Malformed> {
+        self.add(frames, channels, frames.saturating_add(CHANNEL), at)
+    }
+
+    /// Adds a frame of a recording that then has this number of frames and channels.
+    pub fn frame(&mut self, frames: usize, channels: usize, at: Place<'_>) -> Result<(), Malformed> {
+        self.add(frames, channels, channels.saturating_add(FRAME), at)
+    }
+
+    fn add(&mut self, frames: usize, channels: usize, values: usize, at: Place<'_>) -> Result<(), Malformed> {
         self.values = self.values.saturating_add(values);
         if frames > MOST_FRAMES || channels > MOST_CHANNELS || self.values > MOST_VALUES {
             let what = format!(
-                "{frames} frames of {channels} channels, {} places in all, are too many",
+                "{frames} frames of {channels} channels, in all as large as {} places, are too many",
                 self.values
             );
             let most = format!("{MOST_FRAMES} frames, {MOST_CHANNELS} channels and {MOST_VALUES} places");
-            return Err(at.error(what, format!("a file may have {most}; give it in parts")));
+            let each =
+                format!("a recording counts as {RECORDING} more, a channel as {CHANNEL}, a frame as {FRAME}");
+            return Err(at.error(what, format!("a file may have {most} ({each}); give it in parts")));
         }
         Ok(())
     }
 
     /// Adds a whole recording.
     pub fn whole(&mut self, frames: usize, channels: usize, at: Place<'_>) -> Result<(), Malformed> {
-        self.add(frames, channels, frames.saturating_mul(channels), at)
+        self.recording();
+        let places = frames.saturating_mul(channels.saturating_add(FRAME));
+        self.add(frames, channels, places.saturating_add(CHANNEL.saturating_mul(channels)), at)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Format, Recording};
+
+    #[test]
+    fn many_short_recordings_and_many_frames_of_one_point_are_too_large_for_a_file() {
+        let table = |rows: &mut dyn Iterator<Item = String>| {
+            let text = "recording,time_s,point,x_mm,y_mm\n".to_owned() + &rows.collect::<String>();
+            Recording::from_bytes(text.as_bytes(), "input.csv", Some(Format::Tidy)).map(|r| r.len())
+        };
+        let short = |count: usize| table(&mut (0..count).map(|n| format!("r{n},0,p,1,2\n")));
+        assert_eq!(short(50_000), Ok(50_000));
+        assert!(short(60_000).unwrap_err().to_string().contains("a recording counts as 40 more"));
+        let long = |count: usize| table(&mut (0..count).map(|n| format!("r{},{n},p,1,2\n", n / 90_000)));
+        assert!(long(900_000).unwrap_err().to_string().contains("a frame as 2"));
     }
 }

@@ -3,6 +3,8 @@
 //! every part, in pixels, y down (Nath et al. 2019, *Nature Protocols* 14). Points with a likelihood below
 //! 0.05 count as not seen, and the variance of the others is divided by it.
 
+use std::collections::BTreeSet;
+
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::super::lengths::text::decode;
@@ -60,7 +62,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             }
             continue;
         }
-        budget.add(samples.len() + 1, parts.len(), parts.len(), at)?;
+        budget.frame(samples.len() + 1, parts.len(), at)?;
         let mut sample = Sample::new(samples.len() as f64, Vec::with_capacity(parts.len()));
         for part in &parts {
             let value = |field: usize| match record.get(field).unwrap_or_default() {
@@ -101,6 +103,7 @@ fn parts_of(titles: &[(String, csv::StringRecord)], at: Place<'_>) -> Result<Vec
     let coords = row("coords").ok_or_else(|| at.error("there is no line that begins with coords", HELP))?;
     let individuals = row("individuals");
     let mut parts: Vec<Part> = Vec::new();
+    let mut known: BTreeSet<String> = BTreeSet::new();
     let is = |field: usize, axis: &str| coords.get(field) == Some(axis);
     for field in 1..coords.len() {
         if !is(field, "x") {
@@ -117,7 +120,7 @@ fn parts_of(titles: &[(String, csv::StringRecord)], at: Place<'_>) -> Result<Vec
             Some(individual) => format!("{individual} {title}"),
             None => name_of(title),
         };
-        if name.is_empty() || name.contains(char::is_control) || parts.iter().any(|p| p.name == name) {
+        if name.is_empty() || name.contains(char::is_control) || !known.insert(name.clone()) {
             let what = format!("the body part {name:?} is empty or given twice");
             return Err(at.at_column(field + 1).error(what, "give every part one name"));
         }

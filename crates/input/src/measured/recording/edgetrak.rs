@@ -36,7 +36,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             return Err(at.at_column(row.len()).error(what, "give two columns (x, y) a frame in every line"));
         }
         rows.push(row);
-        budget.add(width / 2, rows.len(), width / 2, at)?;
+        budget.channel(width / 2, rows.len(), at)?;
     }
     let frames = rows.first().map_or(0, |r| r.len() / 2);
     // EdgeTrak writes zeros for a frame that was not traced.

@@ -124,7 +124,7 @@ impl Map {
         let line_of = |word: &str| text.lines().position(|l| l.trim_start().starts_with(word)).map(|n| n + 1);
         let positive = |name: &str, value: Option<f64>, most: f64| match value {
             Some(v) if !(v > 0.0 && v <= most) => {
-                Err(wrong(line_of(name), format!("{name} is {v}; it must be above 0 and at most {most}")))
+                Err(wrong(line_of(name), format!("{name} is {v:?}; it must be above 0 and at most {most}")))
             }
             _ => Ok(()),
         };
@@ -324,7 +324,7 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
 }
 
 fn noise_problem(mm: f64) -> String {
-    format!("noise_mm is {mm}; it must be from {} to {}", NOISES_MM.start(), NOISES_MM.end())
+    format!("noise_mm is {mm:?}; it must be from {} to {}", NOISES_MM.start(), NOISES_MM.end())
 }
 
 /// The error for the keys of a map, made from the parser's message.

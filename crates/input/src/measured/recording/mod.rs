@@ -231,7 +231,7 @@ impl Recording {
     /// [`RecordingError`] with the place.
     pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, RecordingError> {
         let origin = path.display().to_string();
-        match crate::files::read(path) {
+        match crate::files::read_up_to(budget::LARGEST, path) {
             Ok(bytes) => Ok(Self::from_bytes(&bytes, &origin, format)?),
             Err(source) => Err(RecordingError::Unreadable { origin, source }),
         }

@@ -57,7 +57,7 @@ impl Numbers {
                 return Err(at.at_column(width.max(1)).error(what, help));
             }
             out.lines.push(at.line);
-            budget.add(out.lines.len(), width, width, at)?;
+            budget.frame(out.lines.len(), width, at)?;
         }
         Ok(out)
     }

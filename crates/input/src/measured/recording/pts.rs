@@ -41,7 +41,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
                     coordinate(cell).ok_or_else(|| at.at_column(column).error(what(), "write pixels"))
                 };
                 places.push(Some([number(1, x)?, number(2, y)?, 0.0]));
-                budget.add(1, places.len(), 1, at)?;
+                budget.channel(1, places.len(), at)?;
             }
             _ => {
                 let (key, value) = line.split_once(':').unwrap_or((line, ""));

@@ -57,6 +57,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let named = recording.map(field).filter(|n| !n.is_empty());
         let named = named.map_or_else(|| Recording::stem(origin), str::to_owned);
         let nth = *numbers.entry(named).or_insert_with_key(|name| {
+            budget.recording();
             found.push(Recording {
                 name: name.clone(),
                 speaker: None,
@@ -77,15 +78,17 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
                 .at_column(point + 1)
                 .error(format!("the point is {name:?}"), "name it, like tongue_0, hyoid or mental_spine"));
         }
-        let before = this.channels.len();
-        let channel = *channels[nth].entry(name.to_owned()).or_insert_with_key(|name| {
-            this.channels.push(name.clone());
-            this.sigma.push(None);
-            this.samples.iter_mut().for_each(|s| s.places.push(None));
-            this.channels.len() - 1
-        });
-        let more = if this.channels.len() > before { this.samples.len() } else { 0 };
-        budget.add(this.samples.len() + 1, this.channels.len(), more, at)?;
+        let channel = match channels[nth].get(name) {
+            Some(known) => *known,
+            None => {
+                budget.channel(this.samples.len(), this.channels.len() + 1, at)?;
+                channels[nth].insert(name.to_owned(), this.channels.len());
+                this.channels.push(name.to_owned());
+                this.sigma.push(None);
+                this.samples.iter_mut().for_each(|s| s.places.push(None));
+                this.channels.len() - 1
+            }
+        };
         // A table without times has one posture.
         let time_s = match time {
             Some(f) => number(f, "the time")?
@@ -100,7 +103,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
                 return Err(at.error(what, "sort the rows of each recording by time"));
             }
             _ => {
-                budget.add(this.samples.len() + 1, this.channels.len(), this.channels.len(), at)?;
+                budget.frame(this.samples.len() + 1, this.channels.len(), at)?;
                 this.samples.push(Sample::new(time_s, vec![None; this.channels.len()]));
             }
         }
@@ -116,7 +119,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         {
             if sd < LEAST_SIGMA_MM {
                 return Err(at.at_column(f + 1).error(
-                    format!("sigma_mm is {sd}"),
+                    format!("sigma_mm is {sd:?}"),
                     format!("give a standard deviation of at least {LEAST_SIGMA_MM} mm, or nothing"),
                 ));
             }

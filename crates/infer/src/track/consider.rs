@@ -1,0 +1,298 @@
+//! Levels and courses of tensions, with the shape at rest considered and not looked for.
+//!
+//! At the most probable tensions on the placed body everything is linear once: with `J` the rates by the states `z` of all frames,
+//! `D` those by what is shared (`theta`: levels of the muscles, shape at rest, static error), `S` the covariance of the errors and `Q` the
+//! precision of the states,
+//! ```text
+//! A = (J'S^-1 J + Q)^-1 J'S^-1 D        H = P + w sum (D'S^-1 D - D'S^-1 J A)        theta ~ N(-H^-1 g, H^-1)
+//! ```
+//! and `z` given `theta` is normal again. Searching for the most probable shape together with the tensions of all frames gives intervals
+//! that are too narrow (Neyman and Scott 1948). `w` is less than 1 because the model is not the tongue that was recorded.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use tongue_core::parallel;
+use tongue_core::random;
+
+use super::errors::{FrameErrors, Kriging};
+use super::mode::{CHUNK, Course, Eliminated, Mode};
+use super::shape::Shape;
+
+/// Draws that are made at once; the second half of them mirrors the first.
+const BATCH: usize = 50;
+
+/// Draws of a recording.
+pub(super) struct Draws {
+    /// Of every frame and muscle the tensions, N per metre of thickness, in the order of the draws.
+    pub tensions: Vec<Vec<Vec<f32>>>,
+    /// Of every frame and displacement of a bone, over its standard deviation.
+    pub bones: Vec<Vec<Vec<f32>>>,
+    /// Of every frame and hidden point how far it is expected from the surface of the most probable shape, mm.
+    pub hidden: Vec<Vec<Vec<f32>>>,
+}
+
+/// Rates of a frame by the shape: of its observations, and of its hidden points, mm.
+struct ByShape {
+    seen: DMatrix<f64>,
+    hidden: DMatrix<f64>,
+}
+
+/// A recording with all that its draws need.
+struct Linear {
+    eliminated: Eliminated,
+    by_shape: Vec<Option<ByShape>>,
+}
+
+/// Draws of all recordings at the mode, and the most probable step of the shape; `None` where the covariances cannot be factorised.
+pub(super) fn draws(
+    mode: &Mode<'_, '_>,
+    courses: &[Course],
+    shape: Option<&Shape>,
+) -> Option<(Vec<Draws>, DVector<f64>)> {
+    let linear = linearised(mode, courses, shape)?;
+    let judged = Judged::of(mode, &linear, shape)?;
+    let shared = judged.draws(mode)?;
+    let each = courses.iter().zip(&linear).enumerate();
+    let draws = each.map(|(number, (course, linear))| drawn(mode, course, linear, &shared, number)).collect();
+    Some((draws, judged.step(mode)))
+}
+
+/// The most probable step of the shape alone.
+pub(super) fn step(mode: &Mode<'_, '_>, courses: &[Course], shape: &Shape) -> Option<DVector<f64>> {
+    let linear = linearised(mode, courses, Some(shape))?;
+    Some(Judged::of(mode, &linear, Some(shape))?.step(mode))
+}
+
+fn linearised(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&Shape>) -> Option<Vec<Linear>> {
+    let columns = shape.map_or(0, Shape::count);
+    let one = |course: &Course| {
+        let by_shape = by_shape(mode, course, shape);
+        let more = |t: usize, _: &FrameErrors| by_shape[t].as_ref().map(|b| b.seen.clone());
+        let eliminated = mode.eliminate(course, &[], &more, columns)?;
+        Some(Linear { eliminated, by_shape })
+    };
+    courses.iter().map(one).collect()
+}
+
+/// Rates of all frames by the shape.
+fn by_shape(mode: &Mode<'_, '_>, course: &Course, shape: Option<&Shape>) -> Vec<Option<ByShape>> {
+    let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
+    let numbers: Vec<usize> = (0..course.frames.len()).collect();
+    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+    let work = |chunk: &&[usize]| -> Vec<Option<ByShape>> {
+        let mut solver = (mode.solver)();
+        let one = |&t: &usize| {
+            let (frame, here) = (&course.frames[t], &course.here[t]);
+            let linear = here.linear.as_ref()?;
+            let x = mode.unknowns(&here.z, &mode.shared);
+            let positions = solver.solve(frame, &x, Some(&linear.positions))?.to_vec();
+            let all = shape.rates(&mut solver, frame, &x, &positions)?;
+            let seen = frame.observations.len();
+            let hidden = all.rows(seen, all.nrows() - seen).into_owned();
+            Some(ByShape { seen: all.rows(0, seen).into_owned(), hidden })
+        };
+        chunk.iter().map(one).collect()
+    };
+    parallel::map(&chunks, work).into_iter().flatten().collect()
+}
+
+/// What the frames and the prior say of what is shared: levels, static error, shape.
+struct Judged {
+    /// Of the frames, in full.
+    curvature: DMatrix<f64>,
+    gradient: DVector<f64>,
+    /// Of the prior.
+    prior: DMatrix<f64>,
+    pull: DVector<f64>,
+    /// Of both, the frames believed as far as is trusted, factorised.
+    factor: Cholesky<f64, Dyn>,
+    /// The most probable values, less those at the mode.
+    middle: DVector<f64>,
+}
+
+impl Judged {
+    fn of(mode: &Mode<'_, '_>, linear: &[Linear], shape: Option<&Shape>) -> Option<Self> {
+        let (m, k, s) = (mode.sizes.muscles, mode.sizes.knots, shape.map_or(0, Shape::count));
+        let all = m + k + s;
+        let mut curvature = DMatrix::zeros(all, all);
+        let mut gradient = DVector::zeros(all);
+        for one in linear {
+            curvature += &one.eliminated.curvature;
+            gradient += &one.eliminated.gradient;
+        }
+        let mut prior = DMatrix::zeros(all, all);
+        prior.view_mut((0, 0), (m + k, m + k)).copy_from(&mode.shared_precision);
+        let mut pull = DVector::zeros(all);
+        pull.rows_mut(0, m + k).copy_from(&(&mode.shared_precision * &mode.shared));
+        if let Some(shape) = shape {
+            prior.view_mut((m + k, m + k), (s, s)).copy_from(&shape.prior.precision);
+            pull.rows_mut(m + k, s).copy_from(&shape.prior.gradient);
+        }
+        // The static error is an error: it is believed as little as the others where the shape is judged.
+        let trust = mode.settings.trust;
+        let judged = |i: usize| if (m..m + k).contains(&i) { trust } else { 1.0 };
+        let weighed = DMatrix::from_fn(all, all, |i, j| prior[(i, j)] * (judged(i) * judged(j)).sqrt());
+        let h = weighed + &curvature * trust;
+        let g = DVector::from_fn(all, |i, _| pull[i] * judged(i)) + &gradient * trust;
+        let factor = ((&h + h.transpose()) * 0.5).cholesky()?;
+        let middle = -factor.solve(&g);
+        Some(Self { curvature, gradient, prior, pull, factor, middle })
+    }
+
+    /// The most probable step of the shape.
+    fn step(&self, mode: &Mode<'_, '_>) -> DVector<f64> {
+        let from = mode.sizes.shared();
+        self.middle.rows(from, self.middle.len() - from).into_owned()
+    }
+
+    /// Draws of what all frames share, a column each, less what it is at the mode.
+    fn draws(&self, mode: &Mode<'_, '_>) -> Option<DMatrix<f64>> {
+        let Self { curvature, gradient, prior, pull, factor, middle } = self;
+        let (m, k, all) = (mode.sizes.muscles, mode.sizes.knots, middle.len());
+        // Given levels and shape, the static error is drawn anew as it is believed in the frames.
+        let of_error = (curvature.view((m, m), (k, k)) + prior.view((m, m), (k, k))).into_owned();
+        let error = if k > 0 { Some(((&of_error + of_error.transpose()) * 0.5).cholesky()?) } else { None };
+        let batches = mode.settings.draws.div_ceil(BATCH).max(1);
+        let mut out = DMatrix::zeros(all, batches * BATCH);
+        for batch in 0..batches {
+            let mut random = fastrand::Rng::with_seed(random::seed_of(mode.settings.seed, batch));
+            for draw in 0..BATCH / 2 {
+                let mut by = random::normals(all, &mut random);
+                factor.l_dirty().tr_solve_lower_triangular_mut(&mut by);
+                let mut by_error = random::normals(k, &mut random);
+                if let Some(error) = &error {
+                    error.l_dirty().tr_solve_lower_triangular_mut(&mut by_error);
+                }
+                for (half, sign) in [(0, 1.0), (BATCH / 2, -1.0)] {
+                    let mut theta = middle + &by * sign;
+                    if let Some(error) = &error {
+                        theta.rows_mut(m, k).fill(0.0);
+                        let pulled = curvature * &theta + gradient + pull;
+                        let at = -error.solve(&pulled.rows(m, k).into_owned()) + &by_error * sign;
+                        theta.rows_mut(m, k).copy_from(&at);
+                    }
+                    out.column_mut(batch * BATCH + half + draw).copy_from(&theta);
+                }
+            }
+        }
+        Some(out)
+    }
+}
+
+/// What the hidden points of a frame need of its observations.
+fn krigings(mode: &Mode<'_, '_>, course: &Course, t: usize) -> Vec<Kriging> {
+    let (frame, Some(errors)) = (&course.frames[t], course.errors[t].as_ref()) else { return Vec::new() };
+    frame.hidden.iter().map(|h| mode.knots.kriging(&frame.along, errors, &h.along)).collect()
+}
+
+/// Draws of a recording given those of what is shared.
+fn drawn(
+    mode: &Mode<'_, '_>,
+    course: &Course,
+    linear: &Linear,
+    shared: &DMatrix<f64>,
+    number: usize,
+) -> Draws {
+    let (m, n) = (mode.sizes.muscles, mode.sizes.state());
+    let bones = mode.sizes.bones;
+    let frames = course.frames.len();
+    let link = mode.settings.link;
+    let kriged: Vec<Vec<Kriging>> = (0..frames).map(|t| krigings(mode, course, t)).collect();
+    let batches: Vec<usize> = (0..shared.ncols() / BATCH).collect();
+    let seed = random::seed_of(!mode.settings.seed, number);
+    let one = |&batch: &usize| {
+        let mut random = fastrand::Rng::with_seed(random::seed_of(seed, batch));
+        let mut noise: Vec<DMatrix<f64>> = (0..frames)
+            .map(|_| {
+                let mut half = DMatrix::from_fn(n, BATCH / 2, |_, _| random::normal(&mut random));
+                half = half.resize_horizontally(BATCH, 0.0);
+                let mirrored = -half.columns(0, BATCH / 2).into_owned();
+                half.columns_mut(BATCH / 2, BATCH / 2).copy_from(&mirrored);
+                half
+            })
+            .collect();
+        linear.eliminated.factors.colour(&mut noise);
+        let theta = shared.columns(batch * BATCH, BATCH);
+        let mut tensions = Vec::with_capacity(frames);
+        let (mut moved, mut foretold) = (Vec::with_capacity(frames), Vec::with_capacity(frames));
+        for (t, noise) in noise.into_iter().enumerate() {
+            let step = &linear.eliminated.steps[t];
+            let mut by = noise - &linear.eliminated.answers[t] * theta;
+            by.column_iter_mut().for_each(|mut c| c -= step.column(0));
+            let x = mode.unknowns(&course.here[t].z, &mode.shared);
+            let value = |i: usize, d: usize| (link.tension(x[i] + theta[(i, d)] + by[(i, d)]).0) as f32;
+            tensions.push((0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect());
+            let bone = |i: usize| (0..BATCH).map(|d| (x[m + i] + by[(m + i, d)]) as f32).collect();
+            moved.push((0..bones).map(bone).collect());
+            foretold.push(hidden(
+                mode,
+                course,
+                linear,
+                t,
+                &kriged[t],
+                (&by, &theta.into_owned()),
+                &mut random,
+            ));
+        }
+        [tensions, moved, foretold]
+    };
+    let mut all = Draws {
+        tensions: vec![vec![Vec::new(); m]; frames],
+        bones: vec![vec![Vec::new(); bones]; frames],
+        hidden: course.frames.iter().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),
+    };
+    for part in parallel::map(&batches, one) {
+        for (all, part) in [&mut all.tensions, &mut all.bones, &mut all.hidden].into_iter().zip(part) {
+            let pairs = all.iter_mut().zip(part).flat_map(|(a, b)| a.iter_mut().zip(b));
+            pairs.for_each(|(a, b)| a.extend(b));
+        }
+    }
+    all
+}
+
+/// Draws of where the hidden points of a frame are expected: what the surface does, less the error that is expected there.
+fn hidden(
+    mode: &Mode<'_, '_>,
+    course: &Course,
+    linear: &Linear,
+    t: usize,
+    kriged: &[Kriging],
+    (by, theta): (&DMatrix<f64>, &DMatrix<f64>),
+    random: &mut fastrand::Rng,
+) -> Vec<Vec<f32>> {
+    let (m, b, k) = (mode.sizes.muscles, mode.sizes.bones, mode.sizes.knots);
+    let Some(at) = course.here[t].linear.as_ref() else {
+        return vec![Vec::new(); course.frames[t].hidden.len()];
+    };
+    // How everything that is solved for moves with a draw: tensions before the link, and displacements.
+    let mut x = by.rows(0, m + b).into_owned();
+    let mut levels = x.rows_mut(0, m);
+    levels += theta.rows(0, m);
+    let errors_at = {
+        let z = course.here[t].z.rows(m + b, k) + mode.shared.rows(m, k);
+        let mut all = by.rows(m + b, k) + theta.rows(m, k);
+        all.column_iter_mut().for_each(|mut c| c += &z);
+        all
+    };
+    let mut seen = DMatrix::zeros(at.residuals.len(), x.ncols());
+    for (row, o) in course.frames[t].observations.iter().enumerate() {
+        let unit = 1e3 / o.weight;
+        let rate = at.jacobian.row(row) * &x;
+        seen.row_mut(row).copy_from(&(rate.add_scalar(at.residuals[row]) * unit));
+    }
+    let mut there = &at.hidden_jacobian * &x;
+    if let Some(shape) = &linear.by_shape[t] {
+        let amounts = theta.rows(m + k, theta.nrows() - m - k);
+        seen += &shape.seen * amounts;
+        there += &shape.hidden * amounts;
+    }
+    let one = |(i, kriging): (usize, &Kriging)| {
+        let expected = kriging.weights.tr_mul(&seen) + kriging.of_knots.tr_mul(&errors_at);
+        let mut value = |d: usize| {
+            let error = expected[(0, d)] + kriging.sd_mm * random::normal(random);
+            (error - there[(i, d)]) as f32
+        };
+        (0..x.ncols()).map(&mut value).collect()
+    };
+    kriged.iter().enumerate().map(one).collect()
+}

@@ -1,0 +1,210 @@
+//! All recordings of a speaker: the most probable tensions, what cannot be believed, draws, and what is told of them.
+
+use nalgebra::DVector;
+
+use crate::inverse::FreedBone;
+use tongue_core::geometry::Point;
+use tongue_core::parallel;
+use tongue_core::statistics::upper_median;
+use tongue_core::system::System;
+use tongue_input::measured::recording::{Fault, FaultKind};
+
+use super::consider::{self, Draws};
+use super::descend::descend;
+use super::errors::Knots;
+use super::found::{Found, Tracked, TrackedRecording, tracked};
+use super::frame::{Followed, Frame, Solver, Tension};
+use super::gesture::gestures;
+use super::mode::{CHUNK, Course, FEWEST, Here, Mode, Sizes};
+use super::settings::Settings;
+use super::shape::Shape;
+
+/// Steps to the most probable shape, and by how much one that fails is shortened.
+const SHAPES: usize = 5;
+const SHORTER: f64 = 0.4;
+/// A residual of more standard deviations than this is no noise.
+const MOST_SD: f64 = 4.0;
+
+/// A body on which recordings are tracked.
+#[derive(Clone, Copy)]
+pub struct Stage<'a> {
+    /// The body.
+    pub system: &'a System<2>,
+    /// Bones that are carried to where they were seen.
+    pub followed: &'a [Followed],
+    /// Bones whose displacement is unknown ([`BONE_SD_M`](crate::inverse::BONE_SD_M), remembered like tensions).
+    pub freed: &'a [FreedBone<2>],
+    /// What is not known of its shape; `None` for a body that is known.
+    pub shape: Option<&'a Shape>,
+}
+
+/// Finds the tensions in all frames of recordings of one speaker. `progress` is told how much of the whole is done. `None` where
+/// covariances cannot be factorised, which no finite recording has been seen to do.
+pub fn track(
+    stage: &Stage<'_>,
+    recordings: Vec<Vec<Frame>>,
+    settings: &Settings,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Option<Vec<TrackedRecording>> {
+    let passes = settings.rounds + 3;
+    let link = Tension::Soft(settings.link);
+    let solver = || Solver::new(stage.system, stage.followed, link).with_freed(stage.freed);
+    let along: Vec<_> = recordings.iter().flatten().map(|f| f.along.as_slice()).collect();
+    let knots = Knots::new(settings.errors, &along);
+    let muscles = stage.system.contracting().len();
+    let sizes = Sizes { muscles, bones: 2 * stage.freed.len(), knots: knots.len() };
+    let mut mode = Mode::new(sizes, settings, &knots, &solver);
+    let mut courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(frames)).collect();
+    let mut cost = descend(&mut mode, &mut courses, &|round| progress(round, passes));
+    let (faults, lost) = without_outliers(&mode, &mut courses);
+    if faults.iter().flatten().any(|f| !f.is_empty()) {
+        cost = descend(&mut mode, &mut courses, &|round| progress(round, passes));
+    }
+    progress(settings.rounds, passes);
+    let (draws, step) = consider::draws(&mode, &courses, stage.shape)?;
+    let placed: Vec<Vec<Here>> = courses.iter().map(|c| c.here.clone()).collect();
+    let shown = match stage.shape {
+        Some(shape) => shown(stage, shape, &mut mode, &mut courses, (step, cost)),
+        None => None,
+    };
+    let system = shown.as_ref().map_or(stage.system, |s| &s.system);
+    let shaped = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
+    let again = Mode { solver: &shaped, ..mode };
+    progress(settings.rounds + 1, passes);
+    let all = courses.iter().zip(&placed).zip(&draws).zip(faults.iter().zip(&lost));
+    let out = all
+        .map(|(((course, placed), draws), (faults, lost))| told(&again, course, placed, draws, faults, lost))
+        .collect();
+    progress(passes, passes);
+    Some(out)
+}
+
+/// The body that is shown: that of the most probable shape, by a few steps. Far from where it was linearised a shape does not answer
+/// in straight lines, so the frames are found once more on each body, and a step that makes all of it cost more is shortened.
+fn shown(
+    stage: &Stage<'_>,
+    shape: &Shape,
+    mode: &mut Mode<'_, '_>,
+    courses: &mut [Course],
+    (mut step, cost): (DVector<f64>, f64),
+) -> Option<Shape> {
+    let link = Tension::Soft(mode.settings.link);
+    let mut amounts = DVector::zeros(step.len());
+    let mut least = cost * mode.settings.trust;
+    let mut out: Option<Shape> = None;
+    for _ in 0..SHAPES {
+        let there = shape.stepped(&amounts, &step);
+        let Some(body) = shape.moved(&there) else { break };
+        let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
+        let mut again = Mode { solver: &solver, ..mode.clone() };
+        let before: Vec<Vec<Here>> = courses.iter().map(|c| c.here.clone()).collect();
+        carry(courses, out.as_ref().map_or(stage.system, |s| &s.system).rest(), body.system.rest());
+        let cost = descend(&mut again, courses, &|_| ()) * mode.settings.trust + shape.price(&there);
+        let next = if cost < least { consider::step(&again, courses, &body) } else { None };
+        if let Some(next) = next {
+            mode.shared.copy_from(&again.shared);
+            (amounts, step, least, out) = (there, next, cost, Some(body));
+        } else {
+            courses.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
+            step *= SHORTER;
+        }
+    }
+    out
+}
+
+/// Shapes of all frames after the body at rest has changed: every node goes with it, those on bone, which no equilibrium moves, too.
+fn carry(courses: &mut [Course], before: &[Point], rest: &[Point]) {
+    let positions = courses.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
+    for positions in positions {
+        positions.iter_mut().zip(before.iter().zip(rest)).for_each(|(p, (a, b))| *p += b - a);
+    }
+}
+
+/// Takes out what is much farther from the surface than its error and than everything else: it is no point of this tongue. Tells the
+/// faults of every frame, and whether it is lost.
+#[allow(clippy::type_complexity, reason = "two lists of a frame each")]
+fn without_outliers(mode: &Mode<'_, '_>, courses: &mut [Course]) -> (Vec<Vec<Vec<Fault>>>, Vec<Vec<bool>>) {
+    let far = |course: &Course, t: usize| -> Vec<f64> {
+        let Some(residuals) = mode.residuals_mm(course, t, &course.here[t], &mode.shared) else {
+            return Vec::new();
+        };
+        let errors = course.errors[t].as_ref();
+        residuals.iter().enumerate().map(|(i, r)| r.abs() / errors.map_or(1.0, |e| e.sd(i))).collect()
+    };
+    let all: Vec<Vec<Vec<f64>>> =
+        courses.iter().map(|c| (0..c.frames.len()).map(|t| far(c, t)).collect()).collect();
+    let usual = 1.4826 * upper_median(all.iter().flatten().flatten().copied()).unwrap_or(0.0);
+    let (mut faults, mut lost) = (Vec::new(), Vec::new());
+    for (course, far) in courses.iter_mut().zip(&all) {
+        let (mut of_frames, mut lost_frames) = (Vec::new(), Vec::new());
+        for (t, frame) in course.frames.iter_mut().enumerate() {
+            let mut lost = frame.observations.len() >= FEWEST && course.here[t].linear.is_none();
+            let mut faults = Vec::new();
+            let wrong = |i: &usize| far[t].get(*i).is_some_and(|f| *f > MOST_SD * usual.max(1.0));
+            let mut points: Vec<String> =
+                (0..frame.names.len()).filter(wrong).map(|i| frame.names[i].clone()).collect();
+            points.dedup();
+            if !points.is_empty() {
+                let all = points.len() * 3 > frame.names.len();
+                let kept: Vec<usize> =
+                    (0..frame.names.len()).filter(|&i| !all && !points.contains(&frame.names[i])).collect();
+                frame.observations = kept.iter().map(|&i| frame.observations[i].clone()).collect();
+                frame.along = kept.iter().map(|&i| frame.along[i]).collect();
+                frame.names = kept.iter().map(|&i| frame.names[i].clone()).collect();
+                faults.push(Fault { kind: FaultKind::FarFromFit, points });
+                lost |= all;
+            }
+            of_frames.push(faults);
+            lost_frames.push(lost);
+        }
+        mode.take_errors(course);
+        faults.push(of_frames);
+        lost.push(lost_frames);
+    }
+    (faults, lost)
+}
+
+/// What is told of every frame of a recording, on the body with the most probable shape; `placed` is where its frames were before.
+fn told(
+    mode: &Mode<'_, '_>,
+    course: &Course,
+    placed: &[Here],
+    draws: &Draws,
+    faults: &[Vec<Fault>],
+    lost: &[bool],
+) -> TrackedRecording {
+    let frames = course.frames.len();
+    let means: Vec<Vec<f64>> = (0..mode.sizes.muscles)
+        .map(|i| {
+            let count = draws.tensions.first().map_or(0, |f| f[i].len());
+            let of =
+                |d: usize| draws.tensions.iter().map(|f| f64::from(f[i][d])).sum::<f64>() / frames as f64;
+            (0..count).map(of).collect()
+        })
+        .collect();
+    let unknowns: Vec<_> = course.here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
+    let numbers: Vec<usize> = (0..frames).collect();
+    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+    let finish = |chunk: &&[usize]| -> Vec<Tracked> {
+        let (mut solver, mut relaxed) = ((mode.solver)(), None);
+        let one = |&t: &usize| {
+            let found = Found {
+                frame: &course.frames[t],
+                x: &unknowns[t],
+                linear: course.here[t].linear.as_ref(),
+                positions: course.here[t].positions.as_deref(),
+                placed: placed[t].positions.as_deref(),
+                lost: lost[t],
+                means: &means,
+                number: t,
+            };
+            tracked(&mut solver, &mut relaxed, &found, draws, mode.settings, faults[t].clone())
+        };
+        chunk.iter().map(one).collect()
+    };
+    let times: Vec<f64> = course.frames.iter().map(|f| f.time_s).collect();
+    TrackedRecording {
+        frames: parallel::map(&chunks, finish).into_iter().flatten().collect(),
+        gestures: gestures(&times, draws, &means),
+    }
+}

@@ -1,0 +1,96 @@
+//! The tensions of one frame by itself under a half-normal prior: what the search for a rest shape asks for.
+
+use nalgebra::{Cholesky, DMatrix, DVector, SVector};
+
+use super::frame::{Frame, Linear, Solver};
+use super::mode::FEWEST;
+use super::scores;
+
+/// Longest step of a score: the tensions answer in straight lines only so far.
+const LONGEST_STEP: f64 = 1.2;
+/// A step of the scores that is shorter has arrived; a hundredth of a standard deviation of the prior.
+pub(crate) const ARRIVED: f64 = 1e-2;
+
+/// What is assumed of the scores of all muscles before anything is seen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prior {
+    /// Scale of the half-normal tensions, N per metre of thickness.
+    pub scale_n: f64,
+    /// Mean of the scores.
+    pub mean: DVector<f64>,
+    /// Covariance of the scores.
+    pub covariance: DMatrix<f64>,
+    /// Time over which a score is remembered, s; 0: every frame by itself.
+    pub memory_s: f64,
+}
+
+impl Prior {
+    /// Independent half-normal tensions of one scale.
+    pub fn half_normal(muscles: usize, scale_n: f64, memory_s: f64) -> Self {
+        Self {
+            scale_n,
+            mean: DVector::zeros(muscles),
+            covariance: DMatrix::identity(muscles, muscles),
+            memory_s,
+        }
+    }
+
+    /// The inverse of the covariance.
+    pub(crate) fn precision(&self) -> DMatrix<f64> {
+        let n = self.mean.len();
+        Cholesky::new(self.covariance.clone()).map_or_else(|| DMatrix::identity(n, n), |c| c.inverse())
+    }
+}
+
+impl Solver<'_> {
+    /// The scores at which a frame by itself, with the prior, costs least: by Levenberg's and Marquardt's method, from given scores and
+    /// positions. With them the frame there and the cost. `None` where there is no equilibrium to begin with.
+    pub(crate) fn settle(
+        &mut self,
+        frame: &Frame,
+        x: &DVector<f64>,
+        from: Option<&[SVector<f64, 2>]>,
+        prior: &Prior,
+        precision: &DMatrix<f64>,
+        (steps, arrived): (usize, f64),
+    ) -> Option<(DVector<f64>, Linear, f64)> {
+        let away = |x: &DVector<f64>| x - &prior.mean;
+        let priced = |linear: &Linear, x: &DVector<f64>| {
+            let d = away(x);
+            linear.residuals.norm_squared() + d.dot(&(precision * &d))
+        };
+        if frame.observations.len() < FEWEST {
+            return None;
+        }
+        let mut x = x.clone();
+        let mut linear = self.linearise(frame, &x, from)?;
+        let mut cost = priced(&linear, &x);
+        let mut damping = 0.0;
+        for _ in 0..steps {
+            let mut curvature = linear.jacobian.tr_mul(&linear.jacobian) + precision;
+            (0..x.len()).for_each(|i| curvature[(i, i)] += damping);
+            let pull = linear.jacobian.tr_mul(&linear.residuals) + precision * away(&x);
+            let Some(factors) = curvature.cholesky() else { break };
+            let next = stepped(&x, &-factors.solve(&pull));
+            let step = (&next - &x).amax();
+            match self.linearise(frame, &next, Some(&linear.positions)) {
+                Some(there) if priced(&there, &next) < cost => {
+                    cost = priced(&there, &next);
+                    (x, linear) = (next, there);
+                    damping *= 0.2;
+                }
+                _ => damping = (damping * 6.0).max(1.0),
+            }
+            if step < arrived || damping > 1e6 {
+                break;
+            }
+        }
+        Some((x, linear, cost))
+    }
+}
+
+/// The scores after a step, which is cut where it is too long.
+fn stepped(x: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
+    let cut = (LONGEST_STEP / step.amax().max(LONGEST_STEP)).min(1.0);
+    (x + step * cut).map(|g| g.clamp(scores::LOWEST, scores::HIGHEST))
+}

@@ -1,0 +1,358 @@
+//! What is not known of a body at rest: by how far its parts may lie elsewhere, and how the surface in a frame answers to that.
+//!
+//! The outline moves with the control points of [`ControlPoints`], cells keep their areas, the whole is shifted, turned, scaled and
+//! sheared once more, and the ends of muscles lie elsewhere on the outline or in the tissue.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector, SVector};
+
+use crate::adapt::{ControlPoints, RestError, mark_of};
+use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
+use tongue_core::effect::Configuration;
+use tongue_core::geometry::{Point, ThinPlate, simplex};
+use tongue_core::system::{Model, System};
+
+use super::Frame;
+use super::frame::{Solver, slopes};
+
+/// What placing leaves open: shift, m, turn, rad, and scale.
+const SHIFT_SD_M: f64 = 5e-3;
+const TURN_SD: f64 = 9.0 * std::f64::consts::PI / 180.0;
+const SCALE_SD: f64 = 0.1;
+/// Of a shear along the axes and one along the diagonals.
+const SHEAR_SD: f64 = 0.08;
+/// Of the end of a muscle, m; of one on a bone that is not seen, such as the styloid.
+const END_SD_M: f64 = 3e-3;
+const FAR_END_SD_M: f64 = 8e-3;
+/// Of the mental spine and the hyoid about where they are seen, m.
+const SPINE_SD_M: f64 = 2.5e-3;
+const HYOID_SD_M: f64 = 5e-3;
+/// A cell whose area changes by the factor e^0.4 costs as much as a standard deviation; all cells together have this weight.
+const AREA_LOG: f64 = 0.4;
+const AREA_WEIGHT: f64 = 40.0;
+/// No cell of a body that is shown keeps less of its area than this.
+const LEAST_AREA: f64 = 0.15;
+/// Step of a central difference along a direction of 1 mm or one standard deviation, in units of that.
+const STEP: f64 = 1e-3;
+/// A node where muscles cross goes along the other one; where they are nearly parallel it stays.
+const LEAST_SINE: f64 = 0.3;
+
+/// Directions in which a body may differ, with their prior: normal, mean zero.
+#[derive(Debug, Clone)]
+pub struct ShapePrior {
+    /// Of every direction how a unit of it moves the nodes, m.
+    directions: Vec<Vec<Point>>,
+    /// Those of them that shift, turn and scale.
+    placing: Range<usize>,
+    /// The precision of the amounts, and the gradient of the cost at zero (bones that were not placed where they are seen), without
+    /// what cells cost.
+    own: (DMatrix<f64>, DVector<f64>),
+    /// The same with what cells cost.
+    pub precision: DMatrix<f64>,
+    /// Of the directions that may not change the areas of cells.
+    pub gradient: DVector<f64>,
+}
+
+impl ShapePrior {
+    /// Of a body in the frame of its recordings; `seen` are the median places of its bones, where they are known.
+    ///
+    /// # Errors
+    /// [`RestError::Body`] for a body without the bones of a tongue.
+    pub fn of(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Result<Self, RestError> {
+        let mesh = &body.mesh;
+        let controls = ControlPoints::of(body)?;
+        let plate = ThinPlate::new(&controls.points)
+            .ok_or_else(|| RestError::Body("its control points lie in one line".to_owned()))?;
+        let weights: Vec<Vec<f64>> = mesh.nodes.iter().map(|p| plate.weights(*p)).collect();
+        let axes = [Point::x(), Point::y()];
+        let mut directions: Vec<Vec<Point>> = Vec::new();
+        // Millimetres of the control points, x and y in turn.
+        let n = controls.points.len();
+        for control in 0..n {
+            directions.extend(axes.map(|a| weights.iter().map(|w| a * (w[control] * 1e-3)).collect()));
+        }
+        // The others in standard deviations.
+        let outline = mesh.surface_nodes();
+        let centre: Point =
+            outline.iter().map(|&i| mesh.nodes[i]).sum::<Point>() / outline.len().max(1) as f64;
+        let about =
+            |of: &dyn Fn(Point) -> Point| mesh.nodes.iter().map(|p| of(p - centre)).collect::<Vec<_>>();
+        directions.extend(axes.map(|a| about(&|_| a * SHIFT_SD_M)));
+        directions.push(about(&|p| Point::new(-p.y, p.x) * TURN_SD));
+        directions.push(about(&|p| p * SCALE_SD));
+        let kept = directions.len();
+        directions.push(about(&|p| Point::new(p.x, -p.y) * (0.5 * SHEAR_SD)));
+        directions.push(about(&|p| Point::new(p.y, p.x) * (0.5 * SHEAR_SD)));
+        directions.extend(ends(body));
+
+        let all = directions.len();
+        let mut precision = DMatrix::identity(all, all);
+        for i in 0..n {
+            for j in 0..n {
+                for axis in 0..2 {
+                    precision[(2 * i + axis, 2 * j + axis)] = controls.precision[(i, j)] * 1e-6;
+                }
+            }
+        }
+        let mut gradient = DVector::zeros(all);
+        for (bone, sd) in [(MANDIBLE, SPINE_SD_M), (HYOID, HYOID_SD_M)] {
+            let (Some(mark), Some(at)) = (mark_of(body, bone), seen(bone)) else { continue };
+            let Some(node) = body.bone(bone).iter().find(|&&i| mesh.nodes[i] == mark) else { continue };
+            for axis in 0..2 {
+                // The ends of muscles are not what is seen of a bone.
+                let rate = |k: usize| if k < kept + 2 { directions[k][*node][axis] / sd } else { 0.0 };
+                let row = DVector::from_fn(all, |k, _| rate(k));
+                gradient += &row * ((mark[axis] - at[axis]) / sd);
+                precision += &row * row.transpose();
+            }
+        }
+        let prior = Self {
+            directions,
+            placing: 2 * n..kept,
+            own: (precision.clone(), gradient.clone()),
+            precision,
+            gradient,
+        };
+        Ok(prior.at(mesh, &DVector::zeros(all)))
+    }
+
+    /// The nodes with such amounts of the directions, m.
+    fn moved(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Vec<Point> {
+        let mut nodes = mesh.nodes.clone();
+        for (direction, amount) in self.directions.iter().zip(amounts.iter()) {
+            nodes.iter_mut().zip(direction).for_each(|(p, d)| *p += d * *amount);
+        }
+        nodes
+    }
+
+    /// Of every cell by which factor its area differs with such amounts, but for what placing does.
+    fn area_ratios(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Vec<f64> {
+        let shape =
+            DVector::from_fn(amounts.len(), |i, _| if self.placing.contains(&i) { 0.0 } else { amounts[i] });
+        let nodes = self.moved(mesh, &shape);
+        mesh.cells.iter().map(|cell| area(&nodes, cell) / area(&mesh.nodes, cell)).collect()
+    }
+
+    /// Of every cell by how many standard deviations the logarithm of its area differs, weighed.
+    fn area_logs(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> DVector<f64> {
+        let weight = (AREA_WEIGHT / mesh.cells.len().max(1) as f64).sqrt() / AREA_LOG;
+        let ratios = self.area_ratios(mesh, amounts).into_iter();
+        DVector::from_iterator(mesh.cells.len(), ratios.map(|r| weight * r.max(1e-6).ln()))
+    }
+
+    /// The same prior about such amounts: its square and its gradient there.
+    fn at(mut self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Self {
+        let column = |k: usize| {
+            let at = |by: f64| {
+                let mut amounts = amounts.clone();
+                amounts[k] += by;
+                self.area_logs(mesh, &amounts)
+            };
+            (at(STEP) - at(-STEP)) / (2.0 * STEP)
+        };
+        let columns: Vec<DVector<f64>> = (0..amounts.len()).map(column).collect();
+        let growth = DMatrix::from_columns(&columns);
+        let (precision, gradient) = &self.own;
+        let gradient = gradient + precision * amounts + growth.tr_mul(&self.area_logs(mesh, amounts));
+        self.precision = precision + growth.tr_mul(&growth);
+        self.gradient = gradient;
+        self
+    }
+}
+
+/// What is not known of a body's shape, and bodies that differ a little.
+pub struct Shape {
+    /// Directions with their prior.
+    pub prior: ShapePrior,
+    mesh: Mesh<2>,
+    model: Model,
+    contracting: Vec<usize>,
+    /// The body itself.
+    pub system: System<2>,
+    /// Of every direction the body a small step to each side.
+    changed: Vec<[System<2>; 2]>,
+}
+
+impl Shape {
+    /// Of a body in the frame of its recordings, as [`ShapePrior::of`].
+    ///
+    /// # Errors
+    /// [`RestError::Body`]: a body without the bones of a tongue, or one that cannot be assembled.
+    pub fn of(
+        body: &Body<2>,
+        model: &Model,
+        contracting: &[usize],
+        seen: impl Fn(&str) -> Option<Point>,
+    ) -> Result<Self, RestError> {
+        let prior = ShapePrior::of(body, seen)?;
+        let start = DVector::zeros(prior.directions.len());
+        Self::about(prior, &body.mesh, &start, model, contracting)
+    }
+
+    fn about(
+        prior: ShapePrior,
+        mesh: &Mesh<2>,
+        amounts: &DVector<f64>,
+        model: &Model,
+        contracting: &[usize],
+    ) -> Result<Self, RestError> {
+        let assembled = |nodes: Vec<Point>| {
+            let mesh = Mesh { nodes, ..mesh.clone() };
+            System::new(&mesh, model, contracting).map_err(|e| RestError::Body(e.to_string()))
+        };
+        let nodes = prior.moved(mesh, amounts);
+        let one = |direction: &Vec<Point>| {
+            let side = |by: f64| assembled(nodes.iter().zip(direction).map(|(p, d)| p + d * by).collect());
+            Ok([side(STEP)?, side(-STEP)?])
+        };
+        let changed = tongue_core::parallel::map(&prior.directions, one);
+        let changed = changed.into_iter().collect::<Result<_, _>>()?;
+        let system = assembled(nodes)?;
+        let (mesh, contracting) = (mesh.clone(), contracting.to_vec());
+        Ok(Self { prior, mesh, model: *model, contracting, system, changed })
+    }
+
+    /// The same directions about a body with such amounts of them.
+    pub(super) fn moved(&self, amounts: &DVector<f64>) -> Option<Self> {
+        let prior = self.prior.clone().at(&self.mesh, amounts);
+        Self::about(prior, &self.mesh, amounts, &self.model, &self.contracting).ok()
+    }
+
+    /// What such amounts cost, less what none do.
+    pub(super) fn price(&self, amounts: &DVector<f64>) -> f64 {
+        let (precision, gradient) = &self.prior.own;
+        let areas = self.prior.area_logs(&self.mesh, amounts).norm_squared();
+        amounts.dot(&(precision * amounts)) + 2.0 * gradient.dot(amounts) + areas
+    }
+
+    /// Amounts after a step, or after the part of it that leaves all cells as much of their areas as a tongue may have.
+    pub(super) fn stepped(&self, amounts: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
+        let mut step = step.clone();
+        for _ in 0..10 {
+            let there = amounts + &step;
+            let nodes = self.prior.moved(&self.mesh, &there);
+            let stands = |cell: &[usize]| area(&nodes, cell) > 0.0;
+            let is_whole = self.prior.area_ratios(&self.mesh, &there).iter().all(|r| *r > LEAST_AREA);
+            if is_whole && self.mesh.cells.iter().all(stands) {
+                return there;
+            }
+            step *= 0.7;
+        }
+        amounts.clone()
+    }
+
+    /// Number of directions.
+    pub fn count(&self) -> usize {
+        self.prior.directions.len()
+    }
+
+    /// How the residuals of a frame, mm, answer to each direction at an equilibrium that the solver has just linearised: by the force
+    /// that the changed body has at the same positions, through the factorised stiffness.
+    pub(super) fn rates(
+        &self,
+        solver: &mut Solver<'_>,
+        frame: &Frame,
+        x: &DVector<f64>,
+        positions: &[Point],
+    ) -> Option<DMatrix<f64>> {
+        let tensions = solver.tensions_of(x);
+        let mut slopes = slopes(frame, positions);
+        let fitted = slopes.len();
+        slopes.extend(frame.hidden.iter().map(|h| h.slope(positions)));
+        let mut out = DMatrix::zeros(slopes.len(), self.prior.directions.len());
+        let free: Vec<bool> = {
+            let mut free = vec![false; positions.len()];
+            solver.system.pattern().nodes().iter().for_each(|&n| free[n] = true);
+            free
+        };
+        let mut response = solver.response()?;
+        let mut forces = [vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]];
+        for (k, (direction, sides)) in self.prior.directions.iter().zip(&self.changed).enumerate() {
+            for (side, (system, force)) in sides.iter().zip(&mut forces).enumerate() {
+                // Nodes on bone are carried along with the body at rest.
+                let by = if side == 0 { STEP } else { -STEP };
+                let moved = |(n, p): (usize, &Point)| if free[n] { *p } else { p + direction[n] * by };
+                let there: Vec<Point> = positions.iter().enumerate().map(moved).collect();
+                system.force(Configuration { positions: &there, tensions: &tensions }, force);
+            }
+            response.to_load(|_, load| {
+                for (l, (a, b)) in load.iter_mut().zip(forces[0].iter().zip(&forces[1])) {
+                    *l += (a - b) * (0.5 / STEP);
+                }
+            });
+            for (row, slope) in slopes.iter().enumerate() {
+                let unit =
+                    frame.observations.get(row).filter(|_| row < fitted).map_or(1e3, |o| 1e3 / o.weight);
+                let motion = |n: usize| if free[n] { response.motion()[n] } else { direction[n] };
+                let rate: f64 = slope.iter().map(|(n, s)| s.dot(&motion(*n))).sum();
+                out[(row, k)] = rate * unit;
+            }
+        }
+        out.iter().all(|v| v.is_finite()).then_some(out)
+    }
+}
+
+/// The area of a cell, m².
+fn area(nodes: &[Point], cell: &[usize]) -> f64 {
+    let corners: Vec<Point> = cell.iter().map(|&n| nodes[n]).collect();
+    simplex::measure(&simplex::corners(&corners, &[0, 1, 2]))
+}
+
+/// How nodes move when an end of a muscle does: its straight line turns with it, ends on the outline slide along that.
+fn ends(body: &Body<2>) -> Vec<Vec<Point>> {
+    let mesh = &body.mesh;
+    let outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
+    let inside = mesh.in_tissue();
+    let fixed = |n: usize| mesh.fixed.binary_search(&n).is_ok();
+    let seen = |n: usize| [MANDIBLE, HYOID].iter().any(|b| body.bone(b).contains(&n));
+    let mut nodes: Vec<usize> = mesh.muscles.iter().flat_map(|m| m.ends()).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let size = |n: usize| if fixed(n) && !seen(n) { FAR_END_SD_M } else { END_SD_M };
+    let mut out = Vec::new();
+    for end in nodes {
+        let on_outline = outline.iter().position(|&n| n == end).filter(|_| !fixed(end));
+        let ways: Vec<Point> = match on_outline {
+            Some(i) => {
+                let count = outline.len();
+                let (before, after) = (outline[(i + count - 1) % count], outline[(i + 1) % count]);
+                (mesh.nodes[after] - mesh.nodes[before]).try_normalize(0.0).into_iter().collect()
+            }
+            None => vec![Point::x(), Point::y()],
+        };
+        for way in ways {
+            let mut moved = vec![Point::zeros(); mesh.nodes.len()];
+            moved[end] = way * size(end);
+            for (number, muscle) in mesh.muscles.iter().enumerate() {
+                let [a, b] = muscle.ends();
+                let other = if a == end { b } else { a };
+                let line = mesh.nodes[other] - mesh.nodes[end];
+                if (a != end && b != end) || line.norm() <= 0.0 {
+                    continue;
+                }
+                let normal = Point::new(-line.y, line.x) / line.norm();
+                for &node in muscle.nodes.iter().filter(|&&n| n != a && n != b && !fixed(n)) {
+                    let part = 1.0 - (mesh.nodes[node] - mesh.nodes[end]).dot(&line) / line.norm_squared();
+                    let across = normal.dot(&moved[end]) * part.clamp(0.0, 1.0);
+                    let crossing = crossing(mesh, number, node);
+                    let along = crossing.unwrap_or(normal);
+                    let sine = normal.dot(&along);
+                    if inside[node] && sine.abs() < LEAST_SINE || outline.contains(&node) {
+                        continue;
+                    }
+                    moved[node] = along * (across / sine);
+                }
+            }
+            out.push(moved);
+        }
+    }
+    out
+}
+
+/// The direction of another muscle that shares a node.
+fn crossing(mesh: &Mesh<2>, number: usize, node: usize) -> Option<Point> {
+    let other = mesh.muscles.iter().enumerate().find(|(i, m)| *i != number && m.nodes.contains(&node))?.1;
+    let [a, b] = other.ends();
+    (mesh.nodes[b] - mesh.nodes[a]).try_normalize(0.0)
+}
