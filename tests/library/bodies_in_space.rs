@@ -12,6 +12,7 @@ use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 use tongue_input::bodies::artisynth::{self, Files, Text};
 
+use crate::fixtures::artisynth::files;
 use crate::fixtures::space_block::space_block;
 
 const SIDE: f64 = 5.5e-3;
@@ -153,31 +154,6 @@ fn activations_are_named_and_lie_between_0_and_1() {
     assert!(says(&[("A", 0.1), ("A_L", 0.2)]).contains("A_L is given twice"));
 }
 
-/// Files in the form of ArtiSynth's: two hexahedra side by side, one muscle on each side.
-fn files() -> Files {
-    let named = |name: &str, text: &str| Text { file: format!("folder/{name}"), text: text.to_owned() };
-    let mut nodes = String::new();
-    for (i, [x, y, z]) in [0.0, 0.01]
-        .iter()
-        .flat_map(|&z| [-0.01, 0.0, 0.01].into_iter().flat_map(move |y| [0.0, 0.02].map(|x| [x, y, z])))
-        .enumerate()
-    {
-        nodes += &format!("{} {x} {y} {z}\n", i + 1);
-    }
-    let elements = "1 2 4 3 7 8 10 9 1 1 1 1 0 1\n3 4 6 5 9 10 12 11 1 1 1 1 0 2\n";
-    let muscles = "! names\nmuscleName(1) = 'X_L'\nmuscleName(2)='X_R'\nESEL,S,ELEM,,1\nCM,X_L,ELEM\nESEL,S,ELEM,,2,2,1\nCM,X_R,ELEM\n";
-    let fibres = "FIBER(1,1,1)=7\nFIBER(2,1,1)=8\nFIBER(1,1,2)=11\nFIBER(2,1,2)=12\n";
-    Files {
-        nodes: named("a.node", &nodes),
-        elements: named("a.elem", elements),
-        muscles: named("CreateMuscles.mac", muscles),
-        fibres: named("Fibers.mac", fibres),
-        strengths: named("MuscleMaxForce.txt", "X 4\n"),
-        jaw: named("jawAttachments.txt", "0 2 4\n"),
-        hyoid: named("hyoidAttachments.txt", "6 8 10"),
-    }
-}
-
 #[test]
 fn files_of_artisynth_make_a_body() {
     let body = artisynth::body(&files(), "folder").unwrap();
@@ -189,6 +165,10 @@ fn files_of_artisynth_make_a_body() {
     );
     assert!((left.stress_pa - 2.0 * 0.02 / 2e-6).abs() < 1e-6);
     assert!(body.half().is_some());
+    // A step beyond the last element, as large as a number can be.
+    let mut files = files();
+    files.muscles.text = files.muscles.text.replace(",,2,2,1", &format!(",,2,2,{}", u64::MAX));
+    assert_eq!(artisynth::body(&files, "folder").unwrap().muscles[1].region, [1]);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
 use tongue_study::hard_cases::bodies::lattice;
 
-use crate::inputs::KINDS;
+use crate::inputs::{KINDS, NEXT_FILE};
 use crate::recordings::{DLC, est, fan_row, headerless_pos, mocha, mview, pos, txy};
 
 /// Time after which an input counts as hanging; the slowest takes a second.
@@ -82,6 +82,15 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
             br#"{"markups":[{"type":"Fiducial","coordinateSystem":"LPS","coordinateUnits":"mm","controlPoints":[{"label":"hyoid","position":[0.0,37.6,-3.1],"positionStatus":"defined"}]},{"type":"Curve","coordinateSystem":"RAS","controlPoints":[{"label":"","position":[0,-46,10]}]}]}"#.to_vec(),
             br#"{"adaptation":{"rest":"joint","marks_m":{"hyoid":[0.03,0.0]},"scale_n":20,"muscles":["GGa"],"mean":[0.1],"covariance":[[0.5]]}}"#.to_vec(),
         ],
+        "nodes_csv" => vec![
+            b"node,x_mm,y_mm,z_mm\n1,0,1,2\n2,3.5,4,5e0\n".to_vec(),
+            b"# two frames\ntime_s,node,x_mm,y_mm,z_mm,sd_mm\n0,1,1,2,3,0.5\n0,7,1,2,3,0.5\n0.1,1,1,2,3,1\n".to_vec(),
+        ],
+        "artisynth" => {
+            let f = crate::fixtures::artisynth::files();
+            let all = [f.nodes, f.elements, f.muscles, f.fibres, f.strengths, f.jaw, f.hyoid];
+            vec![all.map(|text| text.text).join(NEXT_FILE).into_bytes()]
+        }
         other => panic!("no input of kind {other}"),
     }
 }

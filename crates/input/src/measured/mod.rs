@@ -25,6 +25,6 @@ pub use by_muscle::ByMuscle;
 pub use error::TableError;
 pub use kind::{TargetKind, UnknownTargetKind, reference_muscle};
 pub use lengths::{Dataset, Lengths, Vowel};
-pub use nodes::{NodeFrame, SeenNode, read_nodes};
+pub use nodes::{NodeFrame, SeenNode, nodes_from, read_nodes};
 pub use recording::Recording;
 pub use target::{Target, TargetOptions};

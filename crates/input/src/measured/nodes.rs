@@ -39,12 +39,22 @@ pub struct NodeFrame {
 /// [`TableError`], with the line.
 pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, TableError> {
     let origin = path.display().to_string();
-    let whole = |problem: String| TableError::malformed(&origin, None, problem);
-    let read = files::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-    let text = read.map_err(|e| {
-        whole(format!("cannot be read: {e}; name a CSV table with the columns {}", COLUMNS.join(",")))
+    let bytes = files::read(path).map_err(|e| {
+        let columns = COLUMNS.join(",");
+        let problem = format!("cannot be read: {e}; name a CSV table with the columns {columns}");
+        TableError::malformed(&origin, None, problem)
     })?;
-    let wrong = |line: u64, problem: String| TableError::malformed(&origin, Some(line), problem);
+    nodes_from(&bytes, &origin, usual_sd_m)
+}
+
+/// As [`read_nodes`], from the bytes of a file; `origin` is its name in messages.
+///
+/// # Errors
+/// [`TableError`], with the line.
+pub fn nodes_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<Vec<NodeFrame>, TableError> {
+    let whole = |problem: String| TableError::malformed(origin, None, problem);
+    let text = String::from_utf8_lossy(bytes);
+    let wrong = |line: u64, problem: String| TableError::malformed(origin, Some(line), problem);
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let broken =

@@ -156,7 +156,7 @@ pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Re
                 word => number(text, line, word, "the id of an element, or a step"),
             };
             let (to, step) = (optional(4, from)?, optional(5, 1)?);
-            if step == 0 || to < from || to - from > elements.len() as u64 * step {
+            if step == 0 || to < from || (to - from) / step > elements.len() as u64 {
                 return Err(expected("from,to,step in ascending order", rest));
             }
             for id in (from..=to).step_by(step as usize) {

@@ -7,8 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::super::lengths::text::decode;
-use super::{Budget, Format, Recording, Sample, Times, coordinate};
+use super::{Budget, Format, Recording, Sample, Times, budget, coordinate};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
@@ -24,7 +23,7 @@ struct Columns {
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
-    let text = decode(bytes, origin)?.text;
+    let text = budget::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(b'\t')

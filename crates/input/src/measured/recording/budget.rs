@@ -1,7 +1,10 @@
 //! Limits of the size of recordings.
 
+use std::borrow::Cow;
+
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
+use super::super::lengths::text::decode;
 
 /// Maximum number of frames in a file: twenty minutes at 80 a second. The results of a frame take about 20
 /// kB.
@@ -17,6 +20,25 @@ pub(super) const LARGEST: u64 = 96 << 20;
 const RECORDING: usize = 40;
 const CHANNEL: usize = 4;
 const FRAME: usize = 2;
+
+/// The text of a file, none of whose lines has more fields than two of every frame.
+///
+/// # Errors
+/// [`Malformed`] for such a line, and as [`decode`].
+pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Malformed> {
+    const MOST_FIELDS: usize = 2 * MOST_FRAMES;
+    let text = decode(bytes, origin)?.text;
+    let fields = |line: &str| 1 + line.bytes().filter(|b| b"\t ,;".contains(b)).count();
+    let wide = text.lines().position(|line| line.len() >= MOST_FIELDS && fields(line) > MOST_FIELDS);
+    match wide {
+        None => Ok(text),
+        Some(n) => {
+            let at = Place { origin, line: n as u64 + 1, column: MOST_FIELDS + 1 };
+            let help = format!("a line may have {MOST_FIELDS}; give a table with a line for every frame");
+            Err(at.error(format!("the line has more than {MOST_FIELDS} fields"), help))
+        }
+    }
+}
 
 /// Amount of data read so far.
 #[derive(Debug, Default)]

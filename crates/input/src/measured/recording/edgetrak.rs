@@ -5,11 +5,10 @@
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::super::lengths::text::decode;
-use super::{Budget, Format, Recording, Sample, Times, coordinate};
+use super::{Budget, Format, Recording, Sample, Times, budget, coordinate};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let text = decode(bytes, origin)?.text;
+    let text = budget::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
     let mut rows: Vec<Vec<Option<f64>>> = Vec::new();
     let mut budget = Budget::default();

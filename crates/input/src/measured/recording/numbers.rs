@@ -2,8 +2,7 @@
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::super::lengths::text::decode;
-use super::Budget;
+use super::budget::{self, Budget};
 
 /// A table with the same number of values in every line.
 pub(super) struct Numbers {
@@ -27,7 +26,7 @@ impl Numbers {
         help: &str,
         budget: &mut Budget,
     ) -> Result<Self, Malformed> {
-        let text = decode(bytes, origin)?.text;
+        let text = budget::text(bytes, origin)?;
         let start = Place { origin, line: 1, column: 1 };
         let mut out = Self { width: 0, values: Vec::new(), lines: Vec::new() };
         for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {

@@ -4,8 +4,7 @@
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::super::lengths::text::decode;
-use super::{Budget, Format, Recording, Sample, Times, coordinate};
+use super::{Budget, Format, Recording, Sample, Times, budget, coordinate};
 
 const HELP: &str = "write `version: 1`, `n_points: N`, then `{`, N lines of x and y, and `}`";
 
@@ -16,7 +15,7 @@ pub(super) fn is_head(line: &[u8]) -> bool {
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let text = decode(bytes, origin)?.text;
+    let text = budget::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
     let mut count: Option<usize> = None;
     let (mut inside, mut closed) = (false, false);
