@@ -110,7 +110,8 @@ pub struct PosteriorStudy {
     pub log_score_gain: [f64; 2],
     /// Some opponents with other baselines, and for each subject.
     pub other_baselines: Vec<ScoredBaseline>,
-    /// Every prediction.
+    /// Every prediction, for `posterior_predictions.csv`.
+    #[serde(skip)]
     pub predictions: Vec<Told>,
     /// Who wins, in one sentence.
     pub verdict: String,
