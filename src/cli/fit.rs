@@ -165,11 +165,17 @@ impl Arguments {
             if vowel == target.vowel {
                 all.push(target.clone());
             } else if vowel != target.baseline {
-                // A row of which nothing can be fitted is left out, as in a batch.
-                all.extend(Target::new(&data, &self.subject, &vowel, TargetKind::Stretch, &options).ok());
+                match Target::new(&data, &self.subject, &vowel, TargetKind::Stretch, &options) {
+                    Ok(other) => all.push(other),
+                    Err(e) => output::note(&format!("--joint leaves out /{vowel}/: {e}")),
+                }
             }
         }
-        let own = all.iter().position(|t| t.vowel == target.vowel).unwrap_or(0);
+        if all.len() == 1 {
+            output::note("--joint: the table has no other vowel of this subject, so there are no contrasts");
+        }
+        let own = all.iter().position(|t| t.vowel == target.vowel);
+        let own = own.ok_or_else(|| miette!("--joint: /{}/ is not in the table", target.vowel))?;
         Ok((all, own))
     }
 
@@ -240,13 +246,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(ground) => Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>())?),
         None => None,
     };
-    let of_draws = sampled.as_ref().and_then(|s| Verdict::of(&s.reports[posture]));
-    let verdict = match of_draws {
-        Some(verdict) => Ok(verdict),
-        None => arguments.posterior.quick(&tongue, &model, ground.as_ref(), &target),
+    let verdict = match sampled.as_ref().map(|s| &s.reports[posture]) {
+        Some(report) if report.priors.baseline.off => {
+            Err("these priors switch off the tensions of the baseline, so every tension is a rise".to_owned())
+        }
+        Some(report) => Verdict::of(report).ok_or_else(|| report.why.clone()),
+        None => arguments.posterior.quick(&tongue, &model, &target),
     };
     output::step(|| match &verdict {
-        Ok(_) => "the verdict is there".to_owned(),
+        Ok(_) => "verdict made".to_owned(),
         Err(why) => format!("no verdict: {why}"),
     });
     let mut record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());

@@ -321,7 +321,7 @@ impl Shown<'_> {
     fn advice(&self) -> String {
         match (self.posterior, self.verdict) {
             (None, Ok(_)) => format!("{BELIEVE}\n"),
-            (None, Err(_)) => "In these tensions neither anatomy nor model errs\n".to_owned(),
+            (None, Err(_)) => "These tensions ignore errors of anatomy and model\n".to_owned(),
             (Some(_), _) => String::new(),
         }
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr};
-use tongue_fit::body::{Body, Mesh};
+use tongue_fit::body::{Body, HYOID, Mesh};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
@@ -115,25 +115,15 @@ impl Arguments {
     }
 
     /// The verdict of a fit without `--posterior`, from a short run of the sampler; `Err` says in a sentence why there is none.
-    pub fn quick(
-        &self,
-        body: &Body<2>,
-        model: &Model,
-        ground: Option<&Ground>,
-        target: &Target,
-    ) -> Result<Verdict, String> {
+    pub fn quick(&self, body: &Body<2>, model: &Model, target: &Target) -> Result<Verdict, String> {
         if !Ground::is_for_springs(body, model) {
             return Err("this body takes longer than a verdict may: --posterior 2000 gives one".to_owned());
         }
         let matched = Matched::new(&body.mesh, target).map_err(|e| e.to_string())?;
-        let made = match ground {
-            Some(_) => None,
-            None => Some(Ground::new(body, model, &Priors::default()).map_err(|e| e.to_string())?),
-        };
-        match ground.or(made.as_ref()) {
-            Some(ground) => Verdict::quick(ground, Seen::of(&matched), 0).map_err(|e| e.to_string()),
-            None => Err("it needs priors".to_owned()),
-        }
+        let mut priors = Priors::default();
+        priors.hyoid.off = body.bone(HYOID).is_empty();
+        let ground = Ground::new(body, model, &priors).map_err(|e| e.to_string())?;
+        Verdict::quick(&ground, Seen::of(&matched), 0).map_err(|e| e.to_string())
     }
 
     /// Whether the vowels of a subject are sampled together.
@@ -388,7 +378,7 @@ fn details(summary: &Summary, moves_hyoid: bool) -> String {
         text += "! measured outside\n";
     }
     if any(&|s| s.left_out.is_none()) {
-        text += "- too few draws tell it without its own measurement\n";
+        text += "- no chain could begin without its own measurement\n";
     }
     text
 }

@@ -320,7 +320,7 @@ fn decided(all: &[SubjectContrast]) -> String {
     text
 }
 
-/// One line a fit.
+/// One line for each fit.
 fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
     let mut t = table(&["fit", "tensions, N/m (rounding)", "misfit", "passive", "alarms"]);
     if let Some(c) = t.column_mut(1) {

@@ -39,7 +39,7 @@ pub struct Prepared {
     pub how: Thoroughness,
     /// Options of the posterior, and the body under its priors if posteriors are asked for.
     posterior: (posterior::Arguments, Option<Ground>),
-    /// The posteriors of rows, by the numbers of their jobs; made by [`Prepared::sample`].
+    /// With `--joint`, the posteriors of rows by the numbers of their jobs; made by [`Prepared::sample`].
     sampled: BTreeMap<usize, Result<RowPosterior, String>>,
     known: Known,
     thesis: Thesis,
@@ -117,56 +117,64 @@ impl Prepared {
         let setup = setup.and_then(|(_, setup)| setup.as_ref());
         let (mesh, model) = (&self.mesh, &self.model);
         let (known, thesis, how) = (&self.known, &self.thesis, &self.how);
-        let posterior = self.sampled.get(&number);
+        let own = match self.has_posterior(number) && !self.posterior.0.is_joint() {
+            true => self.posteriors(&[number]).pop().map(|(_, posterior)| posterior),
+            false => None,
+        };
+        let posterior = own.as_ref().or(self.sampled.get(&number));
         let within = outputs::Within { mesh, model, setup, known, thesis, posterior, how };
         let result = outputs::assess(number, job, &within, &self.provenance)?;
         Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }
 
-    /// Samples the posteriors of the rows of these jobs, with `--joint` all rows of a subject together; each stands with the last of the row's fits, since it does
-    /// not depend on the quantity that is fitted.
+    /// With `--joint`, samples the posteriors of the rows of these jobs before the fits, all rows of a subject together. They are not kept in
+    /// the journal.
     pub fn sample(&mut self, jobs: &[usize]) {
-        let (how, Some(ground)) = &self.posterior else { return };
+        let (how, Some(_)) = &self.posterior else { return };
+        if !how.is_joint() {
+            return;
+        }
         let all = &self.plan.jobs;
-        let last = self.setups.last().map(|(kind, _)| *kind);
-        let tells = |&n: &usize| last == Some(all[n].target.kind);
         let same = |a: usize, b: usize| {
             let [a, b] = [a, b].map(|n| &all[n].target);
-            how.is_joint() && a.subject == b.subject && a.baseline == b.baseline
+            a.subject == b.subject && a.baseline == b.baseline
         };
         let mut speakers: Vec<Vec<usize>> = Vec::new();
-        for number in (0..all.len()).filter(tells) {
+        for number in (0..all.len()).filter(|&n| self.has_posterior(n)) {
             match speakers.iter_mut().find(|rows| same(rows[0], number)) {
                 Some(rows) => rows.push(number),
                 None => speakers.push(vec![number]),
             }
         }
         speakers.retain(|rows| rows.iter().any(|n| jobs.contains(n)));
-        let found: Vec<Vec<(usize, Result<RowPosterior, String>)>> = speakers
-            .par_iter()
-            .map(|rows| {
-                let targets: Vec<&Target> = rows.iter().map(|&n| &all[n].target).collect();
-                match how.sample(ground, &targets) {
-                    Ok(sampled) => rows
-                        .iter()
-                        .enumerate()
-                        .map(|(posture, &number)| {
-                            let shown = number < MOST_FITS_ON_PAGE;
-                            let ridges = shown.then(|| sampled.ridges(posture)).flatten();
-                            let vowel = &sampled.reports[posture].postures[posture];
-                            let contrasts =
-                                sampled.contrasts.iter().filter(|c| c.other == *vowel).cloned().collect();
-                            let report = sampled.reports[posture].clone();
-                            let ridges = ridges.map(|svg| svg.to_string());
-                            (number, Ok(RowPosterior { ridges, report, contrasts }))
-                        })
-                        .collect(),
-                    // What it is about is said where it is told.
-                    Err(e) => rows.iter().map(|&n| (n, Err(e.root_cause().to_string()))).collect(),
-                }
-            })
-            .collect();
+        let found: Vec<_> = speakers.par_iter().map(|rows| self.posteriors(rows)).collect();
         self.sampled = found.into_iter().flatten().collect();
+    }
+
+    /// Whether the posterior of a job's row is reported with this job: with the last of the row's fits, since it does not depend on the
+    /// quantity that is fitted.
+    fn has_posterior(&self, number: usize) -> bool {
+        let last = self.setups.last().map(|(kind, _)| *kind);
+        self.posterior.1.is_some() && last == Some(self.plan.jobs[number].target.kind)
+    }
+
+    /// The posteriors of rows that are sampled together, by the numbers of their jobs.
+    fn posteriors(&self, rows: &[usize]) -> Vec<(usize, Result<RowPosterior, String>)> {
+        let (how, Some(ground)) = &self.posterior else { return Vec::new() };
+        let targets: Vec<&Target> = rows.iter().map(|&n| &self.plan.jobs[n].target).collect();
+        let sampled = match how.sample(ground, &targets) {
+            Ok(sampled) => sampled,
+            // The caller adds the row to the message.
+            Err(e) => return rows.iter().map(|&n| (n, Err(e.root_cause().to_string()))).collect(),
+        };
+        let of_row = |(posture, &number): (usize, &usize)| {
+            let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges(posture)).flatten();
+            let vowel = &sampled.reports[posture].postures[posture];
+            let contrasts = sampled.contrasts.iter().filter(|c| c.other == *vowel).cloned().collect();
+            let report = sampled.reports[posture].clone();
+            (number, Ok(RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report, contrasts }))
+        };
+        rows.iter().enumerate().map(of_row).collect()
     }
 
     /// Writes the outputs of all jobs, prints a summary, and removes the journal.

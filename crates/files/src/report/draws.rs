@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use super::export::{Export, Provenance};
 use tongue_infer::posterior::Posterior;
 
-/// Draws as CSV: `chain`, `draw`, then a column for each number, then who made it. Chains are of one length, so they fill an array. The
-/// columns are those of one posture, whose number is given; of others that were sampled with it the tensions follow.
+/// Draws as CSV: `chain`, `draw`, a column for each number, then version and command. All chains have one length, so they
+/// fill an array. The columns are those of the posture whose number is given; the tensions of other postures follow.
 #[derive(Debug, Clone, Copy)]
 pub struct Draws<'a>(pub &'a Posterior<'a>, pub usize);
 

@@ -254,7 +254,7 @@ pub struct FitRecord {
     /// Differences of tensions between vowels that were sampled together.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contrasts: Vec<tongue_infer::posterior::Contrast>,
-    /// Time of the whole fit, s; left out of files that must be the same after every run.
+    /// Duration of the whole fit, s; left out of files that must be the same after every run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_s: Option<f64>,
 }

@@ -54,7 +54,7 @@ pub struct Meaning {
 }
 
 impl Meaning {
-    /// With tensions and displacements of this part.
+    /// The meaning with tensions and displacements multiplied by `part`.
     pub fn scaled(&self, part: f64) -> Self {
         let times = |all: &[f64]| all.iter().map(|t| t * part).collect();
         let posture = |p: &Posture| Posture { tensions: times(&p.tensions), hyoid: p.hyoid * part };
@@ -63,7 +63,7 @@ impl Meaning {
     }
 }
 
-/// Where a point was solved: what its neighbours begin at.
+/// Positions at a solved point, from which nearby points start.
 #[derive(Debug, Clone)]
 pub struct Place {
     /// Positions of all nodes in each posture, m.
@@ -98,7 +98,7 @@ pub struct Density<'a> {
 const SOLVE: SolveSettings =
     SolveSettings { tolerance: 1e-9, max_iterations: 60, load_steps: 0, certify: false, most_solves: 1 };
 
-/// What no prior leaves open, and what is sampled.
+/// Values that the priors fix, and the parameters to sample.
 fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {
     let (priors, count) = (&ground.priors, ground.muscles.len());
     let mut parameters = Vec::new();
@@ -173,7 +173,7 @@ impl<'a> Density<'a> {
         Ok(density)
     }
 
-    /// The same of other stretches of the same postures.
+    /// The density of other measured stretches of the same postures.
     ///
     /// # Errors
     /// [`PosteriorError::Covariance`].
@@ -197,7 +197,7 @@ impl<'a> Density<'a> {
         self.seen.labels.len()
     }
 
-    /// Where the measured stretches stand among those of all muscles in all postures.
+    /// Row of each measured stretch among the stretches of all muscles and postures.
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
@@ -292,7 +292,7 @@ impl<'a> Density<'a> {
         Load { start, ..Load::new(meaning.tones.clone()) }
     }
 
-    /// The load of posture `shape`, or of the baseline where there are only so many postures.
+    /// Load of posture number `shape`; the number after the last posture is the baseline.
     pub fn load<'l>(
         &'l self,
         meaning: &Meaning,
@@ -325,7 +325,7 @@ impl<'a> Density<'a> {
 }
 
 impl Place {
-    /// The positions of posture `shape`, or of the baseline where there are only so many postures, and the lengths there.
+    /// Positions and lengths of posture `shape`, numbered as in [`Density::load`].
     pub fn shape(&self, shape: usize) -> (&[SVector<f64, 2>], &[f64]) {
         let count = self.baseline_lengths.len();
         match self.postures.get(shape) {
@@ -335,7 +335,7 @@ impl Place {
     }
 }
 
-/// Whether an equilibrium is one that the density knows.
+/// Whether the solver converged without its barrier.
 pub fn is_found(shape: &Equilibrium<2>) -> bool {
     shape.solution.status == SolveStatus::Converged && shape.solution.guarded == 0
 }

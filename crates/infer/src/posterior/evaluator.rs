@@ -48,10 +48,10 @@ pub struct Evaluator<'a> {
     from_rest: Vec<Group<'a, 2>>,
 }
 
-/// What scores mean with their slopes, and where they were solved.
+/// Meanings and derivatives of the points, and where they were solved.
 type Solved = (Vec<(Meaning, Vec<f64>)>, Vec<Option<Place>>);
 
-/// Of every point one adjoint a muscle, of one shape.
+/// For one shape: the adjoints of all lengths at each point.
 type Rates = Vec<Option<Vec<Adjoint<2>>>>;
 
 impl<'a> Evaluator<'a> {
@@ -60,7 +60,7 @@ impl<'a> Evaluator<'a> {
         Self::with(density, density)
     }
 
-    /// With residuals that are judged otherwise.
+    /// The same with another likelihood of the residuals.
     pub fn with(density: &'a Density<'_>, errors: &'a dyn Errors) -> Self {
         let groups = || (0..=density.postures()).map(|_| density.lanes().group()).collect();
         Self { density, errors, shapes: groups(), from_rest: groups() }

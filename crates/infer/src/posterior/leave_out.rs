@@ -1,8 +1,8 @@
 //! What is predicted of every measured stretch as if it had not been measured.
 //!
-//! Weighing the draws of the whole posterior leans to the measurement: it has been seen by the draws, of which too few lie where they would
-//! without it, and by the covariance of geometry. So one run samples the mixture of all posteriors that have not seen one of the stretches each,
-//! with as much of each (Silva and Zanella, Journal of the American Statistical Association 119, 2024):
+//! Reweighted draws of the whole posterior are biased towards the measurement, because the draws and the covariance of geometry have used it.
+//! So one run samples the mixture, in equal parts, of the posteriors that each leave out one stretch (Silva and Zanella, Journal of the
+//! American Statistical Association 119, 2024):
 //!
 //! ```text
 //! q(g) = N(g; 0, I) sum over i of N(y_-i; s(g), C_i) / Z_i
@@ -28,7 +28,7 @@ use super::spread::Spread;
 /// Draws of the mixture for each stretch, and those of a posterior that is sampled by itself.
 const DRAWS_EACH: usize = 200;
 const OWN_DRAWS: usize = 800;
-/// Least part of its own draws of the mixture that must count for a stretch.
+/// Smallest effective share of a stretch's own draws of the mixture; below it that posterior is sampled separately.
 const LEAST_EFFECTIVE: f64 = 0.25;
 /// Seed of both: a fit, a batch and a validation tell the same.
 const SEED: u64 = 5;
@@ -150,6 +150,9 @@ fn predicted(
 pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Spread> {
     let density = &posterior.density;
     let rows = density.rows();
+    if rows.is_empty() {
+        return Vec::new();
+    }
     let geometry = density.measured(&density.geometry);
     let gain = &geometry * density.factor().inverse();
     let left = &geometry - &gain * &geometry;

@@ -74,9 +74,9 @@ const MOST_STEPS: usize = 40;
 const ARRIVED: f64 = 1e-4;
 /// No step is longer, in scores: tensions answer in straight lines only so far.
 const LONGEST: f64 = 2.0;
-/// Times that the covariance of geometry is taken about the mode and the mode sought anew.
+/// Number of times that the covariance of geometry is averaged and the mode searched again.
 const ROUNDS: usize = 2;
-/// Draws over which it is averaged: each with the one on the other side of the mode.
+/// Number of draws for the average, in pairs mirrored at the mode.
 const DRAWS: usize = 64;
 /// The same of bodies other than those of springs, where a draw costs more.
 const DRAWS_WITHOUT_LANES: usize = 16;
@@ -107,7 +107,7 @@ impl Mode {
         Ok(mode.settled(density))
     }
 
-    /// The same where the mode of much the same stretches is known.
+    /// As [`Mode::find`], started at the mode of nearly the same stretches.
     ///
     /// # Errors
     /// As [`Mode::find`].

@@ -70,7 +70,7 @@ pub enum PosteriorError {
     /// A system that cannot be made.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// Errors of nothing.
+    /// The covariance is not positive definite.
     #[error(
         "the covariance of the stretches is not positive definite; are discrepancy or rounding too small beside the others?"
     )]

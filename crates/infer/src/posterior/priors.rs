@@ -12,7 +12,7 @@ use tongue_core::body::ContinuumSettings;
 const EVERY: &str = "*";
 
 /// All priors. The defaults were fixed before `tongue-fit validate --posterior` was run, and are not tuned on it; that of the discrepancy and the scales of
-/// the tensions had been found on the same three speakers, by marginal likelihood.
+/// the tensions had been found on the same three speakers by marginal likelihood, and the tilt of the hyoid on S1 to S4.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Priors {

@@ -171,7 +171,7 @@ pub fn sample_at<'a>(
 ) -> Result<Posterior<'a>, PosteriorError> {
     settings.check()?;
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
-    let thin = THIN + THIN_EACH * (density.postures() - 1);
+    let thin = THIN + THIN_EACH * density.postures().saturating_sub(1);
     let chains = chains(&density, &density, &whitened, &mode.place, settings, thin);
     let count: usize = chains.iter().map(|c| c.draws.len()).sum();
     let by_quantity = if count == 0 { Vec::new() } else { judged(&density, &chains) };

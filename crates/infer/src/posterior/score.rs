@@ -18,7 +18,7 @@ pub enum How {
     Sampled,
 }
 
-/// What is predicted of a stretch by what it was not measured for.
+/// Prediction of a stretch without its own measurement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
     /// Of the measured stretch, with all errors.

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::density::{Density, Parameter};
 use super::map::Mode;
 
-/// Something that is not known.
+/// A source of uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Tensions that the stretches do not resolve.
@@ -39,7 +39,7 @@ pub enum Source {
     Rounding,
 }
 
-/// A part of one for every source.
+/// A number for every source: its share of a variance, or by which part a standard deviation would shrink if it were known.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Shares {
     /// What the stretches do not say of the tensions, even where all else is known.
@@ -161,7 +161,7 @@ impl<'a> Parts<'a> {
         parts
     }
 
-    /// Covariance of the scores where a source is known; nearly, where without it the stretches would be exact.
+    /// Covariance of the scores if a source were known; 1e-12 is added to the variances, since stretches may be exact without it.
     fn covariance_if_known(&self, source: Source) -> Option<DMatrix<f64>> {
         let n = self.density.seen.len();
         let errors = self.density.covariance() - self.errors_by(source) + DMatrix::identity(n, n) * 1e-12;

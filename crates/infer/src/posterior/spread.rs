@@ -15,6 +15,20 @@ pub struct Spread {
     pub interval_95: [f64; 2],
 }
 
+/// Part of the values that are above zero; a zero counts half.
+pub(super) fn part_above_zero(values: &[f64]) -> f64 {
+    let part = |v: f64| {
+        if v > 0.0 {
+            1.0
+        } else if v == 0.0 {
+            0.5
+        } else {
+            0.0
+        }
+    };
+    values.iter().map(|v| part(*v)).sum::<f64>() / values.len().max(1) as f64
+}
+
 impl Spread {
     /// Of draws of equal weight; not finite without any.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {

@@ -16,7 +16,7 @@ use super::run::{Draw, Posterior, Status};
 use super::score::LeftOut;
 use super::sensitivity::{Scaled, Sensitivity};
 use super::share::{Parts, Shares};
-use super::spread::Spread;
+use super::spread::{Spread, part_above_zero};
 
 /// A direction is resolved where its standard deviation, in scores, is below this part of the prior's.
 const RESOLVED: f64 = 0.5;
@@ -63,7 +63,7 @@ pub struct Stretch {
     pub measured: f64,
     /// What the model gives, having seen it.
     pub fitted: Spread,
-    /// What is predicted without its own measurement; null where that was not asked for or has not mixed.
+    /// Prediction without its own measurement; null where that was not asked for, or no chain could begin.
     pub left_out: Option<LeftOut>,
 }
 
@@ -170,10 +170,11 @@ impl Report {
     ) -> Result<Vec<Self>, PosteriorError> {
         let mixed = posterior.status == Status::Mixed;
         let left_out = match leave_out && mixed {
-            true => {
-                let all = without_each(&posterior.density, &posterior.mode)?;
-                all.into_iter().map(Some).collect()
-            }
+            // Where that cannot begin, or has no draws, the rest is reported without it.
+            true => match without_each(&posterior.density, &posterior.mode) {
+                Ok(all) => all.into_iter().map(|l| Some(l).filter(|l| l.spread.mean.is_finite())).collect(),
+                Err(_) => vec![None; posterior.density.seen.len()],
+            },
             false => vec![None; posterior.density.seen.len()],
         };
         let fitted = if mixed { fitted(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
@@ -215,7 +216,7 @@ impl Report {
     }
 }
 
-/// A posterior with what is the same for all of its postures.
+/// A posterior and what its reports share.
 struct All<'a> {
     posterior: &'a Posterior<'a>,
     left_out: Vec<Option<LeftOut>>,
@@ -230,7 +231,7 @@ fn scores_of(posterior: &Posterior<'_>, posture: usize, muscle: usize) -> Vec<f6
     posterior.draws.iter().map(|d| scores::score(d.tension(posture, muscle) / scale)).collect()
 }
 
-/// A sign that is told with this probability, and the least with which it is told under another prior.
+/// Probability from which a sign is reported, and below which another prior must not bring it.
 const TOLD_SIGN: f64 = 0.9;
 const LEAST_SIGN: f64 = 0.85;
 
@@ -238,7 +239,7 @@ impl Change {
     /// Of a difference of tensions in all draws, N per metre of thickness.
     pub(super) fn new(values: &[f64], scaled: &Scaled) -> Self {
         let sensitivity = scaled.of(values);
-        let rises = values.iter().filter(|v| **v > 0.0).count() as f64 / values.len().max(1) as f64;
+        let rises = part_above_zero(values);
         let surer = rises.max(1.0 - rises);
         let moved = sensitivity.probability_by_scale.abs();
         Self {
@@ -317,7 +318,7 @@ pub(super) fn is_of_prior(moved_by_prior: f64, sensitivity: &Sensitivity) -> boo
 }
 
 /// Directions of everything that is sampled of a posture and its baseline, by how much of the prior's standard deviation the data left along
-/// each, linearised at the most probable point; as many as there are measured stretches, since along the others they say nothing.
+/// each, linearised at the most probable point; as many as there are measured stretches, which resolve no more.
 fn directions(posterior: &Posterior<'_>, posture: usize) -> Vec<Direction> {
     let density = &posterior.density;
     let muscles = &density.ground.muscles;
@@ -336,7 +337,7 @@ fn directions(posterior: &Posterior<'_>, posture: usize) -> Vec<Direction> {
     let eigen = ((&covariance + covariance.transpose()) * 0.5).symmetric_eigen();
     let mut order: Vec<usize> = (0..own.len()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    order.truncate(density.seen.of_posture(posture).len());
+    order.truncate(density.seen.len());
     let direction = |i: usize| {
         let sd_left = eigen.eigenvalues[i].max(0.0).sqrt();
         let vector = eigen.eigenvectors.column(i);

@@ -8,7 +8,7 @@ use super::map::Mode;
 use super::run::short_run;
 use super::seen::Seen;
 use super::sensitivity::Scaled;
-use super::spread::Spread;
+use super::spread::{Spread, part_above_zero};
 use super::summary::{Report, is_of_prior, moved_by_prior};
 use super::{DECIDED, PosteriorError};
 
@@ -114,8 +114,8 @@ impl Verdict {
             let tensions: Vec<f64> = draws.iter().map(|d| d.tension(posture, m)).collect();
             let interval = Spread::of(tensions.iter().copied()).interval_95;
             let moved = moved_by_prior(ground, m, &tensions, interval[1]);
-            let p_rises =
-                draws.iter().filter(|d| d.change(posture, m) > 0.0).count() as f64 / draws.len() as f64;
+            let changes: Vec<f64> = draws.iter().map(|d| d.change(posture, m)).collect();
+            let p_rises = part_above_zero(&changes);
             Said {
                 muscle: muscle.clone(),
                 p_rises,
@@ -163,7 +163,7 @@ impl Verdict {
             names => format!(" Not harder, {names}."),
         };
         let open = match self.named(Word::NotKnown) {
-            none if none.is_empty() => "Nothing else is open.".to_owned(),
+            none if none.is_empty() => "Every muscle is decided.".to_owned(),
             names => format!("Not known: {}.", names.join(", ")),
         };
         [harder + &not, open, self.how_hard()]
@@ -181,7 +181,7 @@ impl Verdict {
         let prior = ranges(true).map(|text| text + ", mostly prior");
         let told: Vec<String> = [ranges(false), prior].into_iter().flatten().collect();
         if told.is_empty() {
-            "How hard any pulls is not known.".into()
+            "No muscle is known to pull harder, so no tension is listed.".into()
         } else {
             format!("How hard: {}.", told.join("; "))
         }
@@ -217,7 +217,7 @@ mod tests {
         assert_eq!(how_hard, "How hard: GGa 14 to 69 N/m; SGm 14 to 69, HGa 14 to 69 N/m, mostly prior.");
         let nobody = Verdict { from, muscles: vec![said("GGa", 0.5, true)] }.sentences("e");
         assert_eq!(nobody[0], "No muscle is known to pull harder than in /e/.");
-        assert_eq!(nobody[2], "How hard any pulls is not known.");
+        assert_eq!(nobody[2], "No muscle is known to pull harder, so no tension is listed.");
     }
 
     #[test]

@@ -78,7 +78,7 @@ impl Target {
     /// `muscles` if they are given.
     ///
     /// # Errors
-    /// All of [`LengthsError`] except [`LengthsError::Data`].
+    /// [`LengthsError`] of what the rows lack.
     pub fn from_lengths(
         measured: &Lengths,
         baseline: &Lengths,

@@ -150,7 +150,7 @@ pub struct RowPosterior {
     pub report: tongue_infer::posterior::Report,
     /// Differences of tensions between earlier rows of the subject and this one.
     pub contrasts: Vec<tongue_infer::posterior::Contrast>,
-    /// The ridges of its changes, SVG; none where it has not mixed or the page does not show the fit.
+    /// The ridges of its changes, SVG; `None` if it has not mixed or the page does not show the fit.
     pub ridges: Option<String>,
 }
 

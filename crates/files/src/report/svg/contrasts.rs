@@ -44,7 +44,7 @@ pub fn contrasts(subjects: &[(&str, Vec<Contrast>)], title: &str) -> Svg {
     svg.finish(foot + 72.0 + 2.0 * MARGIN)
 }
 
-/// One subject's, from this height, px; where it ends.
+/// Draws one subject's panel below `top`, px, and returns its lower edge.
 fn panel(svg: &mut Svg, subject: &str, all: &[Contrast], top: f64) -> f64 {
     let (mut muscles, mut pairs): (Vec<&str>, Vec<(&str, &str)>) = (Vec::new(), Vec::new());
     for c in all {

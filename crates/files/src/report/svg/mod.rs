@@ -6,6 +6,7 @@ mod animation;
 mod axes;
 mod changes;
 mod contours;
+#[cfg(feature = "files")]
 mod contrasts;
 mod labels;
 mod muscles;
@@ -29,6 +30,7 @@ use super::export::{Export, Provenance};
 
 pub use animation::{AnimationFrame, animation, animation_of_seen};
 pub use changes::{Series, changes};
+#[cfg(feature = "files")]
 pub use contrasts::contrasts;
 pub use muscles::{Panel, panels};
 pub use posterior::{outlines, pairs, ridges};

@@ -33,8 +33,8 @@ fn rises(changes: &[f64]) -> f64 {
     changes.iter().filter(|c| **c > 0.0).count() as f64 / changes.len().max(1) as f64
 }
 
-/// A ridge for every muscle: how probable each change of its tension from the baseline is; a bar over its middle 95 %, a thick one over
-/// its middle half.
+/// A ridge for every muscle: the density of the change of its tension from the baseline, with a bar over its
+/// 95 % interval and a thick one over its 50 % interval.
 pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let names = &posterior.density.ground.muscles;
     let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, posture, m)).collect();
@@ -128,7 +128,7 @@ fn inner([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     ticks(low..=high).into_iter().filter(move |v| (low + room..=high - room).contains(v)).step_by(3)
 }
 
-/// The changes of the muscles that are surest to rise or fall, in pairs.
+/// Pairs of changes of the muscles that are surest to rise or fall.
 pub fn pairs(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let names = &posterior.density.ground.muscles;
     let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, posture, m)).collect();
