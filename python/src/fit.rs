@@ -14,6 +14,7 @@ use tongue_fit::inverse::{self, Among, FitSettings, HyoidMotion, Premises, Said,
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{TargetKind, Vowel};
+use tongue_fit::posterior::Verdict;
 use tongue_fit::report::batch as outputs;
 use tongue_fit::report::{self, Export, FitRecord, Provenance, SectionPicture, Svg};
 use tongue_fit::system::System;
@@ -109,7 +110,7 @@ fn picture(body: &body::Body<2>, fit: &inverse::Fit) -> PyResult<Svg> {
 #[pyfunction]
 #[pyo3(signature = (data, subject, vowel, *, target = "ratio", muscles = None, baseline = None, body = None, model = None,
     method = "nelder-mead", starts = 4, upper_bound = 100.0,
-    among = "others", thesis = false, tone = None, hyoid = None, free_bones = None, threads = None))]
+    among = "others", thesis = false, tone = None, hyoid = None, free_bones = None, verdict = true, threads = None))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn fit_row<'py>(
     py: Python<'py>,
@@ -129,6 +130,7 @@ pub fn fit_row<'py>(
     tone: Option<GivenTone>,
     hyoid: Option<&str>,
     free_bones: Option<&Bound<'py, PyAny>>,
+    verdict: bool,
     threads: Option<usize>,
 ) -> PyResult<(Bound<'py, PyDict>, String)> {
     let clock = std::time::Instant::now();
@@ -146,7 +148,8 @@ pub fn fit_row<'py>(
         let fit = inverse::fit_under(&body, &model, &target, premises, &settings).map_err(refused)?;
         let alarms = alarms::alarms(&body.mesh, &fit, &known, None, &settings, DEFAULT_THICKNESS_M);
         let by = Provenance::new("python").with_tissue(model.tissue);
-        let record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
+        let mut record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
+        record.verdict = if verdict { Verdict::of_target(&body, &model, &target).ok() } else { None };
         let text = record.to_json().map_err(refused)?;
         Ok::<_, PyErr>((text, picture(&body, &fit)?.text(&by).map_err(refused)?))
     })??;

@@ -251,7 +251,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             Err("these priors switch off the tensions of the baseline, so every tension is a rise".to_owned())
         }
         Some(report) => Verdict::of(report).ok_or_else(|| report.why.clone()),
-        None => arguments.posterior.quick(&tongue, &model, &target),
+        None => Verdict::of_target(&tongue, &model, &target),
     };
     output::step(|| match &verdict {
         Ok(_) => "verdict made".to_owned(),

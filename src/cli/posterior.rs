@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr};
-use tongue_fit::body::{Body, HYOID, Mesh};
+use tongue_fit::body::{Body, Mesh};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
     self, Contrast, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Stretch, Summary,
-    Verdict,
 };
 use tongue_fit::report::{self, Draws, Export, Svg};
 use tongue_fit::system::Model;
@@ -112,18 +111,6 @@ impl Arguments {
             None => ground,
         };
         ground.map(Some)
-    }
-
-    /// The verdict of a fit without `--posterior`, from a short run of the sampler; `Err` says in a sentence why there is none.
-    pub fn quick(&self, body: &Body<2>, model: &Model, target: &Target) -> Result<Verdict, String> {
-        if !Ground::is_for_springs(body, model) {
-            return Err("this body takes longer than a verdict may: --posterior 2000 gives one".to_owned());
-        }
-        let matched = Matched::new(&body.mesh, target).map_err(|e| e.to_string())?;
-        let mut priors = Priors::default();
-        priors.hyoid.off = body.bone(HYOID).is_empty();
-        let ground = Ground::new(body, model, &priors).map_err(|e| e.to_string())?;
-        Verdict::quick(&ground, Seen::of(&matched), 0).map_err(|e| e.to_string())
     }
 
     /// Whether the vowels of a subject are sampled together.

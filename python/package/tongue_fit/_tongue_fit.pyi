@@ -403,6 +403,7 @@ def fit_row(
     tone: float | Mapping[str, float] | None = None,
     hyoid: str | None = None,
     free_bones: _Names | None = None,
+    verdict: bool = True,
     threads: int | None = None,
 ) -> tuple[dict[str, Any], str]:
     """Fits one row: the implementation of `tongue_fit.fit`, with the picture of the fitted shape (SVG)."""

@@ -87,14 +87,16 @@ def fit(
     tone: float | Mapping[str, float] | None = None,
     hyoid: str | None = None,
     free_bones: Sequence[str] = (),
+    verdict: bool = True,
     threads: int | None = None,
 ) -> Fit:
     """Fits one row on `threads` threads (default: one for each core): a dict with the names and bits of the JSON of
-    `tongue-fit --vowel V --json`."""
+    `tongue-fit --vowel V --json`. Most of its time is that of `verdict`, which says for every muscle how probably it pulls harder than in the
+    baseline; False leaves it out."""
     record, picture = native.fit_row(
         _measured(data), subject, vowel, target=target, muscles=muscles, baseline=baseline, body=body, model=model, method=method,
         starts=starts, upper_bound=upper_bound, among=among, thesis=thesis, tone=tone, hyoid=hyoid, free_bones=free_bones,
-        threads=threads,
+        verdict=verdict, threads=threads,
     )  # fmt: skip
     found = Fit(record)
     found.picture = picture

@@ -2,9 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::inverse::Matched;
+use tongue_core::body::{Body, HYOID};
+use tongue_core::system::Model;
+use tongue_input::measured::Target;
+
 use super::density::Density;
 use super::ground::Ground;
 use super::map::Mode;
+use super::priors::Priors;
 use super::run::short_run;
 use super::seen::Seen;
 use super::sensitivity::Scaled;
@@ -101,6 +107,21 @@ pub struct Verdict {
 }
 
 impl Verdict {
+    /// For a fit without draws, from a short run under the usual priors.
+    ///
+    /// # Errors
+    /// A sentence that says why there is none: the body takes too long, or no chain can begin.
+    pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
+        if !Ground::is_for_springs(body, model) {
+            return Err("this body takes longer than a verdict may: --posterior 2000 gives one".to_owned());
+        }
+        let matched = Matched::new(&body.mesh, target).map_err(|e| e.to_string())?;
+        let mut priors = Priors::default();
+        priors.hyoid.off = body.bone(HYOID).is_empty();
+        let ground = Ground::new(body, model, &priors).map_err(|e| e.to_string())?;
+        Self::quick(&ground, Seen::of(&matched), 0).map_err(|e| e.to_string())
+    }
+
     /// From a short run, for a posture of what was seen.
     ///
     /// # Errors
