@@ -85,9 +85,15 @@ fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
     assert!((rms - of(2, "rms")).abs() < 1e-3, "{rms}");
     assert!((log_score - of(2, "log_score")).abs() < 1e-2, "{log_score}");
     assert!((held - of(2, "coverage_95")).abs() < 0.011, "{held}");
-    // The intervals are calibrated, and the distribution is better than the normal one of the other speakers,
-    // whose mean has hardly a larger error.
-    assert!((0.9..=0.98).contains(&held) && log_score > of(1, "log_score") && rms < of(1, "rms"), "{held}");
+    // The intervals are calibrated, and the distribution is better than the normal one of the other speakers. Its mean
+    // is not (0.091 against 0.088): equal scales of F and F0 cost 0.003.
+    assert!((0.9..=0.98).contains(&held) && log_score > of(1, "log_score"), "{held}");
+    // A speaker's vowels together are better in both, and vowels of other speakers are worse than a row alone.
+    let names: Vec<&str> = scores.as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
+    assert_eq!(names[3..], ["posterior_joint", "posterior_joint_tilt", "control_other_speakers"]);
+    for (better, worse) in [(3, 1), (3, 2), (4, 3), (2, 5)] {
+        assert!(of(better, "rms") < of(worse, "rms") && of(better, "log_score") > of(worse, "log_score"));
+    }
     let permuted = committed["posterior"]["permuted_rms"].as_array().unwrap();
     assert!(
         permuted.len() == 10 && permuted.iter().all(|other| other.as_f64().unwrap() > rms),
