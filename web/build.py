@@ -13,7 +13,9 @@ TARGET = "wasm32-wasip1"
 def main():
     out = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else WEB / "tongue.html"
     command = ["cargo", "build", "--quiet", "--locked", "--package", "tongue-fit-web", "--profile", "web", "--target", TARGET]
-    subprocess.run(command, cwd=ROOT, check=True)
+    # Registers of 128 bits, which browsers have had since 2023 at the latest: twice as fast where many equilibria are solved at once.
+    flags = {"CARGO_TARGET_WASM32_WASIP1_RUSTFLAGS": "-C target-feature=+simd128"}
+    subprocess.run(command, cwd=ROOT, check=True, env=os.environ | flags)
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     wasm = (target / TARGET / "web" / "tongue_fit_web.wasm").read_bytes()
     parts = WEB / "page"

@@ -123,4 +123,37 @@ def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_
     pytest.importorskip("arviz")
     tree = found.to_arviz()
     assert list(tree["posterior"]["tension_n_per_m"].coords["muscle"].values) == found.muscles
-    assert float(tree["observed_data"]["stretch"].sel(muscle="SGm")) == found["target_stretches"]["SGm"]
+    assert float(tree["observed_data"]["measured_stretch"].sel(measured="SGm")) == found["target_stretches"]["SGm"]
+
+
+def test_the_likelihood_and_the_diagnostics_are_those_of_arviz() -> None:
+    arviz = pytest.importorskip("arviz")
+    # A muscle less than the body has, so that what was measured is not all that is sampled.
+    rows = "X,ɯ,46,56,46,56,25,40,36\nX,a,38,57,50,54,21,47,33\n"
+    table = tf.Dataset.from_text(f"subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm\n{rows}")
+    found = tf.posterior(table, "X", "a", draws=1000)
+    assert "HGp" in found.muscles and "HGp" not in found.measured and len(found.measured) == 7
+    tree = found.to_arviz()
+    # By the definition: the normal density of a stretch given the others, from the joint one of all of them.
+    likelihood, draws = found.to_dict()["log_likelihood"]["measured_stretch"], found.draws["stretch"]
+    assert likelihood.shape == (*draws.shape[:2], 7)
+    at = [found.muscles.index(muscle) for muscle in found.measured]
+    residuals = np.array([found["target_stretches"][muscle] for muscle in found.measured]) - draws[..., at]
+    # Given the others a residual is normal with the precision Q_ii: ln(Q_ii / 2 pi) / 2 less the square of a linear form of all residuals.
+    pairs = [(i, j) for i in range(7) for j in range(i, 7)]
+    products = np.stack([residuals[..., i].ravel() * residuals[..., j].ravel() for i, j in pairs] + [np.ones(residuals[..., 0].size)], axis=1)
+    for muscle in range(7):
+        values = likelihood[..., muscle].ravel()
+        solution, _, _, _ = np.linalg.lstsq(products, values, rcond=None)
+        assert np.abs(products @ solution - values).max() < 1e-6
+        precision = -2.0 * solution[pairs.index((muscle, muscle))]
+        assert abs(solution[-1] - 0.5 * np.log(precision / (2.0 * np.pi))) < 1e-5
+    loo = arviz.loo(tree, pointwise=True)
+    assert np.isfinite(float(loo.elpd_loo)) and loo.loo_i.shape == (7,)
+    # What the program says of the chains is what ArviZ finds in the file.
+    told = found["posterior"]
+    data = arviz.convert_to_dataset(tree["posterior"])[["tension_n_per_m", "baseline_tension_n_per_m", "change_n_per_m", "hyoid_mm"]]
+    worst = max(float(value.max()) for value in arviz.rhat(data).values())
+    fewest = min(float(value.min()) for kind in ("bulk", "tail") for value in arviz.ess(data, method=kind).values())
+    assert worst <= told["r_hat"] + 1e-6 and worst > 1.0
+    assert fewest >= min(told["ess"]["bulk"], told["ess"]["tail"]) - 1.0

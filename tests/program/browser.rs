@@ -85,6 +85,11 @@ impl Browser {
 
     /// Opens a file with a fragment such as `#v=a` or none, and waits until it is ready.
     pub fn open(&mut self, file: &Path, fragment: &str) -> Page {
+        self.open_after("", file, fragment)
+    }
+
+    /// The same after a script.
+    pub fn open_after(&mut self, script: &str, file: &Path, fragment: &str) -> Page {
         let target = self.call(None, "Target.createTarget", json!({"url": "about:blank"}));
         let to = json!({"targetId": target["targetId"], "flatten": true});
         let session = self.call(None, "Target.attachToTarget", to);
@@ -92,6 +97,7 @@ impl Browser {
         for domain in ["Page", "Runtime", "Log"] {
             self.call(Some(&page), &format!("{domain}.enable"), json!({}));
         }
+        self.call(Some(&page), "Page.addScriptToEvaluateOnNewDocument", json!({"source": script}));
         let still = json!({"features": [{"name": "prefers-reduced-motion", "value": "reduce"}]});
         self.call(Some(&page), "Emulation.setEmulatedMedia", still);
         let url = format!("file://{}{fragment}", file.display());

@@ -51,6 +51,7 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
         |name: &str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("{name} of {header:?}"));
     let [chain, draw, gga] = ["chain", "draw", "change_GGa_n_per_m"].map(column);
     column("version");
+    column("log_likelihood_HGp");
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let length = rows.iter().filter(|r| &r[chain] == "0").count();
     assert!(length > 100 && rows.len() == 8 * length, "{length} of {}", rows.len());

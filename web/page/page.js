@@ -13,7 +13,10 @@ const element = (name, properties = {}, ...children) => {
 
 // What is shown; the link holds all of it.
 const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: true, mesh: true, subject: "", vowel: "", baseline: "", target: "stretch", along: null, lips: [8, 0] };
-let body, live, worker, draw, path, sound, fit = null, shape = null, table = null, baseline = null;
+let body, live, worker, thinker, draw, path, sound, fit = null, rises = null, shape = null, table = null;
+// The link as it was opened; what is shown becomes the link only after it has been taken up.
+const opening = location.hash;
+let ready = false;
 
 // -- The library, here and in a worker ----------------------------------------------------------------------------------------------
 async function unpacked() {
@@ -21,24 +24,27 @@ async function unpacked() {
   return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 }
 
-// Long work is done beside the page where the browser lets it; else in it. A fit that nobody waits for any more is ended.
+// Long work is done beside the page where the browser lets it; else in it, except for verdicts, which would stop the sliders for
+// seconds. A fit or a verdict that nobody waits for any more is ended.
+const LONG = ["fit", "verdict"];
 function makeWorker(module) {
   const source = `${makeEngine}\nlet engine; onmessage = ({ data }) => { if (data.module) engine = makeEngine(data.module); else postMessage(engine.ask(data)); };`;
   const waiting = [];
   let beside = null, opened = null, read = null;
-  const here = (request) => new Promise((done) => setTimeout(() => done(live.ask(request)), 0));
+  const answer = (request) => request.ask === "verdict" ? { error: "this browser does no work beside a page" } : live.ask(request);
+  const here = (request) => new Promise((done) => setTimeout(() => done(answer(request)), 0));
   const post = (request) => new Promise((done) => { waiting.push({ done, request }); beside.postMessage(request); });
   const start = () => {
     try {
       beside = new Worker(URL.createObjectURL(new Blob([source], { type: "text/javascript" })));
       beside.onmessage = ({ data }) => waiting.shift().done(data);
-      beside.onerror = (e) => { e.preventDefault(); beside = null; waiting.splice(0).forEach((w) => w.done(live.ask(w.request))); };
+      beside.onerror = (e) => { e.preventDefault(); beside = null; waiting.splice(0).forEach((w) => w.done(answer(w.request))); };
       beside.postMessage({ module });
     } catch { beside = null; }
   };
   start();
   return (request) => {
-    if (beside && ["open", "table", "fit"].includes(request.ask) && waiting.some((w) => w.request.ask === "fit")) {
+    if (beside && ["open", "table", ...LONG].includes(request.ask) && waiting.some((w) => LONG.includes(w.request.ask))) {
       beside.terminate();
       waiting.splice(0).forEach((w) => w.done({ error: "", ended: true }));
       start();
@@ -107,12 +113,15 @@ function step(now) {
   show();
   showChanged();
   clearTimeout(idle);
+  idle = 0;
   if (tween) move(); else idle = setTimeout(check, 180);
 }
 
 // When nothing moves: the same posture from rest, and whether it is on the branch that begins there.
 let checking = false, again = false;
+const settled = () => !asked && !idle && !checking;
 async function check() {
+  idle = 0;
   remember();
   if (checking) { again = true; return; }
   checking = true;
@@ -200,11 +209,12 @@ function makeRows() {
     const name = make("title"), sim = make("rect", { y: 3, height: 10, fill: m.colour }), mea = make("rect", { class: "mea", y: 15, height: 9 }), zero = make("line", { y1: 0, y2: 28 });
     const bars = make("svg", { class: "bars", role: "img", viewBox: "0 0 200 28", preserveAspectRatio: "none" }, name, sim, mea, zero);
     if (m.colour === "#000000") sim.setAttribute("fill", "light-dark(#000, #999)"), sim.style.fill = "light-dark(#000, #999)";
-    rows.push({ slider, number, sim, mea, zero, name });
+    const rise = element("span", { className: "rise" });
+    rows.push({ slider, number, rise, sim, mea, zero, name });
     slider.addEventListener("input", () => pull(i, Number(slider.value)));
     number.addEventListener("change", () => typed(i, number.value));
     const label = element("label", { htmlFor: slider.id, title: m.full_name }, mark, m.name);
-    return element("div", { className: "row" }, label, slider, number, bars);
+    return element("div", { className: "row" }, label, slider, number, rise, bars);
   }));
 }
 function pull(i, newtons) {
@@ -274,30 +284,58 @@ function makeVowels() {
   byId("origin").textContent = `${table.origin}: ${subjects.length} speaker${subjects.length === 1 ? "" : "s"}, ${table.rows.length} vowels measured.`
     + (table.told.length ? ` ${table.told.join(" ")}` : "");
 }
+// Which muscles pull harder than in the baseline, from a short run of the posterior; it is made beside the page and the fit.
+function showRises(why = "") {
+  byId("rises").textContent = rises ? `${rises.sentences.join(" ")} ` : why;
+  if (rises) byId("rises").append(element("small", { textContent: `From 240 draws of the posterior in ${round(rises.seconds)} s, ${body.palate_m === null ? "" : "without palate and teeth, "}probabilities to about 0.05.` }));
+  body.muscles.forEach((m, i) => {
+    const { rise } = rows[i], said = rises?.muscles.find((r) => r.muscle === m.name);
+    const p = said?.p_rises, [low, high] = said?.tension_n_per_m ?? [];
+    rise.textContent = !said ? "" : p > 0.99 ? "P > 0.99" : p < 0.01 ? "P < 0.01" : `P ${round(p, 2)}`;
+    rise.title = said ? `${m.name}, harder than in /${rises.baseline}/: ${said.word.replace(" harder", "")} (probability ${p.toFixed(2)}). 95 % of its tension: ${round(low)} to ${round(high)} N/m${said.mostly_prior ? ", mostly prior" : ""}.` : "";
+    rise.className = `rise ${said ? said.word.split(" ")[0] : ""}`;
+  });
+  byId("rise-what").textContent = rises ? `P: pulls harder than in /${rises.baseline}/` : "";
+}
+async function think(mine, subject, vowel) {
+  const clock = performance.now();
+  showRises("How sure it is which muscles pull harder is being computed …");
+  const said = await thinker({ ask: "verdict", subject, vowel, baseline: state.baseline });
+  if (mine !== fitting || said.ended) return;
+  rises = said.error ? null : { ...said, baseline: state.baseline, seconds: (performance.now() - clock) / 1000 };
+  showRises(said.error && `No verdict of which muscles pull harder: ${said.error}.`);
+}
+// No fit is shown any more, and one that is under way is not waited for.
+function forget(said = "") {
+  [fit, rises] = [null, null];
+  fitting++;
+  byId("valley").hidden = true;
+  verdict(said);
+  showRises();
+}
 let fitting = 0;
 async function choose(vowel, keep = false) {
   state.vowel = vowel;
   state.along = null;
-  const mine = ++fitting, { subject, target } = state;
+  const { subject, target } = state;
   showControls();
   if (vowel === state.baseline) {
-    fit = null;
-    byId("valley").hidden = true;
-    verdict(`/${vowel}/ is ${subject}’s baseline: every other vowel is compared with it. ${target === "ratio" ? "Ratios take it for the shape at rest." : "Stretches take it for a posture with 8 N/m in every muscle."}`);
+    forget(`/${vowel}/ is ${subject}’s baseline: every other vowel is compared with it. ${target === "ratio" ? "Ratios take it for the shape at rest." : "Stretches take it for a posture with 8 N/m in every muscle."}`);
     if (!keep) plain(body.muscles.map(() => target === "ratio" || own.thesis ? 0 : 8), [0, 0, 0]);
     return;
   }
+  const mine = ++fitting;
   verdict(`Fitting ${subject} /${vowel}/ …`);
+  rises = null;
+  think(mine, subject, vowel);
   const clock = performance.now();
   const walls = walled();
   const ready = !state.continuum === !own.continuum && walls === (body.palate_m !== null)
     && own.fits?.find((f) => f.subject === subject && f.vowel === vowel && f.baseline === state.baseline && f.target_kind === target && table.own);
   const found = ready || await worker({ ask: "fit", subject, vowel, baseline: state.baseline, target, walls });
-  if (mine !== fitting) return;
+  if (mine !== fitting || found.ended) return;
   if (found.error) {
-    fit = null;
-    byId("valley").hidden = true;
-    verdict(found.error);
+    forget(found.error);
     show();
     return;
   }
@@ -322,7 +360,7 @@ function showChanged() {
   ];
   byId("changed").hidden = !changed.length;
   byId("changed").firstElementChild.textContent = `Changed by hand since: ${changed.join(", ")}.`;
-  byId("verdict").classList.toggle("old", changed.length > 0);
+  for (const id of ["verdict", "rises", "rows"]) byId(id).classList.toggle("old", changed.length > 0);
 }
 // What a fit is made with: no weight, the jaw closed.
 function plain(tensions, bones) {
@@ -398,7 +436,7 @@ function open() {
   const made = live.ask(request);
   complain("open", made.error);
   if (made.error) return false;
-  worker(request);
+  for (const beside of [worker, thinker]) beside(request);
   body = made;
   shape = null;
   if (state.tensions.length !== body.muscles.length) state.tensions = body.muscles.map(() => 0);
@@ -418,12 +456,13 @@ async function readTable(given = null) {
   const said = live.ask(request);
   complain("table", said.error);
   if (said.error) return false;
+  thinker(request);
   await worker(request);
   let decoded = text;
   if (file_bytes) try { decoded = new TextDecoder("utf-8", { fatal: true }).decode(file_bytes); } catch { decoded = null; }
   table = { ...said, own: !given, file, text: decoded };
-  [fit, missing, state.baseline] = [null, null, ""];
-  byId("valley").hidden = true;
+  [missing, state.baseline] = [null, ""];
+  forget();
   makeVowels();
   return true;
 }
@@ -456,7 +495,7 @@ function link() {
   return "#" + q.toString().replaceAll("%2C", ",").replaceAll("%3D", "=");
 }
 function remember() {
-  if (!testing) try { history.replaceState(null, "", link()); } catch { /* a page without an address has no link */ }
+  if (ready && !testing) try { history.replaceState(null, "", link()); } catch { /* a page without an address has no link */ }
 }
 // Takes up what a link says, and says what of it cannot be taken up; what is wrong with a tension the program says.
 const IN_LINKS = ["body", "file", "table", "s", "b", "v", "k", "t", "bones", "gravity", "palate", "lips", "mesh", "along"];
@@ -503,9 +542,8 @@ async function takeUp(fragment) {
   showControls();
   const vowel = missing ? null : one("v", table.rows.filter((r) => r.subject === state.subject).map((r) => r.vowel), null);
   if (missing) {
-    [state.vowel, state.along, fit] = ["", null, null];
-    byId("valley").hidden = true;
-    verdict(`This link is of the table ${file}, which is not in it: open that table below. Until then no vowel is fitted.`);
+    [state.vowel, state.along] = ["", null];
+    forget(`This link is of the table ${file}, which is not in it: open that table below. Until then no vowel is fitted.`);
   } else if (vowel) {
     await choose(vowel, q.has("t"));
     const [along, most] = [q.get("along"), fit?.valley ? fit.valley.points.length - 1 : 0];
@@ -528,6 +566,7 @@ function caption() {
     `Tensions, N per metre of thickness: ${pulled.join(", ") || "none"}.`,
     `Jaw ${round(jaw)}° open; hyoid ${round(back)} mm back, ${round(up)} mm up; ${weight}; palate and teeth ${walled() ? "stop the tongue" : "do not act"}; ${body.what}.`,
     ...byId("beyond").hidden ? [] : [byId("beyond").textContent],
+    ...fit && rises && !changed ? [rises.sentences.join(" ")] : [],
   ] };
 }
 const fileName = (ending) => `tongue${state.vowel ? `-${state.subject}-${state.vowel}` : ""}.${ending}`.replace(/[^\p{L}\p{N}.-]+/gu, "-");
@@ -575,7 +614,7 @@ function listen() {
   byId("changed").querySelector("button").addEventListener("click", back);
   for (const radio of document.querySelectorAll("[name=target]")) radio.addEventListener("change", () => { state.target = radio.value; if (state.vowel) choose(state.vowel); });
   byId("along").addEventListener("input", () => slide(Number(byId("along").value)));
-  byId("slack").addEventListener("click", () => { [state.vowel, state.along, fit] = ["", null, null]; fitting++; byId("valley").hidden = true; verdict(""); glide(body.muscles.map(() => 0), [0, 0, 0]); showControls(); });
+  byId("slack").addEventListener("click", () => { [state.vowel, state.along] = ["", null]; forget(); glide(body.muscles.map(() => 0), [0, 0, 0]); showControls(); });
   ["jaw", "back", "up"].forEach((id, i) => byId(id).addEventListener("input", () => { tween = null; state.bones[i] = Number(byId(id).value); showControls(); move(); }));
   ["lips", "round"].forEach((id, i) => byId(id).addEventListener("input", () => { state.lips[i] = Number(byId(id).value); showControls(); move(); }));
   byId("as-spoken").addEventListener("click", () => {
@@ -628,11 +667,11 @@ function listen() {
   window.addEventListener("resize", () => { if (fit?.valley) drawPath(); });
   window.addEventListener("hashchange", () => takeUp(location.hash));
 }
-const testing = location.hash === "#self-test";
+const testing = opening === "#self-test";
 async function begin() {
   const module = await WebAssembly.compile(await unpacked());
   live = makeEngine(module);
-  worker = makeWorker(module);
+  [worker, thinker] = [makeWorker(module), makeWorker(module)];
   if (!open() || !await readTable()) return;
   byId("made").textContent = `tongue-fit ${body.version}${own.command ? ` · ${own.command}` : ""} · ${body.what}`;
   if (body.palate_m === null) byId("palate").closest("label").hidden = true;
@@ -641,8 +680,10 @@ async function begin() {
   showControls();
   move();
   const first = table.fits.find((f) => f.subject === state.subject && f.vowel === "a") ?? table.fits[0];
-  if (location.hash.length > 1 && !testing) await takeUp(location.hash);
+  if (opening.length > 1 && !testing) await takeUp(opening);
   else if (first) { state.subject = first.subject; makeVowels(); await choose(first.vowel); }
+  ready = true;
+  remember();
   document.body.dataset.ready = "yes";
 }
 begin().catch((error) => { errors.push(String(error)); complain("page", `This page cannot run here: ${error}. It needs a browser of 2023 or newer.`); });

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     _Arrays = dict[str, NDArray[np.float64]]
 
 #: Columns of the program's `posterior.csv` by muscle: `tension_GGa_n_per_m` is muscle GGa of `tension_n_per_m`.
-_BY_MUSCLE = re.compile(r"(tension|baseline_tension|change|stretch)_(.+?)(_n_per_m)?")
+_BY_MUSCLE = re.compile(r"(tension|baseline_tension|change|stretch|log_likelihood)_(.+?)(_n_per_m)?")
 
 
 class Posterior(Run):
@@ -45,9 +45,17 @@ class Posterior(Run):
         return [match[1] for match in found if match]
 
     @property
+    def measured(self) -> list[str]:
+        """The muscles whose stretch was measured, in the order of the last axis of `log_likelihood`."""
+        return [name.removeprefix("log_likelihood_") for name in self._columns()[0] if name.startswith("log_likelihood_")]
+
+    @property
     def draws(self) -> _Arrays:
         """The draws: `tension_n_per_m`, `baseline_tension_n_per_m`, `change_n_per_m` and `stretch` with the shape (chains, draws,
         muscles), `hyoid_mm` with (chains, draws, 2)."""
+        return {name: values for name, values in self._arrays().items() if name != "log_likelihood"}
+
+    def _arrays(self) -> _Arrays:
         names, table = self._columns()
         found: dict[str, list[int]] = {}
         for at, name in enumerate(names):
@@ -77,17 +85,18 @@ class Posterior(Run):
 
     def to_dict(self) -> dict[str, _Arrays]:
         """The groups that ArviZ knows: `posterior`, `prior` (as many draws), `sample_stats` (the logarithm of the density, up to a
-        constant), `observed_data` (the measured stretches; not a number for a muscle without one) and `constant_data` (Poisson's ratio)."""
+        constant), `observed_data` (the measured stretches), `log_likelihood` (of each of them given all others, since their errors are
+        correlated: what `arviz.loo` takes) and `constant_data` (Poisson's ratio)."""
         import numpy as np
 
         names, table = self._columns()
-        posterior = self.draws
-        observed = [self["target_stretches"].get(muscle, np.nan) for muscle in self.muscles]
+        observed = [self["target_stretches"][muscle] for muscle in self.measured]
         return {
-            "posterior": posterior,
+            "posterior": self.draws,
             "prior": self._prior(table.shape[0] * table.shape[1]),
             "sample_stats": {"lp": table[:, :, names.index("log_density")]},
-            "observed_data": {"stretch": np.array(observed, float)},
+            "observed_data": {"measured_stretch": np.array(observed, float)},
+            "log_likelihood": {"measured_stretch": self._arrays()["log_likelihood"]},
             "constant_data": {"poisson_ratio": np.array(self["posterior"]["poisson_ratio"], float)},
         }
 
@@ -98,8 +107,8 @@ class Posterior(Run):
         except ImportError:
             import arviz
         by_muscle = ["tension_n_per_m", "baseline_tension_n_per_m", "change_n_per_m", "stretch"]
-        dims = {**dict.fromkeys(by_muscle, ["muscle"]), "hyoid_mm": ["axis"]}
-        said = {"coords": {"muscle": self.muscles, "axis": ["back", "up"]}, "dims": dims}
+        dims = {**dict.fromkeys(by_muscle, ["muscle"]), "hyoid_mm": ["axis"], "measured_stretch": ["measured"]}
+        said = {"coords": {"muscle": self.muscles, "measured": self.measured, "axis": ["back", "up"]}, "dims": dims}
         if hasattr(arviz, "InferenceData"):
             return arviz.from_dict(**self.to_dict(), **said)
         return arviz.from_dict(self.to_dict(), **said)

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{FitRecord, Provenance};
 
 use crate::engine::Engine;
@@ -40,6 +41,20 @@ pub fn table(engine: &mut Engine, text: Option<&[u8]>, file: &str) -> Result<Val
     Ok(json!({"origin": origin, "rows": rows, "fits": fits, "baselines": baselines, "told": told}))
 }
 
+/// The target of a row; against its speaker's usual baseline where none is given.
+fn target(
+    engine: &Engine,
+    subject: &str,
+    vowel: &str,
+    baseline: Option<&str>,
+    kind: TargetKind,
+) -> Result<Target, String> {
+    let vowel: Vowel = vowel.parse().map_err(|e| format!("{e}"))?;
+    let baseline = baseline.map(str::parse::<Vowel>).transpose().map_err(|e| e.to_string())?;
+    let options = TargetOptions { muscles: None, baseline };
+    Target::new(&engine.data, subject, &vowel, kind, &options).map_err(|e| e.to_string())
+}
+
 /// The result of `tongue-fit --vowel .. --method gauss-newton`; with `walls`, palate and teeth stop the tongue.
 ///
 /// # Errors
@@ -52,11 +67,19 @@ pub fn fit(
     kind: TargetKind,
     walls: bool,
 ) -> Result<FitRecord, String> {
-    let vowel: Vowel = vowel.parse().map_err(|e| format!("{e}"))?;
-    let baseline = baseline.map(str::parse::<Vowel>).transpose().map_err(|e| e.to_string())?;
-    let options = TargetOptions { muscles: None, baseline };
-    let target = Target::new(&engine.data, subject, &vowel, kind, &options).map_err(|e| e.to_string())?;
+    let target = target(engine, subject, vowel, baseline, kind)?;
     let by = Provenance::new("tongue.html").with_tissue(engine.model.tissue);
     FitRecord::of_target(&engine.body, &engine.model, &target, engine.thesis, walls, by)
         .map_err(|e| e.to_string())
+}
+
+/// The verdict of `tongue-fit --vowel ..`, with its sentences.
+///
+/// # Errors
+/// As the program's, or why there is no verdict.
+pub fn verdict(engine: &Engine, subject: &str, vowel: &str, baseline: Option<&str>) -> Result<Value, String> {
+    let target = target(engine, subject, vowel, baseline, TargetKind::Stretch)?;
+    let verdict = Verdict::of_target(&engine.body, &engine.model, &target)?;
+    let sentences = verdict.sentences(target.baseline.label());
+    Ok(json!({"muscles": verdict.muscles, "sentences": sentences}))
 }

@@ -38,6 +38,8 @@ enum Request {
         #[serde(default)]
         walls: bool,
     },
+    /// Which muscles pull harder than in the baseline, and how sure that is.
+    Verdict { subject: String, vowel: String, baseline: Option<String> },
 }
 
 /// The answer to a request, as JSON. Behind the request and a zero byte, the bytes of a file may stand.
@@ -70,6 +72,9 @@ pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, Str
         (Request::Fit { subject, vowel, baseline, target, walls }, Some(engine)) => {
             let kind: TargetKind = target.parse().map_err(|e| format!("{e}"))?;
             to_value(fits::fit(engine, &subject, &vowel, baseline.as_deref(), kind, walls)?)
+        }
+        (Request::Verdict { subject, vowel, baseline }, Some(engine)) => {
+            fits::verdict(engine, &subject, &vowel, baseline.as_deref())
         }
     };
     value.map(|v| v.to_string())
