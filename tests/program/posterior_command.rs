@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 
 use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
+use tongue_fit::posterior::{Said, Verdict, VerdictFrom};
 
 fn run(folder: &Path, arguments: &str) -> Output {
     Command::new(cargo_bin("tongue-fit")).args(arguments.split(' ')).current_dir(folder).output().unwrap()
@@ -82,7 +83,15 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
         (fits.len(), page.matches("change of every tension from the baseline</title>").count()),
         (2, 1)
     );
-    assert!(fits[0]["posterior"].is_null());
+    assert!(fits[0]["posterior"].is_null() && fits[0]["verdict"].is_null());
+    // The sentences with which a fit of the row begins.
+    let said: Vec<Said> = serde_json::from_value(fits[1]["verdict"].clone()).unwrap();
+    let sentences = Verdict { from: VerdictFrom::Draws, muscles: said }.sentences("ɯ");
+    let detail = page.split("<details id=\"fit-1\">").nth(1).unwrap().split("</details>").next().unwrap();
+    assert!(
+        sentences[0].starts_with("Harder than in /ɯ/") && detail.contains(&sentences.join(" ")),
+        "{sentences:?}"
+    );
     let changes = &fits[1]["posterior"]["summary"]["changes_n"];
     let table = page.split("id=\"posteriors\"").nth(1).unwrap().split("</table>").next().unwrap();
     assert_eq!(table.matches("#fit-1").count(), 1);

@@ -20,6 +20,7 @@ use tongue_core::system::Model;
 use tongue_infer::inverse::Setup;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::{self, Assessment, BaselineRow, Job, Known, Refusal, Thoroughness};
+use tongue_infer::posterior::Verdict;
 use tongue_input::measured::Dataset;
 use tongue_input::measured::thesis::Thesis;
 
@@ -189,6 +190,8 @@ pub fn fitted(
     record.fit.alarms.extend(alarm.as_ref().map(AlarmRecord::from));
     let posterior = posterior.and_then(|p| p.as_ref().ok());
     record.fit.posterior = posterior.map(|p| p.report.clone());
+    let with_tones = record.fit.posterior.as_ref().filter(|report| !report.priors.baseline.off);
+    record.fit.verdict = with_tones.and_then(Verdict::of);
     let shown = (number < page::MOST_FITS).then(|| page::Shown {
         moved: page::displacements(&assessment.fit.positions, mesh),
         ridges: posterior.and_then(|p| p.ridges.clone()),

@@ -9,6 +9,7 @@ use super::number;
 use crate::report::svg::Tension;
 use crate::report::{ReportError, Series, Told, changes};
 use tongue_core::body::Mesh;
+use tongue_infer::posterior::{Said, Verdict, VerdictFrom};
 
 /// Residual at which a cell of the heat map has its full colour.
 const FULL_COLOUR: f64 = 0.25;
@@ -164,7 +165,7 @@ fn posterior_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup 
         tr {
             td { (r.text("/subject")) (mark) }
             td { a href={ "#fit-" (id) } { "/" (r.text("/vowel")) "/" } }
-            td { "/" (r.text("/baseline")) "/" }
+            td title=(sentences(r).unwrap_or_default().join(" ")) { "/" (r.text("/baseline")) "/" }
             @for m in muscles {
                 @match change(m) {
                     Some((rises, low, high)) => td data-v=(rises) style=(shade(2.0 * rises - 1.0)) {
@@ -176,6 +177,12 @@ fn posterior_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup 
             }
         }
     }
+}
+
+/// What the program says first of a row with a posterior.
+fn sentences(r: &Told) -> Option<[String; 3]> {
+    let muscles: Vec<Said> = serde_json::from_value(r.at("/verdict").clone()).ok()?;
+    Some(Verdict { from: VerdictFrom::Draws, muscles }.sentences(r.text("/baseline")))
 }
 
 fn detail(id: usize, r: &Told, label: &str, figure: &str, ridges: Option<&str>) -> Markup {
@@ -194,6 +201,7 @@ fn detail(id: usize, r: &Told, label: &str, figure: &str, ridges: Option<&str>) 
         details id={ "fit-" (id) } {
             summary { (label) ": " (r.text("/status").replace('_', " ")) @if !alarms.is_empty() { ", " (alarms.len()) @if alarms.len() == 1 { " alarm" } @else { " alarms" } } }
             div.figure { (PreEscaped(figure)) }
+            @if let Some(sentences) = sentences(r) { p.verdict { (sentences.join(" ")) } }
             @if let Some(ridges) = ridges { " " div.figure { (PreEscaped(ridges)) } }
             @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a["text"].as_str().unwrap_or_default()) } } } }
             p {
