@@ -283,11 +283,11 @@ pub mod report {
     #[doc(inline)]
     pub use tongue_files::report::{
         AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord,
-        History, Json, Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError,
-        Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu,
-        Sto, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
-        animation_of_seen, changes, courses, frame_records, gesture_records, outlines, pairs, panels, ridges,
-        solid, status_name, timelines, tongue, valley, views, vowel,
+        History, Json, Markdown, Msh, OperationRecord, Panel, PlacementRecord, PriorRecord, Provenance, Pvd,
+        ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord,
+        SpaceTrackRecord, SpaceVtu, Sto, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture,
+        Vtu, Wav, animation, animation_of_seen, changes, courses, frame_records, gesture_records, outlines,
+        pairs, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]

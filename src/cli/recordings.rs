@@ -39,7 +39,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "map")]
     pub map_template: Option<PathBuf>,
     /// The palate in the frame of the recordings (CSV point,x_mm,y_mm from front to back): points beyond it
-    /// are reported, and the tongue is in contact with it
+    /// are reported, the tongue is in contact with it, and it helps to place a body by coils
     #[arg(long, value_name = "FILE")]
     palate: Option<PathBuf>,
     /// Only the recordings of this speaker, if files have several
@@ -412,6 +412,7 @@ impl Given {
             model: arguments.model(),
             contracting: (0..self.body.mesh.muscles.len()).collect(),
             prior,
+            palate: None,
         }
     }
 }

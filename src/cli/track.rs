@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::adapt::{self, Adaptation, Basis, How, Sight};
+use tongue_fit::adapt::{self, Adaptation, Basis, How, Placement, Sight};
 use tongue_fit::body::{Body, HYOID, MANDIBLE};
 use tongue_fit::effect::{Contact, Effect};
 use tongue_fit::geometry::Point;
@@ -13,7 +13,8 @@ use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::batch;
 use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::{
-    Export, Json, OutputDir, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
+    Export, Json, OutputDir, PlacementRecord, PriorRecord, TrackRecord, courses, frame_records,
+    gesture_records, status_name,
 };
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{self, Additions, Model, System};
@@ -46,8 +47,8 @@ pub struct Arguments {
     /// Use the body unchanged: the recordings are in its frame
     #[arg(long, conflicts_with = "rest")]
     as_is: bool,
-    /// Contour points (numbers or names) that are predicted instead of fitted, and compared with predictions
-    /// of a spline, principal components and a Gaussian of the speaker
+    /// Contour points (numbers or names) or coils that are predicted instead of fitted, and compared with
+    /// predictions of a spline, principal components and a Gaussian of the speaker
     #[arg(long, value_name = "POINTS", value_delimiter = ',')]
     hold_out: Vec<String>,
     /// Muscles that can contract [default: all of the body]
@@ -81,6 +82,15 @@ struct Speaker {
     body: Body<2>,
     followed: Vec<Followed>,
     how: Option<How>,
+    /// What is known of where coils placed it.
+    placement: Option<Placement>,
+}
+
+impl Speaker {
+    /// A recording with its coils where the placement has them on the tongue.
+    fn seated(&self, seen: &Seen) -> Seen {
+        self.placement.as_ref().map_or_else(|| seen.clone(), |placement| placement.seated(seen))
+    }
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
@@ -122,8 +132,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ..Settings::new(prior.scale_n, prior.memory_s)
     };
     let mut notes = recordings::notes(&recordings, &given.body, &arguments.free_bone);
-    let basis = Basis { contracting: numbers, ..given.basis(&arguments.body, prior) };
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
+    let basis = Basis { contracting: numbers, palate: wall, ..given.basis(&arguments.body, prior) };
     let run = Run { arguments, given: &given, basis, names: &names, is_given, palate: wall, settings };
     let seen: Vec<&Seen> = recordings.iter().map(|r| &r.seen).collect();
     run.check_freed(&seen)?;
@@ -189,6 +199,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         recordings: seen.iter().map(|s| s.name.clone()).collect(),
         body: speaker.body.what.clone(),
         rest: speaker.how,
+        placement: speaker.placement.as_ref().map(PlacementRecord::new),
         prior: PriorRecord::new(&run.settings),
         statuses,
         median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_mm)),
@@ -249,7 +260,7 @@ impl Run<'_> {
             format!("{}: scale {:.3}{rms}", made.body.what, made.similarity.scale())
         });
         let adaptation = made.adaptation(self.names);
-        Ok(self.known(made.body, Some(&adaptation)))
+        Ok(Speaker { placement: made.placement, ..self.known(made.body, Some(&adaptation)) })
     }
 
     /// A body with its adaptation.
@@ -261,7 +272,7 @@ impl Run<'_> {
                 adapt::followed(&body, &bones)
             }
         };
-        Speaker { body, followed, how: adaptation.map(|a| a.rest) }
+        Speaker { body, followed, how: adaptation.map(|a| a.rest), placement: None }
     }
 
     /// What is not known of the speaker's shape; nothing for bodies that are no tongues.
@@ -273,6 +284,11 @@ impl Run<'_> {
                 body.what
             ));
             return Ok(None);
+        }
+        if let Some(placement) = &speaker.placement {
+            return Shape::of_coils(body, &self.model(), &self.basis.contracting, placement)
+                .map(Some)
+                .into_diagnostic();
         }
         let sight = Sight::of(seen, &[]);
         let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
@@ -324,8 +340,10 @@ impl Run<'_> {
         let freed = freed.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
         let surface = Surface::of(body)
             .ok_or_else(|| miette!("{} has no outline of tissue to compare with", body.what))?;
-        let frames: Vec<_> =
-            seen.iter().map(|s| track::frames(s, &surface, &speaker.followed, hide)).collect();
+        let frames: Vec<_> = seen
+            .iter()
+            .map(|s| track::frames(&speaker.seated(s), &surface, &speaker.followed, hide))
+            .collect();
         let bar = output::bar(1, "{bar:40} {percent:>3} % of the tensions, {eta} left")?;
         let progress = |done: usize, of: usize| {
             bar.set_length(of as u64);
@@ -425,21 +443,33 @@ fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<
     let mut out = Vec::new();
     for word in &arguments.hold_out {
         let word = word.trim();
-        let known = recordings.first().map(|r| r.seen.contour.clone()).unwrap_or_default();
+        let known: Vec<String> = recordings.first().map(|r| points(&r.seen)).unwrap_or_default();
         let ending = format!("_{word}");
         let found =
             known.iter().find(|n| *n == word || (word.parse::<u32>().is_ok() && n.ends_with(&ending)));
         let found = found.ok_or_else(|| {
             let known = known.iter().map(String::as_str);
             miette!(
-                "--hold-out {word}: there is no such contour point; {}",
+                "--hold-out {word}: there is no such contour point or coil; {}",
                 tongue_fit::suggest::hint(word, known)
             )
         })?;
         out.push(found.clone());
     }
-    if !out.is_empty() && recordings.iter().any(|r| r.seen.contour.len() < out.len() + 3) {
-        return Err(miette!("--hold-out leaves fewer than three points to fit; hold out fewer"));
+    // A coil has two coordinates.
+    let left = |s: &Seen| {
+        let shown = |name: &String| !out.contains(name);
+        s.contour.iter().filter(|n| shown(n)).count() + 2 * s.sensors.iter().filter(|(n, _)| shown(n)).count()
+    };
+    if !out.is_empty() && recordings.iter().any(|r| left(&r.seen) < track::FEWEST) {
+        return Err(miette!(
+            "--hold-out leaves fewer than three contour points or two coils to fit; hold out fewer"
+        ));
     }
     Ok(out)
+}
+
+/// The points of a recording that are fitted.
+fn points(seen: &Seen) -> Vec<String> {
+    seen.contour.iter().chain(seen.sensors.iter().map(|(name, _)| name)).cloned().collect()
 }

@@ -17,6 +17,9 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
     if let Some(rms) = record.median_rms_mm {
         let _ = writeln!(text, "contour and sensors met to {rms:.2} mm (RMS, median over the frames)");
     }
+    if let Some(placement) = &record.placement {
+        let _ = writeln!(text, "{}", placement.said());
+    }
     let mut t =
         table::table(&["muscle", "level N/m", "95 % interval", "course width N/m", "reliability", "course"]);
     for (i, course) in record.courses.iter().enumerate() {

@@ -20,6 +20,7 @@ fn basis<'a>(body: &'a Body<2>, anatomy: &'a Anatomy) -> Basis<'a> {
         model: Model::default(),
         contracting: (0..8).collect(),
         prior: Prior::half_normal(8, 20.0, 0.1),
+        palate: None,
     }
 }
 

@@ -237,6 +237,57 @@ fn hidden_points_are_told_beside_the_opponents() {
     assert!(told.contains("--hold-out 12: there is no such contour point"), "{told}");
 }
 
+/// The built-in recording as three coils near the tip would show it, turned by 12 degrees.
+fn coils() -> String {
+    let text = fs::read_to_string(RECORDING).unwrap();
+    let titles: Vec<&str> = text.lines().next().unwrap().split('\t').collect();
+    let mut out = "recording,time_s,point,x_mm,y_mm\n".to_owned();
+    for row in text.lines().skip(1).map(|l| l.split('\t').collect::<Vec<_>>()) {
+        let of = |title: &str| row[titles.iter().position(|t| *t == title).unwrap()];
+        for (coil, number) in [("T1", 9), ("T2", 7), ("T3", 5)] {
+            let [x, y] =
+                ["X", "Y"].map(|axis| of(&format!("{axis}{number} DLC_Tongue")).parse::<f64>().unwrap());
+            let (sin, cos) = 12f64.to_radians().sin_cos();
+            let [x, y] = [cos * x - sin * y, sin * x + cos * y];
+            out += &format!("{},{},{coil},{x},{y}\n", of("Prompt"), of("Time of sample in recording"));
+        }
+    }
+    out
+}
+
+#[test]
+fn coils_place_the_body_and_one_that_is_hidden_is_predicted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("coils.csv"), coils()).unwrap();
+    let found = json(&run(at, &["track", "coils.csv", "--json", "--frames", "0"]));
+    let converged = found["statuses"]["converged"].as_u64().unwrap_or(0);
+    assert!(converged >= 72, "of 90 frames: {}", found["statuses"]);
+    assert!(found["median_rms_mm"].as_f64().unwrap() < 1.5, "{}", found["median_rms_mm"]);
+    let placement = &found["placement"];
+    let interval = |what: &str| [0, 1, 2].map(|i| placement[what][i].as_f64().unwrap());
+    for (what, least, most) in [("scale", 0.2, 0.6), ("turn_deg", 20.0, 50.0), ("up_mm", 6.0, 30.0)] {
+        let [middle, low, high] = interval(what);
+        assert!(low < middle && middle < high && (least..most).contains(&(high - low)), "{placement}");
+    }
+    // The contour of the same recording places the body with bones: the tongue is not larger than 1.2 times.
+    assert!(interval("scale")[1] < 1.1 && interval("scale")[2] > 0.95, "{placement}");
+    let hidden = json(&run(at, &["track", "coils.csv", "--hold-out", "T3", "--json", "--frames", "0"]));
+    let opponents = hidden["held_out"]["opponents"].as_array().unwrap();
+    let median = |name: &str| {
+        let one = opponents.iter().find(|o| o["name"] == name).unwrap();
+        assert_eq!(one["points"], 90, "{one}");
+        one["median_mm"].as_f64().unwrap()
+    };
+    let (model, mean) = (median("the model"), median("mean of the speaker's coils"));
+    assert!(model < 6.0 && mean > 0.5, "{model} {mean}");
+    assert_eq!(hidden["frames"][0]["held_out"].as_array().unwrap().len(), 2, "a coil has two coordinates");
+    let told = refused(at, &["track", "coils.csv", "--hold-out", "T2,T3", "--frames", "0"]);
+    assert!(told.contains("two coils"), "{told}");
+    let told = refused(at, &["track", "coils.csv", "--hold-out", "T9"]);
+    assert!(told.contains("there is no such contour point or coil"), "{told}");
+}
+
 #[test]
 fn an_identity_adapts_to_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();

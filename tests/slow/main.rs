@@ -4,6 +4,7 @@
 mod accuracy_study;
 mod batch_in_shards;
 mod batch_survives;
+mod coils_place_the_body;
 mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;
 mod mutated_inputs;

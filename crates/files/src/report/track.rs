@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{BoneRecord, ByMuscle, StoTable, Table};
+use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
     Displacement, Foretold, FrameStatus, Gesture, HeldOut, Link, Ranged, Settings, Tracked,
 };
@@ -170,6 +171,54 @@ impl PriorRecord {
     }
 }
 
+/// Where coils placed the body; numbers with the ends of their 95 % intervals.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlacementRecord {
+    /// Size of the speaker's tongue over that of the body.
+    pub scale: [f64; 3],
+    /// Turn of the body from the axes of the recording, from back towards up, degrees.
+    pub turn_deg: [f64; 3],
+    /// Where the middle of the outline at rest lies in the recording, to the back, mm.
+    pub back_mm: [f64; 3],
+    /// The same upwards.
+    pub up_mm: [f64; 3],
+    /// Distance of every coil behind the tip, along the body at rest, mm.
+    pub coils_mm: std::collections::BTreeMap<String, f64>,
+}
+
+impl PlacementRecord {
+    /// Of a placement.
+    pub fn new(placement: &Placement) -> Self {
+        let [back, up, turn, scale] = placement.intervals();
+        let mm = |interval: [f64; 3]| interval.map(|m| 1e3 * m);
+        Self {
+            scale,
+            turn_deg: turn.map(f64::to_degrees),
+            back_mm: mm(back),
+            up_mm: mm(up),
+            coils_mm: placement.coils.iter().map(|(name, behind)| (name.clone(), 1e3 * behind)).collect(),
+        }
+    }
+
+    /// In a sentence.
+    pub fn said(&self) -> String {
+        let [scale, turn] = [self.scale, self.turn_deg];
+        let coils: Vec<String> = self.coils_mm.iter().map(|(name, mm)| format!("{name} {mm:.0}")).collect();
+        format!(
+            "placed by coils: scale {:.2} ({:.2} to {:.2}), turned by {:.0}° ({:.0} to {:.0}), known to {:.0} mm; coils behind the tip, \
+             mm: {}",
+            scale[0],
+            scale[1],
+            scale[2],
+            turn[0],
+            turn[1],
+            turn[2],
+            (0.5 * (self.back_mm[2] - self.back_mm[1])).max(0.5 * (self.up_mm[2] - self.up_mm[1])),
+            coils.join(", ")
+        )
+    }
+}
+
 /// A run of `tongue-fit track`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackRecord {
@@ -179,6 +228,9 @@ pub struct TrackRecord {
     pub body: String,
     /// Origin of its rest shape; null for a given body.
     pub rest: Option<tongue_infer::adapt::How>,
+    /// Where it lies, if coils placed it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placement: Option<PlacementRecord>,
     /// The prior of the intervals.
     pub prior: PriorRecord,
     /// Number of frames by status.

@@ -56,7 +56,7 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
             p {
                 (record.frames.len()) " frames of " (record.recordings.len()) " recordings: "
                 @for (i, (status, n)) in record.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
-                ". Body: " (record.body) "."
+                ". Body: " (record.body) @if let Some(placement) = &record.placement { ", " (placement.said()) } "."
                 @if let Some(rms) = record.median_rms_mm { " What was seen is met to " (format!("{rms:.2}")) " mm (RMS, median over the frames)." }
             }
             p {

@@ -5,6 +5,7 @@
 //! neighbours move together) and a price on cells that shrink or grow; where a cell would still fold the change is refused and the
 //! similarity is the answer.
 
+mod coils;
 mod joint;
 mod landmarks;
 mod least_squares;
@@ -13,6 +14,7 @@ mod prior;
 mod rest;
 mod speaker;
 
+pub use coils::{Coil, FEWEST_COILS, Placement};
 pub use joint::{JointFit, JointSettings, joint};
 pub use landmarks::Landmarks;
 pub use place::{Placed, Sight};

@@ -14,6 +14,7 @@ use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_input::measured::recording::Seen;
 
+use super::coils::{self, Coil, FEWEST_COILS, Placement};
 use super::least_squares::minimise;
 use super::{RestError, mark_of};
 
@@ -45,6 +46,10 @@ pub struct Sight {
     pub spine: Option<Point>,
     /// The median place of the hyoid.
     pub hyoid: Option<Point>,
+    /// Coils on the tongue, which count where no contour was seen.
+    pub coils: Vec<Coil>,
+    /// A trace of the palate, for coils.
+    pub palate: Vec<Point>,
 }
 
 /// Where a body was placed.
@@ -54,6 +59,8 @@ pub struct Placed {
     pub similarity: Similarity,
     /// Root mean square distance of the mean contour from the body at rest, m.
     pub rms_m: f64,
+    /// What is known of the placement, where coils made it.
+    pub by_coils: Option<Placement>,
 }
 
 impl Sight {
@@ -77,22 +84,35 @@ impl Sight {
             contour,
             spine: super::speaker::median(seen, MANDIBLE),
             hyoid: super::speaker::median(seen, HYOID),
+            coils: coils::coils(seen),
+            palate: Vec::new(),
         }
+    }
+
+    /// With a trace of the palate in the frame of the recordings, m.
+    #[must_use]
+    pub fn under(self, palate: Option<&[Point]>) -> Self {
+        Self { palate: palate.unwrap_or_default().to_vec(), ..self }
     }
 
     /// A contour that was drawn, brought to the same number of points.
     pub fn drawn(contour: &[Point], spine: Option<Point>, hyoid: Option<Point>) -> Self {
-        Self { contour: evenly(contour, POINTS).unwrap_or_default(), spine, hyoid }
+        Self { contour: evenly(contour, POINTS).unwrap_or_default(), spine, hyoid, ..Self::default() }
     }
 
     /// Places a body where this was seen of it.
     ///
     /// # Errors
-    /// [`RestError::Body`]: a body without an outline, or neither a contour nor both bones.
+    /// [`RestError::Body`]: a body without an outline, or neither a contour nor three coils nor both bones.
     pub fn place(&self, body: &Body<2>) -> Result<Placed, RestError> {
+        // A bone that is seen beside coils is a coil on the jaw, which is elsewhere than the mental spine.
+        if self.contour.is_empty() && self.hyoid.is_none() && self.coils.len() >= FEWEST_COILS {
+            let placement = coils::place(body, &self.coils, &self.palate)?;
+            return Ok(Placed { similarity: placement.similarity, rms_m: 0.0, by_coils: Some(placement) });
+        }
         if self.contour.is_empty() && (self.spine.is_none() || self.hyoid.is_none()) {
             return Err(RestError::Body(
-                "neither a contour nor the mental spine and the hyoid were seen, by which it would be placed"
+                "neither a contour nor three coils nor the mental spine and the hyoid were seen, by which it would be placed"
                     .to_owned(),
             ));
         }
@@ -135,7 +155,7 @@ impl Sight {
         let similarity = similarity(&best.x);
         let squares: f64 = distances(&similarity).iter().map(|d| d * d).sum();
         let rms_m = (squares / self.contour.len().max(1) as f64).sqrt();
-        Ok(Placed { similarity: exact(similarity, &bones, rms_m), rms_m })
+        Ok(Placed { similarity: exact(similarity, &bones, rms_m), rms_m, by_coils: None })
     }
 }
 
@@ -176,7 +196,7 @@ fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
 }
 
 /// So many points evenly along a polyline; `None` for fewer than two points that differ.
-fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
+pub(super) fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
     let steps: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
     let whole: f64 = steps.iter().sum();
     if points.len() < 2 || whole.is_nan() || whole <= 0.0 {

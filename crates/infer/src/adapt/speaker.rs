@@ -11,8 +11,8 @@ use tongue_core::system::{Model, System};
 use tongue_input::measured::recording::{Mark, Seen};
 
 use super::{
-    Adaptation, JointFit, JointSettings, Landmarks, Rest, RestError, Sight, by_bones, followed, joint,
-    learned, resting,
+    Adaptation, JointFit, JointSettings, Landmarks, Placed, Placement, Rest, RestError, Sight, by_bones,
+    followed, joint, learned, resting,
 };
 
 /// How the rest shape is found.
@@ -57,6 +57,8 @@ pub struct Speaker {
     pub least_area_ratio: f64,
     /// Root mean square distance of the contours that it was made of, m.
     pub rms_m: Option<f64>,
+    /// What is known of where the body lies, where coils placed it.
+    pub placement: Option<Placement>,
     /// What has to be known: what was refused, what is missing.
     pub notes: Vec<String>,
 }
@@ -110,6 +112,8 @@ pub struct Basis<'a> {
     pub contracting: Vec<usize>,
     /// The prior of their tensions.
     pub prior: Prior,
+    /// A trace of the palate in the frame of the recordings, m, which helps to place coils.
+    pub palate: Option<&'a [Point]>,
 }
 
 impl Basis<'_> {
@@ -118,8 +122,8 @@ impl Basis<'_> {
     ///
     /// # Errors
     /// [`RestError::Body`]: recordings that show too little.
-    pub fn place(&self, seen: &[&Seen], hide: &[String]) -> Result<Similarity, RestError> {
-        Sight::of(seen, hide).place(self.body).map(|placed| placed.similarity).map_err(|why| {
+    pub fn place(&self, seen: &[&Seen], hide: &[String]) -> Result<Placed, RestError> {
+        Sight::of(seen, hide).under(self.palate).place(self.body).map_err(|why| {
             RestError::Body(format!(
                 "{why}; name their channels in a map (--map; --map-template writes one), or give a body that fits the speaker (--mesh, \
                  --anatomy, or --as-is for the built-in one)"
@@ -138,7 +142,9 @@ impl Basis<'_> {
         hide: &[String],
         progress: &dyn Fn(usize, usize),
     ) -> Result<Speaker, RestError> {
-        let similarity = self.place(seen, hide)?;
+        let Placed { similarity, by_coils, .. } = self.place(seen, hide)?;
+        // A few coils say nothing of the shape at rest.
+        let how = if by_coils.is_some() { How::Similarity } else { how };
         let rest = Rest::new(self.body, similarity)?;
         let none = nalgebra::DVector::zeros(rest.unknowns());
         let similar = rest.body(&none);
@@ -183,7 +189,8 @@ impl Basis<'_> {
                 _ => self.prior.clone(),
             },
         );
-        Ok(self.speaker(&rest, &displacements, followed, prior, how, fit.map(|f| f.rms_m)))
+        let speaker = self.speaker(&rest, &displacements, followed, prior, how, fit.map(|f| f.rms_m));
+        Ok(Speaker { placement: by_coils, ..speaker })
     }
 
     /// Adapts the body to landmarks of one posture at rest, and to the contour there.
@@ -277,6 +284,7 @@ impl Basis<'_> {
             how,
             similarity: rest.similarity,
             rms_m,
+            placement: None,
             notes: Vec::new(),
         }
     }

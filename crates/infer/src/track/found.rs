@@ -4,7 +4,6 @@ use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::inverse::BONE_SD_M;
-use tongue_core::observe::Observable;
 use tongue_input::measured::recording::Fault;
 
 use super::consider::Draws;
@@ -108,7 +107,7 @@ impl Ranged {
 pub struct Foretold {
     /// Its name.
     pub point: String,
-    /// Distance of the point from where it was expected, across the contour, m.
+    /// Distance of the point from where it was expected, across the contour, m; of a coil, which is told once for each axis, along that.
     pub missed_m: f64,
     /// Ends of the 95 % interval of that distance, m.
     pub interval_m: [f64; 2],
@@ -228,7 +227,7 @@ pub(super) fn tracked(
     };
     let foretold = |(i, hidden): (usize, &frame::Hidden)| {
         let expected = of(&draws.hidden[number][i]);
-        let seen = 1e3 * placed.map_or(f64::NAN, |placed| hidden.contour.value(placed));
+        let seen = 1e3 * placed.map_or(f64::NAN, |placed| hidden.observation.residual(placed));
         Foretold {
             point: hidden.name.clone(),
             missed_m: 1e-3 * (seen - expected.median),

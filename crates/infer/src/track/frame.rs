@@ -86,19 +86,19 @@ pub struct Frame {
     pub names: Vec<String>,
     /// Of every observation where it lies along what is seen, and its error.
     pub along: Vec<Along>,
-    /// Contour points that are kept back: their distances are foretold.
+    /// Contour points and coordinates of coils that are kept back: how far they are seen from where they are simulated is foretold.
     pub hidden: Vec<Hidden>,
     /// Of every followed bone, the shift from where it is at rest, m.
     pub shifts: Vec<SVector<f64, 2>>,
 }
 
-/// A contour point that is kept back.
+/// A contour point, or a coordinate of a coil, that is kept back.
 #[derive(Debug, Clone)]
 pub struct Hidden {
-    /// Its name.
+    /// The name of the point.
     pub name: String,
-    /// Its distance from the surface.
-    pub contour: Contour,
+    /// Its distance from the surface, or the coordinate less the one that was seen; of weight 1.
+    pub observation: Observation<2>,
     /// Where it lies along the contour, and its error.
     pub along: Along,
 }
@@ -107,12 +107,12 @@ impl Hidden {
     /// The nodes that its distance depends on, and the derivative by their positions.
     pub(super) fn slope(&self, positions: &[Point]) -> Vec<(usize, Point)> {
         let mut slope = Vec::with_capacity(4);
-        self.contour.gradient(positions, &mut |node, s| slope.push((node, s)));
+        self.observation.observable.gradient(positions, &mut |node, s| slope.push((node, s)));
         slope
     }
 }
 
-/// The frames of a recording for a body. `hide` are names of contour points that are not to be fitted.
+/// The frames of a recording for a body. `hide` are names of contour points and coils that are not to be fitted.
 pub fn frames(seen: &Seen, surface: &Surface, followed: &[Followed], hide: &[String]) -> Vec<Frame> {
     let means: Vec<Vec<Option<Point>>> = followed
         .iter()
@@ -178,7 +178,8 @@ fn one(
         let contour = Contour::new(surface.curve.clone(), mark.at);
         let along = Along { channel: 0, at_mm, sd_mm: mark.sd * 1e3 };
         if hide.contains(name) {
-            out.hidden.push(Hidden { name: name.clone(), contour, along });
+            let observation = Observation::new(contour, 0.0);
+            out.hidden.push(Hidden { name: name.clone(), observation, along });
         } else {
             out.along.push(along);
             out.observations.push(Observation::new(contour, 0.0).with_standard_deviation(mark.sd * crowded));
@@ -186,12 +187,18 @@ fn one(
         }
     }
     for ((name, behind), mark) in seen.sensors.iter().zip(&frame.sensors) {
-        let Some(mark) = mark.filter(|_| !hide.contains(name)) else { continue };
+        let Some(mark) = mark else { continue };
         let at = (surface.tip - behind).clamp(0.0, surface.curve.length());
         for (axis, direction) in [SVector::x(), SVector::y()].into_iter().enumerate() {
             let place = Place::on_curve(&surface.curve, at, direction);
-            out.observations.push(Observation::new(place, mark.at[axis]).with_standard_deviation(mark.sd));
-            out.along.push(Along { channel: 1 + axis, at_mm: -behind * 1e3, sd_mm: mark.sd * 1e3 });
+            let observation = Observation::new(place, mark.at[axis]);
+            let along = Along { channel: 1 + axis, at_mm: -behind * 1e3, sd_mm: mark.sd * 1e3 };
+            if hide.contains(name) {
+                out.hidden.push(Hidden { name: name.clone(), observation, along });
+                continue;
+            }
+            out.observations.push(observation.with_standard_deviation(mark.sd));
+            out.along.push(along);
             out.names.push(name.clone());
         }
     }

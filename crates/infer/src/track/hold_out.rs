@@ -58,7 +58,7 @@ impl Opponent {
 /// The model and its opponents on hidden points. Of every recording: what was seen, what the model (which did not see the hidden
 /// points) made of it, and from which recordings the others learn.
 pub fn opponents(seen: &[&Seen], tracked: &[Vec<Tracked>], hide: &[String]) -> Vec<Opponent> {
-    let model = tracked.iter().flatten().flat_map(|t| t.hidden.iter().map(|h| h.missed_m)).collect();
+    let model = tracked.iter().flatten().flat_map(missed).collect();
     let names: Vec<String> = seen.first().map(|s| s.contour.clone()).unwrap_or_default();
     let hidden: Vec<usize> = (0..names.len()).filter(|&i| hide.contains(&names[i])).collect();
     let shown: Vec<usize> = (0..names.len()).filter(|&i| !hide.contains(&names[i])).collect();
@@ -88,8 +88,11 @@ pub fn opponents(seen: &[&Seen], tracked: &[Vec<Tracked>], hide: &[String]) -> V
             }
         }
     }
+    let [by_mean, of_coils] = of_coils(seen, hide);
     let all = [
         Opponent::new("the model", model),
+        Opponent::new("mean of the speaker's coils", by_mean),
+        Opponent::new("Gaussian of the speaker's coils", of_coils),
         Opponent::new("natural spline through the other points", by_spline),
         Opponent::new("4 principal components of the speaker", by_components),
         Opponent::new("Gaussian of the speaker's points", by_gaussian),
@@ -97,10 +100,54 @@ pub fn opponents(seen: &[&Seen], tracked: &[Vec<Tracked>], hide: &[String]) -> V
     all.into_iter().flatten().collect()
 }
 
+/// How far every hidden point was missed, m. Of a coil both coordinates are hidden, one after the other.
+fn missed(frame: &Tracked) -> Vec<f64> {
+    let mut out: Vec<(&str, f64)> = Vec::new();
+    for hidden in &frame.hidden {
+        match out.last_mut().filter(|(point, _)| *point == hidden.point) {
+            Some((_, far)) => *far = far.hypot(hidden.missed_m),
+            None => out.push((&hidden.point, hidden.missed_m)),
+        }
+    }
+    out.into_iter().map(|(_, far)| far).collect()
+}
+
+/// The speaker's mean place of hidden coils, and the place that a Gaussian of the speaker's coils expects from the others.
+fn of_coils(seen: &[&Seen], hide: &[String]) -> [Vec<f64>; 2] {
+    let (mut by_mean, mut by_gaussian) = (Vec::new(), Vec::new());
+    let names = |s: &Seen| s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    let first = seen.first().map(|s| names(s)).unwrap_or_default();
+    let (hidden, shown): (Vec<usize>, Vec<usize>) = (0..first.len()).partition(|&i| hide.contains(&first[i]));
+    let alike = |s: &Seen| names(s) == first;
+    let place = |f: &SeenFrame, i: &usize| f.sensors.get(*i).copied().flatten().map(|m| m.at);
+    let all = |f: &SeenFrame| (0..first.len()).map(|i| place(f, &i)).collect::<Option<Vec<Point>>>();
+    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| alike(s)) {
+        let others = seen.iter().enumerate().filter(|(o, s)| (*o != nth || seen.len() == 1) && alike(s));
+        let training: Vec<_> =
+            others.flat_map(|(_, s)| s.frames.iter().filter_map(all)).map(coordinates).collect();
+        let Some(learned) = Learned::of(&training) else { continue };
+        let mean = points(&learned.mean);
+        for frame in &one.frames {
+            let Some(visible) = shown.iter().map(|i| place(frame, i)).collect::<Option<Vec<_>>>() else {
+                continue;
+            };
+            let expected = learned.by_gaussian(&shown, &visible);
+            for (i, at) in hidden.iter().filter_map(|i| Some((*i, place(frame, i)?))) {
+                by_mean.push((at - mean[i]).norm());
+                by_gaussian.push((at - expected[i]).norm());
+            }
+        }
+    }
+    [by_mean, by_gaussian]
+}
+
 /// All coordinates of a frame in which every point was seen.
 fn whole(frame: &SeenFrame) -> Option<DVector<f64>> {
-    let points = frame.contour.iter().map(|m| m.map(|m| m.at)).collect::<Option<Vec<Point>>>()?;
-    Some(DVector::from_iterator(2 * points.len(), points.iter().flat_map(|p| [p.x, p.y])))
+    frame.contour.iter().map(|m| m.map(|m| m.at)).collect::<Option<Vec<Point>>>().map(coordinates)
+}
+
+fn coordinates(points: Vec<Point>) -> DVector<f64> {
+    DVector::from_iterator(2 * points.len(), points.iter().flat_map(|p| [p.x, p.y]))
 }
 
 /// Mean and covariance of whole frames.
@@ -111,7 +158,7 @@ struct Learned {
 
 impl Learned {
     fn of(frames: &[DVector<f64>]) -> Option<Self> {
-        if frames.len() < 2 * COMPONENTS {
+        if frames.len() < 2 * COMPONENTS || frames[0].is_empty() {
             return None;
         }
         let mean = frames.iter().sum::<DVector<f64>>() / frames.len() as f64;

@@ -64,8 +64,10 @@ pub fn track(
     let (draws, step) = consider::draws(&mode, &courses, stage.shape)?;
     let placed: Vec<Vec<Here>> = courses.iter().map(|c| c.here.clone()).collect();
     let shown = match stage.shape {
-        Some(shape) => shown(stage, shape, &mut mode, &mut courses, (step, cost)),
-        None => None,
+        Some(shape) if !shape.is_placed_by_coils() => {
+            shown(stage, shape, &mut mode, &mut courses, (step, cost))
+        }
+        _ => None,
     };
     let system = shown.as_ref().map_or(stage.system, |s| &s.system);
     let shaped = || Solver::new(system, stage.followed, link).with_freed(stage.freed);

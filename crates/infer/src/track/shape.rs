@@ -7,19 +7,21 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::adapt::{ControlPoints, RestError, mark_of};
+use crate::adapt::{ControlPoints, Placement, RestError, mark_of};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::Configuration;
 use tongue_core::geometry::{Point, ThinPlate, simplex};
 use tongue_core::system::{Model, System};
 
-use super::Frame;
 use super::frame::{Solver, slopes};
+use super::{Frame, Surface};
 
 /// What placing leaves open: shift, m, turn, rad, and scale.
 const SHIFT_SD_M: f64 = 5e-3;
 const TURN_SD: f64 = 9.0 * std::f64::consts::PI / 180.0;
 const SCALE_SD: f64 = 0.1;
+/// A unit of a direction that moves a coil along the surface, m.
+const COIL_UNIT_M: f64 = 1e-3;
 /// Of a shear along the axes and one along the diagonals.
 const SHEAR_SD: f64 = 0.08;
 /// Of the end of a muscle, m; of one on a bone that is not seen, such as the styloid.
@@ -43,6 +45,8 @@ const LEAST_SINE: f64 = 0.3;
 pub struct ShapePrior {
     /// Of every direction how a unit of it moves the nodes, m.
     directions: Vec<Vec<Point>>,
+    /// Coils that may lie elsewhere along the surface, which the last directions move: the weights of the nodes in the motion of each.
+    coils: Vec<(String, Vec<(usize, f64)>)>,
     /// Those of them that shift, turn and scale.
     placing: Range<usize>,
     /// The precision of the amounts, and the gradient of the cost at zero (bones that were not placed where they are seen), without
@@ -109,12 +113,42 @@ impl ShapePrior {
         }
         let prior = Self {
             directions,
+            coils: Vec::new(),
             placing: 2 * n..kept,
             own: (precision.clone(), gradient.clone()),
             precision,
             gradient,
         };
         Ok(prior.at(mesh, &DVector::zeros(all)))
+    }
+
+    /// With what is known of a placement by coils in place of the usual, and with directions that move the coils along the surface.
+    fn placed(mut self, mesh: &Mesh<2>, surface: &Surface, by: &Placement) -> Self {
+        let (first, all) = (self.placing.start, self.directions.len());
+        let units = [SHIFT_SD_M, SHIFT_SD_M, TURN_SD, SCALE_SD];
+        let place = |i: usize| if i < 4 { (first + i, units[i]) } else { (all + i - 4, COIL_UNIT_M) };
+        let count = all + by.coils.len();
+        let (mut precision, mut gradient) = self.own;
+        (0..4).for_each(|i| precision[(first + i, first + i)] = 0.0);
+        precision = precision.resize(count, count, 0.0);
+        gradient = gradient.resize_vertically(count, 0.0);
+        for i in 0..by.known.1.len() {
+            let (row, unit) = place(i);
+            gradient[row] += by.known.1[i] * unit;
+            for j in 0..by.known.1.len() {
+                let (column, other) = place(j);
+                precision[(row, column)] += by.known.0[(i, j)] * unit * other;
+            }
+        }
+        for (name, behind) in &by.coils {
+            let at = |by: f64| surface.curve.weights(surface.tip - behind - by);
+            let (there, here) = (at(0.5 * COIL_UNIT_M), at(-0.5 * COIL_UNIT_M));
+            let less = here.into_iter().map(|(node, weight)| (node, -weight));
+            self.coils.push((name.clone(), there.into_iter().chain(less).collect()));
+            self.directions.push(vec![Point::zeros(); mesh.nodes.len()]);
+        }
+        self.own = (precision, gradient);
+        self.at(mesh, &DVector::zeros(count))
     }
 
     /// The nodes with such amounts of the directions, m.
@@ -190,6 +224,23 @@ impl Shape {
         Self::about(prior, &body.mesh, &start, model, contracting)
     }
 
+    /// The same of a body that coils placed.
+    ///
+    /// # Errors
+    /// As [`Shape::of`].
+    pub fn of_coils(
+        body: &Body<2>,
+        model: &Model,
+        contracting: &[usize],
+        by: &Placement,
+    ) -> Result<Self, RestError> {
+        let missing = || RestError::Body("it has no outline".to_owned());
+        let surface = Surface::of(body).ok_or_else(missing)?;
+        let prior = ShapePrior::of(body, |_| None)?.placed(&body.mesh, &surface, by);
+        let start = DVector::zeros(prior.directions.len());
+        Self::about(prior, &body.mesh, &start, model, contracting)
+    }
+
     fn about(
         prior: ShapePrior,
         mesh: &Mesh<2>,
@@ -242,6 +293,11 @@ impl Shape {
         amounts.clone()
     }
 
+    /// Whether coils placed the body: they show so little of its shape that none is more probable than that of the placed body.
+    pub(super) fn is_placed_by_coils(&self) -> bool {
+        !self.prior.coils.is_empty()
+    }
+
     /// Number of directions.
     pub fn count(&self) -> usize {
         self.prior.directions.len()
@@ -287,6 +343,15 @@ impl Shape {
                 let motion = |n: usize| if free[n] { response.motion()[n] } else { direction[n] };
                 let rate: f64 = slope.iter().map(|(n, s)| s.dot(&motion(*n))).sum();
                 out[(row, k)] = rate * unit;
+            }
+        }
+        let first = out.ncols() - self.prior.coils.len();
+        let hidden = frame.hidden.iter().map(|h| (&h.name, &h.along));
+        let rows: Vec<_> = frame.names.iter().zip(&frame.along).chain(hidden).collect();
+        for (k, (coil, weights)) in self.prior.coils.iter().enumerate() {
+            let motion: Point = weights.iter().map(|(n, w)| positions[*n] * *w).sum();
+            for (row, (_, along)) in rows.iter().enumerate().filter(|(_, (name, _))| *name == coil) {
+                out[(row, first + k)] = along.channel.checked_sub(1).map_or(0.0, |axis| 1e3 * motion[axis]);
             }
         }
         out.iter().all(|v| v.is_finite()).then_some(out)

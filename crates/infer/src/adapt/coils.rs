@@ -1,0 +1,292 @@
+//! Where a body lies in the frame of coils on the tongue (electromagnetic articulography, X-ray microbeam).
+//!
+//! ```text
+//! minimise  |L^-1 (mean places - places on the placed surface)|² + (turn / 15°)² + (ln scale / 0.10)²
+//!         + ((first - 8 mm) / 4 mm)² + sum ((gap_i - 1.03 chord_i) / 2 mm)² + |M^-1 (trace - vault)|²
+//! ```
+//! over shift, turn, scale and the distance of each coil behind the tip. A mean posture differs from rest by a Gaussian process along
+//! the tongue (5 mm, the same over 20 mm, and 1 mm of each coil alone: `L L'`), the hard palate of a speaker from that of the body by
+//! another (3 mm, the same over 15 mm, and a tilt of 4°, as cephalometries of the palatal plane differ: `M M'`). Three coils leave the turn open by some 9°, the shift by 5 mm and the scale by a
+//! tenth, so what is known of the placement beside the coils' places goes into the intervals of the tensions ([`Placement`]).
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::track::Surface;
+use tongue_core::body::Body;
+use tongue_core::geometry::{NaturalSpline, Point, Similarity};
+use tongue_core::statistics::median;
+use tongue_input::measured::recording::Seen;
+
+use super::RestError;
+use super::least_squares::{by_differences, minimise};
+
+/// Fewest coils that place a body.
+pub const FEWEST_COILS: usize = 3;
+/// Of the turn from where the axes of the recording have it, rad, and of the logarithm of the scale.
+const TURN_SD: f64 = 15.0 * std::f64::consts::PI / 180.0;
+const LN_SCALE_SD: f64 = 0.10;
+/// Nothing is known of the shift: standard deviation of its prior, m.
+const SHIFT_SD_M: f64 = 0.1;
+/// Distance of the first coil behind the tip, and its standard deviation, m.
+const FIRST_M: [f64; 2] = [8e-3, 4e-3];
+/// Distance of neighbouring coils along the tongue over the straight one, and the standard deviation of the former, m.
+const LONGER: f64 = 1.03;
+const GAP_SD_M: f64 = 2e-3;
+/// Standard deviation of a distance that was measured, m.
+const MEASURED_SD_M: f64 = 1e-3;
+/// The mean posture about rest, and the palate about that of the body: standard deviation, length over which it is the same, and what
+/// each point does alone, m.
+const POSTURE_M: [f64; 3] = [5e-3, 20e-3, 1e-3];
+const PALATE_M: [f64; 3] = [3e-3, 15e-3, 0.5e-3];
+/// Tilt of a palate about that of the body, rad.
+const TILT_SD: f64 = 4.0 * std::f64::consts::PI / 180.0;
+/// Points to which a palate trace is brought.
+const PALATE_POINTS: usize = 9;
+/// Where a palate is steeper than this against its rear half it is gum and teeth, which differ more between speakers.
+const STEEPEST: f64 = 0.8;
+/// Beyond its ends a vault goes on straight, m.
+const BEYOND_M: f64 = 30e-3;
+/// Units of the search: of shifts and of distances, m.
+const SHIFT_UNIT_M: f64 = 10e-3;
+const COIL_UNIT_M: f64 = 4e-3;
+/// Turns from which the search begins, rad.
+const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
+
+/// A coil on the tongue.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coil {
+    /// Its name.
+    pub name: String,
+    /// Its median place, m.
+    pub at: Point,
+    /// Its distance behind the tip along the tongue, m, where that was measured.
+    pub behind: Option<f64>,
+}
+
+/// What is known of where a body was placed by coils.
+#[derive(Debug, Clone)]
+pub struct Placement {
+    /// Brings the body into the frame of the recording.
+    pub similarity: Similarity,
+    /// The point of the placed body about which it is turned and scaled: the middle of its outline, m.
+    pub centre: Point,
+    /// Of every coil the distance behind the tip along the placed body at rest, m.
+    pub coils: Vec<(String, f64)>,
+    /// Standard deviations of the shift of the centre along both axes (m), of the turn (rad) and of the logarithm of the scale.
+    pub sd: [f64; 4],
+    /// What is known without the places of the coils, about the placed body: precision and gradient in units of one metre of shift
+    /// along each axis, a radian of turn, a unit of the logarithm of the scale, and one metre of each coil along the surface.
+    pub known: (DMatrix<f64>, DVector<f64>),
+}
+
+/// The coils of recordings in order from the tip; those of several recordings are taken to be the same where their names are.
+pub(super) fn coils(seen: &[&Seen]) -> Vec<Coil> {
+    let mut out: Vec<(f64, Coil)> = Vec::new();
+    for one in seen {
+        for (n, (name, behind)) in one.sensors.iter().enumerate() {
+            if out.iter().any(|(_, c)| c.name == *name) {
+                continue;
+            }
+            let places: Vec<Point> = seen
+                .iter()
+                .filter_map(|s| Some((s, s.sensors.iter().position(|(other, _)| other == name)?)))
+                .flat_map(|(s, n)| s.frames.iter().filter_map(move |f| Some(f.sensors.get(n)?.as_ref()?.at)))
+                .collect();
+            let middle = |axis: usize| median(places.iter().map(|p| p[axis]));
+            if let Some((x, y)) = middle(0).zip(middle(1)) {
+                let measured = one.measured.get(n).copied().unwrap_or(false);
+                let behind = (*behind, measured.then_some(*behind));
+                out.push((behind.0, Coil { name: name.clone(), at: Point::new(x, y), behind: behind.1 }));
+            }
+        }
+    }
+    out.sort_by(|a, b| a.0.total_cmp(&b.0));
+    out.into_iter().map(|(_, coil)| coil).collect()
+}
+
+/// The part of a palate behind the gum, as so many points evenly along it, m; empty if there is none.
+fn vault(palate: &[Point]) -> Vec<Point> {
+    let (first, last) = (palate.first(), palate.last());
+    let backwards = first.zip(last).is_some_and(|(a, b)| a.x > b.x);
+    let ordered: Vec<Point> =
+        if backwards { palate.iter().rev().copied().collect() } else { palate.to_vec() };
+    // Coarse pieces, so that noise makes none steep, seen along the rear half, because axes of instruments are turned.
+    let Some(pieces) = super::place::evenly(&ordered, 2 * PALATE_POINTS - 1) else { return Vec::new() };
+    let along = pieces[pieces.len() - 1] - pieces[PALATE_POINTS - 1];
+    let steep = |w: &[Point]| {
+        let (forth, up) = ((w[1] - w[0]).dot(&along), along.perp(&(w[1] - w[0])));
+        forth <= 0.0 || up.abs() > STEEPEST * forth
+    };
+    let begins = (1..PALATE_POINTS).rev().find(|&i| steep(&pieces[i - 1..=i])).unwrap_or(0);
+    super::place::evenly(pieces.get(begins..).unwrap_or_default(), PALATE_POINTS).unwrap_or_default()
+}
+
+/// A line with its side: distances are positive to the left of its way.
+struct Line(Vec<Point>);
+
+impl Line {
+    fn through(points: &[Point]) -> Option<Self> {
+        Some(Self(NaturalSpline::through(points)?.extended(BEYOND_M).polygon().to_vec()))
+    }
+
+    fn distance(&self, p: Point) -> f64 {
+        let to = |w: &[Point]| {
+            let (a, way) = (w[0], w[1] - w[0]);
+            let part = ((p - a).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
+            let away = p - (a + way * part);
+            (away.norm(), way.perp(&away).signum())
+        };
+        let nearest = self.0.windows(2).map(to).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map_or(0.0, |(far, side)| far * side)
+    }
+}
+
+/// The inverse factor of the covariance of points so far apart along a line.
+fn whitener(
+    points: &[Point],
+    [sd, length, alone]: [f64; 3],
+    tilt: f64,
+) -> Option<nalgebra::Cholesky<f64, nalgebra::Dyn>> {
+    let mut at: Vec<f64> = vec![0.0];
+    points.windows(2).for_each(|w| at.push(at[at.len() - 1] + (w[1] - w[0]).norm()));
+    let n = at.len();
+    let half = 0.5 * at[n - 1];
+    let covariance = DMatrix::from_fn(n, n, |i, j| {
+        let apart: f64 = (at[i] - at[j]) / length;
+        let tilted = tilt * tilt * (at[i] - half) * (at[j] - half);
+        sd * sd * (-0.5 * apart * apart).exp() + tilted + if i == j { alone * alone } else { 0.0 }
+    });
+    covariance.cholesky()
+}
+
+/// Places a body where its coils were seen, and where a palate was traced.
+pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<Placement, RestError> {
+    let failed = |what: &str| RestError::Body(what.to_owned());
+    let surface = Surface::of(body).ok_or_else(|| failed("it has no outline"))?;
+    let outline = body.mesh.surface_nodes();
+    let centre = outline.iter().map(|&n| body.mesh.nodes[n]).sum::<Point>() / outline.len().max(1) as f64;
+    let places: Vec<Point> = coils.iter().map(|c| c.at).collect();
+    let coincide = || failed("coils lie in the same place");
+    let posture = whitener(&places, POSTURE_M, 0.0).ok_or_else(coincide)?;
+    let trace = vault(palate);
+    let own = body.palate.as_deref().map(vault).and_then(|v| Line::through(&v)).filter(|_| trace.len() > 2);
+    let of_palate = own.zip(whitener(&trace, PALATE_M, TILT_SD));
+    // Unknowns: shift of the centre, turn and logarithm of the scale over their standard deviations, and of every coil the distance
+    // behind the tip in the body's own size.
+    let similarity = |x: &DVector<f64>| {
+        let turned = Similarity::new((LN_SCALE_SD * x[3]).exp(), TURN_SD * x[2], Point::zeros());
+        let shift = centre + Point::new(x[0], x[1]) * SHIFT_UNIT_M - turned.place(centre);
+        Similarity::new((LN_SCALE_SD * x[3]).exp(), TURN_SD * x[2], shift)
+    };
+    let on_surface = |behind: f64| -> Point {
+        let weights = surface.curve.weights(surface.tip - behind);
+        weights.iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
+    };
+    let of_coils = |x: &DVector<f64>| {
+        let to = similarity(x);
+        let away = |i: usize| places[i] - to.place(on_surface(x[4 + i] * COIL_UNIT_M));
+        let mut out = DMatrix::from_fn(coils.len(), 2, |i, axis| away(i)[axis]);
+        posture.l_dirty().solve_lower_triangular_mut(&mut out);
+        out.as_slice().to_vec()
+    };
+    let of_the_rest = |x: &DVector<f64>| {
+        let to = similarity(x);
+        let scale = to.scale();
+        let behind = |i: usize| scale * x[4 + i] * COIL_UNIT_M;
+        let mut out = vec![x[2], x[3]];
+        for (i, coil) in coils.iter().enumerate() {
+            out.push(match (coil.behind, i.checked_sub(1)) {
+                (Some(measured), _) => (behind(i) - measured) / MEASURED_SD_M,
+                (None, None) => (behind(i) - FIRST_M[0]) / FIRST_M[1],
+                (None, Some(before)) => {
+                    let chord = (places[i] - places[before]).norm();
+                    (behind(i) - behind(before) - LONGER * chord) / GAP_SD_M
+                }
+            });
+        }
+        if let Some((line, factor)) = &of_palate {
+            let away = trace.iter().map(|p| scale * line.distance(to.back(*p)));
+            let mut away = DVector::from_iterator(trace.len(), away);
+            factor.l_dirty().solve_lower_triangular_mut(&mut away);
+            out.extend(away.iter());
+        }
+        Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
+    };
+    let residuals = |x: &DVector<f64>| {
+        let mut out = of_coils(x);
+        out.extend(of_the_rest(x)?.iter());
+        Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
+    };
+    let mut along = 0.0;
+    let usual: Vec<f64> = (0..coils.len())
+        .map(|i| {
+            along += i.checked_sub(1).map_or(FIRST_M[0], |b| LONGER * (places[i] - places[b]).norm());
+            coils[i].behind.unwrap_or(along)
+        })
+        .collect();
+    let middle = places.iter().sum::<Point>() / places.len() as f64;
+    let start = |turn: &f64| {
+        let mut x = DVector::zeros(4 + coils.len());
+        x[2] = *turn / TURN_SD;
+        usual.iter().enumerate().for_each(|(i, behind)| x[4 + i] = behind / COIL_UNIT_M);
+        let there =
+            usual.iter().map(|b| similarity(&x).place(on_surface(*b))).sum::<Point>() / places.len() as f64;
+        let shift = (middle - there) / SHIFT_UNIT_M;
+        (x[0], x[1]) = (shift.x, shift.y);
+        x
+    };
+    let best = TURNS
+        .iter()
+        .filter_map(|turn| minimise(start(turn), &residuals, &|_| true, 1e-5, 1e-7))
+        .min_by(|a, b| a.residuals.norm_squared().total_cmp(&b.residuals.norm_squared()))
+        .ok_or_else(|| failed("no place of it can be compared with the coils"))?;
+    let found = similarity(&best.x);
+    let told = by_differences(&best.x, &residuals, 1e-5).zip(by_differences(&best.x, &of_the_rest, 1e-5));
+    let (all, rest) = told.ok_or_else(|| failed("no place of it can be compared with the coils"))?;
+    // From the units of the search to metres, radians and so on of the placed body.
+    let scale = found.scale();
+    let units = DVector::from_fn(best.x.len(), |i, _| match i {
+        0 | 1 => SHIFT_UNIT_M,
+        2 => TURN_SD,
+        3 => LN_SCALE_SD,
+        _ => COIL_UNIT_M * scale,
+    });
+    let vague = |i: usize| if i < 2 { (SHIFT_UNIT_M / SHIFT_SD_M).powi(2) } else { 0.0 };
+    let with_shift = |mut square: DMatrix<f64>| {
+        (0..2).for_each(|i| square[(i, i)] += vague(i));
+        square
+    };
+    let whole = with_shift(all.tr_mul(&all)).cholesky().ok_or_else(coincide)?.inverse();
+    let sd = [0, 1, 2, 3].map(|i| whole[(i, i)].sqrt() * units[i]);
+    let precision = with_shift(rest.tr_mul(&rest));
+    let gradient = of_the_rest(&best.x).map(|r| rest.tr_mul(&r)).ok_or_else(coincide)?;
+    let n = best.x.len();
+    let known = (
+        DMatrix::from_fn(n, n, |i, j| precision[(i, j)] / (units[i] * units[j])),
+        DVector::from_fn(n, |i, _| gradient[i] / units[i]),
+    );
+    let behind = |(i, c): (usize, &Coil)| (c.name.clone(), best.x[4 + i] * COIL_UNIT_M * scale);
+    let coils = coils.iter().enumerate().map(behind).collect();
+    Ok(Placement { similarity: found, centre: found.place(centre), coils, sd, known })
+}
+
+impl Placement {
+    /// A recording with its coils where the placement has them on the tongue.
+    #[must_use]
+    pub fn seated(&self, seen: &Seen) -> Seen {
+        let mut seen = seen.clone();
+        for (name, behind) in &self.coils {
+            seen.sensors.iter_mut().filter(|(n, _)| n == name).for_each(|(_, at)| *at = *behind);
+        }
+        seen
+    }
+
+    /// The place of the centre along both axes (m), the turn (rad) and the scale, each with the ends of its 95 % interval.
+    pub fn intervals(&self) -> [[f64; 3]; 4] {
+        const HALF: f64 = 1.959_963_984_540_054;
+        let about = |middle: f64, sd: f64| [middle, middle - HALF * sd, middle + HALF * sd];
+        let [x, y, turn, ln_scale] = self.sd;
+        let scale = about(self.similarity.scale().ln(), ln_scale).map(f64::exp);
+        [about(self.centre.x, x), about(self.centre.y, y), about(self.similarity.angle(), turn), scale]
+    }
+}

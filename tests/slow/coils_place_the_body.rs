@@ -1,0 +1,112 @@
+//! Three to five coils on tongues of other shapes, sizes and directions place the built-in one. The intervals of the placement hold
+//! where it is, and those of the tensions carry what it leaves open.
+
+use tongue_fit::adapt::{Basis, How, Placement};
+use tongue_fit::body::Body;
+use tongue_fit::geometry::Point;
+use tongue_fit::measured::recording::Seen;
+use tongue_fit::parallel;
+use tongue_fit::statistics::upper_median;
+use tongue_fit::system::{Model, System};
+use tongue_fit::track::{Prior, Settings, Shape, Stage, Surface, TrackedRecording, frames, track};
+
+use crate::cases;
+use crate::speakers::{Recorded, Seeing, recorded};
+use crate::tracked_intervals_cover_the_truth::Held;
+
+fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> Basis<'a> {
+    let prior = Prior::half_normal(8, 20.0, 0.1);
+    Basis { body, anatomy: None, model: Model::default(), contracting: (0..8).collect(), prior, palate }
+}
+
+/// Place of the middle, m, turn and scale: the truth, and each with its interval.
+fn compared(speaker: &Recorded, placement: &Placement, middle: Point) -> [(f64, [f64; 3]); 4] {
+    let at = speaker.placed.place(middle);
+    let truth = [at.x, at.y, speaker.placed.angle(), speaker.placed.scale()];
+    std::array::from_fn(|i| (truth[i], placement.intervals()[i]))
+}
+
+#[test]
+#[allow(clippy::print_stdout, reason = "for --nocapture")]
+fn placements_of_coils_hold_where_the_tongue_is() {
+    let body = Body::tongue(5.5e-3).unwrap();
+    let outline = body.mesh.surface_nodes();
+    let middle = outline.iter().map(|&n| body.mesh.nodes[n]).sum::<Point>() / outline.len() as f64;
+    let seeds: Vec<u64> = (0..cases(200) as u64).collect();
+    let all = parallel::map(&seeds, |&seed| {
+        let speaker = recorded(seed + 5000, Seeing::Coils(3 + seed as usize % 2, 10));
+        let seen: Vec<&Seen> = speaker.seen.iter().collect();
+        [None, Some(speaker.palate.as_slice())].map(|palate| {
+            let placed = basis(&body, palate).place(&seen, &[]).unwrap();
+            compared(&speaker, &placed.by_coils.unwrap(), middle)
+        })
+    });
+    for (with, told) in ["coils alone", "coils and a palate"].iter().enumerate() {
+        for (i, what) in ["back", "up", "turn", "scale"].iter().enumerate() {
+            let of = || all.iter().map(|a| a[with][i]);
+            let held = of().filter(|(truth, [_, low, high])| low <= truth && truth <= high).count();
+            let width = upper_median(of().map(|(_, [_, low, high])| 0.5 * (high - low))).unwrap();
+            let missed = upper_median(of().map(|(truth, [found, ..])| (found - truth).abs())).unwrap();
+            let part = 100.0 * held as f64 / seeds.len() as f64;
+            println!(
+                "{told}, {what}: {part:.1} % held, half width {width:.4}, missed by {missed:.4} (medians)"
+            );
+        }
+    }
+    // 93 to 98 % are due, of 200 with a standard deviation of 1.8 %. Where coils alone place it, the shift is told wider than it is
+    // missed, because the mean postures of these speakers differ from rest by less than 5 mm.
+    for with in 0..2 {
+        for i in 0..4 {
+            let held = all.iter().map(|a| a[with][i]).filter(|(t, [_, low, high])| low <= t && t <= high);
+            let part = held.count() as f64 / seeds.len() as f64;
+            let most = if with == 0 && i < 2 { 1.0 } else { 0.985 };
+            assert!((0.92..=most).contains(&part), "{with} {i}: {part}");
+        }
+    }
+    let missed = |i: usize| upper_median(all.iter().map(|a| (a[1][i].1[0] - a[1][i].0).abs())).unwrap();
+    assert!(
+        missed(0).hypot(missed(1)) <= 3e-3 && missed(2) <= 6f64.to_radians(),
+        "{} {}",
+        missed(0),
+        missed(1)
+    );
+}
+
+/// Tracks a speaker by coils on the built-in tongue, as `tongue-fit track` does.
+fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
+    let body = Body::tongue(5.5e-3).unwrap();
+    let seen: Vec<&Seen> = speaker.seen.iter().collect();
+    let made = basis(&body, None).to_recordings(&seen, How::Similarity, &[], &|_, _| {}).unwrap();
+    let placement = made.placement.unwrap();
+    let contracting: Vec<usize> = (0..8).collect();
+    let system = System::new(&made.body.mesh, &Model::default(), &contracting).unwrap();
+    let shape = Shape::of_coils(&made.body, &Model::default(), &contracting, &placement).unwrap();
+    let surface = Surface::of(&made.body).unwrap();
+    let seated = speaker.seen.iter().map(|s| placement.seated(s));
+    let ready = seated.map(|s| frames(&s, &surface, &made.followed, &[])).collect();
+    let stage = Stage { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
+    let settings = Settings { branch: false, ..Settings::new(20.0, 0.1) };
+    track(&stage, ready, &settings, &|_, _| {}).unwrap()
+}
+
+#[test]
+#[allow(clippy::print_stdout, reason = "for --nocapture")]
+fn intervals_of_speakers_seen_by_coils_hold_the_truth() {
+    let seeds: Vec<u64> = (0..cases(20) as u64).collect();
+    let all = parallel::map(&seeds, |&seed| {
+        let speaker = recorded(seed + 7000, Seeing::Coils(3 + seed as usize % 2, 1));
+        let found = tracked(&speaker);
+        let met: Vec<f64> = found.iter().flat_map(|r| &r.frames).filter_map(|f| f.rms_m).collect();
+        let mut held = Held::default();
+        held.add(&speaker, found);
+        (speaker.what, held, upper_median(met).unwrap_or(f64::NAN))
+    });
+    let mut sum = Held::default();
+    for (what, held, met) in &all {
+        println!("{what}: {}; met to {:.2} mm", held.told(), met * 1e3);
+        sum.extend(held);
+    }
+    println!("all: {}", sum.told());
+    assert!((93.0..=99.0).contains(&sum.levels()), "{}", sum.told());
+    assert!((93.0..=99.5).contains(&sum.courses()), "{}", sum.told());
+}
