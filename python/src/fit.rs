@@ -192,8 +192,12 @@ pub fn fit_rows<'py>(
     };
     let parse = |word: &String| word.parse::<Vowel>().map_err(refused);
     let baseline_of = baselines.iter().map(|(subject, v)| Ok((subject.clone(), parse(v)?)));
-    let subjects = subjects.map(|all| given::names("subjects", &all)).transpose()?;
-    let vowels = vowels.map(|all| given::names("vowels", &all)).transpose()?;
+    let some = |what: &str, all: Bound<'py, PyAny>| match given::names(what, &all)? {
+        none if none.is_empty() => Err(wrong(format!("{what} names none; leave it out for all"))),
+        names => Ok(names),
+    };
+    let subjects = subjects.map(|all| some("subjects", all)).transpose()?;
+    let vowels = vowels.map(|all| some("vowels", all)).transpose()?;
     let selection = Selection {
         subjects,
         vowels: vowels.map(|all| all.iter().map(parse).collect::<PyResult<_>>()).transpose()?,

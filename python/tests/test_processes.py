@@ -39,6 +39,13 @@ def test_other_processes_fit_with_the_same_bits(start: str) -> None:
     assert one(ROWS[0]) == expected[0]
 
 
+def test_workers_of_joblib_fit_with_the_same_bits() -> None:
+    """Loky, with which scikit-learn runs in parallel, starts processes of its own and sends functions to them."""
+    joblib = pytest.importorskip("joblib")
+    work = joblib.Parallel(n_jobs=2, backend="loky", timeout=120)
+    assert work(joblib.delayed(one)(row) for row in ROWS) == [one(row) for row in ROWS]
+
+
 def test_a_fork_of_a_fork_fits_as_well() -> None:
     code = """
 import os, sys, tongue_fit as tf

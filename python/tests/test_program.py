@@ -69,7 +69,7 @@ def test_a_scene_may_be_a_dict_and_a_table_a_frame() -> None:
         (lambda: tf.scene({"title": {"x": float("nan")}}), "title.x"),
         (lambda: tf.scene("nothing.toml"), "nothing.toml"),
         (lambda: tf.track("nothing.csv"), "nothing.csv"),
-        (lambda: tf.adapt(b"nonsense"), "given"),
+        (lambda: tf.adapt(b"nonsense"), "recordings"),
         (lambda: tf.run(vowel="a", threads=0), "threads"),
         (lambda: tf.scene("supine").frame("x.csv"), "x.csv"),
     ],

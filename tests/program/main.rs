@@ -18,6 +18,7 @@ mod files_say_who_made_them;
 mod installed;
 mod layers_hold;
 mod lengths_check;
+mod limits_are_told;
 mod mesh_from_gmsh;
 mod muscles_command;
 mod muscles_of_any_name;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import operator
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -126,5 +127,9 @@ def posterior(
 ) -> Posterior:
     """Draws from the posterior of the tensions of a row (`tongue-fit --vowel V --target stretch --posterior N`); `priors=` is a dict or a file
     of those that `tongue-fit priors` prints."""
+    try:
+        draws = operator.index(draws)
+    except TypeError:
+        raise native.Error(f"draws must be a whole number, not {draws!r:.60}") from None
     said = {"subject": subject, "vowel": vowel, "lengths": data, "posterior": draws, "posterior_seed": seed}
     return _ran(Posterior, [], threads, {"target": "stretch", **said, **options})

@@ -57,12 +57,14 @@ class Run(dict[str, Any]):
         """A CSV file that was written, as a pandas frame."""
         import pandas as pd
 
-        if name not in self.files:
+        if not isinstance(name, str) or name not in self.files:
             raise native.Error(f"no file {name} was written; there are {', '.join(self.files) or 'none'}")
         return pd.read_csv(io.BytesIO(self.files[name]), keep_default_na=False, na_values=[""], comment="#")
 
     def save(self, folder: str | PathLike[str]) -> None:
         """Writes all files into a folder, which is made if it is not there."""
+        if not isinstance(folder, (str, PathLike)):
+            raise native.Error(f"folder must be a path, not {folder!r:.60}")
         for name, content in self.files.items():
             path = Path(folder) / name
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -78,21 +80,21 @@ class Run(dict[str, Any]):
 
 def run(*words: Any, threads: int | None = None, **options: Any) -> Run:
     """Runs the program: `run("scene", "run", "supine")` is `tongue-fit scene run supine --json`."""
-    return _ran(Run, words, threads, options)
+    return _ran(Run, words, threads, options, "words")
 
 
 _R = TypeVar("_R", bound=Run)
 
 
-def _ran(kind: type[_R], words: Iterable[Any], threads: int | None, options: Mapping[str, Any]) -> _R:
+def _ran(kind: type[_R], words: Iterable[Any], threads: int | None, options: Mapping[str, Any], what: str = "given") -> _R:
     with tempfile.TemporaryDirectory(prefix="tongue-fit-") as folder:
         given, out = Path(folder) / "given", Path(folder) / "out"
         given.mkdir()
-        line = [_word(word, given) for word in words]
+        line = [_word(word, given, what) for word in words]
         for name, value in options.items():
             line += _option(name, value, given)
         if threads is not None:
-            line.append(f"--threads={threads}")
+            line.append(f"--threads={_word(threads, given, 'threads')}")
         command = [sys.executable, "-m", "tongue_fit", *line, "--json", "--out", str(out)]
         with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
             try:
@@ -133,7 +135,7 @@ _FILES = ("priors", "map")
 _SEVERAL = ("free_bone",)
 
 
-def _word(value: Any, given: Path, name: str = "given") -> str:
+def _word(value: Any, given: Path, name: str) -> str:
     """A value as a word of a command line; what stands for a file is written to one."""
     if hasattr(value, "columns"):
         return _written(given, name, ".csv", csv_text(value).encode())
@@ -143,7 +145,7 @@ def _word(value: Any, given: Path, name: str = "given") -> str:
         return _written(given, name, "", bytes(value))
     if isinstance(value, PathLike):
         return str(fspath(value))
-    if hasattr(value, "item") and not isinstance(value, str):
+    if getattr(value, "shape", None) == () and hasattr(value, "item"):
         value = value.item()
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise native.Error(f"{name} must be a text, a number, a path, a DataFrame or a dict, not {value!r:.60}")
@@ -179,7 +181,7 @@ def _toml(value: Any, key: str) -> str:
 
 def scene(scene: str | PathLike[str] | Mapping[str, Any], *, threads: int | None = None, **options: Any) -> Run:
     """Runs a scene (`tongue-fit scene run`): the name of a built-in one, a file, or its keys as a dict."""
-    return _ran(Run, ["scene", "run", scene], threads, options)
+    return _ran(Run, ["scene", "run", scene], threads, options, "scene")
 
 
 def sound(*, threads: int | None = None, **options: Any) -> Run:
@@ -191,12 +193,12 @@ def sound(*, threads: int | None = None, **options: Any) -> Run:
 def adapt(*recordings: Any, threads: int | None = None, **options: Any) -> Run:
     """A speaker's body from recordings, or from `landmarks=` and `contour=` (`tongue-fit adapt`); `files["body.json"]` is for `mesh=` of
     other functions."""
-    return _ran(Run, ["adapt", *recordings], threads, options)
+    return _ran(Run, ["adapt", *recordings], threads, options, "recordings")
 
 
 def track(*recordings: Any, threads: int | None = None, **options: Any) -> Run:
     """Tensions over time from recordings (`tongue-fit track`); `.frame(NAME)` gives a table that was written."""
-    return _ran(Run, ["track", *recordings], threads, options)
+    return _ran(Run, ["track", *recordings], threads, options, "recordings")
 
 
 def validate(*, threads: int | None = None, **options: Any) -> Run:
@@ -206,4 +208,4 @@ def validate(*, threads: int | None = None, **options: Any) -> Run:
 
 def check(table: Any, **options: Any) -> Run:
     """What is understood of a table of lengths, and which rows are not (`tongue-fit lengths check`): a file, a DataFrame, or bytes."""
-    return _ran(Run, ["lengths", "check", table], None, options)
+    return _ran(Run, ["lengths", "check", table], None, options, "table")

@@ -202,12 +202,13 @@ def batch(
 
     `target` is ratio, stretch or both; `baseline` is the baseline vowel (default: ɯ, and e for subjects without ɯ), `baselines`\n    that of single subjects; `draws` is the number of draws of the lengths within their rounding for the 95 % intervals (0:\n    none); `subsets` is the number of muscles in which other subsets of contracting muscles may differ; `tone` (N per metre of\n    thickness) and `hyoid` (free, forward, fixed) are premises of the baseline. `shard`, such as "3/16", makes every sixteenth\n    fit from the third on; `merge` merges the shards. `progress` shows a progress bar if tqdm is installed, or is called with\n    (done, all).
     """
-    said = {
+    said: dict[str, Any] = {
         "subjects": subjects, "vowels": vowels, "target": target, "baseline": baseline, "baselines": baselines, "body": body,
         "model": model, "draws": draws, "seed": seed, "subsets": subsets, "method": method, "starts": starts,
-        "upper_bound": upper_bound, "thesis": thesis, "tone": tone, "hyoid": hyoid, "free_bones": [free_bones] if isinstance(free_bones, str) else list(free_bones) or None,
+        "upper_bound": upper_bound, "thesis": thesis, "tone": tone, "hyoid": hyoid, "free_bones": _listed(free_bones) or None,
     }  # fmt: skip
-    given = ", ".join(f"{name}={value!r}" for name, value in said.items() if value is not None and value is not False)
+    plain = {name: value.item() if getattr(value, "shape", None) == () else value for name, value in said.items()}
+    given = ", ".join(f"{name}={value!r}" for name, value in plain.items() if value is not None and value is not False)
     data = _measured(data)
     words = {subject: vowel for subject, vowel in _items("baselines", baselines)}
     report, close = _bar(progress)
@@ -224,7 +225,9 @@ def batch(
 
 def merge(shards: Iterable[Batch]) -> Batch:
     """Merges the shards of a batch to the same bytes as one run. If a shard is missing, an error names it."""
-    parts = list(shards)
+    parts: list[Any] = list(shards) if hasattr(shards, "__iter__") else [shards]
+    if wrong := [part for part in parts if not isinstance(part, Batch)]:
+        raise native.Error(f"shards must be batches that tongue_fit.batch(data, shard=..) made, not {_shown(wrong[0])}")
     if not parts:
         raise native.Error('no shard of a batch; tongue_fit.batch(data, shard="1/16") makes one')
     cuts = sorted({int(part.shard.split("/")[1]) for part in parts})
@@ -260,6 +263,13 @@ def _items(what: str, words: Mapping[str, str] | None) -> list[tuple[str, str]]:
     return [(str(name), str(word)) for name, word in items]
 
 
+def _listed(names: Any) -> Any:
+    """Names as a list, if they can be one; what cannot be a list of names the library refuses."""
+    if isinstance(names, str):
+        return [names]
+    return list(names) if hasattr(names, "__iter__") else names
+
+
 def _shown(value: object) -> str:
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:60]}..."
@@ -279,6 +289,8 @@ def _bar(progress: bool | Callable[[int, int], object]) -> tuple[Callable[[int, 
     """The function that reports progress, and the function that ends the report."""
     if callable(progress):
         return progress, lambda: None
+    if not isinstance(progress, bool):
+        raise native.Error(f"progress must be True, False or a function of two numbers, not {_shown(progress)}")
     try:
         from tqdm.auto import tqdm
     except ImportError:

@@ -186,7 +186,7 @@ impl<const D: usize> InverseProblem<D> {
             }
         }
         let mut unknowns = self.unknowns.clone();
-        for unknown in unknowns.iter_mut().filter(|u| u.upper == f64::INFINITY) {
+        for unknown in unknowns.iter_mut().filter(|u| u.is_tension() && u.upper == f64::INFINITY) {
             unknown.upper = self.settings.upper_bound;
         }
         let tissue = TissueUnknown {

@@ -100,7 +100,8 @@ impl<'a, const D: usize> Inverse<'a, D> {
             if !(u.lower.is_finite() && u.upper.is_finite() && u.lower < u.upper) {
                 return wrong(format!(
                     "the bounds {} and {} of an unknown must be finite and in order",
-                    u.lower, u.upper
+                    u.lower * u.unit,
+                    u.upper * u.unit
                 ));
             }
             match u.quantity {
@@ -118,6 +119,13 @@ impl<'a, const D: usize> Inverse<'a, D> {
                     );
                 }
                 _ => {}
+            }
+        }
+        for end in [|u: &Unknown| u.lower, |u: &Unknown| u.upper] {
+            let bounds: Vec<f64> = self.unknowns.iter().map(end).collect();
+            let checked = self.tissue.map(|tissue| tissue.constants(&self.unknowns, &bounds).check());
+            if let Some(Err(error)) = checked {
+                return wrong(format!("a bound of an unknown: {error}"));
             }
         }
         match self.tied.iter().flatten().find(|m| !self.system.contracting().contains(*m)) {

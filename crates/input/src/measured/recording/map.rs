@@ -34,6 +34,8 @@ use super::{Format, Recording, RecordingError, Times, names};
 pub const CONTOUR_SD_M: f64 = 0.93e-3;
 /// Standard deviation of an electromagnetic sensor, m (AG500; newer ones are better).
 pub const SENSOR_SD_M: f64 = 0.5e-3;
+/// Smallest unit, mm, and rate, Hz: with smaller ones coordinates and times would be lost to rounding.
+const LEAST: f64 = 1e-6;
 const LARGEST_MM: f64 = 1e4;
 
 /// Anatomical meaning of a channel.
@@ -123,8 +125,8 @@ impl Map {
         })?;
         let line_of = |word: &str| text.lines().position(|l| l.trim_start().starts_with(word)).map(|n| n + 1);
         let positive = |name: &str, value: Option<f64>, most: f64| match value {
-            Some(v) if !(v > 0.0 && v <= most) => {
-                Err(wrong(line_of(name), format!("{name} is {v:?}; it must be above 0 and at most {most}")))
+            Some(v) if !(LEAST..=most).contains(&v) => {
+                Err(wrong(line_of(name), format!("{name} is {v:?}; it must be from {LEAST} to {most}")))
             }
             _ => Ok(()),
         };

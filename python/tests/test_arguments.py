@@ -1,0 +1,223 @@
+"""Every argument of every public function: numbers and texts of other types are the same ones, and what cannot be meant is refused with an
+error that names the argument or the value."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import plain
+
+import tongue_fit as tf
+
+ROOT = Path(__file__).resolve().parents[2]
+BODY = tf.Body.tongue(8e-3)
+DATA = tf.Dataset.reference()
+MODEL = tf.Model().assemble(BODY, ["GGa", "HGa"])
+SHAPE = MODEL.solver().equilibrium([1.0, 2.0])
+LENGTH = MODEL.length("GGa")
+SEEN = [tf.Observation(LENGTH, 0.041), tf.Observation(MODEL.length("HGa"), 0.0275)]
+FRAME = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a"], "GGa_mm": [46, 38], "SGm_mm": [25, 21], "HGa_mm": [36, 33]})
+ROWS: dict[str, Any] = {"target": "stretch", "draws": 0, "subsets": 0, "starts": 1, "progress": False}
+
+
+def problem() -> tf.InverseProblem:
+    return tf.InverseProblem(MODEL, SEEN, starts=1).free_bone("hyoid", 0.01)
+
+
+def fitted(change: Callable[..., tf.InverseProblem]) -> Callable[..., Any]:
+    """Whose arguments are checked when it is fitted, at the latest."""
+    return lambda **given: change(**given).fit().tensions
+
+
+#: Of every callable of the package how it is called, with arguments that are right.
+CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    "Assembly.contour": (MODEL.contour, {"point": (0.01, 0.02)}),
+    "Assembly.length": (MODEL.length, {"muscle": "GGa"}),
+    "Assembly.observations": (MODEL.observations, {"target": DATA.stretches("S2", "a", muscles=["GGa", "HGa"])}),
+    "Assembly.ratio": (MODEL.ratio, {"muscle": "GGa", "over": "HGa"}),
+    "Assembly.stretch": (MODEL.stretch, {"muscle": "GGa"}),
+    "Assembly.trajectory": (MODEL.trajectory, {"tensions": [1.0, 2.0], "t_end_s": 0.01, "ramp_s": 0.0, "samples": 3}),
+    "Body.continuum": (tf.Body.continuum, {"spacing_m": 8e-3}),
+    "Body.from_anatomy": (
+        tf.Body.from_anatomy,
+        {"toml": (ROOT / "targets/anatomy.toml").read_text(encoding="utf-8"), "spacing_m": 8e-3, "origin": "x"},
+    ),
+    "Body.read": (tf.Body.read, {"path": str(ROOT / "tests/gmsh/tongue_41.msh"), "unit": "m"}),
+    "Body.tongue": (tf.Body.tongue, {"spacing_m": 8e-3}),
+    "Dataset.from_path": (tf.Dataset.from_path, {"path": str(ROOT / "targets/takano2007_lengths.csv")}),
+    "Dataset.from_text": (tf.Dataset.from_text, {"text": "subject,vowel,GGa_mm,SGm_mm\nX,ɯ,46,25\nX,a,38,21\n", "origin": "x"}),
+    "Dataset.ratios": (DATA.ratios, {"subject": "S2", "vowel": "a", "muscles": ["GGa", "HGa"], "baseline": "e"}),
+    "Dataset.stretches": (DATA.stretches, {"subject": "S2", "vowel": "a", "muscles": ["GGa", "HGa"], "baseline": "e"}),
+    "Dataset.vowels": (DATA.vowels, {"subject": "S2"}),
+    "Dataset.with_half_width_mm": (DATA.with_half_width_mm, {"mm": 0.5}),
+    "Estimate.displacement": (problem().fit().displacement, {"bone": "hyoid"}),
+    "Estimate.tension": (problem().fit().tension, {"muscle": "GGa"}),
+    "InverseProblem": (
+        fitted(tf.InverseProblem),
+        {"assembly": MODEL, "observations": SEEN, "method": "gauss-newton", "starts": 1, "upper_bound": 100.0},
+    ),
+    "InverseProblem.fit": (lambda **given: problem().fit(**given).tensions, {"threads": 1}),
+    "InverseProblem.free_bone": (fitted(lambda **given: problem().free_bone(**given)), {"bone": "mental_spine", "most": 0.01}),
+    "InverseProblem.free_poisson_ratio": (fitted(lambda **given: problem().free_poisson_ratio(**given)), {"lower": 0.4, "upper": 0.495}),
+    "InverseProblem.free_young_modulus": (fitted(lambda **given: problem().free_young_modulus(**given)), {"lower": 4e3, "upper": 8e3}),
+    "InverseProblem.with_bone_prior": (fitted(lambda **given: problem().with_bone_prior(**given)), {"bone": "hyoid", "sd": 0.002}),
+    "InverseProblem.with_bounds": (fitted(lambda **given: problem().with_bounds(**given)), {"muscle": "GGa", "lower": 0.0, "upper": 20.0}),
+    "InverseProblem.with_prior": (fitted(lambda **given: problem().with_prior(**given)), {"muscle": "GGa", "mean": 0.0, "sd": 20.0}),
+    "InverseProblem.with_tension": (fitted(lambda **given: problem().with_tension(**given)), {"muscle": "GGa", "tension": 20.0}),
+    "Model": (
+        lambda **given: tf.Model(**given).assemble(BODY, ["GGa"]),
+        {"young_modulus": 6900.0, "poisson_ratio": 0.49, "preset": "consistent", "spread": "assembled", "outside": "chain", "tissue": "fe"},
+    ),
+    "Model.assemble": (tf.Model().assemble, {"body": BODY, "muscles": ["GGa"]}),
+    "Observable.gradient": (LENGTH.gradient, {"positions": SHAPE.positions}),
+    "Observable.value": (LENGTH.value, {"positions": SHAPE.positions}),
+    "Observation": (tf.Observation, {"observable": LENGTH, "measured": 0.04, "standard_deviation": 1e-3}),
+    "Posterior.frame": (lambda **given: tf.scene("supine").frame(**given), {"name": "none.csv"}),
+    "Posterior.save": (lambda **given: tf.Run({}, {}, "", True).save(**given), {"folder": "."}),
+    "Shape.length": (SHAPE.length, {"muscle": "GGa"}),
+    "Shape.picture": (SHAPE.picture, {"title": "x"}),
+    "Shape.ratio": (SHAPE.ratio, {"muscle": "GGa", "over": "HGa"}),
+    "Shape.rest_length": (SHAPE.rest_length, {"muscle": "GGa"}),
+    "Shape.stretch": (SHAPE.stretch, {"muscle": "GGa"}),
+    "Shape.tension": (SHAPE.tension, {"muscle": "GGa"}),
+    "Solver.equilibrium": (MODEL.solver().equilibrium, {"tensions": [1.0, 2.0]}),
+    "Solver.equilibrium_from": (MODEL.solver().equilibrium_from, {"start": SHAPE, "tensions": [1.0, 2.0]}),
+    "Solver.follow_from_rest": (MODEL.solver().follow_from_rest, {"tensions": [1.0, 2.0]}),
+    "Solver.jacobian": (MODEL.solver().jacobian, {"shape": SHAPE}),
+    "Solver.shift_bone": (MODEL.solver().shift_bone, {"bone": "hyoid", "shift": (0.001, 0.0)}),
+    "Solver.vjp": (MODEL.solver().vjp, {"shape": SHAPE, "cotangent": SHAPE.positions}),
+    "Trajectory.lengths": (MODEL.trajectory([1.0, 2.0], 0.01, samples=3).lengths, {"muscle": "GGa"}),
+    "batch": (
+        tf.batch,
+        {"data": DATA, "subjects": ["S2"], "vowels": ["a"], **ROWS, "baseline": "e", "baselines": {"S2": "e"}, "seed": 1, "method": "gauss-newton"}
+        | {"body": BODY, "model": tf.Model(), "upper_bound": 100.0, "thesis": False, "tone": 8.0, "hyoid": "free", "free_bones": [], "shard": "1/1"}
+        | {"threads": 1},
+    ),
+    "check": (tf.check, {"table": FRAME}),
+    "dataset": (tf.dataset, {"frame": FRAME, "origin": "x"}),
+    "fit": (
+        tf.fit,
+        {"data": DATA, "subject": "S2", "vowel": "a", "target": "stretch", "muscles": ["GGa", "HGa", "SGm"], "baseline": "e", "body": BODY}
+        | {"model": tf.Model(), "method": "gauss-newton", "starts": 1, "upper_bound": 100.0, "among": "others", "thesis": False, "tone": 8.0}
+        | {"hyoid": "free", "free_bones": [], "verdict": False, "threads": 1},
+    ),
+    "merge": (tf.merge, {"shards": [tf.batch(DATA, subjects="S2", vowels="a", **ROWS)]}),
+    "posterior": (tf.posterior, {"data": DATA, "subject": "S2", "vowel": "a", "draws": 100, "seed": 1, "threads": 1}),
+    "scene": (tf.scene, {"scene": "supine", "threads": 1}),
+}
+#: Callables with any options, which the program checks (`test_program.py`).
+OF_OPTIONS = {"adapt", "run", "sound", "track", "validate"}
+#: What the package makes itself.
+MADE = {"Assembly", "Batch", "Body", "Dataset", "Error", "Estimate", "Fit", "Observable", "Posterior", "Run", "Shape", "Solver", "Target", "Trajectory"}
+#: The same as `Posterior.frame` and `Posterior.save`.
+SAME = {"Run.frame", "Run.save"}
+
+#: What no argument can mean, with how messages may show it.
+WRONG: dict[str, tuple[Any, tuple[str, ...]]] = {
+    "None": (None, ("None",)),
+    "NaN": (float("nan"), ("NaN", "nan")),
+    "infinity": (float("inf"), ("inf",)),
+    "minus one": (-1, ("-1",)),
+    "a text": ("nonsense", ("nonsense", "key with no value", "missing from the header")),
+    "bytes": (b"nonsense", ("nonsense", "missing from the header")),
+    "no items": ([], ("none", "no ", "0 ", "at least one observation")),
+    "three numbers": ([1.0, 2.0, 3.0], ("1",)),
+    "a dict": ({"nonsense": 1.0}, ("nonsense",)),
+    "a series": (pd.Series({"nonsense": 1.0}), ("nonsense",)),
+    "two axes": (np.zeros((2, 2)), ("0",)),
+    "an object": (object(), ("object",)),
+}
+
+
+def is_meant(call: str, name: str, kind: str, right: Any) -> bool:
+    """Whether an argument may be such a value after all."""
+    without = {"muscles", "baseline", "baselines", "body", "model", "tone", "hyoid", "threads", "standard_deviation", "subjects", "vowels"}
+    if kind == "None":
+        return name in without or (call, name) in {("fit", "free_bones"), ("batch", "free_bones")} or (call == "posterior" and name != "draws")
+    if kind == "a text":
+        return name in {"origin", "title"} or (call, name) in {("batch", "baseline"), ("Posterior.save", "folder")}
+    if kind == "no items":
+        return name in {"free_bones", "baselines"} or (call, name) == ("Model.assemble", "muscles")
+    # A length or a ratio below zero is measured wrongly, but it is a number; so is the mean of a prior.
+    return kind == "minus one" and (call, name) in {("Observation", "measured"), ("InverseProblem.with_prior", "mean")}
+
+
+def functions() -> set[str]:
+    """All that the package has to be called with arguments, found in it."""
+    found = set()
+    for name in tf.__all__:
+        value = getattr(tf, name)
+        if callable(value):
+            found.add(name)
+        if inspect.isclass(value) and not issubclass(value, Exception):
+            own = [method for kind in value.__mro__ if kind.__module__.startswith("tongue_fit") for method in vars(kind)]
+            found |= {f"{name}.{method}" for method in own if not method.startswith("_") and callable(getattr(value, method))}
+    with_arguments = {name for name in found if "." not in name or set(inspect.signature(resolved(name)).parameters) - {"self"}}
+    return with_arguments - MADE - OF_OPTIONS - SAME
+
+
+def resolved(name: str) -> Any:
+    kind, method = name.split(".")
+    return getattr(getattr(tf, kind), method)
+
+
+def test_every_function_is_in_this_table_with_all_of_its_arguments() -> None:
+    assert functions() == set(CALLS)
+    for name, (_, right) in CALLS.items():
+        signature = inspect.signature(resolved(name) if "." in name else getattr(tf, name))
+        named = {p.name for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD} - {"self"}
+        assert named == set(right), name
+
+
+def cases() -> list[tuple[str, str]]:
+    return [(call, name) for call, (_, right) in CALLS.items() for name in right]
+
+
+@pytest.mark.parametrize(("call", "name"), cases(), ids=[f"{call}, {name}" for call, name in cases()])
+def test_what_cannot_be_meant_is_refused_with_the_argument_or_the_value(call: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    function, right = CALLS[call]
+    for kind, (value, shown) in WRONG.items():
+        if is_meant(call, name, kind, right[name]):
+            continue
+        with pytest.raises((tf.Error, TypeError, OverflowError)) as caught:
+            function(**{**right, name: value})
+        # Python's own errors have the name of the argument in a note, which stands below them.
+        text = "\n".join([str(caught.value), *getattr(caught.value, "__notes__", [])])
+        words = (name,) if not isinstance(caught.value, tf.Error) else (name, *shown)
+        assert any(word in text for word in words), (kind, type(caught.value), text)
+
+
+def told(answer: Any) -> Any:
+    """An answer as something that can be compared bit by bit."""
+    if isinstance(answer, tf.Run):
+        return {key: value for key, value in answer.items() if key not in ("wall_s", "command", "time_by_effect", "file")}.__repr__()
+    if isinstance(answer, dict):
+        return plain(answer)
+    for attribute in ("positions", "lengths_mm"):
+        answer = getattr(answer, attribute, answer)
+    return answer.tobytes() if isinstance(answer, np.ndarray) else answer
+
+
+@pytest.mark.parametrize("call", [call for call in CALLS if call not in ("posterior", "Posterior.frame", "Observable.gradient")])
+def test_numbers_and_texts_of_numpy_are_the_same(call: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    function, right = CALLS[call]
+    as_numpy: dict[str, Any] = {}
+    for name, value in right.items():
+        if isinstance(value, bool):
+            continue
+        if isinstance(value, int):
+            as_numpy[name] = np.int64(value)
+        elif isinstance(value, float):
+            as_numpy[name] = np.float64(value)
+        elif isinstance(value, str):
+            as_numpy[name] = np.str_(value)
+    if as_numpy:
+        assert told(function(**{**right, **as_numpy})) == told(function(**right))
