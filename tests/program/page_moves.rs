@@ -341,6 +341,21 @@ fn the_page_says_of_every_muscle_how_probably_it_pulls_harder_and_the_sliders_go
 }
 
 #[test]
+fn a_shape_beyond_palate_or_teeth_is_told() {
+    let Some(mut browser) = Browser::start() else { return };
+    let told = "byId('beyond').hidden ? '' : byId('beyond').textContent";
+    for (palate, goes_through) in [(0, true), (1, false)] {
+        let page = browser.open(&kept(), &format!("#s=S2&v=i&k=stretch&palate={palate}"));
+        browser.wait(&page, "settled() && fit?.vowel === 'i'");
+        let said = browser.run(&page, told);
+        let expected =
+            said.as_str().unwrap().ends_with(" mm through palate or teeth, which are set not to stop it.");
+        assert_eq!((expected, said == ""), (goes_through, !goes_through), "palate={palate}: {said}");
+    }
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+#[test]
 fn a_page_holds_a_table_of_ones_own_whatever_its_labels() {
     let Some(mut browser) = Browser::start() else { return };
     let folder = tempfile::tempdir().unwrap();

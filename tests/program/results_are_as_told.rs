@@ -49,8 +49,10 @@ fn recorded(path: &Path) -> Vec<String> {
 #[test]
 fn every_file_of_the_results_records_the_command_that_the_readme_names() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
-    let table = told(&std::fs::read_to_string(results.join("README.md")).unwrap());
-    assert!(table.len() >= 8, "{table:?}");
+    let read = |name: &str| told(&std::fs::read_to_string(results.join(name)).unwrap());
+    let in_space = read("space/README.md").into_iter().map(|(folder, by)| (format!("space/{folder}"), by));
+    let table: Vec<(String, String)> = read("README.md").into_iter().chain(in_space).collect();
+    assert!(table.len() >= 12, "{table:?}");
     let mut wrong = Vec::new();
     let mut compared = 0;
     for (folder, command) in &table {
@@ -64,4 +66,21 @@ fn every_file_of_the_results_records_the_command_that_the_readme_names() {
     }
     assert!(compared > 500, "{compared}");
     assert!(wrong.is_empty(), "make these again:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_picture_of_a_scene_records_that_scene() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/scenes");
+    let mut pictures = 0;
+    for entry in std::fs::read_dir(scenes).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "svg") {
+            let scene = path.file_stem().unwrap().to_str().unwrap();
+            let commands = recorded(&path);
+            assert_eq!(commands.len(), 1, "{}", path.display());
+            assert_eq!(words(&commands[0]), ["tongue-fit", "scene", "run", scene], "{}", path.display());
+            pictures += 1;
+        }
+    }
+    assert!(pictures >= 17, "{pictures}");
 }
