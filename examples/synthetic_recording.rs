@@ -40,6 +40,17 @@ fn tensions(recording: usize, time_s: f64) -> [f64; 8] {
     ]
 }
 
+/// The gesture of a time in both recordings: open, front or back.
+fn label(time_s: f64) -> &'static str {
+    if time_s < 0.21 {
+        "a"
+    } else if time_s < 0.37 {
+        "i"
+    } else {
+        "u"
+    }
+}
+
 /// Normal noise, mm (Box and Muller 1958).
 fn noise(rng: &mut fastrand::Rng) -> Point {
     let radius = NOISE_MM * (-2.0 * (1.0 - rng.f64()).ln()).sqrt();
@@ -70,7 +81,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for spline in ["HyoidMandible", "ShorttendonMandible"] {
         write!(header, "\tX0 DLC_{spline}\tY0 DLC_{spline}\tX1 DLC_{spline}\tY1 DLC_{spline}")?;
     }
-    let mut table = header + "\n";
+    let mut table = header + "\tAnnotation Title\n";
     let mut truth = format!("recording,time_s,{}\n", names.join(","));
     for (recording, prompt) in ["synthetic one", "synthetic two"].into_iter().enumerate() {
         let date = format!("21/11/2026 12:00:0{recording}");
@@ -101,7 +112,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             for p in seen {
                 write!(table, "\t{:.4}\t{:.4}", ORIGIN_MM[0] - p.x, ORIGIN_MM[1] + p.y)?;
             }
-            table += "\n";
+            writeln!(table, "\t{}", label(time_s))?;
             writeln!(
                 truth,
                 "synthetic {date} {prompt},{time_s:.4},{}",

@@ -284,7 +284,7 @@ pub mod report {
     pub use tongue_files::report::{
         AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord,
         History, Json, Markdown, Msh, OperationRecord, Panel, PlacementRecord, PriorRecord, Provenance, Pvd,
-        ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord,
+        RepeatsRecord, ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord,
         SpaceTrackRecord, SpaceVtu, Sto, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture,
         Vtu, Wav, animation, animation_of_seen, changes, courses, frame_records, gesture_records, outlines,
         pairs, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel,

@@ -13,13 +13,13 @@ use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::batch;
 use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::{
-    Export, Json, OutputDir, PlacementRecord, PriorRecord, TrackRecord, courses, frame_records,
-    gesture_records, status_name,
+    Export, Json, OutputDir, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
 };
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{self, Additions, Model, System};
 use tongue_fit::track::{
-    self, Followed, FrameStatus, HeldOut, Settings, Shape, Stage, Surface, Tracked, TrackedRecording,
+    self, Followed, FrameStatus, HeldOut, Repeatable, Repeats, Settings, Shape, Stage, Surface, Tracked,
+    TrackedRecording,
 };
 
 use super::recordings::{self, Given, PriorArguments, RestName, Screened};
@@ -195,23 +195,36 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             opponents: track::opponents(&seen, &tracked, &hide),
         }
     });
-    let record = TrackRecord {
+    let mut record = TrackRecord {
         recordings: seen.iter().map(|s| s.name.clone()).collect(),
         body: speaker.body.what.clone(),
         rest: speaker.how,
-        placement: speaker.placement.as_ref().map(PlacementRecord::new),
+        placement: None,
         prior: PriorRecord::new(&run.settings),
         statuses,
         median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_mm)),
         courses,
         gestures,
+        segments: Vec::new(),
+        repeats: None,
         held_out,
         notes,
         frames,
         wall_s: clock.elapsed().as_secs_f64(),
     };
+    speaker.placement.iter().for_each(|placement| record.add_placement(placement));
+    seen.iter().zip(&found).for_each(|(s, f)| record.add_segments(s, &f.segments, &names));
+    repeats(&seen, &found, names.len()).into_iter().for_each(|found| record.add_repeats(found, &names));
     record.notes.iter().for_each(|n| output::note(n));
-    let written = track_files::write(&out, &record, &seen, &found, run.model().tissue, &arguments.files)?;
+    let written = track_files::write(
+        &out,
+        &record,
+        &seen,
+        &found,
+        wall.unwrap_or_default(),
+        run.model().tissue,
+        &arguments.files,
+    )?;
     journal.remove().into_diagnostic()?;
     if global.json {
         output::print(
@@ -296,8 +309,8 @@ impl Run<'_> {
     }
 
     fn found(&self, body: Body<2>, recording: TrackedRecording) -> Found {
-        let TrackedRecording { frames, gestures } = recording;
-        Found { body, contracting: self.basis.contracting.clone(), frames, gestures }
+        let TrackedRecording { frames, gestures, segments } = recording;
+        Found { body, contracting: self.basis.contracting.clone(), frames, gestures, segments }
     }
 
     /// The journal of this run, with the recordings that an earlier run of the same inputs has finished.
@@ -396,6 +409,17 @@ impl Run<'_> {
         }
         Ok(vec![Box::new(wall)])
     }
+}
+
+/// How well the courses repeat where labels do.
+fn repeats(seen: &[&Seen], found: &[Found], muscles: usize) -> Option<Repeats> {
+    let times: Vec<Vec<f64>> = found.iter().map(|f| f.frames.iter().map(|t| t.time_s).collect()).collect();
+    let course = |t: &Tracked| t.courses.iter().map(|c| c.median).collect::<Vec<f64>>();
+    let courses: Vec<Vec<Vec<f64>>> = found.iter().map(|f| f.frames.iter().map(course).collect()).collect();
+    let all = seen.iter().zip(&times).zip(&courses);
+    let all: Vec<Repeatable<'_>> =
+        all.map(|((s, times), courses)| Repeatable { times, courses, labels: &s.labels }).collect();
+    track::repeats(&all, muscles)
 }
 
 /// Recordings that are tracked together, some hundred frames at once: those of one that shows the same bones.

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
 use tongue_fit::body::Body;
+use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::{
     AnimationFrame, Export, Json, OutputDir, Pvd, Timeline, TrackPage, TrackPicture, TrackRecord, Vtu,
     animation_of_seen, timelines,
 };
 use tongue_fit::system::TissueModel;
-use tongue_fit::track::{FrameStatus, Gesture, Tracked};
+use tongue_fit::track::{FrameStatus, Gesture, Segment, Tracked};
 
 /// Result of one recording.
 pub struct Found {
@@ -21,6 +22,8 @@ pub struct Found {
     pub frames: Vec<Tracked>,
     /// Its gestures.
     pub gestures: Vec<Gesture>,
+    /// Its labelled stretches.
+    pub segments: Vec<Segment>,
 }
 
 /// Options of the files beside the tables.
@@ -42,6 +45,7 @@ pub fn write(
     record: &TrackRecord,
     seen: &[&Seen],
     found: &[Found],
+    palate: &[Point],
     tissue: TissueModel,
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
@@ -52,11 +56,19 @@ pub fn write(
         ("track.json".to_owned(), Box::new(Json(record))),
         ("track.csv".to_owned(), Box::new(record.table())),
     ];
+    if !record.segments.is_empty() {
+        files.push(("segments.csv".to_owned(), Box::new(record.segments_table())));
+    }
+    let repeated = record.repeats.as_ref().map(|found| found.picture());
+    if let (Some(found), Some(picture)) = (&record.repeats, &repeated) {
+        files.push(("repeats.csv".to_owned(), Box::new(found.table())));
+        files.push(("repeats.svg".to_owned(), Box::new(picture.clone())));
+    }
     let mut pictures = Vec::new();
     let mut others: Vec<File<'_>> = Vec::new();
     for (nth, (one, of)) in seen.iter().zip(found).enumerate() {
         let number = nth + 1;
-        let courses = courses(record, &one.name, &of.frames);
+        let courses = courses(record, one, &of.frames);
         files.push((format!("track_{number}.sto"), Box::new(record.sto(&one.name))));
         files.push((format!("track_{number}.svg"), Box::new(courses.clone())));
         let mut animation = None;
@@ -73,10 +85,11 @@ pub fn write(
                 "{}: measured (dots) and simulated; muscles coloured by tension, with their largest",
                 one.name
             );
-            let svg =
-                animation_of_seen(&of.body.mesh, &[], &shapes[nth], &marks, &title).into_diagnostic()?;
-            files.push((name.clone(), Box::new(svg)));
-            animation = Some(name);
+            let svg = animation_of_seen(&of.body.mesh, palate, &shapes[nth], &marks, one.mirrored, &title)
+                .into_diagnostic()?;
+            files.push((name.clone(), Box::new(svg.clone())));
+            let span_s = shapes[nth].last().map_or(0.0, |last| last.time) - shapes[nth][0].time;
+            animation = Some((name, svg, span_s.max(0.1)));
             let mut moments = Vec::new();
             for (t, shape) in shapes[nth].iter().enumerate() {
                 let name = format!("shapes_{number}_{t:04}.vtu");
@@ -88,7 +101,7 @@ pub fn write(
         }
         pictures.push(TrackPicture { recording: one.name.clone(), courses, animation });
     }
-    let page = TrackPage { record, pictures };
+    let page = TrackPage { record, pictures, repeats: repeated };
     files.insert(0, ("track.html".to_owned(), Box::new(page)));
     let shown = files.len();
     files.extend(others);
@@ -126,7 +139,7 @@ fn frame(found: &Found, t: usize) -> AnimationFrame {
     AnimationFrame { time: tracked.time_s, positions: tracked.positions.clone(), tensions }
 }
 
-fn courses(record: &TrackRecord, name: &str, frames: &[Tracked]) -> tongue_fit::report::Svg {
+fn courses(record: &TrackRecord, seen: &Seen, frames: &[Tracked]) -> tongue_fit::report::Svg {
     let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
     let doubtful: Vec<bool> = frames.iter().map(|f| f.status != FrameStatus::Converged).collect();
     let line = |(i, course): (usize, &tongue_fit::report::CourseRecord)| Timeline {
@@ -135,5 +148,6 @@ fn courses(record: &TrackRecord, name: &str, frames: &[Tracked]) -> tongue_fit::
         values: frames.iter().map(|f| [f.levels[i].median, f.levels[i].low, f.levels[i].high]).collect(),
     };
     let lines: Vec<Timeline> = record.courses.iter().enumerate().map(line).collect();
-    timelines(name, &times, &doubtful, &lines)
+    let rms_mm: Vec<Option<f64>> = frames.iter().map(|f| f.rms_m.map(|r| 1e3 * r)).collect();
+    timelines(&seen.name, &times, &doubtful, &rms_mm, &seen.labels, &lines)
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use tongue_fit::report::{FrameRecord, TrackRecord};
 use tongue_fit::statistics::upper_median;
+use tongue_fit::track::FrameStatus;
 
 use super::table;
 
@@ -48,6 +49,19 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
         "{resolved} of {} directions of tension are resolved in the median frame; the others come from the prior",
         record.courses.len()
     );
+    text += &ways(record);
+    if let Some(repeats) = &record.repeats {
+        let mut t = table::table(&["muscle", "ICC of its course", "by chance", "95 % of chance"]);
+        for (muscle, r) in &repeats.muscles.0 {
+            t.add_row([
+                muscle.clone(),
+                format!("{:.2}", r.icc),
+                format!("{:.2}", r.by_chance),
+                format!("{:.2}", r.chance_95),
+            ]);
+        }
+        let _ = writeln!(text, "\n{}\n{t}", repeats.said());
+    }
     for (bone, end) in freed(record) {
         let _ = writeln!(
             text,
@@ -83,6 +97,30 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
         }
     }
     text + "\n" + &table::files(written)
+}
+
+/// How shapes are reached that pulling all muscles together does not lead to.
+fn ways(record: &TrackRecord) -> String {
+    let mut text = String::new();
+    let other = record.frames.iter().filter(|f| f.other_way).count();
+    if other > 0 {
+        let _ = writeln!(
+            text,
+            "{other} shapes are reached from the posture before or after them, or one muscle before the others"
+        );
+    }
+    let missed = |f: &&FrameRecord| f.reached_rms_mm.is_some();
+    for f in record.frames.iter().filter(missed).take(10) {
+        let told = if f.status == FrameStatus::OffBranch { "no way to it was found" } else { "as well" };
+        let _ = writeln!(
+            text,
+            "{}, {:.3} s: the shape that is reached at these tensions meets it to {:.2} mm ({told})",
+            f.recording,
+            f.time_s,
+            f.reached_rms_mm.unwrap_or(f64::NAN)
+        );
+    }
+    text
 }
 
 /// Free bones and their displacements.

@@ -289,6 +289,57 @@ fn coils_place_the_body_and_one_that_is_hidden_is_predicted() {
 }
 
 #[test]
+fn labels_become_segments_and_what_repeats_is_that_of_the_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let found = json(&run(at, &["track", "--example", "--frames", "0", "--out", "out", "--json"]));
+    let segments = found["segments"].as_array().unwrap();
+    let of = |tier: &str| segments.iter().filter(|s| s["tier"] == tier).count();
+    assert_eq!((of("annotation"), of("prompt")), (6, 2));
+    let (low, high) = (&segments[0]["low"]["GGm"], &segments[0]["high"]["GGm"]);
+    assert!(low.as_f64().unwrap() < high.as_f64().unwrap(), "{}", segments[0]);
+    assert_eq!(found["repeats"]["labels"], serde_json::json!({ "a": 2, "i": 2, "u": 2 }));
+    assert_eq!(csv::Reader::from_path(at.join("out/segments.csv")).unwrap().records().count(), 8 * 8);
+    let kept = concat!(env!("CARGO_MANIFEST_DIR"), "/results/track/repeats.csv");
+    let mut rows = 0;
+    for row in csv::Reader::from_path(kept).unwrap().records() {
+        let row = row.unwrap();
+        let now = &found["repeats"]["muscles"][&row[0]];
+        for (column, what) in [(1, "icc"), (2, "by_chance"), (3, "chance_95")] {
+            let (kept, now): (f64, f64) = (row[column].parse().unwrap(), now[what].as_f64().unwrap());
+            assert!(
+                (kept - now).abs() < 0.02,
+                "{what} of {}: {kept}, now {now}; make results/track anew",
+                &row[0]
+            );
+        }
+        rows += 1;
+    }
+    assert_eq!(rows, 8);
+}
+
+#[test]
+fn a_text_grid_beside_a_recording_gives_its_labels() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let one: Vec<String> =
+        coils().lines().filter(|l| !l.starts_with("synthetic two")).map(|l| format!("{l}\n")).collect();
+    fs::write(at.join("one.csv"), one.concat()).unwrap();
+    let grid = "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n0\n0.6\n<exists>\n1\n\"IntervalTier\"\n\"phones\"\n0\n0.6\n\
+        3\n0\n0.25\n\"pa\"\n0.25\n0.5\n\"pa\"\n0.5\n0.6\n\"\"\n";
+    fs::write(at.join("one.TextGrid"), grid).unwrap();
+    let found = json(&run(at, &["track", "one.csv", "--frames", "0", "--json"]));
+    let segments = found["segments"].as_array().unwrap();
+    assert_eq!(segments.len(), 2, "{segments:?}");
+    assert_eq!((&segments[1]["label"], &segments[1]["tier"]), (&Value::from("pa"), &Value::from("phones")));
+    assert_eq!((&segments[1]["name"], segments[1]["from_s"].as_f64()), (&Value::Null, Some(0.25)));
+    assert_eq!(found["repeats"]["labels"], serde_json::json!({ "pa": 2 }));
+    fs::write(at.join("one.TextGrid"), &grid[..grid.len() - 12]).unwrap();
+    let told = refused(at, &["track", "one.csv", "--frames", "0"]);
+    assert!(told.contains("one.TextGrid:") && told.contains("cut off"), "{told}");
+}
+
+#[test]
 fn an_identity_adapts_to_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -70,8 +70,8 @@ pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
 pub use tongue_page::{PageBody, PageTable, TonguePage};
 pub use track::{
-    CourseRecord, FrameRecord, GestureRecord, HiddenRecord, PlacementRecord, PriorRecord, TrackRecord,
-    courses, frame_records, gesture_records, status_name,
+    CourseRecord, FrameRecord, GestureRecord, HiddenRecord, PlacementRecord, PriorRecord, RepeatsRecord,
+    SegmentRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
 };
 #[cfg(feature = "files")]
 pub use track_page::{TrackPage, TrackPicture};

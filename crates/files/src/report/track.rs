@@ -2,12 +2,14 @@
 
 use serde::Serialize;
 
+use super::svg::{self, Svg};
 use super::{BoneRecord, ByMuscle, StoTable, Table};
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Displacement, Foretold, FrameStatus, Gesture, HeldOut, Link, Ranged, Settings, Tracked,
+    Displacement, Foretold, FrameStatus, Gesture, HeldOut, Link, Ranged, Repeated, Repeats, Segment,
+    Settings, Tracked,
 };
-use tongue_input::measured::recording::{Fault, Seen};
+use tongue_input::measured::recording::{Fault, Label, Seen};
 
 /// One frame of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -46,6 +48,12 @@ pub struct FrameRecord {
     pub held_out: Vec<HiddenRecord>,
     /// Directions of the tensions whose standard deviation is below a half of the prior's.
     pub resolved: usize,
+    /// Whether the shape is reached in another way than by pulling all muscles harder together: from the posture before or after it, or
+    /// one muscle before the others.
+    pub other_way: bool,
+    /// Of a shape that no way was found to: the root mean square distance from the shape that is reached at the same tensions, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reached_rms_mm: Option<f64>,
     /// Faults of the measured points.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
@@ -94,6 +102,68 @@ pub struct GestureRecord {
     pub low: ByMuscle<f64>,
     /// Upper ends.
     pub high: ByMuscle<f64>,
+}
+
+/// Means over a labelled stretch of a recording, less those over the recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SegmentRecord {
+    /// Which recording.
+    pub recording: String,
+    /// The label: its tier, what it says, and when it holds.
+    #[serde(flatten)]
+    pub label: Label,
+    /// Frames in it.
+    pub frames: usize,
+    /// Courses, N per metre of thickness: medians.
+    pub course: ByMuscle<f64>,
+    /// Lower ends of their 95 % intervals.
+    pub low: ByMuscle<f64>,
+    /// Upper ends.
+    pub high: ByMuscle<f64>,
+}
+
+/// How well courses repeat where labels do.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RepeatsRecord {
+    /// The tier whose labels repeat.
+    pub tier: String,
+    /// How often each of them does.
+    pub labels: std::collections::BTreeMap<String, usize>,
+    /// Of every muscle.
+    pub muscles: ByMuscle<Repeated>,
+}
+
+impl RepeatsRecord {
+    /// Of muscles with these names.
+    fn new(repeats: Repeats, muscles: &[String]) -> Self {
+        let Repeats { tier, labels, muscles: all } = repeats;
+        Self { tier, labels: labels.into_iter().collect(), muscles: ByMuscle::new(muscles, all) }
+    }
+
+    /// A picture of it.
+    pub fn picture(&self) -> Svg {
+        let row = |(muscle, r): &(String, Repeated)| (muscle.clone(), [r.icc, r.by_chance, r.chance_95]);
+        let rows: Vec<_> = self.muscles.0.iter().map(row).collect();
+        svg::repeats(&format!("What repeats: {}", self.said()), &rows)
+    }
+
+    /// In a sentence.
+    pub fn said(&self) -> String {
+        let labels: Vec<String> = self.labels.iter().map(|(name, n)| format!("{name} {n} times")).collect();
+        format!("repetitions of {}: {}", self.tier, labels.join(", "))
+    }
+
+    /// A row for every muscle.
+    pub fn table(&self) -> Table {
+        let columns = ["muscle", "icc", "by_chance", "chance_95", "tier", "labels", "repetitions"];
+        let (labels, repetitions) = (self.labels.len(), self.labels.values().sum::<usize>());
+        let row = |(muscle, r): &(String, Repeated)| {
+            let numbers = [r.icc, r.by_chance, r.chance_95].map(|v| v.to_string());
+            let rest = [self.tier.clone(), labels.to_string(), repetitions.to_string()];
+            std::iter::once(muscle.clone()).chain(numbers).chain(rest).collect()
+        };
+        Table { columns: columns.map(str::to_owned).to_vec(), rows: self.muscles.0.iter().map(row).collect() }
+    }
 }
 
 /// A course is known whose reliability is above this,
@@ -188,7 +258,7 @@ pub struct PlacementRecord {
 
 impl PlacementRecord {
     /// Of a placement.
-    pub fn new(placement: &Placement) -> Self {
+    fn new(placement: &Placement) -> Self {
         let [back, up, turn, scale] = placement.intervals();
         let mm = |interval: [f64; 3]| interval.map(|m| 1e3 * m);
         Self {
@@ -241,6 +311,12 @@ pub struct TrackRecord {
     pub courses: Vec<CourseRecord>,
     /// Gestures of all recordings.
     pub gestures: Vec<GestureRecord>,
+    /// Labelled stretches of all recordings.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub segments: Vec<SegmentRecord>,
+    /// How well courses repeat, where labels do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<RepeatsRecord>,
     /// The points that were kept back: this model and its opponents.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
@@ -295,6 +371,8 @@ pub fn frame_records<'a>(
                 .then(|| (squares / frame.hidden.len() as f64).sqrt() * 1e3),
             held_out: frame.hidden.iter().map(hidden).collect(),
             resolved: frame.resolved,
+            other_way: frame.other_way,
+            reached_rms_mm: frame.reached_rms_m.map(|r| r * 1e3),
             faults: all,
         }
     };
@@ -317,12 +395,43 @@ pub fn gesture_records(recording: &str, gestures: &[Gesture], muscles: &[String]
     gestures.iter().map(record).collect()
 }
 
+/// The labelled stretches of a recording as records.
+fn segment_records(seen: &Seen, segments: &[Segment], muscles: &[String]) -> Vec<SegmentRecord> {
+    let record = |s: &Segment| {
+        let by = |end: fn(&Ranged) -> f64| ByMuscle::new(muscles, s.changes.iter().map(end));
+        Some(SegmentRecord {
+            recording: seen.name.clone(),
+            label: seen.labels.get(s.label)?.clone(),
+            frames: s.frames,
+            course: by(|c| c.median),
+            low: by(|c| c.low),
+            high: by(|c| c.high),
+        })
+    };
+    segments.iter().filter_map(record).collect()
+}
+
 /// The name of a status as outputs write it.
 pub fn status_name(status: FrameStatus) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
 impl TrackRecord {
+    /// Adds where coils placed the body.
+    pub fn add_placement(&mut self, placement: &Placement) {
+        self.placement = Some(PlacementRecord::new(placement));
+    }
+
+    /// Adds the labelled stretches of a recording.
+    pub fn add_segments(&mut self, seen: &Seen, segments: &[Segment], muscles: &[String]) {
+        self.segments.extend(segment_records(seen, segments, muscles));
+    }
+
+    /// Adds what repeats.
+    pub fn add_repeats(&mut self, repeats: Repeats, muscles: &[String]) {
+        self.repeats = Some(RepeatsRecord::new(repeats, muscles));
+    }
+
     /// A row for each recording, frame and muscle.
     pub fn table(&self) -> Table {
         let columns = [
@@ -358,6 +467,40 @@ impl TrackRecord {
                     status_name(f.status),
                     f.resolved.to_string(),
                     f.rms_mm.map_or_else(String::new, |r| r.to_string()),
+                ]);
+            }
+        }
+        Table { columns: columns.map(str::to_owned).to_vec(), rows }
+    }
+
+    /// A row for each labelled stretch and muscle.
+    pub fn segments_table(&self) -> Table {
+        let columns = [
+            "recording",
+            "tier",
+            "label",
+            "from_s",
+            "to_s",
+            "frames",
+            "muscle",
+            "course_n_per_m",
+            "low_n_per_m",
+            "high_n_per_m",
+        ];
+        let mut rows = Vec::new();
+        for s in &self.segments {
+            for (i, (muscle, course)) in s.course.0.iter().enumerate() {
+                rows.push(vec![
+                    s.recording.clone(),
+                    s.label.tier.clone(),
+                    s.label.name.clone(),
+                    s.label.from_s.to_string(),
+                    s.label.to_s.to_string(),
+                    s.frames.to_string(),
+                    muscle.clone(),
+                    course.to_string(),
+                    s.low.0[i].1.to_string(),
+                    s.high.0[i].1.to_string(),
                 ]);
             }
         }

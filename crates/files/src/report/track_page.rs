@@ -16,8 +16,8 @@ pub struct TrackPicture {
     pub recording: String,
     /// Figure of its courses.
     pub courses: Svg,
-    /// The name of the file with its animation, if there is one.
-    pub animation: Option<String>,
+    /// Its animation with the name of the file and its length, s, if there is one.
+    pub animation: Option<(String, Svg, f64)>,
 }
 
 /// The page.
@@ -27,6 +27,8 @@ pub struct TrackPage<'a> {
     pub record: &'a TrackRecord,
     /// One for each recording.
     pub pictures: Vec<TrackPicture>,
+    /// How well courses repeat, where labels do.
+    pub repeats: Option<Svg>,
 }
 
 impl Export for TrackPage<'_> {
@@ -38,13 +40,48 @@ impl Export for TrackPage<'_> {
                                 section {
                                     h2 { (p.recording) }
                                     div.figure.wide { (PreEscaped(p.courses.to_string())) }
-                                    @if let Some(file) = &p.animation { p { "Seen (dots) and simulated: " a href=(file) { (file) } } }
+                                    @if let Some((file, svg, span_s)) = &p.animation { (player(file, svg, *span_s)) }
+                                }
+                            }
+                            @if let Some(repeats) = &self.repeats {
+                                section {
+                                    h2 { "What repeats" }
+                                    p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length, beside that of labels that are shifted by a random time in each recording." }
+                                    div.figure.wide { (PreEscaped(repeats.to_string())) }
                                 }
                             }
                             (held_out(self.record))
+                            @if self.pictures.iter().any(|p| p.animation.is_some()) { script { (PreEscaped(PLAYER)) } }
                             (doubts(self.record))
         };
         out.write_all(page::document("tongue-fit track", &body).as_bytes())
+    }
+}
+
+/// Moves the pictures of every player to the time of its slider, and plays them.
+const PLAYER: &str = "document.querySelectorAll('.player').forEach(p => {\n\
+    const [svg, bar, button] = ['svg', 'input', 'button'].map(n => p.querySelector(n)), end = Number(bar.max);\n\
+    const show = () => svg.setCurrentTime(Math.min(Number(bar.value), end - 1e-4));\n\
+    let begun = 0;\n\
+    const step = now => { if (!begun) return; bar.value = (now - begun) / 1000 % end; show(); requestAnimationFrame(step); };\n\
+    const stop = () => { begun = 0; button.textContent = 'Play'; };\n\
+    svg.pauseAnimations(); show();\n\
+    bar.addEventListener('input', () => { stop(); show(); });\n\
+    button.addEventListener('click', () => { if (begun) return stop();\n\
+        begun = performance.now() - 1000 * Number(bar.value); button.textContent = 'Pause'; requestAnimationFrame(step); });\n\
+});\n";
+
+/// The animation of a recording, so long in seconds, with a slider.
+fn player(file: &str, svg: &Svg, span_s: f64) -> Markup {
+    html! {
+        div.figure.wide.player {
+            (PreEscaped(svg.to_string()))
+            p {
+                button type="button" { "Play" } " "
+                input type="range" min="0" max=(format!("{span_s:.4}")) step="any" value="0" aria-label="Time" style="width: 60%";
+                " measured (dots) and simulated; " a href=(file) { (file) }
+            }
+        }
     }
 }
 
@@ -64,7 +101,7 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
                 "A course is a tension less its mean over the recording, which cancels the effect of the unknown shape of the tongue at rest on all frames. "
                 "Without data a tension is " (format!("{:.1} ({:.1} to {:.1})", record.prior.median_n, record.prior.interval_n[0], record.prior.interval_n[1]))
                 " N/m, with a correlation time of " (record.prior.memory_s) " s. "
-                "A contour or a few coils do not determine eight tensions: the rest comes from the prior. Unreliable courses are grey; unreliable frames are shaded."
+                "A contour or a few coils do not determine eight tensions: the rest comes from the prior. Intervals of courses that are not known are hatched; unreliable frames are shaded."
             }
             @for note in &record.notes { p.alarms { (note) } }
         }

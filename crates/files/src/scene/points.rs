@@ -52,6 +52,7 @@ fn seen(points: &Points) -> Seen {
         contour: named("contour", points.contour_mm.len()),
         sensors: named("sensor", points.sensors.len()).into_iter().zip(behind).collect(),
         bones: Vec::new(),
+        labels: Vec::new(),
         ignored: Vec::new(),
         measured: vec![true; points.sensors.len()],
         notes: Vec::new(),

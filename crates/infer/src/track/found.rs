@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 use crate::inverse::BONE_SD_M;
 use tongue_input::measured::recording::Fault;
 
+use super::branch::{Posture, Reached};
 use super::consider::Draws;
 use super::frame::{self, Frame, Linear, Solver};
-use super::gesture::Gesture;
+use super::gesture::{Gesture, Segment};
 use super::link::Link;
 use super::settings::Settings;
 
@@ -36,9 +37,14 @@ pub enum FrameStatus {
     Gap,
     /// What was seen cannot be reached by this body, or cannot be right.
     OutOfReach,
-    /// The equilibrium does not lie on the branch that begins at rest.
+    /// No way was found on which a speaker reaches the equilibrium: not from rest, all muscles together or one before the others, and
+    /// not from the posture before or after it.
     OffBranch,
 }
+
+/// A shape that is reached from rest meets what was seen of a frame off the branch if it misses it by no more than this on top, m: less
+/// than the noise of a point.
+const AS_WELL_M: f64 = 0.3e-3;
 
 /// Where a bone was found that was not seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -132,6 +138,12 @@ pub struct Tracked {
     pub hidden: Vec<Foretold>,
     /// Directions of the tensions whose standard deviation is below a half of the prior's.
     pub resolved: usize,
+    /// Whether the shape is reached in another way than by pulling all muscles harder together.
+    #[serde(default)]
+    pub other_way: bool,
+    /// Root mean square distance of what was fitted from the shape that is reached at the same tensions, m, of a frame whose own is not.
+    #[serde(default)]
+    pub reached_rms_m: Option<f64>,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, 2>>,
     /// What the fit found wrong with the frame.
@@ -152,6 +164,8 @@ pub struct TrackedRecording {
     pub frames: Vec<Tracked>,
     /// Its gestures.
     pub gestures: Vec<Gesture>,
+    /// Its labelled stretches.
+    pub segments: Vec<Segment>,
 }
 
 /// A frame that was found.
@@ -165,6 +179,8 @@ pub(super) struct Found<'a> {
     pub positions: Option<&'a [SVector<f64, 2>]>,
     /// Positions of all nodes of the body as it was placed, with which hidden points are predicted, m.
     pub placed: Option<&'a [SVector<f64, 2>]>,
+    /// The frames before and after it, with what they are solved with and their positions.
+    pub neighbours: Vec<Posture<'a>>,
     /// Whether what was seen cannot be right.
     pub lost: bool,
     /// Means over the recording of the tension of every muscle, a number a draw.
@@ -182,7 +198,7 @@ pub(super) fn tracked(
     settings: &Settings,
     faults: Vec<Fault>,
 ) -> Tracked {
-    let Found { frame, x, linear, placed, lost, means, number, .. } = *found;
+    let &Found { frame, x, linear, placed, lost, means, number, .. } = found;
     let tensions = &draws.tensions[number];
     let of = |draws: &[f32]| Ranged::of(draws.iter().map(|d| f64::from(*d)));
     let levels: Vec<Ranged> = tensions.iter().map(|d| of(d).or_slack(&settings.link)).collect();
@@ -200,7 +216,7 @@ pub(super) fn tracked(
         None => solver.solve(frame, x, found.positions).map(<[_]>::to_vec),
     };
     let is_solved = solved.is_some();
-    let positions = solved.unwrap_or_else(|| solver.system.rest().to_vec());
+    let mut positions = solved.unwrap_or_else(|| solver.system.rest().to_vec());
     let residuals = frame::residuals(frame, &positions);
     let rms = |residuals: &DVector<f64>| {
         let squares = residuals.iter().zip(&frame.observations).map(|(r, o)| (r / o.weight).powi(2));
@@ -212,11 +228,27 @@ pub(super) fn tracked(
     let squares: f64 = far.map(|((r, o), a)| (1e3 * r / o.weight / settings.errors.sd(a)).powi(2)).sum();
     let rms_sd = (squares / residuals.len().max(1) as f64).sqrt();
     let resolved = resolved(tensions, settings.link.prior_sd_n());
+    let (mut other_way, mut reached_rms_m) = (false, None);
+    let mut is_off_branch = || {
+        let reached = solver.reached((frame, x), &positions, &found.neighbours, relaxed);
+        other_way = reached == Some(Reached::OtherWay);
+        if reached.is_some() {
+            return false;
+        }
+        let there = solver.workspace.positions();
+        let missed = rms(&frame::residuals(frame, there));
+        reached_rms_m = Some(missed);
+        let as_well = rms_m.is_some_and(|own| missed <= own + AS_WELL_M);
+        if as_well {
+            positions = there.to_vec();
+        }
+        !as_well
+    };
     let status = if lost || !is_solved || !is_near || rms_sd > REACH_SD {
         FrameStatus::OutOfReach
     } else if linear.is_none() {
         FrameStatus::Gap
-    } else if settings.branch && !solver.is_on_branch(frame, x, &positions, relaxed) {
+    } else if settings.branch && is_off_branch() {
         FrameStatus::OffBranch
     } else if levels.iter().any(|l| l.median >= settings.upper_n) {
         FrameStatus::AtBound
@@ -239,7 +271,9 @@ pub(super) fn tracked(
         status,
         courses,
         bones: shifts.chunks_exact(2).map(displacement).collect(),
-        rms_m,
+        rms_m: if status == FrameStatus::OffBranch { rms_m } else { reached_rms_m.or(rms_m) },
+        other_way,
+        reached_rms_m,
         hidden: frame.hidden.iter().enumerate().map(foretold).collect(),
         resolved,
         levels,

@@ -6,7 +6,7 @@ use crate::inverse::{BONE_SD_M, FreedBone};
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Contour, Curve, NodePosition as Place, Observable, Observation};
-use tongue_core::statics::{self, Connection, Response, SolveSettings, SolveStatus, Workspace};
+use tongue_core::statics::{self, Response, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::System;
 use tongue_input::measured::recording::{Seen, SeenFrame};
 
@@ -90,6 +90,8 @@ pub struct Frame {
     pub hidden: Vec<Hidden>,
     /// Of every followed bone, the shift from where it is at rest, m.
     pub shifts: Vec<SVector<f64, 2>>,
+    /// Numbers of the labels that hold.
+    pub labels: Vec<usize>,
 }
 
 /// A contour point, or a coordinate of a coil, that is kept back.
@@ -163,6 +165,7 @@ fn one(
         along: Vec::new(),
         hidden: Vec::new(),
         shifts,
+        labels: (0..seen.labels.len()).filter(|&l| seen.labels[l].holds(frame.time_s)).collect(),
     };
     let marks: Vec<_> = seen
         .contour
@@ -247,8 +250,8 @@ pub struct Solver<'a> {
     freed: &'a [FreedBone<2>],
     link: Tension,
     pub settings: SolveSettings,
-    workspace: Workspace<2>,
-    tensions: Vec<f64>,
+    pub(super) workspace: Workspace<2>,
+    pub(super) tensions: Vec<f64>,
 }
 
 impl<'a> Solver<'a> {
@@ -296,56 +299,12 @@ impl<'a> Solver<'a> {
         Some(self.workspace.positions())
     }
 
-    fn is_solved(&mut self) -> bool {
+    pub(super) fn is_solved(&mut self) -> bool {
         let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
         done.status == SolveStatus::Converged
     }
 
-    /// Whether the equilibrium lies on the branch that begins at rest with the bones of this frame. `relaxed` is where the body rests
-    /// with the bones of the frame before, and then with those of this one.
-    pub fn is_on_branch(
-        &mut self,
-        frame: &Frame,
-        x: &DVector<f64>,
-        positions: &[SVector<f64, 2>],
-        relaxed: &mut Option<Vec<SVector<f64, 2>>>,
-    ) -> bool {
-        const SAME_SHAPE_M: f64 = 1e-8;
-        const STEPS: usize = 10;
-        /// Parts of the tensions at which the body is solved on its way.
-        const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
-        let apart = |a: &[SVector<f64, 2>]| tongue_core::body::largest_distance(a, positions);
-        self.carry(frame, x);
-        self.tensions.fill(0.0);
-        let from = relaxed.take();
-        let rests = from.is_some_and(|from| {
-            self.workspace.start_from(&from);
-            self.is_solved()
-        });
-        let rests = rests || {
-            self.workspace.start_from_rest(self.system);
-            self.is_solved()
-        };
-        if rests {
-            *relaxed = Some(self.workspace.positions().to_vec());
-            let whole = self.tensions_of(x);
-            // Without a way downhill at any of the loads the branch has not been left.
-            let followed = LOADS.iter().all(|load| {
-                self.tensions = whole.iter().map(|f| f * load).collect();
-                let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
-                done.status == SolveStatus::Converged && done.connection == Connection::Direct
-            });
-            if followed && apart(self.workspace.positions()) <= SAME_SHAPE_M {
-                return true;
-            }
-        }
-        let tensions = self.tensions_of(x);
-        self.workspace.start_from_rest(self.system);
-        let trace = statics::trace(self.system, &mut self.workspace, &tensions, &self.settings, STEPS);
-        trace.critical.is_none() && apart(self.workspace.positions()) <= SAME_SHAPE_M
-    }
-
-    fn carry(&mut self, frame: &Frame, x: &DVector<f64>) {
+    pub(super) fn carry(&mut self, frame: &Frame, x: &DVector<f64>) {
         for (bone, shift) in self.followed.iter().zip(&frame.shifts) {
             self.workspace.carry_bone(self.system, &bone.nodes, *shift);
         }

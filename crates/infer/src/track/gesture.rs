@@ -19,6 +19,39 @@ pub struct Gesture {
     pub changes: Vec<Ranged>,
 }
 
+/// Means of all tensions over a labelled stretch, less those over the recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Segment {
+    /// Number of the label in its recording.
+    pub label: usize,
+    /// Frames in it.
+    pub frames: usize,
+    /// Of the contracting muscles, N per metre of thickness.
+    pub changes: Vec<Ranged>,
+}
+
+/// The means over these frames less those over the recording.
+fn changes(frames: &[usize], draws: &Draws, means: &[Vec<f64>]) -> Vec<Ranged> {
+    let change = |(i, means): (usize, &Vec<f64>)| {
+        let mean = |d: usize| {
+            frames.iter().map(|&t| f64::from(draws.tensions[t][i][d])).sum::<f64>() / frames.len() as f64
+        };
+        Ranged::of(means.iter().enumerate().map(|(d, whole)| mean(d) - whole))
+    };
+    means.iter().enumerate().map(change).collect()
+}
+
+/// The segments of a recording; `labels` are those of every frame.
+pub(super) fn segments(labels: &[&[usize]], draws: &Draws, means: &[Vec<f64>]) -> Vec<Segment> {
+    let count = labels.iter().copied().flatten().max().map_or(0, |most| most + 1);
+    let one = |label: usize| {
+        let frames: Vec<usize> = (0..labels.len()).filter(|&t| labels[t].contains(&label)).collect();
+        let changes = || changes(&frames, draws, means);
+        (!frames.is_empty()).then(|| Segment { label, frames: frames.len(), changes: changes() })
+    };
+    (0..count).filter_map(one).collect()
+}
+
 /// The gestures of a recording whose frames were at these times; `means` are those of every muscle over it, a number a draw.
 pub(super) fn gestures(times: &[f64], draws: &Draws, means: &[Vec<f64>]) -> Vec<Gesture> {
     let mut out = Vec::new();
@@ -26,14 +59,7 @@ pub(super) fn gestures(times: &[f64], draws: &Draws, means: &[Vec<f64>]) -> Vec<
     while from < times.len() {
         let inside = |t: &f64| *t < times[from] + GESTURE_S;
         let to = from + times[from..].iter().take_while(|t| inside(t)).count().max(1);
-        let change = |(i, means): (usize, &Vec<f64>)| {
-            let mean = |d: usize| {
-                let sum: f64 = draws.tensions[from..to].iter().map(|f| f64::from(f[i][d])).sum();
-                sum / (to - from) as f64
-            };
-            Ranged::of(means.iter().enumerate().map(|(d, whole)| mean(d) - whole))
-        };
-        let changes = means.iter().enumerate().map(change).collect();
+        let changes = changes(&(from..to).collect::<Vec<_>>(), draws, means);
         out.push(Gesture { from_s: times[from], to_s: times[to - 1], changes });
         from = to;
     }

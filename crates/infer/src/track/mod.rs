@@ -7,6 +7,7 @@
 //! in the same draw, so that what the shape does to all frames alike drops out. Masses and dampers have no part in it: the thesis's
 //! time constants (1 s) are those of no speech.
 
+mod branch;
 mod chain;
 mod consider;
 mod descend;
@@ -17,6 +18,7 @@ mod gesture;
 mod hold_out;
 mod link;
 mod mode;
+mod repeats;
 mod run;
 pub mod scores;
 mod settings;
@@ -27,10 +29,11 @@ pub use errors::{Along, Errors};
 pub use found::{Displacement, Foretold, FrameStatus, Ranged, Tracked, TrackedRecording};
 pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, Surface, frames};
 pub(crate) use frame::{Solver, Tension, residuals, slopes};
-pub use gesture::{GESTURE_S, Gesture};
+pub use gesture::{GESTURE_S, Gesture, Segment};
 pub use hold_out::{HeldOut, Opponent, opponents};
 pub use link::Link;
 pub use mode::FEWEST;
+pub use repeats::{Repeatable, Repeated, Repeats, repeats};
 pub use run::{Stage, track};
 pub use settings::Settings;
 pub(crate) use settle::ARRIVED;

@@ -14,7 +14,7 @@ use super::descend::descend;
 use super::errors::Knots;
 use super::found::{Found, Tracked, TrackedRecording, tracked};
 use super::frame::{Followed, Frame, Solver, Tension};
-use super::gesture::gestures;
+use super::gesture::{gestures, segments};
 use super::mode::{CHUNK, Course, FEWEST, Here, Mode, Sizes};
 use super::settings::Settings;
 use super::shape::Shape;
@@ -189,8 +189,14 @@ fn told(
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
     let finish = |chunk: &&[usize]| -> Vec<Tracked> {
         let (mut solver, mut relaxed) = ((mode.solver)(), None);
+        let neighbour = |t: usize| {
+            let there = course.here.get(t).filter(|h| h.linear.is_some())?;
+            Some((&course.frames[t], &unknowns[t], there.positions.as_deref()?))
+        };
         let one = |&t: &usize| {
+            let beside = [t.checked_sub(1), Some(t + 1)];
             let found = Found {
+                neighbours: beside.into_iter().flatten().filter_map(neighbour).collect(),
                 frame: &course.frames[t],
                 x: &unknowns[t],
                 linear: course.here[t].linear.as_ref(),
@@ -205,8 +211,10 @@ fn told(
         chunk.iter().map(one).collect()
     };
     let times: Vec<f64> = course.frames.iter().map(|f| f.time_s).collect();
+    let labels: Vec<&[usize]> = course.frames.iter().map(|f| f.labels.as_slice()).collect();
     TrackedRecording {
         frames: parallel::map(&chunks, finish).into_iter().flatten().collect(),
         gestures: gestures(&times, draws, &means),
+        segments: segments(&labels, draws, &means),
     }
 }

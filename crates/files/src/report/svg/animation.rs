@@ -39,11 +39,11 @@ pub fn animation(
     frames: &[AnimationFrame],
     title: &str,
 ) -> Result<Svg, ReportError> {
-    animation_of_seen(mesh, palate, frames, &[], title)
+    animation_of_seen(mesh, palate, frames, &[], false, title)
 }
 
 /// As [`animation`], with measured points of each frame as dots (m; one set for each frame, or none), and
-/// muscles coloured by their tensions.
+/// muscles coloured by their tensions; `mirrored`: the face looks to the right, as in the recording.
 ///
 /// # Errors
 /// As [`animation`].
@@ -52,15 +52,38 @@ pub fn animation_of_seen(
     palate: &[SVector<f64, 2>],
     frames: &[AnimationFrame],
     seen: &[Vec<SVector<f64, 2>>],
+    mirrored: bool,
+    title: &str,
+) -> Result<Svg, ReportError> {
+    if !mirrored {
+        return drawn(mesh, palate, frames, seen, ["front", "back"], title);
+    }
+    let over =
+        |points: &[SVector<f64, 2>]| points.iter().map(|p| SVector::from([-p.x, p.y])).collect::<Vec<_>>();
+    let mesh = Mesh { nodes: over(&mesh.nodes), ..mesh.clone() };
+    let one = |f: &AnimationFrame| AnimationFrame { positions: over(&f.positions), ..f.clone() };
+    let frames: Vec<AnimationFrame> = frames.iter().map(one).collect();
+    let seen: Vec<Vec<_>> = seen.iter().map(|points| over(points)).collect();
+    drawn(&mesh, &over(palate), &frames, &seen, ["back", "front"], title)
+}
+
+/// `ends` are the names of the left and the right side.
+fn drawn(
+    mesh: &Mesh<2>,
+    palate: &[SVector<f64, 2>],
+    frames: &[AnimationFrame],
+    seen: &[Vec<SVector<f64, 2>>],
+    ends: [&str; 2],
     title: &str,
 ) -> Result<Svg, ReportError> {
     frames.iter().try_for_each(|f| check(mesh, &f.positions, &f.tensions))?;
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Err(ReportError::NoFrame) };
     let duration = (last.time - first.time).max(0.1);
     let shown = format!(
-        "Midsagittal section of the tongue moving from {} s to {} s, front to the left; {} frames.",
+        "Midsagittal section of the tongue moving from {} s to {} s, {} to the left; {} frames.",
         first.time,
         last.time,
+        ends[0],
         frames.len()
     );
     let most: Vec<f64> =
@@ -71,11 +94,12 @@ pub fn animation_of_seen(
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     let end = view.end();
-    // Muscles may extend beyond the view.
+    // Muscles may extend beyond the view. A page may hold several of these pictures.
+    let id = title.bytes().fold(0_u32, |hash, byte| hash.wrapping_mul(31).wrapping_add(byte.into()));
     let _ = writeln!(
         svg.elements,
-        "<clipPath id=\"view\"><rect x=\"{LEFT}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/></clipPath>\n\
-         <g clip-path=\"url(#view)\">",
+        "<clipPath id=\"view-{id:x}\"><rect x=\"{LEFT}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/></clipPath>\n\
+         <g clip-path=\"url(#view-{id:x})\">",
         top + MARGIN,
         end[0] - LEFT,
         end[1] - top - MARGIN
@@ -107,8 +131,8 @@ pub fn animation_of_seen(
     let edges = tissue_edges(mesh);
     moving(&|f| view.path(&f.positions, edges.iter().copied()), "#c9c9c9", 1.0, false, "");
     moving(&|f| ring(&view, mesh, &f.positions), DEFORMED, 2.6, false, "");
-    let drawn = lines(&view, mesh, &last.positions, &most);
-    for line in &drawn {
+    let muscles = lines(&view, mesh, &last.positions, &most);
+    for line in &muscles {
         let shape = |f: &AnimationFrame| view.path(&f.positions, [line.nodes]);
         let [width, edge] = widths(line.contracting);
         let muscle = mesh.muscles.iter().position(|m| std::ptr::eq(m.nodes.as_slice(), line.nodes));
@@ -119,9 +143,10 @@ pub fn animation_of_seen(
     marks(&mut svg, &view, seen, duration);
     svg.elements += "</g>\n";
     draw_palate(&mut svg, &view, mesh, palate);
-    let leaving = drawn.iter().filter_map(|l| l.leaves.map(|ends| (ends, &l.colour)));
+    let leaving = muscles.iter().filter_map(|l| l.leaves.map(|ends| (ends, &l.colour)));
     let arrows = leaving.map(|([from, to], colour)| arrow(&mut svg, from, to, colour)).count() > 0;
-    view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
+    let x = format!("{} \u{2190}\u{2003}x (mm)\u{2003}\u{2192} {}", ends[0], ends[1]);
+    view.axes(&mut svg, [&x, "y (mm)"]);
     moving_bones(&mut svg, &view, mesh, frames, duration);
     names(&mut svg, &view, mesh, frames, duration, &most);
     times(&mut svg, frames, duration, [end[0] - MARGIN, top + MARGIN + TEXT]);

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::{Budget, Format, Recording, Sample, Times, budget, coordinate};
+use super::{Budget, Format, Label, Recording, Sample, Times, budget, coordinate};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
@@ -47,6 +47,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let of_recording: Vec<usize> =
         OF_RECORDING.iter().filter_map(|word| header.iter().position(|h| h.starts_with(word))).collect();
 
+    let annotation = header.iter().position(|h| h.eq_ignore_ascii_case("Annotation Title"));
+    let prompt = header.iter().position(|h| h.starts_with(OF_RECORDING[2]));
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
 
     let mut rows = Rows::new(
@@ -74,7 +76,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             .collect::<Result<Vec<_>, Malformed>>()?;
         let key: Vec<String> =
             of_recording.iter().map(|f| record.get(*f).unwrap_or_default().to_owned()).collect();
-        rows.add(key, time_s, places, at)?;
+        let number = rows.add(key, time_s, places, at)?;
+        for (tier, column) in [("annotation", annotation), ("prompt", prompt)] {
+            if let Some(name) = column.and_then(|c| record.get(c)).filter(|name| !name.is_empty()) {
+                rows.found[number].label(tier, name, time_s);
+            }
+        }
     }
     if let Some(fault) = cut_in_a_number(&text, start) {
         return Err(fault);
@@ -151,6 +158,20 @@ pub(super) struct Rows {
 struct Found {
     key: Vec<String>,
     rows: Vec<(u64, Sample)>,
+    labels: Vec<Label>,
+}
+
+impl Found {
+    /// A row carries this label. One stretch goes on while the rows do.
+    fn label(&mut self, tier: &str, name: &str, time_s: f64) {
+        match self.labels.iter_mut().rev().find(|l| l.tier == tier) {
+            Some(last) if last.name == name && last.to_s <= time_s => last.to_s = time_s,
+            _ => {
+                let (tier, name) = (tier.to_owned(), name.to_owned());
+                self.labels.push(Label { tier, name, from_s: time_s, to_s: time_s });
+            }
+        }
+    }
 }
 
 impl Rows {
@@ -168,14 +189,14 @@ impl Rows {
         }
     }
 
-    /// Adds a row of the recording with this key.
+    /// Adds a row of the recording with this key, and returns its number.
     pub fn add(
         &mut self,
         key: Vec<String>,
         time_s: f64,
         places: Vec<Option<[f64; 3]>>,
         at: Place<'_>,
-    ) -> Result<(), Malformed> {
+    ) -> Result<usize, Malformed> {
         self.count += 1;
         self.budget.frame(self.count, self.channels.len(), at)?;
         let known = self.numbers.get(&key).copied();
@@ -187,19 +208,19 @@ impl Rows {
             Some(number) => number,
             None => {
                 self.budget.whole(0, self.channels.len(), at)?;
-                self.found.push(Found { key: key.clone(), rows: Vec::new() });
+                self.found.push(Found { key: key.clone(), rows: Vec::new(), labels: Vec::new() });
                 self.numbers.insert(key, self.found.len() - 1);
                 self.found.len() - 1
             }
         };
         self.found[number].rows.push((at.line, Sample::new(time_s, places)));
-        Ok(())
+        Ok(number)
     }
 
     /// The recordings, each sorted by time. A row repeated for several labels is taken once.
     pub fn recordings(self, format: Format, start: Place<'_>) -> Result<Vec<Recording>, Malformed> {
         let mut out: Vec<Recording> = Vec::new();
-        for Found { key, mut rows } in self.found {
+        for Found { key, mut rows, labels } in self.found {
             rows.sort_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
             let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
             let mut last_line = 0;
@@ -223,6 +244,7 @@ impl Rows {
             }
             let words: Vec<&str> = key.iter().map(String::as_str).filter(|w| !w.is_empty()).collect();
             out.push(Recording {
+                labels,
                 speaker: key.first().filter(|s| self.has_speaker && !s.is_empty()).cloned(),
                 name: if words.is_empty() { Recording::stem(start.origin) } else { words.join(", ") },
                 sigma: vec![None; self.channels.len()],

@@ -100,6 +100,7 @@ fn recording(
         Sample::new(n as f64 / rate, frame.chunks_exact(VALUES * 4).map(place).collect())
     });
     Ok(Recording {
+        labels: Vec::new(),
         name: Recording::stem(start.origin),
         speaker: None,
         channels: (1..=sensors).map(|n| format!("sensor_{n}")).collect(),

@@ -83,6 +83,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         return Err(start.error("there is no line of titles that begins with coords", HELP));
     }
     Ok(Recording {
+        labels: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: parts.iter().map(|p| p.name.clone()).collect(),

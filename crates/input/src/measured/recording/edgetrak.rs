@@ -47,6 +47,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         Sample::new(frame as f64, rows.iter().map(place).collect())
     };
     Ok(Recording {
+        labels: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: (0..rows.len()).map(|n| format!("tongue_{n}")).collect(),

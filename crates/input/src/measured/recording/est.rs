@@ -65,6 +65,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         samples.push(Sample::new(time_s, axes.iter().map(|(_, c)| place(c)).collect()));
     }
     Ok(Recording {
+        labels: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         sigma: vec![None; axes.len()],

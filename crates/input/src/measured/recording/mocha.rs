@@ -46,6 +46,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         samples.push(Sample::new(time_s, SENSORS.iter().map(place).collect()));
     }
     Ok(Recording {
+        labels: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: SENSORS.iter().map(|(name, ..)| (*name).to_owned()).collect(),

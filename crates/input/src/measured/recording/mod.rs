@@ -27,6 +27,7 @@ mod doubts;
 mod edgetrak;
 mod est;
 mod fan;
+mod labels;
 mod map;
 mod matlab;
 mod mocha;
@@ -50,6 +51,7 @@ use super::lengths::error::Place;
 use budget::Budget;
 pub use budget::{MOST_CHANNELS, MOST_FRAMES};
 pub use doubts::{Doubt, doubts, palate_doubt};
+pub use labels::{Label, text_grid};
 pub use map::{CONTOUR_SD_M, Map, Role};
 pub use screen::{Fault, FaultKind, Screened, screen};
 pub use seen::{Mark, Seen, SeenFrame};
@@ -172,6 +174,8 @@ pub struct Recording {
     pub channels: Vec<String>,
     /// Standard deviation of every channel, in the unit of the file, if the file has it.
     pub sigma: Vec<Option<f64>>,
+    /// Labelled stretches of time.
+    pub labels: Vec<Label>,
     /// Frames sorted by time.
     pub samples: Vec<Sample>,
     /// Metres in a unit of the file, if the format defines it.
@@ -225,14 +229,19 @@ pub enum RecordingError {
 }
 
 impl Recording {
-    /// Reads all recordings of a file. Its format is found from its content and name unless it is given.
+    /// Reads all recordings of a file. Its format is found from its content and name unless it is given. A Praat TextGrid of the same
+    /// name beside a file of one recording gives its labels.
     ///
     /// # Errors
     /// [`RecordingError`] with the place.
     pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, RecordingError> {
         let origin = path.display().to_string();
         match crate::files::read_up_to(budget::LARGEST, path) {
-            Ok(bytes) => Ok(Self::from_bytes(&bytes, &origin, format)?),
+            Ok(bytes) => {
+                let mut found = Self::from_bytes(&bytes, &origin, format)?;
+                labels::beside(path, &mut found)?;
+                Ok(found)
+            }
             Err(source) => Err(RecordingError::Unreadable { origin, source }),
         }
     }

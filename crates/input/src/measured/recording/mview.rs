@@ -60,6 +60,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             Sample::new(frame as f64 / first.rate_hz, places)
         });
         found.push(Recording {
+            labels: Vec::new(),
             name: if name.is_empty() { Recording::stem(origin) } else { name.clone() },
             speaker: None,
             channels: channels.iter().map(|c| c.name.to_owned()).collect(),

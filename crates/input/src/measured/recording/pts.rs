@@ -65,6 +65,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         return Err(at.error(what, "export it anew"));
     }
     Ok(Recording {
+        labels: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: (0..places.len()).map(|n| format!("tongue_{n}")).collect(),

@@ -4,7 +4,7 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::upper_median;
 
 use super::map::Axis;
-use super::{Format, Map, Recording, RecordingError, Role, names};
+use super::{Format, Label, Map, Recording, RecordingError, Role, names};
 
 /// A measured point and its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +50,8 @@ pub struct Seen {
     pub mirrored: bool,
     /// Assumptions to report to the user.
     pub notes: Vec<String>,
+    /// Labelled stretches of time.
+    pub labels: Vec<Label>,
     /// Frames in the order of time.
     pub frames: Vec<SeenFrame>,
 }
@@ -168,6 +170,7 @@ impl Seen {
             ignored: names(&of(|r| *r == Role::Ignored)),
             mirrored: mirrored != (back.1 < 0.0),
             notes: note.into_iter().collect(),
+            labels: recording.labels.clone(),
             frames: frames.collect(),
         })
     }

@@ -58,6 +58,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let nth = *numbers.entry(named).or_insert_with_key(|name| {
             budget.recording();
             found.push(Recording {
+                labels: Vec::new(),
                 name: name.clone(),
                 speaker: None,
                 channels: Vec::new(),

@@ -31,6 +31,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         samples.push(Sample::new(time_s, row[1..].chunks_exact(2).map(place).collect()));
     }
     Ok(Recording {
+        labels: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: PELLETS.map(str::to_owned).to_vec(),

@@ -1,0 +1,187 @@
+//! Labels of stretches of a recording: AAA's annotations and prompts, and Praat's TextGrids beside a recording.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::{Recording, RecordingError, budget};
+
+/// Most labels of a file.
+const MOST_LABELS: usize = 100_000;
+
+/// A labelled stretch of time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Label {
+    /// The tier that it belongs to: `annotation` and `prompt` of AAA, or a tier of a TextGrid.
+    pub tier: String,
+    /// What it says.
+    #[serde(rename = "label")]
+    pub name: String,
+    /// When it begins, s.
+    pub from_s: f64,
+    /// When it ends, s.
+    pub to_s: f64,
+}
+
+impl Label {
+    /// Whether a time lies in it, its ends included.
+    pub fn holds(&self, time_s: f64) -> bool {
+        const SAME_S: f64 = 1e-9;
+        self.from_s - SAME_S <= time_s && time_s <= self.to_s + SAME_S
+    }
+}
+
+/// Takes the labels of `NAME.TextGrid` beside `NAME.tsv` where the file has one recording.
+pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), RecordingError> {
+    let [recording] = recordings else { return Ok(()) };
+    let Some(path) =
+        ["TextGrid", "textgrid"].map(|e| path.with_extension(e)).into_iter().find(|p| p.is_file())
+    else {
+        return Ok(());
+    };
+    let origin = path.display().to_string();
+    match crate::files::read_up_to(budget::LARGEST, &path) {
+        Ok(bytes) => recording.labels.extend(text_grid(&bytes, &origin)?),
+        Err(source) => return Err(RecordingError::Unreadable { origin, source }),
+    }
+    Ok(())
+}
+
+/// The intervals that say something in a TextGrid (Boersma and Weenink, Praat's manual: "TextGrid file formats"), long or short.
+///
+/// # Errors
+/// [`Malformed`] with the line.
+pub fn text_grid(bytes: &[u8], origin: &str) -> Result<Vec<Label>, Malformed> {
+    let text = budget::text(bytes, origin)?;
+    let mut words = Words { text: &text, line: 1, origin };
+    let help = "export the TextGrid from Praat as a text file";
+    if words.word()?.as_deref() != Some("ooTextFile") || words.word()?.as_deref() != Some("TextGrid") {
+        return Err(words.wrong("this is no TextGrid in text", help));
+    }
+    for _ in 0..2 {
+        words.number("the time of the whole")?;
+    }
+    let tiers = words.number("the number of tiers")?;
+    let mut out = Vec::new();
+    for _ in 0..tiers as usize {
+        let class = words.needed("the class of a tier")?;
+        let tier = words.needed("the name of a tier")?;
+        for _ in 0..2 {
+            words.number("the time of a tier")?;
+        }
+        let count = words.number("the number of intervals")?;
+        for _ in 0..count as usize {
+            let from_s = words.number("the beginning of an interval")?;
+            let to_s = if class == "IntervalTier" { words.number("the end of an interval")? } else { from_s };
+            let name = words.needed("the text of an interval")?.trim().to_owned();
+            if name.is_empty() || class != "IntervalTier" {
+                continue;
+            }
+            if from_s > to_s || out.len() == MOST_LABELS {
+                let what =
+                    if from_s > to_s { "an interval ends before it begins" } else { "too many intervals" };
+                return Err(words.wrong(what, help));
+            }
+            out.push(Label { tier: tier.clone(), name, from_s, to_s });
+        }
+    }
+    Ok(out)
+}
+
+/// Texts in quotes and numbers of their own; everything else is left out, as Praat does.
+struct Words<'a> {
+    text: &'a str,
+    line: u64,
+    origin: &'a str,
+}
+
+impl Words<'_> {
+    fn wrong(&self, what: &str, help: &str) -> Malformed {
+        Place { origin: self.origin, line: self.line, column: 1 }.error(what.to_owned(), help)
+    }
+
+    /// The next text in quotes (`""` is one of them in it) or number.
+    fn word(&mut self) -> Result<Option<String>, Malformed> {
+        loop {
+            let trimmed = self.text.trim_start_matches(|c: char| c.is_whitespace() && c != '\n');
+            self.text = trimmed;
+            if let Some(rest) = trimmed.strip_prefix('\n') {
+                self.line += 1;
+                self.text = rest;
+            } else if let Some(rest) = trimmed.strip_prefix('"') {
+                let mut out = String::new();
+                let mut rest = rest;
+                loop {
+                    let Some((part, after)) = rest.split_once('"') else {
+                        return Err(
+                            self.wrong("a text has no closing quote", "the file is cut off; export it anew")
+                        );
+                    };
+                    out.push_str(part);
+                    rest = after;
+                    let Some(after) = rest.strip_prefix('"') else { break };
+                    out.push('"');
+                    rest = after;
+                }
+                self.line += out.matches('\n').count() as u64;
+                self.text = rest;
+                return Ok(Some(out));
+            } else if trimmed.is_empty() {
+                return Ok(None);
+            } else {
+                let end = trimmed.find(|c: char| c.is_whitespace() || c == '"').unwrap_or(trimmed.len());
+                let (word, rest) = trimmed.split_at(end);
+                self.text = rest;
+                if word.parse::<f64>().is_ok_and(f64::is_finite) {
+                    return Ok(Some(word.to_owned()));
+                }
+            }
+        }
+    }
+
+    fn needed(&mut self, what: &str) -> Result<String, Malformed> {
+        let found = self.word()?;
+        found.ok_or_else(|| self.wrong(&format!("{what} is missing"), "the file is cut off; export it anew"))
+    }
+
+    fn number(&mut self, what: &str) -> Result<f64, Malformed> {
+        let word = self.needed(what)?;
+        let number = word.parse().ok().filter(|v: &f64| v.is_finite());
+        number.ok_or_else(|| self.wrong(&format!("{what} is {word:?}"), "give a number"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LONG: &str = "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\nxmin = 0 \nxmax = 1.5 \ntiers? <exists> \nsize = 2 \n\
+        item []: \n    item [1]:\n        class = \"IntervalTier\" \n        name = \"phones\" \n        xmin = 0 \n        xmax = 1.5 \n        \
+        intervals: size = 2 \n        intervals [1]:\n            xmin = 0 \n            xmax = 0.4 \n            text = \"\" \n        \
+        intervals [2]:\n            xmin = 0.4 \n            xmax = 1.5 \n            text = \"a \"\"1\"\"\" \n    item [2]:\n        \
+        class = \"TextTier\" \n        name = \"bell\" \n        xmin = 0 \n        xmax = 1.5 \n        points: size = 1 \n        points [1]:\n            \
+        number = 0.2 \n            mark = \"x\" \n";
+    const SHORT: &str = "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n0\n1.5\n<exists>\n1\n\"IntervalTier\"\n\"phones\"\n0\n1.5\n2\n0\n0.4\n\
+        \"\"\n0.4\n1.5\n\"a \"\"1\"\"\"\n";
+
+    #[test]
+    fn long_and_short_text_grids_say_the_same() {
+        let found = text_grid(LONG.as_bytes(), "a.TextGrid").unwrap();
+        let label = Label { tier: "phones".into(), name: "a \"1\"".into(), from_s: 0.4, to_s: 1.5 };
+        assert_eq!(found, [label]);
+        assert_eq!(text_grid(SHORT.as_bytes(), "a.TextGrid").unwrap(), found);
+        assert!(found[0].holds(0.4) && found[0].holds(1.5) && !found[0].holds(0.39));
+    }
+
+    #[test]
+    fn cut_text_grids_are_refused_with_a_line() {
+        for end in [30, 200, LONG.len() - 4, LONG.len() - 30] {
+            let told = text_grid(&LONG.as_bytes()[..end], "a.TextGrid").unwrap_err().to_string();
+            assert!(told.starts_with("a.TextGrid:"), "{told}");
+        }
+        let huge = SHORT.replace("\n2\n", "\n1e300\n");
+        assert!(text_grid(huge.as_bytes(), "a.TextGrid").unwrap_err().to_string().contains("missing"));
+    }
+}
