@@ -98,7 +98,7 @@ def _ran(kind: type[_R], words: Iterable[Any], threads: int | None, options: Map
         command = [sys.executable, "-m", "tongue_fit", *line, "--json", "--out", str(out)]
         with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
             try:
-                printed, said = child.communicate()
+                printed, said = _communicated(child)
             except BaseException:
                 child.kill()
                 raise
@@ -107,6 +107,15 @@ def _ran(kind: type[_R], words: Iterable[Any], threads: int | None, options: Map
             raise native.Error(told.strip().removeprefix("error: ") or f"the program ended with status {child.returncode}")
         files = {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()}
         return kind(json.loads(printed), files, told, child.returncode == 0)
+
+
+def _communicated(child: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
+    """What a process prints, waited for in short spells: after Ctrl-C Python waits for the rest of a spell, and at most a quarter of a second."""
+    while True:
+        try:
+            return child.communicate(timeout=0.05)
+        except subprocess.TimeoutExpired:
+            continue
 
 
 def _option(name: str, value: Any, given: Path) -> list[str]:
