@@ -17,6 +17,8 @@ import pytest
 
 import tongue_fit as tf
 
+ROOT = Path(__file__).resolve().parents[2]
+
 
 def run_program(program: str, out: Path, *words: str) -> tuple[dict[str, Any], dict[str, bytes]]:
     done = subprocess.run([program, *words, "--json", "--out", str(out)], capture_output=True, check=False)
@@ -44,6 +46,33 @@ def test_scenes_sounds_and_checks_are_those_of_the_program(program: str, tmp_pat
     assert here == there and len(here) > 44_000
     table = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a"], "GGa_mm": [46, 38], "SGm_mm": pd.array([25, None], dtype="Int64")})
     assert len(tf.check(table)["subjects"]) == 1
+
+
+def test_recordings_bodies_and_validations_are_those_of_the_program(program: str, tmp_path: Path) -> None:
+    coils = pd.DataFrame({"recording": "n", "time_s": 0.0, "point": ["T1", "T2", "T3"], "x_mm": [-5.6, 9.4, 28.2], "y_mm": [37.5, 46.0, 50.6]})
+    points = {"T1": {"surface_mm": 9.0}, "T2": {"surface_mm": 26.0}, "T3": {"surface_mm": 47.0}}
+    roles = {"back": "x", "up": "y", "noise_mm": 0.5, "points": points}
+    track = tf.track(coils, map=roles, as_is=True, frames=0)
+    coils.to_csv(tmp_path / "coils.csv", index=False)
+    (tmp_path / "map.toml").write_text(tf.program.toml_text(roles), encoding="utf-8")
+    words = ("track", str(tmp_path / "coils.csv"), "--map", str(tmp_path / "map.toml"), "--as-is", "--frames", "0")
+    record, files = run_program(program, tmp_path / "track", *words)
+    assert track["courses"] == record["courses"] and set(track.files) == set(files)
+    assert list(track.frame("track.csv").tension_n_per_m) == list(pd.read_csv(tmp_path / "track/track.csv").tension_n_per_m)
+    # A body of the speaker's own goes on into what takes a body.
+    adapted = tf.adapt(example=True)
+    record, _ = run_program(program, tmp_path / "adapt", "adapt", "--example")
+    assert timeless(adapted) == timeless(record)
+    body = json.loads(adapted.files["body.json"])
+    adapted.save(tmp_path / "speaker")
+    assert tf.Body.read(tmp_path / "speaker/body.json").nodes.tolist() == body["nodes_m"]
+    # Of two vowels of two subjects, because all of them take minutes.
+    lines = (ROOT / "targets/takano2007_lengths.csv").read_text(encoding="utf-8").splitlines()
+    few = [line for line in lines if line.startswith(("subject", "S1,ɯ", "S1,a", "S2,ɯ", "S2,a"))]
+    (tmp_path / "few.csv").write_text("\n".join(few) + "\n", encoding="utf-8")
+    validated = tf.validate(lengths=tmp_path / "few.csv")
+    record, files = run_program(program, tmp_path / "validate", "validate", "--lengths", str(tmp_path / "few.csv"))
+    assert timeless(validated) == timeless(record) and set(validated.files) == set(files)
 
 
 def test_a_scene_may_be_a_dict_and_a_table_a_frame() -> None:
