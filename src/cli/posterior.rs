@@ -214,7 +214,7 @@ impl Sampled<'_> {
             Some(summary) => {
                 text += &changes(summary);
                 if is_verbose {
-                    text += &details(summary, self.posterior.density.moves_hyoid());
+                    text += &details(summary, self.posterior.density.ground.moves_hyoid());
                 }
             }
             None => {

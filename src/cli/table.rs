@@ -7,7 +7,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
 use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::report::batch::BatchJournal;
-use tongue_fit::report::batch::contrasts::{self, SubjectContrast};
+use tongue_fit::report::batch::contrasts::SubjectContrast;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{BranchRecord, SimulationRecord, TrajectoryRecord};
@@ -272,9 +272,8 @@ pub fn batch(
         s.not_fitted,
         s.unreadable_rows
     );
-    let contrasts = contrasts::all(batch, journal).into_diagnostic()?;
-    if !contrasts.is_empty() {
-        text += &decided(&contrasts);
+    if !batch.contrasts.is_empty() {
+        text += &decided(batch.contrasts);
     }
     if s.posteriors_untold > 0 {
         let _ = writeln!(

@@ -98,8 +98,8 @@ fn answers_to_the_shape_are_right(ground: &Ground) {
     let stretches = |system: &System<2>| -> DVector<f64> {
         let lanes = density.lanes();
         let loads = [
-            density.posture(&meaning, 0, Some(&mode.place.postures[0])).in_body(system),
-            density.baseline(&meaning, Some(&mode.place.baseline)).in_body(system),
+            density.ground.load(&meaning, 0, Some(&mode.place.postures[0])).in_body(system),
+            density.ground.load(&meaning, density.postures(), Some(&mode.place.baseline)).in_body(system),
         ];
         let [vowel, base] =
             [0, 1].map(|i| lanes.solve(&loads[i..=i], density.settings()).remove(0).positions);
@@ -201,7 +201,7 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     let mut w = Workspace::new(&ground.system);
     for draw in one.iter().filter_map(|chain| chain.draws.last()) {
         let own = &draw.meaning.postures[0];
-        let load = ground.with_hyoid(Load::new(own.tensions.clone()), own.hyoid, draw.meaning.tilt);
+        let load = ground.load(&draw.meaning, 0, None);
         load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&ground.system, nodes, *shift));
         w.start_from_rest(&ground.system);
         let solution =
@@ -241,8 +241,9 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
             (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
         };
         let stretches = |system: &System<2>| {
-            let posture = lengths(density.posture(&meaning, 0, None).in_body(system), system)?;
-            let base = lengths(density.baseline(&meaning, None).in_body(system), system)?;
+            let posture = lengths(density.ground.load(&meaning, 0, None).in_body(system), system)?;
+            let base =
+                lengths(density.ground.load(&meaning, density.postures(), None).in_body(system), system)?;
             Some(DVector::from_fn(all.len(), |m, _| posture[m] / base[m]))
         };
         Some(stretches(&system)? - stretches(&ground.system)?)
@@ -314,7 +315,7 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do() {
     let ground = ground(&Priors::default());
     let mut same = 0;
     for (subject, vowel) in [("S1", "i"), ("S2", "a"), ("S3", "o")] {
-        let quick = Verdict::quick(&ground, seen(subject, vowel), 0).unwrap();
+        let quick = Verdict::quick(&ground, seen(subject, vowel)).unwrap();
         let posterior = sample(&ground, seen(subject, vowel), &Settings { draws: 1000, seed: 1 }).unwrap();
         let whole = Verdict::of(&Report::of_each(&posterior, false, 1).unwrap()[0]).unwrap();
         for (quick, whole) in quick.muscles.iter().zip(&whole.muscles) {
@@ -409,7 +410,7 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
     for draw in posterior.draws.iter().step_by(4) {
         let mut w = Workspace::new(&ground.system);
         let own = &draw.meaning.postures[0];
-        let load = ground.with_hyoid(Load::new(own.tensions.clone()), own.hyoid, draw.meaning.tilt);
+        let load = ground.load(&draw.meaning, 0, None);
         load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&ground.system, nodes, *shift));
         w.start_from_rest(&ground.system);
         let found = statics::trace(&ground.system, &mut w, &own.tensions, &settings, 20);

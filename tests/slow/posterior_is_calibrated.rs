@@ -35,10 +35,12 @@ fn stretches(density: &Density<'_>, truth: &Meaning, system: &System<2>) -> Opti
         let shape = lanes.solve(&[load], &settings).remove(0);
         (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
     };
-    let over = lengths(density.baseline(truth, None))?;
+    let over = lengths(density.ground.load(truth, density.postures(), None))?;
     let mut all = Vec::new();
     for posture in 0..density.postures() {
-        all.extend(lengths(density.posture(truth, posture, None))?.iter().zip(&over).map(|(l, l0)| l / l0));
+        all.extend(
+            lengths(density.ground.load(truth, posture, None))?.iter().zip(&over).map(|(l, l0)| l / l0),
+        );
     }
     Some(all)
 }

@@ -11,6 +11,7 @@ use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{Dataset, Target, TargetKind, reference_muscle};
 use tongue_fit::posterior::Ground;
+use tongue_fit::report::batch::contrasts;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{
     self as outputs, Batch, BatchJournal, BatchProvenance, BatchSummary, Fitted, MOST_FITS_ON_PAGE,
@@ -186,6 +187,7 @@ impl Prepared {
         wall_s: f64,
     ) -> miette::Result<Outcome> {
         let summary = self.summary(&journal);
+        let contrasts = contrasts::all(&self.plan.jobs, &journal).into_diagnostic()?;
         let batch = Batch {
             provenance: &self.provenance,
             jobs: &self.plan.jobs,
@@ -195,6 +197,7 @@ impl Prepared {
             summary: &summary,
             mesh: &self.mesh,
             muscles: &self.muscles,
+            contrasts: &contrasts,
         };
         let written = outputs::write_files(out, &batch, &journal).into_diagnostic()?;
         if global.json {

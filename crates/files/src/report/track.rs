@@ -212,9 +212,9 @@ pub struct PriorRecord {
     pub median_n: f64,
     /// See `median_n`.
     pub interval_n: [f64; 2],
-    /// Standard deviations of the errors of a contour, mm: remembered, and shared by all frames.
+    /// Standard deviation of the error of a contour that lasts from frame to frame for `memory_s`, mm.
     pub slow_error_mm: f64,
-    /// See `slow_error_mm`.
+    /// Standard deviation of the error of a contour that all frames share, mm.
     pub static_error_mm: f64,
     /// Seed of the draws, and how many.
     pub seed: u64,

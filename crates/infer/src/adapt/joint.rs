@@ -10,7 +10,8 @@ use tongue_core::parallel;
 use tongue_core::system::{Model, System, SystemError};
 use tongue_input::measured::recording::Seen;
 
-use super::rest::{LEAST_AREA_RATIO, Rest, RestError, STEP_M, price_slope};
+use super::areas::LEAST_AREA_RATIO;
+use super::rest::{Rest, RestError, STEP_M, price_slope};
 
 /// How the joint rest shape is searched for.
 #[derive(Debug, Clone)]

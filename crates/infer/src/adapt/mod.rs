@@ -5,6 +5,7 @@
 //! neighbours move together) and a price on cells that shrink or grow; where a cell would still fold the change is refused and the
 //! similarity is the answer.
 
+mod areas;
 mod coils;
 mod joint;
 mod landmarks;
@@ -14,6 +15,7 @@ mod prior;
 mod rest;
 mod speaker;
 
+pub(crate) use areas::{LEAST_AREA_RATIO, area_ratios, area_residuals};
 pub use coils::{Coil, FEWEST_COILS, Placement};
 pub use joint::{JointFit, JointSettings, joint};
 pub use landmarks::Landmarks;

@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::track::Surface;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
-use tongue_core::geometry::simplex;
 use tongue_core::geometry::{Point, Similarity, ThinPlate};
 use tongue_core::observe::{Contour, Observable};
 use tongue_input::measured::recording::Mark;
 
+use super::areas::{LEAST_AREA_RATIO, area_ratios, area_residuals};
 use super::least_squares::{by_differences, minimise};
 use super::mark_of;
 
@@ -36,11 +36,6 @@ const SD_M: f64 = 5e-3;
 const BONE_SD_M: f64 = 2e-3;
 const TOGETHER_M: f64 = 15e-3;
 const ALONE_M: f64 = 0.7e-3;
-/// A cell whose area changes by the factor e^0.4 costs as much as a standard deviation; all cells together have this weight.
-const AREA_LOG: f64 = 0.4;
-const AREA_WEIGHT: f64 = 40.0;
-/// A cell with less of its area than this has folded.
-pub(super) const LEAST_AREA_RATIO: f64 = 0.15;
 /// Displacements below this are none, m.
 const NOTHING_M: f64 = 1e-9;
 
@@ -164,25 +159,13 @@ impl<'a> Rest<'a> {
             let d = DVector::from_fn(n, |i, _| displacements[2 * i + axis]);
             out.extend(factor.as_ref().map_or_else(|| d.clone(), |f| f * &d).iter().copied());
         }
-        let weight = (AREA_WEIGHT / self.body.mesh.cells.len().max(1) as f64).sqrt() / AREA_LOG;
-        // Beyond folding the logarithm has no value; such a shape is refused anyway.
-        out.extend(self.area_ratios(displacements).map(|ratio| weight * ratio.max(1e-6).ln()));
+        out.extend(area_residuals(&self.body.mesh, &self.changed(displacements)));
         DVector::from_vec(out)
-    }
-
-    fn area_ratios(&self, displacements: &DVector<f64>) -> impl Iterator<Item = f64> {
-        let nodes = self.changed(displacements);
-        let measure = |x: &[Point], cell: &[usize]| simplex::measure(&simplex::corners(x, cell));
-        self.body
-            .mesh
-            .cells
-            .iter()
-            .map(move |cell| measure(&nodes, cell) / measure(&self.body.mesh.nodes, cell))
     }
 
     /// Smallest ratio of a cell's area to that before.
     pub fn least_area_ratio(&self, displacements: &DVector<f64>) -> f64 {
-        self.area_ratios(displacements).fold(f64::INFINITY, f64::min)
+        area_ratios(&self.body.mesh, &self.changed(displacements)).fold(f64::INFINITY, f64::min)
     }
 
     /// Displacements without what is none.

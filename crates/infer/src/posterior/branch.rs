@@ -56,7 +56,7 @@ fn follow(
             .zip(&shapes)
             .map(|(m, positions)| {
                 let start = (step > 1).then_some(positions.as_slice());
-                Load { start, ..density.load(&m.scaled(part), shape, None) }
+                Load { start, ..density.ground.load(&m.scaled(part), shape, None) }
             })
             .collect();
         let answers = group.solve(&loads, density.settings()).to_vec();

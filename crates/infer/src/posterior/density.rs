@@ -13,7 +13,7 @@ use std::sync::Arc;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector};
 
 use crate::track::scores;
-use tongue_core::statics::lanes::{Equilibrium, Lanes, Load};
+use tongue_core::statics::lanes::{Equilibrium, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
 
 use super::PosteriorError;
@@ -229,11 +229,6 @@ impl<'a> Density<'a> {
         &self.factor
     }
 
-    /// Whether the hyoid may be elsewhere.
-    pub fn moves_hyoid(&self) -> bool {
-        !self.ground.hyoid.is_empty() && !self.ground.priors.hyoid.off
-    }
-
     /// What scores mean, and the derivative of each number by its score.
     pub fn meaning(&self, scores: &DVector<f64>) -> (Meaning, Vec<f64>) {
         let priors = &self.ground.priors;
@@ -275,36 +270,6 @@ impl<'a> Density<'a> {
         Place { lengths: lengths.repeat(postures.len()), postures, baseline: rest, baseline_lengths: lengths }
     }
 
-    /// The load of a posture, begun from given positions.
-    pub fn posture<'l>(
-        &'l self,
-        meaning: &Meaning,
-        posture: usize,
-        start: Option<&'l [SVector<f64, 2>]>,
-    ) -> Load<'l, 2> {
-        let own = &meaning.postures[posture];
-        let load = Load { start, ..Load::new(own.tensions.clone()) };
-        if self.moves_hyoid() { self.ground.with_hyoid(load, own.hyoid, meaning.tilt) } else { load }
-    }
-
-    /// The load of the baseline.
-    pub fn baseline<'l>(&'l self, meaning: &Meaning, start: Option<&'l [SVector<f64, 2>]>) -> Load<'l, 2> {
-        Load { start, ..Load::new(meaning.tones.clone()) }
-    }
-
-    /// Load of posture number `shape`; the number after the last posture is the baseline.
-    pub fn load<'l>(
-        &'l self,
-        meaning: &Meaning,
-        shape: usize,
-        start: Option<&'l [SVector<f64, 2>]>,
-    ) -> Load<'l, 2> {
-        match shape < self.postures() {
-            true => self.posture(meaning, shape, start),
-            false => self.baseline(meaning, start),
-        }
-    }
-
     /// The lanes in which it is solved.
     pub fn lanes(&self) -> &Lanes<'a, 2> {
         &self.lanes
@@ -325,7 +290,7 @@ impl<'a> Density<'a> {
 }
 
 impl Place {
-    /// Positions and lengths of posture `shape`, numbered as in [`Density::load`].
+    /// Positions and lengths of posture `shape`, numbered as in [`Ground::load`].
     pub fn shape(&self, shape: usize) -> (&[SVector<f64, 2>], &[f64]) {
         let count = self.baseline_lengths.len();
         match self.postures.get(shape) {

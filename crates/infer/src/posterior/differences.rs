@@ -13,7 +13,7 @@ use tongue_core::body::{Body, HYOID};
 use tongue_core::effect::Configuration;
 use tongue_core::material::Constants;
 use tongue_core::parallel;
-use tongue_core::statics::lanes::{Adjoint, Lanes, Load};
+use tongue_core::statics::lanes::{Adjoint, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::{Model, System};
 
@@ -143,7 +143,11 @@ pub fn beside_in_kappa(ground: &Ground) -> Result<Option<[System<2>; 2]>, Poster
 fn with_kappa(ground: &Ground, times: f64) -> Constants {
     let constants = ground.model.constants;
     let (lambda, mu) = constants.lame();
-    let lambda = if ground.has_springs() { mu + (lambda - mu) * times } else { lambda * times };
+    let lambda = if Ground::is_for_springs(&ground.body, &ground.model) {
+        mu + (lambda - mu) * times
+    } else {
+        lambda * times
+    };
     let poisson_ratio = lambda / (2.0 * (lambda + mu));
     Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..constants }
 }
@@ -155,16 +159,8 @@ pub fn by_kappa(ground: &Ground, place: &Place, meaning: &Meaning) -> Option<DMa
     let (count, rows, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
     let Some(sides) = &ground.kappa else { return Some(DMatrix::zeros(rows, 0)) };
     let solved = |system: &System<2>| -> Option<DVector<f64>> {
-        let load = |shape: usize| {
-            let own = meaning.postures.get(shape);
-            let tensions = own.map_or(&meaning.tones, |p| &p.tensions).clone();
-            let load = Load { start: Some(place.shape(shape).0), ..Load::new(tensions) };
-            match own.filter(|_| !ground.hyoid.is_empty()) {
-                Some(own) => ground.with_hyoid(load, own.hyoid, meaning.tilt),
-                None => load,
-            }
-        };
-        let loads: Vec<Load<'_, 2>> = (0..=base).map(load).collect();
+        let load = |shape: usize| ground.load(meaning, shape, Some(place.shape(shape).0));
+        let loads: Vec<_> = (0..=base).map(load).collect();
         let found = Lanes::new(system).solve(&loads, &SolveSettings::default());
         let converged = found.iter().all(|shape| shape.solution.status == SolveStatus::Converged);
         let lengths: Vec<Vec<f64>> = found.iter().map(|shape| system.lengths(&shape.positions)).collect();

@@ -71,7 +71,8 @@ impl<'a> Evaluator<'a> {
         let density = self.density;
         let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();
         for (shape, group) in self.shapes.iter_mut().enumerate() {
-            let load = |i: usize| density.load(&meanings[i].0, shape, Some(points[i].1.shape(shape).0));
+            let load =
+                |i: usize| density.ground.load(&meanings[i].0, shape, Some(points[i].1.shape(shape).0));
             let loads: Vec<_> = (0..points.len()).map(load).collect();
             group.solve(&loads, density.settings());
         }
@@ -236,7 +237,7 @@ impl Target for Evaluator<'_> {
         out
     }
 
-    /// Where all shapes, of the postures and of the baseline, are where their tensions lead from rest.
+    /// Whether the tensions of each point lead from rest to its shapes, those of the postures and that of the baseline.
     fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Place>)]) -> Vec<bool> {
         let density = self.density;
         let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();

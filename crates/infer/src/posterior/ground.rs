@@ -11,6 +11,7 @@ use tongue_core::statics::lanes::{Adjoint, Load};
 use tongue_core::system::{Model, System, TissueModel};
 
 use super::PosteriorError;
+use super::density::Meaning;
 use super::differences::{self, Sides};
 use super::priors::Priors;
 
@@ -96,14 +97,34 @@ impl Ground {
             sides: None,
         };
         ground.kappa = differences::beside_in_kappa(&ground)?;
-        if !ground.has_springs() {
+        if !Self::is_for_springs(&ground.body, &ground.model) {
             ground.sides = Some(Sides::new(&ground)?);
         }
         Ok(ground)
     }
 
+    /// Load of posture number `shape`, begun from given positions; the number after the last posture is the baseline.
+    pub fn load<'l>(
+        &'l self,
+        meaning: &Meaning,
+        shape: usize,
+        start: Option<&'l [SVector<f64, 2>]>,
+    ) -> Load<'l, 2> {
+        let own = meaning.postures.get(shape);
+        let load = Load { start, ..Load::new(own.map_or(&meaning.tones, |p| &p.tensions).clone()) };
+        match own.filter(|_| self.moves_hyoid()) {
+            Some(own) => self.with_hyoid(load, own.hyoid, meaning.tilt),
+            None => load,
+        }
+    }
+
+    /// Whether the hyoid may be elsewhere.
+    pub fn moves_hyoid(&self) -> bool {
+        !self.hyoid.is_empty() && !self.priors.hyoid.off
+    }
+
     /// A load with the hyoid displaced by `d`, m, and tilted by `tilt` radians for every metre of it backwards.
-    pub fn with_hyoid<'l>(&'l self, load: Load<'l, 2>, d: SVector<f64, 2>, tilt: f64) -> Load<'l, 2> {
+    fn with_hyoid<'l>(&'l self, load: Load<'l, 2>, d: SVector<f64, 2>, tilt: f64) -> Load<'l, 2> {
         if tilt == 0.0 {
             return load.with_bone(&self.hyoid, d);
         }
@@ -119,12 +140,7 @@ impl Ground {
         [shift.x + tilt * by_angle, shift.y, d.x * by_angle]
     }
 
-    /// Whether the tissue is springs.
-    pub(super) fn has_springs(&self) -> bool {
-        Self::is_for_springs(&self.body, &self.model)
-    }
-
-    /// Whether a body and its model are of springs alone: their posterior's normal approximation takes a fraction of a second.
+    /// Whether a body and its model are of springs alone, whose posterior is sampled in a fraction of a second.
     pub fn is_for_springs(body: &Body<2>, model: &Model) -> bool {
         model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none()
     }

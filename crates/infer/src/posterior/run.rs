@@ -134,7 +134,7 @@ impl Posterior<'_> {
         let step = self.draws.len().div_ceil(count.max(1)).max(1);
         let taken: Vec<&Draw> = self.draws.iter().step_by(step).collect();
         let start = Some(self.mode.place.shape(posture).0);
-        let load = |i: usize| self.density.posture(&taken[i].meaning, posture, start);
+        let load = |i: usize| self.density.ground.load(&taken[i].meaning, posture, start);
         let muscles = self.density.ground.muscles.len();
         let shapes = self.density.lanes().map(taken.len(), self.density.settings(), load, |i, shape| {
             let lengths = self.density.ground.system.lengths(&shape.positions);

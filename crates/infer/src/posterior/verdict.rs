@@ -119,23 +119,23 @@ impl Verdict {
         let mut priors = Priors::default();
         priors.hyoid.off = body.bone(HYOID).is_empty();
         let ground = Ground::new(body, model, &priors).map_err(|e| e.to_string())?;
-        Self::quick(&ground, Seen::of(&matched), 0).map_err(|e| e.to_string())
+        Self::quick(&ground, Seen::of(&matched)).map_err(|e| e.to_string())
     }
 
-    /// From a short run, for a posture of what was seen.
+    /// From a short run, for the only posture of what was seen.
     ///
     /// # Errors
     /// [`PosteriorError`] where it cannot begin.
-    pub fn quick(ground: &Ground, seen: Seen, posture: usize) -> Result<Self, PosteriorError> {
+    pub fn quick(ground: &Ground, seen: Seen) -> Result<Self, PosteriorError> {
         let mut density = Density::new(ground, seen)?;
         let mode = Mode::find(&mut density)?;
         let draws = short_run(&density, &mode)?;
         let scaled = Scaled::new(&density, &draws);
         let said = ground.muscles.iter().enumerate().map(|(m, muscle)| {
-            let tensions: Vec<f64> = draws.iter().map(|d| d.tension(posture, m)).collect();
+            let tensions: Vec<f64> = draws.iter().map(|d| d.tension(0, m)).collect();
             let interval = Spread::of(tensions.iter().copied()).interval_95;
             let moved = moved_by_prior(ground, m, &tensions, interval[1]);
-            let changes: Vec<f64> = draws.iter().map(|d| d.change(posture, m)).collect();
+            let changes: Vec<f64> = draws.iter().map(|d| d.change(0, m)).collect();
             let p_rises = part_above_zero(&changes);
             Said {
                 muscle: muscle.clone(),

@@ -108,7 +108,7 @@ impl Ranged {
     }
 }
 
-/// Where a point that was kept back is expected, and where it was seen.
+/// How far a held-out point was seen from where the fit predicts it, with the interval of that prediction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Foretold {
     /// Its name.

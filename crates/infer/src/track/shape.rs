@@ -7,10 +7,12 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::adapt::{ControlPoints, Placement, RestError, mark_of};
+use crate::adapt::{
+    ControlPoints, LEAST_AREA_RATIO, Placement, RestError, area_ratios, area_residuals, mark_of,
+};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::Configuration;
-use tongue_core::geometry::{Point, ThinPlate, simplex};
+use tongue_core::geometry::{Point, ThinPlate};
 use tongue_core::system::{Model, System};
 
 use super::frame::{Solver, slopes};
@@ -30,11 +32,6 @@ const FAR_END_SD_M: f64 = 8e-3;
 /// Of the mental spine and the hyoid about where they are seen, m.
 const SPINE_SD_M: f64 = 2.5e-3;
 const HYOID_SD_M: f64 = 5e-3;
-/// A cell whose area changes by the factor e^0.4 costs as much as a standard deviation; all cells together have this weight.
-const AREA_LOG: f64 = 0.4;
-const AREA_WEIGHT: f64 = 40.0;
-/// No cell of a body that is shown keeps less of its area than this.
-const LEAST_AREA: f64 = 0.15;
 /// Step of a central difference along a direction of 1 mm or one standard deviation, in units of that.
 const STEP: f64 = 1e-3;
 /// A node where muscles cross goes along the other one; where they are nearly parallel it stays.
@@ -160,19 +157,16 @@ impl ShapePrior {
         nodes
     }
 
-    /// Of every cell by which factor its area differs with such amounts, but for what placing does.
-    fn area_ratios(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Vec<f64> {
+    /// The nodes with such amounts of the directions but for what placing does, m.
+    fn unplaced(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Vec<Point> {
         let shape =
             DVector::from_fn(amounts.len(), |i, _| if self.placing.contains(&i) { 0.0 } else { amounts[i] });
-        let nodes = self.moved(mesh, &shape);
-        mesh.cells.iter().map(|cell| area(&nodes, cell) / area(&mesh.nodes, cell)).collect()
+        self.moved(mesh, &shape)
     }
 
     /// Of every cell by how many standard deviations the logarithm of its area differs, weighed.
     fn area_logs(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> DVector<f64> {
-        let weight = (AREA_WEIGHT / mesh.cells.len().max(1) as f64).sqrt() / AREA_LOG;
-        let ratios = self.area_ratios(mesh, amounts).into_iter();
-        DVector::from_iterator(mesh.cells.len(), ratios.map(|r| weight * r.max(1e-6).ln()))
+        DVector::from_iterator(mesh.cells.len(), area_residuals(mesh, &self.unplaced(mesh, amounts)))
     }
 
     /// The same prior about such amounts: its square and its gradient there.
@@ -282,10 +276,10 @@ impl Shape {
         let mut step = step.clone();
         for _ in 0..10 {
             let there = amounts + &step;
-            let nodes = self.prior.moved(&self.mesh, &there);
-            let stands = |cell: &[usize]| area(&nodes, cell) > 0.0;
-            let is_whole = self.prior.area_ratios(&self.mesh, &there).iter().all(|r| *r > LEAST_AREA);
-            if is_whole && self.mesh.cells.iter().all(stands) {
+            let (placed, unplaced) =
+                (self.prior.moved(&self.mesh, &there), self.prior.unplaced(&self.mesh, &there));
+            let stands = area_ratios(&self.mesh, &placed).all(|r| r > 0.0);
+            if stands && area_ratios(&self.mesh, &unplaced).all(|r| r > LEAST_AREA_RATIO) {
                 return there;
             }
             step *= 0.7;
@@ -356,12 +350,6 @@ impl Shape {
         }
         out.iter().all(|v| v.is_finite()).then_some(out)
     }
-}
-
-/// The area of a cell, m².
-fn area(nodes: &[Point], cell: &[usize]) -> f64 {
-    let corners: Vec<Point> = cell.iter().map(|&n| nodes[n]).collect();
-    simplex::measure(&simplex::corners(&corners, &[0, 1, 2]))
 }
 
 /// How nodes move when an end of a muscle does: its straight line turns with it, ends on the outline slide along that.

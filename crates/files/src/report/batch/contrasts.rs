@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::{Batch, BatchJournal};
 use crate::report::Export;
 use crate::report::svg;
+use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::Contrast;
 
 /// A contrast with the subject.
@@ -26,9 +27,9 @@ pub struct SubjectContrast {
 ///
 /// # Errors
 /// As the journal.
-pub fn all(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Vec<SubjectContrast>> {
+pub fn all(jobs: &[Job], journal: &BatchJournal) -> io::Result<Vec<SubjectContrast>> {
     let mut out = Vec::new();
-    for (number, job) in batch.jobs.iter().enumerate() {
+    for (number, job) in jobs.iter().enumerate() {
         let entry = journal.read(number).map_err(io::Error::other)?;
         let fit = entry.and_then(|entry| entry.result.ok());
         out.extend(fit.into_iter().flat_map(|fit| fit.contrasts).map(|contrast| SubjectContrast {
@@ -62,9 +63,9 @@ struct Row<'a> {
 ///
 /// # Errors
 /// As the operating system.
-pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
+pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(w);
-    for SubjectContrast { subject, baseline, contrast: c } in &all(batch, journal)? {
+    for SubjectContrast { subject, baseline, contrast: c } in batch.contrasts {
         writer.serialize(Row {
             subject,
             baseline,
@@ -101,8 +102,8 @@ pub fn by_subject(all: &[SubjectContrast]) -> Vec<(&str, Vec<Contrast>)> {
 ///
 /// # Errors
 /// As the operating system.
-pub fn write_page(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
-    let all = all(batch, journal)?;
+pub fn write_page(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
+    let all = batch.contrasts;
     let decided = all.iter().filter(|c| c.contrast.is_decided()).count();
     let mut p = format!(
         "# Contrasts between vowels\n\nMade by `{}`. By how much more a muscle pulls in one vowel of a subject than in another, from the posterior of all \
@@ -113,7 +114,7 @@ pub fn write_page(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) 
         all.len()
     );
     p += "![Differences of tensions between vowels](contrasts.svg)\n\n";
-    for (subject, own) in by_subject(&all) {
+    for (subject, own) in by_subject(all) {
         let _ = writeln!(p, "## {subject}\n");
         let mut muscles: Vec<&str> = Vec::new();
         for c in &own {
@@ -142,9 +143,8 @@ pub fn write_page(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) 
 ///
 /// # Errors
 /// As the operating system.
-pub fn write_picture(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
-    let all = all(batch, journal)?;
+pub fn write_picture(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let by = crate::report::Provenance::new(&batch.provenance.command);
-    svg::contrasts(&by_subject(&all), "Differences of tensions between vowels")
+    svg::contrasts(&by_subject(batch.contrasts), "Differences of tensions between vowels")
         .write(w, &by.with_inputs(&batch.provenance.inputs_sha256))
 }

@@ -66,6 +66,8 @@ pub struct Batch<'a> {
     pub mesh: &'a Mesh<2>,
     /// Names of its muscles, in the order of columns.
     pub muscles: &'a [String],
+    /// The contrasts between the vowels of each subject; none without posteriors.
+    pub contrasts: &'a [contrasts::SubjectContrast],
 }
 
 /// A fit as the journal keeps it: its record, from which all outputs are made.
@@ -213,10 +215,9 @@ pub fn write_files(
     batch: &Batch<'_>,
     journal: &BatchJournal,
 ) -> Result<Vec<std::path::PathBuf>, ReportError> {
-    let (mut has_posterior, mut has_contrasts) = (false, false);
+    let mut has_posterior = false;
     each_fit(batch, journal, |_, _, fit| {
         has_posterior |= !fit.record.at("/posterior").is_null();
-        has_contrasts |= !fit.contrasts.is_empty();
         Ok(())
     })
     .map_err(|e| ReportError::Record { reason: e.to_string() })?;
@@ -228,11 +229,11 @@ pub fn write_files(
         ("tensions.tex", &|w| write_latex(w, batch, journal)),
         ("tensions.svg", &|w| page::write_tensions(w, batch, journal)),
         ("posterior.csv", &|w| write_rows(w, batch, journal, tables::posterior_lines)),
-        ("contrasts.csv", &|w| contrasts::write_csv(w, batch, journal)),
-        ("contrasts.md", &|w| contrasts::write_page(w, batch, journal)),
-        ("contrasts.svg", &|w| contrasts::write_picture(w, batch, journal)),
+        ("contrasts.csv", &|w| contrasts::write_csv(w, batch)),
+        ("contrasts.md", &|w| contrasts::write_page(w, batch)),
+        ("contrasts.svg", &|w| contrasts::write_picture(w, batch)),
     ];
-    let count = match (has_posterior, has_contrasts) {
+    let count = match (has_posterior, !batch.contrasts.is_empty()) {
         (_, true) => 10,
         (true, false) => 7,
         (false, false) => 6,
@@ -256,8 +257,8 @@ pub fn write_json(
         provenance: &'a BatchProvenance,
         summary: &'a BatchSummary,
         fits: Fits<'a>,
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        contrasts: Vec<contrasts::SubjectContrast>,
+        #[serde(skip_serializing_if = "<[_]>::is_empty")]
+        contrasts: &'a [contrasts::SubjectContrast],
         baselines: &'a [BaselineRow],
         not_fitted: Vec<Refusal>,
         unreadable_rows: &'a [String],
@@ -266,7 +267,7 @@ pub fn write_json(
         provenance: batch.provenance,
         summary: batch.summary,
         fits: Fits { batch, journal, with_times },
-        contrasts: contrasts::all(batch, journal)?,
+        contrasts: batch.contrasts,
         baselines: batch.baselines,
         not_fitted: all_refusals(batch, journal)?,
         unreadable_rows: batch.unreadable,
