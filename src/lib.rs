@@ -159,7 +159,7 @@ pub mod heard {
     //! What is heard of a tongue: formants, how they answer to its nodes, a voice.
     #[doc(inline)]
     pub use tongue_infer::heard::{
-        Airway, AirwayError, Articulation, Formant, Heard, MeanVowel, Rates, Sound, Tract, mean_vowels,
+        Airway, AirwayError, Articulation, Formant, Formants, Heard, MeanVowel, Sound, Tract, mean_vowels,
     };
 }
 

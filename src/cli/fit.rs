@@ -17,7 +17,7 @@ use tongue_fit::system::Model;
 
 use super::fit_table::Shown;
 use super::published::{self, Published};
-use super::{Global, Outcome, body, output, posterior, premises};
+use super::{Global, Outcome, body, others, output, posterior, premises};
 
 /// The default folder for outputs.
 const DEFAULT_OUT: &str = "results";
@@ -73,6 +73,8 @@ pub struct Arguments {
     premises: premises::Arguments,
     #[command(flatten)]
     posterior: posterior::Arguments,
+    #[command(flatten)]
+    others: others::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }
@@ -243,7 +245,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let by = super::provenance().with_tissue(model.tissue);
     let (seen, posture) = arguments.seen(&target)?;
     let sampled = match &ground {
-        Some(ground) => Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>())?),
+        Some(ground) => {
+            let beside = arguments.others.read(ground, &seen, posture)?;
+            Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>(), (beside, posture))?)
+        }
         None => None,
     };
     let verdict = match sampled.as_ref().map(|s| &s.reports[posture]) {

@@ -15,6 +15,7 @@ mod merge;
 mod mesh;
 mod mesh_check;
 mod muscles;
+mod others;
 mod output;
 mod page;
 mod posterior;

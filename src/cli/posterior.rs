@@ -9,7 +9,8 @@ use tongue_fit::body::{Body, Mesh};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
-    self, Contrast, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Stretch, Summary,
+    self, Beside, Contrast, Gain, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Stretch,
+    Summary,
 };
 use tongue_fit::report::{self, Draws, Export, Svg};
 use tongue_fit::system::Model;
@@ -122,11 +123,17 @@ impl Arguments {
         Settings { draws: self.posterior.unwrap_or_default(), seed: self.posterior_seed }
     }
 
-    /// Samples the posterior of a speaker's targets, which share a baseline, together.
+    /// Samples the posterior of a speaker's targets, which share a baseline, together; with what else was seen of them and the number of the
+    /// posture in which it is told what that adds.
     ///
     /// # Errors
     /// As [`posterior::sample`], and where nothing was measured.
-    pub fn sample<'a>(&self, ground: &'a Ground, targets: &[&Target]) -> miette::Result<Sampled<'a>> {
+    pub fn sample<'a>(
+        &self,
+        ground: &'a Ground,
+        targets: &[&Target],
+        (beside, posture): (Vec<Beside>, usize),
+    ) -> miette::Result<Sampled<'a>> {
         let clock = Instant::now();
         let settings = self.settings();
         let Settings { draws, seed } = settings;
@@ -134,14 +141,15 @@ impl Arguments {
         let matched: Vec<Matched> = matched.collect::<Result<_, _>>().into_diagnostic()?;
         let first =
             targets.first().ok_or_else(|| miette::miette!("--posterior: there is nothing measured"))?;
-        let seen = Seen::together(&matched.iter().collect::<Vec<_>>());
+        let seen = Seen { beside, ..Seen::together(&matched.iter().collect::<Vec<_>>()) };
         output::step(|| {
             let vowels = seen.labels.join(", ");
             format!("{draws} draws of the posterior of {} {vowels}, seed {seed}", first.subject)
         });
         let posterior =
             posterior::sample(ground, seen, &settings).into_diagnostic().wrap_err("--posterior")?;
-        let reports = Report::of_each(&posterior, true, seed).into_diagnostic()?;
+        let mut reports = Report::of_each(&posterior, true, seed).into_diagnostic()?;
+        reports[posture].gains = posterior::gains(&posterior, posture, &settings).into_diagnostic()?;
         Ok(Sampled {
             contrasts: Contrast::all(&posterior),
             posterior,
@@ -230,6 +238,16 @@ impl Sampled<'_> {
             }
             let _ = writeln!(text, "error budget of a stretch left out: {}", shares(&share.left_out_stretch));
         }
+        report.gains.iter().for_each(|gain| text += &gained(gain));
+        for c in &report.contradictions {
+            let _ = writeln!(
+                text,
+                "CONTRADICTION: the {} lies {:.1} standard deviations from what all other data lead to expect (p {:.0e}); check it",
+                c.name,
+                c.standard_deviations.abs(),
+                c.p
+            );
+        }
         text += &self.told_contrasts(posture);
         if report.draws == 0 {
             return text;
@@ -267,6 +285,17 @@ impl Sampled<'_> {
         }
         text
     }
+}
+
+/// What a kind of data adds, a line.
+fn gained(gain: &Gain) -> String {
+    let Some(without) = &gain.sd_without_n else {
+        return format!("what {} adds is not known: the chains without it have not mixed\n", gain.kind);
+    };
+    let each = without.0.iter().zip(&gain.sd_with_n.0);
+    let each: Vec<String> =
+        each.map(|((name, before), (_, after))| format!("{name} {before:.1} -> {after:.1}")).collect();
+    format!("sd of F - F0, N/m, without {} -> with it: {}\n", gain.kind, each.join(", "))
 }
 
 /// Sources with their parts, the largest first.

@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         None => Vowel::unrounded_u(),
     };
     let (permutations, seed) = (u64::from(arguments.permutations), arguments.seed);
-    let plan = ValidationPlan { baseline, permutations, seed, posterior: arguments.posterior };
+    let plan = ValidationPlan { baseline, permutations, seed, posterior: arguments.posterior, repeats: true };
     let (body, model) = (arguments.body.body()?, arguments.body.model());
     let out =
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;

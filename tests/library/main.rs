@@ -9,6 +9,7 @@ mod bodies_are_adapted;
 mod bodies_in_space;
 mod built_in_tongue_in_space;
 mod continuum;
+mod data_beside_lengths;
 mod dynamics_meet_exact_solutions;
 mod dynamics_of_the_tongue;
 mod effects_are_derivatives_of_their_energy;

@@ -274,7 +274,7 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
         // The conditional mean moves with the residuals by what geometry has in common, as it does in the run for all.
         let (gain, _) = tongue_fit::posterior::about(&density, &own.density, position);
         let mean = |d: &tongue_fit::posterior::Draw| {
-            d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.baseline_lengths))
+            d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.baseline_lengths, &d.beside))
         };
         let exact = own.draws.iter().map(mean).sum::<f64>() / own.draws.len() as f64;
         let sd = 0.25 * (found.spread.interval_95[1] - found.spread.interval_95[0]);

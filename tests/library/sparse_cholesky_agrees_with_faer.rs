@@ -1,4 +1,5 @@
-//! The block Cholesky factorisation against faer's sparse one, and against the residual of its solution.
+//! The block Cholesky factorisation against faer's sparse one, and against the residual of its solution. The largest matrix is checked by
+//! its residual alone: faer, compiled without optimisation for this test, takes two minutes for it.
 
 use crate::fixtures;
 use faer::linalg::solvers::Solve;
@@ -10,7 +11,7 @@ use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::system::{Model, System};
 
-fn agrees<const D: usize>(mesh: &Mesh<D>, side: f64) {
+fn solves<const D: usize>(mesh: &Mesh<D>, side: f64, compare: bool) {
     let system = System::new(mesh, &Model::default(), &[0]).unwrap();
     let x = fixtures::shaken(mesh, 0.001 * side);
     let at = Configuration { positions: &x, tensions: &[1.0] };
@@ -26,6 +27,15 @@ fn agrees<const D: usize>(mesh: &Mesh<D>, side: f64) {
     let mut ours = b.clone();
     factor.solve(pattern, &mut ours);
 
+    let mut back = vec![SVector::zeros(); n];
+    k.multiply(pattern, &ours, &mut back);
+    for (back, b) in back.iter().zip(&b) {
+        assert!((back - b).norm() < 1e-8, "residual {:e}", (back - b).norm());
+    }
+    if !compare {
+        return;
+    }
+
     let dense = fixtures::dense(pattern, &k);
     let triplets: Vec<_> = (0..n * D * n * D)
         .map(|i| Triplet::new(i % (n * D), i / (n * D), dense[(i % (n * D), i / (n * D))]))
@@ -39,19 +49,14 @@ fn agrees<const D: usize>(mesh: &Mesh<D>, side: f64) {
         let error = (ours[i / D][i % D] - theirs[i]).abs() / largest;
         assert!(error < 1e-11, "entry {i} differs by {error:e}");
     }
-    let mut back = vec![SVector::zeros(); n];
-    k.multiply(pattern, &ours, &mut back);
-    for (back, b) in back.iter().zip(&b) {
-        assert!((back - b).norm() < 1e-8, "residual {:e}", (back - b).norm());
-    }
 }
 
 #[test]
 fn in_the_plane_and_in_space() {
-    agrees(&fixtures::lattice(12, 9, 5.5e-3), 5.5e-3);
-    agrees(&fixtures::block(4, 5.5e-3), 5.5e-3);
+    solves(&fixtures::lattice(12, 9, 5.5e-3), 5.5e-3, true);
+    solves(&fixtures::block(4, 5.5e-3), 5.5e-3, true);
     // So dense that it is factorised in supernodes.
-    agrees(&fixtures::block(8, 5.5e-3), 5.5e-3);
+    solves(&fixtures::block(8, 5.5e-3), 5.5e-3, false);
 }
 
 #[test]

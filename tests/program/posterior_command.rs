@@ -193,3 +193,30 @@ fn the_priors_that_are_printed_are_read_back_and_have_a_schema() {
     let schema: Value = serde_json::from_slice(&run(folder.path(), "priors --schema").stdout).unwrap();
     assert_eq!(schema["properties"].as_object().unwrap().len(), 12);
 }
+
+#[test]
+fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("emg.csv"), "muscle,a,ɯ\nGGa,0.9,0.3\nHG,0.8,0.1\nSGm,1,\n").unwrap();
+    let line = "--vowel a --posterior 600 --formants 5000 --emg emg.csv --json --out out";
+    let output = run(folder.path(), line);
+    let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let gains = fit["posterior"]["gains"].as_array().unwrap();
+    assert_eq!(gains.iter().map(|g| g["kind"].as_str().unwrap()).collect::<Vec<_>>(), ["EMG", "formants"]);
+    assert!(gains[0]["sd_with_n"]["GGa"].as_f64().unwrap() > 1.0, "{gains:?}");
+    let told = &fit["posterior"]["contradictions"][0];
+    assert!(told["name"] == "formants F1" && told["p"].as_f64().unwrap() < 1e-3, "{told}");
+
+    std::fs::write(folder.path().join("one.csv"), "muscle,a\nGGa,0.9\n").unwrap();
+    std::fs::write(folder.path().join("two.csv"), "point,x_mm,y_mm\n1,20,60\n2,30,62\n").unwrap();
+    for (options, reason) in [
+        ("--formants 1200,700", "up to 4 rising frequencies in Hz"),
+        ("--emg one.csv", "no muscle has activity in both /a/ and /ɯ/"),
+        ("--emg none.csv", "--emg none.csv"),
+        ("--contour two.csv", "it has 2 points; three are needed"),
+    ] {
+        let output = run(folder.path(), &format!("--vowel a --posterior 600 {options}"));
+        assert_eq!(output.status.code(), Some(1), "{options}");
+        assert!(text(&output.stderr).contains(reason), "{options}: {}", text(&output.stderr));
+    }
+}

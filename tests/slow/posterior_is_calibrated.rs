@@ -61,6 +61,7 @@ fn exact(ground: &Ground, postures: usize, stretches: &[f64]) -> Seen {
         stretches: stretches.to_vec(),
         rounding,
         labels: (0..postures).map(|p| format!("v{p}")).collect(),
+        ..Seen::nothing()
     }
 }
 

@@ -24,7 +24,7 @@ impl Draws<'_> {
     /// correlated: `ln(Q_ii / 2π)/2 - (Q r)_i²/(2 Q_ii)` with residuals `r` and the inverse `Q` of their covariance (Bürkner, Gabry and
     /// Vehtari 2021, Computational Statistics 36, section 2). Leaving-one-out by importance sampling takes it.
     fn log_likelihoods(&self, inverse: &DMatrix<f64>, stretches: &[usize], draw: &Draw) -> Vec<f64> {
-        let pulls = inverse * self.0.density.residuals(&draw.lengths, &draw.baseline_lengths);
+        let pulls = inverse * self.0.density.residuals(&draw.lengths, &draw.baseline_lengths, &draw.beside);
         let each = stretches.iter().map(|&i| {
             let precision = inverse[(i, i)];
             0.5 * ((precision / TAU).ln() - pulls[i] * pulls[i] / precision)

@@ -9,7 +9,7 @@ mod formant;
 mod published;
 
 pub use airway::{Airway, AirwayError, Rates, Sound};
-pub use formant::{Heard, TRACT_SD};
+pub use formant::{Formants, Heard, TRACT_SD};
 pub use published::{MeanVowel, mean_vowels};
 pub use tongue_sound::Formant;
 pub use tongue_sound::profile::{Articulation, Tract};

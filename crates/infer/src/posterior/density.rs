@@ -1,4 +1,5 @@
-//! The density: how probable tensions, tones and places of the hyoid are, given the measured stretches of a speaker's postures.
+//! The density: how probable tensions, tones and places of the hyoid are, given the measured stretches of a speaker's postures and what else
+//! was seen of them (`beside`).
 //!
 //! ```text
 //! y ~ N(s, C),  s = L(F, d, c) / L(F0),  C = C_geo + sd² I + R
@@ -74,6 +75,8 @@ pub struct Place {
     pub lengths: Vec<f64>,
     /// In the baseline.
     pub baseline_lengths: Vec<f64>,
+    /// What was seen beside the stretches, as the model has it.
+    pub beside: Vec<f64>,
 }
 
 /// The density of a set of measured stretches.
@@ -87,7 +90,8 @@ pub struct Density<'a> {
     pub parameters: Vec<Parameter>,
     lanes: Lanes<'a, 2>,
     fixed: Meaning,
-    /// Covariance by geometry and constants of the stretches of all muscles of the body in all postures; zero at first.
+    /// Covariance by geometry and constants of the stretches of all muscles of the body in all postures, and of what was seen beside them;
+    /// zero at first.
     pub geometry: DMatrix<f64>,
     factor: Cholesky<f64, Dyn>,
     /// [`Seen::rows`] of what was measured.
@@ -154,7 +158,7 @@ impl<'a> Density<'a> {
                     .to_owned(),
             ));
         }
-        let size = seen.labels.len() * ground.muscles.len();
+        let size = seen.labels.len() * ground.muscles.len() + seen.beside_len();
         Self::made(ground, seen, (fixed, parameters), DMatrix::zeros(size, size))
     }
 
@@ -197,20 +201,19 @@ impl<'a> Density<'a> {
         self.seen.labels.len()
     }
 
-    /// Row of each measured stretch among the stretches of all muscles and postures.
+    /// [`Seen::rows`] of what was measured.
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
 
-    /// Rows and columns of the measured stretches, of a matrix of all muscles in all postures.
+    /// Rows and columns of what was measured, of a matrix of all muscles in all postures and of what was seen beside them.
     pub fn measured(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         all.select_rows(&self.rows).select_columns(&self.rows)
     }
 
-    /// Covariance of the measured stretches about the computed ones.
+    /// Covariance of what was measured about what is computed.
     pub fn covariance(&self) -> DMatrix<f64> {
-        let n = self.seen.len();
-        self.measured(&self.geometry) + DMatrix::identity(n, n) * self.discrepancy() + self.rounding()
+        self.measured(&self.geometry) + self.discrepancies() + self.rounding() + self.errors_beside()
     }
 
     /// Variance of a stretch by the model's error.
@@ -219,9 +222,28 @@ impl<'a> Density<'a> {
         if prior.off { 0.0 } else { prior.sd * prior.sd }
     }
 
-    /// Covariance of the measured stretches by rounding; zero where it does not count.
+    /// Covariance of what was measured by the model's error of stretches.
+    pub fn discrepancies(&self) -> DMatrix<f64> {
+        let n = self.seen.len();
+        self.placed(0, &(DMatrix::identity(n, n) * self.discrepancy()))
+    }
+
+    /// Covariance of what was measured by rounding of the lengths; zero where it does not count.
     pub fn rounding(&self) -> DMatrix<f64> {
-        &self.seen.rounding * if self.ground.priors.rounding.off { 0.0 } else { 1.0 }
+        self.placed(0, &(&self.seen.rounding * if self.ground.priors.rounding.off { 0.0 } else { 1.0 }))
+    }
+
+    /// Covariance of what was measured by the errors of what was seen beside the stretches.
+    pub fn errors_beside(&self) -> DMatrix<f64> {
+        self.placed(self.seen.len(), &self.seen.beside_errors())
+    }
+
+    /// A covariance of some of what was measured, from a number on, among that of all of it.
+    fn placed(&self, from: usize, part: &DMatrix<f64>) -> DMatrix<f64> {
+        let n = self.rows.len();
+        let mut all = DMatrix::zeros(n, n);
+        all.view_mut((from, from), part.shape()).copy_from(part);
+        all
     }
 
     /// The factor of [`Density::covariance`].
@@ -267,7 +289,13 @@ impl<'a> Density<'a> {
         let rest = Arc::new(self.ground.system.rest().to_vec());
         let lengths = self.ground.system.lengths(self.ground.system.rest());
         let postures = vec![Arc::clone(&rest); self.postures()];
-        Place { lengths: lengths.repeat(postures.len()), postures, baseline: rest, baseline_lengths: lengths }
+        Place {
+            lengths: lengths.repeat(postures.len()),
+            postures,
+            baseline: rest,
+            baseline_lengths: lengths,
+            beside: Vec::new(),
+        }
     }
 
     /// The lanes in which it is solved.
@@ -280,12 +308,15 @@ impl<'a> Density<'a> {
         &SOLVE
     }
 
-    /// Residuals of the measured stretches at given lengths of all muscles of the body in all postures.
-    pub fn residuals(&self, lengths: &[f64], baseline: &[f64]) -> DVector<f64> {
+    /// Residuals of what was measured: the stretches at given lengths of all muscles of the body in all postures, then what was seen beside
+    /// them.
+    pub fn residuals(&self, lengths: &[f64], baseline: &[f64], beside: &[f64]) -> DVector<f64> {
         let seen = &self.seen;
-        DVector::from_fn(seen.len(), |i, _| {
-            seen.stretches[i] - lengths[self.rows[i]] / baseline[seen.muscles[i]]
-        })
+        let stretches = seen.stretches.iter().enumerate();
+        let stretches = stretches.map(|(i, s)| s - lengths[self.rows[i]] / baseline[seen.muscles[i]]);
+        let measured = seen.beside.iter().flat_map(|b| &b.measured);
+        let all = stretches.chain(measured.zip(beside).map(|(measured, value)| measured - value));
+        DVector::from_iterator(self.rows.len(), all)
     }
 }
 

@@ -18,6 +18,7 @@ use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::{Model, System};
 
 use super::PosteriorError;
+use super::beside::{Beside, Of};
 use super::density::{Meaning, Place};
 use super::ground::{Field, Ground, laid_anew, turn};
 
@@ -28,14 +29,14 @@ const WIDE_STEP: f64 = 0.5;
 
 /// A body beside the one of a posterior: the same unknowns.
 #[derive(Debug)]
-struct Beside {
+struct Side {
     system: System<2>,
     hyoid: Vec<usize>,
     /// Displacements of the hyoid's nodes for one radian, m.
     turn: Vec<SVector<f64, 2>>,
 }
 
-impl Beside {
+impl Side {
     fn new(ground: &Ground, body: &Body<2>, model: &Model) -> Result<Self, PosteriorError> {
         let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
         let (system, hyoid) = (System::new(&body.mesh, model, &all)?, body.bone(HYOID).to_vec());
@@ -43,7 +44,7 @@ impl Beside {
         Ok(Self { system, hyoid, turn })
     }
 
-    /// Forces on all nodes of the unknowns, N, and lengths, m, where these are displaced as the unknowns of `ground` are at `positions`, and the
+    /// Forces on all nodes of the unknowns, N, and positions of all nodes, m, where these are displaced as the unknowns of `ground` are at `positions`, and the
     /// hyoid by this way and angle.
     fn at(
         &self,
@@ -51,7 +52,7 @@ impl Beside {
         positions: &[SVector<f64, 2>],
         tensions: &[f64],
         (hyoid, angle): (SVector<f64, 2>, f64),
-    ) -> (Vec<SVector<f64, 2>>, Vec<f64>) {
+    ) -> [Vec<SVector<f64, 2>>; 2] {
         let (own, system) = (&ground.system, &self.system);
         let moved = |n: usize| positions[n] - own.rest()[n];
         let mut x = system.rest().to_vec();
@@ -61,12 +62,12 @@ impl Beside {
         system.place_path_nodes(&mut x);
         let mut force = vec![SVector::zeros(); x.len()];
         system.force(Configuration { positions: &x, tensions }, &mut force);
-        (force, system.lengths(&x))
+        [force, x]
     }
 }
 
 /// Two bodies, by so many standard deviations to either side.
-type Pair = ([Beside; 2], f64);
+type Pair = ([Side; 2], f64);
 
 /// Bodies beside that of a posterior, for every source of errors; none of what is known or has no part in the body.
 #[derive(Debug)]
@@ -83,16 +84,16 @@ impl Sides {
     /// # Errors
     /// As [`Ground::new`], and where the ends of muscles or the outline cannot be moved by the least amount without folding a cell.
     pub fn new(ground: &Ground) -> Result<Self, PosteriorError> {
-        type Side<'a> = &'a dyn Fn(f64) -> Result<Beside, PosteriorError>;
+        type Make<'a> = &'a dyn Fn(f64) -> Result<Side, PosteriorError>;
         let (body, model, priors) = (&ground.body, &ground.model, &ground.priors);
-        let pair = |sd: f64, step: f64, side: Side<'_>| -> Result<Option<Pair>, PosteriorError> {
+        let pair = |sd: f64, step: f64, side: Make<'_>| -> Result<Option<Pair>, PosteriorError> {
             Ok(if sd == 0.0 { None } else { Some(([side(-step * sd)?, side(step * sd)?], step)) })
         };
         let settings = body.mesh.continuum.as_ref().map(|c| c.settings);
         let laid = |change: &dyn Fn(&mut tongue_core::body::ContinuumSettings)| {
             let mut settings = settings.unwrap_or_default();
             change(&mut settings);
-            Beside::new(ground, &laid_anew(body, &settings)?, model)
+            Side::new(ground, &laid_anew(body, &settings)?, model)
         };
         let of_continuum = |sd: f64| if settings.is_some() { sd } else { 0.0 };
         let fields = |fields: &[Field], ends: bool| -> Result<Vec<Pair>, PosteriorError> {
@@ -103,7 +104,7 @@ impl Sides {
                 let (of_ends, of_outline) = if ends { (&along[..], &[][..]) } else { (&[][..], &along[..]) };
                 let folded =
                     || PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned());
-                Beside::new(ground, &ground.displaced(of_ends, of_outline).ok_or_else(folded)?, model)
+                Side::new(ground, &ground.displaced(of_ends, of_outline).ok_or_else(folded)?, model)
             };
             let pairs = parallel::map(&numbers, |&f| Ok(([side(f, -STEP)?, side(f, STEP)?], STEP)));
             pairs.into_iter().collect()
@@ -155,8 +156,10 @@ fn with_kappa(ground: &Ground, times: f64) -> Constants {
 /// How the stretches of all muscles in all postures answer to one standard deviation of the logarithm of kappa: half of the difference of
 /// the equilibria one standard deviation to either side, since the answer is far from straight over that range. A column, or none where
 /// kappa is known; `None` where another kappa leads to no equilibrium.
-pub fn by_kappa(ground: &Ground, place: &Place, meaning: &Meaning) -> Option<DMatrix<f64>> {
-    let (count, rows, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
+pub fn by_kappa(ground: &Ground, point: &Solid<'_>) -> Option<DMatrix<f64>> {
+    let &Solid { place, meaning, beside, .. } = point;
+    let (count, of_muscles, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
+    let rows = of_muscles + place.beside.len();
     let Some(sides) = &ground.kappa else { return Some(DMatrix::zeros(rows, 0)) };
     let solved = |system: &System<2>| -> Option<DVector<f64>> {
         let load = |shape: usize| ground.load(meaning, shape, Some(place.shape(shape).0));
@@ -164,9 +167,15 @@ pub fn by_kappa(ground: &Ground, place: &Place, meaning: &Meaning) -> Option<DMa
         let found = Lanes::new(system).solve(&loads, &SolveSettings::default());
         let converged = found.iter().all(|shape| shape.solution.status == SolveStatus::Converged);
         let lengths: Vec<Vec<f64>> = found.iter().map(|shape| system.lengths(&shape.positions)).collect();
-        converged.then(|| {
-            DVector::from_fn(rows, |row, _| lengths[row / count][row % count] / lengths[base][row % count])
-        })
+        let stretches =
+            (0..of_muscles).map(|row| lengths[row / count][row % count] / lengths[base][row % count]);
+        // Activity is of tensions, which kappa does not change.
+        let others = beside.iter().flat_map(|b| match &b.of {
+            Of::Shape(posture, sight) => sight.values(&found[*posture].positions),
+            Of::Activity(all) => vec![0.0; all.len()],
+        });
+        let all = DVector::from_iterator(rows, stretches.chain(others));
+        (converged && all.iter().all(|v| v.is_finite())).then_some(all)
     };
     let half = (solved(&sides[1])? - solved(&sides[0])?) / 2.0;
     Some(DMatrix::from_column_slice(rows, 1, half.as_slice()))
@@ -195,24 +204,58 @@ impl Answers {
     }
 }
 
-/// How the stretches answer at a place, given the adjoints of all lengths shape by shape; `None` where bodies do not match or kappa leads to no
-/// equilibrium.
-pub fn answers(
-    ground: &Ground,
-    place: &Place,
-    meaning: &Meaning,
-    rates: &[Vec<Adjoint<2>>],
-) -> Option<Answers> {
+/// Adjoints at a solved point.
+pub struct Adjoints {
+    /// Of all lengths, shape by shape.
+    pub lengths: Vec<Vec<Adjoint<2>>>,
+    /// Of all numbers beside the stretches that follow from a shape, with the posture of each.
+    pub sights: Vec<(usize, Adjoint<2>)>,
+}
+
+/// A solved point.
+pub struct Solid<'a> {
+    /// Its shapes.
+    pub place: &'a Place,
+    /// Its tensions.
+    pub meaning: &'a Meaning,
+    /// Its adjoints.
+    pub rates: &'a Adjoints,
+    /// What was seen beside the stretches.
+    pub beside: &'a [Beside],
+}
+
+impl Solid<'_> {
+    /// For every number beside the stretches its posture and adjoint, if it follows from a shape.
+    pub fn sights(&self) -> impl Iterator<Item = Option<&(usize, Adjoint<2>)>> {
+        let of_shape = self.beside.iter().flat_map(|b| vec![matches!(b.of, Of::Shape(..)); b.len()]);
+        let mut sights = self.rates.sights.iter();
+        of_shape.map(move |is| if is { sights.next() } else { None })
+    }
+}
+
+/// How all values answer at a solved point; `None` where bodies do not match or kappa leads to no equilibrium.
+pub fn answers(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
+    let &Solid { place, meaning, rates, .. } = point;
     let sides = ground.sides.as_ref()?;
-    let (count, rows, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
+    let (count, of_muscles, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
+    let rows = of_muscles + place.beside.len();
     let tensions = |shape: usize| meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions);
     // Of every shape by how much each length is more in the second body than in the first, m.
     let stretches = |by_shape: &dyn Fn(usize) -> Option<DVector<f64>>| -> Option<DVector<f64>> {
         let slopes: Vec<DVector<f64>> = (0..=base).map(by_shape).collect::<Option<_>>()?;
-        Some(DVector::from_fn(rows, |row, _| {
+        let stretches = (0..of_muscles).map(|row| {
             let over = place.baseline_lengths[row % count];
             (slopes[row / count][row % count] - place.lengths[row] / over * slopes[base][row % count]) / over
-        }))
+        });
+        // After the lengths of a posture stand the other numbers of it.
+        let mut next = vec![count; base];
+        let others = point.sights().map(|sight| {
+            sight.map_or(0.0, |(posture, _)| {
+                next[*posture] += 1;
+                slopes[*posture][next[*posture] - 1]
+            })
+        });
+        Some(DVector::from_iterator(rows, stretches.chain(others.collect::<Vec<_>>())))
     };
     let hyoid = |shape: usize| {
         let own = meaning.postures.get(shape);
@@ -220,9 +263,21 @@ pub fn answers(
     };
     let of_pair = |([low, high], step): &Pair| {
         stretches(&|shape| {
-            let at =
-                (place.shape(shape).0, tensions(shape).as_slice(), hyoid(shape), rates[shape].as_slice());
-            Some(length_slopes(ground, [low, high], at)? / (2.0 * step))
+            let at = Shape {
+                positions: place.shape(shape).0,
+                tensions: tensions(shape),
+                hyoid: hyoid(shape),
+                lengths: &rates.lengths[shape],
+                sights: rates.sights.iter().filter(|(p, _)| *p == shape).map(|(_, a)| a).collect(),
+                values: &|x| {
+                    let own = point.beside.iter().filter_map(|b| match &b.of {
+                        Of::Shape(posture, sight) if *posture == shape => Some(sight.values(x)),
+                        _ => None,
+                    });
+                    own.flatten().collect()
+                },
+            };
+            Some(slopes_of(ground, [low, high], &at)? / (2.0 * step))
         })
     };
     let matrix = |columns: Vec<Option<DVector<f64>>>| -> Option<DMatrix<f64>> {
@@ -232,37 +287,49 @@ pub fn answers(
     Some(Answers {
         ends: matrix(sides.ends.iter().map(of_pair).collect())?,
         outline: matrix(sides.outline.iter().map(of_pair).collect())?,
-        kappa: by_kappa(ground, place, meaning)?,
+        kappa: by_kappa(ground, point)?,
         width: matrix(sides.width.iter().map(of_pair).collect())?,
         patch: matrix(sides.patch.iter().map(of_pair).collect())?,
     })
 }
 
-/// A solved shape: its positions, tensions, the hyoid's way and angle, and the adjoints of all lengths.
-type Shape<'a> = (&'a [SVector<f64, 2>], &'a [f64], (SVector<f64, 2>, f64), &'a [Adjoint<2>]);
+/// A solved shape.
+struct Shape<'a> {
+    positions: &'a [SVector<f64, 2>],
+    tensions: &'a [f64],
+    /// The hyoid's way, m, and angle, rad.
+    hyoid: (SVector<f64, 2>, f64),
+    /// Adjoints of all lengths.
+    lengths: &'a [Adjoint<2>],
+    /// Adjoints of the numbers beside the stretches that follow from this shape, and these numbers at positions of all nodes.
+    sights: Vec<&'a Adjoint<2>>,
+    values: &'a dyn Fn(&[SVector<f64, 2>]) -> Vec<f64>,
+}
 
-/// By how much more every length is in the second body than in the first, m, to first order.
-fn length_slopes(
-    ground: &Ground,
-    [low, high]: [&Beside; 2],
-    (positions, tensions, hyoid, adjoints): Shape<'_>,
-) -> Option<DVector<f64>> {
+/// By how much more every length, m, and every number beside the stretches is in the second body than in the first, to first order.
+fn slopes_of(ground: &Ground, [low, high]: [&Side; 2], shape: &Shape<'_>) -> Option<DVector<f64>> {
     let unknowns = ground.system.pattern().nodes();
-    let same = |beside: &Beside| {
+    let same = |beside: &Side| {
         let pattern = beside.system.pattern();
         pattern.unknowns() == unknowns.len() && unknowns.iter().all(|&n| pattern.unknown(n).is_some())
     };
     if !(same(low) && same(high)) {
         return None;
     }
-    let ((force_low, low), (force_high, high)) =
-        (low.at(ground, positions, tensions, hyoid), high.at(ground, positions, tensions, hyoid));
-    let slope = |m: usize| {
-        let by_force: f64 =
-            unknowns.iter().map(|&n| adjoints[m].by_node[n].dot(&(force_high[n] - force_low[n]))).sum();
-        high[m] - low[m] + by_force
+    let at = |side: &Side| side.at(ground, shape.positions, shape.tensions, shape.hyoid);
+    let ([force_low, x_low], [force_high, x_high]) = (at(low), at(high));
+    let values = |side: &Side, x: &[SVector<f64, 2>]| -> Vec<f64> {
+        side.system.lengths(x).into_iter().chain((shape.values)(x)).collect()
     };
-    Some(DVector::from_fn(adjoints.len(), |m, _| slope(m)))
+    let (of_low, of_high) = (values(low, &x_low), values(high, &x_high));
+    let adjoints = shape.lengths.iter().chain(shape.sights.iter().copied());
+    let slope = |(i, adjoint): (usize, &Adjoint<2>)| {
+        let by_force: f64 =
+            unknowns.iter().map(|&n| adjoint.by_node[n].dot(&(force_high[n] - force_low[n]))).sum();
+        of_high[i] - of_low[i] + by_force
+    };
+    let slopes: Vec<f64> = adjoints.enumerate().map(slope).collect();
+    slopes.iter().all(|s| s.is_finite()).then(|| DVector::from_vec(slopes))
 }
 
 #[cfg(test)]

@@ -7,9 +7,10 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::statics::lanes::{Adjoint, Equilibrium, Group, length_gradient};
 
+use super::beside::{Beside, Of};
 use super::branch::on_branch;
 use super::density::{Density, Meaning, Parameter, Place, is_found};
-use super::differences::{self, Answers};
+use super::differences::{self, Adjoints, Answers, Solid};
 use super::hmc::{Point, Target};
 use super::run::Draw;
 use super::shape;
@@ -30,9 +31,9 @@ impl Errors for Density<'_> {
 /// How the stretches of all muscles of the body in all postures answer at a point.
 #[derive(Debug, Clone)]
 pub struct Linear {
-    /// Stretches of all muscles of the body in the first posture, then in the second one, and so on.
-    pub stretches: DVector<f64>,
-    /// By the scores: a row a stretch.
+    /// Stretches of all muscles of the body in the first posture, then in the second one, and so on; then what was seen beside them.
+    pub values: DVector<f64>,
+    /// By the scores: a row a value.
     pub jacobian: DMatrix<f64>,
     /// By the sources of geometry and constants.
     pub geometry: Answers,
@@ -84,12 +85,16 @@ impl<'a> Evaluator<'a> {
                 return None;
             }
             let baseline = found.pop()?;
-            Some(Place {
+            let mut place = Place {
                 lengths: found.iter().flat_map(|shape| system.lengths(&shape.positions)).collect(),
                 baseline_lengths: system.lengths(&baseline.positions),
                 postures: found.iter().map(|shape| Arc::new(shape.positions.clone())).collect(),
                 baseline: Arc::new(baseline.positions.clone()),
-            })
+                beside: Vec::new(),
+            };
+            let of = |b: &Beside| b.values(&meanings[point].0, &place);
+            place.beside = density.seen.beside.iter().flat_map(of).collect();
+            place.beside.iter().all(|v| v.is_finite()).then_some(place)
         };
         let places = (0..points.len()).map(place).collect();
         (meanings, places)
@@ -109,44 +114,94 @@ impl<'a> Evaluator<'a> {
     ) -> Vec<Option<(Linear, Place)>> {
         let (meanings, places) = self.solve(points);
         let mut rates: Vec<Rates> = self.shapes.iter_mut().map(Group::length_rates).collect();
+        let mut sights = self.sights(&places);
         let mut out = Vec::with_capacity(points.len());
         for (i, place) in places.into_iter().enumerate() {
-            let own: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
-            out.push(place.zip(own).and_then(|(place, rates)| {
-                let linear = self.linear(&meanings[i], &place, &rates, geometry)?;
+            let lengths: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
+            let sights: Option<Vec<(usize, Adjoint<2>)>> =
+                sights.iter_mut().map(|(posture, all)| Some((*posture, all[i].take()?))).collect();
+            out.push(place.zip(lengths).zip(sights).and_then(|((place, lengths), sights)| {
+                let linear = self.linear(&meanings[i], &place, &Adjoints { lengths, sights }, geometry)?;
                 Some((linear, place))
             }));
         }
         out
     }
 
-    /// How all stretches answer at a solved point, of which the adjoints of all lengths are known, shape by shape.
+    /// Of every number beside the stretches that follows from a shape the posture, and its adjoint at every point.
+    fn sights(&mut self, places: &[Option<Place>]) -> Vec<(usize, Vec<Option<Adjoint<2>>>)> {
+        let nodes = self.density.ground.system.rest().len();
+        let mut out = Vec::new();
+        for beside in &self.density.seen.beside {
+            let Of::Shape(posture, sight) = &beside.of else { continue };
+            for number in 0..beside.len() {
+                let mut weights = vec![0.0; beside.len()];
+                weights[number] = 1.0;
+                let gradient = |place: &Option<Place>| {
+                    let mut gradient = vec![SVector::zeros(); nodes];
+                    if let Some(place) = place {
+                        sight.gradient(&place.postures[*posture], &weights, &mut gradient);
+                    }
+                    gradient
+                };
+                let gradients: Vec<_> = places.iter().map(gradient).collect();
+                out.push((*posture, self.shapes[*posture].adjoint(&gradients)));
+            }
+        }
+        out
+    }
+
+    /// How all values answer at a solved point, of which the adjoints are known.
     fn linear(
         &self,
         (meaning, slopes): &(Meaning, Vec<f64>),
         place: &Place,
-        rates: &[Vec<Adjoint<2>>],
+        rates: &Adjoints,
         geometry: bool,
     ) -> Option<Linear> {
         let ground = self.density.ground;
         let (count, postures) = (ground.muscles.len(), self.density.postures());
         let over = &place.baseline_lengths;
-        let stretches = DVector::from_fn(postures * count, |row, _| place.lengths[row] / over[row % count]);
+        let of_muscles = postures * count;
+        let values = (0..of_muscles).map(|row| place.lengths[row] / over[row % count]);
+        let values = DVector::from_iterator(
+            of_muscles + place.beside.len(),
+            values.chain(place.beside.iter().copied()),
+        );
         let length = |shape: usize, m: usize, p: Parameter| -> f64 {
-            by_parameter(ground, meaning, (shape, postures), &rates[shape][m], p)
+            by_parameter(ground, meaning, (shape, postures), &rates.lengths[shape][m], p)
         };
         // d(L/L0) = dL/L0 - s dL0/L0.
-        let jacobian = DMatrix::from_fn(postures * count, slopes.len(), |row, p| {
+        let mut jacobian = DMatrix::from_fn(values.len(), slopes.len(), |row, p| {
+            if row >= of_muscles {
+                return 0.0;
+            }
             let (posture, m, parameter) = (row / count, row % count, self.density.parameters[p]);
             let (own, base) = (length(posture, m, parameter), length(postures, m, parameter));
-            slopes[p] * (own - stretches[row] * base) / over[m]
+            slopes[p] * (own - values[row] * base) / over[m]
         });
+        let (mut row, mut sights) = (of_muscles, rates.sights.iter());
+        for beside in &self.density.seen.beside {
+            for number in 0..beside.len() {
+                let mut weights = vec![0.0; beside.len()];
+                weights[number] = 1.0;
+                let sight = if matches!(beside.of, Of::Shape(..)) { sights.next() } else { None };
+                for (p, &parameter) in self.density.parameters.iter().enumerate() {
+                    let by_shape = sight.map_or(0.0, |(posture, adjoint)| {
+                        by_parameter(ground, meaning, (*posture, postures), adjoint, parameter)
+                    });
+                    jacobian[(row, p)] = slopes[p] * (by_shape + beside.slope(meaning, &weights, parameter));
+                }
+                row += 1;
+            }
+        }
+        let point = Solid { place, meaning, rates, beside: &self.density.seen.beside };
         let geometry = match (geometry, ground.is_of_springs()) {
-            (true, true) => shape::of_springs(ground, place, meaning, rates)?,
-            (true, false) => differences::answers(ground, place, meaning, rates)?,
-            (false, _) => Answers::none(postures * count),
+            (true, true) => shape::of_springs(ground, &point)?,
+            (true, false) => differences::answers(ground, &point)?,
+            (false, _) => Answers::none(values.len()),
         };
-        Some(Linear { stretches, jacobian, geometry })
+        Some(Linear { values, jacobian, geometry })
     }
 
     /// The derivatives of the logarithm of the density by the scores, given those of the shapes.
@@ -154,14 +209,17 @@ impl<'a> Evaluator<'a> {
         &self,
         scores: &DVector<f64>,
         (meaning, slopes): &(Meaning, Vec<f64>),
-        adjoints: &[&Adjoint<2>],
+        (adjoints, weights): (&[&Adjoint<2>], &[f64]),
     ) -> DVector<f64> {
         let density = self.density;
+        let beside = |p: Parameter| -> f64 {
+            density.seen.weighed(weights).map(|(beside, w)| beside.slope(meaning, w, p)).sum()
+        };
         let by = |p: Parameter| -> f64 {
             let each = adjoints.iter().enumerate().map(|(shape, adjoint)| {
                 by_parameter(density.ground, meaning, (shape, density.postures()), adjoint, p)
             });
-            each.sum()
+            each.sum::<f64>() + beside(p)
         };
         DVector::from_fn(scores.len(), |p, _| slopes[p] * by(density.parameters[p]) - scores[p])
     }
@@ -203,7 +261,7 @@ impl Target for Evaluator<'_> {
             .iter()
             .map(|place| {
                 let place = place.as_ref()?;
-                Some(errors.log(&density.residuals(&place.lengths, &place.baseline_lengths)))
+                Some(errors.log(&density.residuals(&place.lengths, &place.baseline_lengths, &place.beside)))
             })
             .collect();
         let adjoints = self.shapes.iter_mut().enumerate().map(|(shape, group)| {
@@ -221,6 +279,14 @@ impl Target for Evaluator<'_> {
                     };
                     length_gradient(system, place.shape(shape).0, m, weights[i] * part, &mut gradient);
                 }
+                for (beside, weights) in seen.weighed(&weights.as_slice()[seen.len()..]) {
+                    match &beside.of {
+                        Of::Shape(posture, sight) if *posture == shape => {
+                            sight.gradient(place.shape(shape).0, weights, &mut gradient);
+                        }
+                        _ => {}
+                    }
+                }
                 gradient
             };
             group.adjoint(&places.iter().zip(&weighed).map(of).collect::<Vec<_>>())
@@ -229,8 +295,9 @@ impl Target for Evaluator<'_> {
         let mut out = Vec::with_capacity(points.len());
         for (i, (place, weighed)) in places.into_iter().zip(weighed).enumerate() {
             let own: Option<Vec<&Adjoint<2>>> = adjoints.iter().map(|a| a[i].as_ref()).collect();
-            out.push(place.zip(weighed).zip(own).map(|((place, (log, _)), own)| {
-                let gradient = self.gradient(points[i].0, &meanings[i], &own);
+            out.push(place.zip(weighed).zip(own).map(|((place, (log, weights)), own)| {
+                let beside = &weights.as_slice()[seen.len()..];
+                let gradient = self.gradient(points[i].0, &meanings[i], (&own, beside));
                 Point { log: log - 0.5 * points[i].0.norm_squared(), gradient, place }
             }));
         }
@@ -252,13 +319,14 @@ impl Target for Evaluator<'_> {
 
     fn keep(&self, at: &DVector<f64>, point: &Point<Place>) -> Draw {
         let (meaning, _) = self.density.meaning(at);
-        let Place { lengths, baseline_lengths, .. } = &point.place;
+        let Place { lengths, baseline_lengths, beside, .. } = &point.place;
         Draw {
             chain: 0,
             number: 0,
             meaning,
             lengths: lengths.clone(),
             baseline_lengths: baseline_lengths.clone(),
+            beside: beside.clone(),
             log: point.log,
             log_likelihood: point.log + 0.5 * at.norm_squared(),
         }

@@ -103,7 +103,7 @@ pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, 
     let weights: Vec<Vec<f64>> = draws
         .iter()
         .map(|d| {
-            let residuals = density.residuals(&d.lengths, &d.baseline_lengths);
+            let residuals = density.residuals(&d.lengths, &d.baseline_lengths, &d.beside);
             shares(mixture.parts(&residuals).iter().map(|p| p.0)).0
         })
         .collect();
@@ -138,7 +138,7 @@ fn predicted(
     let (row, measured) = (whole.rows()[position], whole.seen.stretches[position]);
     let (gain, sd) = about(whole, other, position);
     let part = |(d, &weight): (&Draw, &f64)| {
-        let error = gain.dot(&other.residuals(&d.lengths, &d.baseline_lengths));
+        let error = gain.dot(&other.residuals(&d.lengths, &d.baseline_lengths, &d.beside));
         Part { mean: d.stretch(row) + error, weight }
     };
     let parts: Vec<Part> = draws.iter().zip(weights).map(part).collect();
@@ -150,7 +150,8 @@ fn predicted(
 pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Spread> {
     let density = &posterior.density;
     let rows = density.rows();
-    if rows.is_empty() {
+    let stretches = &rows[..density.seen.len()];
+    if stretches.is_empty() {
         return Vec::new();
     }
     let geometry = density.measured(&density.geometry);
@@ -161,11 +162,11 @@ pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Spread> {
     let roots = DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
     let root = &eigen.eigenvectors * roots;
     let mut random = fastrand::Rng::with_seed(seed);
-    let mut all = vec![Vec::with_capacity(posterior.draws.len()); rows.len()];
+    let mut all = vec![Vec::with_capacity(posterior.draws.len()); stretches.len()];
     for d in &posterior.draws {
-        let residuals = density.residuals(&d.lengths, &d.baseline_lengths);
+        let residuals = density.residuals(&d.lengths, &d.baseline_lengths, &d.beside);
         let error = &gain * residuals + &root * normals(rows.len(), &mut random);
-        for (i, &row) in rows.iter().enumerate() {
+        for (i, &row) in stretches.iter().enumerate() {
             all[i].push(d.stretch(row) + error[i]);
         }
     }

@@ -16,7 +16,7 @@ use super::differences::Answers;
 use super::evaluator::{Evaluator, Linear};
 use super::hmc::Whitened;
 
-/// Covariance by geometry and constants of the stretches of all muscles of the body in all postures.
+/// Covariance by geometry and constants of the stretches of all muscles of the body in all postures, and of what was seen beside them.
 #[derive(Debug, Clone)]
 pub struct Geometry {
     /// By the ends of the muscles.
@@ -34,7 +34,7 @@ pub struct Geometry {
 impl Geometry {
     /// The mean of some; `None` of none.
     fn mean(all: &[Linear]) -> Option<Self> {
-        let count = all.first()?.stretches.len();
+        let count = all.first()?.values.len();
         let mean = |of: fn(&Answers) -> &DMatrix<f64>| {
             let sum = |sum, linear: &Linear| sum + of(&linear.geometry) * of(&linear.geometry).transpose();
             all.iter().fold(DMatrix::zeros(count, count), sum) / all.len() as f64
@@ -164,7 +164,7 @@ impl Mode {
         let jacobian = linear.jacobian.select_rows(density.rows());
         let n = scores.len();
         let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor().solve(&jacobian));
-        let residuals = density.residuals(&place.lengths, &place.baseline_lengths);
+        let residuals = density.residuals(&place.lengths, &place.baseline_lengths, &place.beside);
         let log = -0.5 * (residuals.dot(&density.factor().solve(&residuals)) + scores.norm_squared());
         Self { scores, place, linear, geometry, precision, log, evaluations }
     }
@@ -180,7 +180,8 @@ impl Mode {
         let mut damping = 0.0;
         for _ in 0..MOST_STEPS {
             let jacobian = here.linear.jacobian.select_rows(density.rows());
-            let residuals = density.residuals(&here.place.lengths, &here.place.baseline_lengths);
+            let Place { lengths, baseline_lengths, beside, .. } = &here.place;
+            let residuals = density.residuals(lengths, baseline_lengths, beside);
             let gradient = jacobian.tr_mul(&density.factor().solve(&residuals)) - &scores;
             let mut matrix = here.precision.clone();
             (0..scores.len()).for_each(|i| matrix[(i, i)] += damping);
@@ -217,7 +218,7 @@ impl Mode {
     pub fn evidence(&self, density: &Density<'_>) -> Option<f64> {
         let precision = self.precision.clone().cholesky()?;
         let half_ln = |factor: &Cholesky<f64, Dyn>| factor.l_dirty().diagonal().map(f64::ln).sum();
-        let constant = 0.5 * density.seen.len() as f64 * std::f64::consts::TAU.ln();
+        let constant = 0.5 * density.rows().len() as f64 * std::f64::consts::TAU.ln();
         Some(self.log - half_ln(&precision) - half_ln(density.factor()) - constant)
     }
 

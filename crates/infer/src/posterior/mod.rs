@@ -18,12 +18,15 @@
 //! (`leave_out`); [`Contrast`] compares postures, and
 //! [`Verdict`] says the main result in three sentences.
 
+mod beside;
 mod branch;
+mod contour;
 mod contrast;
 mod density;
 pub mod diagnostics;
 mod differences;
 mod evaluator;
+mod gain;
 mod ground;
 pub mod hmc;
 mod leave_out;
@@ -39,10 +42,12 @@ mod spread;
 mod summary;
 mod verdict;
 
+pub use beside::{Active, Beside, Electrode, Of, Sight};
 pub use contrast::{Contrast, DECIDED};
 pub use density::{Density, Meaning, Parameter, Place, Posture};
 pub use differences::Answers;
 pub use evaluator::{Errors, Evaluator, Linear};
+pub use gain::{Contradiction, Gain, contradictions, gains};
 pub use ground::{Field, Ground};
 pub use leave_out::without_each;
 pub use map::{Geometry, Mode};

@@ -76,6 +76,8 @@ pub struct Draw {
     pub lengths: Vec<f64>,
     /// Lengths in the baseline, m.
     pub baseline_lengths: Vec<f64>,
+    /// What was seen beside the stretches, as the model has it.
+    pub beside: Vec<f64>,
     /// Logarithm of its density in the scores, up to a constant.
     pub log: f64,
     /// The part of that by what was measured.

@@ -83,7 +83,7 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
 pub fn about(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
     let (row, rounding) = (whole.rows()[position], whole.rounding());
     let across = DVector::from_iterator(
-        other.seen.len(),
+        other.rows().len(),
         other.rows().iter().enumerate().map(|(i, &other_row)| {
             let in_whole = if i < position { i } else { i + 1 };
             other.geometry[(other_row, row)] + rounding[(in_whole, position)]

@@ -4,8 +4,10 @@ use nalgebra::DMatrix;
 
 use crate::inverse::Matched;
 
+use super::beside::Beside;
+
 /// Stretches of a speaker's postures against one baseline. The first four lists run over the stretches.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Seen {
     /// Names of their muscles.
     pub names: Vec<String>,
@@ -19,6 +21,8 @@ pub struct Seen {
     pub rounding: DMatrix<f64>,
     /// Names of the postures.
     pub labels: Vec<String>,
+    /// What else was seen of the postures.
+    pub beside: Vec<Beside>,
 }
 
 impl Seen {
@@ -31,6 +35,7 @@ impl Seen {
             stretches: Vec::new(),
             rounding: DMatrix::zeros(0, 0),
             labels: vec![String::new()],
+            beside: Vec::new(),
         }
     }
 
@@ -88,9 +93,53 @@ impl Seen {
         seen
     }
 
-    /// Where each stretch stands in a list of all muscles of the body in the first posture, then in the second one, and so on.
+    /// Without one kind of what was seen beside the stretches.
+    pub fn without_kind(&self, kind: &str) -> Self {
+        let mut seen = self.clone();
+        seen.beside.retain(|b| b.kind != kind);
+        seen
+    }
+
+    /// Where each measured number stands in a list of the stretches of all muscles of the body in the first posture, then in the second one,
+    /// and so on, and after these of what was seen beside them.
     pub fn rows(&self, muscles: usize) -> Vec<usize> {
-        self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m).collect()
+        let stretches = self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m);
+        let from = self.labels.len() * muscles;
+        stretches.chain(from..from + self.beside_len()).collect()
+    }
+
+    /// A name for each measured number, in the order of [`Seen::rows`].
+    pub fn measured_names(&self) -> Vec<String> {
+        let stretches = self.names.iter().zip(&self.postures);
+        let stretches = stretches.map(|(name, &p)| format!("stretch of {name} in /{}/", self.labels[p]));
+        let beside = self.beside.iter().flat_map(|b| b.names.iter().map(|name| format!("{} {name}", b.kind)));
+        stretches.chain(beside).collect()
+    }
+
+    /// How many numbers were seen beside the stretches.
+    pub fn beside_len(&self) -> usize {
+        self.beside.iter().map(Beside::len).sum()
+    }
+
+    /// Each kind of these with its part of the weights of all.
+    pub fn weighed<'a>(&'a self, weights: &'a [f64]) -> impl Iterator<Item = (&'a Beside, &'a [f64])> {
+        self.beside.iter().scan(weights, |left, beside| {
+            let (own, rest) = left.split_at(beside.len());
+            *left = rest;
+            Some((beside, own))
+        })
+    }
+
+    /// Covariance of the errors of these, by themselves.
+    pub fn beside_errors(&self) -> DMatrix<f64> {
+        let n = self.beside_len();
+        let mut errors = DMatrix::zeros(n, n);
+        let mut from = 0;
+        for b in &self.beside {
+            errors.view_mut((from, from), (b.len(), b.len())).copy_from(&b.errors);
+            from += b.len();
+        }
+        errors
     }
 
     /// Positions of the stretches of a posture.

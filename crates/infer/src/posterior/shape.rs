@@ -14,8 +14,7 @@ use tongue_core::geometry::simplex;
 use tongue_core::statics::lanes::Adjoint;
 use tongue_core::system::System;
 
-use super::density::{Meaning, Place};
-use super::differences::{self, Answers};
+use super::differences::{self, Answers, Solid};
 use super::ground::{Field, Ground};
 
 /// Derivatives, dimensionless, of the length whose adjoint is given by the place at rest of every node, at an equilibrium with these
@@ -66,28 +65,33 @@ fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -
     by_node
 }
 
-/// How the stretches of all muscles in all postures answer at a place, given the adjoints of all lengths there, shape by shape;
-/// `None` where another kappa leads to no equilibrium.
-pub(super) fn of_springs(
-    ground: &Ground,
-    place: &Place,
-    meaning: &Meaning,
-    rates: &[Vec<Adjoint<2>>],
-) -> Option<Answers> {
+/// How all values answer at a solved point; `None` where another kappa leads to no equilibrium.
+pub(super) fn of_springs(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
+    let place = point.place;
     let count = ground.muscles.len();
-    let rows = place.lengths.len();
-    let slopes: Vec<Vec<_>> = rates
+    let of_muscles = place.lengths.len();
+    let slopes: Vec<Vec<_>> = point
+        .rates
+        .lengths
         .iter()
         .enumerate()
         .map(|(s, all)| all.iter().map(|a| slope(ground, place.shape(s).0, a)).collect())
         .collect();
-    let base = rows / count;
+    let base = of_muscles / count;
+    let beside: Vec<Option<Vec<_>>> = point
+        .sights()
+        .map(|sight| sight.map(|(posture, adjoint)| slope(ground, place.shape(*posture).0, adjoint)))
+        .collect();
+    let rows = of_muscles + beside.len();
     // d(L/L0) = dL/L0 - s dL0/L0.
     let of_fields = |fields: &[Field]| {
         DMatrix::from_fn(rows, fields.len(), |row, f| {
             let by = |slope: &Vec<SVector<f64, 2>>| -> f64 {
                 slope.iter().zip(&fields[f].displacement).map(|(s, d)| s.dot(d)).sum()
             };
+            if row >= of_muscles {
+                return beside[row - of_muscles].as_ref().map_or(0.0, by);
+            }
             let over = place.baseline_lengths[row % count];
             let (own, base) = (by(&slopes[row / count][row % count]), by(&slopes[base][row % count]));
             (own - place.lengths[row] / over * base) / over
@@ -96,7 +100,7 @@ pub(super) fn of_springs(
     Some(Answers {
         ends: of_fields(&ground.ends),
         outline: of_fields(&ground.outline),
-        kappa: differences::by_kappa(ground, place, meaning)?,
+        kappa: differences::by_kappa(ground, point)?,
         ..Answers::none(rows)
     })
 }

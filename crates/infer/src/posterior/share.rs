@@ -37,6 +37,8 @@ pub enum Source {
     Discrepancy,
     /// Rounding of the lengths.
     Rounding,
+    /// Errors of what was seen beside the lengths.
+    OtherData,
 }
 
 /// A number for every source: its share of a variance, or by which part a standard deviation would shrink if it were known.
@@ -64,6 +66,8 @@ pub struct Shares {
     pub discrepancy: f64,
     /// Rounding of the lengths.
     pub rounding: f64,
+    /// Errors of what was seen beside the lengths.
+    pub other_data: f64,
 }
 
 impl Shares {
@@ -81,11 +85,12 @@ impl Shares {
             bone_patch: part(Source::BonePatch),
             discrepancy: part(Source::Discrepancy),
             rounding: part(Source::Rounding),
+            other_data: part(Source::OtherData),
         }
     }
 
     /// Name and value of each.
-    pub fn each(&self) -> [(&'static str, f64); 11] {
+    pub fn each(&self) -> [(&'static str, f64); 12] {
         [
             ("unresolved", self.unresolved),
             ("baseline tone", self.baseline_tone),
@@ -98,6 +103,7 @@ impl Shares {
             ("hold of bones", self.bone_patch),
             ("discrepancy", self.discrepancy),
             ("rounding", self.rounding),
+            ("other data", self.other_data),
         ]
     }
 
@@ -154,6 +160,7 @@ impl<'a> Parts<'a> {
             Source::BonePatch,
             Source::Discrepancy,
             Source::Rounding,
+            Source::OtherData,
         ];
         let known =
             sources.into_iter().filter_map(|source| Some((source, parts.covariance_if_known(source)?)));
@@ -163,7 +170,7 @@ impl<'a> Parts<'a> {
 
     /// Covariance of the scores if a source were known; 1e-12 is added to the variances, since stretches may be exact without it.
     fn covariance_if_known(&self, source: Source) -> Option<DMatrix<f64>> {
-        let n = self.density.seen.len();
+        let n = self.density.rows().len();
         let errors = self.density.covariance() - self.errors_by(source) + DMatrix::identity(n, n) * 1e-12;
         let mut jacobian = self.jacobian.clone();
         let is_known: Vec<bool> = self.density.parameters.iter().map(|p| source_of(*p) == source).collect();
@@ -178,14 +185,15 @@ impl<'a> Parts<'a> {
     /// Covariance of the stretches by a source that is not sampled.
     fn errors_by(&self, source: Source) -> DMatrix<f64> {
         let (density, geometry) = (self.density, &self.mode.geometry);
-        let n = density.seen.len();
+        let n = density.rows().len();
         match source {
             Source::MuscleEnds => density.measured(&geometry.ends),
             Source::Outline => density.measured(&geometry.outline),
             Source::Compressibility => density.measured(&geometry.kappa),
             Source::BundleWidth => density.measured(&geometry.width),
             Source::BonePatch => density.measured(&geometry.patch),
-            Source::Discrepancy => DMatrix::identity(n, n) * density.discrepancy(),
+            Source::Discrepancy => density.discrepancies(),
+            Source::OtherData => density.errors_beside(),
             Source::Rounding => density.rounding(),
             _ => DMatrix::zeros(n, n),
         }

@@ -9,6 +9,7 @@ use tongue_input::measured::ByMuscle;
 
 use super::PosteriorError;
 use super::density::Parameter;
+use super::gain::{Contradiction, Gain, contradictions};
 use super::ground::Ground;
 use super::leave_out::{fitted, without_each};
 use super::priors::Priors;
@@ -154,6 +155,12 @@ pub struct Report {
     pub equilibria: usize,
     /// Poisson's ratio of the body.
     pub poisson_ratio: f64,
+    /// Measured numbers that are further from what the others lead to expect than their errors allow.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub contradictions: Vec<Contradiction>,
+    /// What each kind of data beside the stretches adds, where that was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gains: Vec<Gain>,
     /// What was believed beforehand.
     pub priors: Priors,
 }
@@ -211,6 +218,8 @@ impl Report {
             off_branch: posterior.off_branch,
             equilibria: posterior.equilibria,
             poisson_ratio: ground.model.constants.poisson_ratio,
+            contradictions: contradictions(&posterior.density, &posterior.mode),
+            gains: Vec::new(),
             priors: ground.priors.clone(),
         }
     }
@@ -337,7 +346,7 @@ fn directions(posterior: &Posterior<'_>, posture: usize) -> Vec<Direction> {
     let eigen = ((&covariance + covariance.transpose()) * 0.5).symmetric_eigen();
     let mut order: Vec<usize> = (0..own.len()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    order.truncate(density.seen.len());
+    order.truncate(density.rows().len());
     let direction = |i: usize| {
         let sd_left = eigen.eigenvalues[i].max(0.0).sqrt();
         let vector = eigen.eigenvectors.column(i);

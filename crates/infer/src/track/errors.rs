@@ -36,6 +36,14 @@ impl Errors {
     pub const INDEPENDENT: Self =
         Self { slow_mm: 0.0, static_mm: 0.0, far_mm: 15.0, near_mm: 1e-3, alone_mm: 0.0 };
 
+    /// Covariance of the errors of two points of one contour, mm², each by its place along it and its own standard deviation, mm.
+    pub fn of_pair(&self, a: (f64, f64), b: (f64, f64), same: bool) -> f64 {
+        let apart = (a.0 - b.0).abs();
+        let lasting = (self.slow_mm.powi(2) + self.static_mm.powi(2)) * alike(apart, self.far_mm);
+        let own = if same { self.alone_mm.powi(2) } else { 0.0 };
+        lasting + a.1 * b.1 * (-apart / self.near_mm).exp() + own
+    }
+
     /// Standard deviation of an observation, all told, mm.
     pub fn sd(&self, along: &Along) -> f64 {
         let parts = [self.slow_mm, self.static_mm, self.alone_mm, along.sd_mm];

@@ -25,7 +25,7 @@ fn from_middle(x: f64) -> f64 {
 }
 
 /// `1 - Phi(x)`; beyond 2.5 by Laplace's continued fraction, so that small ones are right to the last digits.
-fn upper_tail(x: f64) -> f64 {
+pub fn upper_tail(x: f64) -> f64 {
     if x < 2.5 {
         return 0.5 - from_middle(x);
     }

@@ -24,6 +24,17 @@ struct Row {
     activity: Vec<Option<f64>>,
 }
 
+/// What a row of the table says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// Name of the muscle or group.
+    pub name: String,
+    /// The muscles that it is of.
+    pub muscles: Vec<usize>,
+    /// Relative activity in each vowel that has one, 0 to 1.
+    pub by_vowel: Vec<(Vowel, f64)>,
+}
+
 impl Activity {
     /// Reads a table whose first column is `muscle` and whose other columns are vowels. A column `full_n_per_m` may hold
     /// the tension of a muscle at activity 1, N per metre of thickness. Lines that begin with `#` are skipped.
@@ -106,12 +117,38 @@ impl Activity {
         muscles: &Muscles,
     ) -> Result<Vec<(usize, f64)>, TableError> {
         let wrong = |problem: String| TableError::malformed(&self.origin, None, problem);
+        let portions = self.portions(names, muscles)?;
         let Some(column) = self.vowels.iter().position(|v| v == vowel) else {
             let known: Vec<String> = self.vowels.iter().map(|v| format!("/{v}/")).collect();
             return Err(wrong(format!("it has no column /{vowel}/; it has {}", known.join(", "))));
         };
-        let groups: Vec<String> = muscles.of(names).into_iter().map(|info| info.group).collect();
         let mut out: Vec<(usize, f64)> = Vec::new();
+        for (row, portions) in self.rows.iter().zip(portions) {
+            let Some(activity) = row.activity.get(column).copied().flatten() else { continue };
+            out.extend(portions.into_iter().map(|m| (m, activity * row.full.unwrap_or(full))));
+        }
+        Ok(out)
+    }
+
+    /// Activity by row and vowel, for each row the positions in `names` of the muscles that it is of: one, or all portions of a muscle
+    /// group.
+    ///
+    /// # Errors
+    /// [`TableError`] for a muscle that `names` does not have, and a muscle that two rows give.
+    pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Measured>, TableError> {
+        let of_row = |(row, muscles): (&Row, Vec<usize>)| {
+            let each = self.vowels.iter().zip(&row.activity);
+            let by_vowel = each.filter_map(|(vowel, a)| Some((vowel.clone(), (*a)?))).collect();
+            Measured { name: row.muscle.clone(), muscles, by_vowel }
+        };
+        Ok(self.rows.iter().zip(self.portions(names, muscles)?).map(of_row).collect())
+    }
+
+    /// Of every row the positions in `names` of its muscles.
+    fn portions(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Vec<usize>>, TableError> {
+        let wrong = |problem: String| TableError::malformed(&self.origin, None, problem);
+        let groups: Vec<String> = muscles.of(names).into_iter().map(|info| info.group).collect();
+        let mut out: Vec<Vec<usize>> = Vec::new();
         for row in &self.rows {
             let called = |m: &usize| names[*m].eq_ignore_ascii_case(&row.muscle);
             let grouped = |m: &usize| groups[*m].eq_ignore_ascii_case(&row.muscle);
@@ -126,16 +163,13 @@ impl Activity {
                     names.join(", ")
                 )));
             }
-            let Some(activity) = row.activity.get(column).copied().flatten() else { continue };
-            for m in portions {
-                if out.iter().any(|(other, _)| *other == m) {
-                    return Err(wrong(format!(
-                        "two rows give {}: one by its name, one by its group; keep one",
-                        names[m]
-                    )));
-                }
-                out.push((m, activity * row.full.unwrap_or(full)));
+            if let Some(&twice) = portions.iter().find(|m| out.iter().flatten().any(|other| other == *m)) {
+                return Err(wrong(format!(
+                    "two rows give {}: one by its name, one by its group; keep one",
+                    names[twice]
+                )));
             }
+            out.push(portions);
         }
         Ok(out)
     }

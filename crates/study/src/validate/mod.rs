@@ -53,6 +53,8 @@ pub struct ValidationPlan {
     pub seed: u64,
     /// Whether to validate the posterior, which takes longer than all other opponents together.
     pub posterior: bool,
+    /// Whether to repeat it with other baselines and to fit a tone for each muscle to all subjects.
+    pub repeats: bool,
 }
 
 /// Progress of a study.
@@ -188,7 +190,8 @@ pub fn run(
         chosen,
     });
     let leave_one_muscle_out = robustness::left_out(&bench, &all, &progress)?;
-    let other_baselines = robustness::other_baselines(&bench, data, mesh, &progress)?;
+    let repeated = || robustness::other_baselines(&bench, data, mesh, &progress);
+    let other_baselines = plan.repeats.then(repeated).transpose()?.unwrap_or_default();
     let permuted_labels =
         robustness::permuted(&bench, data, mesh, baseline, [plan.permutations, plan.seed], &progress)?;
     let seeds = [plan.permutations, plan.seed];
@@ -199,7 +202,7 @@ pub fn run(
         None | Some(Err(StudyError::Posterior(PosteriorError::Body(_)))) => None,
         Some(Err(error)) => return Err(error),
     };
-    let tones = fitted_to_all(&bench, &all, &progress)?;
+    let tones = plan.repeats.then(|| fitted_to_all(&bench, &all, &progress)).transpose()?.unwrap_or_default();
     progress.add(total, "done");
     Ok(ValidationStudy {
         data: data.origin().to_owned(),

@@ -1,0 +1,164 @@
+//! What was seen of a speaker's postures beside the lengths of muscles: numbers that follow from a shape, such as formants or the distances
+//! of contour points from the surface, and muscle activity (EMG).
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, SVector};
+
+use tongue_core::observe::Observable;
+
+use super::density::{Meaning, Parameter, Place};
+
+/// Numbers that follow from the shape of a posture.
+pub trait Sight: Debug + Send + Sync {
+    /// The numbers where the nodes are at these positions, m. One that is not finite says that there is no such shape.
+    fn values(&self, positions: &[SVector<f64, 2>]) -> Vec<f64>;
+
+    /// Adds the derivatives of the sum of the numbers times `weights` by the positions, 1/m times the unit of the numbers.
+    fn gradient(&self, positions: &[SVector<f64, 2>], weights: &[f64], by_node: &mut [SVector<f64, 2>]);
+}
+
+impl Sight for Vec<Arc<dyn Observable<2>>> {
+    fn values(&self, positions: &[SVector<f64, 2>]) -> Vec<f64> {
+        self.iter().map(|o| o.value(positions)).collect()
+    }
+
+    fn gradient(&self, positions: &[SVector<f64, 2>], weights: &[f64], by_node: &mut [SVector<f64, 2>]) {
+        for (observable, weight) in self.iter().zip(weights) {
+            observable.gradient(positions, &mut |node, slope| by_node[node] += slope * *weight);
+        }
+    }
+}
+
+/// Muscles whose activity was measured together, in a posture or, without one, in the baseline.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Active {
+    /// Number of the posture; `None` for the baseline.
+    pub posture: Option<usize>,
+    /// Numbers of the muscles; a measurement of several is of their mean tension.
+    pub muscles: Vec<usize>,
+}
+
+/// Tension that is not told from none by an electrode, N per metre of thickness.
+const LEAST_TENSION: f64 = 1.0;
+
+impl Active {
+    fn mean(&self, meaning: &Meaning) -> f64 {
+        let tensions = self.posture.map_or(&meaning.tones, |p| &meaning.postures[p].tensions);
+        self.muscles.iter().map(|&m| tensions[m]).sum::<f64>() / self.muscles.len() as f64
+    }
+
+    /// Logarithm of the mean tension, raised by the least one, in N per metre of thickness.
+    fn value(&self, meaning: &Meaning) -> f64 {
+        (self.mean(meaning) + LEAST_TENSION).ln()
+    }
+
+    fn slope(&self, meaning: &Meaning, parameter: Parameter) -> f64 {
+        let own = match (parameter, self.posture) {
+            (Parameter::Tension(posture, m), Some(own)) if posture == own => m,
+            (Parameter::Tone(m), None) => m,
+            _ => return 0.0,
+        };
+        let part = if self.muscles.contains(&own) { 1.0 / self.muscles.len() as f64 } else { 0.0 };
+        part / (self.mean(meaning) + LEAST_TENSION)
+    }
+}
+
+/// Of what numbers are functions.
+#[derive(Debug, Clone)]
+pub enum Of {
+    /// Of the shape of a posture, by its number.
+    Shape(usize, Arc<dyn Sight>),
+    /// Of tensions: logarithms, so that a gain that is not known is a sum.
+    Activity(Vec<Active>),
+}
+
+/// Numbers of one kind with their errors.
+#[derive(Debug, Clone)]
+pub struct Beside {
+    /// What they are, for people: "formants", "EMG".
+    pub kind: String,
+    /// A name for each.
+    pub names: Vec<String>,
+    /// Of what they are functions.
+    pub of: Of,
+    /// What was measured.
+    pub measured: Vec<f64>,
+    /// Covariance of the errors.
+    pub errors: DMatrix<f64>,
+}
+
+/// Standard deviation of the logarithm of an activity: electrodes repeat to about 40 %.
+const EMG_SD: f64 = 0.4;
+/// The same of the gain of an electrode, which is not known: a factor of e³ either way.
+const GAIN_SD: f64 = 3.0;
+/// Relative activity that is not told from none.
+const LEAST_ACTIVITY: f64 = 0.025;
+
+/// Relative activity of muscles: a name, their numbers, and for every posture (`None` for the baseline) the activity, 0 to 1.
+pub type Electrode = (String, Vec<usize>, Vec<(Option<usize>, f64)>);
+
+impl Beside {
+    /// Muscle activity. The logarithm of an activity is that of the mean tension of its muscles and of a gain that is the electrode's own,
+    /// so that activity in one posture only says nothing and is left out.
+    pub fn emg(electrodes: &[Electrode], label: impl Fn(Option<usize>) -> String) -> Self {
+        let told: Vec<&Electrode> = electrodes.iter().filter(|(_, _, each)| each.len() > 1).collect();
+        let rows: Vec<(usize, &Electrode, Option<usize>, f64)> = told
+            .iter()
+            .enumerate()
+            .flat_map(|(e, &electrode)| {
+                electrode.2.iter().map(move |&(posture, a)| (e, electrode, posture, a))
+            })
+            .collect();
+        let error = |i: usize, j: usize| {
+            let of_gain = if rows[i].0 == rows[j].0 { GAIN_SD * GAIN_SD } else { 0.0 };
+            of_gain + if i == j { EMG_SD * EMG_SD } else { 0.0 }
+        };
+        Self {
+            kind: "EMG".to_owned(),
+            names: rows
+                .iter()
+                .map(|(_, (name, ..), posture, _)| format!("{name} {}", label(*posture)))
+                .collect(),
+            of: Of::Activity(
+                rows.iter()
+                    .map(|(_, (_, muscles, _), posture, _)| Active {
+                        posture: *posture,
+                        muscles: muscles.clone(),
+                    })
+                    .collect(),
+            ),
+            measured: rows.iter().map(|(.., activity)| (activity + LEAST_ACTIVITY).ln()).collect(),
+            errors: DMatrix::from_fn(rows.len(), rows.len(), error),
+        }
+    }
+
+    /// How many numbers there are.
+    pub fn len(&self) -> usize {
+        self.measured.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.measured.is_empty()
+    }
+
+    /// The numbers at tensions and the shapes to which they lead.
+    pub(super) fn values(&self, meaning: &Meaning, place: &Place) -> Vec<f64> {
+        match &self.of {
+            Of::Shape(posture, sight) => sight.values(&place.postures[*posture]),
+            Of::Activity(all) => all.iter().map(|active| active.value(meaning)).collect(),
+        }
+    }
+
+    /// Derivative of the sum of the numbers times `weights` by a tension that they are a function of by itself, not through a shape.
+    pub(super) fn slope(&self, meaning: &Meaning, weights: &[f64], parameter: Parameter) -> f64 {
+        match &self.of {
+            Of::Shape(..) => 0.0,
+            Of::Activity(all) => {
+                all.iter().zip(weights).map(|(active, w)| w * active.slope(meaning, parameter)).sum()
+            }
+        }
+    }
+}

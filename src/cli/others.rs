@@ -1,0 +1,120 @@
+//! What was seen of a posture beside the lengths: options of a posterior.
+
+use std::path::{Path, PathBuf};
+
+use miette::{IntoDiagnostic, WrapErr, miette};
+use tongue_fit::adapt::Landmarks;
+use tongue_fit::body::Body;
+use tongue_fit::files;
+use tongue_fit::heard::{Airway, Formants};
+use tongue_fit::inverse::Matched;
+use tongue_fit::measured::emg::Activity;
+use tongue_fit::measured::muscles::Muscles;
+use tongue_fit::measured::{Target, Vowel};
+use tongue_fit::posterior::{Beside, Density, Ground, Mode, Seen};
+
+/// Standard deviation of a measured formant as a part of its frequency; the tract's own error is added.
+const FORMANT_SD: f64 = 0.03;
+/// Formants that may be given.
+const MOST_FORMANTS: usize = 4;
+
+/// Options for data beside the lengths.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Posterior: data beside the lengths")]
+pub struct Arguments {
+    /// Relative muscle activity, 0 to 1, of the fitted vowel, its baseline and, with --joint, other vowels: CSV with a column muscle and a column
+    /// for each vowel. The gain of each electrode is unknown, so a muscle needs two of these vowels
+    #[arg(long, value_name = "FILE", requires = "posterior")]
+    emg: Option<PathBuf>,
+    /// Measured formants of the fitted vowel from the first on, Hz, such as 700,1200, with jaw and lips as in targets/tract.toml. The tract round
+    /// the tongue is drawn, so that each is known to 17 %
+    #[arg(long, value_name = "HZ,HZ", value_delimiter = ',', num_args = 1, requires = "posterior")]
+    formants: Option<Vec<f64>>,
+    /// Contour of the fitted vowel in the body's own millimetres (as `tongue-fit mesh` draws it, or `adapt` writes it), in the formats of `adapt
+    /// --contour`; it is believed to lie there to 5 mm, 9 degrees and 10 % in scale
+    #[arg(long, value_name = "FILE", requires = "posterior")]
+    contour: Option<PathBuf>,
+}
+
+impl Arguments {
+    /// What was seen of targets that are sampled together, of which number `posture` is the fitted one.
+    ///
+    /// # Errors
+    /// For files and values that cannot be used.
+    pub fn read(&self, ground: &Ground, targets: &[Target], posture: usize) -> miette::Result<Vec<Beside>> {
+        let body = &ground.body;
+        let mut out = Vec::new();
+        if let Some(path) = &self.emg {
+            out.push(emg(path, body, targets)?);
+        }
+        if let Some(hz) = &self.formants {
+            out.push(formants(hz, ground, targets, posture)?);
+        }
+        if let Some(path) = &self.contour {
+            out.push(contour(path, body, posture)?);
+        }
+        Ok(out)
+    }
+}
+
+fn emg(path: &Path, body: &Body<2>, targets: &[Target]) -> miette::Result<Beside> {
+    let origin = path.display().to_string();
+    let text = files::read_text(path).into_diagnostic().wrap_err_with(|| format!("--emg {origin}"))?;
+    let table = Activity::read(&text, &origin).into_diagnostic()?;
+    let measured = table.relative(&body.mesh.muscle_names(), &Muscles::built_in()).into_diagnostic()?;
+    let baseline = &targets[0].baseline;
+    let posture = |vowel: &Vowel| match vowel {
+        v if v == baseline => Some(None),
+        v => targets.iter().position(|t| t.vowel == *v).map(Some),
+    };
+    let electrodes: Vec<_> = measured
+        .into_iter()
+        .map(|row| {
+            let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((posture(v)?, *activity)));
+            (row.name, row.muscles, each.collect())
+        })
+        .collect();
+    let label = |posture: Option<usize>| format!("in /{}/", posture.map_or(baseline, |p| &targets[p].vowel));
+    let beside = Beside::emg(&electrodes, label);
+    if beside.is_empty() {
+        return Err(miette!(
+            "--emg {origin}: no muscle has activity in both /{}/ and /{baseline}/; the gain of an electrode is unknown, so give columns for two \
+             of the postures that are sampled (--joint samples all vowels of the subject)",
+            targets[0].vowel
+        ));
+    }
+    Ok(beside)
+}
+
+fn formants(hz: &[f64], ground: &Ground, targets: &[Target], posture: usize) -> miette::Result<Beside> {
+    let rises = hz.windows(2).all(|pair| pair[0] < pair[1]);
+    if hz.len() > MOST_FORMANTS || !rises || !hz.iter().all(|f| (100.0..=5000.0).contains(f)) {
+        return Err(miette!(
+            "--formants takes up to {MOST_FORMANTS} rising frequencies in Hz from the first formant on, such as 700,1200"
+        ));
+    }
+    let tract = Airway::drawn().into_diagnostic()?;
+    let articulation = tract.posture.get(targets[posture].vowel.label()).copied().unwrap_or_default();
+    let airway = Airway::round(&ground.body, tract).into_diagnostic().wrap_err("--formants")?;
+    // Formants are linear about the shape that the lengths lead to.
+    let matched = Matched::new(&ground.body.mesh, &targets[posture]).into_diagnostic()?;
+    let mut density = Density::new(ground, Seen::of(&matched)).into_diagnostic()?;
+    let shape = Mode::find(&mut density).into_diagnostic()?.place.postures.swap_remove(0);
+    let formants = Formants::about(&airway, &articulation, hz.len(), &shape);
+    Ok(formants.into_diagnostic().wrap_err("--formants")?.measured(posture, hz, FORMANT_SD))
+}
+
+fn contour(path: &Path, body: &Body<2>, posture: usize) -> miette::Result<Beside> {
+    let origin = path.display().to_string();
+    let bytes = files::read(path)
+        .map_err(|e| miette!("cannot read --contour {origin}: {e}; {}", files::advice(&e)))?;
+    let read = Landmarks::from_bytes(&bytes, &origin, &Default::default()).into_diagnostic()?;
+    let read = Landmarks { mirrored: read.mirrored, ..Landmarks::default() }.with_contour(read);
+    if read.contour.len() < 3 {
+        return Err(miette!("--contour {origin}: it has {} points; three are needed", read.contour.len()));
+    }
+    Beside::contour(body, posture, &read.contour).ok_or_else(|| {
+        miette!("--contour: this body has no outline of a tongue; take the built-in one or an adapted one")
+    })
+}

@@ -1,0 +1,214 @@
+//! Formants, muscle activity and a contour in one posterior with stretches: derivatives, what geometry does to them, what they add, and what
+//! contradicts the rest.
+
+use nalgebra::{DVector, SVector};
+use tongue_core::random::normals;
+use tongue_core::statics::lanes::Equilibrium;
+use tongue_fit::body::Body;
+use tongue_fit::geometry::Point;
+use tongue_fit::heard::{Airway, Articulation, Formants};
+use tongue_fit::inverse::Matched;
+use tongue_fit::measured::{Dataset, Target};
+use tongue_fit::posterior::hmc::Target as Sampled;
+use tongue_fit::posterior::{
+    Beside, Density, Evaluator, Ground, Mode, Of, Place, Priors, Seen, Settings, Sight as _, Status,
+    contradictions, gains, sample,
+};
+use tongue_fit::system::{Model, System, TissueModel};
+
+const LIPS: Articulation =
+    Articulation { jaw_deg: 0.0, hyoid_mm: [0.0, 0.0], lip_opening_mm: 8.0, lip_protrusion_mm: 0.0 };
+
+fn grounds() -> Vec<Ground> {
+    let elements = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
+    let make =
+        |h: f64, model: &Model| Ground::new(&Body::tongue(h).unwrap(), model, &Priors::default()).unwrap();
+    vec![make(5.5e-3, &Model::default()), make(8e-3, &elements)]
+}
+
+fn stretches() -> Seen {
+    let target: Target = Dataset::reference().unwrap().stretches("S2", "a").unwrap();
+    Seen::of(&Matched::new(&Body::tongue(5.5e-3).unwrap().mesh, &target).unwrap())
+}
+
+fn formants(ground: &Ground, hz: &[f64]) -> Beside {
+    let about = Formants::about(&airway(ground), &LIPS, hz.len(), ground.system.rest()).unwrap();
+    about.measured(0, hz, 0.03)
+}
+
+fn airway(ground: &Ground) -> Airway {
+    Airway::round(&ground.body, Airway::drawn().unwrap()).unwrap()
+}
+
+/// Activity of GGa, and of the hyoglossus, HGa and HGp together, in the posture and in the baseline.
+fn emg(active: [f64; 2]) -> Beside {
+    let electrodes = [
+        ("GGa".to_owned(), vec![0], vec![(Some(0), 0.9), (None, 0.3)]),
+        ("HG".to_owned(), vec![6, 7], vec![(Some(0), active[0]), (None, active[1])]),
+        ("SGm".to_owned(), vec![4], vec![(Some(0), 1.0)]),
+    ];
+    Beside::emg(&electrodes, |posture| format!("{posture:?}"))
+}
+
+/// Points of the surface where the nodes are at `positions`, m.
+fn points_of(ground: &Ground, positions: &[Point]) -> Vec<Point> {
+    let curve = tongue_fit::track::Surface::of(&ground.body).unwrap().curve;
+    let place = |i: usize| curve.weights(curve.length() * (0.2 + 0.06 * f64::from(i as u32)));
+    (0..11).map(|i| place(i).iter().map(|(node, w)| positions[*node] * *w).sum()).collect()
+}
+
+fn with_all(ground: &Ground) -> Seen {
+    let points: Vec<Point> =
+        points_of(ground, ground.system.rest()).iter().map(|p| p + Point::new(1e-3, 2e-3)).collect();
+    let beside = vec![
+        formants(ground, &[600.0, 1300.0]),
+        emg([0.8, 0.1]),
+        Beside::contour(&ground.body, 0, &points).unwrap(),
+    ];
+    Seen { beside, ..stretches() }
+}
+
+#[test]
+fn the_gradient_is_the_derivative_of_the_density() {
+    for ground in &grounds() {
+        let mut density = Density::new(ground, with_all(ground)).unwrap();
+        let mode = Mode::find(&mut density).unwrap();
+        let n = density.parameters.len();
+        let mut evaluator = Evaluator::new(&density);
+        let at = &mode.scores + normals(n, &mut fastrand::Rng::with_seed(1)) * 0.2;
+        let one = |e: &mut Evaluator<'_>, x: &DVector<f64>, p: &Place| {
+            e.evaluate(&[(x, p)]).pop().flatten().unwrap()
+        };
+        let here = one(&mut evaluator, &at, &mode.place);
+        let h = 1e-3;
+        for i in 0..n {
+            let mut side = |by: f64| {
+                let mut x = at.clone();
+                x[i] += by;
+                one(&mut evaluator, &x, &here.place).log
+            };
+            let difference = (8.0 * (side(h) - side(-h)) - side(2.0 * h) + side(-2.0 * h)) / (12.0 * h);
+            let error = (here.gradient[i] - difference).abs();
+            assert!(error < 2e-6 * (1.0 + difference.abs()), "{i}: {} {difference}", here.gradient[i]);
+        }
+        // The rates at the mode, by which it was found, are those of the values too.
+        let (linear, _) = evaluator.linearise(&at, &here.place).unwrap();
+        let rows = density.rows().len() - density.seen.len();
+        assert_eq!(rows, 2 + 4 + 11, "activity in one posture says nothing");
+        for i in 0..n {
+            let mut side = |by: f64| {
+                let mut x = at.clone();
+                x[i] += by;
+                DVector::from_vec(one(&mut evaluator, &x, &here.place).place.beside)
+            };
+            let difference = (side(h) - side(-h)) / (2.0 * h);
+            for row in 0..rows {
+                let exact = linear.jacobian[(linear.values.len() - rows + row, i)];
+                let scale = linear.values[linear.values.len() - rows + row].abs().max(1e-3);
+                assert!(
+                    (exact - difference[row]).abs() < 1e-4 * scale,
+                    "{row} {i}: {exact} {}",
+                    difference[row]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_geometry_does_to_formants_and_contours_is_what_bodies_that_are_moved_show() {
+    for ground in &grounds() {
+        let mut density = Density::new(ground, with_all(ground)).unwrap();
+        let mode = Mode::find(&mut density).unwrap();
+        let (meaning, _) = density.meaning(&mode.scores);
+        let (linear, _) = Evaluator::new(&density).linearise(&mode.scores, &mode.place).unwrap();
+        let of_muscles = ground.muscles.len();
+        let all: Vec<usize> = (0..of_muscles).collect();
+        let values = |shape: &Equilibrium<2>| -> DVector<f64> {
+            let of = |b: &Beside| match &b.of {
+                Of::Shape(_, sight) => sight.values(&shape.positions),
+                Of::Activity(all) => vec![0.0; all.len()],
+            };
+            DVector::from_vec(density.seen.beside.iter().flat_map(of).collect())
+        };
+        let h = 1e-3;
+        let mut largest: f64 = 0.0;
+        for (which, derivative) in [(0, &linear.geometry.ends), (1, &linear.geometry.outline)] {
+            for f in (0..derivative.ncols()).step_by(7) {
+                let side = |by: f64| {
+                    let mut fields = [vec![0.0; ground.ends.len()], vec![0.0; ground.outline.len()]];
+                    fields[which][f] = by;
+                    let body = ground.displaced(&fields[0], &fields[1]).unwrap();
+                    let system = System::new(&body.mesh, &ground.model, &all).unwrap();
+                    let load = ground.load(&meaning, 0, Some(&mode.place.postures[0])).in_body(&system);
+                    values(&density.lanes().solve(&[load], density.settings())[0])
+                };
+                let difference = (side(h) - side(-h)) / (2.0 * h);
+                for (row, difference) in difference.iter().enumerate() {
+                    let exact = derivative[(of_muscles + row, f)];
+                    let scale = if row < 2 { 10.0 } else { 1e-3 };
+                    largest = largest.max(difference.abs() / scale);
+                    assert!(
+                        (exact - difference).abs() < 1e-3 * scale,
+                        "{which} {f} {row}: {exact} {difference}"
+                    );
+                }
+            }
+        }
+        assert!(largest > 0.3, "they do matter: {largest}");
+    }
+}
+
+#[test]
+fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
+    let ground = &grounds()[0];
+    let settings = Settings { draws: 1000, seed: 1 };
+    let alone = sample(ground, stretches(), &settings).unwrap();
+    assert_eq!(alone.status, Status::Mixed, "{}", alone.why);
+    // Formants that are linear about the mode differ from the exact ones over the draws by the 7 % that are counted as their error.
+    let airway = airway(ground);
+    let about = Formants::about(&airway, &LIPS, 2, &alone.mode.place.postures[0]).unwrap();
+    let (mut squares, mut count) = (0.0, 0.0);
+    for shape in alone.shapes(0, 100) {
+        // Some draws touch the palate, where there is no sound.
+        let Ok(exact) = airway.sound(&shape, &LIPS) else { continue };
+        for (linear, exact) in about.values(&shape).iter().zip(&exact.formants) {
+            squares += (linear / exact.frequency_hz - 1.0).powi(2);
+            count += 1.0;
+        }
+    }
+    let rms = f64::sqrt(squares / count);
+    eprintln!("linear formants differ from exact ones by {:.1} % (RMS of {count})", 100.0 * rms);
+    assert!(count > 100.0 && rms < 0.07, "{rms}");
+    // What was seen beside the stretches fits the posterior's own mean.
+    let shape: Vec<SVector<f64, 2>> = alone.mode.place.postures[0].to_vec();
+    let own = |b: Beside| match &b.of {
+        Of::Shape(_, sight) => Beside { measured: sight.values(&shape), ..b.clone() },
+        Of::Activity(_) => b,
+    };
+    let heard = own(formants(ground, &[600.0, 1300.0]));
+    let drawn = Beside::contour(&ground.body, 0, &points_of(ground, &shape)).unwrap();
+    let beside = vec![heard, emg([0.9, 0.3]), drawn];
+    let all = sample(ground, Seen { beside, ..stretches() }, &settings).unwrap();
+    assert_eq!(all.status, Status::Mixed, "{}", all.why);
+    assert!(contradictions(&all.density, &all.mode).is_empty());
+    let gains = gains(&all, 0, &settings).unwrap();
+    assert_eq!(gains.iter().map(|g| g.kind.as_str()).collect::<Vec<_>>(), ["formants", "EMG", "contour"]);
+    for gain in &gains {
+        let without = gain.sd_without_n.as_ref().unwrap();
+        let parts: Vec<f64> = without.0.iter().zip(&gain.sd_with_n.0).map(|((_, a), (_, b))| b / a).collect();
+        eprintln!("{}: sd with over without {parts:.2?}", gain.kind);
+        let mean = parts.iter().sum::<f64>() / parts.len() as f64;
+        assert!(mean < 1.03, "{}: {parts:?}", gain.kind);
+    }
+    // Activity narrows the muscles of which it is; a contour narrows some.
+    let ratio =
+        |g: usize, m: usize| gains[g].sd_with_n.0[m].1 / gains[g].sd_without_n.as_ref().unwrap().0[m].1;
+    assert!(ratio(1, 0) < 0.9 && ratio(1, 6) < 1.0, "{} {}", ratio(1, 0), ratio(1, 6));
+    // A formant twice as high as any shape has it.
+    let wrong = Seen { beside: vec![formants(ground, &[2400.0])], ..stretches() };
+    let mut density = Density::new(ground, wrong).unwrap();
+    let mode = Mode::find(&mut density).unwrap();
+    let told = contradictions(&density, &mode);
+    assert!(told.iter().any(|c| c.name == "formants F1" && c.p < 1e-3), "{told:?}");
+}
