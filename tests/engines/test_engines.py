@@ -15,6 +15,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from distributed import Client, LocalCluster
 from slurm import Slurm
 
 import tongue_fit as tf
@@ -183,16 +184,16 @@ def test_dask_whose_worker_is_killed(tmp_path: Path) -> None:
     options = {"target": "stretch", "draws": 200, "subsets": 0, "subjects": ["S1", "S2", "S3"]}
     words = [f"{name}={value if isinstance(value, str) else json.dumps(value)}" for name, value in options.items()]
     example = [sys.executable, str(CLUSTER / "dask_batch.py"), str(table), str(out), str(SHARDS), *words]
-    running = subprocess.Popen(example, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-    workers: list[psutil.Process] = []
-    while len(workers) < 2:
-        assert running.poll() is None, running.stderr and running.stderr.read()
-        time.sleep(0.02)
-        below = psutil.Process(running.pid).children(recursive=True)
-        workers = [p for p in below if "spawn_main" in " ".join(p.cmdline())]
-    time.sleep(1.0)
-    workers[0].send_signal(signal.SIGKILL)
-    assert running.wait(timeout=120) == 0, running.stderr and running.stderr.read()
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        workers = client.run(os.getpid)
+        running = subprocess.Popen([*example, "--scheduler", cluster.scheduler_address], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+        busy: list[str] = []
+        while not busy:
+            assert running.poll() is None, running.stderr and running.stderr.read()
+            time.sleep(0.02)
+            busy = [worker for worker, tasks in client.processing().items() if tasks]
+        psutil.Process(workers[busy[0]]).send_signal(signal.SIGKILL)
+        assert running.wait(timeout=120) == 0, running.stderr and running.stderr.read()
     text = table.read_text(encoding="utf-8")
     assert out.read_text(encoding="utf-8") == shard(text, "1/1", options).to_json()
     with pytest.raises(tf.Error, match="nothing is merged: 2/3 is missing"):
