@@ -214,6 +214,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
     let model = arguments.body.model();
     let ground = arguments.posterior.ground(&tongue, &model)?;
+    let (seen, posture) = arguments.seen(&target)?;
+    let beside = match &ground {
+        Some(ground) => arguments.others.read(ground, &seen, posture)?,
+        None => Vec::new(),
+    };
     output::step(|| {
         format!(
             "{} from {} starts for {} /{}/, {}; contracting: {}",
@@ -243,10 +248,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let alarms = alarms::alarms(mesh, &fit, &known, None, &settings, thickness);
 
     let by = super::provenance().with_tissue(model.tissue);
-    let (seen, posture) = arguments.seen(&target)?;
     let sampled = match &ground {
         Some(ground) => {
-            let beside = arguments.others.read(ground, &seen, posture)?;
             Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>(), (beside, posture))?)
         }
         None => None,

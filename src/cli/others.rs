@@ -11,10 +11,17 @@ use tongue_fit::inverse::Matched;
 use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Target, Vowel};
-use tongue_fit::posterior::{Beside, Density, Ground, Mode, Seen};
+use tongue_fit::posterior::{Beside, Density, Ground, Mode, Of, Seen};
+use tongue_fit::statistics::upper_median;
+
+use super::output;
 
 /// Standard deviation of a measured formant as a part of its frequency; the tract's own error is added.
 const FORMANT_SD: f64 = 0.03;
+/// Points of a contour that are used, evenly taken from all.
+const MOST_POINTS: usize = 40;
+/// A contour further from the surface at rest is in another frame, m.
+const FARTHEST_M: f64 = 30e-3;
 /// Formants that may be given.
 const MOST_FORMANTS: usize = 4;
 
@@ -24,15 +31,17 @@ const MOST_FORMANTS: usize = 4;
 #[command(next_help_heading = "Posterior: data beside the lengths")]
 pub struct Arguments {
     /// Relative muscle activity, 0 to 1, of the fitted vowel, its baseline and, with --joint, other vowels: CSV with a column muscle and a column
-    /// for each vowel. The gain of each electrode is unknown, so a muscle needs two of these vowels
+    /// for each vowel. The gain of each electrode is unknown, so a muscle needs two of these vowels, and full_n_per_m is not used. For each kind of data
+    /// the posterior is sampled once more, to tell what it adds
     #[arg(long, value_name = "FILE", requires = "posterior")]
     emg: Option<PathBuf>,
-    /// Measured formants of the fitted vowel from the first on, Hz, such as 700,1200, with jaw and lips as in targets/tract.toml. The tract round
-    /// the tongue is drawn, so that each is known to 17 %
+    /// Measured formants of the fitted vowel from the first on, Hz, such as 700,1200, with jaw and lips as in targets/tract.toml. The walls of
+    /// the vocal tract are a drawing, not this speaker's, so that each computed formant is trusted to 17 % only
     #[arg(long, value_name = "HZ,HZ", value_delimiter = ',', num_args = 1, requires = "posterior")]
     formants: Option<Vec<f64>>,
     /// Contour of the fitted vowel in the body's own millimetres (as `tongue-fit mesh` draws it, or `adapt` writes it), in the formats of `adapt
-    /// --contour`; it is believed to lie there to 5 mm, 9 degrees and 10 % in scale
+    /// --contour`; its place may be
+    /// wrong by 5 mm, its angle by 9 degrees and its size by 10 % (standard deviations)
     #[arg(long, value_name = "FILE", requires = "posterior")]
     contour: Option<PathBuf>,
 }
@@ -46,7 +55,7 @@ impl Arguments {
         let body = &ground.body;
         let mut out = Vec::new();
         if let Some(path) = &self.emg {
-            out.push(emg(path, body, targets)?);
+            out.push(emg(path, ground, targets, posture)?);
         }
         if let Some(hz) = &self.formants {
             out.push(formants(hz, ground, targets, posture)?);
@@ -58,11 +67,11 @@ impl Arguments {
     }
 }
 
-fn emg(path: &Path, body: &Body<2>, targets: &[Target]) -> miette::Result<Beside> {
+fn emg(path: &Path, ground: &Ground, targets: &[Target], fitted: usize) -> miette::Result<Beside> {
     let origin = path.display().to_string();
     let text = files::read_text(path).into_diagnostic().wrap_err_with(|| format!("--emg {origin}"))?;
     let table = Activity::read(&text, &origin).into_diagnostic()?;
-    let measured = table.relative(&body.mesh.muscle_names(), &Muscles::built_in()).into_diagnostic()?;
+    let measured = table.relative(&ground.muscles, &Muscles::built_in()).into_diagnostic()?;
     let baseline = &targets[0].baseline;
     let posture = |vowel: &Vowel| match vowel {
         v if v == baseline => Some(None),
@@ -72,16 +81,29 @@ fn emg(path: &Path, body: &Body<2>, targets: &[Target]) -> miette::Result<Beside
         .into_iter()
         .map(|row| {
             let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((posture(v)?, *activity)));
-            (row.name, row.muscles, each.collect())
+            // A tension that the priors fix says nothing of an electrode's gain.
+            let fixed = |p: Option<usize>, m: &usize| {
+                let (priors, name) = (&ground.priors, &ground.muscles[*m]);
+                p.map_or_else(|| priors.fixed_tone(name), |_| priors.fixed_tension(name)).is_some()
+            };
+            let told: Vec<_> = each.filter(|(p, _)| !row.muscles.iter().all(|m| fixed(*p, m))).collect();
+            (row.name, row.muscles, told)
         })
         .collect();
+    let alone: Vec<&str> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.as_str()).collect();
     let label = |posture: Option<usize>| format!("in /{}/", posture.map_or(baseline, |p| &targets[p].vowel));
     let beside = Beside::emg(&electrodes, label);
     if beside.is_empty() {
         return Err(miette!(
             "--emg {origin}: no muscle has activity in both /{}/ and /{baseline}/; the gain of an electrode is unknown, so give columns for two \
              of the postures that are sampled (--joint samples all vowels of the subject)",
-            targets[0].vowel
+            targets[fitted].vowel
+        ));
+    }
+    if !alone.is_empty() {
+        output::note(&format!(
+            "--emg {origin}: {} left out: activity in fewer than two of the postures that are sampled says nothing where the gain is unknown",
+            alone.join(", ")
         ));
     }
     Ok(beside)
@@ -110,11 +132,28 @@ fn contour(path: &Path, body: &Body<2>, posture: usize) -> miette::Result<Beside
     let bytes = files::read(path)
         .map_err(|e| miette!("cannot read --contour {origin}: {e}; {}", files::advice(&e)))?;
     let read = Landmarks::from_bytes(&bytes, &origin, &Default::default()).into_diagnostic()?;
-    let read = Landmarks { mirrored: read.mirrored, ..Landmarks::default() }.with_contour(read);
+    // The option says that the points are in the frame of the body, so a contour that seems to face the other way is not turned round.
+    let mut read = Landmarks::default().with_contour(read);
+    let every = read.contour.len().div_ceil(MOST_POINTS).max(1);
+    read.contour = read.contour.into_iter().step_by(every).collect();
     if read.contour.len() < 3 {
         return Err(miette!("--contour {origin}: it has {} points; three are needed", read.contour.len()));
     }
-    Beside::contour(body, posture, &read.contour).ok_or_else(|| {
+    let beside = Beside::contour(body, posture, &read.contour).ok_or_else(|| {
         miette!("--contour: this body has no outline of a tongue; take the built-in one or an adapted one")
-    })
+    })?;
+    let away_m = match &beside.of {
+        Of::Shape(_, sight) => {
+            upper_median(sight.values(&body.mesh.nodes).into_iter().map(f64::abs)).unwrap_or(0.0)
+        }
+        Of::Activity(_) => 0.0,
+    };
+    if away_m > FARTHEST_M {
+        return Err(miette!(
+            "--contour {origin}: its points lie {:.0} mm from the surface of the body at rest (median); give them in the body's own millimetres, \
+             x to the back of the head and y up, as `tongue-fit adapt` writes a body",
+            1e3 * away_m
+        ));
+    }
+    Ok(beside)
 }

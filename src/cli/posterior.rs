@@ -149,7 +149,7 @@ impl Arguments {
         let posterior =
             posterior::sample(ground, seen, &settings).into_diagnostic().wrap_err("--posterior")?;
         let mut reports = Report::of_each(&posterior, true, seed).into_diagnostic()?;
-        reports[posture].gains = posterior::gains(&posterior, posture, &settings).into_diagnostic()?;
+        reports[posture].gains = posterior::gains(&posterior, posture, &settings);
         Ok(Sampled {
             contrasts: Contrast::all(&posterior),
             posterior,
@@ -242,10 +242,8 @@ impl Sampled<'_> {
         for c in &report.contradictions {
             let _ = writeln!(
                 text,
-                "CONTRADICTION: the {} lies {:.1} standard deviations from what all other data lead to expect (p {:.0e}); check it",
-                c.name,
-                c.standard_deviations.abs(),
-                c.p
+                "CONTRADICTION: {} is further from what all other data lead to expect than the errors allow (p {:.0e}); check it",
+                c.name, c.p
             );
         }
         text += &self.told_contrasts(posture);
@@ -290,7 +288,10 @@ impl Sampled<'_> {
 /// What a kind of data adds, a line.
 fn gained(gain: &Gain) -> String {
     let Some(without) = &gain.sd_without_n else {
-        return format!("what {} adds is not known: the chains without it have not mixed\n", gain.kind);
+        return format!(
+            "what {} adds is not known: the chains without it have not mixed or could not begin\n",
+            gain.kind
+        );
     };
     let each = without.0.iter().zip(&gain.sd_with_n.0);
     let each: Vec<String> =

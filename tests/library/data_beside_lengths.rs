@@ -192,7 +192,7 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     let all = sample(ground, Seen { beside, ..stretches() }, &settings).unwrap();
     assert_eq!(all.status, Status::Mixed, "{}", all.why);
     assert!(contradictions(&all.density, &all.mode).is_empty());
-    let gains = gains(&all, 0, &settings).unwrap();
+    let gains = gains(&all, 0, &settings);
     assert_eq!(gains.iter().map(|g| g.kind.as_str()).collect::<Vec<_>>(), ["formants", "EMG", "contour"]);
     for gain in &gains {
         let without = gain.sd_without_n.as_ref().unwrap();
@@ -204,11 +204,27 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     // Activity narrows the muscles of which it is; a contour narrows some.
     let ratio =
         |g: usize, m: usize| gains[g].sd_with_n.0[m].1 / gains[g].sd_without_n.as_ref().unwrap().0[m].1;
+    assert!((0..8).any(|m| ratio(2, m) < 0.95), "{gains:?}");
     assert!(ratio(1, 0) < 0.9 && ratio(1, 6) < 1.0, "{} {}", ratio(1, 0), ratio(1, 6));
+    // A contour that is nowhere near is told as a whole, though its points agree with each other.
+    let away: Vec<Point> = points_of(ground, &shape).iter().map(|p| p + Point::new(0.0, 45e-3)).collect();
+    let beside = vec![Beside::contour(&ground.body, 0, &away).unwrap()];
+    let mut density = Density::new(ground, Seen { beside, ..stretches() }).unwrap();
+    let mode = Mode::find(&mut density).unwrap();
+    let told = contradictions(&density, &mode);
+    assert!(told.iter().any(|c| c.name == "contour as a whole"), "{told:?}");
+    // The gain of an electrode is free: other units of activity change nothing.
+    let mode_with = |times: f64| {
+        let mut beside = emg([0.8, 0.1]);
+        beside.measured.iter_mut().take(2).for_each(|ln| *ln += times.ln());
+        let mut density = Density::new(ground, Seen { beside: vec![beside], ..stretches() }).unwrap();
+        Mode::find(&mut density).unwrap().scores
+    };
+    assert!((mode_with(1.0) - mode_with(5.0)).amax() < 0.01);
     // A formant twice as high as any shape has it.
     let wrong = Seen { beside: vec![formants(ground, &[2400.0])], ..stretches() };
     let mut density = Density::new(ground, wrong).unwrap();
     let mode = Mode::find(&mut density).unwrap();
     let told = contradictions(&density, &mode);
-    assert!(told.iter().any(|c| c.name == "formants F1" && c.p < 1e-3), "{told:?}");
+    assert!(told.iter().any(|c| c.name == "formants F1 in /a/" && c.p < 1e-3), "{told:?}");
 }

@@ -198,14 +198,14 @@ fn the_priors_that_are_printed_are_read_back_and_have_a_schema() {
 fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("emg.csv"), "muscle,a,ɯ\nGGa,0.9,0.3\nHG,0.8,0.1\nSGm,1,\n").unwrap();
-    let line = "--vowel a --posterior 600 --formants 5000 --emg emg.csv --json --out out";
+    let line = "--vowel a --posterior 1000 --formants 2500 --emg emg.csv --json --out out";
     let output = run(folder.path(), line);
     let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
     let gains = fit["posterior"]["gains"].as_array().unwrap();
     assert_eq!(gains.iter().map(|g| g["kind"].as_str().unwrap()).collect::<Vec<_>>(), ["EMG", "formants"]);
     assert!(gains[0]["sd_with_n"]["GGa"].as_f64().unwrap() > 1.0, "{gains:?}");
     let told = &fit["posterior"]["contradictions"][0];
-    assert!(told["name"] == "formants F1" && told["p"].as_f64().unwrap() < 1e-3, "{told}");
+    assert!(told["name"] == "formants F1 in /a/" && told["p"].as_f64().unwrap() < 1e-3, "{told}");
 
     std::fs::write(folder.path().join("one.csv"), "muscle,a\nGGa,0.9\n").unwrap();
     std::fs::write(folder.path().join("two.csv"), "point,x_mm,y_mm\n1,20,60\n2,30,62\n").unwrap();

@@ -70,17 +70,19 @@ impl Formants {
     /// What was measured of them in posture number `number` of a posterior, Hz, with the standard deviation of a measurement as a part of
     /// the frequency; the errors of the tract and of linear formants are added.
     pub fn measured(self, number: usize, hz: &[f64], relative_sd: f64) -> Beside {
-        let sd = TRACT_SD.hypot(LINEAR_SD).hypot(relative_sd);
+        // The tract's error is one of the computed frequency. Half of its variance moves all formants together, as a larynx or lips do.
+        let error = |i: usize, j: usize| {
+            let tract = TRACT_SD.powi(2) * self.hz[i] * self.hz[j];
+            let own = (LINEAR_SD * self.hz[i]).powi(2) + (relative_sd * hz[i]).powi(2);
+            if i == j { tract + own } else { 0.5 * tract }
+        };
+        let errors = DMatrix::from_fn(hz.len(), hz.len(), error);
         Beside {
             kind: "formants".to_owned(),
             names: (1..=hz.len()).map(|i| format!("F{i}")).collect(),
             of: Of::Shape(number, Arc::new(self)),
             measured: hz.to_vec(),
-            errors: DMatrix::from_fn(
-                hz.len(),
-                hz.len(),
-                |i, j| if i == j { (sd * hz[i]).powi(2) } else { 0.0 },
-            ),
+            errors,
         }
     }
 }

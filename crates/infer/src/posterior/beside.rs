@@ -40,7 +40,7 @@ pub struct Active {
     pub muscles: Vec<usize>,
 }
 
-/// Tension that is not told from none by an electrode, N per metre of thickness.
+/// Below this tension an electrode cannot tell pulling from rest, N per metre of thickness.
 const LEAST_TENSION: f64 = 1.0;
 
 impl Active {
@@ -49,9 +49,9 @@ impl Active {
         self.muscles.iter().map(|&m| tensions[m]).sum::<f64>() / self.muscles.len() as f64
     }
 
-    /// Logarithm of the mean tension, raised by the least one, in N per metre of thickness.
+    /// Logarithm of one plus the mean tension over the least one.
     fn value(&self, meaning: &Meaning) -> f64 {
-        (self.mean(meaning) + LEAST_TENSION).ln()
+        (self.mean(meaning) / LEAST_TENSION).ln_1p()
     }
 
     fn slope(&self, meaning: &Meaning, parameter: Parameter) -> f64 {
@@ -89,11 +89,11 @@ pub struct Beside {
     pub errors: DMatrix<f64>,
 }
 
-/// Standard deviation of the logarithm of an activity: electrodes repeat to about 40 %.
+/// Standard deviation of the logarithm of an activity: each is trusted to 40 %.
 const EMG_SD: f64 = 0.4;
-/// The same of the gain of an electrode, which is not known: a factor of e³ either way.
-const GAIN_SD: f64 = 3.0;
-/// Relative activity that is not told from none.
+/// The same of the gain of an electrode, so large that the gain is free.
+const GAIN_SD: f64 = 30.0;
+/// Below this relative activity an electrode cannot tell pulling from rest.
 const LEAST_ACTIVITY: f64 = 0.025;
 
 /// Relative activity of muscles: a name, their numbers, and for every posture (`None` for the baseline) the activity, 0 to 1.
@@ -129,7 +129,7 @@ impl Beside {
                     })
                     .collect(),
             ),
-            measured: rows.iter().map(|(.., activity)| (activity + LEAST_ACTIVITY).ln()).collect(),
+            measured: rows.iter().map(|(.., activity)| (activity / LEAST_ACTIVITY).ln_1p()).collect(),
             errors: DMatrix::from_fn(rows.len(), rows.len(), error),
         }
     }
@@ -142,6 +142,14 @@ impl Beside {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.measured.is_empty()
+    }
+
+    /// The posture that all numbers are of; `None` where they are of several.
+    pub fn posture(&self) -> Option<usize> {
+        match self.of {
+            Of::Shape(posture, _) => Some(posture),
+            Of::Activity(_) => None,
+        }
     }
 
     /// The numbers at tensions and the shapes to which they lead.

@@ -1,25 +1,19 @@
 //! A contour of one posture as data of a posterior.
 
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
 use tongue_core::body::Body;
-use tongue_core::geometry::Point;
+use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::{Contour, Observable};
 
-use crate::track::{Errors, Surface};
+use crate::track::{Errors, SCALE_SD, SHIFT_SD_M, Surface, TURN_SD};
+use tongue_input::measured::recording::CONTOUR_SD_M;
 
 use super::beside::{Beside, Of};
 
-/// What placing a contour beside a body leaves open: shift, m, turn, rad, and the logarithm of its scale.
-const SHIFT_SD_M: f64 = 5e-3;
-const TURN_SD: f64 = 9.0 * PI / 180.0;
-const SCALE_SD: f64 = 0.1;
-/// Standard deviation of the error of a point that its neighbours share, mm.
-const POINT_SD_MM: f64 = 0.93;
-/// Step of a central difference along these, in standard deviations.
+/// Step of a central difference along shift, turn and scale, in standard deviations.
 const STEP: f64 = 1e-4;
 
 impl Beside {
@@ -38,12 +32,8 @@ impl Beside {
         let placing: [&dyn Fn(Point, f64) -> Point; 4] = [
             &|p, by| p + Point::x() * (SHIFT_SD_M * by),
             &|p, by| p + Point::y() * (SHIFT_SD_M * by),
-            &|p, by| {
-                let (sin, cos) = (TURN_SD * by).sin_cos();
-                let arm = p - centre;
-                centre + Point::new(cos * arm.x - sin * arm.y, sin * arm.x + cos * arm.y)
-            },
-            &|p, by| centre + (p - centre) * (SCALE_SD * by).exp(),
+            &|p, by| Similarity::new(1.0, TURN_SD * by, centre).place(p - centre),
+            &|p, by| Similarity::new((SCALE_SD * by).exp(), 0.0, centre).place(p - centre),
         ];
         let of_placing = placing.map(|moved| {
             let rate = |p: &Point| (distance(moved(*p, STEP)) - distance(moved(*p, -STEP))) / (2.0 * STEP);
@@ -51,7 +41,7 @@ impl Beside {
         });
         let errors = Errors::default();
         let of_points = DMatrix::from_fn(points.len(), points.len(), |i, j| {
-            1e-6 * errors.of_pair((along[i], POINT_SD_MM), (along[j], POINT_SD_MM), i == j)
+            1e-6 * errors.of_pair((along[i], 1e3 * CONTOUR_SD_M), (along[j], 1e3 * CONTOUR_SD_M), i == j)
         });
         let observables: Vec<Arc<dyn Observable<2>>> = points
             .iter()

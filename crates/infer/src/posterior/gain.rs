@@ -6,7 +6,6 @@ use serde::Serialize;
 use crate::track::scores;
 use tongue_input::measured::ByMuscle;
 
-use super::PosteriorError;
 use super::density::Density;
 use super::map::Mode;
 use super::run::{Posterior, Settings, Status, sample};
@@ -16,30 +15,27 @@ use super::run::{Posterior, Settings, Status, sample};
 pub struct Gain {
     /// The kind.
     pub kind: String,
-    /// Without it, N per metre of thickness; null where the chains without it have not mixed.
+    /// Without it, N per metre of thickness; null where the chains without it have not mixed or could not begin.
     pub sd_without_n: Option<ByMuscle<f64>>,
     /// With it.
     pub sd_with_n: ByMuscle<f64>,
 }
 
-/// Of every kind of data beside the stretches what it adds in a posture: the posterior without it is sampled as that with it was.
-///
-/// # Errors
-/// [`PosteriorError`] of the posterior without it.
-pub fn gains(
-    posterior: &Posterior<'_>,
-    posture: usize,
-    settings: &Settings,
-) -> Result<Vec<Gain>, PosteriorError> {
+/// Of every kind of data beside the stretches what it adds in a posture: the posterior is sampled once more without it. None where the chains
+/// of the whole posterior have not mixed.
+pub fn gains(posterior: &Posterior<'_>, posture: usize, settings: &Settings) -> Vec<Gain> {
     let density = &posterior.density;
+    if posterior.status != Status::Mixed {
+        return Vec::new();
+    }
     let of_kind = |kind: &String| {
-        let without = sample(density.ground, density.seen.without_kind(kind), settings)?;
-        let told = without.status == Status::Mixed;
-        Ok(Gain {
+        let without = sample(density.ground, density.seen.without_kind(kind), settings).ok();
+        let told = without.filter(|without| without.status == Status::Mixed);
+        Gain {
             kind: kind.clone(),
-            sd_without_n: told.then(|| sd_of_changes(&without, posture)),
+            sd_without_n: told.map(|without| sd_of_changes(&without, posture)),
             sd_with_n: sd_of_changes(posterior, posture),
-        })
+        }
     };
     density.seen.beside.iter().map(|b| of_kind(&b.kind)).collect()
 }
@@ -55,22 +51,23 @@ fn sd_of_changes(posterior: &Posterior<'_>, posture: usize) -> ByMuscle<f64> {
     ByMuscle::new(muscles, (0..muscles.len()).map(sd))
 }
 
-/// A probability below this contradicts what all other data lead to expect.
+/// A probability below this, shared among all tests of a posterior, contradicts what the other data lead to expect.
 const CONTRADICTS: f64 = 1e-3;
 
-/// A measured number that is further from what all others lead to expect than their errors allow.
+/// A measured number, or a whole kind of data, that is further from what all other data lead to expect than the errors allow.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contradiction {
     /// What was measured.
     pub name: String,
-    /// How many standard deviations of its prediction from the other data it is away.
-    pub standard_deviations: f64,
-    /// The probability of being so far away.
+    /// Number of its posture; null for the baseline.
+    pub posture: Option<usize>,
+    /// The probability of being so far away or further.
     pub p: f64,
 }
 
-/// The measured numbers that contradict the others, each predicted from the others in the linear problem at the mode: with
-/// `K = J J' + C` and `r` the residuals of the prior's mean, number i is `(K⁻¹ r)_i / sqrt((K⁻¹)_ii)` standard deviations away.
+/// The contradictions of a posterior, each number and each kind of data predicted from all others in the linear problem at the mode. With
+/// `K = J J' + C` and `r` what was measured less what the linear model gives where all scores are zero, the numbers `B` are away by
+/// `v' (K⁻¹_BB)⁻¹ v` with `v = (K⁻¹ r)_B`, which is chi-squared with as many degrees of freedom as there are numbers.
 pub fn contradictions(density: &Density<'_>, mode: &Mode) -> Vec<Contradiction> {
     let jacobian = mode.linear.jacobian.select_rows(density.rows());
     let covariance: DMatrix<f64> = &jacobian * jacobian.transpose() + density.covariance();
@@ -79,14 +76,51 @@ pub fn contradictions(density: &Density<'_>, mode: &Mode) -> Vec<Contradiction> 
     let residuals: DVector<f64> =
         density.residuals(&place.lengths, &place.baseline_lengths, &place.beside) + &jacobian * &mode.scores;
     let pulls = &inverse * residuals;
-    let told = density.seen.measured_names().into_iter().enumerate().map(|(i, name)| {
-        let away = pulls[i] / inverse[(i, i)].sqrt();
-        Contradiction { name, standard_deviations: away, p: two_sided(away) }
-    });
-    told.filter(|c| c.p < CONTRADICTS).collect()
+    let seen = &density.seen;
+    let p = |from: usize, count: usize| {
+        let v = pulls.rows(from, count).into_owned();
+        let block = inverse.view((from, from), (count, count)).into_owned();
+        block.cholesky().map_or(1.0, |factor| beyond(v.dot(&factor.solve(&v)), count as f64))
+    };
+    let numbers = seen.measured_names().into_iter().enumerate();
+    let mut tests: Vec<Contradiction> =
+        numbers.map(|(i, (name, posture))| Contradiction { name, posture, p: p(i, 1) }).collect();
+    let mut from = seen.len();
+    for beside in seen.beside.iter() {
+        if beside.len() > 1 {
+            let posture = beside.posture();
+            tests.push(Contradiction {
+                name: format!("{} as a whole", beside.kind),
+                posture,
+                p: p(from, beside.len()),
+            });
+        }
+        from += beside.len();
+    }
+    let least = CONTRADICTS / tests.len().max(1) as f64;
+    tests.into_iter().filter(|test| test.p < least).collect()
 }
 
-/// Probability that a standard normal number is further from zero.
-fn two_sided(away: f64) -> f64 {
-    2.0 * scores::upper_tail(away.abs())
+/// Probability that a chi-squared number of so many degrees of freedom is larger (Wilson and Hilferty 1931; exact for one).
+fn beyond(value: f64, freedom: f64) -> f64 {
+    if freedom == 1.0 {
+        return 2.0 * scores::upper_tail(value.max(0.0).sqrt());
+    }
+    let part = 2.0 / (9.0 * freedom);
+    scores::upper_tail(((value / freedom).cbrt() - (1.0 - part)) / part.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tails_of_chi_squared_numbers_are_those_of_the_tables() {
+        for (value, freedom, p) in
+            [(10.828, 1.0, 1e-3), (13.816, 2.0, 1e-3), (29.588, 10.0, 1e-3), (18.307, 10.0, 0.05)]
+        {
+            let found = beyond(value, freedom);
+            assert!((found / p - 1.0).abs() < 0.06, "{value} {freedom}: {found}");
+        }
+    }
 }

@@ -108,11 +108,15 @@ impl Seen {
         stretches.chain(from..from + self.beside_len()).collect()
     }
 
-    /// A name for each measured number, in the order of [`Seen::rows`].
-    pub fn measured_names(&self) -> Vec<String> {
+    /// A name for each measured number, in the order of [`Seen::rows`], and its posture (`None` for activity, which is of several).
+    pub fn measured_names(&self) -> Vec<(String, Option<usize>)> {
         let stretches = self.names.iter().zip(&self.postures);
-        let stretches = stretches.map(|(name, &p)| format!("stretch of {name} in /{}/", self.labels[p]));
-        let beside = self.beside.iter().flat_map(|b| b.names.iter().map(|name| format!("{} {name}", b.kind)));
+        let stretches =
+            stretches.map(|(name, &p)| (format!("stretch of {name} in /{}/", self.labels[p]), Some(p)));
+        let beside = self.beside.iter().flat_map(|b| {
+            let place = b.posture().map_or_else(String::new, |p| format!(" in /{}/", self.labels[p]));
+            b.names.iter().map(move |name| (format!("{} {name}{place}", b.kind), b.posture()))
+        });
         stretches.chain(beside).collect()
     }
 

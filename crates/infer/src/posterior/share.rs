@@ -103,7 +103,7 @@ impl Shares {
             ("hold of bones", self.bone_patch),
             ("discrepancy", self.discrepancy),
             ("rounding", self.rounding),
-            ("other data", self.other_data),
+            ("errors of other data", self.other_data),
         ]
     }
 

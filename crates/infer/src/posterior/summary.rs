@@ -155,7 +155,7 @@ pub struct Report {
     pub equilibria: usize,
     /// Poisson's ratio of the body.
     pub poisson_ratio: f64,
-    /// Measured numbers that are further from what the others lead to expect than their errors allow.
+    /// Measured numbers and kinds of data that are further from what all others lead to expect than their errors allow.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contradictions: Vec<Contradiction>,
     /// What each kind of data beside the stretches adds, where that was asked for.
@@ -186,7 +186,8 @@ impl Report {
         };
         let fitted = if mixed { fitted(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
         let scaled = Scaled::new(&posterior.density, &posterior.draws);
-        let all = All { posterior, left_out, fitted, scaled, seed };
+        let contradictions = contradictions(&posterior.density, &posterior.mode);
+        let all = All { posterior, left_out, fitted, scaled, contradictions, seed };
         Ok((0..posterior.density.postures()).map(|posture| Self::new(&all, posture)).collect())
     }
 
@@ -218,7 +219,12 @@ impl Report {
             off_branch: posterior.off_branch,
             equilibria: posterior.equilibria,
             poisson_ratio: ground.model.constants.poisson_ratio,
-            contradictions: contradictions(&posterior.density, &posterior.mode),
+            contradictions: all
+                .contradictions
+                .iter()
+                .filter(|c| c.posture.is_none_or(|p| p == posture))
+                .cloned()
+                .collect(),
             gains: Vec::new(),
             priors: ground.priors.clone(),
         }
@@ -231,6 +237,7 @@ struct All<'a> {
     left_out: Vec<Option<LeftOut>>,
     fitted: Vec<Spread>,
     scaled: Scaled,
+    contradictions: Vec<Contradiction>,
     seed: u64,
 }
 

@@ -38,4 +38,5 @@ pub use run::{Stage, track};
 pub use settings::Settings;
 pub(crate) use settle::ARRIVED;
 pub use settle::Prior;
+pub(crate) use shape::{SCALE_SD, SHIFT_SD_M, TURN_SD};
 pub use shape::{Shape, ShapePrior};

@@ -19,9 +19,9 @@ use super::frame::{Solver, slopes};
 use super::{Frame, Surface};
 
 /// What placing leaves open: shift, m, turn, rad, and scale.
-const SHIFT_SD_M: f64 = 5e-3;
-const TURN_SD: f64 = 9.0 * std::f64::consts::PI / 180.0;
-const SCALE_SD: f64 = 0.1;
+pub(crate) const SHIFT_SD_M: f64 = 5e-3;
+pub(crate) const TURN_SD: f64 = 9.0 * std::f64::consts::PI / 180.0;
+pub(crate) const SCALE_SD: f64 = 0.1;
 /// A unit of a direction that moves a coil along the surface, m.
 const COIL_UNIT_M: f64 = 1e-3;
 /// Of a shear along the axes and one along the diagonals.
