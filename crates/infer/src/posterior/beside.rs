@@ -1,5 +1,5 @@
-//! What was seen of a speaker's postures beside the lengths of muscles: numbers that follow from a shape, such as formants or the distances
-//! of contour points from the surface, and muscle activity (EMG).
+//! Measurements of a speaker's postures other than muscle lengths: numbers that follow from a shape, such as formants or the distances of
+//! contour points from the surface, and muscle activity (EMG).
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -12,10 +12,10 @@ use super::density::{Meaning, Parameter, Place};
 
 /// Numbers that follow from the shape of a posture.
 pub trait Sight: Debug + Send + Sync {
-    /// The numbers where the nodes are at these positions, m. One that is not finite says that there is no such shape.
+    /// The numbers at these positions of the nodes, m. A number that is not finite marks a shape as impossible.
     fn values(&self, positions: &[SVector<f64, 2>]) -> Vec<f64>;
 
-    /// Adds the derivatives of the sum of the numbers times `weights` by the positions, 1/m times the unit of the numbers.
+    /// Adds to `by_node` the derivatives of the sum of the numbers times `weights` by the positions, 1/m times the unit of the numbers.
     fn gradient(&self, positions: &[SVector<f64, 2>], weights: &[f64], by_node: &mut [SVector<f64, 2>]);
 }
 
@@ -31,7 +31,7 @@ impl Sight for Vec<Arc<dyn Observable<2>>> {
     }
 }
 
-/// Muscles whose activity was measured together, in a posture or, without one, in the baseline.
+/// Muscles whose activity was measured together, in one posture or in the baseline.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Active {
     /// Number of the posture; `None` for the baseline.
@@ -65,27 +65,27 @@ impl Active {
     }
 }
 
-/// Of what numbers are functions.
+/// The quantity from which measured numbers follow.
 #[derive(Debug, Clone)]
 pub enum Of {
-    /// Of the shape of a posture, by its number.
+    /// The shape of a posture, by the number of the posture.
     Shape(usize, Arc<dyn Sight>),
-    /// Of tensions: logarithms, so that a gain that is not known is a sum.
+    /// Tensions. Their logarithms are used, so that an unknown gain is a summand.
     Activity(Vec<Active>),
 }
 
-/// Numbers of one kind with their errors.
+/// Measured numbers of one kind with their errors.
 #[derive(Debug, Clone)]
 pub struct Beside {
-    /// What they are, for people: "formants", "EMG".
+    /// The kind as reports name it: "formants", "EMG".
     pub kind: String,
-    /// A name for each.
+    /// A name for each number.
     pub names: Vec<String>,
-    /// Of what they are functions.
+    /// The quantity from which the numbers follow.
     pub of: Of,
-    /// What was measured.
+    /// Measured numbers.
     pub measured: Vec<f64>,
-    /// Covariance of the errors.
+    /// Covariance of their errors.
     pub errors: DMatrix<f64>,
 }
 
@@ -96,12 +96,12 @@ const GAIN_SD: f64 = 30.0;
 /// Below this relative activity an electrode cannot tell pulling from rest.
 const LEAST_ACTIVITY: f64 = 0.025;
 
-/// Relative activity of muscles: a name, their numbers, and for every posture (`None` for the baseline) the activity, 0 to 1.
+/// An electrode: its name, the numbers of its muscles, and the relative activity, 0 to 1, in each posture (`None`: in the baseline).
 pub type Electrode = (String, Vec<usize>, Vec<(Option<usize>, f64)>);
 
 impl Beside {
-    /// Muscle activity. The logarithm of an activity is that of the mean tension of its muscles and of a gain that is the electrode's own,
-    /// so that activity in one posture only says nothing and is left out.
+    /// Muscle activity. The logarithm of an activity is the logarithm of the mean tension of the muscles plus that of the electrode's own
+    /// gain. An electrode with a single measurement therefore says nothing and is left out.
     pub fn emg(electrodes: &[Electrode], label: impl Fn(Option<usize>) -> String) -> Self {
         let told: Vec<&Electrode> = electrodes.iter().filter(|(_, _, each)| each.len() > 1).collect();
         let rows: Vec<(usize, &Electrode, Option<usize>, f64)> = told
@@ -134,12 +134,12 @@ impl Beside {
         }
     }
 
-    /// How many numbers there are.
+    /// Number of measured numbers.
     pub fn len(&self) -> usize {
         self.measured.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no measured numbers.
     pub fn is_empty(&self) -> bool {
         self.measured.is_empty()
     }
@@ -160,7 +160,7 @@ impl Beside {
         }
     }
 
-    /// Derivative of the sum of the numbers times `weights` by a tension that they are a function of by itself, not through a shape.
+    /// Derivative of the sum of the computed numbers times `weights` by a tension on which they depend directly, not through a shape.
     pub(super) fn slope(&self, meaning: &Meaning, weights: &[f64], parameter: Parameter) -> f64 {
         match &self.of {
             Of::Shape(..) => 0.0,

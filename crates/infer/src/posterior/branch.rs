@@ -1,8 +1,8 @@
-//! Whether shapes are where their tensions lead from rest as these grow together: each is followed from there anew, in lanes. A body may
-//! snap on its way there, which only [`tongue_core::statics::trace()`] would tell.
+//! Checks that shapes are those to which their tensions lead from rest as all tensions grow together. Every shape is followed again from
+//! rest, several at once in lanes. A body may snap on the way, which only [`tongue_core::statics::trace()`] would detect.
 //!
-//! Tensions and bones grow in a few steps, each solved from the shape before, and in more steps where these do not lead there. One step
-//! alone ended on another branch in 1 of 200 draws of S1 /i/.
+//! Tensions and displacements of bones grow in a few steps, each solved from the shape before; if these do not lead to the shape, in more
+//! steps. With a single step, 1 of 200 draws of S1 /i/ ended on another branch.
 
 use nalgebra::SVector;
 
@@ -11,12 +11,13 @@ use tongue_core::statics::lanes::{Group, Load};
 
 use super::density::{Density, Meaning, is_found};
 
-/// Numbers of steps in which the loads grow from nothing; a shape counts if one of them leads to it.
+/// Numbers of steps in which the loads grow from zero; a shape is accepted if one of them leads to it.
 const STEPS: [usize; 2] = [5, 25];
-/// Lengths that differ by less are those of one shape, m.
+/// Lengths that differ by less than this belong to the same shape, m.
 pub const SAME_M: f64 = 1e-7;
 
-/// Of shapes, each given with its lengths (m), whether they are where their loads lead from rest; `shape` is that of [`Density::load`].
+/// Whether each of several shapes, given by its lengths (m), is the one to which its loads lead from rest; `shape` is as in
+/// [`Density::load`].
 pub fn on_branch(
     density: &Density<'_>,
     group: &mut Group<'_, 2>,
@@ -38,7 +39,7 @@ pub fn on_branch(
     found
 }
 
-/// Lengths of `shape` of every point at the end of the way from rest; `None` where the way ends before.
+/// Muscle lengths in `shape` for every point, m, at the end of the path from rest; `None` where the path ends earlier.
 fn follow(
     density: &Density<'_>,
     group: &mut Group<'_, 2>,
@@ -61,7 +62,8 @@ fn follow(
             .collect();
         let answers = group.solve(&loads, density.settings()).to_vec();
         for ((shape, good), answer) in shapes.iter_mut().zip(&mut good).zip(answers) {
-            // Lanes leave no ridge downhill; who does may be on another branch, and is followed in more steps.
+            // The solver for lanes does not descend from ridges. A shape that needs this may be on another branch and is followed in more
+            // steps.
             let strayed = answer.solution.connection == Connection::Downhill;
             *good &= is_found(&answer) && (density.ground.is_of_springs() || !strayed);
             *shape = answer.positions;

@@ -17,9 +17,9 @@ use super::beside::{Beside, Of};
 const STEP: f64 = 1e-4;
 
 impl Beside {
-    /// The distances of the points of a contour from the surface, m, in posture number `posture`; the points in the order of the contour.
-    /// Their errors are those of `track` for one frame, and what placing leaves open, linearised at rest. `None` where the body has no
-    /// surface or there are no points.
+    /// The distances of the points of a contour from the surface of posture number `posture`, m; the points are in the order of the
+    /// contour. Their errors are those of `track` for one frame and those of the placement, linearised at rest. `None` where the body has
+    /// no surface or there are no points.
     pub fn contour(body: &Body<2>, posture: usize, points: &[Point]) -> Option<Self> {
         let curve = Surface::of(body)?.curve;
         let first = *points.first()?;

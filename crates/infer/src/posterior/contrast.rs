@@ -1,4 +1,4 @@
-//! By how much more a muscle pulls in one posture of a speaker than in another.
+//! Differences of a muscle's tension between two postures of a speaker.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,32 +6,32 @@ use super::run::{Posterior, Status};
 use super::sensitivity::Scaled;
 use super::summary::Change;
 
-/// A contrast is decided where the probability of its sign is beyond this.
+/// A contrast is decided where the probability of its sign is larger than this.
 pub const DECIDED: f64 = 0.95;
 
 /// The difference of a muscle's tensions in two postures that were sampled together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contrast {
-    /// The posture in which the tension counts.
+    /// The first posture.
     pub posture: String,
-    /// The posture whose tension is taken away.
+    /// The second posture, whose tension is subtracted.
     pub other: String,
     /// The muscle.
     pub muscle: String,
     /// Median difference, N per metre of thickness.
     pub median: f64,
-    /// Lower and upper end of its middle 95 %.
+    /// Lower and upper end of the middle 95 % of the difference, N per metre of thickness.
     pub interval_95: [f64; 2],
     /// Probability that the muscle pulls harder in the first posture than in the other one.
     pub probability_more: f64,
-    /// Whether the prior rather than the data says how large the difference is.
+    /// Whether the size of the difference depends on the prior more than on the data.
     pub depends_on_prior: bool,
-    /// Whether the sign would be told with much less probability under another scale of the prior.
+    /// Whether the probability of the sign would be much smaller under another scale of the prior.
     pub sign_depends_on_prior: bool,
 }
 
 impl Contrast {
-    /// Every muscle in every pair of postures; none of chains that have not mixed.
+    /// The contrasts of every muscle between every two postures; none if the chains have not mixed.
     pub fn all(posterior: &Posterior<'_>) -> Vec<Self> {
         if posterior.status != Status::Mixed {
             return Vec::new();
@@ -61,7 +61,7 @@ impl Contrast {
             .collect()
     }
 
-    /// Whether it is surely more or surely less.
+    /// Whether the sign is decided, see [`DECIDED`].
     pub fn is_decided(&self) -> bool {
         self.probability_more.max(1.0 - self.probability_more) > DECIDED
     }

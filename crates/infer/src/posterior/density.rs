@@ -1,13 +1,13 @@
-//! The density: how probable tensions, tones and places of the hyoid are, given the measured stretches of a speaker's postures and what else
-//! was seen of them (`beside`).
+//! The probability density of tensions, tones and places of the hyoid, given the measured stretches of a speaker's postures and the other
+//! measurements (`beside`).
 //!
 //! ```text
 //! y ~ N(s, C),  s = L(F, d, c) / L(F0),  C = C_geo + sd² I + R
 //! F = scale Z((1 + Phi(g))/2) with g ~ N(0, 1) (half-normal), F0 likewise, d = sd g, c = sd g
 //! ```
-//! Every posture has tensions F and a place d of the hyoid of its own; tones F0 and the hyoid's tilt c are the speaker's. All that is
-//! sampled is in the scores `g`, so that there are no bounds. The derivatives (`evaluator`) need one back-substitution for each
-//! posture and one for the baseline, however many unknowns there are.
+//! Every posture has its own tensions F and its own displacement d of the hyoid; tones F0 and the hyoid's tilt c are common to the
+//! speaker. All unknowns are sampled as scores `g`, which have no bounds. The derivatives (`evaluator`) need one back-substitution for
+//! each posture and one for the baseline, for any number of unknowns.
 
 use std::sync::Arc;
 
@@ -21,20 +21,20 @@ use super::PosteriorError;
 use super::ground::Ground;
 use super::seen::Seen;
 
-/// A number that is sampled.
+/// A sampled unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
-    /// Tension of a muscle in a posture: the posture, then the muscle.
+    /// Tension of a muscle in a posture: number of the posture, number of the muscle.
     Tension(usize, usize),
     /// Tension of a muscle in the baseline.
     Tone(usize),
-    /// Displacement of the hyoid in a posture along an axis.
+    /// Displacement of the hyoid along an axis: number of the posture, number of the axis.
     Hyoid(usize, usize),
-    /// By how much the hyoid tilts as it moves back.
+    /// Tilt of the hyoid for every metre that it moves back.
     Tilt,
 }
 
-/// A posture as it is drawn.
+/// Tensions and displacement of the hyoid in one posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posture {
     /// Tensions of all muscles of the body, N per metre of thickness.
@@ -43,7 +43,7 @@ pub struct Posture {
     pub hyoid: SVector<f64, 2>,
 }
 
-/// What a point of the scores means.
+/// Physical quantities at a point in the space of scores.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meaning {
     /// The postures.
@@ -55,7 +55,7 @@ pub struct Meaning {
 }
 
 impl Meaning {
-    /// The meaning with tensions and displacements multiplied by `part`.
+    /// The same quantities with tensions and displacements multiplied by `part`.
     pub fn scaled(&self, part: f64) -> Self {
         let times = |all: &[f64]| all.iter().map(|t| t * part).collect();
         let posture = |p: &Posture| Posture { tensions: times(&p.tensions), hyoid: p.hyoid * part };
@@ -64,45 +64,46 @@ impl Meaning {
     }
 }
 
-/// Positions at a solved point, from which nearby points start.
+/// A solved point; nearby points are solved from its positions.
 #[derive(Debug, Clone)]
 pub struct Place {
     /// Positions of all nodes in each posture, m.
     pub postures: Vec<Arc<Vec<SVector<f64, 2>>>>,
-    /// In the baseline.
+    /// Positions of all nodes in the baseline, m.
     pub baseline: Arc<Vec<SVector<f64, 2>>>,
     /// Lengths of all muscles of the body in each posture, one after the other, m.
     pub lengths: Vec<f64>,
-    /// In the baseline.
+    /// Lengths of all muscles of the body in the baseline, m.
     pub baseline_lengths: Vec<f64>,
-    /// What was seen beside the stretches, as the model has it.
+    /// Computed numbers of the other measurements.
     pub beside: Vec<f64>,
 }
 
-/// The density of a set of measured stretches.
+/// The density for a set of measured stretches and other measurements.
 #[derive(Debug)]
 pub struct Density<'a> {
     /// The body.
     pub ground: &'a Ground,
-    /// What was measured.
+    /// The measurements.
     pub seen: Seen,
-    /// What is sampled.
+    /// The sampled unknowns.
     pub parameters: Vec<Parameter>,
     lanes: Lanes<'a, 2>,
     fixed: Meaning,
-    /// Covariance by geometry and constants of the stretches of all muscles of the body in all postures, and of what was seen beside them;
-    /// zero at first.
+    /// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other
+    /// measurements; zero at first.
     pub geometry: DMatrix<f64>,
     factor: Cholesky<f64, Dyn>,
-    /// [`Seen::rows`] of what was measured.
+    /// [`Seen::rows`] of the measurements.
     rows: Vec<usize>,
 }
 
-/// How exactly is solved: to forces that cancel as for any fit. No load steps: what a direct solve does not reach has no density.
+/// Settings of each equilibrium: forces balance as closely as in any fit. There are no load steps: where a direct solve fails the density
+/// is zero.
 const SOLVE: SolveSettings =
     SolveSettings { tolerance: 1e-9, max_iterations: 60, load_steps: 0, certify: false, most_solves: 1 };
 
-/// Values that the priors fix, and the parameters to sample.
+/// The values that the priors fix, and the unknowns to sample.
 fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {
     let (priors, count) = (&ground.priors, ground.muscles.len());
     let mut parameters = Vec::new();
@@ -139,7 +140,7 @@ fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {
 }
 
 impl<'a> Density<'a> {
-    /// With no covariance of geometry yet.
+    /// A density whose covariance due to geometry is still zero.
     ///
     /// # Errors
     /// [`PosteriorError::Body`] where the body has no hyoid to displace, [`PosteriorError::Priors`] where nothing is left to sample.
@@ -180,65 +181,65 @@ impl<'a> Density<'a> {
     /// The density of other measured stretches of the same postures.
     ///
     /// # Errors
-    /// [`PosteriorError::Covariance`].
+    /// [`PosteriorError::Covariance`] where the covariance is not positive definite.
     pub fn of(&self, seen: Seen) -> Result<Self, PosteriorError> {
         let sampled = (self.fixed.clone(), self.parameters.clone());
         Self::made(self.ground, seen, sampled, self.geometry.clone())
     }
 
-    /// Takes a covariance by geometry and constants, of all muscles of the body in all postures.
+    /// Sets the covariance due to geometry and constants, of all muscles of the body in all postures.
     ///
     /// # Errors
-    /// [`PosteriorError::Covariance`] where what comes out is not positive definite.
+    /// [`PosteriorError::Covariance`] where the resulting covariance is not positive definite.
     pub fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
         self.geometry = geometry;
         self.factor = Cholesky::new(self.covariance()).ok_or(PosteriorError::Covariance)?;
         Ok(())
     }
 
-    /// How many postures there are.
+    /// Number of postures.
     pub fn postures(&self) -> usize {
         self.seen.labels.len()
     }
 
-    /// [`Seen::rows`] of what was measured.
+    /// [`Seen::rows`] of the measurements.
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
 
-    /// Rows and columns of what was measured, of a matrix of all muscles in all postures and of what was seen beside them.
+    /// The rows and columns of the measured numbers, from a matrix of all muscles in all postures and the other measurements.
     pub fn measured(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         all.select_rows(&self.rows).select_columns(&self.rows)
     }
 
-    /// Covariance of what was measured about what is computed.
+    /// Covariance of the differences between measured and computed numbers.
     pub fn covariance(&self) -> DMatrix<f64> {
         self.measured(&self.geometry) + self.discrepancies() + self.rounding() + self.errors_beside()
     }
 
-    /// Variance of a stretch by the model's error.
+    /// Variance of a stretch due to the model's own error.
     pub fn discrepancy(&self) -> f64 {
         let prior = &self.ground.priors.discrepancy;
         if prior.off { 0.0 } else { prior.sd * prior.sd }
     }
 
-    /// Covariance of what was measured by the model's error of stretches.
+    /// Covariance of the measured numbers due to the model's own error of stretches.
     pub fn discrepancies(&self) -> DMatrix<f64> {
         let n = self.seen.len();
         self.placed(0, &(DMatrix::identity(n, n) * self.discrepancy()))
     }
 
-    /// Covariance of what was measured by rounding of the lengths; zero where it does not count.
+    /// Covariance of the measured numbers due to rounding of the lengths; zero if the priors leave rounding out.
     pub fn rounding(&self) -> DMatrix<f64> {
         self.placed(0, &(&self.seen.rounding * if self.ground.priors.rounding.off { 0.0 } else { 1.0 }))
     }
 
-    /// Covariance of what was measured by the errors of what was seen beside the stretches.
+    /// Covariance of the measured numbers due to the errors of the other measurements.
     pub fn errors_beside(&self) -> DMatrix<f64> {
         self.placed(self.seen.len(), &self.seen.beside_errors())
     }
 
-    /// A covariance of some of what was measured, from a number on, among that of all of it.
+    /// Places the covariance of some measured numbers, from a number on, in a matrix of all of them.
     fn placed(&self, from: usize, part: &DMatrix<f64>) -> DMatrix<f64> {
         let n = self.rows.len();
         let mut all = DMatrix::zeros(n, n);
@@ -246,12 +247,12 @@ impl<'a> Density<'a> {
         all
     }
 
-    /// The factor of [`Density::covariance`].
+    /// The Cholesky factor of [`Density::covariance`].
     pub fn factor(&self) -> &Cholesky<f64, Dyn> {
         &self.factor
     }
 
-    /// What scores mean, and the derivative of each number by its score.
+    /// Physical quantities at these scores, and the derivative of each sampled unknown by its score.
     pub fn meaning(&self, scores: &DVector<f64>) -> (Meaning, Vec<f64>) {
         let priors = &self.ground.priors;
         let mut meaning = self.fixed.clone();
@@ -284,7 +285,7 @@ impl<'a> Density<'a> {
         (meaning, slopes)
     }
 
-    /// The place from which the first point begins: rest.
+    /// The body at rest, from which the first point is solved.
     pub fn rest(&self) -> Place {
         let rest = Arc::new(self.ground.system.rest().to_vec());
         let lengths = self.ground.system.lengths(self.ground.system.rest());
@@ -298,18 +299,18 @@ impl<'a> Density<'a> {
         }
     }
 
-    /// The lanes in which it is solved.
+    /// The lanes that solve several points at once.
     pub fn lanes(&self) -> &Lanes<'a, 2> {
         &self.lanes
     }
 
-    /// How each equilibrium is solved.
+    /// Settings of each equilibrium.
     pub fn settings(&self) -> &'static SolveSettings {
         &SOLVE
     }
 
-    /// Residuals of what was measured: the stretches at given lengths of all muscles of the body in all postures, then what was seen beside
-    /// them.
+    /// Residuals of the measurements: of the stretches, at these lengths of all muscles of the body in all postures and in the baseline
+    /// (m), then of the other measurements.
     pub fn residuals(&self, lengths: &[f64], baseline: &[f64], beside: &[f64]) -> DVector<f64> {
         let seen = &self.seen;
         let stretches = seen.stretches.iter().enumerate();

@@ -3,18 +3,18 @@
 
 use crate::track::scores::normal_quantile;
 
-/// What is said of one quantity.
+/// Convergence diagnostics of one quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mixing {
     /// Rank-normalised split R-hat: the larger of that of the values and that of their distances from the median.
     pub r_hat: f64,
     /// Effective sample size of the rank-normalised values.
     pub bulk: f64,
-    /// The smaller one of those of the 5 % and the 95 % quantile.
+    /// Effective sample size of the tails: the smaller one of those of the 5 % and the 95 % quantile.
     pub tail: f64,
 }
 
-/// Chains of equal length, at least four draws each.
+/// The diagnostics of chains of equal length with at least four draws each.
 pub fn mixing(chains: &[Vec<f64>]) -> Mixing {
     let split = halves(chains);
     let ranked = rank_normalised(&split);
@@ -39,7 +39,7 @@ fn halves(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     chains.iter().flat_map(|c| [c[..half].to_vec(), c[c.len() - half..].to_vec()]).collect()
 }
 
-/// Every value by the normal score of its rank among all; ties have the mean of their ranks.
+/// Replaces every value by the normal score of its rank among all values; equal values get the mean of their ranks.
 fn rank_normalised(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let length = chains.first().map_or(0, Vec::len);
     let all: Vec<f64> = chains.iter().flatten().copied().collect();
@@ -57,7 +57,7 @@ fn rank_normalised(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     out.chunks(length.max(1)).map(<[f64]>::to_vec).collect()
 }
 
-/// Mean within chains of their variances, and the variance that chains of infinite length would have.
+/// Mean of the variances within chains, and the variance that infinitely long chains would have.
 fn variances(chains: &[Vec<f64>]) -> (f64, f64) {
     let n = chains.first().map_or(0, Vec::len) as f64;
     let means: Vec<f64> = chains.iter().map(|c| c.iter().sum::<f64>() / n).collect();
@@ -72,7 +72,7 @@ fn variances(chains: &[Vec<f64>]) -> (f64, f64) {
 
 fn r_hat(chains: &[Vec<f64>]) -> f64 {
     let (within, whole) = variances(chains);
-    // Values that are all the same have mixed.
+    // Values that are all equal count as mixed.
     if whole <= 0.0 { 1.0 } else { (whole / within).sqrt() }
 }
 

@@ -1,11 +1,11 @@
-//! How the lengths of muscles answer to the shape of the body at rest and to its constants, in any body: from the adjoint of every length
-//! and differences of forces.
+//! Responses of muscle lengths to the shape of the body at rest and to its constants, in any body: from the adjoint of every length and
+//! differences of forces.
 //!
-//! With the displacements `u` of the nodes held, a body beside this one (displaced at rest, or with other constants, `p`) leaves forces
-//! `f(p, u)` on them and has lengths `L(p, u)`. At equilibrium `f(p, u(p)) = 0`, so `dL/dp = ∂L/∂p + a·∂f/∂p` with the adjoint `a`
-//! of the length, its answer to a force on every node. Both partial derivatives are central differences of one evaluation each; only kappa,
-//! which may be ten times more or less, is changed for good and the shapes solved anew. Bodies of
-//! springs have formulas of their own (`shape`), which give the same.
+//! A changed body (displaced at rest, or with other constants, `p`) with the same displacements `u` of the nodes has forces `f(p, u)` on
+//! them and lengths `L(p, u)`. At equilibrium `f(p, u(p)) = 0`, so `dL/dp = ∂L/∂p + a·∂f/∂p` with the adjoint `a` of the length, its
+//! response to a force on every node. Both partial derivatives are central differences without a new equilibrium. Only kappa, which may
+//! be ten times larger or smaller, is really changed and the equilibria solved again. Bodies of springs have formulas of their own
+//! (`shape`), which give the same result.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -22,12 +22,13 @@ use super::beside::{Beside, Of};
 use super::density::{Meaning, Place};
 use super::ground::{Field, Ground, laid_anew, turn};
 
-/// Bodies that are moved are so by this part of a standard deviation to either side.
+/// Changed bodies differ by this part of a standard deviation to either side.
 const STEP: f64 = 1e-3;
-/// Widths and patches by more: their points pass from one element to another, and over the outline, one after the other.
+/// The same for widths and patches. It is larger because their points pass from one element to another, and over the outline, one after
+/// the other.
 const WIDE_STEP: f64 = 0.5;
 
-/// A body beside the one of a posterior: the same unknowns.
+/// A changed body with the same unknowns as the body of a posterior.
 #[derive(Debug)]
 struct Side {
     system: System<2>,
@@ -44,8 +45,8 @@ impl Side {
         Ok(Self { system, hyoid, turn })
     }
 
-    /// Forces on all nodes of the unknowns, N, and positions of all nodes, m, where these are displaced as the unknowns of `ground` are at `positions`, and the
-    /// hyoid by this way and angle.
+    /// Forces on all nodes of the unknowns, N, and positions of all nodes, m, if these are displaced as the unknowns of `ground` are at
+    /// `positions`, and the hyoid by this displacement and angle.
     fn at(
         &self,
         ground: &Ground,
@@ -56,7 +57,7 @@ impl Side {
         let (own, system) = (&ground.system, &self.system);
         let moved = |n: usize| positions[n] - own.rest()[n];
         let mut x = system.rest().to_vec();
-        // Nodes of the tissue have the same numbers; those of bones need not.
+        // Nodes of the tissue have the same numbers in both bodies; nodes of bones may have others.
         own.pattern().nodes().iter().for_each(|&n| x[n] += moved(n));
         self.hyoid.iter().zip(&self.turn).for_each(|(&n, turn)| x[n] += hyoid + turn * angle);
         system.place_path_nodes(&mut x);
@@ -66,10 +67,10 @@ impl Side {
     }
 }
 
-/// Two bodies, by so many standard deviations to either side.
+/// Two bodies changed in opposite directions, and by how many standard deviations.
 type Pair = ([Side; 2], f64);
 
-/// Bodies beside that of a posterior, for every source of errors; none of what is known or has no part in the body.
+/// Changed bodies for every source of errors; none for a source that is known or has no effect in the body.
 #[derive(Debug)]
 pub struct Sides {
     ends: Vec<Pair>,
@@ -79,7 +80,7 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// Of a body under priors.
+    /// The changed bodies for a body under priors.
     ///
     /// # Errors
     /// As [`Ground::new`], and where the ends of muscles or the outline cannot be moved by the least amount without folding a cell.
@@ -139,8 +140,8 @@ pub fn beside_in_kappa(ground: &Ground) -> Result<Option<[System<2>; 2]>, Poster
     Ok(Some([with((-prior.sd_ln_kappa).exp())?, with(prior.sd_ln_kappa.exp())?]))
 }
 
-/// Constants with so many times the body's own kappa and the same second one of Lame. Kappa of springs is the difference of both
-/// constants of Lame, that of other tissue the first one.
+/// Constants with `times` the body's own kappa and the same second Lamé constant. For springs kappa is the difference of the two Lamé
+/// constants, for other tissue it is the first one.
 fn with_kappa(ground: &Ground, times: f64) -> Constants {
     let constants = ground.model.constants;
     let (lambda, mu) = constants.lame();
@@ -153,9 +154,9 @@ fn with_kappa(ground: &Ground, times: f64) -> Constants {
     Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..constants }
 }
 
-/// How the stretches of all muscles in all postures answer to one standard deviation of the logarithm of kappa: half of the difference of
-/// the equilibria one standard deviation to either side, since the answer is far from straight over that range. A column, or none where
-/// kappa is known; `None` where another kappa leads to no equilibrium.
+/// Responses of the stretches of all muscles in all postures to one standard deviation of the logarithm of kappa: half of the difference
+/// between the equilibria one standard deviation to either side, because the response is far from linear over that range. One column, or
+/// none if kappa is known; `None` where another kappa leads to no equilibrium.
 pub fn by_kappa(ground: &Ground, point: &Solid<'_>) -> Option<DMatrix<f64>> {
     let &Solid { place, meaning, beside, .. } = point;
     let (count, of_muscles, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
@@ -169,7 +170,7 @@ pub fn by_kappa(ground: &Ground, point: &Solid<'_>) -> Option<DMatrix<f64>> {
         let lengths: Vec<Vec<f64>> = found.iter().map(|shape| system.lengths(&shape.positions)).collect();
         let stretches =
             (0..of_muscles).map(|row| lengths[row / count][row % count] / lengths[base][row % count]);
-        // Activity is of tensions, which kappa does not change.
+        // Activity follows from tensions, which kappa does not change.
         let others = beside.iter().flat_map(|b| match &b.of {
             Of::Shape(posture, sight) => sight.values(&found[*posture].positions),
             Of::Activity(all) => vec![0.0; all.len()],
@@ -181,14 +182,14 @@ pub fn by_kappa(ground: &Ground, point: &Solid<'_>) -> Option<DMatrix<f64>> {
     Some(DMatrix::from_column_slice(rows, 1, half.as_slice()))
 }
 
-/// How the stretches of all muscles in all postures answer, by one standard deviation of each source; a row a stretch.
+/// Responses of the stretches of all muscles in all postures to one standard deviation of each source; one row for each stretch.
 #[derive(Debug, Clone)]
 pub struct Answers {
     /// To the ends of the muscles.
     pub ends: DMatrix<f64>,
     /// To the outline.
     pub outline: DMatrix<f64>,
-    /// To what keeps areas.
+    /// To kappa, the coefficient that keeps areas.
     pub kappa: DMatrix<f64>,
     /// To the width of muscles.
     pub width: DMatrix<f64>,
@@ -197,7 +198,7 @@ pub struct Answers {
 }
 
 impl Answers {
-    /// Of so many stretches to no source.
+    /// The responses of this number of stretches if there are no sources.
     pub fn none(stretches: usize) -> Self {
         let none = || DMatrix::zeros(stretches, 0);
         Self { ends: none(), outline: none(), kappa: none(), width: none(), patch: none() }
@@ -208,11 +209,11 @@ impl Answers {
 pub struct Adjoints {
     /// Of all lengths, shape by shape.
     pub lengths: Vec<Vec<Adjoint<2>>>,
-    /// Of all numbers beside the stretches that follow from a shape, with the posture of each.
+    /// Adjoints of all other measurements that follow from a shape, each with the number of its posture.
     pub sights: Vec<(usize, Adjoint<2>)>,
 }
 
-/// A solved point.
+/// A solved point with its adjoints.
 pub struct Solid<'a> {
     /// Its shapes.
     pub place: &'a Place,
@@ -220,12 +221,12 @@ pub struct Solid<'a> {
     pub meaning: &'a Meaning,
     /// Its adjoints.
     pub rates: &'a Adjoints,
-    /// What was seen beside the stretches.
+    /// The other measurements.
     pub beside: &'a [Beside],
 }
 
 impl Solid<'_> {
-    /// For every number beside the stretches its posture and adjoint, if it follows from a shape.
+    /// For every other measurement, the number of its posture and its adjoint, if it follows from a shape.
     pub fn sights(&self) -> impl Iterator<Item = Option<&(usize, Adjoint<2>)>> {
         let of_shape = self.beside.iter().flat_map(|b| vec![matches!(b.of, Of::Shape(..)); b.len()]);
         let mut sights = self.rates.sights.iter();
@@ -233,21 +234,21 @@ impl Solid<'_> {
     }
 }
 
-/// How all values answer at a solved point; `None` where bodies do not match or kappa leads to no equilibrium.
+/// Responses of all measurements at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
 pub fn answers(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
     let &Solid { place, meaning, rates, .. } = point;
     let sides = ground.sides.as_ref()?;
     let (count, of_muscles, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
     let rows = of_muscles + place.beside.len();
     let tensions = |shape: usize| meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions);
-    // Of every shape by how much each length is more in the second body than in the first, m.
+    // For every shape, by how much each length is larger in the second body than in the first, m.
     let stretches = |by_shape: &dyn Fn(usize) -> Option<DVector<f64>>| -> Option<DVector<f64>> {
         let slopes: Vec<DVector<f64>> = (0..=base).map(by_shape).collect::<Option<_>>()?;
         let stretches = (0..of_muscles).map(|row| {
             let over = place.baseline_lengths[row % count];
             (slopes[row / count][row % count] - place.lengths[row] / over * slopes[base][row % count]) / over
         });
-        // After the lengths of a posture stand the other numbers of it.
+        // The other measurements of a posture follow its lengths.
         let mut next = vec![count; base];
         let others = point.sights().map(|sight| {
             sight.map_or(0.0, |(posture, _)| {
@@ -297,16 +298,16 @@ pub fn answers(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
 struct Shape<'a> {
     positions: &'a [SVector<f64, 2>],
     tensions: &'a [f64],
-    /// The hyoid's way, m, and angle, rad.
+    /// Displacement, m, and angle, rad, of the hyoid.
     hyoid: (SVector<f64, 2>, f64),
     /// Adjoints of all lengths.
     lengths: &'a [Adjoint<2>],
-    /// Adjoints of the numbers beside the stretches that follow from this shape, and these numbers at positions of all nodes.
+    /// Adjoints of the other measurements that follow from this shape, and their values at positions of all nodes.
     sights: Vec<&'a Adjoint<2>>,
     values: &'a dyn Fn(&[SVector<f64, 2>]) -> Vec<f64>,
 }
 
-/// By how much more every length, m, and every number beside the stretches is in the second body than in the first, to first order.
+/// By how much every length, m, and every other measurement is larger in the second body than in the first, to first order.
 fn slopes_of(ground: &Ground, [low, high]: [&Side; 2], shape: &Shape<'_>) -> Option<DVector<f64>> {
     let unknowns = ground.system.pattern().nodes();
     let same = |beside: &Side| {

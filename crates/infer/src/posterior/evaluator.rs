@@ -1,5 +1,5 @@
-//! Evaluates a density, as many points at once as there are lanes: its logarithm with the exact gradient, by which is sampled, and how all
-//! stretches answer.
+//! Evaluates a density at as many points at once as there are lanes: its logarithm with the exact gradient, for sampling, and the
+//! responses of all stretches.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use super::hmc::{Point, Target};
 use super::run::Draw;
 use super::shape;
 
-/// How probable residuals of the measured stretches are.
+/// The likelihood of the residuals of the measurements.
 pub trait Errors: Sync {
     /// The logarithm of their density up to a constant, and minus its derivatives by the residuals.
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>);
@@ -28,14 +28,14 @@ impl Errors for Density<'_> {
     }
 }
 
-/// How the stretches of all muscles of the body in all postures answer at a point.
+/// Linearised stretches of all muscles of the body in all postures, at a point.
 #[derive(Debug, Clone)]
 pub struct Linear {
-    /// Stretches of all muscles of the body in the first posture, then in the second one, and so on; then what was seen beside them.
+    /// Stretches of all muscles of the body in the first posture, then in the second one, and so on; then the other measurements.
     pub values: DVector<f64>,
-    /// By the scores: a row a value.
+    /// Derivatives by the scores, one row for each value.
     pub jacobian: DMatrix<f64>,
-    /// By the sources of geometry and constants.
+    /// Responses to the sources of geometry and constants.
     pub geometry: Answers,
 }
 
@@ -43,20 +43,20 @@ pub struct Linear {
 pub struct Evaluator<'a> {
     density: &'a Density<'a>,
     errors: &'a dyn Errors,
-    /// One for each posture, and the last for the baseline.
+    /// A group for each posture, and the last one for the baseline.
     shapes: Vec<Group<'a, 2>>,
-    /// Follows shapes from rest.
+    /// Groups that follow shapes from rest.
     from_rest: Vec<Group<'a, 2>>,
 }
 
-/// Meanings and derivatives of the points, and where they were solved.
+/// Physical quantities and derivatives of the points, and the solved shapes.
 type Solved = (Vec<(Meaning, Vec<f64>)>, Vec<Option<Place>>);
 
-/// For one shape: the adjoints of all lengths at each point.
+/// The adjoints of all lengths of one shape at each point.
 type Rates = Vec<Option<Vec<Adjoint<2>>>>;
 
 impl<'a> Evaluator<'a> {
-    /// One a thread.
+    /// An evaluator for one thread.
     pub fn new(density: &'a Density<'_>) -> Self {
         Self::with(density, density)
     }
@@ -67,7 +67,7 @@ impl<'a> Evaluator<'a> {
         Self { density, errors, shapes: groups(), from_rest: groups() }
     }
 
-    /// Solves points, each begun at a place; what they mean, and `None` where the density is zero.
+    /// Solves points, each from a given place. Returns their physical quantities and places; `None` where the density is zero.
     fn solve(&mut self, points: &[(&DVector<f64>, &Place)]) -> Solved {
         let density = self.density;
         let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();
@@ -100,13 +100,13 @@ impl<'a> Evaluator<'a> {
         (meanings, places)
     }
 
-    /// How all stretches answer at a point; `None` where the density is zero.
+    /// The linearisation at a point; `None` where the density is zero.
     pub fn linearise(&mut self, scores: &DVector<f64>, begin: &Place) -> Option<(Linear, Place)> {
         self.linearise_all(&[(scores, begin)], true).pop()?
     }
 
-    /// The same at points, up to as many as there are lanes; without the answers to geometry where these are not wanted, which cost more than
-    /// all else.
+    /// The linearisations at up to as many points as there are lanes. The responses to geometry, which cost more than everything else,
+    /// are computed only if `geometry` is set.
     pub(super) fn linearise_all(
         &mut self,
         points: &[(&DVector<f64>, &Place)],
@@ -128,7 +128,7 @@ impl<'a> Evaluator<'a> {
         out
     }
 
-    /// Of every number beside the stretches that follows from a shape the posture, and its adjoint at every point.
+    /// For every other measurement that follows from a shape, the number of its posture and its adjoint at every point.
     fn sights(&mut self, places: &[Option<Place>]) -> Vec<(usize, Vec<Option<Adjoint<2>>>)> {
         let nodes = self.density.ground.system.rest().len();
         let mut out = Vec::new();
@@ -151,7 +151,7 @@ impl<'a> Evaluator<'a> {
         out
     }
 
-    /// How all values answer at a solved point, of which the adjoints are known.
+    /// The linearisation at a solved point with known adjoints.
     fn linear(
         &self,
         (meaning, slopes): &(Meaning, Vec<f64>),
@@ -204,7 +204,7 @@ impl<'a> Evaluator<'a> {
         Some(Linear { values, jacobian, geometry })
     }
 
-    /// The derivatives of the logarithm of the density by the scores, given those of the shapes.
+    /// Derivatives of the logarithm of the density by the scores, from the derivatives by the shapes.
     fn gradient(
         &self,
         scores: &DVector<f64>,
@@ -225,7 +225,7 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// How a function of one shape, `shape` of so many postures or the baseline, answers to a number that is sampled.
+/// Derivative of a function of one shape by a sampled unknown; `shape` is the number of a posture, or `postures` for the baseline.
 fn by_parameter(
     ground: &super::Ground,
     meaning: &Meaning,
@@ -256,7 +256,7 @@ impl Target for Evaluator<'_> {
         let (density, errors) = (self.density, self.errors);
         let (seen, system) = (&density.seen, &density.ground.system);
         let (nodes, postures) = (system.rest().len(), density.postures());
-        // Of every point the logarithm, and the weights with which its residuals pull at the stretches.
+        // For every point the logarithm of the likelihood, and minus its derivatives by the residuals.
         let weighed: Vec<Option<(f64, DVector<f64>)>> = places
             .iter()
             .map(|place| {
@@ -304,7 +304,7 @@ impl Target for Evaluator<'_> {
         out
     }
 
-    /// Whether the tensions of each point lead from rest to its shapes, those of the postures and that of the baseline.
+    /// Whether the tensions of each point lead from rest to its shapes, in all postures and in the baseline.
     fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Place>)]) -> Vec<bool> {
         let density = self.density;
         let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();

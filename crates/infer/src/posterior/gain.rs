@@ -1,4 +1,4 @@
-//! What each kind of data adds to what is known of the muscles, and data that contradict the others.
+//! The information that each kind of data adds about the muscles, and measurements that contradict the others.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -13,11 +13,11 @@ use super::run::{Posterior, Settings, Status, sample};
 /// Standard deviations of the changes of tensions in a posture without one kind of data and with it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gain {
-    /// The kind.
+    /// The kind of data.
     pub kind: String,
     /// Without it, N per metre of thickness; null where the chains without it have not mixed or could not begin.
     pub sd_without_n: Option<ByMuscle<f64>>,
-    /// With it.
+    /// Standard deviations with it, N per metre of thickness.
     pub sd_with_n: ByMuscle<f64>,
 }
 
@@ -57,7 +57,7 @@ const CONTRADICTS: f64 = 1e-3;
 /// A measured number, or a whole kind of data, that is further from what all other data lead to expect than the errors allow.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contradiction {
-    /// What was measured.
+    /// Name of the measured number.
     pub name: String,
     /// Number of its posture; null for the baseline.
     pub posture: Option<usize>,

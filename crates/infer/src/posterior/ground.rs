@@ -1,4 +1,4 @@
-//! What all posteriors in one body have in common: the body, its hyoid, and the random fields that displace it at rest.
+//! Data shared by all posteriors in one body: the body, its hyoid, and the random fields that displace it at rest.
 
 use std::sync::Arc;
 
@@ -15,50 +15,50 @@ use super::density::Meaning;
 use super::differences::{self, Sides};
 use super::priors::Priors;
 
-/// Points nearer to each other than this are one, m.
+/// Points nearer to each other than this are the same, m.
 const SAME_POINT_M: f64 = 1e-6;
 /// Distance between the points that carry the field of the outline, in units of its reach.
 const CARRIERS_APART: f64 = 1.0;
 
-/// A way in which the body at rest may be other than it is: displacements of all nodes, m, for one standard deviation.
+/// A direction in which the body at rest may differ: displacements of all nodes, m, for one standard deviation.
 #[derive(Debug, Clone)]
 pub struct Field {
-    /// Of every node.
+    /// Displacement of every node, m.
     pub displacement: Vec<SVector<f64, 2>>,
 }
 
-/// A body made ready for posteriors; shared between threads.
+/// A body prepared for posteriors; threads share it.
 #[derive(Debug)]
 pub struct Ground {
-    /// What is believed.
+    /// The priors.
     pub priors: Priors,
     /// The body.
     pub body: Body<2>,
-    /// With the Poisson's ratio of the priors; every muscle can contract.
+    /// The system of the body with the Poisson's ratio of the priors; every muscle can contract.
     pub system: Arc<System<2>>,
     /// Its model.
     pub model: Model,
     /// Names of the muscles.
     pub muscles: Vec<String>,
-    /// Nodes of the hyoid; none where the body has none.
+    /// Nodes of the hyoid; empty for a body without one.
     pub hyoid: Vec<usize>,
-    /// The ends of the muscles: two fields an end.
+    /// Fields of the ends of the muscles: two for each end.
     pub ends: Vec<Field>,
-    /// The outline.
+    /// Fields of the outline.
     pub outline: Vec<Field>,
-    /// Of every node of the hyoid its displacement, m, where the hyoid tilts by one radian, the greater horn downwards.
+    /// Displacements of the hyoid's nodes, m, for a tilt of one radian, the greater horn downwards.
     pub(super) turn: Vec<SVector<f64, 2>>,
-    /// The body with lower and with higher kappa; `None` where that is known.
+    /// The body with lower and with higher kappa; `None` if kappa is known.
     pub(super) kappa: Option<[System<2>; 2]>,
-    /// Of bodies that are not of springs alone, the bodies to either side of this one for every other source.
+    /// For bodies that are not made of springs alone, the changed bodies to either side for every other source.
     pub(super) sides: Option<Sides>,
 }
 
 impl Ground {
-    /// A body under priors.
+    /// Prepares a body under priors.
     ///
     /// # Errors
-    /// [`PosteriorError`] for priors out of range, and muscles that the body does not have.
+    /// [`PosteriorError`] for priors out of range, and for muscles that the body does not have.
     pub fn new(body: &Body<2>, model: &Model, priors: &Priors) -> Result<Self, PosteriorError> {
         priors.check()?;
         let muscles = body.mesh.muscle_names();
@@ -103,7 +103,7 @@ impl Ground {
         Ok(ground)
     }
 
-    /// Load of posture number `shape`, begun from given positions; the number after the last posture is the baseline.
+    /// Load of posture number `shape`, solved from given positions; the number after the last posture is the baseline.
     pub fn load<'l>(
         &'l self,
         meaning: &Meaning,
@@ -118,12 +118,12 @@ impl Ground {
         }
     }
 
-    /// Whether the hyoid may be elsewhere.
+    /// Whether the hyoid may be displaced.
     pub fn moves_hyoid(&self) -> bool {
         !self.hyoid.is_empty() && !self.priors.hyoid.off
     }
 
-    /// A load with the hyoid displaced by `d`, m, and tilted by `tilt` radians for every metre of it backwards.
+    /// A load with the hyoid displaced by `d`, m, and tilted by `tilt` radians for every metre that it moves back.
     fn with_hyoid<'l>(&'l self, load: Load<'l, 2>, d: SVector<f64, 2>, tilt: f64) -> Load<'l, 2> {
         if tilt == 0.0 {
             return load.with_bone(&self.hyoid, d);
@@ -132,7 +132,7 @@ impl Ground {
         nodes.fold(load, |load, (node, turn)| load.with_bone(node, d + turn * (tilt * d.x)))
     }
 
-    /// How a function of a shape answers to the displacement of the hyoid, back and up, and to its tilt.
+    /// Derivatives of a function of a shape by the displacement of the hyoid, back and up, and by its tilt.
     pub fn hyoid_rates(&self, adjoint: &Adjoint<2>, d: SVector<f64, 2>, tilt: f64) -> [f64; 3] {
         let shift = adjoint.by_bone(&self.hyoid);
         let each = self.hyoid.iter().zip(&self.turn);
@@ -140,18 +140,18 @@ impl Ground {
         [shift.x + tilt * by_angle, shift.y, d.x * by_angle]
     }
 
-    /// Whether a body and its model are of springs alone, whose posterior is sampled in a fraction of a second.
+    /// Whether a body and its model consist of springs alone; such a posterior is sampled in a fraction of a second.
     pub fn is_for_springs(body: &Body<2>, model: &Model) -> bool {
         model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none()
     }
 
-    /// Whether it is made of springs, whose answers to their geometry have formulas.
+    /// Whether the body consists of springs; the responses to its geometry then have formulas.
     pub fn is_of_springs(&self) -> bool {
         self.sides.is_none()
     }
 
-    /// The body at rest displaced by fields, each by so many standard deviations; inner nodes of muscle parts outside the tissue are put
-    /// on straight lines again. `None` where a cell would fold.
+    /// The body at rest displaced by fields, each multiplied by a number of standard deviations. Inner nodes of the parts of muscles
+    /// outside the tissue are put back on straight lines. `None` where a cell would fold.
     pub fn displaced(&self, ends: &[f64], outline: &[f64]) -> Option<Body<2>> {
         let mut body = self.body.clone();
         let fields = self.ends.iter().zip(ends).chain(self.outline.iter().zip(outline));
@@ -176,14 +176,14 @@ impl Ground {
     }
 }
 
-/// Displacements of the hyoid's nodes, m, where it turns about its foremost one by one radian, what lies behind that downwards.
+/// Displacements of the hyoid's nodes, m, for a turn of one radian about its foremost node that moves the nodes behind it downwards.
 pub(super) fn turn(rest: &[SVector<f64, 2>], hyoid: &[usize]) -> Vec<SVector<f64, 2>> {
     let foremost = hyoid.iter().copied().min_by(|a, b| rest[*a].x.total_cmp(&rest[*b].x));
     let arm = |node: usize| foremost.map_or(SVector::zeros(), |pivot| rest[node] - rest[pivot]);
     hyoid.iter().map(|&node| SVector::from([arm(node).y, -arm(node).x])).collect()
 }
 
-/// A continuum with these settings.
+/// The body as a continuum with these settings.
 pub(super) fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, PosteriorError> {
     if body.mesh.continuum.as_ref().is_some_and(|c| c.settings == *settings) {
         return Ok(body.clone());
@@ -195,14 +195,14 @@ pub(super) fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<
     laid.map_err(|e| PosteriorError::Body(e.to_string()))
 }
 
-/// A cell that keeps less than this part of its area has folded.
+/// A cell that keeps less than this part of its area counts as folded.
 const LEAST_RATIO: f64 = 0.1;
 
 fn bell(apart_m: f64, reach_m: f64) -> f64 {
     (-0.5 * (apart_m / reach_m).powi(2)).exp()
 }
 
-/// Every distinct end of a muscle along every axis by one standard deviation, all other ends staying where they are.
+/// Fields of every distinct end of a muscle along every axis: one end moves by one standard deviation, and all other ends stay.
 fn ends(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     if priors.muscle_ends.off {
         return Vec::new();
@@ -222,7 +222,7 @@ fn ends(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     fields(nodes, &places, reach, |i| inverse.column(i) * sd)
 }
 
-/// A smooth random displacement with this covariance on the outline, by independent parts.
+/// Independent fields that add up to a smooth random displacement of the outline with the covariance of the priors.
 fn outline(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     if priors.outline.off {
         return Vec::new();
@@ -245,7 +245,7 @@ fn outline(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     fields(nodes, &places, reach, |i| parts.column(i) * sd)
 }
 
-/// Sums of bells at `places`, one for each place and axis; `weights` are those of the bells, m.
+/// Fields made of bell curves at `places`, one for each place and axis; `weights` are the amplitudes of the curves, m.
 fn fields(
     nodes: &[Point],
     places: &[Point],

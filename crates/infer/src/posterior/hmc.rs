@@ -1,9 +1,9 @@
-//! Hamiltonian Monte Carlo (Neal 2011) with chains side by side: as many in a group as there are lanes, all with the same step and the
-//! same number of steps, each with its own momenta and its own decisions. Groups are fixed by the number of a chain, so the bits do not
-//! depend on threads.
+//! Hamiltonian Monte Carlo (Neal 2011) with chains side by side. A group has as many chains as there are lanes, all with the same step
+//! and the same number of steps; each chain has its own momenta and its own decisions. The number of a chain fixes its group, so the
+//! results do not depend on threads.
 //!
-//! Coordinates are whitened by a given matrix; in the first half of the warm-up all chains together learn a better one, in both halves the
-//! step is found by dual averaging (Hoffman and Gelman 2014, section 3.2). Both are then kept.
+//! Coordinates are whitened by a given matrix. In the first half of the warm-up all chains together learn a better one; in both halves
+//! the step is found by dual averaging (Hoffman and Gelman 2014, section 3.2). Afterwards matrix and step are kept.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,23 +13,23 @@ use tongue_core::parallel;
 use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
 
-/// What is sampled: a density of which up to [`LANES`] points are evaluated at once.
+/// A density to sample, of which up to [`LANES`] points are evaluated at once.
 pub trait Target {
-    /// What a point leaves for its neighbours to begin at.
+    /// State of a solved point, from which its neighbours are solved.
     type Place: Clone + Send + Sync;
-    /// What is kept of a draw.
+    /// Record of a draw.
     type Kept: Clone + Send + Sync;
 
-    /// The logarithm of the density and its derivatives at each point, begun from the place beside it; `None` where the density is
+    /// The logarithm of the density and its derivatives at each point, solved from the place given with it; `None` where the density is
     /// zero.
     fn evaluate(&mut self, points: &[(&DVector<f64>, &Self::Place)]) -> Vec<Option<Point<Self::Place>>>;
 
-    /// Of points with a density whether they are allowed at the end of a trajectory: where they are not, it is refused.
+    /// Whether each point, at which the density is not zero, is allowed as the end of a trajectory; other trajectories are refused.
     fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Self::Place>)]) -> Vec<bool> {
         vec![true; points.len()]
     }
 
-    /// What is kept of a draw.
+    /// The record of a draw.
     fn keep(&self, at: &DVector<f64>, point: &Point<Self::Place>) -> Self::Kept;
 }
 
@@ -40,20 +40,20 @@ pub struct Point<P> {
     pub log: f64,
     /// Its derivatives.
     pub gradient: DVector<f64>,
-    /// Where neighbours can begin.
+    /// Place from which neighbours are solved.
     pub place: P,
 }
 
-/// How long is sampled.
+/// Size of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Number of chains.
     pub chains: usize,
-    /// Draws of each half of the warm-up of each chain, which are thrown away.
+    /// Draws of each chain in each half of the warm-up, which are discarded.
     pub warm_up: usize,
     /// Draws of each chain that are kept.
     pub draws: usize,
-    /// Of so many draws one is kept.
+    /// Thinning: one of this many draws is kept.
     pub thin: usize,
     /// Seed.
     pub seed: u64,
@@ -62,17 +62,17 @@ pub struct Settings {
 /// A chain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain<K> {
-    /// What was kept of every draw.
+    /// Records of the draws.
     pub draws: Vec<K>,
-    /// Trajectories, after the warm-up, whose energy went wrong by more than [`DIVERGED`].
+    /// Trajectories after the warm-up whose energy error was larger than [`DIVERGED`].
     pub divergences: usize,
     /// Trajectories, after the warm-up, that ended where the density is zero.
     pub zero: usize,
-    /// Trajectories, after the warm-up, that ended where it is not allowed.
+    /// Trajectories after the warm-up that ended at a point that is not allowed.
     pub refused: usize,
     /// Mean probability of acceptance after the warm-up.
     pub acceptance: f64,
-    /// Evaluations.
+    /// Number of evaluations.
     pub evaluations: usize,
 }
 
@@ -82,27 +82,27 @@ impl<K> Chain<K> {
         Self { draws: Vec::new(), divergences: 0, zero: 0, refused: 0, acceptance: 0.0, evaluations: 0 };
 }
 
-/// An energy that is off by more than this is that of a trajectory that diverged (as in Stan).
+/// Energy error beyond which a trajectory counts as diverged (as in Stan).
 pub const DIVERGED: f64 = 1000.0;
-/// Acceptance that the step is made for.
+/// Probability of acceptance that the step is adapted to.
 const WANTED: f64 = 0.8;
-/// First step, and the longest that makes sense in whitened coordinates.
+/// First step, and the longest useful step, in whitened coordinates.
 const FIRST_STEP: f64 = 0.5;
 const LONGEST_STEP: f64 = 1.6;
-/// Most steps of a trajectory.
+/// Largest number of steps of a trajectory.
 const MOST_STEPS: usize = 100;
 
-/// Coordinates in which the density is nearly a round normal one: `x = centre + spread z`.
+/// Coordinates in which the density is nearly standard normal: `x = centre + spread z`.
 #[derive(Debug, Clone)]
 pub struct Whitened {
-    /// The middle.
+    /// The centre of the density.
     pub centre: DVector<f64>,
     /// A square root of the covariance.
     pub spread: DMatrix<f64>,
 }
 
-/// Samples. Every chain begins at a draw of the whitened normal distribution, evaluated from `place`; chains that find no such draw
-/// with a density begin in the middle.
+/// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from `place`; chains that find no such
+/// draw with a density above zero begin at the centre.
 pub fn sample<T: Target>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
@@ -121,7 +121,7 @@ pub fn sample<T: Target>(
     sampled.into_iter().flatten().collect()
 }
 
-/// Where a chain is.
+/// State of a chain.
 struct State<P> {
     z: DVector<f64>,
     x: DVector<f64>,
@@ -136,32 +136,32 @@ impl<P: Clone> Clone for State<P> {
     }
 }
 
-/// Chains that go on side by side, and what they have learned.
+/// Chains that run side by side, and their adapted settings.
 struct Group<'a, T: Target> {
     target: T,
     whitened: &'a Whitened,
     states: Vec<State<T::Place>>,
-    /// One a chain.
+    /// A generator for each chain.
     random: Vec<fastrand::Rng>,
-    /// What the chains have in common: lengths of trajectories.
+    /// Generator shared by all chains, for the lengths of trajectories.
     common: fastrand::Rng,
     evaluations: usize,
     step: DualAveraging,
 }
 
-/// Where chains are after the first half of the warm-up.
+/// Chains after the first half of the warm-up.
 struct Warm<P> {
-    /// Where each is; fewer than `random` where some could not begin.
+    /// State of each chain; fewer than `random` where some could not begin.
     states: Vec<State<P>>,
     random: Vec<fastrand::Rng>,
     common: fastrand::Rng,
     evaluations: usize,
-    /// Where they have been.
+    /// Points that the chains have visited.
     seen: Vec<DVector<f64>>,
 }
 
 impl<P: Clone> Warm<P> {
-    /// The same chains, in other coordinates.
+    /// The same chains in other coordinates.
     fn go_on<'a, T: Target<Place = P>>(&self, target: T, whitened: &'a Whitened) -> Group<'a, T> {
         let state =
             |s: &State<P>| State::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone());
@@ -193,7 +193,7 @@ impl<'a, T: Target> Group<'a, T> {
         let common = fastrand::Rng::with_seed(seed_of(settings.seed, (1 << 20) + first));
         let mut states: Vec<Option<State<T::Place>>> = (0..chains).map(|_| None).collect();
         let mut evaluations = 0;
-        // Draws ever nearer to the middle, until all have a density.
+        // Draws are moved towards the centre until all have a density above zero.
         for attempt in 0..12 {
             if states.iter().all(Option::is_some) {
                 break;
@@ -217,13 +217,13 @@ impl<'a, T: Target> Group<'a, T> {
         Self { target, whitened, states, random, common, evaluations, step: DualAveraging::new() }
     }
 
-    /// Goes through the first half of the warm-up.
+    /// Runs the first half of the warm-up.
     fn warmed_up(mut self, warm_up: usize) -> Warm<T::Place> {
         let mut seen = Vec::new();
         if self.states.len() == self.random.len() {
             for draw in 0..warm_up {
                 self.warm();
-                // What comes first is still far away.
+                // The first third may still be far from the bulk of the density.
                 if draw >= warm_up / 3 {
                     seen.extend(self.states.iter().map(|s| s.x.clone()));
                 }
@@ -233,7 +233,7 @@ impl<'a, T: Target> Group<'a, T> {
         Warm { states, random, common, evaluations, seen }
     }
 
-    /// One trajectory, from which the step is learned.
+    /// One trajectory, from which the step is adapted.
     fn warm(&mut self) {
         let ends = self.trajectory(self.step.trial);
         self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
@@ -243,7 +243,7 @@ impl<'a, T: Target> Group<'a, T> {
         let count = self.states.len();
         let mut chains = vec![Chain::EMPTY; self.random.len()];
         if count < chains.len() {
-            // Not even the middle has a density.
+            // The density is zero even at the centre.
             return chains;
         }
         for _ in 0..settings.warm_up {
@@ -279,7 +279,7 @@ impl<'a, T: Target> Group<'a, T> {
             for (p, s) in momenta.iter_mut().zip(&moved) {
                 *p += &s.slope * (0.5 * size);
             }
-            // A chain that has left the density waits where it was.
+            // A chain that has reached zero density stays where it was.
             let z: Vec<DVector<f64>> = (0..count)
                 .map(|i| if alive[i] { &moved[i].z + &momenta[i] * size } else { moved[i].z.clone() })
                 .collect();
@@ -306,7 +306,7 @@ impl<'a, T: Target> Group<'a, T> {
             let gain = before[i] - energy(after, &momenta[i]);
             let diverged = alive[i] && (gain.is_nan() || gain < -DIVERGED);
             let probability = if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
-            // The number is drawn in any case, so that a chain does not depend on what became of others.
+            // The number is drawn in any case, so that a chain does not depend on the other chains.
             let taken = self.random[i].f64() < probability;
             ends.push(End { probability, diverged, zero: !alive[i], taken, refused: false });
         }
@@ -327,7 +327,7 @@ struct End {
     probability: f64,
     diverged: bool,
     zero: bool,
-    /// Whether it would be taken if it is allowed.
+    /// Whether it would be accepted if its end is allowed.
     taken: bool,
     refused: bool,
 }
@@ -351,8 +351,8 @@ impl Whitened {
         self.spread.clone().lu().solve(&away).unwrap_or_else(|| DVector::zeros(x.len()))
     }
 
-    /// What chains have learned of the middle and the covariance, drawn towards these by so many draws as there are coordinates. `None`
-    /// where a chain could not begin.
+    /// Coordinates from the mean and the covariance of the visited points, shrunk towards the present ones with the weight of as many
+    /// draws as there are coordinates. `None` where a chain could not begin.
     fn learned<P>(&self, groups: &[Warm<P>]) -> Option<Self> {
         if groups.iter().any(|g| g.states.len() < g.random.len()) {
             return None;
@@ -373,7 +373,7 @@ impl Whitened {
         Some(Self { centre, spread })
     }
 
-    /// From the middle and the inverse of the covariance; `None` where this is not positive definite.
+    /// Coordinates from the centre and the inverse of the covariance; `None` where this is not positive definite.
     pub fn new(centre: DVector<f64>, precision: DMatrix<f64>) -> Option<Self> {
         let n = centre.len();
         let factor = precision.cholesky()?.unpack();
@@ -382,7 +382,7 @@ impl Whitened {
     }
 }
 
-/// The step for an acceptance wanted, after Hoffman and Gelman (2014), with their constants.
+/// Adapts the step to a wanted acceptance, after Hoffman and Gelman (2014), with their constants.
 struct DualAveraging {
     trial: f64,
     found: f64,

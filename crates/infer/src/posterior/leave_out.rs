@@ -1,15 +1,15 @@
-//! What is predicted of every measured stretch as if it had not been measured.
+//! Predictions of every measured stretch as if it had not been measured.
 //!
-//! Reweighted draws of the whole posterior are biased towards the measurement, because the draws and the covariance of geometry have used it.
-//! So one run samples the mixture, in equal parts, of the posteriors that each leave out one stretch (Silva and Zanella, Journal of the
-//! American Statistical Association 119, 2024):
+//! Reweighted draws of the whole posterior would be biased towards the measurement, because the draws and the covariance due to geometry
+//! have used it. So one run samples a mixture, in equal parts, of the posteriors that each leave out one stretch (Silva and Zanella,
+//! Journal of the American Statistical Association 119, 2024):
 //!
 //! ```text
 //! q(g) = N(g; 0, I) sum over i of N(y_-i; s(g), C_i) / Z_i
 //! ```
-//! `C_i` has the covariance of geometry about the mode that has not seen stretch i, and `Z_i` is the marginal density of the others, by
-//! Laplace's approximation. A draw counts for i by the share that i has in the sum. No share is above one, so that weights have no heavy
-//! tail and need no smoothing; where too few draws count, the posterior without that stretch is sampled by itself.
+//! `C_i` has the covariance due to geometry about the mode without stretch i, and `Z_i` is the marginal density of the other stretches by
+//! Laplace's approximation. The weight of a draw for stretch i is the share of term i in the sum. No share is above one, so the weights
+//! have no heavy tail and need no smoothing; where too few draws count, the posterior without that stretch is sampled separately.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -25,15 +25,15 @@ use super::run::{Draw, Posterior, Settings, chains, numbered, sample_at};
 use super::score::{How, LeftOut, Part, about, left_out};
 use super::spread::Spread;
 
-/// Draws of the mixture for each stretch, and those of a posterior that is sampled by itself.
+/// Draws of the mixture for each stretch, and draws of a posterior that is sampled separately.
 const DRAWS_EACH: usize = 200;
 const OWN_DRAWS: usize = 800;
 /// Smallest effective share of a stretch's own draws of the mixture; below it that posterior is sampled separately.
 const LEAST_EFFECTIVE: f64 = 0.25;
-/// Seed of both: a fit, a batch and a validation tell the same.
+/// Seed of both, the same in a fit, a batch and a validation, so that these report the same predictions.
 const SEED: u64 = 5;
 
-/// The posterior that has not seen the stretch at a position.
+/// The posterior without the stretch at a position.
 struct Without<'a> {
     density: Density<'a>,
     mode: Mode,
@@ -51,11 +51,11 @@ impl<'a> Without<'a> {
     }
 }
 
-/// The mixture: of each posterior the position of the stretch that it has not seen.
+/// The mixture: each posterior with the position of the stretch that it leaves out.
 struct Mixture<'a>(Vec<(usize, Without<'a>)>);
 
 impl Mixture<'_> {
-    /// Logarithms of the parts at residuals, and minus their derivatives by these.
+    /// Logarithms of the terms of the mixture at residuals, and minus their derivatives by the residuals.
     fn parts(&self, residuals: &DVector<f64>) -> Vec<(f64, DVector<f64>)> {
         let part = |(position, without): &(usize, Without<'_>)| {
             let (log, pulls) = without.density.log(&residuals.clone().remove_row(*position));
@@ -65,7 +65,7 @@ impl Mixture<'_> {
     }
 }
 
-/// Shares that add up to one, of logarithms, and the logarithm of their sum.
+/// Shares that add up to one, from logarithms, and the logarithm of their sum before that.
 fn shares(logs: impl Iterator<Item = f64> + Clone) -> (Vec<f64>, f64) {
     let most = logs.clone().fold(f64::NEG_INFINITY, f64::max);
     let sum: f64 = logs.clone().map(|l| (l - most).exp()).sum();
@@ -81,10 +81,10 @@ impl Errors for Mixture<'_> {
     }
 }
 
-/// What is predicted of every measured stretch without its own measurement, where the mode of all is known.
+/// Predictions of every measured stretch without its own measurement; `mode` is the mode of the whole posterior.
 ///
 /// # Errors
-/// [`PosteriorError`] where it cannot begin.
+/// [`PosteriorError`] where a chain cannot begin.
 pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, PosteriorError> {
     let positions: Vec<usize> = (0..density.seen.len()).collect();
     if positions.is_empty() {
@@ -127,7 +127,7 @@ pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, 
     together.into_iter().zip(mixture.0).map(alone).collect()
 }
 
-/// What weighted draws say of a stretch that `other` has not seen and `whole` has.
+/// The prediction of a stretch from weighted draws; `other` leaves the stretch out, `whole` includes it.
 fn predicted(
     whole: &Density<'_>,
     position: usize,
@@ -145,8 +145,7 @@ fn predicted(
     left_out(&parts, sd, measured, how, seed_of(SEED, position))
 }
 
-/// The stretches that the model gives, with the error of its geometry as far as the measurements tell it; one spread for every measured
-/// stretch.
+/// The stretches of the model, corrected by the error of its geometry given the measurements; one spread for every measured stretch.
 pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Spread> {
     let density = &posterior.density;
     let rows = density.rows();
@@ -157,7 +156,7 @@ pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Spread> {
     let geometry = density.measured(&density.geometry);
     let gain = &geometry * density.factor().inverse();
     let left = &geometry - &gain * &geometry;
-    // Rounding may leave an eigenvalue a little below zero where there is no geometry.
+    // Rounding may make an eigenvalue slightly negative where geometry has no errors.
     let eigen = ((&left + left.transpose()) * 0.5).symmetric_eigen();
     let roots = DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
     let root = &eigen.eigenvectors * roots;

@@ -1,8 +1,8 @@
-//! The most probable scores, by a damped Gauss-Newton method with exact derivatives, and the covariance of geometry.
+//! The most probable scores, by a damped Gauss-Newton method with exact derivatives, and the covariance due to geometry.
 //!
-//! How stretches answer to the geometry depends on the tensions: the harder muscles pull, the more it matters where they end. So that
-//! covariance is the mean over draws of the posterior, of its normal approximation at the mode (a covariance at the mode alone, where tensions
-//! that nothing resolves are small, is too small).
+//! Responses of stretches to geometry depend on the tensions: the harder muscles pull, the more the places of their ends matter. The
+//! covariance due to geometry is therefore the mean over draws of the posterior's normal approximation at the mode. At the mode alone it
+//! would be too small, because tensions that the data do not resolve are small there.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -16,23 +16,23 @@ use super::differences::Answers;
 use super::evaluator::{Evaluator, Linear};
 use super::hmc::Whitened;
 
-/// Covariance by geometry and constants of the stretches of all muscles of the body in all postures, and of what was seen beside them.
+/// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other measurements.
 #[derive(Debug, Clone)]
 pub struct Geometry {
-    /// By the ends of the muscles.
+    /// Due to the ends of the muscles.
     pub ends: DMatrix<f64>,
-    /// The outline.
+    /// Due to the outline.
     pub outline: DMatrix<f64>,
-    /// Kappa.
+    /// Due to kappa, the coefficient that keeps areas.
     pub kappa: DMatrix<f64>,
-    /// The width of muscles.
+    /// Due to the width of muscles.
     pub width: DMatrix<f64>,
-    /// The patches of bones.
+    /// Due to the patches of bones.
     pub patch: DMatrix<f64>,
 }
 
 impl Geometry {
-    /// The mean of some; `None` of none.
+    /// The mean over several linearisations; `None` without any.
     fn mean(all: &[Linear]) -> Option<Self> {
         let count = all.first()?.values.len();
         let mean = |of: fn(&Answers) -> &DMatrix<f64>| {
@@ -43,7 +43,7 @@ impl Geometry {
         Some(Self { ends, outline, kappa, width: mean(|a| &a.width), patch: mean(|a| &a.patch) })
     }
 
-    /// All together.
+    /// The sum of all parts.
     fn covariance(&self) -> DMatrix<f64> {
         &self.ends + &self.outline + &self.kappa + &self.width + &self.patch
     }
@@ -54,42 +54,42 @@ impl Geometry {
 pub struct Mode {
     /// Scores.
     pub scores: DVector<f64>,
-    /// Where it was solved.
+    /// The solved shapes.
     pub place: Place,
-    /// How the stretches answer there.
+    /// The linearisation there.
     pub linear: Linear,
-    /// Covariance by geometry and constants, the mean over the posterior.
+    /// Covariance due to geometry and constants, the mean over the posterior.
     pub geometry: Geometry,
-    /// `I + Jᵀ C⁻¹ J` there.
+    /// `I + Jᵀ C⁻¹ J` there, the precision of the scores.
     pub precision: DMatrix<f64>,
     /// Logarithm of the density there, up to a constant.
     pub log: f64,
-    /// Linearisations.
+    /// Number of linearisations.
     pub evaluations: usize,
 }
 
-/// Most steps from one point.
+/// Largest number of steps from one point.
 const MOST_STEPS: usize = 40;
-/// A step that is shorter, in scores, has arrived.
+/// The search has converged when a step is shorter than this, in scores.
 const ARRIVED: f64 = 1e-4;
-/// No step is longer, in scores: tensions answer in straight lines only so far.
+/// Length of the longest step, in scores: the linear response of the tensions holds only so far.
 const LONGEST: f64 = 2.0;
 /// Number of times that the covariance of geometry is averaged and the mode searched again.
 const ROUNDS: usize = 2;
-/// Number of draws for the average, in pairs mirrored at the mode.
+/// Number of draws for the average, in pairs mirrored about the mode.
 const DRAWS: usize = 64;
-/// The same of bodies other than those of springs, where a draw costs more.
+/// The same for bodies that are not made of springs, where a draw costs more.
 const DRAWS_WITHOUT_LANES: usize = 16;
-/// Their seed.
+/// Seed of these draws.
 const SEED: u64 = 3;
 
 impl Mode {
-    /// Finds the mode; leaves in the density the covariance of geometry about it.
+    /// Finds the mode, and sets the covariance due to geometry about it in the density.
     ///
     /// # Errors
     /// [`PosteriorError::NoMode`] where no equilibrium is found.
     pub fn find(density: &mut Density<'_>) -> Result<Self, PosteriorError> {
-        // From the medians, or below them where there is no equilibrium at such tensions.
+        // From the medians, or from smaller tensions where there is no equilibrium at the medians.
         let (n, rest) = (density.parameters.len(), density.rest());
         let begin = [0.0, -1.0, -2.0, -3.0, -4.0].into_iter().find_map(|score| {
             let start = DVector::from_element(n, score);
@@ -107,7 +107,7 @@ impl Mode {
         Ok(mode.settled(density))
     }
 
-    /// As [`Mode::find`], started at the mode of nearly the same stretches.
+    /// As [`Mode::find`], started at the mode for nearly the same stretches.
     ///
     /// # Errors
     /// As [`Mode::find`].
@@ -120,13 +120,13 @@ impl Mode {
         Ok(mode.settled(density))
     }
 
-    /// At the most probable point with the covariance as it is.
+    /// At the most probable point for the present covariance.
     fn settled(mut self, density: &Density<'_>) -> Self {
         self.climb(density);
         self
     }
 
-    /// Takes the covariance of geometry about this point.
+    /// Sets the covariance due to geometry about this point.
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
         if let Some(geometry) = Geometry::mean(&self.about(density)?) {
             density.set_geometry(geometry.covariance())?;
@@ -135,7 +135,7 @@ impl Mode {
         Ok(())
     }
 
-    /// How the stretches answer at draws about the mode; where there is no equilibrium there is no draw.
+    /// Linearisations at draws about the mode; a draw without an equilibrium is left out.
     fn about(&self, density: &Density<'_>) -> Result<Vec<Linear>, PosteriorError> {
         let whitened = self.whitened().ok_or(PosteriorError::Covariance)?;
         let count = if density.ground.is_of_springs() { DRAWS } else { DRAWS_WITHOUT_LANES };
@@ -169,7 +169,7 @@ impl Mode {
         Self { scores, place, linear, geometry, precision, log, evaluations }
     }
 
-    /// Goes to the mode with the covariance as it is.
+    /// Moves to the mode for the present covariance.
     fn climb(&mut self, density: &Density<'_>) {
         let mut evaluator = Evaluator::new(density);
         let again = |linear, scores: &DVector<f64>, place, evaluations| {
@@ -214,7 +214,7 @@ impl Mode {
         *self = here;
     }
 
-    /// Logarithm of the marginal density of what was measured, by Laplace's approximation.
+    /// Logarithm of the marginal density of the measurements, by Laplace's approximation.
     pub fn evidence(&self, density: &Density<'_>) -> Option<f64> {
         let precision = self.precision.clone().cholesky()?;
         let half_ln = |factor: &Cholesky<f64, Dyn>| factor.l_dirty().diagonal().map(f64::ln).sum();
@@ -222,7 +222,7 @@ impl Mode {
         Some(self.log - half_ln(&precision) - half_ln(density.factor()) - constant)
     }
 
-    /// Coordinates in which the posterior is nearly a round normal distribution.
+    /// Coordinates in which the posterior is nearly a standard normal distribution.
     pub fn whitened(&self) -> Option<Whitened> {
         Whitened::new(self.scores.clone(), self.precision.clone())
     }

@@ -1,22 +1,23 @@
-//! What data and model leave open: the posterior of tensions, with everything in it that is not known.
+//! The posterior of tensions: which tensions data and model allow, with every unknown included.
 //!
 //! ```text
 //! y ~ N(s, C_geo + sd² I + R)           y: all measured stretches of a speaker's postures, s = L(F, d, c) / L(F0)
 //! F ~ half-normal, F0 ~ half-normal     tensions of every muscle in each posture and in the baseline that they share
 //! d ~ N(0, sd_d²), c ~ N(0, sd_c²)      displacement of the hyoid in each posture, and how much it tilts as it moves back
 //! ```
-//! One posture or several of a speaker: tones F0 and c are shared, and so are the errors by geometry and by the rounding of the baseline's
-//! lengths. No rule says who contracts: every muscle has a tension that is not negative. `C_geo` is the covariance of the stretches by the
-//! ends of the muscles, the outline and kappa (and in a continuum by the width of muscles and the patches of bones), averaged over the
-//! posterior (`map`). Muscle ends and outline are linearised with exact derivatives (`shape`; `differences` in bodies that are not of
-//! springs); kappa counts by equilibria one standard deviation to either side. `R` is the covariance by rounding. Young's modulus scales all
-//! tensions and is reported separately. All priors are in [`Priors`]; each can be fixed or left out.
+//! Postures of a speaker can be sampled one by one or together. Postures that are sampled together share the tones F0, the tilt c, and
+//! the errors due to geometry and to rounding of the baseline's lengths. Any muscle may contract: each has a tension that is not
+//! negative. `C_geo` is the covariance of the stretches due to the ends of the muscles, the outline and kappa (and in a continuum due to
+//! the width of muscles and the patches of bones), averaged over the posterior (`map`). Muscle ends and outline are linearised with exact
+//! derivatives (`shape`; `differences` in bodies that are not made of springs); the effect of kappa is computed from equilibria one
+//! standard deviation to either side. `R` is the covariance due to rounding. Young's modulus scales all tensions and is reported
+//! separately. All priors are in [`Priors`]; each can be fixed or left out.
 //!
-//! The sampler is Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by the Gauss-Newton matrix at the most probable point, with four
-//! chains side by side in the lanes of the processor (one after the other in other bodies). Every draw is where its tensions lead from
-//! rest as they grow (`branch`). [`Status`] says whether the chains have mixed. One run predicts every stretch without its own measurement
-//! (`leave_out`); [`Contrast`] compares postures, and
-//! [`Verdict`] says the main result in three sentences.
+//! The sampler is Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by the Gauss-Newton matrix at the most probable point, with
+//! four chains side by side in the lanes of the processor (one after the other in bodies that are not made of springs). Only equilibria
+//! are allowed to which the tensions lead from rest as they grow (`branch`). [`Status`] says whether the chains have mixed. One run
+//! predicts every stretch without its own measurement (`leave_out`); [`Contrast`] compares postures, and [`Verdict`] states the main
+//! result in three sentences.
 
 mod beside;
 mod branch;
@@ -63,13 +64,13 @@ pub use verdict::{PROBABLE, Said, Verdict, VerdictFrom, Word};
 
 use tongue_core::system::SystemError;
 
-/// Why there is no posterior.
+/// Why a posterior cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PosteriorError {
-    /// Priors that cannot be read or make no sense.
+    /// Priors that cannot be read or are out of range.
     #[error("{0}")]
     Priors(String),
-    /// A body that cannot have one.
+    /// A body for which no posterior can be computed.
     #[error("{0}")]
     Body(String),
     /// A system that cannot be made.
@@ -80,7 +81,7 @@ pub enum PosteriorError {
         "the covariance of the stretches is not positive definite; are discrepancy or rounding too small beside the others?"
     )]
     Covariance,
-    /// No equilibrium where the search begins.
+    /// There is no equilibrium where the search begins.
     #[error(
         "no equilibrium was found from which to begin; take smaller scales of the tensions in the priors"
     )]

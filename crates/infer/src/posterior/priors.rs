@@ -1,4 +1,4 @@
-//! What is believed before anything is measured: one entry for every source of uncertainty, each of which can be fixed or left out.
+//! Prior distributions: one entry for every source of uncertainty, each of which can be fixed or left out.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::PosteriorError;
 use tongue_core::body::ContinuumSettings;
 
-/// The name that stands for every muscle that is not named itself.
+/// The name that stands for every muscle without an entry of its own.
 const EVERY: &str = "*";
 
-/// All priors. The defaults were fixed before `tongue-fit validate --posterior` was run, and are not tuned on it; that of the discrepancy and the scales of
-/// the tensions had been found on the same three speakers by marginal likelihood, and the tilt of the hyoid on S1 to S4.
+/// All priors. The defaults were fixed before `tongue-fit validate --posterior` was run and are not tuned on it. The discrepancy and the
+/// scales of the tensions had been found on the same three speakers by marginal likelihood, and the tilt of the hyoid on S1 to S4.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Priors {
@@ -20,19 +20,19 @@ pub struct Priors {
     pub tension: TensionPrior,
     /// Tension F0 of every muscle in the baseline.
     pub baseline: BaselinePrior,
-    /// How far the hyoid is from where the body has it.
+    /// Displacement of the hyoid from its place in the body.
     pub hyoid: HyoidPrior,
-    /// By how much the hyoid tilts as it moves back.
+    /// Tilt of the hyoid as it moves back.
     pub hyoid_tilt: HyoidTiltPrior,
-    /// How far the ends of the muscles are from where the body has them.
+    /// Displacements of the ends of the muscles from their places in the body.
     pub muscle_ends: MuscleEndsPrior,
-    /// How far the outline is from where the body has it.
+    /// Displacement of the outline from its place in the body.
     pub outline: OutlinePrior,
-    /// How nearly incompressible the tissue is.
+    /// Compressibility of the tissue.
     pub compressibility: CompressibilityPrior,
-    /// How wide muscles are; only of a continuum.
+    /// Width of muscles; only in a continuum.
     pub bundle_width: BundleWidthPrior,
-    /// How far around their points bones hold the tissue; only of a continuum.
+    /// Radius of the patches in which bones hold the tissue; only in a continuum.
     pub bone_patch: BonePatchPrior,
     /// The model's own error.
     pub discrepancy: DiscrepancyPrior,
@@ -48,7 +48,7 @@ pub struct Priors {
 pub struct TensionPrior {
     /// Scale of the half-normal distribution, N per metre of thickness.
     pub scale_n_per_m: f64,
-    /// Tensions that are known, N per metre of thickness, by muscle; "*" is every muscle not named.
+    /// Known tensions, N per metre of thickness, by muscle; "*" is every muscle not named.
     pub fixed_n_per_m: BTreeMap<String, f64>,
 }
 
@@ -58,58 +58,58 @@ pub struct TensionPrior {
 pub struct BaselinePrior {
     /// Scale of the half-normal distribution, N per metre of thickness.
     pub scale_n_per_m: f64,
-    /// Tensions that are known, N per metre of thickness, by muscle; "*" is every muscle not named.
+    /// Known tensions, N per metre of thickness, by muscle; "*" is every muscle not named.
     pub fixed_n_per_m: BTreeMap<String, f64>,
-    /// The baseline is rest, as in the thesis.
+    /// Whether the baseline is rest, as in the thesis.
     pub off: bool,
 }
 
-/// Normal about the body's own place, independently for each axis.
+/// Normal about the hyoid's place in the body, independently for each axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HyoidPrior {
     /// Standard deviation along an axis, mm.
     pub sd_mm: f64,
-    /// A displacement that is known, x and y, mm.
+    /// A known displacement, x and y, mm.
     pub fixed_mm: Option<[f64; 2]>,
-    /// The hyoid stays where the body has it.
+    /// Whether the hyoid stays at its place in the body.
     pub off: bool,
 }
 
-/// Normal about no tilt, one number a speaker: the greater horn goes down by this angle for every metre that the hyoid moves back. That the
-/// hyoid tilts was found on the four speakers of Takano and Honda (2007) and waits for a fifth.
+/// Normal with mean zero, one number for each speaker: the greater horn goes down by this angle for every metre that the hyoid moves
+/// back. The tilt was found on the four speakers of Takano and Honda (2007) and has not been tested on a fifth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HyoidTiltPrior {
     /// Standard deviation, rad/m.
     pub sd_rad_per_m: f64,
-    /// A value that is known, rad/m.
+    /// A known value, rad/m.
     pub fixed_rad_per_m: Option<f64>,
-    /// The hyoid moves without tilting.
+    /// Whether the hyoid moves without tilting.
     pub off: bool,
 }
 
-/// Normal, independently for each end and axis; the tissue around an end goes along.
+/// Normal, independently for each end and axis; the tissue around an end moves with it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MuscleEndsPrior {
     /// Standard deviation along an axis, mm.
     pub sd_mm: f64,
-    /// How far around an end the tissue goes along, mm (the standard deviation of a bell).
+    /// Distance around an end over which the tissue moves with it, mm (the standard deviation of a bell curve).
     pub reach_mm: f64,
-    /// The ends are where the body has them.
+    /// Whether the ends stay at their places in the body.
     pub off: bool,
 }
 
-/// A smooth random displacement of the outline, and of the tissue with it.
+/// A smooth random displacement of the outline and of the tissue with it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutlinePrior {
     /// Standard deviation along an axis, mm.
     pub sd_mm: f64,
-    /// Distance over which neighbours move together, mm (the standard deviation of a bell).
+    /// Distance over which neighbours move together, mm (the standard deviation of a bell curve).
     pub reach_mm: f64,
-    /// The outline is where the body has it.
+    /// Whether the outline stays at its place in the body.
     pub off: bool,
 }
 
@@ -117,39 +117,39 @@ pub struct OutlinePrior {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CompressibilityPrior {
-    /// Poisson's ratio at the median, which the body then has.
+    /// Poisson's ratio at the median; the body gets it.
     pub poisson_ratio: f64,
     /// Standard deviation of the logarithm of kappa.
     pub sd_ln_kappa: f64,
-    /// The body keeps its own Poisson's ratio, which is taken for exact.
+    /// Whether the body's own Poisson's ratio is kept and taken as exact.
     pub off: bool,
 }
 
-/// Log-normal, of all muscles alike. Chosen, not measured: 4 to 9 mm.
+/// Log-normal, with one width for all muscles. Chosen, not measured: 4 to 9 mm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BundleWidthPrior {
-    /// Median, which the body then has, mm.
+    /// Median, mm; the body gets it.
     pub median_mm: f64,
     /// Standard deviation of its logarithm.
     pub sd_ln: f64,
-    /// A width that is known, mm.
+    /// A known width, mm.
     pub fixed_mm: Option<f64>,
-    /// The body keeps its own, which is taken for exact.
+    /// Whether the body's own width is kept and taken as exact.
     pub off: bool,
 }
 
-/// Log-normal radius of the patch around a point of bone, of all bones alike. Chosen, not measured: 7 to 14 mm.
+/// Log-normal radius of the patch around a point of bone, the same for all bones. Chosen, not measured: 7 to 14 mm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BonePatchPrior {
-    /// Median, which the body then has, mm.
+    /// Median, mm; the body gets it.
     pub median_mm: f64,
     /// Standard deviation of its logarithm.
     pub sd_ln: f64,
-    /// A radius that is known, mm.
+    /// A known radius, mm.
     pub fixed_mm: Option<f64>,
-    /// The body keeps its own, which is taken for exact.
+    /// Whether the body's own radius is kept and taken as exact.
     pub off: bool,
 }
 
@@ -159,25 +159,26 @@ pub struct BonePatchPrior {
 pub struct DiscrepancyPrior {
     /// Standard deviation of a stretch, dimensionless.
     pub sd: f64,
-    /// The model is right.
+    /// Whether the model is taken as exact.
     pub off: bool,
 }
 
-/// Uniform within half a unit of the last digit, or what the table says; taken for normal of the same variance.
+/// Uniform within half a unit of the last digit, or within the half width that the table gives; approximated by a normal distribution of
+/// the same variance.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RoundingPrior {
-    /// The lengths are exact.
+    /// Whether the lengths are taken as exact.
     pub off: bool,
 }
 
-/// Log-normal. It scales all tensions, and nothing measured says anything about it, so it is reported apart.
+/// Log-normal. Young's modulus scales all tensions and the measurements say nothing about it, so it is reported separately.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct YoungModulusPrior {
     /// Standard deviation of its logarithm.
     pub sd_ln: f64,
-    /// The body's own is exact.
+    /// Whether the body's own Young's modulus is taken as exact.
     pub off: bool,
 }
 
@@ -189,7 +190,7 @@ impl Default for TensionPrior {
 
 impl Default for BaselinePrior {
     fn default() -> Self {
-        // That of the vowel's tensions, so that where nothing is known either is the larger one as often as not.
+        // The scale of the vowel's tensions, so that without data either tension is equally likely to be the larger one.
         Self { scale_n_per_m: 20.0, fixed_n_per_m: BTreeMap::new(), off: false }
     }
 }
@@ -251,10 +252,10 @@ impl Default for YoungModulusPrior {
 }
 
 impl Priors {
-    /// Reads priors from TOML; what is not named keeps its default. `origin` is what messages call the text.
+    /// Reads priors from TOML; entries that are missing keep their defaults. `origin` is the name of the text in messages.
     ///
     /// # Errors
-    /// [`PosteriorError::Priors`] with the line for text that is not of this form, and as [`Priors::check`].
+    /// [`PosteriorError::Priors`] with the line where the text is not of this form, and as [`Priors::check`].
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, PosteriorError> {
         let priors: Self = toml::from_str(text).map_err(|e| {
             let line = e.span().map_or(1, |s| text.get(..s.start).unwrap_or("").matches('\n').count() + 1);
@@ -267,7 +268,7 @@ impl Priors {
     /// Checks that every number is in its range.
     ///
     /// # Errors
-    /// [`PosteriorError::Priors`] names the first that is not.
+    /// [`PosteriorError::Priors`] with the first number that is out of range.
     pub fn check(&self) -> Result<(), PosteriorError> {
         let wrong = |what: String| Err(PosteriorError::Priors(what));
         let positive = [
@@ -337,12 +338,12 @@ impl Priors {
         of(&self.tension.fixed_n_per_m, muscle)
     }
 
-    /// The same in the baseline.
+    /// The fixed tension of a muscle in the baseline, N per metre of thickness; `None` where it is unknown.
     pub fn fixed_tone(&self, muscle: &str) -> Option<f64> {
         if self.baseline.off { Some(0.0) } else { of(&self.baseline.fixed_n_per_m, muscle) }
     }
 
-    /// What they say of a continuum with these settings.
+    /// The settings of a continuum under these priors; `own` are its own settings.
     pub fn continuum(&self, own: &ContinuumSettings) -> ContinuumSettings {
         let of = |off: bool, fixed: Option<f64>, median: f64, own: f64| {
             if off { own } else { fixed.unwrap_or(median) / 1e3 }
@@ -361,13 +362,13 @@ impl Priors {
         if prior.off || prior.fixed_mm.is_some() { 0.0 } else { prior.sd_ln }
     }
 
-    /// The same of the radius of a bone's patch.
+    /// Standard deviation of the logarithm of the radius of a bone's patch; zero where it is known.
     pub fn sd_ln_patch(&self) -> f64 {
         let prior = &self.bone_patch;
         if prior.off || prior.fixed_mm.is_some() { 0.0 } else { prior.sd_ln }
     }
 
-    /// The name of a muscle that is fixed and that a body with these does not have.
+    /// The name of a muscle that these priors fix and that the body lacks, if there is one.
     pub fn unknown_muscle(&self, muscles: &[String]) -> Option<&str> {
         let named = self.tension.fixed_n_per_m.keys().chain(self.baseline.fixed_n_per_m.keys());
         let known = |n: &&String| *n == EVERY || muscles.iter().any(|m| m.eq_ignore_ascii_case(n));

@@ -1,4 +1,4 @@
-//! From measured stretches to draws.
+//! Sampling of a posterior, from measurements to draws.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -13,30 +13,31 @@ use super::hmc::{self, Whitened};
 use super::map::Mode;
 use super::seen::Seen;
 
-/// Chains, two groups of four.
+/// Number of chains: two groups of four.
 const CHAINS: usize = 8;
-/// Draws of each chain in each half of the warm-up: at least so many, and so many for each number that is sampled, so that the chains together
-/// learn its covariance.
+/// Draws of each chain in each half of the warm-up: a minimum, and a number for each sampled unknown, so that the chains together learn
+/// its covariance.
 const WARM_UP: usize = 80;
 const WARM_UP_EACH: usize = 4;
-/// Thinning: every so many trajectories one is kept, and so many more for each posture, so that nearly every draw counts.
+/// Thinning: the number of trajectories for each kept draw, and the additional number for each posture, so that kept draws are nearly
+/// independent.
 const THIN: usize = 4;
 const THIN_EACH: usize = 2;
 /// Draws of each chain of a short run, in each half of its warm-up and after it, and its seed.
 const SHORT_WARM_UP: usize = 15;
 const SHORT_DRAWS: usize = 30;
 const SHORT_SEED: u64 = 7;
-/// Fewest and most draws.
+/// Smallest and largest number of draws.
 const FEWEST: usize = 100;
 const MOST: usize = 1_000_000;
-/// Rank-normalised R-hat below which chains have mixed, and the effective draws that this takes (Vehtari and others 2021).
+/// Rank-normalised R-hat below which chains have mixed, and the effective draws required (Vehtari and others 2021).
 const MOST_R_HAT: f64 = 1.01;
 const FEWEST_EFFECTIVE: f64 = 400.0;
 
-/// How much is sampled.
+/// Size and seed of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Draws that are kept.
+    /// Number of kept draws.
     pub draws: usize,
     /// Seed.
     pub seed: u64,
@@ -53,22 +54,22 @@ impl Settings {
     }
 }
 
-/// Whether what was sampled can be believed.
+/// Whether the draws can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// The chains have mixed.
     Mixed,
-    /// They have not, or there are too few draws to tell: no interval is to be trusted.
+    /// The chains have not mixed, or there are too few draws to tell: no interval can be trusted.
     NotMixed,
 }
 
-/// A draw. Lists of lengths run over all muscles of the body in the first posture, then in the second one, and so on.
+/// A draw. Its lists of lengths contain all muscles of the body in the first posture, then in the second one, and so on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draw {
     /// Number of its chain.
     pub chain: usize,
-    /// Its number in the chain.
+    /// Number of the draw in its chain.
     pub number: usize,
     /// Tensions, displacements of the hyoid and constants.
     pub meaning: Meaning,
@@ -76,11 +77,11 @@ pub struct Draw {
     pub lengths: Vec<f64>,
     /// Lengths in the baseline, m.
     pub baseline_lengths: Vec<f64>,
-    /// What was seen beside the stretches, as the model has it.
+    /// Computed numbers of the other measurements.
     pub beside: Vec<f64>,
     /// Logarithm of its density in the scores, up to a constant.
     pub log: f64,
-    /// The part of that by what was measured.
+    /// The contribution of the measurements to `log`.
     pub log_likelihood: f64,
 }
 
@@ -95,43 +96,43 @@ impl Draw {
         self.meaning.postures[posture].tensions[muscle]
     }
 
-    /// By how much more a muscle pulls in a posture than in the baseline, N per metre of thickness.
+    /// Difference of a muscle's tensions in a posture and in the baseline, N per metre of thickness.
     pub fn change(&self, posture: usize, muscle: usize) -> f64 {
         self.tension(posture, muscle) - self.meaning.tones[muscle]
     }
 }
 
-/// A posterior.
+/// A sampled posterior.
 #[derive(Debug)]
 pub struct Posterior<'a> {
-    /// Its density, with the covariance of geometry about the mode.
+    /// Its density, with the covariance due to geometry about the mode.
     pub density: Density<'a>,
     /// The most probable point.
     pub mode: Mode,
     /// The draws, chain by chain.
     pub draws: Vec<Draw>,
-    /// Whether to believe them.
+    /// Whether the draws can be trusted.
     pub status: Status,
-    /// Why not, in words; empty where they mixed.
+    /// Why not, in words; empty where the chains have mixed.
     pub why: String,
-    /// Of all that is told, the largest R-hat and the smallest effective sample sizes.
+    /// Over all reported quantities, the largest R-hat and the smallest effective sample sizes.
     pub mixing: Mixing,
-    /// The same of every number that is sampled and of every change.
+    /// The same for every sampled unknown and every change of tension.
     pub by_quantity: Vec<(String, Mixing)>,
-    /// Trajectories whose energy went wrong.
+    /// Trajectories whose energy error was too large.
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium.
     pub folds: usize,
-    /// Trajectories that ended in a shape to which tensions do not lead from rest, and were refused.
+    /// Trajectories that ended in a shape to which the tensions do not lead from rest, and were refused.
     pub off_branch: usize,
     /// Mean probability of acceptance.
     pub acceptance: f64,
-    /// Equilibria that were solved.
+    /// Number of equilibria solved.
     pub equilibria: usize,
 }
 
 impl Posterior<'_> {
-    /// Positions of all nodes in a posture, m, of so many draws, evenly taken from all.
+    /// Positions of all nodes in a posture, m, for this number of draws, evenly spaced among all.
     pub fn shapes(&self, posture: usize, count: usize) -> Vec<Vec<SVector<f64, 2>>> {
         let step = self.draws.len().div_ceil(count.max(1)).max(1);
         let taken: Vec<&Draw> = self.draws.iter().step_by(step).collect();
@@ -148,10 +149,10 @@ impl Posterior<'_> {
     }
 }
 
-/// Samples the posterior of what was seen in a body.
+/// Samples the posterior of measurements in a body.
 ///
 /// # Errors
-/// [`PosteriorError`] where it cannot begin.
+/// [`PosteriorError`] where sampling cannot begin.
 pub fn sample<'a>(
     ground: &'a Ground,
     seen: Seen,
@@ -162,10 +163,10 @@ pub fn sample<'a>(
     sample_at(density, mode, settings)
 }
 
-/// The same where the mode is known.
+/// Samples the posterior at a known mode.
 ///
 /// # Errors
-/// [`PosteriorError::Draws`].
+/// [`PosteriorError::Draws`] for too few or too many draws.
 pub fn sample_at<'a>(
     density: Density<'a>,
     mode: Mode,
@@ -215,7 +216,7 @@ pub fn sample_at<'a>(
     })
 }
 
-/// Chains of a density, whose residuals are judged by `errors`.
+/// Chains for a density with the likelihood `errors` of the residuals.
 pub(super) fn chains(
     density: &Density<'_>,
     errors: &dyn Errors,
@@ -234,7 +235,7 @@ pub(super) fn chains(
     hmc::sample(|| Evaluator::with(density, errors), whitened, place, &settings)
 }
 
-/// Draws of a short run about a mode: enough for a probability to about 0.05, too few to say whether the chains have mixed.
+/// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed.
 ///
 /// # Errors
 /// [`PosteriorError::NoMode`] where no chain can begin.
@@ -251,7 +252,7 @@ pub(super) fn short_run(density: &Density<'_>, mode: &Mode) -> Result<Vec<Draw>,
     if draws.is_empty() { Err(PosteriorError::NoMode) } else { Ok(draws) }
 }
 
-/// The draws of chains, each with the number of its chain and its own.
+/// The draws of chains, each with the number of its chain and its number in the chain.
 pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
     let of_chain = |(chain, c): (usize, hmc::Chain<Draw>)| {
         c.draws.into_iter().enumerate().map(move |(number, draw)| Draw { chain, number, ..draw })
@@ -259,7 +260,7 @@ pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
     chains.into_iter().enumerate().flat_map(of_chain).collect()
 }
 
-/// Whether everything that is sampled or told has mixed, by the draws that are kept.
+/// Convergence diagnostics of every sampled or reported quantity, from the kept draws.
 fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<(String, Mixing)> {
     let muscles = &density.ground.muscles;
     let of = |value: &dyn Fn(&Draw) -> f64| -> Mixing {

@@ -1,4 +1,4 @@
-//! What weighted normal parts say of a measured stretch.
+//! Predictions and scores of a measured stretch from weighted normal distributions.
 
 use nalgebra::DVector;
 use serde::Serialize;
@@ -8,28 +8,28 @@ use tongue_core::random::normal;
 use super::density::Density;
 use super::spread::{Spread, effective};
 
-/// How a prediction without the muscle's own measurement was made.
+/// Method of a prediction without the muscle's own measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum How {
-    /// From draws of the mixture of all posteriors that have not seen one stretch each, weighed.
+    /// From weighted draws of the mixture of all posteriors that each leave out one stretch.
     Together,
-    /// From draws of its own.
+    /// From draws of the posterior without this stretch.
     Sampled,
 }
 
 /// Prediction of a stretch without its own measurement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
-    /// Of the measured stretch, with all errors.
+    /// Distribution of the measured stretch, with all errors.
     pub spread: Spread,
-    /// Logarithm of the density of what was measured.
+    /// Logarithm of the density at the measured value.
     pub log_score: f64,
     /// Continuous ranked probability score (Gneiting and Raftery 2007).
     pub crps: f64,
-    /// How it was made.
+    /// Method of the prediction.
     pub how: How,
-    /// Effective draws.
+    /// Effective number of draws.
     pub effective: f64,
 }
 
@@ -42,7 +42,7 @@ pub struct Part {
     pub weight: f64,
 }
 
-/// What weighted normal parts of one standard deviation say of a measured stretch.
+/// The prediction from weighted normal distributions with the same standard deviation.
 pub fn left_out(parts: &[Part], sd: f64, measured: f64, how: How, seed: u64) -> LeftOut {
     let mut random = fastrand::Rng::with_seed(seed);
     let draws: Vec<(f64, f64)> =
@@ -69,7 +69,7 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = sorted.iter().map(|d| d.1).sum();
     let near = sorted.iter().map(|d| d.1 * (d.0 - measured).abs()).sum::<f64>() / total;
-    // Of all pairs: the distance between neighbours times the weights on both sides.
+    // The sum over all pairs: the distance between neighbours times the weights on both sides.
     let (mut below, mut apart) = (0.0, 0.0);
     for pair in sorted.windows(2) {
         below += pair[0].1 / total;
@@ -78,8 +78,8 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
     near - apart
 }
 
-/// How the stretch at a position of `whole`, which `other` has not seen, goes with the residuals of those that it has, given the tensions; and
-/// its standard deviation about that.
+/// Conditional normal distribution of a stretch given the tensions: its coefficients for the residuals of the other stretches, and its
+/// standard deviation. `position` is that of the stretch in `whole`; `other` leaves it out.
 pub fn about(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
     let (row, rounding) = (whole.rows()[position], whole.rounding());
     let across = DVector::from_iterator(

@@ -1,4 +1,4 @@
-//! The stretches that were measured of a speaker, of one posture or of several that share a baseline.
+//! The measurements of a speaker, in one posture or in several that share a baseline.
 
 use nalgebra::DMatrix;
 
@@ -17,16 +17,16 @@ pub struct Seen {
     pub postures: Vec<usize>,
     /// Measured stretches, dimensionless.
     pub stretches: Vec<f64>,
-    /// Covariance by the rounding of both lengths: postures share the lengths of the baseline.
+    /// Covariance due to rounding of both lengths: postures share the lengths of the baseline.
     pub rounding: DMatrix<f64>,
     /// Names of the postures.
     pub labels: Vec<String>,
-    /// What else was seen of the postures.
+    /// The other measurements of the postures.
     pub beside: Vec<Beside>,
 }
 
 impl Seen {
-    /// Nothing, of one posture: what is then sampled is the prior.
+    /// No measurements of one posture: the posterior is then the prior.
     pub fn nothing() -> Self {
         Self {
             names: Vec::new(),
@@ -39,16 +39,17 @@ impl Seen {
         }
     }
 
-    /// All that was measured in both vowels of a target.
+    /// All measurements in both vowels of a target.
     pub fn of(matched: &Matched) -> Self {
         Self::together(&[matched])
     }
 
-    /// All that was measured of a speaker's vowels, each against the same baseline. The stretch `m/b` of lengths of half widths `h` has the
-    /// variance `(h_m²/b² + h_b² m²/b⁴)/3` by rounding, and with that of another vowel the covariance `h_b² m m'/b⁴/3`.
+    /// All measurements of a speaker's vowels, each against the same baseline. The stretch `m/b` of lengths with rounding half widths `h`
+    /// has the variance `(h_m²/b² + h_b² m²/b⁴)/3`, and with the stretch of another vowel the covariance `h_b² m m'/b⁴/3`.
     pub fn together(vowels: &[&Matched]) -> Self {
         let mut seen = Self { labels: Vec::with_capacity(vowels.len()), ..Self::nothing() };
-        // Of every stretch its variance by its own length, and its derivative by the baseline's length times the half width of that.
+        // For every stretch, its variance due to its own length, and its derivative by the baseline's length times the half width of that
+        // length.
         let (mut own, mut shared) = (Vec::new(), Vec::new());
         for (posture, matched) in vowels.iter().enumerate() {
             let target = &matched.target;
@@ -72,17 +73,17 @@ impl Seen {
         seen
     }
 
-    /// How many stretches there are.
+    /// Number of stretches.
     pub fn len(&self) -> usize {
         self.stretches.len()
     }
 
-    /// Whether nothing was measured.
+    /// Whether there are no measurements.
     pub fn is_empty(&self) -> bool {
         self.stretches.is_empty()
     }
 
-    /// Without the stretch at a position.
+    /// The measurements without the stretch at a position.
     pub fn without(&self, position: usize) -> Self {
         let mut seen = self.clone();
         seen.names.remove(position);
@@ -93,15 +94,15 @@ impl Seen {
         seen
     }
 
-    /// Without one kind of what was seen beside the stretches.
+    /// The measurements without one kind of the other measurements.
     pub fn without_kind(&self, kind: &str) -> Self {
         let mut seen = self.clone();
         seen.beside.retain(|b| b.kind != kind);
         seen
     }
 
-    /// Where each measured number stands in a list of the stretches of all muscles of the body in the first posture, then in the second one,
-    /// and so on, and after these of what was seen beside them.
+    /// The index of each measured number in a list of the stretches of all muscles of the body in the first posture, then in the second
+    /// one, and so on, followed by the other measurements.
     pub fn rows(&self, muscles: usize) -> Vec<usize> {
         let stretches = self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m);
         let from = self.labels.len() * muscles;
@@ -120,12 +121,12 @@ impl Seen {
         stretches.chain(beside).collect()
     }
 
-    /// How many numbers were seen beside the stretches.
+    /// Number of the other measurements.
     pub fn beside_len(&self) -> usize {
         self.beside.iter().map(Beside::len).sum()
     }
 
-    /// Each kind of these with its part of the weights of all.
+    /// Each kind of the other measurements with its part of `weights`, which run over all of them.
     pub fn weighed<'a>(&'a self, weights: &'a [f64]) -> impl Iterator<Item = (&'a Beside, &'a [f64])> {
         self.beside.iter().scan(weights, |left, beside| {
             let (own, rest) = left.split_at(beside.len());
@@ -134,7 +135,7 @@ impl Seen {
         })
     }
 
-    /// Covariance of the errors of these, by themselves.
+    /// Covariance of the errors of the other measurements.
     pub fn beside_errors(&self) -> DMatrix<f64> {
         let n = self.beside_len();
         let mut errors = DMatrix::zeros(n, n);

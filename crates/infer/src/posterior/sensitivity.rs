@@ -1,45 +1,45 @@
-//! How much what is told of a quantity depends on the prior of the tensions and on the measurements: power scaling (Kallioinen, Paananen, Bürkner
-//! and Vehtari, Statistics and Computing 34, 2024). Prior or likelihood is raised to a power a little above or below one, the draws are
-//! weighed by that, and how far the distribution moves is the cumulative Jensen-Shannon distance of the weighed draws from the others,
-//! for a doubling of the power.
+//! Sensitivity of a quantity to the prior of the tensions and to the measurements, by power scaling (Kallioinen, Paananen, Bürkner and
+//! Vehtari, Statistics and Computing 34, 2024). Prior or likelihood is raised to a power slightly above or below one, and the draws are
+//! reweighted. The sensitivity is the cumulative Jensen-Shannon distance between the weighted and the unweighted draws, for a doubling of
+//! the power.
 
 use serde::Serialize;
 
 use super::density::{Density, Parameter};
 use super::run::Draw;
 
-/// By how much the power differs from one.
+/// Difference of the power from one.
 const STEP: f64 = 0.01;
-/// A distance from which on a quantity is called sensitive (Kallioinen and others 2024, section 3.4).
+/// A quantity is called sensitive from this distance on (Kallioinen and others 2024, section 3.4).
 pub const SENSITIVE: f64 = 0.05;
 
-/// How far a distribution moves where something is doubled in power.
+/// Distance by which a distribution moves when a power is doubled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Sensitivity {
-    /// The prior of tensions in the postures and in the baseline.
+    /// Power of the prior of tensions in the postures and in the baseline.
     pub prior: f64,
-    /// The likelihood.
+    /// Power of the likelihood.
     pub likelihood: f64,
-    /// By how much the probability that the quantity is above zero changes where the prior's scale doubles, to first order.
+    /// Change of the probability that the quantity is above zero when the prior's scale doubles, to first order.
     #[serde(skip)]
     pub probability_by_scale: f64,
 }
 
 impl Sensitivity {
-    /// Whether the prior has a part in it that counts, and a larger one than the measurements.
+    /// Whether the prior has a considerable effect, and a larger one than the measurements.
     pub fn is_of_prior(&self) -> bool {
         self.prior >= SENSITIVE && self.prior > self.likelihood
     }
 }
 
-/// Weights of all draws for prior and likelihood, each to both sides.
+/// Weights of all draws for a smaller and a larger power of the prior and of the likelihood.
 pub struct Scaled {
     prior: [Vec<f64>; 2],
     likelihood: [Vec<f64>; 2],
 }
 
 impl Scaled {
-    /// Of the draws of a density.
+    /// The weights of draws from a density.
     pub fn new(density: &Density<'_>, draws: &[Draw]) -> Self {
         let priors = &density.ground.priors;
         let (scale, base) = (priors.tension.scale_n_per_m, priors.baseline.scale_n_per_m);
@@ -58,7 +58,7 @@ impl Scaled {
         Self { prior: both(&prior), likelihood: both(&|d| d.log_likelihood) }
     }
 
-    /// Of a quantity, given in all draws.
+    /// The sensitivity of a quantity with these values in all draws.
     pub fn of(&self, values: &[f64]) -> Sensitivity {
         let octave = (1.0 + STEP).log2();
         let moved =
@@ -66,14 +66,15 @@ impl Scaled {
         let above =
             |w: &Vec<f64>| values.iter().zip(w).filter(|(v, _)| **v > 0.0).map(|(_, w)| w).sum::<f64>();
         let [less, more] = &self.prior;
-        // A half-normal prior to the power a has its scale divided by the root of a: twice the scale is a quarter of the power.
+        // A half-normal prior raised to the power a has its scale divided by the square root of a: twice the scale is a quarter of the
+        // power.
         let by_octave = (above(more) - above(less)) / (2.0 * octave);
         let probability_by_scale = -2.0 * by_octave;
         Sensitivity { prior: moved(&self.prior), likelihood: moved(&self.likelihood), probability_by_scale }
     }
 }
 
-/// Weights that add up to one, of logarithms times a factor.
+/// Weights that add up to one, from logarithms times a factor.
 fn weights(logs: &[f64], factor: f64) -> Vec<f64> {
     let most = logs.iter().map(|l| l * factor).fold(f64::NEG_INFINITY, f64::max);
     let all: Vec<f64> = logs.iter().map(|l| (l * factor - most).exp()).collect();
@@ -81,12 +82,13 @@ fn weights(logs: &[f64], factor: f64) -> Vec<f64> {
     all.into_iter().map(|w| w / sum).collect()
 }
 
-/// Cumulative Jensen-Shannon distance of values with weights from the same with equal ones, from 0 to 1 (Nguyen and Vreeken 2015).
+/// Cumulative Jensen-Shannon distance, from 0 to 1, between values with weights and the same values with equal weights (Nguyen and
+/// Vreeken 2015).
 fn distance(values: &[f64], weights: &[f64]) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
     let equal = (values.len() as f64).recip();
-    // From below and from above: the larger one, so that the sign of the values does not matter.
+    // The larger one of the distances from below and from above, so that the sign of the values does not matter.
     let from = |order: &[usize]| {
         let (mut p, mut q, mut sum, mut bound) = (0.0, 0.0, 0.0, 0.0);
         for pair in order.windows(2) {
@@ -109,7 +111,7 @@ mod tests {
     use super::*;
     use tongue_core::random::normal;
 
-    /// Of a normal quantity with prior N(0, 1) and one measurement of it, both of which are known.
+    /// Sensitivity of a normal quantity with prior N(0, 1) and one measurement of it; both are known exactly.
     fn of_measurement(measured: f64, sd: f64) -> [f64; 2] {
         let mut random = fastrand::Rng::with_seed(3);
         let precision = 1.0 + 1.0 / (sd * sd);
@@ -129,7 +131,7 @@ mod tests {
         assert!(prior < SENSITIVE && likelihood > 3.0 * prior, "{prior} {likelihood}");
         let [prior, likelihood] = of_measurement(0.0, 5.0);
         assert!(prior > SENSITIVE && likelihood < SENSITIVE, "{prior} {likelihood}");
-        // A measurement far from the prior moves with both.
+        // A measurement far from the prior is sensitive to both.
         let [prior, likelihood] = of_measurement(6.0, 1.0);
         assert!(prior > SENSITIVE && likelihood > SENSITIVE, "{prior} {likelihood}");
     }

@@ -1,11 +1,11 @@
-//! How the lengths of muscles answer to the shape of a body of springs at rest: exact derivatives, from the adjoint of every length.
+//! Responses of muscle lengths to the shape of a body of springs at rest: exact derivatives, from the adjoint of every length.
 //!
 //! At equilibrium the forces are functions of the positions, of the rest lengths `l0` of springs, of the rest areas `S0` of cells and of
-//! kappa. With `u` the adjoint of a length (its answer to a force on every node) that length answers to any of these by the product of `u`
-//! with the change of the forces: for a spring along `n` from a to b `-k n·(u_a - u_b)`, for a cell of strain `e = (S - S0)/S0` with
-//! gradient `g` of its area `kappa (1 + 2 e)/S0² sum g·u`, for the logarithm of kappa the product with the forces of the cells. Rest
-//! lengths and areas are functions of the places of the nodes at rest, and kappa goes with the square of the mean length of a
-//! connection; so every length has a derivative by the place of every node.
+//! kappa. Let `u` be the adjoint of a length, its response to a force on every node. The derivative of the length by any of these is the
+//! product of `u` with the change of the forces: for a spring along `n` from a to b `-k n·(u_a - u_b)`, for a cell of strain `e = (S -
+//! S0)/S0` with gradient `g` of its area `kappa (1 + 2 e)/S0² sum g·u`, for the logarithm of kappa the product with the forces of the
+//! cells. Rest lengths and areas are functions of the node positions at rest, and kappa is proportional to the square of the mean length
+//! of a connection; so every length has a derivative by the rest position of every node.
 
 use nalgebra::{DMatrix, SVector};
 
@@ -17,8 +17,8 @@ use tongue_core::system::System;
 use super::differences::{self, Answers, Solid};
 use super::ground::{Field, Ground};
 
-/// Derivatives, dimensionless, of the length whose adjoint is given by the place at rest of every node, at an equilibrium with these
-/// positions, m.
+/// Derivatives, dimensionless, of a length by the rest position of every node, from its adjoint, at an equilibrium with these positions,
+/// m.
 fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -> Vec<SVector<f64, 2>> {
     let system: &System<2> = &ground.system;
     let rest = system.rest();
@@ -50,7 +50,7 @@ fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -
             }
         });
     }
-    // Kappa goes with the square of the mean length of a connection.
+    // Kappa is proportional to the square of the mean length of a connection.
     let mesh = &ground.body.mesh;
     let total: f64 = mesh.connections.iter().map(|c| mesh.distance(*c)).sum();
     for &[a, b] in &mesh.connections {
@@ -58,14 +58,14 @@ fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -
         by_node[b] += direction;
         by_node[a] -= direction;
     }
-    // Bones are where they are at rest, and displaced from there.
+    // Bones are displaced from their places at rest.
     for node in system.held() {
         by_node[node] += adjoint.by_node[node];
     }
     by_node
 }
 
-/// How all values answer at a solved point; `None` where another kappa leads to no equilibrium.
+/// Responses of all measurements at a solved point; `None` where another kappa leads to no equilibrium.
 pub(super) fn of_springs(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
     let place = point.place;
     let count = ground.muscles.len();

@@ -1,10 +1,10 @@
-//! Where the variance comes from, and what knowing a source would gain; linearised at the most probable point.
+//! Sources of the variance, and how much knowing a source would gain; linearised at the most probable point.
 //!
-//! The best linear estimate of `a·g` from the stretches is `G y` with `G = aᵀ Jᵀ (J Jᵀ + C)⁻¹`; what it misses is a sum of independent
-//! parts, one for every source, whose variances add up to the posterior's: `|a - Jᵀ Gᵀ|²` of the scores (apart for tensions, tones, the
-//! hyoid and constants), `G C_ends Gᵀ` of the ends, and so on. A stretch that is left out is `y_m - G y` of all others. This budget of
-//! errors is not what knowing a source would gain, since the estimate would then weigh the stretches otherwise: that is told
-//! beside it, as the part by which the standard deviation would shrink.
+//! The best linear estimate of `a·g` from the stretches is `G y` with `G = aᵀ Jᵀ (J Jᵀ + C)⁻¹`. Its error is a sum of independent parts,
+//! one for every source, whose variances add up to the posterior's: `|a - Jᵀ Gᵀ|²` of the scores (split into tensions, tones, the hyoid
+//! and constants), `G C_ends Gᵀ` of the ends, and so on. A stretch that is left out is `y_m - G y` of all others. This budget of errors
+//! does not say how much knowing a source would gain, because the estimate would then weigh the stretches differently. That gain is
+//! reported too, as the part by which the standard deviation would shrink.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -21,57 +21,57 @@ pub enum Source {
     BaselineTone,
     /// Place of the hyoid.
     Hyoid,
-    /// By how much the hyoid tilts.
+    /// Tilt of the hyoid.
     HyoidTilt,
     /// Ends of the muscles.
     MuscleEnds,
     /// Outline.
     Outline,
-    /// How nearly incompressible the tissue is.
+    /// Compressibility of the tissue.
     Compressibility,
-    /// How wide muscles are.
+    /// Width of muscles.
     BundleWidth,
-    /// How far bones hold the tissue.
+    /// Radius of the patches in which bones hold the tissue.
     BonePatch,
     /// The model's own error.
     Discrepancy,
     /// Rounding of the lengths.
     Rounding,
-    /// Errors of what was seen beside the lengths.
+    /// Errors of the other measurements.
     OtherData,
 }
 
-/// A number for every source: its share of a variance, or by which part a standard deviation would shrink if it were known.
+/// A number for every source: its share of a variance, or the part by which a standard deviation would shrink if the source were known.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Shares {
-    /// What the stretches do not say of the tensions, even where all else is known.
+    /// Tensions that the stretches do not resolve, even if everything else is known.
     pub unresolved: f64,
     /// Tensions in the baseline.
     pub baseline_tone: f64,
     /// Place of the hyoid.
     pub hyoid: f64,
-    /// By how much the hyoid tilts.
+    /// Tilt of the hyoid.
     pub hyoid_tilt: f64,
     /// Ends of the muscles.
     pub muscle_ends: f64,
     /// Outline.
     pub outline: f64,
-    /// How nearly incompressible the tissue is.
+    /// Compressibility of the tissue.
     pub compressibility: f64,
-    /// How wide muscles are; zero but of a continuum.
+    /// Width of muscles; zero except in a continuum.
     pub bundle_width: f64,
-    /// How far bones hold the tissue; zero but of a continuum.
+    /// Radius of the patches in which bones hold the tissue; zero except in a continuum.
     pub bone_patch: f64,
     /// The model's own error.
     pub discrepancy: f64,
     /// Rounding of the lengths.
     pub rounding: f64,
-    /// Errors of what was seen beside the lengths.
+    /// Errors of the other measurements.
     pub other_data: f64,
 }
 
 impl Shares {
-    /// Of every source what is given.
+    /// The numbers that a function gives for the sources.
     fn of(mut part: impl FnMut(Source) -> f64) -> Self {
         Self {
             unresolved: part(Source::Unresolved),
@@ -89,7 +89,7 @@ impl Shares {
         }
     }
 
-    /// Name and value of each.
+    /// Name and value for each source.
     pub fn each(&self) -> [(&'static str, f64); 12] {
         [
             ("unresolved", self.unresolved),
@@ -116,14 +116,14 @@ impl Shares {
         Self::of(|source| all.iter().map(|s| s.get(source)).sum::<f64>() / all.len().max(1) as f64)
     }
 
-    /// Parts of their sum.
+    /// Each number as a part of their sum.
     fn of_sum(self) -> Self {
         let total: f64 = self.each().iter().map(|(_, v)| v).sum();
         Self::of(|source| if total > 0.0 { self.get(source) / total } else { 0.0 })
     }
 }
 
-/// The source that a number that is sampled belongs to.
+/// The source to which a sampled unknown belongs.
 fn source_of(parameter: Parameter) -> Source {
     match parameter {
         Parameter::Tension(..) => Source::Unresolved,
@@ -133,14 +133,14 @@ fn source_of(parameter: Parameter) -> Source {
     }
 }
 
-/// The linear problem at a mode, for the stretches that were measured.
+/// The linear problem at a mode, for the measured stretches.
 pub(super) struct Parts<'a> {
     density: &'a Density<'a>,
     mode: &'a Mode,
     jacobian: DMatrix<f64>,
-    /// Covariance of the stretches before anything is measured.
+    /// Prior covariance of the stretches.
     before: DMatrix<f64>,
-    /// Covariances of the scores where one source is known; `None` of one that has no part.
+    /// Covariances of the scores if one source were known; `None` for a source without effect.
     known: Vec<(Source, DMatrix<f64>)>,
 }
 
@@ -168,7 +168,7 @@ impl<'a> Parts<'a> {
         parts
     }
 
-    /// Covariance of the scores if a source were known; 1e-12 is added to the variances, since stretches may be exact without it.
+    /// Covariance of the scores if a source were known; 1e-12 is added to the variances, because the stretches may then be exact.
     fn covariance_if_known(&self, source: Source) -> Option<DMatrix<f64>> {
         let n = self.density.rows().len();
         let errors = self.density.covariance() - self.errors_by(source) + DMatrix::identity(n, n) * 1e-12;
@@ -182,7 +182,7 @@ impl<'a> Parts<'a> {
         Some(covariance)
     }
 
-    /// Covariance of the stretches by a source that is not sampled.
+    /// Covariance of the stretches due to a source that is not sampled.
     fn errors_by(&self, source: Source) -> DMatrix<f64> {
         let (density, geometry) = (self.density, &self.mode.geometry);
         let n = density.rows().len();
@@ -199,7 +199,7 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// Of `a·g`: the budget of errors, and by which part the standard deviation would shrink if each source were known.
+    /// For `a·g`: the budget of errors, and the part by which the standard deviation would shrink if each source were known.
     pub fn of_scores(&self, a: &DVector<f64>) -> Option<(Shares, Shares)> {
         let gain = self.before.clone().cholesky()?.solve(&(&self.jacobian * a));
         let budget = self.shares(&(a - self.jacobian.tr_mul(&gain)), &gain);
@@ -215,7 +215,7 @@ impl<'a> Parts<'a> {
         Some((budget, gains))
     }
 
-    /// Of the measured stretch at a position, told from all others.
+    /// The budget of errors for the measured stretch at a position, predicted from all others.
     pub fn of_left_out(&self, position: usize) -> Option<Shares> {
         let others: Vec<usize> = (0..self.before.nrows()).filter(|i| *i != position).collect();
         let among = self.before.select_rows(&others).select_columns(&others);
@@ -227,7 +227,7 @@ impl<'a> Parts<'a> {
         Some(self.shares(&self.jacobian.tr_mul(&all), &all))
     }
 
-    /// Of the sum of what is missed in the scores and of the errors of the stretches, with these weights.
+    /// The budget of the sum of errors in the scores and in the stretches, with these weights.
     fn shares(&self, missed: &DVector<f64>, errors: &DVector<f64>) -> Shares {
         let of_scores = |source: Source| {
             let each = self.density.parameters.iter().zip(missed.iter());

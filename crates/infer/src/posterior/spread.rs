@@ -1,21 +1,21 @@
-//! Draws in a few numbers.
+//! Summary statistics of draws.
 
 use serde::Serialize;
 
-/// The middle of draws and how far they reach.
+/// Centre and intervals of draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
     /// Mean.
     pub mean: f64,
     /// Median.
     pub median: f64,
-    /// Lower and upper end of the middle half.
+    /// Lower and upper end of the interval with the middle 50 %.
     pub interval_50: [f64; 2],
-    /// Lower and upper end of the middle 95 %.
+    /// Lower and upper end of the interval with the middle 95 %.
     pub interval_95: [f64; 2],
 }
 
-/// Part of the values that are above zero; a zero counts half.
+/// Part of the values that are above zero; a zero counts as half.
 pub(super) fn part_above_zero(values: &[f64]) -> f64 {
     let part = |v: f64| {
         if v > 0.0 {
@@ -30,17 +30,17 @@ pub(super) fn part_above_zero(values: &[f64]) -> f64 {
 }
 
 impl Spread {
-    /// Of draws of equal weight; not finite without any.
+    /// The summary of draws of equal weight; not finite without draws.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         Self::weighted(values.into_iter().map(|v| (v, 1.0)).collect())
     }
 
-    /// Of draws with weights.
+    /// The summary of weighted draws.
     pub fn weighted(mut draws: Vec<(f64, f64)>) -> Self {
         draws.sort_by(|a, b| a.0.total_cmp(&b.0));
         let total: f64 = draws.iter().map(|d| d.1).sum();
         let mean = draws.iter().map(|d| d.0 * d.1).sum::<f64>() / total;
-        // Every draw stands for its weight, half of it on either side; between draws in a straight line.
+        // Every draw stands for its weight, half of it on either side; quantiles between draws are interpolated linearly.
         let mut reached = 0.0;
         let places: Vec<f64> = draws
             .iter()
@@ -63,12 +63,12 @@ impl Spread {
         Self { mean, median: at(0.5), interval_50: [at(0.25), at(0.75)], interval_95: [at(0.025), at(0.975)] }
     }
 
-    /// Whether the middle 95 % hold a value.
+    /// Whether the 95 % interval contains a value.
     pub fn holds(&self, value: f64) -> bool {
         (self.interval_95[0]..=self.interval_95[1]).contains(&value)
     }
 
-    /// Whether the middle half does.
+    /// Whether the 50 % interval contains a value.
     pub fn holds_in_half(&self, value: f64) -> bool {
         (self.interval_50[0]..=self.interval_50[1]).contains(&value)
     }

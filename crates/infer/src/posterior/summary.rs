@@ -1,4 +1,4 @@
-//! What a posterior says of a posture, first to last: changes, tensions, directions, sources of variance, stretches. `posterior` of `fit.json`.
+//! Report of a posterior for one posture: changes, tensions, directions, sources of variance, stretches. It is `posterior` of `fit.json`.
 
 use nalgebra::DVector;
 use serde::Serialize;
@@ -21,23 +21,24 @@ use super::spread::{Spread, part_above_zero};
 
 /// A direction is resolved where its standard deviation, in scores, is below this part of the prior's.
 const RESOLVED: f64 = 0.5;
-/// Another scale of the prior, as a factor, and the part by which the upper end of an interval may move with it before that is told.
+/// Factor of another scale of the prior, and the part by which the upper end of an interval may move under it before this is reported.
 const OTHER_SCALE: f64 = 1.5;
 const MOST_MOVED: f64 = 0.15;
 
-/// By how much more a muscle pulls than in the baseline.
+/// Difference of a muscle's tensions in the posture and in the baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Change {
     /// N per metre of thickness.
     #[serde(flatten)]
     pub spread: Spread,
-    /// Probability that it pulls harder than in the baseline.
+    /// Probability that the muscle pulls harder than in the baseline.
     pub probability_rises: f64,
-    /// How much it depends on the prior of tensions and on the measurements.
+    /// Sensitivity to the prior of tensions and to the measurements.
     pub sensitivity: Sensitivity,
-    /// Whether the prior rather than the data says how large it is.
+    /// Whether the size of the change depends on the prior more than on the data.
     pub depends_on_prior: bool,
-    /// Whether the sign, if it is told with 0.9 or more, would be told with less than 0.85 under half or twice the scale of the prior.
+    /// Whether the sign, if reported with a probability of 0.9 or more, would have less than 0.85 under half or twice the scale of the
+    /// prior.
     pub sign_depends_on_prior: bool,
 }
 
@@ -47,42 +48,42 @@ pub struct Tension {
     /// N per metre of thickness.
     #[serde(flatten)]
     pub spread: Spread,
-    /// The same where Young's modulus is as uncertain as its prior.
+    /// The same with the uncertainty of Young's modulus in its prior.
     pub with_young_modulus: Spread,
-    /// By which part the upper end of its 95 % interval moves where the scale of its prior is half as large again.
+    /// The part by which the upper end of the 95 % interval moves if the scale of the prior is half as large again.
     pub moved_by_prior: f64,
-    /// How much it depends on the prior of tensions and on the measurements.
+    /// Sensitivity to the prior of tensions and to the measurements.
     pub sensitivity: Sensitivity,
-    /// Whether the prior rather than the data says how far it reaches.
+    /// Whether the upper end of the interval depends on the prior more than on the data.
     pub depends_on_prior: bool,
 }
 
-/// What is said of the stretch of a measured muscle.
+/// Measured, fitted and predicted stretch of a muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stretch {
-    /// Measured.
+    /// Measured stretch, dimensionless.
     pub measured: f64,
-    /// What the model gives, having seen it.
+    /// Stretch of the model fitted to all measurements.
     pub fitted: Spread,
-    /// Prediction without its own measurement; null where that was not asked for, or no chain could begin.
+    /// Prediction without its own measurement; null if it was not requested or no chain could begin.
     pub left_out: Option<LeftOut>,
 }
 
-/// A direction of tensions, tones and the hyoid's place, in scores.
+/// A direction in the space of scores of tensions, tones and the hyoid's place.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Direction {
-    /// Standard deviation along it, as part of the prior's.
+    /// Standard deviation along the direction, as a part of the prior's.
     pub sd_left: f64,
-    /// Whether the data have resolved it.
+    /// Whether the data resolve the direction.
     pub resolved: bool,
     /// Unit vector.
     pub direction: ByMuscle<f64>,
 }
 
-/// What was found, in the order in which it is told.
+/// The results, in the order of the report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// By how much more every muscle pulls than in the baseline.
+    /// Difference of every muscle's tensions in the posture and in the baseline.
     pub changes_n: ByMuscle<Change>,
     /// Tensions.
     pub tensions_n: ByMuscle<Tension>,
@@ -90,7 +91,7 @@ pub struct Summary {
     pub baseline_tensions_n: ByMuscle<Spread>,
     /// Displacement of the hyoid, x and y, mm.
     pub hyoid_mm: [Spread; 2],
-    /// Angle by which the hyoid tilts for every metre that it moves back, the speaker's, rad/m.
+    /// The speaker's tilt of the hyoid for every metre that it moves back, rad/m.
     pub hyoid_tilt_rad_per_m: Spread,
     /// Directions of tensions, tones and the hyoid's place, the most resolved first.
     pub directions: Vec<Direction>,
@@ -98,78 +99,78 @@ pub struct Summary {
     pub stretches: ByMuscle<Stretch>,
 }
 
-/// Parts of variances by source.
+/// Shares of the sources in variances.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VarianceShare {
-    /// Of a tension, the budget of errors: the mean over muscles.
+    /// Budget of errors of a tension: the mean over muscles.
     pub tension: Shares,
-    /// Of the tension of every muscle.
+    /// Budget of errors of the tension of every muscle.
     pub tensions: ByMuscle<Shares>,
-    /// Of a change: the mean over muscles.
+    /// Budget of errors of a change: the mean over muscles.
     pub change: Shares,
-    /// By which part the standard deviation of a tension would shrink if a source were known: the mean over muscles.
+    /// The part by which the standard deviation of a tension would shrink if a source were known: the mean over muscles.
     pub tension_if_known: Shares,
-    /// The same of a change.
+    /// The same for a change.
     pub change_if_known: Shares,
-    /// Of a stretch that is left out: the mean over measured muscles.
+    /// Budget of errors of a stretch that is left out: the mean over measured muscles.
     pub left_out_stretch: Shares,
 }
 
-/// Effective draws.
+/// Effective sample sizes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Effective {
-    /// Smallest bulk effective sample size of all that is told.
+    /// Smallest bulk effective sample size of all reported quantities.
     pub bulk: f64,
-    /// Smallest tail one.
+    /// Smallest tail effective sample size.
     pub tail: f64,
 }
 
-/// What a posterior says of one posture.
+/// Report of a posterior for one posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// Whether the chains have mixed.
     pub status: Status,
     /// Why not; empty where they have.
     pub why: String,
-    /// Draws that were kept.
+    /// Number of kept draws.
     pub draws: usize,
-    /// Names of the postures that were sampled together; one where it was sampled by itself.
+    /// Names of the postures that were sampled together; a single one where the posture was sampled alone.
     pub postures: Vec<String>,
-    /// What was found; null where the chains have not mixed: an interval that cannot be trusted is not printed.
+    /// The results; null where the chains have not mixed, because such intervals cannot be trusted.
     pub summary: Option<Summary>,
-    /// Of every muscle which part of the prior variance of the score of its tension the data took away.
+    /// For every muscle, the part of the prior variance of its tension's score that the data removed.
     pub shrinkage: ByMuscle<f64>,
-    /// Where the variance comes from, and what knowing a source would gain.
+    /// Sources of the variance, and how much knowing a source would gain.
     pub variance_share: Option<VarianceShare>,
-    /// Largest rank-normalised split R-hat of all that is told, by the draws that are kept.
+    /// Largest rank-normalised split R-hat of all reported quantities, from the kept draws.
     pub r_hat: f64,
     /// Effective draws.
     pub ess: Effective,
-    /// Trajectories whose energy went wrong.
+    /// Trajectories whose energy error was too large.
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium: there the density is zero.
     pub folds: usize,
-    /// Trajectories that ended in a shape to which tensions do not lead from rest: there the density is zero too.
+    /// Trajectories that ended in a shape to which the tensions do not lead from rest: there the density is zero too.
     pub off_branch: usize,
-    /// Equilibria that were solved.
+    /// Number of equilibria solved.
     pub equilibria: usize,
     /// Poisson's ratio of the body.
     pub poisson_ratio: f64,
     /// Measured numbers and kinds of data that are further from what all others lead to expect than their errors allow.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contradictions: Vec<Contradiction>,
-    /// What each kind of data beside the stretches adds, where that was asked for.
+    /// The gain from each kind of other measurements, if requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gains: Vec<Gain>,
-    /// What was believed beforehand.
+    /// The priors.
     pub priors: Priors,
 }
 
 impl Report {
-    /// Tells a posterior, posture by posture; with what is predicted of every muscle without its own measurement, if that is wanted.
+    /// Reports of a posterior, one for each posture; with predictions of every muscle without its own measurement if `leave_out` is set.
     ///
     /// # Errors
-    /// [`PosteriorError`] of what is sampled for that.
+    /// [`PosteriorError`] of the sampling for these predictions.
     pub fn of_each(
         posterior: &Posterior<'_>,
         leave_out: bool,
@@ -177,7 +178,7 @@ impl Report {
     ) -> Result<Vec<Self>, PosteriorError> {
         let mixed = posterior.status == Status::Mixed;
         let left_out = match leave_out && mixed {
-            // Where that cannot begin, or has no draws, the rest is reported without it.
+            // Where that sampling cannot begin or has no draws, the rest is reported without it.
             true => match without_each(&posterior.density, &posterior.mode) {
                 Ok(all) => all.into_iter().map(|l| Some(l).filter(|l| l.spread.mean.is_finite())).collect(),
                 Err(_) => vec![None; posterior.density.seen.len()],
@@ -198,7 +199,7 @@ impl Report {
         let shrinkage = (0..muscles.len()).map(|m| {
             let scores = scores_of(posterior, posture, m);
             let mean = scores.iter().sum::<f64>() / scores.len().max(1) as f64;
-            // Without draws nothing was taken away.
+            // Without draws no variance was removed.
             if scores.is_empty() {
                 return 0.0;
             }
@@ -231,7 +232,7 @@ impl Report {
     }
 }
 
-/// A posterior and what its reports share.
+/// A posterior and the data that its reports share.
 struct All<'a> {
     posterior: &'a Posterior<'a>,
     left_out: Vec<Option<LeftOut>>,
@@ -247,12 +248,12 @@ fn scores_of(posterior: &Posterior<'_>, posture: usize, muscle: usize) -> Vec<f6
     posterior.draws.iter().map(|d| scores::score(d.tension(posture, muscle) / scale)).collect()
 }
 
-/// Probability from which a sign is reported, and below which another prior must not bring it.
+/// Probability from which a sign is reported.
 const TOLD_SIGN: f64 = 0.9;
 const LEAST_SIGN: f64 = 0.85;
 
 impl Change {
-    /// Of a difference of tensions in all draws, N per metre of thickness.
+    /// The summary of a difference of tensions in all draws, N per metre of thickness.
     pub(super) fn new(values: &[f64], scaled: &Scaled) -> Self {
         let sensitivity = scaled.of(values);
         let rises = part_above_zero(values);
@@ -316,8 +317,8 @@ impl Summary {
     }
 }
 
-/// By which part the upper end of a tension's interval moves where the scale of its prior is half as large again: the draws weighted by
-/// the ratio of both densities. Zero of a tension that the priors fix.
+/// The part by which the upper end of a tension's interval moves if the scale of its prior is half as large again, from draws weighted by
+/// the ratio of both densities. Zero for a tension that the priors fix.
 pub(super) fn moved_by_prior(ground: &Ground, muscle: usize, tensions: &[f64], upper: f64) -> f64 {
     if ground.priors.fixed_tension(&ground.muscles[muscle]).is_some() {
         return 0.0;
@@ -328,13 +329,14 @@ pub(super) fn moved_by_prior(ground: &Ground, muscle: usize, tensions: &[f64], u
     Spread::weighted(weighed.collect()).interval_95[1] / upper - 1.0
 }
 
-/// Whether the prior rather than the data says how far a tension reaches.
+/// Whether the upper end of a tension's interval depends on the prior more than on the data.
 pub(super) fn is_of_prior(moved_by_prior: f64, sensitivity: &Sensitivity) -> bool {
     moved_by_prior > MOST_MOVED || sensitivity.is_of_prior()
 }
 
-/// Directions of everything that is sampled of a posture and its baseline, by how much of the prior's standard deviation the data left along
-/// each, linearised at the most probable point; as many as there are measured stretches, which resolve no more.
+/// Directions in the space of everything that is sampled of a posture and its baseline, ordered by the standard deviation that the data
+/// leave along each, as a part of the prior's; linearised at the most probable point. There are as many as measured stretches, which
+/// cannot resolve more.
 fn directions(posterior: &Posterior<'_>, posture: usize) -> Vec<Direction> {
     let density = &posterior.density;
     let muscles = &density.ground.muscles;

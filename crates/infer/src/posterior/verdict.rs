@@ -21,7 +21,7 @@ use super::{DECIDED, PosteriorError};
 /// Probability from which a muscle "probably" pulls harder, or not harder; from [`DECIDED`] on it does "surely".
 pub const PROBABLE: f64 = 0.8;
 
-/// What is said of a muscle, by the probability P that it pulls harder than in the baseline.
+/// Degree of certainty that a muscle pulls harder than in the baseline, from its probability P.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Word {
     /// P is at least .95.
@@ -42,7 +42,7 @@ pub enum Word {
 }
 
 impl Word {
-    /// For a probability that a muscle pulls harder than in the baseline.
+    /// The word for a probability that a muscle pulls harder than in the baseline.
     pub fn of(p_rises: f64) -> Self {
         match p_rises {
             p if p >= DECIDED => Self::SurelyHarder,
@@ -53,7 +53,7 @@ impl Word {
         }
     }
 
-    /// As it is printed and written to files.
+    /// The text for output and files.
     pub fn text(self) -> &'static str {
         match self {
             Self::SurelyHarder => "surely harder",
@@ -64,41 +64,41 @@ impl Word {
         }
     }
 
-    /// Whether it is said that the muscle pulls harder.
+    /// Whether the word states that the muscle pulls harder.
     pub fn is_harder(self) -> bool {
         matches!(self, Self::SurelyHarder | Self::ProbablyHarder)
     }
 }
 
-/// What a verdict says of a muscle.
+/// The verdict on one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Said {
     /// The muscle.
     pub muscle: String,
     /// Probability that it pulls harder than in the baseline.
     pub p_rises: f64,
-    /// The same in words.
+    /// The same probability in words.
     pub word: Word,
     /// Lower and upper end of the middle 95 % of its tension, N per metre of thickness.
     pub tension_n_per_m: [f64; 2],
-    /// Whether the prior of tensions decides, more than the data do, how large that is.
+    /// Whether the size of the tension depends on the prior of tensions more than on the data.
     pub mostly_prior: bool,
 }
 
-/// What a verdict was made from.
+/// The draws behind a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum VerdictFrom {
     /// A short run of the sampler: 240 draws, probabilities to about 0.05.
     ShortRun,
-    /// As many draws of the posterior as were asked for.
+    /// The requested number of draws of the posterior.
     Draws,
 }
 
-/// What is said first of a fit, from the posterior of its row.
+/// The first statement about a fit, from the posterior of its row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// What it was made from.
+    /// The draws behind it.
     #[serde(rename = "verdict_from")]
     pub from: VerdictFrom,
     /// In the order of the body's muscles.
@@ -107,10 +107,10 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// For a fit without draws, from a short run under the usual priors.
+    /// The verdict on a fit without draws, from a short run under the default priors.
     ///
     /// # Errors
-    /// A sentence that says why there is none: the body takes too long, or no chain can begin.
+    /// A sentence with the reason: the body takes too long, or no chain can begin.
     pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         if !Ground::is_for_springs(body, model) {
             return Err("this body takes longer than a verdict may: --posterior 2000 gives one".to_owned());
@@ -122,10 +122,10 @@ impl Verdict {
         Self::quick(&ground, Seen::of(&matched)).map_err(|e| e.to_string())
     }
 
-    /// From a short run, for the only posture of what was seen.
+    /// The verdict on measurements of a single posture, from a short run.
     ///
     /// # Errors
-    /// [`PosteriorError`] where it cannot begin.
+    /// [`PosteriorError`] where sampling cannot begin.
     pub fn quick(ground: &Ground, seen: Seen) -> Result<Self, PosteriorError> {
         let mut density = Density::new(ground, seen)?;
         let mode = Mode::find(&mut density)?;
@@ -148,7 +148,7 @@ impl Verdict {
         Ok(Self { from: VerdictFrom::ShortRun, muscles: said.collect() })
     }
 
-    /// From draws; `None` where the chains have not mixed.
+    /// The verdict from draws; `None` where the chains have not mixed.
     pub fn of(report: &Report) -> Option<Self> {
         let summary = report.summary.as_ref()?;
         let each = summary.changes_n.0.iter().zip(&summary.tensions_n.0);
@@ -162,12 +162,13 @@ impl Verdict {
         Some(Self { from: VerdictFrom::Draws, muscles: said.collect() })
     }
 
-    /// The names of the muscles of which a word is said.
+    /// The names of the muscles with this word.
     pub fn named(&self, word: Word) -> Vec<&str> {
         self.muscles.iter().filter(|m| m.word == word).map(|m| m.muscle.as_str()).collect()
     }
 
-    /// Three sentences: who pulls harder than in the baseline or not, of whom that is not known, and how hard those pull that pull harder.
+    /// Three sentences: which muscles pull harder than in the baseline or not, for which muscles that is unknown, and how hard those pull
+    /// that pull harder.
     pub fn sentences(&self, baseline: &str) -> [String; 3] {
         let two = |surely: Word, probably: Word| {
             let parts =
