@@ -248,7 +248,7 @@ fn scores_of(posterior: &Posterior<'_>, posture: usize, muscle: usize) -> Vec<f6
     posterior.draws.iter().map(|d| scores::score(d.tension(posture, muscle) / scale)).collect()
 }
 
-/// Probability from which a sign is reported.
+/// Probability from which a sign is reported, and the probability that it must keep under another prior.
 const TOLD_SIGN: f64 = 0.9;
 const LEAST_SIGN: f64 = 0.85;
 

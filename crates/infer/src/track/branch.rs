@@ -1,7 +1,7 @@
-//! Whether a speaker can reach the shape of a frame: along the branch of equilibria that begins at rest, or another way.
+//! Checks how a speaker can reach the shape of a frame: along the branch of equilibria that begins at rest, or in another way.
 //!
-//! Two shapes can stand in equilibrium at the same tensions. Pulling all muscles together leads from rest to one of them; the other may
-//! be reached from the posture before, or by pulling some muscles before the others. Such a shape is no artefact.
+//! Two shapes can be equilibria at the same tensions. Increasing all tensions together leads from rest to one of them. The other may be
+//! reached from the posture before, or if some muscles pull before the others. Such a shape is a valid result.
 
 use nalgebra::{DVector, SVector};
 
@@ -10,26 +10,26 @@ use tongue_core::statics::{self, Connection, SolveStatus};
 
 use super::frame::{Frame, Solver};
 
-/// Shapes nearer than this are the same, m.
+/// Shapes nearer to each other than this are the same, m.
 const SAME_SHAPE_M: f64 = 1e-8;
-/// Parts of a way from one posture to another at which the body is solved.
+/// Parts of the path from one posture to another at which the body is solved.
 const PARTS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 
-/// A frame with what it is solved with and its positions.
+/// A frame with its unknowns and the positions of all nodes, m.
 pub(super) type Posture<'a> = (&'a Frame, &'a DVector<f64>, &'a [SVector<f64, 2>]);
 
-/// How the shape of a frame is reached.
+/// How the shape of a frame can be reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reached {
-    /// All muscles pull harder together.
+    /// From rest, with all tensions growing together.
     FromRest,
-    /// From the posture of a neighbouring frame, or some muscles before the others.
+    /// From the posture of a neighbouring frame, or with some muscles pulling before the others.
     OtherWay,
 }
 
 impl Solver<'_> {
-    /// Whether the equilibrium lies on the branch that begins at rest with the bones of this frame. `relaxed` is where the body rests
-    /// with the bones of the frame before, and then with those of this one.
+    /// Whether the equilibrium lies on the branch that begins at rest with the bones of this frame. `relaxed` is the rest shape with the
+    /// bones of the previous frame; afterwards it is the rest shape with those of this one.
     pub fn is_on_branch(
         &mut self,
         frame: &Frame,
@@ -38,7 +38,7 @@ impl Solver<'_> {
         relaxed: &mut Option<Vec<SVector<f64, 2>>>,
     ) -> bool {
         const STEPS: usize = 10;
-        /// Parts of the tensions at which the body is solved on its way.
+        /// Parts of the tensions at which the body is solved on the path from rest.
         const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
         let apart = |a: &[SVector<f64, 2>]| largest_distance(a, positions);
         self.carry(frame, x);
@@ -55,7 +55,7 @@ impl Solver<'_> {
         if rests {
             *relaxed = Some(self.workspace.positions().to_vec());
             let whole = self.tensions_of(x);
-            // Without a way downhill at any of the loads the branch has not been left.
+            // The branch is not left if no load needs a descent from a ridge.
             let followed = LOADS.iter().all(|load| {
                 self.tensions = whole.iter().map(|f| f * load).collect();
                 let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
@@ -71,8 +71,8 @@ impl Solver<'_> {
         trace.critical.is_none() && apart(self.workspace.positions()) <= SAME_SHAPE_M
     }
 
-    /// How the equilibrium of a frame is reached; `neighbours` are the frames before and after it, with what they are solved with and
-    /// their positions. `None` where no way was found; the workspace then has the shape that pulling all muscles together leads to.
+    /// How the equilibrium of a frame can be reached; `neighbours` are the frames before and after it, with their unknowns and positions.
+    /// `None` where no way was found; the workspace then has the shape to which growing all tensions together leads.
     pub(super) fn reached(
         &mut self,
         (frame, x): (&Frame, &DVector<f64>),
@@ -99,7 +99,7 @@ impl Solver<'_> {
         None
     }
 
-    /// Whether equilibria lead, without a way downhill, from one posture, where the workspace is, to the positions at another.
+    /// Whether equilibria lead from one posture, where the workspace is, to the positions at another without a descent from a ridge.
     fn leads(
         &mut self,
         (from, x): (&Frame, &DVector<f64>),
@@ -142,7 +142,7 @@ impl Solver<'_> {
         })
     }
 
-    /// Solves on from where the workspace is, and says whether no way downhill was needed.
+    /// Solves from the present shape of the workspace, and returns whether no descent from a ridge was needed.
     fn is_led(&mut self) -> bool {
         let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
         done.status == SolveStatus::Converged && done.connection == Connection::Direct

@@ -1,4 +1,4 @@
-//! What is known of all frames at once, with a prior that remembers: block tridiagonal systems.
+//! Block tridiagonal systems for all frames at once, with a prior that couples successive frames.
 //!
 //! Prior: a stationary process of Ornstein and Uhlenbeck about zero with precision `P` and memory `tau`,
 //! `z_(t+1) = rho z_t + e`, `e ~ N(0, (1 - rho²) P^-1)`, `rho = exp(-dt / tau)`. Its precision `Q` couples neighbours only, so
@@ -6,21 +6,22 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Frames that follow each other faster than this part of the memory count as so far apart: else their sum has no digits left.
+/// Smallest interval between frames, as a part of the memory; frames that are closer count as this far apart, because rounding would
+/// otherwise leave no digits.
 const NEAREST: f64 = 1e-4;
 
 /// The prior of a chain of frames as its precision `Q`.
 #[derive(Debug, Clone)]
 pub(super) struct Chain {
     precision: DMatrix<f64>,
-    /// Of every frame by how much the precision on its diagonal block is multiplied.
+    /// For every frame, the factor of the precision in its diagonal block.
     diagonal: Vec<f64>,
-    /// Of every frame but the last, by how much minus that of the block beside it.
+    /// For every frame but the last, minus the factor of the precision in the block that couples it to the next.
     beside: Vec<f64>,
 }
 
 impl Chain {
-    /// Of states with this precision in each frame by itself, remembered for `memory_s` (s; 0: every frame by itself).
+    /// The prior of states with this precision in each single frame, remembered for `memory_s` (s; 0: all frames are independent).
     pub fn new(precision: DMatrix<f64>, memory_s: f64, times: &[f64]) -> Self {
         let mut diagonal = vec![1.0; times.len()];
         let mut beside = Vec::with_capacity(times.len().saturating_sub(1));
@@ -55,7 +56,7 @@ impl Chain {
             if let Some(before) = t.checked_sub(1) {
                 block -= &self.precision * (self.beside[before]) * &gains[before];
             }
-            // Rounding must not make it lopsided.
+            // Makes the block exactly symmetric in spite of rounding.
             let factor = Cholesky::new((&block + block.transpose()) * 0.5)?;
             if let Some(beside) = self.beside.get(t) {
                 gains.push(factor.solve(&(&self.precision * *beside)));
@@ -69,14 +70,14 @@ impl Chain {
 /// A factorised `Q + G`.
 #[derive(Debug, Clone)]
 pub(super) struct Factors {
-    /// Of every frame what the frames before it leave.
+    /// For every frame, the factorised diagonal block after elimination of the frames before it.
     own: Vec<Cholesky<f64, Dyn>>,
-    /// Of every frame but the last, what it owes to the next.
+    /// For every frame but the last, the matrix by which its elimination acts on the next.
     gains: Vec<DMatrix<f64>>,
 }
 
 impl Factors {
-    /// Solves `(Q + G) x = right`, a block of rows a frame, in place.
+    /// Solves `(Q + G) x = right` in place; one block of rows for each frame.
     pub fn solve(&self, right: &mut [DMatrix<f64>]) {
         for t in 1..right.len() {
             let carried = self.gains[t - 1].tr_mul(&right[t - 1]);
@@ -91,7 +92,7 @@ impl Factors {
         }
     }
 
-    /// Makes draws of `N(0, (Q + G)^-1)` of independent standard normal numbers, in place.
+    /// Turns independent standard normal numbers into draws of `N(0, (Q + G)^-1)`, in place.
     pub fn colour(&self, normals: &mut [DMatrix<f64>]) {
         for t in (0..normals.len()).rev() {
             self.own[t].l_dirty().tr_solve_lower_triangular_mut(&mut normals[t]);
@@ -117,7 +118,7 @@ mod tests {
         let curvature: Vec<_> = times.iter().map(|_| random(3, n)).map(|j| j.transpose() * j).collect();
         let chain = Chain::new(covariance.clone().try_inverse().unwrap(), memory, &times);
 
-        // The covariance of the process, entry by entry.
+        // The covariance of the process, element by element.
         let all = n * times.len();
         let process = DMatrix::from_fn(all, all, |i, j| {
             let apart: f64 = times[i / n] - times[j / n];
@@ -143,7 +144,7 @@ mod tests {
         for (a, b) in solved.iter().zip(blocks(&(&inverse * right))) {
             assert!((a - b).amax() < 1e-10);
         }
-        // Coloured unit vectors are a square root of the covariance.
+        // The images of unit vectors are a square root of the covariance.
         let mut root = blocks(&DMatrix::identity(all, all));
         factors.colour(&mut root);
         let mut square = DMatrix::zeros(all, all);

@@ -1,13 +1,13 @@
-//! Levels and courses of tensions, with the shape at rest considered and not looked for.
+//! Draws of levels and courses of tensions that include the uncertainty of the shape at rest without fitting it.
 //!
-//! At the most probable tensions on the placed body everything is linear once: with `J` the rates by the states `z` of all frames,
-//! `D` those by what is shared (`theta`: levels of the muscles, shape at rest, static error), `S` the covariance of the errors and `Q` the
-//! precision of the states,
+//! The problem is linearised once, at the most probable tensions on the placed body. Let `J` be the derivatives by the states `z` of all
+//! frames, `D` those by the shared unknowns (`theta`: levels of the muscles, shape at rest, static error), `S` the covariance of the
+//! errors and `Q` the precision of the states:
 //! ```text
 //! A = (J'S^-1 J + Q)^-1 J'S^-1 D        H = P + w sum (D'S^-1 D - D'S^-1 J A)        theta ~ N(-H^-1 g, H^-1)
 //! ```
-//! and `z` given `theta` is normal again. Searching for the most probable shape together with the tensions of all frames gives intervals
-//! that are too narrow (Neyman and Scott 1948). `w` is less than 1 because the model is not the tongue that was recorded.
+//! Given `theta`, `z` is normal too. Intervals would be too narrow if the most probable shape were searched for together with the
+//! tensions of all frames (Neyman and Scott 1948). `w` is less than 1 because the model differs from the recorded tongue.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -18,26 +18,26 @@ use super::errors::{FrameErrors, Kriging};
 use super::mode::{CHUNK, Course, Eliminated, Mode};
 use super::shape::Shape;
 
-/// Draws that are made at once; the second half of them mirrors the first.
+/// Number of draws made at once; the second half of them mirrors the first.
 const BATCH: usize = 50;
 
 /// Draws of a recording.
 pub(super) struct Draws {
-    /// Of every frame and muscle the tensions, N per metre of thickness, in the order of the draws.
+    /// For every frame and muscle the tensions, N per metre of thickness, in the order of the draws.
     pub tensions: Vec<Vec<Vec<f32>>>,
-    /// Of every frame and displacement of a bone, over its standard deviation.
+    /// For every frame, the displacements of the bones, in standard deviations.
     pub bones: Vec<Vec<Vec<f32>>>,
-    /// Of every frame and hidden point how far it is expected from the surface of the most probable shape, mm.
+    /// For every frame and hidden point, its expected distance from the surface of the most probable shape, mm.
     pub hidden: Vec<Vec<Vec<f32>>>,
 }
 
-/// Rates of a frame by the shape: of its observations, and of its hidden points, mm.
+/// Derivatives of the observations of a frame and of its hidden points by the shape, mm.
 struct ByShape {
     seen: DMatrix<f64>,
     hidden: DMatrix<f64>,
 }
 
-/// A recording with all that its draws need.
+/// A linearised recording.
 struct Linear {
     eliminated: Eliminated,
     by_shape: Vec<Option<ByShape>>,
@@ -57,7 +57,7 @@ pub(super) fn draws(
     Some((draws, judged.step(mode)))
 }
 
-/// The most probable step of the shape alone.
+/// The most probable step of the shape, without draws.
 pub(super) fn step(mode: &Mode<'_, '_>, courses: &[Course], shape: &Shape) -> Option<DVector<f64>> {
     let linear = linearised(mode, courses, Some(shape))?;
     Some(Judged::of(mode, &linear, Some(shape))?.step(mode))
@@ -74,7 +74,7 @@ fn linearised(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&Shape>) ->
     courses.iter().map(one).collect()
 }
 
-/// Rates of all frames by the shape.
+/// Derivatives of all frames by the shape.
 fn by_shape(mode: &Mode<'_, '_>, course: &Course, shape: Option<&Shape>) -> Vec<Option<ByShape>> {
     let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
@@ -96,17 +96,17 @@ fn by_shape(mode: &Mode<'_, '_>, course: &Course, shape: Option<&Shape>) -> Vec<
     parallel::map(&chunks, work).into_iter().flatten().collect()
 }
 
-/// What the frames and the prior say of what is shared: levels, static error, shape.
+/// Information about the shared unknowns (levels, static error, shape) from the frames and the prior.
 struct Judged {
-    /// Of the frames, in full.
+    /// From the frames, with full weight.
     curvature: DMatrix<f64>,
     gradient: DVector<f64>,
-    /// Of the prior.
+    /// From the prior.
     prior: DMatrix<f64>,
     pull: DVector<f64>,
-    /// Of both, the frames believed as far as is trusted, factorised.
+    /// From both, with the frames weighted by the trust in them, factorised.
     factor: Cholesky<f64, Dyn>,
-    /// The most probable values, less those at the mode.
+    /// The most probable values, relative to those at the mode.
     middle: DVector<f64>,
 }
 
@@ -128,7 +128,7 @@ impl Judged {
             prior.view_mut((m + k, m + k), (s, s)).copy_from(&shape.prior.precision);
             pull.rows_mut(m + k, s).copy_from(&shape.prior.gradient);
         }
-        // The static error is an error: it is believed as little as the others where the shape is judged.
+        // The static error belongs to the errors, so its prior has the same reduced weight when the shape is estimated.
         let trust = mode.settings.trust;
         let judged = |i: usize| if (m..m + k).contains(&i) { trust } else { 1.0 };
         let weighed = DMatrix::from_fn(all, all, |i, j| prior[(i, j)] * (judged(i) * judged(j)).sqrt());
@@ -145,11 +145,11 @@ impl Judged {
         self.middle.rows(from, self.middle.len() - from).into_owned()
     }
 
-    /// Draws of what all frames share, a column each, less what it is at the mode.
+    /// Draws of the shared unknowns relative to the mode, one column each.
     fn draws(&self, mode: &Mode<'_, '_>) -> Option<DMatrix<f64>> {
         let Self { curvature, gradient, prior, pull, factor, middle } = self;
         let (m, k, all) = (mode.sizes.muscles, mode.sizes.knots, middle.len());
-        // Given levels and shape, the static error is drawn anew as it is believed in the frames.
+        // Given levels and shape, the static error is drawn again with the full weight of the frames.
         let of_error = (curvature.view((m, m), (k, k)) + prior.view((m, m), (k, k))).into_owned();
         let error = if k > 0 { Some(((&of_error + of_error.transpose()) * 0.5).cholesky()?) } else { None };
         let batches = mode.settings.draws.div_ceil(BATCH).max(1);
@@ -179,13 +179,13 @@ impl Judged {
     }
 }
 
-/// What the hidden points of a frame need of its observations.
+/// The kriging coefficients for the hidden points of a frame.
 fn krigings(mode: &Mode<'_, '_>, course: &Course, t: usize) -> Vec<Kriging> {
     let (frame, Some(errors)) = (&course.frames[t], course.errors[t].as_ref()) else { return Vec::new() };
     frame.hidden.iter().map(|h| mode.knots.kriging(&frame.along, errors, &h.along)).collect()
 }
 
-/// Draws of a recording given those of what is shared.
+/// Draws of a recording, given the draws of the shared unknowns.
 fn drawn(
     mode: &Mode<'_, '_>,
     course: &Course,
@@ -250,7 +250,7 @@ fn drawn(
     all
 }
 
-/// Draws of where the hidden points of a frame are expected: what the surface does, less the error that is expected there.
+/// Draws of the expected distances of a frame's hidden points: the motion of the surface less the expected error there.
 fn hidden(
     mode: &Mode<'_, '_>,
     course: &Course,
@@ -264,7 +264,7 @@ fn hidden(
     let Some(at) = course.here[t].linear.as_ref() else {
         return vec![Vec::new(); course.frames[t].hidden.len()];
     };
-    // How everything that is solved for moves with a draw: tensions before the link, and displacements.
+    // Changes of all unknowns of a frame in a draw: tensions before the link, and displacements.
     let mut x = by.rows(0, m + b).into_owned();
     let mut levels = x.rows_mut(0, m);
     levels += theta.rows(0, m);

@@ -1,5 +1,5 @@
-//! The search for the most probable states of all frames: Gauss and Newton with a damping of its own in every frame (Levenberg 1944,
-//! Marquardt 1963). A frame whose shape does not answer in straight lines goes a part of the way or stays, and holds no other back.
+//! The search for the most probable states of all frames: the Gauss-Newton method with a separate damping for every frame (Levenberg
+//! 1944, Marquardt 1963). A frame that responds nonlinearly takes a part of its step or none, and the other frames take theirs.
 
 use nalgebra::DVector;
 
@@ -9,14 +9,14 @@ use tongue_core::parallel;
 use super::frame::Solver;
 use super::mode::{CHUNK, Course, Eliminated, Here, Mode};
 
-/// A round that gains less than this part of the cost is the last, where no frame was held back in it.
+/// A round is the last if it reduces the cost by less than this part and no frame was held back in it.
 const WON: f64 = 1e-4;
-/// Parts of the way that a frame tries.
+/// Parts of the step that a frame tries.
 const PARTS: [f64; 3] = [1.0, 0.4, 0.1];
-/// A frame whose cost becomes larger than it was, and than was expected, by this factor and so much more goes too far.
+/// A frame's step is too long if its cost exceeds both the previous and the expected cost by this factor plus this amount.
 const TOO_FAR: (f64, f64) = (1.1, 1.0);
-/// Damping of the first round, of a frame that was held back at least, and from which on it is left where it is; in units of the
-/// precision of a course.
+/// Damping: in the first round, at least for a frame that was held back, and the value from which on a frame stays where it is; in units
+/// of the precision of a course.
 const DAMPING: (f64, f64, f64) = (0.3, 0.3, 1e4);
 
 /// A frame after a step.
@@ -26,14 +26,14 @@ struct Tried {
     damping: f64,
 }
 
-/// A step of what is shared and of the states of a recording.
+/// A step of the shared unknowns and of the states of a recording.
 struct Step {
     states: Vec<DVector<f64>>,
-    /// What each frame will cost, should it answer in straight lines.
+    /// The cost of each frame if it responded linearly.
     expected: Vec<f64>,
 }
 
-/// Goes down, and tells what the states cost where it arrives; `progress` is told of every round.
+/// Minimises the cost and returns the cost of the states at the end; `progress` is called with the number of every round.
 pub(super) fn descend(mode: &mut Mode<'_, '_>, courses: &mut [Course], progress: &dyn Fn(usize)) -> f64 {
     for course in courses.iter_mut() {
         course.here = begun(mode, course);
@@ -52,7 +52,7 @@ pub(super) fn descend(mode: &mut Mode<'_, '_>, courses: &mut [Course], progress:
             for (t, (tried, damping)) in tried.iter().zip(damping).enumerate() {
                 let was = own_cost(mode, course, t, &course.here[t], &mode.shared);
                 cost += was.unwrap_or(0.0);
-                // Where there was no equilibrium before there is nothing to compare with.
+                // A frame that had no equilibrium before has no earlier cost to compare with.
                 gain += was.map_or(0.0, |was| was - tried.cost);
                 held_back |= tried.damping > *damping && *damping < DAMPING.2;
                 *damping = tried.damping;
@@ -77,7 +77,7 @@ pub(super) fn descend(mode: &mut Mode<'_, '_>, courses: &mut [Course], progress:
     costs(mode, courses)
 }
 
-/// What states, and what they share, cost in all.
+/// Total cost of states and shared unknowns.
 fn costs(mode: &Mode<'_, '_>, courses: &[Course]) -> f64 {
     let frames = courses.iter().flat_map(|course| {
         (0..course.frames.len()).filter_map(|t| own_cost(mode, course, t, &course.here[t], &mode.shared))
@@ -85,7 +85,7 @@ fn costs(mode: &Mode<'_, '_>, courses: &[Course]) -> f64 {
     prior(mode, courses, &mode.shared, |nth, t| &courses[nth].here[t].z) + frames.sum::<f64>()
 }
 
-/// The step of what is shared, and of every state.
+/// The step of the shared unknowns and of every state.
 fn stepped(
     mode: &Mode<'_, '_>,
     courses: &[Course],
@@ -115,7 +115,7 @@ fn stepped(
     Some((step, steps))
 }
 
-/// What the prior costs at states, and at what they share.
+/// Cost of states and shared unknowns in the prior.
 fn prior<'z>(
     mode: &Mode<'_, '_>,
     courses: &[Course],
@@ -130,7 +130,7 @@ fn prior<'z>(
     sum
 }
 
-/// What the errors of a frame cost.
+/// Cost of the errors of a frame.
 fn own_cost(
     mode: &Mode<'_, '_>,
     course: &Course,
@@ -143,7 +143,7 @@ fn own_cost(
     Some(whitened.norm_squared())
 }
 
-/// All frames of a recording, those in a chunk one after another.
+/// Results for all frames of a recording; the frames of a chunk are computed one after another.
 fn in_chunks<T: Send>(
     mode: &Mode<'_, '_>,
     course: &Course,
@@ -174,7 +174,7 @@ fn begun(mode: &Mode<'_, '_>, course: &Course) -> Vec<Here> {
     })
 }
 
-/// The frames of a recording after a step, each as far as it can go.
+/// The frames of a recording after a step, each as far as it can move.
 fn solved(
     mode: &Mode<'_, '_>,
     course: &Course,
@@ -193,7 +193,7 @@ fn solved(
         let from = before.positions.as_ref().or(last.as_ref()).map(Vec::as_slice);
         let cost = own_cost(mode, course, t, before, &mode.shared);
         let most = cost.map_or(f64::INFINITY, |c| c.max(step.expected[t]) * TOO_FAR.0 + TOO_FAR.1);
-        // Less than the whole way is gone by tensions and displacements; errors answer in straight lines.
+        // A shorter step applies to tensions and displacements only, because the residuals are linear in the errors.
         let state = |part: f64| {
             let mut z = z.clone();
             let mut x = z.rows_mut(0, was.len());

@@ -1,27 +1,28 @@
-//! By how much a contour misses the surface of a body, and what neighbours have of it in common.
+//! The covariance of the distances between a contour and the surface of a body.
 //!
 //! ```text
 //! slow² exp(-dq²/2/15²) exp(-|dt|/memory) + [same frame] (sd_i sd_j exp(-|dq|/4) + 0.1² [same point])
 //!                                         + static² exp(-dq²/2/15²)
 //! ```
-//! in mm with `q` the distance along the mean contour. A body of another shape misses the same place in every frame, so part of the
-//! error is shared by all. No term counts points: a contour drawn through more of them knows no more. The errors of one frame are rough
-//! (an exponential), because the corners of a drawn contour say nothing of a tongue, which a smooth error would have them do.
+//! in mm with `q` the distance along the mean contour. A body with a wrong shape has the same errors in every frame, so a part of the
+//! error is shared by all frames. The covariance does not depend on the number of points: a contour drawn through more points carries no
+//! more information. The errors of one frame have an exponential covariance, because a drawn contour has corners that say nothing about
+//! the tongue; a smooth covariance would take them as information.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Covariance of the errors of what is seen, lengths in mm.
+/// Covariance of the errors of the observations, lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
-    /// Standard deviation of what is remembered from frame to frame, mm.
+    /// Standard deviation of the error that is remembered from frame to frame, mm.
     pub slow_mm: f64,
-    /// Standard deviation of what all frames share, mm.
+    /// Standard deviation of the error that all frames share, mm.
     pub static_mm: f64,
-    /// Length along the contour over which both are the same, mm.
+    /// Correlation length of both along the contour, mm.
     pub far_mm: f64,
-    /// Length along the contour over which the errors of one frame are the same, mm.
+    /// Correlation length of the errors of one frame along the contour, mm.
     pub near_mm: f64,
-    /// Standard deviation of each point by itself, mm.
+    /// Standard deviation of the independent error of each point, mm.
     pub alone_mm: f64,
 }
 
@@ -32,11 +33,12 @@ impl Default for Errors {
 }
 
 impl Errors {
-    /// Of a body that is known, and points whose errors are independent.
+    /// Errors for a body of known shape, and points whose errors are independent.
     pub const INDEPENDENT: Self =
         Self { slow_mm: 0.0, static_mm: 0.0, far_mm: 15.0, near_mm: 1e-3, alone_mm: 0.0 };
 
-    /// Covariance of the errors of two points of one contour, mm², each by its place along it and its own standard deviation, mm.
+    /// Covariance of the errors of two points of one contour, mm²; each is given by its place along the contour and its own standard
+    /// deviation, mm. `same`: both are the same point.
     pub fn of_pair(&self, a: (f64, f64), b: (f64, f64), same: bool) -> f64 {
         let apart = (a.0 - b.0).abs();
         let lasting = (self.slow_mm.powi(2) + self.static_mm.powi(2)) * alike(apart, self.far_mm);
@@ -44,17 +46,17 @@ impl Errors {
         lasting + a.1 * b.1 * (-apart / self.near_mm).exp() + own
     }
 
-    /// Standard deviation of an observation, all told, mm.
+    /// Total standard deviation of an observation, mm.
     pub fn sd(&self, along: &Along) -> f64 {
         let parts = [self.slow_mm, self.static_mm, self.alone_mm, along.sd_mm];
         parts.iter().map(|p| p * p).sum::<f64>().sqrt()
     }
 }
 
-/// Which coordinate of what is seen an observation is.
+/// Place and error of an observation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Along {
-    /// 0: across the contour; 1 and 2: the two coordinates of a sensor. Errors of different ones are independent.
+    /// 0: across the contour; 1 and 2: the two coordinates of a sensor. Errors of different channels are independent.
     pub channel: usize,
     /// Distance along the mean contour, mm.
     pub at_mm: f64,
@@ -62,16 +64,16 @@ pub struct Along {
     pub sd_mm: f64,
 }
 
-/// Distance between the knots of the slow and the static error as part of the length over which they are the same.
+/// Distance between the knots of the slow and the static error, as a part of their correlation length.
 const KNOTS_APART: f64 = 0.8;
-/// Part of the variance that is added to that of the knots, so that it can be factorised.
+/// Part of the variance that is added to that of the knots, so that the matrix can be factorised.
 const JITTER: f64 = 1e-6;
 
-/// The slow and the static error as values at a few knots of each channel.
+/// The slow and the static error, as values at a few knots of each channel.
 #[derive(Debug, Clone)]
 pub(super) struct Knots {
     errors: Errors,
-    /// Channel and place of each, mm.
+    /// Channel and place of each knot, mm.
     places: Vec<(usize, f64)>,
     /// Correlation of the values at the knots, factorised.
     factor: Option<Cholesky<f64, Dyn>>,
@@ -82,7 +84,7 @@ fn alike(apart: f64, length: f64) -> f64 {
 }
 
 impl Knots {
-    /// Along everything that was seen.
+    /// Knots along all observations.
     pub fn new(errors: Errors, seen: &[&[Along]]) -> Self {
         let mut ends: Vec<(usize, [f64; 2])> = Vec::new();
         for along in seen.iter().copied().flatten() {
@@ -112,20 +114,20 @@ impl Knots {
         Self { errors, places, factor }
     }
 
-    /// How many.
+    /// Number of knots.
     pub fn len(&self) -> usize {
         if self.factor.is_some() { self.places.len() } else { 0 }
     }
 
-    /// Precision of values of this standard deviation at the knots.
+    /// Precision of the values at the knots for this standard deviation, mm.
     pub fn precision(&self, sd_mm: f64) -> DMatrix<f64> {
-        // An error of nothing is held at zero by a precision that is finite.
+        // A standard deviation of zero is replaced by this one, so that the precision is finite.
         const LEAST_MM: f64 = 1e-4;
         let factor = self.factor.as_ref().map_or_else(|| DMatrix::zeros(0, 0), Cholesky::inverse);
         factor / sd_mm.max(LEAST_MM).powi(2)
     }
 
-    /// What values at the knots say at places, and the part of the variance that they do not say.
+    /// Coefficients that interpolate the values at the knots to other places, and the part of the variance that remains.
     fn basis(&self, along: &[Along]) -> (DMatrix<f64>, Vec<f64>) {
         let Some(factor) = &self.factor else {
             return (DMatrix::zeros(along.len(), 0), vec![0.0; along.len()]);
@@ -139,7 +141,7 @@ impl Knots {
         (weights.transpose(), left)
     }
 
-    /// Covariance of the rest of the errors of a frame, mm².
+    /// Covariance of the remaining errors of a frame, mm².
     fn rest(&self, a: &Along, b: &Along) -> f64 {
         let apart = (a.at_mm - b.at_mm).abs() / self.errors.near_mm;
         if a.channel == b.channel { a.sd_mm * b.sd_mm * (-apart).exp() } else { 0.0 }
@@ -154,11 +156,11 @@ impl Knots {
             let own = if i == j { self.errors.alone_mm.powi(2) + shared * left[i] } else { 0.0 };
             self.rest(&along[i], &along[j]) + own
         });
-        // Independent errors of no size would have no factor.
+        // Independent errors of size zero could not be factorised.
         Some(FrameErrors { factor: Cholesky::new(covariance)?, basis })
     }
 
-    /// What the observations of a frame say of the error at another place.
+    /// Kriging from the observations of a frame to the error at another place.
     pub fn kriging(&self, along: &[Along], errors: &FrameErrors, other: &Along) -> Kriging {
         let across = DVector::from_iterator(along.len(), along.iter().map(|a| self.rest(a, other)));
         let weights = errors.factor.solve(&across);
@@ -179,18 +181,18 @@ fn correlation(a: (usize, f64), b: (usize, f64), length: f64) -> f64 {
 #[derive(Debug, Clone)]
 pub(super) struct FrameErrors {
     factor: Cholesky<f64, Dyn>,
-    /// What values at the knots say of every observation.
+    /// Coefficients of the values at the knots for every observation.
     pub basis: DMatrix<f64>,
 }
 
 impl FrameErrors {
-    /// Residuals (or their rates) whose errors are independent with standard deviation 1.
+    /// Whitens residuals or their derivatives: their errors become independent with standard deviation 1.
     pub fn whitened(&self, mut values: DMatrix<f64>) -> DMatrix<f64> {
         self.factor.l_dirty().solve_lower_triangular_mut(&mut values);
         values
     }
 
-    /// Standard deviation of an observation, without what the knots say, mm.
+    /// Standard deviation of an observation without the contribution of the knots, mm.
     pub fn sd(&self, i: usize) -> f64 {
         let l = self.factor.l_dirty();
         (0..=i).map(|k| l[(i, k)].powi(2)).sum::<f64>().sqrt()
@@ -200,11 +202,11 @@ impl FrameErrors {
 /// The error at a place that was not observed: `weights . (residuals - basis knots) + row . knots ± sd`.
 #[derive(Debug, Clone)]
 pub(super) struct Kriging {
-    /// Of the residuals.
+    /// Weights of the residuals.
     pub weights: DVector<f64>,
-    /// Of the values at the knots, all told.
+    /// Total weights of the values at the knots.
     pub of_knots: DVector<f64>,
-    /// What is left, mm.
+    /// Standard deviation of the remaining error, mm.
     pub sd_mm: f64,
 }
 
@@ -238,7 +240,7 @@ mod tests {
 
     #[test]
     fn ten_times_the_points_say_no_more_of_a_shift_of_the_contour() {
-        // The information of a frame about a shift of all of it.
+        // The information of a frame about a shift of the whole contour.
         let information = |count: usize| {
             let seen = along(&(0..count).map(|i| 90.0 * i as f64 / (count - 1) as f64).collect::<Vec<_>>());
             let knots = Knots::new(Errors::default(), &[&seen]);

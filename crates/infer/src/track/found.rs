@@ -1,4 +1,4 @@
-//! What was found of a frame: levels and courses of tensions with their intervals, displacements of bones, and how far to believe them.
+//! Results for a frame: levels and courses of tensions with their intervals, displacements of bones, and reasons for doubt.
 
 use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
@@ -13,47 +13,47 @@ use super::gesture::{Gesture, Segment};
 use super::link::Link;
 use super::settings::Settings;
 
-/// A frame whose points are farther from the surface than this many standard deviations (root mean square) was not reached.
+/// A frame is out of reach if the root mean square distance of its points from the surface is larger than this, in standard deviations.
 const REACH_SD: f64 = 3.0;
-/// The same of a frame that the placed body misses by more than this (root mean square), m: twice the standard deviation of its place.
-/// So far from where it was linearised the shape does not answer in straight lines.
+/// The same as a distance from the placed body, m: twice the standard deviation of its place. The linearisation does not hold for larger
+/// distances.
 const REACH_M: f64 = 10e-3;
-/// A direction of tensions is resolved whose standard deviation is below this part of that of the prior.
+/// A direction of tensions is resolved if its standard deviation is below this part of the prior's.
 const RESOLVED: f64 = 0.5;
-/// Tails that a 95 % interval leaves.
+/// Probabilities of the quantiles: the lower end, the median and the upper end of a 95 % interval.
 const TAILS: [f64; 3] = [0.025, 0.5, 0.975];
 
-/// How a frame ended.
+/// Outcome of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrameStatus {
-    /// Found, and nothing speaks against it.
+    /// Tensions were found and there is no reason for doubt.
     Converged,
     /// A tension is at its upper bound.
     AtBound,
-    /// The frame and its neighbours resolve no direction of the tensions: all is prior.
+    /// The frame and its neighbours resolve no direction of the tensions: the result is that of the prior.
     Unresolved,
-    /// Nothing was seen: the tensions are those of the frames around it and of the prior.
+    /// There are no observations: the tensions follow from the frames around it and the prior.
     Gap,
-    /// What was seen cannot be reached by this body, or cannot be right.
+    /// The observations cannot be reached by this body, or are wrong.
     OutOfReach,
-    /// No way was found on which a speaker reaches the equilibrium: not from rest, all muscles together or one before the others, and
-    /// not from the posture before or after it.
+    /// No way was found in which a speaker could reach the equilibrium: not from rest, with all muscles together or some before the
+    /// others, and not from the posture before or after it.
     OffBranch,
 }
 
-/// A shape that is reached from rest meets what was seen of a frame off the branch if it misses it by no more than this on top, m: less
-/// than the noise of a point.
+/// A shape that is reached from rest replaces that of a frame off the branch if its distance from the observations is larger by no more
+/// than this, m: less than the noise of a point.
 const AS_WELL_M: f64 = 0.3e-3;
 
-/// Where a bone was found that was not seen.
+/// The displacement found for a bone that was not observed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Displacement {
-    /// From where it is at rest, m.
+    /// Shift from its place at rest, m.
     pub shift_m: [f64; 2],
-    /// Lower ends of the 95 % intervals, m.
+    /// Lower ends of the 95 % intervals of both coordinates, m.
     pub low_m: [f64; 2],
-    /// Upper ends.
+    /// Upper ends of these intervals, m.
     pub high_m: [f64; 2],
 }
 
@@ -71,7 +71,7 @@ pub struct Ranged {
 }
 
 impl Ranged {
-    /// Of draws; everything is NaN where there are none.
+    /// The summary of draws; all values are NaN if there are none.
     pub fn of(draws: impl Iterator<Item = f64>) -> Self {
         let mut all: Vec<f64> = draws.collect();
         all.sort_by(f64::total_cmp);
@@ -88,8 +88,8 @@ impl Ranged {
         Self { median, low, high, variance }
     }
 
-    /// Of a tension: an interval that begins where the link bends goes down to 0. The bend keeps derivatives smooth; there a slack
-    /// muscle cannot be told from one that pulls a little.
+    /// For a tension: an interval that begins below the bend of the link is extended to 0. The bend keeps derivatives smooth, but a slack
+    /// muscle cannot be distinguished there from one that pulls weakly.
     fn or_slack(mut self, link: &Link) -> Self {
         if self.low < link.slack_n() {
             self.low = 0.0;
@@ -102,51 +102,53 @@ impl Ranged {
         self.high - self.low
     }
 
-    /// Whether the interval holds a number.
+    /// Whether the interval contains a number.
     pub fn holds(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }
 }
 
-/// How far a held-out point was seen from where the fit predicts it, with the interval of that prediction.
+/// A held-out point: its distance from the place that the fit predicts, with the interval of that prediction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Foretold {
     /// Its name.
     pub point: String,
-    /// Distance of the point from where it was expected, across the contour, m; of a coil, which is told once for each axis, along that.
+    /// Distance of the point from its predicted place, m: across the contour; for a coil, which is reported once for each axis, along
+    /// that axis.
     pub missed_m: f64,
     /// Ends of the 95 % interval of that distance, m.
     pub interval_m: [f64; 2],
 }
 
-/// What was found of a frame.
+/// Results for a frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tracked {
     /// Time, s.
     pub time_s: f64,
-    /// How it ended.
+    /// Its outcome.
     pub status: FrameStatus,
     /// Tensions of the contracting muscles, N per metre of thickness.
     pub levels: Vec<Ranged>,
-    /// The same less their mean over the recording, in the same draw.
+    /// The tensions less their mean over the recording in the same draw, N per metre of thickness.
     pub courses: Vec<Ranged>,
     /// Displacements of the freed bones, m.
     pub bones: Vec<Displacement>,
-    /// Root mean square distance of what was fitted from the most probable shape, m; `None` where nothing was.
+    /// Root mean square distance of the fitted observations from the most probable shape, m; `None` if there are none.
     pub rms_m: Option<f64>,
-    /// The points that were kept back.
+    /// The held-out points.
     pub hidden: Vec<Foretold>,
-    /// Directions of the tensions whose standard deviation is below a half of the prior's.
+    /// Number of directions of the tensions whose standard deviation is below half of the prior's.
     pub resolved: usize,
-    /// Whether the shape is reached in another way than by pulling all muscles harder together.
+    /// Whether the shape is reached in another way than by growing all tensions together.
     #[serde(default)]
     pub other_way: bool,
-    /// Root mean square distance of what was fitted from the shape that is reached at the same tensions, m, of a frame whose own is not.
+    /// For a frame whose own shape cannot be reached: root mean square distance of the fitted observations from the shape that is reached
+    /// at the same tensions, m.
     #[serde(default)]
     pub reached_rms_m: Option<f64>,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, 2>>,
-    /// What the fit found wrong with the frame.
+    /// Faults that the fit found in the observations of the frame.
     pub faults: Vec<Fault>,
 }
 
@@ -157,39 +159,40 @@ impl Tracked {
     }
 }
 
-/// What was found of a recording.
+/// Results for a recording.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrackedRecording {
-    /// Every frame.
+    /// All frames.
     pub frames: Vec<Tracked>,
     /// Its gestures.
     pub gestures: Vec<Gesture>,
-    /// Its labelled stretches.
+    /// The intervals of its labels.
     pub segments: Vec<Segment>,
 }
 
-/// A frame that was found.
+/// A frame after the search, with all that its results need.
 pub(super) struct Found<'a> {
     pub frame: &'a Frame,
-    /// What it is solved with, on the body with the most probable shape.
+    /// Its unknowns on the body with the most probable shape.
     pub x: &'a DVector<f64>,
-    /// `None` where there is no equilibrium, or no data.
+    /// Its linearisation; `None` where there is no equilibrium or there are no data.
     pub linear: Option<&'a Linear>,
     /// Positions of all nodes of the last equilibrium, m.
     pub positions: Option<&'a [SVector<f64, 2>]>,
-    /// Positions of all nodes of the body as it was placed, with which hidden points are predicted, m.
+    /// Positions of all nodes of the body as it was placed, m; hidden points are predicted with them.
     pub placed: Option<&'a [SVector<f64, 2>]>,
-    /// The frames before and after it, with what they are solved with and their positions.
+    /// The frames before and after it, with their unknowns and positions.
     pub neighbours: Vec<Posture<'a>>,
-    /// Whether what was seen cannot be right.
+    /// Whether its observations cannot be right.
     pub lost: bool,
-    /// Means over the recording of the tension of every muscle, a number a draw.
+    /// Means over the recording of every muscle's tension, one number for each draw.
     pub means: &'a [Vec<f64>],
     /// Number of the frame.
     pub number: usize,
 }
 
-/// What is to be said of it. `relaxed` is where the body rests with the bones of the frame before, and then with those of this one.
+/// Results for a frame. `relaxed` is the rest shape with the bones of the previous frame; afterwards it is the rest shape with those of
+/// this one.
 pub(super) fn tracked(
     solver: &mut Solver<'_>,
     relaxed: &mut Option<Vec<SVector<f64, 2>>>,
@@ -282,7 +285,7 @@ pub(super) fn tracked(
     }
 }
 
-/// Directions in which the draws of tensions lie close together.
+/// Number of directions of tensions that the draws resolve.
 fn resolved(tensions: &[Vec<f32>], prior_sd_n: f64) -> usize {
     let n = tensions.len();
     let means: Vec<f64> = tensions.iter().map(|t| mean(t)).collect();

@@ -1,4 +1,4 @@
-//! One frame: what was seen of it as observations of a body, and how they answer to the scores of the tensions.
+//! One frame: its observations of a body, and their derivatives by the scores of the tensions.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -14,13 +14,13 @@ use super::errors::Along;
 use super::link::Link;
 use super::scores;
 
-/// Contour points nearer to each other than this are not independent: a contour drawn through many pixels knows no more than one with a
-/// point so far apart, m.
+/// Contour points nearer to each other than this are not independent, m: a contour drawn through many pixels carries no more information
+/// than one with points this far apart.
 const INDEPENDENT_M: f64 = 4e-3;
-/// Frames over which the place of a bone is averaged: its keypoint is no surer than those of the tongue.
+/// Number of frames over which the place of a bone is averaged: its keypoint is as noisy as those of the tongue.
 pub const BONE_WINDOW: usize = 7;
 
-/// The surface of a body that is seen: from the hyoid over root, dorsum and tip to the mental spine, and where the tip is.
+/// The visible surface of a body, from the hyoid over root, dorsum and tip to the mental spine, and the place of the tip on it.
 #[derive(Debug, Clone)]
 pub struct Surface {
     /// The curve, tissue to its left.
@@ -30,7 +30,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Of a body; the whole outline where the bones are not on it. `None` for a body without an outline.
+    /// The surface of a body; the whole outline if the bones are not on it. `None` for a body without an outline.
     pub fn of(body: &Body<2>) -> Option<Self> {
         let mesh = &body.mesh;
         let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len)?;
@@ -64,18 +64,18 @@ impl Surface {
     }
 }
 
-/// A bone of a body that follows what was seen of it.
+/// A bone of a body that follows its observed place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Followed {
     /// Its name.
     pub name: String,
     /// Its nodes.
     pub nodes: Vec<usize>,
-    /// Where its mark is seen when the bone is where it is at rest, m.
+    /// Place where its mark is seen when the bone is at its rest position, m.
     pub mark: Point,
 }
 
-/// What was seen at one time, made ready.
+/// The prepared observations of one frame.
 #[derive(Debug, Clone)]
 pub struct Frame {
     /// Time, s.
@@ -84,29 +84,29 @@ pub struct Frame {
     pub observations: Vec<Observation<2>>,
     /// The names of their points.
     pub names: Vec<String>,
-    /// Of every observation where it lies along what is seen, and its error.
+    /// For every observation, its place along the contour and its error.
     pub along: Vec<Along>,
-    /// Contour points and coordinates of coils that are kept back: how far they are seen from where they are simulated is foretold.
+    /// Held-out contour points and coordinates of coils; the fit predicts their distances from the simulated places.
     pub hidden: Vec<Hidden>,
-    /// Of every followed bone, the shift from where it is at rest, m.
+    /// For every followed bone, its shift from rest, m.
     pub shifts: Vec<SVector<f64, 2>>,
-    /// Numbers of the labels that hold.
+    /// Numbers of the labels that apply at this time.
     pub labels: Vec<usize>,
 }
 
-/// A contour point, or a coordinate of a coil, that is kept back.
+/// A held-out contour point or coordinate of a coil.
 #[derive(Debug, Clone)]
 pub struct Hidden {
     /// The name of the point.
     pub name: String,
-    /// Its distance from the surface, or the coordinate less the one that was seen; of weight 1.
+    /// Its distance from the surface, or the simulated less the measured coordinate; of weight 1.
     pub observation: Observation<2>,
-    /// Where it lies along the contour, and its error.
+    /// Its place along the contour, and its error.
     pub along: Along,
 }
 
 impl Hidden {
-    /// The nodes that its distance depends on, and the derivative by their positions.
+    /// The nodes on which its distance depends, and the derivative by their positions.
     pub(super) fn slope(&self, positions: &[Point]) -> Vec<(usize, Point)> {
         let mut slope = Vec::with_capacity(4);
         self.observation.observable.gradient(positions, &mut |node, s| slope.push((node, s)));
@@ -114,7 +114,7 @@ impl Hidden {
     }
 }
 
-/// The frames of a recording for a body. `hide` are names of contour points and coils that are not to be fitted.
+/// The frames of a recording for a body. `hide` are names of contour points and coils that are not fitted.
 pub fn frames(seen: &Seen, surface: &Surface, followed: &[Followed], hide: &[String]) -> Vec<Frame> {
     let means: Vec<Vec<Option<Point>>> = followed
         .iter()
@@ -135,7 +135,7 @@ pub fn frames(seen: &Seen, surface: &Surface, followed: &[Followed], hide: &[Str
     seen.frames.iter().enumerate().map(frame).collect()
 }
 
-/// Of every contour point the distance from the first along the mean contour, mm. Noise of single frames would make it longer.
+/// Distance of every contour point from the first one along the mean contour, mm. The noise of single frames would make it longer.
 fn along_the_mean(seen: &Seen) -> Vec<f64> {
     let mut last: Option<Point> = None;
     let mut at = 0.0;
@@ -208,12 +208,12 @@ fn one(
     out
 }
 
-/// What a frame says at some scores.
+/// The linearisation of a frame at given scores.
 #[derive(Debug, Clone)]
 pub struct Linear {
-    /// Simulated less measured over the standard deviation.
+    /// Simulated less measured values, in standard deviations.
     pub residuals: DVector<f64>,
-    /// Their derivative by the scores.
+    /// Derivative of the residuals by the scores.
     pub jacobian: DMatrix<f64>,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, 2>>,
@@ -221,7 +221,7 @@ pub struct Linear {
     pub hidden_jacobian: DMatrix<f64>,
 }
 
-/// How tensions follow from the numbers that are searched for.
+/// How tensions follow from the unknowns of the search.
 #[derive(Debug, Clone, Copy)]
 pub enum Tension {
     /// Half-normal of this scale, N per metre of thickness ([`scores`]).
@@ -262,13 +262,13 @@ impl<'a> Solver<'a> {
         Self { system, followed, freed: &[], link, settings, workspace, tensions }
     }
 
-    /// With bones whose displacement is unknown: two more scores each, behind those of the tensions.
+    /// Adds bones with unknown displacements: two more scores for each bone, after those of the tensions.
     pub fn with_freed(mut self, freed: &'a [FreedBone<2>]) -> Self {
         self.freed = freed;
         self
     }
 
-    /// Tensions of all muscles of the body, N, at the scores of the contracting ones.
+    /// Tensions of all muscles of the body, N per metre of thickness, at the scores of the contracting ones.
     pub fn tensions_of(&self, x: &DVector<f64>) -> Vec<f64> {
         let mut all = vec![0.0; self.system.muscle_count()];
         for (&muscle, g) in self.system.contracting().iter().zip(x.iter()) {
@@ -277,7 +277,7 @@ impl<'a> Solver<'a> {
         all
     }
 
-    /// Brings the body to its equilibrium at these scores with the bones of this frame, from given positions or from rest.
+    /// Solves the equilibrium of the body at these scores with the bones of this frame, from given positions or from rest.
     pub fn solve(
         &mut self,
         frame: &Frame,
@@ -334,7 +334,7 @@ impl<'a> Solver<'a> {
         residuals.iter().all(|r| r.is_finite()).then_some((residuals, positions))
     }
 
-    /// The same with the derivative by the scores: one factorisation.
+    /// The same with the derivative by the scores; needs one factorisation.
     pub fn linearise(
         &mut self,
         frame: &Frame,
@@ -372,18 +372,18 @@ impl<'a> Solver<'a> {
         good.then_some(Linear { residuals, jacobian, positions, hidden_jacobian })
     }
 
-    /// The factorised response at the last equilibrium that was solved.
+    /// The factorised response at the last solved equilibrium.
     pub fn response(&mut self) -> Option<Response<'_, 2>> {
         Response::new(self.system, &mut self.workspace).ok()
     }
 }
 
-/// Simulated less measured over the standard deviation, of every observation.
+/// Simulated less measured values of all observations, in standard deviations.
 pub fn residuals(frame: &Frame, positions: &[SVector<f64, 2>]) -> DVector<f64> {
     DVector::from_iterator(frame.observations.len(), frame.observations.iter().map(|o| o.residual(positions)))
 }
 
-/// Of every weighted residual the nodes that it depends on, and the derivative by their positions.
+/// For every weighted residual, the nodes on which it depends, and the derivative by their positions.
 pub fn slopes(frame: &Frame, positions: &[SVector<f64, 2>]) -> Vec<Vec<(usize, SVector<f64, 2>)>> {
     let of = |o: &Observation<2>| {
         let mut slope = Vec::with_capacity(4);

@@ -1,11 +1,11 @@
-//! Gestures: what tensions do over a tenth of a second, beside their mean over the recording.
+//! Gestures: mean tensions over a tenth of a second, relative to their mean over the recording.
 
 use serde::{Deserialize, Serialize};
 
 use super::consider::Draws;
 use super::found::Ranged;
 
-/// Length of a gesture, s. Intervals of single frames are wide; those of their means are not.
+/// Length of a gesture, s. Means over a gesture have narrower intervals than single frames.
 pub const GESTURE_S: f64 = 0.1;
 
 /// Means of all tensions over a gesture, less those over the recording.
@@ -15,18 +15,18 @@ pub struct Gesture {
     pub from_s: f64,
     /// When it ends: the time of its last frame, s.
     pub to_s: f64,
-    /// Of the contracting muscles, N per metre of thickness.
+    /// Changes of the contracting muscles, N per metre of thickness.
     pub changes: Vec<Ranged>,
 }
 
-/// Means of all tensions over a labelled stretch, less those over the recording.
+/// Means of all tensions over the interval of a label, less those over the recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Segment {
     /// Number of the label in its recording.
     pub label: usize,
-    /// Frames in it.
+    /// Number of frames in the interval.
     pub frames: usize,
-    /// Of the contracting muscles, N per metre of thickness.
+    /// Changes of the contracting muscles, N per metre of thickness.
     pub changes: Vec<Ranged>,
 }
 
@@ -41,7 +41,7 @@ fn changes(frames: &[usize], draws: &Draws, means: &[Vec<f64>]) -> Vec<Ranged> {
     means.iter().enumerate().map(change).collect()
 }
 
-/// The segments of a recording; `labels` are those of every frame.
+/// The segments of a recording; `labels` are the numbers of the labels of every frame.
 pub(super) fn segments(labels: &[&[usize]], draws: &Draws, means: &[Vec<f64>]) -> Vec<Segment> {
     let count = labels.iter().copied().flatten().max().map_or(0, |most| most + 1);
     let one = |label: usize| {
@@ -52,7 +52,8 @@ pub(super) fn segments(labels: &[&[usize]], draws: &Draws, means: &[Vec<f64>]) -
     (0..count).filter_map(one).collect()
 }
 
-/// The gestures of a recording whose frames were at these times; `means` are those of every muscle over it, a number a draw.
+/// The gestures of a recording with frames at these times, s; `means` are the means of every muscle over the recording, one number for
+/// each draw.
 pub(super) fn gestures(times: &[f64], draws: &Draws, means: &[Vec<f64>]) -> Vec<Gesture> {
     let mut out = Vec::new();
     let mut from = 0;

@@ -1,8 +1,8 @@
-//! Points that are kept back, and who else could have told where they are: a spline through the other points, principal components
-//! and a Gaussian of the speaker's other recordings. Two of them saw this speaker and know nothing else; the model is not there for
-//! interpolation but for tensions, and whether it loses is said plainly.
+//! Held-out points, predicted by the model and by other methods: a spline through the other points, principal components, and a Gaussian
+//! of the speaker's other recordings. Two of these methods know this speaker's points and nothing else. The purpose of the model is to
+//! find tensions, not to interpolate, but results in which it is worse are reported too.
 //!
-//! All are judged alike: by the distance of the hidden point from the contour that an opponent draws.
+//! All methods are compared by the distance of the hidden point from the contour that they predict.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -12,19 +12,19 @@ use tongue_input::measured::recording::{Seen, SeenFrame};
 
 use super::Tracked;
 
-/// Principal components that are kept.
+/// Number of principal components.
 const COMPONENTS: usize = 4;
-/// Beyond its last point a contour goes on straight, so far, m: hidden tips lie there.
+/// Length by which a contour is extended in a straight line beyond its last point, m: hidden tips lie there.
 const BEYOND_M: f64 = 30e-3;
-/// Part of the largest variance that is added to each, so that a Gaussian of few frames can be solved for.
+/// Part of the largest variance that is added to each variance, so that a Gaussian of few frames can be solved.
 const RIDGE: f64 = 1e-3;
 
-/// How well one of them tells where hidden points are.
+/// Accuracy of one method for hidden points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Opponent {
-    /// Who.
+    /// Name of the method.
     pub name: String,
-    /// Points that were told.
+    /// Number of predicted points.
     pub points: usize,
     /// Median distance, mm.
     pub median_mm: f64,
@@ -32,14 +32,14 @@ pub struct Opponent {
     pub pooled_mm: f64,
 }
 
-/// What became of the points that were kept back.
+/// Comparison of predictions of the held-out points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOut {
-    /// Which points.
+    /// Names of the points.
     pub points: Vec<String>,
-    /// Of which recordings each was learned before it was told: `others` (leave one recording out) or `the same`, where there is only one.
+    /// The recordings from which the other methods learned: `others` (leave one recording out), or `the same` if there is only one.
     pub trained_on: &'static str,
-    /// The model first.
+    /// The methods, the model first.
     pub opponents: Vec<Opponent>,
 }
 
@@ -55,8 +55,8 @@ impl Opponent {
     }
 }
 
-/// The model and its opponents on hidden points. Of every recording: what was seen, what the model (which did not see the hidden
-/// points) made of it, and from which recordings the others learn.
+/// The model and the other methods on hidden points. `seen` are the observations of every recording, and `tracked` are the results of the
+/// model without the hidden points.
 pub fn opponents(seen: &[&Seen], tracked: &[Vec<Tracked>], hide: &[String]) -> Vec<Opponent> {
     let model = tracked.iter().flatten().flat_map(missed).collect();
     let names: Vec<String> = seen.first().map(|s| s.contour.clone()).unwrap_or_default();
@@ -100,7 +100,7 @@ pub fn opponents(seen: &[&Seen], tracked: &[Vec<Tracked>], hide: &[String]) -> V
     all.into_iter().flatten().collect()
 }
 
-/// How far every hidden point was missed, m. Of a coil both coordinates are hidden, one after the other.
+/// Error of every hidden point, m. Both coordinates of a coil are hidden and follow each other.
 fn missed(frame: &Tracked) -> Vec<f64> {
     let mut out: Vec<(&str, f64)> = Vec::new();
     for hidden in &frame.hidden {
@@ -112,7 +112,7 @@ fn missed(frame: &Tracked) -> Vec<f64> {
     out.into_iter().map(|(_, far)| far).collect()
 }
 
-/// The speaker's mean place of hidden coils, and the place that a Gaussian of the speaker's coils expects from the others.
+/// Errors, m, of two predictions of hidden coils: the speaker's mean place, and a Gaussian of the speaker's coils given the others.
 fn of_coils(seen: &[&Seen], hide: &[String]) -> [Vec<f64>; 2] {
     let (mut by_mean, mut by_gaussian) = (Vec::new(), Vec::new());
     let names = |s: &Seen| s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
@@ -141,7 +141,7 @@ fn of_coils(seen: &[&Seen], hide: &[String]) -> [Vec<f64>; 2] {
     [by_mean, by_gaussian]
 }
 
-/// All coordinates of a frame in which every point was seen.
+/// All coordinates of a frame in which every point was seen; `None` for other frames.
 fn whole(frame: &SeenFrame) -> Option<DVector<f64>> {
     frame.contour.iter().map(|m| m.map(|m| m.at)).collect::<Option<Vec<Point>>>().map(coordinates)
 }
@@ -150,7 +150,7 @@ fn coordinates(points: Vec<Point>) -> DVector<f64> {
     DVector::from_iterator(2 * points.len(), points.iter().flat_map(|p| [p.x, p.y]))
 }
 
-/// Mean and covariance of whole frames.
+/// Mean and covariance of complete frames.
 struct Learned {
     mean: DVector<f64>,
     covariance: DMatrix<f64>,
@@ -191,7 +191,7 @@ impl Learned {
         points(&weights.map_or_else(|| self.mean.clone(), |w| &self.mean + basis * w))
     }
 
-    /// The whole contour as it is to be expected where the visible points are known.
+    /// The expected whole contour given the visible points.
     fn by_gaussian(&self, shown: &[usize], visible: &[Point]) -> Vec<Point> {
         let rows = Self::rows(shown);
         let mut seen = self.covariance.select_rows(&rows).select_columns(&rows);

@@ -1,23 +1,23 @@
-//! Tensions from numbers that may be anything, so that a slack muscle is no edge: `F = s ln(1 + exp(h / s))`.
+//! Tensions as a smooth function of unbounded numbers, so that a slack muscle is not on a bound: `F = s ln(1 + exp(h / s))`.
 
-/// Scale of tensions for which the numbers below are meant, N per metre of thickness.
+/// Scale of tensions for which the numbers below are given, N per metre of thickness.
 const SCALE_N: f64 = 20.0;
-/// Where the exponential goes over into a straight line.
+/// The constant `s`, where the exponential turns into a straight line.
 const BEND_N: f64 = 3.0;
-/// Middle of `h`.
+/// Prior mean of `h`.
 const MIDDLE_N: f64 = 8.0;
-/// Standard deviation of a muscle's level in a speaker, the same in all frames.
+/// Standard deviation of a muscle's level in a speaker, which is the same in all frames.
 const LEVEL_SD_N: f64 = 10.0;
-/// Standard deviation of its course about that level.
+/// Standard deviation of a muscle's course about that level.
 const COURSE_SD_N: f64 = 12.0;
 
-/// The link of tensions, and their prior: `h = middle + M + e(t)` with `M ~ N(0, level²)` shared by all frames and `e` a process of
-/// Ornstein and Uhlenbeck. A prior on each frame by itself would take the mean of all frames for known.
+/// The link of tensions, and their prior: `h = middle + M + e(t)` with `M ~ N(0, level²)` shared by all frames and `e` an
+/// Ornstein-Uhlenbeck process. Independent priors of the frames would treat the mean of all frames as known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Link {
-    /// Where the exponential goes over into a straight line, N per metre of thickness.
+    /// The constant `s`, where the exponential turns into a straight line, N per metre of thickness.
     pub bend_n: f64,
-    /// Middle of `h`, N/m.
+    /// Prior mean of `h`, N/m.
     pub middle_n: f64,
     /// Standard deviation of the level, N/m.
     pub level_sd_n: f64,
@@ -32,7 +32,7 @@ impl Default for Link {
 }
 
 impl Link {
-    /// With all sizes in proportion to a scale of the tensions; usual is 20 N/m.
+    /// A link with all values in proportion to a scale of the tensions, N/m; the default is 20 N/m.
     pub fn of_scale(scale_n: f64) -> Self {
         let by = scale_n / SCALE_N;
         Self {
@@ -56,17 +56,17 @@ impl Link {
         (self.bend_n * value, 1.0 / (1.0 + (-t).exp()))
     }
 
-    /// The tension in the middle of the bend, N/m: below this a muscle cannot be told from a slack one.
+    /// The tension in the middle of the bend, N/m: a muscle below it cannot be distinguished from a slack one.
     pub fn slack_n(&self) -> f64 {
         self.tension(0.0).0
     }
 
-    /// The tension below which a muscle of the prior lies with the probability of the normal quantile `z`, N/m.
+    /// Quantile of a tension in the prior, N/m; `z` is the standard normal quantile of the same probability.
     pub fn prior_quantile(&self, z: f64) -> f64 {
         self.tension(self.middle_n + z * self.level_sd_n.hypot(self.course_sd_n)).0
     }
 
-    /// Standard deviation of a tension of the prior, N/m.
+    /// Standard deviation of a tension in the prior, N/m.
     pub fn prior_sd_n(&self) -> f64 {
         let moment = |power: i32| {
             let grid = (-60..=60).map(|i| 0.1 * f64::from(i)).map(|z| (z, (-0.5 * z * z).exp()));
@@ -93,7 +93,7 @@ mod tests {
         assert!((link.tension(0.0).0 - 3.0 * 2f64.ln()).abs() < 1e-12);
         // The width of the prior's 95 % interval.
         assert!((link.prior_quantile(1.96) - link.prior_quantile(-1.96) - 38.6).abs() < 0.1);
-        // Its standard deviation, by two million draws elsewhere.
+        // Its standard deviation, from two million draws of another program.
         assert!((link.prior_sd_n() - 11.43).abs() < 0.02, "{}", link.prior_sd_n());
         assert!((Link::of_scale(40.0).tension(16.0).0 - 2.0 * link.tension(8.0).0).abs() < 1e-12);
     }

@@ -1,11 +1,11 @@
-//! Tensions over time from what was seen of a tongue: contour points, sensors, bones.
+//! Tensions over time from observations of a tongue: contour points, sensors, bones.
 //!
-//! What was seen of a frame is met by its equilibrium up to errors that neighbours along the contour and in time share ([`Errors`]);
-//! tensions have a level in each speaker and a course about it ([`Link`]); the shape at rest is known only about
-//! ([`ShapePrior`]). The most probable tensions on the placed body are found for all frames at once, then draws of
-//! the shape and of the tensions given the shape tell the intervals: of levels, and of courses, which are tensions less their mean
-//! in the same draw, so that what the shape does to all frames alike drops out. Masses and dampers have no part in it: the thesis's
-//! time constants (1 s) are those of no speech.
+//! The equilibrium of a frame meets its observations up to errors that neighbours along the contour and in time share ([`Errors`]).
+//! Tensions have a level in each speaker and a course about it ([`Link`]). The shape at rest is uncertain ([`ShapePrior`]). First the
+//! most probable tensions on the placed body are found for all frames at once. Then draws of the shape, and of the tensions given the
+//! shape, give the intervals of levels and courses. A course is a tension less its mean over the recording in the same draw, so an error
+//! of the shape that changes all frames equally cancels. Masses and dampers are not used, because the time constants of the thesis (1 s)
+//! are too long for speech.
 
 mod branch;
 mod chain;

@@ -1,7 +1,7 @@
-//! The most probable tensions of all frames on one body, by the method of Gauss and Newton.
+//! The most probable tensions of all frames on one body, by the Gauss-Newton method.
 //!
-//! Unknown in every frame (its state): the course of each muscle, displacements of bones that were not seen, and the slow error at a few
-//! knots of the contour. Shared by all: the level of each muscle and the static error. The shape at rest stays as it is.
+//! The unknowns of a frame (its state) are the course of each muscle, displacements of bones that were not observed, and the slow error
+//! at a few knots of the contour. Shared by all frames are the level of each muscle and the static error. The shape at rest is fixed.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,13 +12,13 @@ use super::errors::{FrameErrors, Knots};
 use super::frame::{Frame, Linear, Solver};
 use super::settings::Settings;
 
-/// Frames that are followed one from the other; where a new chunk begins the body starts at rest. Results do not depend on threads,
-/// because chunks do not.
+/// Number of frames in a chunk: each is solved from the one before, and the first from rest. Chunks do not depend on threads, so the
+/// results do not either.
 pub(super) const CHUNK: usize = 32;
-/// A frame with fewer observations than this says nothing by itself.
+/// A frame with fewer observations than this counts as one without observations.
 pub const FEWEST: usize = 3;
 
-/// What the unknowns are, in their order.
+/// Numbers of the unknowns, in their order.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sizes {
     /// Contracting muscles.
@@ -35,13 +35,13 @@ impl Sizes {
         self.muscles + self.bones + self.knots
     }
 
-    /// Unknowns that all frames share while the body is held: levels, static error.
+    /// Number of unknowns that all frames share on a fixed body: levels, static error.
     pub fn shared(&self) -> usize {
         self.muscles + self.knots
     }
 }
 
-/// Where a frame is.
+/// State and linearisation of a frame.
 #[derive(Debug, Clone)]
 pub(super) struct Here {
     /// Its state.
@@ -51,37 +51,37 @@ pub(super) struct Here {
     pub positions: Option<Vec<Point>>,
 }
 
-/// A recording on its way.
+/// A recording during the search.
 pub(super) struct Course {
     pub frames: Vec<Frame>,
     pub chain: Chain,
-    /// Of every frame; `None` where too little was seen.
+    /// The errors of every frame; `None` where there are too few observations.
     pub errors: Vec<Option<FrameErrors>>,
     pub here: Vec<Here>,
 }
 
-/// The residuals of a frame and their rates, whitened.
+/// The whitened residuals of a frame and their derivatives.
 pub(super) struct Rows {
     pub residuals: DVector<f64>,
     pub by_state: DMatrix<f64>,
-    /// By levels and static error.
+    /// Derivatives by levels and static error.
     pub by_shared: DMatrix<f64>,
 }
 
 /// A recording whose states are eliminated.
 pub(super) struct Eliminated {
     pub factors: Factors,
-    /// By how much the states answer to what is shared, and their own step, in columns.
+    /// Responses of the states to the shared unknowns, and their own step, in columns.
     pub answers: Vec<DMatrix<f64>>,
     pub steps: Vec<DMatrix<f64>>,
     /// The rows of every frame.
     pub rows: Vec<Option<Rows>>,
-    /// What is left of the curvature and gradient of what is shared.
+    /// Curvature and gradient of the shared unknowns after the elimination.
     pub curvature: DMatrix<f64>,
     pub gradient: DVector<f64>,
 }
 
-/// All recordings of a speaker, with what they share.
+/// All recordings of a speaker, with their shared unknowns.
 #[derive(Clone)]
 pub(super) struct Mode<'a, 's> {
     pub sizes: Sizes,
@@ -90,7 +90,7 @@ pub(super) struct Mode<'a, 's> {
     pub solver: &'a (dyn Fn() -> Solver<'s> + Sync),
     /// Levels (N/m) and static error (mm).
     pub shared: DVector<f64>,
-    /// Their precision.
+    /// Precision of the shared unknowns in the prior.
     pub shared_precision: DMatrix<f64>,
 }
 
@@ -108,7 +108,7 @@ impl<'a, 's> Mode<'a, 's> {
         Self { sizes, settings, knots, solver, shared: DVector::zeros(n), shared_precision: precision }
     }
 
-    /// A recording before anything is known of it.
+    /// A recording at the start of the search.
     pub fn course(&self, frames: Vec<Frame>) -> Course {
         let Sizes { muscles, bones, knots } = self.sizes;
         let n = self.sizes.state();
@@ -124,20 +124,20 @@ impl<'a, 's> Mode<'a, 's> {
         course
     }
 
-    /// Errors of the observations that the frames of a recording have now.
+    /// Sets the errors for the observations that the frames of a recording have now.
     pub fn take_errors(&self, course: &mut Course) {
         let of = |f: &Frame| (f.observations.len() >= FEWEST).then(|| self.knots.frame(&f.along)).flatten();
         course.errors = course.frames.iter().map(of).collect();
     }
 
-    /// What a frame is solved with: tensions before the link, and displacements.
+    /// Unknowns of a frame's equilibrium: tensions before the link, and displacements.
     pub fn unknowns(&self, z: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
         let Sizes { muscles, bones, .. } = self.sizes;
         let middle = self.settings.link.middle_n;
         DVector::from_fn(muscles + bones, |i, _| if i < muscles { middle + shared[i] + z[i] } else { z[i] })
     }
 
-    /// Residuals of a frame, mm, without what the knots say of its error.
+    /// Residuals of a frame, mm, less the error given by the values at the knots.
     pub fn residuals_mm(
         &self,
         course: &Course,
@@ -154,7 +154,7 @@ impl<'a, 's> Mode<'a, 's> {
         Some(residuals - &errors.basis * known)
     }
 
-    /// The rows of a frame; `None` where it has nothing to say.
+    /// The rows of a frame; `None` where it has no observations or no equilibrium.
     pub fn rows(&self, course: &Course, t: usize) -> Option<Rows> {
         let residuals = self.residuals_mm(course, t, &course.here[t], &self.shared)?;
         let (linear, errors) = (course.here[t].linear.as_ref()?, course.errors[t].as_ref()?);
@@ -176,7 +176,7 @@ impl<'a, 's> Mode<'a, 's> {
         Some(Rows { residuals: all.column(0).into_owned(), by_state, by_shared })
     }
 
-    /// Eliminates the states of a recording; `more` gives further columns of what is shared. `damping` holds the tensions and
+    /// Eliminates the states of a recording; `more` gives further columns of shared unknowns. `damping` holds the tensions and
     /// displacements of each frame, in units of their precision in the prior.
     pub fn eliminate(
         &self,

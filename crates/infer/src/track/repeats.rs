@@ -1,18 +1,18 @@
-//! What repeats: where a recording's labels or prompts repeat, the intraclass correlation of every muscle's course over the repetitions.
+//! Repeatability: where a recording's labels or prompts repeat, the intraclass correlation of every muscle's course over the repetitions.
 //!
-//! Every repetition is brought to the same number of points from its beginning to its end. At each point of each label the repetitions
+//! Every repetition is resampled to the same number of points from its beginning to its end. At each point of each label the repetitions
 //! are judges of one number: ICC(1) by one-way analysis of variance, with groups of different sizes (Shrout and Fleiss 1979; Donner and
-//! Koval 1980). Courses are smooth, so some of that is there in any two stretches: beside it stands what comes of labels that are shifted by
-//! a random time in each recording, which goes on at its beginning where it ends.
+//! Koval 1980). Courses are smooth, so any two intervals correlate a little. For comparison, the same is computed for labels shifted by a
+//! random time in each recording; a recording continues at its beginning where it ends.
 
 use serde::Serialize;
 
 use tongue_core::random::seed_of;
 use tongue_input::measured::recording::Label;
 
-/// Points to which a repetition is brought.
+/// Number of points to which a repetition is resampled.
 const POINTS: usize = 11;
-/// Times that labels are shifted.
+/// Number of random shifts of the labels.
 const SHIFTS: usize = 200;
 /// Fewest frames of a repetition.
 const FEWEST_FRAMES: usize = 3;
@@ -35,25 +35,25 @@ pub struct Repeated {
     pub icc: f64,
     /// Mean of the same over shifted labels.
     pub by_chance: f64,
-    /// What 95 % of the shifted labels stay below.
+    /// The value below which 95 % of the shifted labels stay.
     pub chance_95: f64,
 }
 
-/// What repeats in recordings.
+/// Repeatability of the courses in recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Repeats {
     /// The tier whose labels repeat.
     pub tier: String,
     /// Labels that repeat, and how often each does.
     pub labels: Vec<(String, usize)>,
-    /// Of every muscle.
+    /// The results for every muscle.
     pub muscles: Vec<Repeated>,
 }
 
-/// The labels of a tier that repeat: of each its name, and the recording and ends of every repetition.
+/// The labels of a tier that repeat: for each its name, and the recording, beginning and end of every repetition.
 type Groups = Vec<(String, Vec<(usize, f64, f64)>)>;
 
-/// What repeats in recordings whose courses are of so many muscles; `None` where no label does.
+/// Repeatability in recordings with courses of this number of muscles; `None` if no label repeats.
 pub fn repeats(recordings: &[Repeatable<'_>], muscles: usize) -> Option<Repeats> {
     let mut tiers: Vec<&str> = Vec::new();
     for label in recordings.iter().flat_map(|r| r.labels) {
@@ -61,7 +61,7 @@ pub fn repeats(recordings: &[Repeatable<'_>], muscles: usize) -> Option<Repeats>
             tiers.push(&label.tier);
         }
     }
-    // Of several tiers the one with most repetitions; of equal ones the first.
+    // The tier with most repetitions; of equal ones the first.
     let count = |groups: &Groups| groups.iter().map(|(_, all)| all.len()).sum::<usize>();
     let all = tiers.iter().map(|tier| (*tier, groups(recordings, tier)));
     let (tier, groups) = all.filter(|(_, g)| !g.is_empty()).rev().max_by_key(|(_, g)| count(g))?;
@@ -105,9 +105,9 @@ fn span(times: &[f64]) -> f64 {
     times.first().zip(times.last()).map_or(0.0, |(a, b)| b - a)
 }
 
-/// The ICC of every muscle with the labels of each recording shifted by so much.
+/// The ICC of every muscle with the labels of each recording shifted by a time.
 fn iccs(recordings: &[Repeatable<'_>], groups: &Groups, muscles: usize, shifts: &[f64]) -> Vec<f64> {
-    // Of every muscle the groups of numbers that should be the same: one for each label and point.
+    // For every muscle, groups of numbers that should be equal: one group for each label and point.
     let mut numbers: Vec<Vec<Vec<f64>>> = vec![Vec::new(); muscles];
     for (_, repetitions) in groups {
         for point in 0..POINTS {
@@ -126,7 +126,7 @@ fn iccs(recordings: &[Repeatable<'_>], groups: &Groups, muscles: usize, shifts: 
     numbers.iter().map(|groups| icc(groups)).collect()
 }
 
-/// The courses at a time, between frames in a straight line; a recording goes on at its beginning where it ends.
+/// The courses at a time, interpolated linearly between frames; a recording continues at its beginning where it ends.
 fn at(recording: &Repeatable<'_>, time: f64) -> Vec<f64> {
     let (Some(&first), length) = (recording.times.first(), span(recording.times)) else { return Vec::new() };
     let time = if time > first + length { time - length } else { time };

@@ -1,4 +1,4 @@
-//! All recordings of a speaker: the most probable tensions, what cannot be believed, draws, and what is told of them.
+//! All recordings of a speaker: the most probable tensions, rejected observations, draws, and results.
 
 use nalgebra::DVector;
 
@@ -19,10 +19,10 @@ use super::mode::{CHUNK, Course, FEWEST, Here, Mode, Sizes};
 use super::settings::Settings;
 use super::shape::Shape;
 
-/// Steps to the most probable shape, and by how much one that fails is shortened.
+/// Number of steps to the most probable shape, and the factor that shortens a rejected step.
 const SHAPES: usize = 5;
 const SHORTER: f64 = 0.4;
-/// A residual of more standard deviations than this is no noise.
+/// A residual is not noise if it is larger than this many standard deviations.
 const MOST_SD: f64 = 4.0;
 
 /// A body on which recordings are tracked.
@@ -30,16 +30,16 @@ const MOST_SD: f64 = 4.0;
 pub struct Stage<'a> {
     /// The body.
     pub system: &'a System<2>,
-    /// Bones that are carried to where they were seen.
+    /// Bones that are moved to their observed places.
     pub followed: &'a [Followed],
     /// Bones whose displacement is unknown ([`BONE_SD_M`](crate::inverse::BONE_SD_M), remembered like tensions).
     pub freed: &'a [FreedBone<2>],
-    /// What is not known of its shape; `None` for a body that is known.
+    /// Uncertainty of its shape; `None` if the shape is known.
     pub shape: Option<&'a Shape>,
 }
 
-/// Finds the tensions in all frames of recordings of one speaker. `progress` is told how much of the whole is done. `None` where
-/// covariances cannot be factorised, which no finite recording has been seen to do.
+/// Finds the tensions in all frames of recordings of one speaker. `progress` is called with the finished part of the whole. `None` where
+/// covariances cannot be factorised, which has not been observed for finite recordings.
 pub fn track(
     stage: &Stage<'_>,
     recordings: Vec<Vec<Frame>>,
@@ -81,8 +81,8 @@ pub fn track(
     Some(out)
 }
 
-/// The body that is shown: that of the most probable shape, by a few steps. Far from where it was linearised a shape does not answer
-/// in straight lines, so the frames are found once more on each body, and a step that makes all of it cost more is shortened.
+/// The displayed body, which has the most probable shape, found in a few steps. The linearisation holds only near a shape, so the frames
+/// are solved again on each body, and a step that increases the total cost is shortened.
 fn shown(
     stage: &Stage<'_>,
     shape: &Shape,
@@ -114,7 +114,8 @@ fn shown(
     out
 }
 
-/// Shapes of all frames after the body at rest has changed: every node goes with it, those on bone, which no equilibrium moves, too.
+/// Shapes of all frames after a change of the body at rest: every node moves with it, including nodes on bone, which no equilibrium
+/// moves.
 fn carry(courses: &mut [Course], before: &[Point], rest: &[Point]) {
     let positions = courses.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
     for positions in positions {
@@ -122,8 +123,8 @@ fn carry(courses: &mut [Course], before: &[Point], rest: &[Point]) {
     }
 }
 
-/// Takes out what is much farther from the surface than its error and than everything else: it is no point of this tongue. Tells the
-/// faults of every frame, and whether it is lost.
+/// Removes observations that are much farther from the surface than their error and than all others, because they are not points of this
+/// tongue. Returns the faults of every frame, and whether the frame is lost.
 #[allow(clippy::type_complexity, reason = "two lists of a frame each")]
 fn without_outliers(mode: &Mode<'_, '_>, courses: &mut [Course]) -> (Vec<Vec<Vec<Fault>>>, Vec<Vec<bool>>) {
     let far = |course: &Course, t: usize| -> Vec<f64> {
@@ -166,7 +167,7 @@ fn without_outliers(mode: &Mode<'_, '_>, courses: &mut [Course]) -> (Vec<Vec<Vec
     (faults, lost)
 }
 
-/// What is told of every frame of a recording, on the body with the most probable shape; `placed` is where its frames were before.
+/// Results for every frame of a recording, on the body with the most probable shape; `placed` are the frames on the placed body.
 fn told(
     mode: &Mode<'_, '_>,
     course: &Course,

@@ -1,10 +1,10 @@
-//! Tensions by their scores: `F = s Z((1 + Phi(g)) / 2)` with `Z` the quantile of the normal distribution. A score that is normal
-//! makes a tension that is half-normal of scale `s`: never below zero, its median at `g = 0` (0.67 s), and in scores neither bounds
-//! nor corners are left.
+//! Tensions as functions of scores: `F = s Z((1 + Phi(g)) / 2)` with `Z` the quantile of the normal distribution. A normal score gives a
+//! tension that is half-normal of scale `s`: never below zero, with its median at `g = 0` (0.67 s). Scores have neither bounds nor
+//! corners.
 
 use std::f64::consts::{PI, SQRT_2};
 
-/// Scores beyond these are tensions below 1e-5 s and above 5.7 s.
+/// Range of scores: they correspond to tensions from 1e-5 s to 5.7 s.
 pub const LOWEST: f64 = -4.6;
 /// See [`LOWEST`].
 pub const HIGHEST: f64 = 5.3;
@@ -24,7 +24,7 @@ fn from_middle(x: f64) -> f64 {
     density(x) * sum
 }
 
-/// `1 - Phi(x)`; beyond 2.5 by Laplace's continued fraction, so that small ones are right to the last digits.
+/// `1 - Phi(x)`; beyond 2.5 by Laplace's continued fraction, so that small values are accurate to the last digits.
 pub fn upper_tail(x: f64) -> f64 {
     if x < 2.5 {
         return 0.5 - from_middle(x);
@@ -62,7 +62,7 @@ pub fn tension(score: f64) -> (f64, f64) {
     (z, density(g) / (2.0 * density(z)))
 }
 
-/// What a frame's score stands for, over its scale, and the derivative: a tension ([`tension`]), or a displacement of a bone, which is
+/// The value for a frame's score, over its scale, and the derivative: a tension ([`tension`]), or a displacement of a bone, which is
 /// normal itself.
 pub fn value(score: f64, of_tension: bool) -> (f64, f64) {
     if of_tension { tension(score) } else { (score, 1.0) }
@@ -83,7 +83,7 @@ fn of_middle(p: f64) -> f64 {
 
 /// The score of a tension over its scale.
 pub fn score(tension: f64) -> f64 {
-    // Where the score is 0.
+    // The tension over its scale at score 0.
     const MEDIAN: f64 = 0.674_489_750_196_081_7;
     let g = if tension > MEDIAN {
         of_upper_tail(2.0 * upper_tail(tension))

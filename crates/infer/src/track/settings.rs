@@ -1,36 +1,36 @@
-//! How recordings are tracked.
+//! Settings of tracking.
 
 use super::errors::Errors;
 use super::link::Link;
 
-/// How the tensions of recordings are found.
+/// Settings for finding the tensions of recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Prior of the tensions, and how they are parted from what is searched for.
+    /// Prior of the tensions, and their link to the unknowns of the search.
     pub link: Link,
-    /// Time over which tensions and slow errors are remembered, s; 0: every frame by itself.
+    /// Time over which tensions and slow errors are remembered, s; 0: frames are independent.
     pub memory_s: f64,
-    /// Errors of what is seen.
+    /// Errors of the observations.
     pub errors: Errors,
-    /// How much of what the frames say of the shape at rest is believed: 1 would be right of a model that is.
+    /// Weight of the frames' information about the shape at rest: 1 would be right for an exact model.
     pub trust: f64,
     /// Number of draws.
     pub draws: usize,
-    /// Of their random numbers.
+    /// Seed of the draws.
     pub seed: u64,
-    /// Upper bound of every tension, N per metre of thickness: more than this is told as a bound.
+    /// Upper bound of every tension, N per metre of thickness: larger tensions are reported as at the bound.
     pub upper_n: f64,
     /// Whether every frame is checked to lie on the branch of equilibria that begins at rest.
     pub branch: bool,
-    /// Most rounds of the search for the most probable tensions.
+    /// Largest number of rounds of the search for the most probable tensions.
     pub rounds: usize,
 }
 
-/// Tensions beyond this part of the scale are told as a bound.
+/// Tensions above this multiple of the scale are reported as at the bound.
 const BOUND: f64 = 5.4;
 
 impl Settings {
-    /// For tensions of this scale (usual: 20 N per metre of thickness), remembered for so long (usual: 0.1 s).
+    /// Settings for tensions of this scale (default: 20 N per metre of thickness) and this memory (default: 0.1 s).
     pub fn new(scale_n: f64, memory_s: f64) -> Self {
         Self {
             link: Link::of_scale(scale_n),

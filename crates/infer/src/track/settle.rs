@@ -1,4 +1,4 @@
-//! The tensions of one frame by itself under a half-normal prior: what the search for a rest shape asks for.
+//! The tensions of a single frame under a half-normal prior, as used in the search for a rest shape.
 
 use nalgebra::{Cholesky, DMatrix, DVector, SVector};
 
@@ -6,12 +6,12 @@ use super::frame::{Frame, Linear, Solver};
 use super::mode::FEWEST;
 use super::scores;
 
-/// Longest step of a score: the tensions answer in straight lines only so far.
+/// Longest step of a score: the linear response of the tensions holds only so far.
 const LONGEST_STEP: f64 = 1.2;
-/// A step of the scores that is shorter has arrived; a hundredth of a standard deviation of the prior.
+/// The search has converged when a step of the scores is shorter than this: a hundredth of a standard deviation of the prior.
 pub(crate) const ARRIVED: f64 = 1e-2;
 
-/// What is assumed of the scores of all muscles before anything is seen.
+/// Prior of the scores of all muscles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prior {
     /// Scale of the half-normal tensions, N per metre of thickness.
@@ -20,7 +20,7 @@ pub struct Prior {
     pub mean: DVector<f64>,
     /// Covariance of the scores.
     pub covariance: DMatrix<f64>,
-    /// Time over which a score is remembered, s; 0: every frame by itself.
+    /// Time over which a score is remembered, s; 0: frames are independent.
     pub memory_s: f64,
 }
 
@@ -43,8 +43,8 @@ impl Prior {
 }
 
 impl Solver<'_> {
-    /// The scores at which a frame by itself, with the prior, costs least: by Levenberg's and Marquardt's method, from given scores and
-    /// positions. With them the frame there and the cost. `None` where there is no equilibrium to begin with.
+    /// The scores with the smallest cost of a single frame with the prior, by the Levenberg-Marquardt method from given scores and
+    /// positions. Returns the scores, the frame there and the cost; `None` where there is no equilibrium at the start.
     pub(crate) fn settle(
         &mut self,
         frame: &Frame,
@@ -89,7 +89,7 @@ impl Solver<'_> {
     }
 }
 
-/// The scores after a step, which is cut where it is too long.
+/// The scores after a step, which is shortened if it is too long.
 fn stepped(x: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
     let cut = (LONGEST_STEP / step.amax().max(LONGEST_STEP)).min(1.0);
     (x + step * cut).map(|g| g.clamp(scores::LOWEST, scores::HIGHEST))

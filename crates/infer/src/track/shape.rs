@@ -1,7 +1,7 @@
-//! What is not known of a body at rest: by how far its parts may lie elsewhere, and how the surface in a frame answers to that.
+//! The uncertainty of a body's shape at rest: how far its parts may be displaced, and how the surface in a frame responds to that.
 //!
-//! The outline moves with the control points of [`ControlPoints`], cells keep their areas, the whole is shifted, turned, scaled and
-//! sheared once more, and the ends of muscles lie elsewhere on the outline or in the tissue.
+//! The outline moves with the control points of [`ControlPoints`], and cells resist changes of their areas. In addition the whole body
+//! may be shifted, turned, scaled and sheared, and the ends of muscles may move on the outline or in the tissue.
 
 use std::ops::Range;
 
@@ -24,39 +24,39 @@ pub(crate) const TURN_SD: f64 = 9.0 * std::f64::consts::PI / 180.0;
 pub(crate) const SCALE_SD: f64 = 0.1;
 /// A unit of a direction that moves a coil along the surface, m.
 const COIL_UNIT_M: f64 = 1e-3;
-/// Of a shear along the axes and one along the diagonals.
+/// Standard deviation of a shear along the axes and of one along the diagonals.
 const SHEAR_SD: f64 = 0.08;
-/// Of the end of a muscle, m; of one on a bone that is not seen, such as the styloid.
+/// Standard deviations of the end of a muscle, m, and of an end on a bone that is not observed, such as the styloid.
 const END_SD_M: f64 = 3e-3;
 const FAR_END_SD_M: f64 = 8e-3;
-/// Of the mental spine and the hyoid about where they are seen, m.
+/// Standard deviations of the mental spine and the hyoid about their observed places, m.
 const SPINE_SD_M: f64 = 2.5e-3;
 const HYOID_SD_M: f64 = 5e-3;
-/// Step of a central difference along a direction of 1 mm or one standard deviation, in units of that.
+/// Step of a central difference, in units of a direction: 1 mm or one standard deviation.
 const STEP: f64 = 1e-3;
-/// A node where muscles cross goes along the other one; where they are nearly parallel it stays.
+/// A node where muscles cross moves along the other muscle; if the sine of their angle is smaller than this it stays.
 const LEAST_SINE: f64 = 0.3;
 
 /// Directions in which a body may differ, with their prior: normal, mean zero.
 #[derive(Debug, Clone)]
 pub struct ShapePrior {
-    /// Of every direction how a unit of it moves the nodes, m.
+    /// For every direction, the displacements of the nodes for one unit, m.
     directions: Vec<Vec<Point>>,
-    /// Coils that may lie elsewhere along the surface, which the last directions move: the weights of the nodes in the motion of each.
+    /// Coils that may be elsewhere along the surface; the last directions move them. For each, the weights of the nodes in its motion.
     coils: Vec<(String, Vec<(usize, f64)>)>,
-    /// Those of them that shift, turn and scale.
+    /// The directions that shift, turn and scale.
     placing: Range<usize>,
-    /// The precision of the amounts, and the gradient of the cost at zero (bones that were not placed where they are seen), without
-    /// what cells cost.
+    /// The precision of the amounts, and the gradient of the cost at zero (bones that were not placed where they are observed), without
+    /// the cost of cells.
     own: (DMatrix<f64>, DVector<f64>),
-    /// The same with what cells cost.
+    /// The precision with the cost of cells.
     pub precision: DMatrix<f64>,
-    /// Of the directions that may not change the areas of cells.
+    /// The gradient with the cost of cells.
     pub gradient: DVector<f64>,
 }
 
 impl ShapePrior {
-    /// Of a body in the frame of its recordings; `seen` are the median places of its bones, where they are known.
+    /// The prior for a body in the frame of its recordings; `seen` gives the median places of its bones where they are known.
     ///
     /// # Errors
     /// [`RestError::Body`] for a body without the bones of a tongue.
@@ -68,12 +68,12 @@ impl ShapePrior {
         let weights: Vec<Vec<f64>> = mesh.nodes.iter().map(|p| plate.weights(*p)).collect();
         let axes = [Point::x(), Point::y()];
         let mut directions: Vec<Vec<Point>> = Vec::new();
-        // Millimetres of the control points, x and y in turn.
+        // The control points in millimetres, x and y in turn.
         let n = controls.points.len();
         for control in 0..n {
             directions.extend(axes.map(|a| weights.iter().map(|w| a * (w[control] * 1e-3)).collect()));
         }
-        // The others in standard deviations.
+        // The other directions in standard deviations.
         let outline = mesh.surface_nodes();
         let centre: Point =
             outline.iter().map(|&i| mesh.nodes[i]).sum::<Point>() / outline.len().max(1) as f64;
@@ -101,7 +101,7 @@ impl ShapePrior {
             let (Some(mark), Some(at)) = (mark_of(body, bone), seen(bone)) else { continue };
             let Some(node) = body.bone(bone).iter().find(|&&i| mesh.nodes[i] == mark) else { continue };
             for axis in 0..2 {
-                // The ends of muscles are not what is seen of a bone.
+                // The observed place of a bone says nothing about the ends of muscles.
                 let rate = |k: usize| if k < kept + 2 { directions[k][*node][axis] / sd } else { 0.0 };
                 let row = DVector::from_fn(all, |k, _| rate(k));
                 gradient += &row * ((mark[axis] - at[axis]) / sd);
@@ -119,7 +119,8 @@ impl ShapePrior {
         Ok(prior.at(mesh, &DVector::zeros(all)))
     }
 
-    /// With what is known of a placement by coils in place of the usual, and with directions that move the coils along the surface.
+    /// The prior with the uncertainty of a placement by coils instead of the default, and with directions that move the coils along the
+    /// surface.
     fn placed(mut self, mesh: &Mesh<2>, surface: &Surface, by: &Placement) -> Self {
         let (first, all) = (self.placing.start, self.directions.len());
         let units = [SHIFT_SD_M, SHIFT_SD_M, TURN_SD, SCALE_SD];
@@ -148,7 +149,7 @@ impl ShapePrior {
         self.at(mesh, &DVector::zeros(count))
     }
 
-    /// The nodes with such amounts of the directions, m.
+    /// The nodes after a displacement by these amounts of the directions, m.
     fn moved(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Vec<Point> {
         let mut nodes = mesh.nodes.clone();
         for (direction, amount) in self.directions.iter().zip(amounts.iter()) {
@@ -157,19 +158,19 @@ impl ShapePrior {
         nodes
     }
 
-    /// The nodes with such amounts of the directions but for what placing does, m.
+    /// The same nodes without the part of the placing directions, m.
     fn unplaced(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Vec<Point> {
         let shape =
             DVector::from_fn(amounts.len(), |i, _| if self.placing.contains(&i) { 0.0 } else { amounts[i] });
         self.moved(mesh, &shape)
     }
 
-    /// Of every cell by how many standard deviations the logarithm of its area differs, weighed.
+    /// For every cell, the change of the logarithm of its area, in standard deviations and weighted.
     fn area_logs(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> DVector<f64> {
         DVector::from_iterator(mesh.cells.len(), area_residuals(mesh, &self.unplaced(mesh, amounts)))
     }
 
-    /// The same prior about such amounts: its square and its gradient there.
+    /// The same prior expanded about these amounts: its second derivative and its gradient there.
     fn at(mut self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Self {
         let column = |k: usize| {
             let at = |by: f64| {
@@ -189,7 +190,7 @@ impl ShapePrior {
     }
 }
 
-/// What is not known of a body's shape, and bodies that differ a little.
+/// The uncertainty of a body's shape, with slightly changed bodies.
 pub struct Shape {
     /// Directions with their prior.
     pub prior: ShapePrior,
@@ -198,12 +199,12 @@ pub struct Shape {
     contracting: Vec<usize>,
     /// The body itself.
     pub system: System<2>,
-    /// Of every direction the body a small step to each side.
+    /// For every direction, the bodies a small step to each side.
     changed: Vec<[System<2>; 2]>,
 }
 
 impl Shape {
-    /// Of a body in the frame of its recordings, as [`ShapePrior::of`].
+    /// The shape of a body in the frame of its recordings, as [`ShapePrior::of`].
     ///
     /// # Errors
     /// [`RestError::Body`]: a body without the bones of a tongue, or one that cannot be assembled.
@@ -218,7 +219,7 @@ impl Shape {
         Self::about(prior, &body.mesh, &start, model, contracting)
     }
 
-    /// The same of a body that coils placed.
+    /// The same for a body that was placed by coils.
     ///
     /// # Errors
     /// As [`Shape::of`].
@@ -258,20 +259,20 @@ impl Shape {
         Ok(Self { prior, mesh, model: *model, contracting, system, changed })
     }
 
-    /// The same directions about a body with such amounts of them.
+    /// The same directions about a body displaced by these amounts.
     pub(super) fn moved(&self, amounts: &DVector<f64>) -> Option<Self> {
         let prior = self.prior.clone().at(&self.mesh, amounts);
         Self::about(prior, &self.mesh, amounts, &self.model, &self.contracting).ok()
     }
 
-    /// What such amounts cost, less what none do.
+    /// Cost of these amounts relative to that of zero amounts.
     pub(super) fn price(&self, amounts: &DVector<f64>) -> f64 {
         let (precision, gradient) = &self.prior.own;
         let areas = self.prior.area_logs(&self.mesh, amounts).norm_squared();
         amounts.dot(&(precision * amounts)) + 2.0 * gradient.dot(amounts) + areas
     }
 
-    /// Amounts after a step, or after the part of it that leaves all cells as much of their areas as a tongue may have.
+    /// Amounts after a step, or after the part of it in which all cells keep enough of their areas.
     pub(super) fn stepped(&self, amounts: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
         let mut step = step.clone();
         for _ in 0..10 {
@@ -287,7 +288,8 @@ impl Shape {
         amounts.clone()
     }
 
-    /// Whether coils placed the body: they show so little of its shape that none is more probable than that of the placed body.
+    /// Whether coils placed the body. They show so little of its shape that the shape of the placed body is kept as the most probable
+    /// one.
     pub(super) fn is_placed_by_coils(&self) -> bool {
         !self.prior.coils.is_empty()
     }
@@ -297,8 +299,8 @@ impl Shape {
         self.prior.directions.len()
     }
 
-    /// How the residuals of a frame, mm, answer to each direction at an equilibrium that the solver has just linearised: by the force
-    /// that the changed body has at the same positions, through the factorised stiffness.
+    /// Responses of the residuals of a frame, mm, to each direction, at an equilibrium that the solver has just linearised: the forces of
+    /// the changed body at the same positions, through the factorised stiffness.
     pub(super) fn rates(
         &self,
         solver: &mut Solver<'_>,
@@ -320,7 +322,7 @@ impl Shape {
         let mut forces = [vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]];
         for (k, (direction, sides)) in self.prior.directions.iter().zip(&self.changed).enumerate() {
             for (side, (system, force)) in sides.iter().zip(&mut forces).enumerate() {
-                // Nodes on bone are carried along with the body at rest.
+                // Nodes on bone move with the body at rest.
                 let by = if side == 0 { STEP } else { -STEP };
                 let moved = |(n, p): (usize, &Point)| if free[n] { *p } else { p + direction[n] * by };
                 let there: Vec<Point> = positions.iter().enumerate().map(moved).collect();
@@ -352,7 +354,7 @@ impl Shape {
     }
 }
 
-/// How nodes move when an end of a muscle does: its straight line turns with it, ends on the outline slide along that.
+/// Motion of the nodes when an end of a muscle moves: its straight line turns with the end; ends on the outline slide along it.
 fn ends(body: &Body<2>) -> Vec<Vec<Point>> {
     let mesh = &body.mesh;
     let outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
