@@ -1,13 +1,14 @@
-//! Where a body lies in the frame of coils on the tongue (electromagnetic articulography, X-ray microbeam).
+//! Places a body by coils on the tongue (electromagnetic articulography, X-ray microbeam).
 //!
 //! ```text
 //! minimise  |L^-1 (mean places - places on the placed surface)|² + (turn / 15°)² + (ln scale / 0.10)²
 //!         + ((first - 8 mm) / 4 mm)² + sum ((gap_i - 1.03 chord_i) / 2 mm)² + |M^-1 (trace - vault)|²
 //! ```
-//! over shift, turn, scale and the distance of each coil behind the tip. A mean posture differs from rest by a Gaussian process along
-//! the tongue (5 mm, the same over 20 mm, and 1 mm of each coil alone: `L L'`), the hard palate of a speaker from that of the body by
-//! another (3 mm, the same over 15 mm, and a tilt of 4°, as cephalometries of the palatal plane differ: `M M'`). Three coils leave the turn open by some 9°, the shift by 5 mm and the scale by a
-//! tenth, so what is known of the placement beside the coils' places goes into the intervals of the tensions ([`Placement`]).
+//! over shift, turn, scale and the distance of each coil behind the tip. The mean posture differs from rest by a Gaussian process along
+//! the tongue (5 mm, correlated over 20 mm, and 1 mm for each coil independently: `L L'`). The hard palate of a speaker differs from that
+//! of the body by another one (3 mm, correlated over 15 mm, and a tilt of 4°, the variation of the palatal plane in cephalometry: `M
+//! M'`). Three coils determine the turn to about 9°, the shift to 5 mm and the scale to a tenth, so the intervals of the tensions include
+//! the uncertainty of the placement ([`Placement`]).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -20,31 +21,31 @@ use tongue_input::measured::recording::Seen;
 use super::RestError;
 use super::least_squares::{by_differences, minimise};
 
-/// Fewest coils that place a body.
+/// Smallest number of coils that place a body.
 pub const FEWEST_COILS: usize = 3;
-/// Of the turn from where the axes of the recording have it, rad, and of the logarithm of the scale.
+/// Standard deviations of the turn relative to the axes of the recording, rad, and of the logarithm of the scale.
 const TURN_SD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 const LN_SCALE_SD: f64 = 0.10;
-/// Nothing is known of the shift: standard deviation of its prior, m.
+/// Standard deviation of the prior of the shift, m; so large that the prior has no effect.
 const SHIFT_SD_M: f64 = 0.1;
 /// Distance of the first coil behind the tip, and its standard deviation, m.
 const FIRST_M: [f64; 2] = [8e-3, 4e-3];
-/// Distance of neighbouring coils along the tongue over the straight one, and the standard deviation of the former, m.
+/// Ratio of the distance of neighbouring coils along the tongue to their straight distance, and standard deviation of the former, m.
 const LONGER: f64 = 1.03;
 const GAP_SD_M: f64 = 2e-3;
-/// Standard deviation of a distance that was measured, m.
+/// Standard deviation of a measured distance, m.
 const MEASURED_SD_M: f64 = 1e-3;
-/// The mean posture about rest, and the palate about that of the body: standard deviation, length over which it is the same, and what
-/// each point does alone, m.
+/// Difference of the mean posture from rest, and of the palate from that of the body: standard deviation, correlation length, and
+/// standard deviation of each point by itself, m.
 const POSTURE_M: [f64; 3] = [5e-3, 20e-3, 1e-3];
 const PALATE_M: [f64; 3] = [3e-3, 15e-3, 0.5e-3];
-/// Tilt of a palate about that of the body, rad.
+/// Standard deviation of the tilt of a palate relative to that of the body, rad.
 const TILT_SD: f64 = 4.0 * std::f64::consts::PI / 180.0;
-/// Points to which a palate trace is brought.
+/// Number of points to which a palate trace is resampled.
 const PALATE_POINTS: usize = 9;
-/// Where a palate is steeper than this against its rear half it is gum and teeth, which differ more between speakers.
+/// Where a palate is steeper than this relative to its rear half, it is gum and teeth, which differ more between speakers.
 const STEEPEST: f64 = 0.8;
-/// Beyond its ends a vault goes on straight, m.
+/// Length by which a vault is extended in a straight line beyond its ends, m.
 const BEYOND_M: f64 = 30e-3;
 /// Units of the search: of shifts and of distances, m.
 const SHIFT_UNIT_M: f64 = 10e-3;
@@ -59,27 +60,28 @@ pub struct Coil {
     pub name: String,
     /// Its median place, m.
     pub at: Point,
-    /// Its distance behind the tip along the tongue, m, where that was measured.
+    /// Its distance behind the tip along the tongue, m, if it was measured.
     pub behind: Option<f64>,
 }
 
-/// What is known of where a body was placed by coils.
+/// A placement of a body by coils, with its uncertainty.
 #[derive(Debug, Clone)]
 pub struct Placement {
     /// Brings the body into the frame of the recording.
     pub similarity: Similarity,
     /// The point of the placed body about which it is turned and scaled: the middle of its outline, m.
     pub centre: Point,
-    /// Of every coil the distance behind the tip along the placed body at rest, m.
+    /// For every coil, its distance behind the tip along the placed body at rest, m.
     pub coils: Vec<(String, f64)>,
     /// Standard deviations of the shift of the centre along both axes (m), of the turn (rad) and of the logarithm of the scale.
     pub sd: [f64; 4],
-    /// What is known without the places of the coils, about the placed body: precision and gradient in units of one metre of shift
-    /// along each axis, a radian of turn, a unit of the logarithm of the scale, and one metre of each coil along the surface.
+    /// Information about the placement without the places of the coils, relative to the placed body: precision and gradient, in units of
+    /// one metre of shift along each axis, a radian of turn, a unit of the logarithm of the scale, and one metre of each coil along the
+    /// surface.
     pub known: (DMatrix<f64>, DVector<f64>),
 }
 
-/// The coils of recordings in order from the tip; those of several recordings are taken to be the same where their names are.
+/// The coils of recordings in order from the tip; coils with the same name in several recordings are taken as the same.
 pub(super) fn coils(seen: &[&Seen]) -> Vec<Coil> {
     let mut out: Vec<(f64, Coil)> = Vec::new();
     for one in seen {
@@ -104,13 +106,13 @@ pub(super) fn coils(seen: &[&Seen]) -> Vec<Coil> {
     out.into_iter().map(|(_, coil)| coil).collect()
 }
 
-/// The part of a palate behind the gum, as so many points evenly along it, m; empty if there is none.
+/// The part of a palate behind the gum, as this number of points evenly along it, m; empty if there is none.
 fn vault(palate: &[Point]) -> Vec<Point> {
     let (first, last) = (palate.first(), palate.last());
     let backwards = first.zip(last).is_some_and(|(a, b)| a.x > b.x);
     let ordered: Vec<Point> =
         if backwards { palate.iter().rev().copied().collect() } else { palate.to_vec() };
-    // Coarse pieces, so that noise makes none steep, seen along the rear half, because axes of instruments are turned.
+    // Long pieces, so that noise makes none steep. Slopes are relative to the rear half, because the axes of instruments may be turned.
     let Some(pieces) = super::place::evenly(&ordered, 2 * PALATE_POINTS - 1) else { return Vec::new() };
     let along = pieces[pieces.len() - 1] - pieces[PALATE_POINTS - 1];
     let steep = |w: &[Point]| {
@@ -121,7 +123,7 @@ fn vault(palate: &[Point]) -> Vec<Point> {
     super::place::evenly(pieces.get(begins..).unwrap_or_default(), PALATE_POINTS).unwrap_or_default()
 }
 
-/// A line with its side: distances are positive to the left of its way.
+/// A directed line: distances from it are positive to its left.
 struct Line(Vec<Point>);
 
 impl Line {
@@ -141,7 +143,7 @@ impl Line {
     }
 }
 
-/// The inverse factor of the covariance of points so far apart along a line.
+/// The Cholesky factor of the covariance of points along a line.
 fn whitener(
     points: &[Point],
     [sd, length, alone]: [f64; 3],
@@ -159,7 +161,7 @@ fn whitener(
     covariance.cholesky()
 }
 
-/// Places a body where its coils were seen, and where a palate was traced.
+/// Places a body by the observed coils and, if there is one, a palate trace.
 pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<Placement, RestError> {
     let failed = |what: &str| RestError::Body(what.to_owned());
     let surface = Surface::of(body).ok_or_else(|| failed("it has no outline"))?;
@@ -171,8 +173,8 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let trace = vault(palate);
     let own = body.palate.as_deref().map(vault).and_then(|v| Line::through(&v)).filter(|_| trace.len() > 2);
     let of_palate = own.zip(whitener(&trace, PALATE_M, TILT_SD));
-    // Unknowns: shift of the centre, turn and logarithm of the scale over their standard deviations, and of every coil the distance
-    // behind the tip in the body's own size.
+    // Unknowns: shift of the centre, turn and logarithm of the scale in units of the search, and for every coil its distance behind the
+    // tip before scaling.
     let similarity = |x: &DVector<f64>| {
         let turned = Similarity::new((LN_SCALE_SD * x[3]).exp(), TURN_SD * x[2], Point::zeros());
         let shift = centre + Point::new(x[0], x[1]) * SHIFT_UNIT_M - turned.place(centre);
@@ -271,7 +273,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
 }
 
 impl Placement {
-    /// A recording with its coils where the placement has them on the tongue.
+    /// The recording with the places of its coils on the tongue from this placement.
     #[must_use]
     pub fn seated(&self, seen: &Seen) -> Seen {
         let mut seen = seen.clone();

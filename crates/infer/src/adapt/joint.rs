@@ -1,5 +1,5 @@
-//! The rest shape that explains many frames at once: displacements of control points common to all frames, tensions of each frame by
-//! itself. Gauss-Newton, with the tensions eliminated frame by frame (Golub and Pereyra 1973).
+//! The rest shape that explains many frames at once. All frames share the displacements of control points, and each frame has its own
+//! tensions. The method is Gauss-Newton with the tensions eliminated frame by frame (Golub and Pereyra 1973).
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -13,18 +13,18 @@ use tongue_input::measured::recording::Seen;
 use super::areas::LEAST_AREA_RATIO;
 use super::rest::{Rest, RestError, STEP_M, price_slope};
 
-/// How the joint rest shape is searched for.
+/// Settings of the search for a joint rest shape.
 #[derive(Debug, Clone)]
 pub struct JointSettings {
-    /// What is assumed of the tensions.
+    /// Prior of the tensions.
     pub prior: Prior,
-    /// Most rounds.
+    /// Largest number of rounds.
     pub rounds: usize,
     /// The material.
     pub model: Model,
     /// Numbers of the muscles that contract.
     pub contracting: Vec<usize>,
-    /// Displacements to begin with, m.
+    /// Displacements of the control points at the start, m.
     pub start: Option<DVector<f64>>,
 }
 
@@ -35,20 +35,20 @@ pub struct JointFit {
     pub displacements: DVector<f64>,
     /// Scores of the frames, in their order.
     pub scores: Vec<DVector<f64>>,
-    /// Covariances of the scores where the rest shape is given.
+    /// Covariances of the scores for this rest shape.
     pub covariances: Vec<DMatrix<f64>>,
     /// Root mean square residual over all frames, m.
     pub rms_m: f64,
     /// Cost before and after.
     pub costs: [f64; 2],
-    /// Rounds done.
+    /// Number of rounds done.
     pub rounds: usize,
 }
 
 /// Scores and positions (m) from which a frame is solved.
 type From = (DVector<f64>, Option<Vec<SVector<f64, 2>>>);
 
-/// What is left of a frame when its tensions are eliminated.
+/// A frame after the elimination of its tensions.
 struct Reduced {
     x: DVector<f64>,
     positions: Vec<SVector<f64, 2>>,
@@ -60,7 +60,7 @@ struct Reduced {
     gd: DVector<f64>,
 }
 
-/// The body at some displacements, and everything that depends on them alone.
+/// The body at some displacements, with the data that depend on them alone.
 struct Stand {
     system: System<2>,
     surface: Surface,
@@ -69,9 +69,9 @@ struct Stand {
 
 struct Problem<'a> {
     rest: &'a Rest<'a>,
-    /// Recordings with the numbers of the frames that are taken of each.
+    /// Recordings, each with the numbers of the selected frames.
     seen: &'a [(Seen, Vec<usize>)],
-    /// Bones that follow what was seen; their marks stay where they are.
+    /// Bones that follow the observations; their marks are not displaced.
     followed: &'a [Followed],
     hide: &'a [String],
     settings: &'a JointSettings,
@@ -97,11 +97,11 @@ impl Problem<'_> {
     }
 }
 
-/// Finds the rest shape that explains the given frames of recordings. `followed` are the bones with their marks, which the recording
-/// defines; `hide` are points that are not fitted.
+/// Finds the rest shape that explains the given frames of recordings. `followed` are the bones with their marks, which are defined by the
+/// recordings; `hide` are points that are not fitted.
 ///
 /// # Errors
-/// [`RestError`] where the body has no equilibrium to begin with.
+/// [`RestError`] where the body has no equilibrium at the start.
 pub fn joint(
     rest: &Rest<'_>,
     seen: &[(Seen, Vec<usize>)],
@@ -207,7 +207,7 @@ pub fn joint(
     })
 }
 
-/// A frame whose tensions are found for a given rest shape.
+/// A frame with the tensions found for a given rest shape.
 struct Settled {
     x: DVector<f64>,
     positions: Vec<SVector<f64, 2>>,
@@ -215,7 +215,7 @@ struct Settled {
     cost: f64,
 }
 
-/// Finds the tensions of every frame by itself.
+/// Finds the tensions of every single frame.
 fn settle(
     stand: &Stand,
     list: &[Frame],
@@ -244,8 +244,8 @@ fn settle(
     })
 }
 
-/// Linearises every frame in tensions and displacements. How the equilibrium answers to a displacement: by the force that the changed
-/// body has at the same positions (central differences), through the factorised stiffness.
+/// Linearises every frame in tensions and displacements. The response of the equilibrium to a displacement is that to the forces of the
+/// changed body at the same positions (central differences), through the factorised stiffness.
 fn reduce(
     problem: &Problem<'_>,
     d: &DVector<f64>,
@@ -294,7 +294,7 @@ fn reduce(
                 }
                 let configuration = Configuration { positions: &positions, tensions: &tensions };
                 other.system.force(configuration, &mut forces[side]);
-                // The surface's parameters are distances at rest, so it changes too.
+                // The surface is given by distances at rest, so it changes too.
                 values[side] = residuals(&frames[t], &linear.positions);
             }
             response.to_load(|_, load| {

@@ -11,11 +11,11 @@ use tongue_input::measured::recording::{Format, Map, Recording, RecordingError, 
 /// Points of one posture, in the frame of a body: m, x to the back of the head, y up.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Landmarks {
-    /// Named points: bones, and whatever else.
+    /// Named points: bones and others.
     pub named: BTreeMap<String, Point>,
-    /// Points along the surface, where there are any.
+    /// Points along the surface, if there are any.
     pub contour: Vec<Point>,
-    /// Whether x was turned round, because the face looks to the right in the file.
+    /// Whether x was reversed, because the face looks to the right in the file.
     pub mirrored: bool,
 }
 
@@ -47,17 +47,17 @@ struct ControlPoint {
     position_status: Option<String>,
 }
 
-/// Larger coordinates are none of a head, m.
+/// Larger coordinates cannot belong to a head, m.
 const FARTHEST_M: f64 = 10.0;
 
 impl Landmarks {
-    /// Reads what a file holds: JSON is Slicer's, everything else as [`Recording`] reads it, of which the first frame counts.
+    /// Reads a file: JSON is read as Slicer's markups, everything else as a [`Recording`], of which the first frame is used.
     ///
-    /// In Slicer's markups points are named by their labels; open and closed curves are contours. LPS: y leads to the back and z up.
-    /// RAS, where a file says so: y leads to the front.
+    /// In Slicer's markups the labels are the names of points; open and closed curves are contours. Coordinates are LPS (y to the back, z
+    /// up), or RAS (y to the front) if the file says so.
     ///
     /// # Errors
-    /// [`RecordingError`] with the place.
+    /// [`RecordingError`] with the place in the file.
     pub fn from_bytes(bytes: &[u8], origin: &str, map: &Map) -> Result<Self, RecordingError> {
         let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
         if first == Some(&b'{') {
@@ -68,7 +68,7 @@ impl Landmarks {
         let mut out = Self::default();
         let seen = match (Seen::new(recording, map), recording.metres) {
             (Ok(seen), _) => Some(seen),
-            // Landmarks alone are no recording, but they are landmarks, where their unit is known.
+            // Landmarks alone are not a recording, but can be used if their unit is known.
             (Err(_), Some(_)) => None,
             (Err(error), None) => return Err(error),
         };
@@ -80,7 +80,7 @@ impl Landmarks {
         }
         let places = recording.samples.first().map(|s| s.places.as_slice()).unwrap_or_default();
         for (name, place) in recording.channels.iter().zip(places) {
-            // Points of an image, whose unit the file does not say, have no names of their own.
+            // Points of an image without a known unit have no names of their own.
             if let (Some([x, y, _]), Some(metres)) = (place, recording.metres) {
                 let x = if out.mirrored { -x } else { *x };
                 out.named.entry(name.clone()).or_insert(Point::new(x * metres, y * metres));
@@ -89,7 +89,7 @@ impl Landmarks {
         Ok(out.facing_left())
     }
 
-    /// With x turned round where the mental spine lies behind the hyoid.
+    /// Reverses x if the mental spine lies behind the hyoid.
     fn facing_left(mut self) -> Self {
         let bones = self.named.get(MANDIBLE).zip(self.named.get(HYOID));
         if bones.is_some_and(|(spine, hyoid)| spine.x > hyoid.x) {
@@ -103,8 +103,8 @@ impl Landmarks {
         self.named.values_mut().chain(&mut self.contour).for_each(|p| p.x = -p.x);
     }
 
-    /// With the contour that another file holds of the same posture: its curve, or else all of its points. It looks the way that these
-    /// landmarks look.
+    /// Adds the contour of the same posture from another file: its curve, or else all of its points. The contour is reversed if it faces
+    /// the other way.
     pub fn with_contour(mut self, mut drawn: Self) -> Self {
         if drawn.mirrored != self.mirrored {
             drawn.turn_round();
@@ -120,7 +120,7 @@ impl Landmarks {
         self
     }
 
-    /// What cannot be right about them, and what to do.
+    /// A sentence about an impossible position of the landmarks and its remedy, if there is one.
     pub fn doubt(&self) -> Option<String> {
         let (spine, hyoid) = (self.named.get(MANDIBLE)?, self.named.get(HYOID)?);
         let count = self.contour.len() as f64;
@@ -132,7 +132,7 @@ impl Landmarks {
         })
     }
 
-    /// Names that say nothing of a body: neither its bones nor points of the contour.
+    /// Names that are neither bones of the body nor points of the contour.
     pub fn unused(&self, body: &Body<2>) -> Vec<&str> {
         let is_contour = |n: &str| n.strip_prefix("tongue_").is_some_and(|n| n.parse::<u32>().is_ok());
         let names = self.named.keys().map(String::as_str);
@@ -181,7 +181,7 @@ impl Landmarks {
     }
 }
 
-/// The number that a name ends in, so that p10 comes after p9.
+/// The number at the end of a name, so that p10 follows p9.
 fn number(name: &str) -> u64 {
     let stem = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     name.get(stem..).and_then(|digits| digits.parse().ok()).unwrap_or(0)

@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Residuals over their standard deviations; `None` where they cannot be told.
+/// Residuals in standard deviations; `None` where they cannot be computed.
 pub(super) type Residuals<'a> = dyn Fn(&DVector<f64>) -> Option<DVector<f64>> + 'a;
 
-/// Most steps.
+/// Largest number of steps.
 const MOST_STEPS: usize = 60;
-/// Damping at which a search ends: no step can be told from none.
+/// Damping at which a search ends, because the steps have become negligible.
 const MOST_DAMPING: f64 = 1e6;
 
 /// A minimum of the sum of squares.
@@ -19,8 +19,8 @@ pub(super) struct Minimum {
     pub residuals: DVector<f64>,
 }
 
-/// Goes down from `start` in unknowns of the order of 1 with differences of `step`, until the unknowns move by less than `arrived`;
-/// `allowed` says which unknowns may be taken. `None` where the residuals cannot be told at the start or beside it.
+/// Minimises from `start`, with unknowns of the order of 1 and differences of size `step`, until the unknowns move by less than
+/// `arrived`; `allowed` says which unknowns are permitted. `None` where the residuals cannot be computed at the start or next to it.
 pub(super) fn minimise(
     start: DVector<f64>,
     residuals: &Residuals<'_>,

@@ -1,9 +1,9 @@
-//! A speaker's body: the built-in (or any) tongue turned, scaled and shifted to where the speaker's bones are, and, where contours say
-//! more, its shape at rest changed smoothly.
+//! A speaker's body: the built-in tongue (or another one) turned, scaled and shifted to the speaker's bones. If there are contours, its
+//! shape at rest is changed smoothly as well.
 //!
-//! The change is a thin-plate spline (Bookstein 1989) of a few control points. Its displacements have a prior (a Gaussian process:
-//! neighbours move together) and a price on cells that shrink or grow; where a cell would still fold the change is refused and the
-//! similarity is the answer.
+//! The change of shape is a thin-plate spline (Bookstein 1989) of a few control points. Its displacements have a prior (a Gaussian
+//! process: neighbours move together), and cells that shrink or grow have a cost. If a cell would still fold, the change is rejected and
+//! only the similarity is used.
 
 mod areas;
 mod coils;
@@ -30,13 +30,13 @@ use crate::track::Followed;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 
-/// The point of a bone that recordings mark: the foremost of its nodes, m. Of the hyoid that is where the anterior hyoglossus begins.
+/// The point of a bone that recordings mark: the foremost of its nodes, m. For the hyoid the anterior hyoglossus begins there.
 pub fn mark_of(body: &Body<2>, bone: &str) -> Option<Point> {
     let nodes = body.bone(bone).iter().map(|&n| body.mesh.nodes[n]);
     nodes.min_by(|a, b| a.x.total_cmp(&b.x))
 }
 
-/// The bones of a body that follow what a recording shows of them, with marks where the bones are.
+/// The bones of a body that follow their observed places in a recording, with marks where the bones are.
 pub fn followed(body: &Body<2>, seen: &[String]) -> Vec<Followed> {
     let bone = |name: &&String| {
         let mark = mark_of(body, name)?;
@@ -45,7 +45,7 @@ pub fn followed(body: &Body<2>, seen: &[String]) -> Vec<Followed> {
     seen.iter().filter_map(|name| bone(&name)).collect()
 }
 
-/// The similarity that brings the spine and the hyoid of a body to where they are seen. `None` where one of them is missing.
+/// The similarity that moves the spine and the hyoid of a body to their observed places. `None` if one of them is missing.
 pub fn by_bones(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Option<Similarity> {
     let bones = [MANDIBLE, HYOID];
     let from = bones.iter().map(|b| mark_of(body, b)).collect::<Option<Vec<_>>>()?;
@@ -53,12 +53,12 @@ pub fn by_bones(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Option<
     Similarity::between(&from, &to)
 }
 
-/// What an adapted body knows of the recording that it was adapted to; a part of its file.
+/// Data of an adapted body about the recording that it was adapted to; a part of its file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Adaptation {
     /// How the rest shape was found.
     pub rest: How,
-    /// Where the mark of each bone is seen when the bone is where it is at rest, m.
+    /// Place where the mark of each bone is seen when the bone is at its rest position, m.
     pub marks_m: std::collections::BTreeMap<String, [f64; 2]>,
     /// Scale of the prior of tensions, N per metre of thickness.
     #[serde(default)]
@@ -69,16 +69,16 @@ pub struct Adaptation {
     /// Its mean scores.
     #[serde(default)]
     pub mean: Vec<f64>,
-    /// Its covariance of scores, a row a muscle.
+    /// Its covariance of scores, one row for each muscle.
     #[serde(default)]
     pub covariance: Vec<Vec<f64>>,
 }
 
 impl Adaptation {
-    /// What the text of a body's file (`tongue-fit adapt`) says of it; `None` for other bodies.
+    /// Reads the adaptation from the text of a body's file (`tongue-fit adapt`); `None` for other bodies.
     ///
     /// # Errors
-    /// The message of the JSON reader, or what does not fit together.
+    /// The message of the JSON reader, or a description of an inconsistency.
     pub fn from_json(text: &str) -> Result<Option<Self>, String> {
         #[derive(Deserialize)]
         struct File {
@@ -102,7 +102,7 @@ impl Adaptation {
         Ok(Some(found))
     }
 
-    /// The bones of the body that follow what is seen.
+    /// The bones of the body that follow their observed places.
     pub fn followed(&self, body: &Body<2>) -> Vec<Followed> {
         let bones = self.marks_m.iter().map(|(name, mark)| Followed {
             name: name.clone(),
@@ -112,7 +112,7 @@ impl Adaptation {
         bones.filter(|b| !b.nodes.is_empty()).collect()
     }
 
-    /// The learned prior of these muscles; `None` where it was learned of others.
+    /// The learned prior of these muscles; `None` if it was learned for other muscles.
     pub fn prior(&self, muscles: &[String], memory_s: f64) -> Option<crate::track::Prior> {
         let n = muscles.len();
         let covariance = nalgebra::DMatrix::from_fn(n, n, |i, j| {

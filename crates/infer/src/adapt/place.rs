@@ -1,11 +1,11 @@
-//! Where a body lies in the frame of a recording: shifted, turned and scaled by least squares on all that was seen.
+//! Places a body in the frame of a recording: shift, turn and scale by least squares on all observations.
 //!
 //! ```text
 //! minimise  sum (d_i / 3 mm)² + (spine / 2.5 mm)² + (hyoid / 5 mm)² + (turn / 20°)² + (ln scale / 0.15)²
 //! ```
-//! with `d_i` the distances of the mean contour from the surface at rest. Almost any body can be pulled to a contour by its muscles, so
-//! how well frames are met afterwards says nothing about a placement. The turn stays open by some 9°, the shift by 5 mm and
-//! the scale by a tenth: whoever uses a placement has to count with that.
+//! with `d_i` the distances of the mean contour from the surface at rest. The muscles can pull almost any body to a contour, so a good
+//! fit of the frames afterwards says nothing about the placement. The turn is uncertain by about 9°, the shift by 5 mm and the scale by a
+//! tenth; results that use a placement have to include this.
 
 use nalgebra::DVector;
 
@@ -18,26 +18,27 @@ use super::coils::{self, Coil, FEWEST_COILS, Placement};
 use super::least_squares::minimise;
 use super::{RestError, mark_of};
 
-/// Points to which a mean contour is brought, evenly along it, so that it counts the same however densely it was sampled.
+/// Number of points to which a mean contour is resampled at equal distances, so that its weight does not depend on the sampling.
 const POINTS: usize = 11;
 /// Standard deviation of the mean contour about the surface at rest, m.
 const CONTOUR_SD_M: f64 = 3e-3;
-/// Of the mental spine about where it is seen, m.
+/// Standard deviation of the mental spine about its observed place, m.
 const SPINE_SD_M: f64 = 2.5e-3;
-/// Of the hyoid, m.
+/// Standard deviation of the hyoid about its observed place, m.
 const HYOID_SD_M: f64 = 5e-3;
-/// Of the turn from where the axes of the recording have it, rad.
+/// Standard deviation of the turn relative to the axes of the recording, rad.
 const TURN_SD: f64 = 20.0 * std::f64::consts::PI / 180.0;
-/// Of the logarithm of the scale.
+/// Standard deviation of the logarithm of the scale.
 const LN_SCALE_SD: f64 = 0.15;
 /// Turns from which the search begins, rad.
 const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
-/// A shift of one unit of the search, m.
+/// Unit of shifts in the search, m.
 const SHIFT_M: f64 = 10e-3;
-/// Where on the surface a contour begins and how far before the tip it ends, m; only to begin the search.
+/// Distance along the surface at which a contour begins, and its distance from the tip at the end, m; used only at the start of the
+/// search.
 const SEEN_FROM_M: f64 = 8e-3;
 
-/// What was seen of a speaker, over all frames, m.
+/// Observations of a speaker, over all frames, m.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sight {
     /// The mean contour from the root to the tip.
@@ -46,25 +47,25 @@ pub struct Sight {
     pub spine: Option<Point>,
     /// The median place of the hyoid.
     pub hyoid: Option<Point>,
-    /// Coils on the tongue, which count where no contour was seen.
+    /// Coils on the tongue, which are used if no contour was observed.
     pub coils: Vec<Coil>,
     /// A trace of the palate, for coils.
     pub palate: Vec<Point>,
 }
 
-/// Where a body was placed.
+/// The placement of a body.
 #[derive(Debug, Clone)]
 pub struct Placed {
     /// Brings the body into the frame of the recording.
     pub similarity: Similarity,
     /// Root mean square distance of the mean contour from the body at rest, m.
     pub rms_m: f64,
-    /// What is known of the placement, where coils made it.
+    /// The placement by coils with its uncertainty, if coils were used.
     pub by_coils: Option<Placement>,
 }
 
 impl Sight {
-    /// Of recordings of one speaker; `hide` are contour points that are not looked at.
+    /// The observations from recordings of one speaker; `hide` are contour points that are not used.
     pub fn of(seen: &[&Seen], hide: &[String]) -> Self {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
         for one in seen {
@@ -89,23 +90,23 @@ impl Sight {
         }
     }
 
-    /// With a trace of the palate in the frame of the recordings, m.
+    /// The observations with a trace of the palate in the frame of the recordings, m.
     #[must_use]
     pub fn under(self, palate: Option<&[Point]>) -> Self {
         Self { palate: palate.unwrap_or_default().to_vec(), ..self }
     }
 
-    /// A contour that was drawn, brought to the same number of points.
+    /// The observations of a drawn contour, resampled to the usual number of points.
     pub fn drawn(contour: &[Point], spine: Option<Point>, hyoid: Option<Point>) -> Self {
         Self { contour: evenly(contour, POINTS).unwrap_or_default(), spine, hyoid, ..Self::default() }
     }
 
-    /// Places a body where this was seen of it.
+    /// Places a body at these observations.
     ///
     /// # Errors
     /// [`RestError::Body`]: a body without an outline, or neither a contour nor three coils nor both bones.
     pub fn place(&self, body: &Body<2>) -> Result<Placed, RestError> {
-        // A bone that is seen beside coils is a coil on the jaw, which is elsewhere than the mental spine.
+        // A bone that is recorded together with coils is a coil on the jaw, which is not at the mental spine.
         if self.contour.is_empty() && self.hyoid.is_none() && self.coils.len() >= FEWEST_COILS {
             let placement = coils::place(body, &self.coils, &self.palate)?;
             return Ok(Placed { similarity: placement.similarity, rms_m: 0.0, by_coils: Some(placement) });
@@ -137,7 +138,7 @@ impl Sight {
             out.extend([x[2], x[3]]);
             Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
         };
-        // What is seen first lies on what it is: the spine, else the middle of the contour.
+        // At the start, one observation lies on its place in the body: the spine, or else the middle of the contour.
         let anchor = match (bones.first(), mean(self.contour.iter().copied())) {
             (Some((mark, seen, _)), _) => (*mark, *seen),
             (None, Some(middle)) => (middle_of(&surface, body), middle),
@@ -159,12 +160,12 @@ impl Sight {
     }
 }
 
-/// The similarity of a search's unknowns: two shifts, the turn and the logarithm of the scale over their standard deviations.
+/// The similarity for the unknowns of a search: two shifts, the turn and the logarithm of the scale in units of the search.
 fn similarity(x: &DVector<f64>) -> Similarity {
     Similarity::new((LN_SCALE_SD * x[3]).exp(), TURN_SD * x[2], Point::new(x[0], x[1]) * SHIFT_M)
 }
 
-/// The unknowns at a turn (over its standard deviation) that bring a point of the body to where it is seen.
+/// The unknowns at a turn (in standard deviations) that move a point of the body to its observed place.
 fn started(turn: f64, (mark, seen): (Point, Point)) -> DVector<f64> {
     let mut x = DVector::zeros(4);
     x[2] = turn;
@@ -173,7 +174,7 @@ fn started(turn: f64, (mark, seen): (Point, Point)) -> DVector<f64> {
     x
 }
 
-/// A recording in the frame of the body changes no bit of it.
+/// The identity for a recording that is already in the frame of the body, so that rounding does not change the body.
 fn exact(found: Similarity, bones: &[(Point, Point, f64)], rms_m: f64) -> Similarity {
     const SAME_M: f64 = 1e-9;
     let same = bones.iter().all(|(mark, seen, _)| (mark - seen).norm() <= SAME_M);
@@ -195,7 +196,7 @@ fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
     (count > 0).then(|| sum / count as f64)
 }
 
-/// So many points evenly along a polyline; `None` for fewer than two points that differ.
+/// This number of points evenly along a polyline; `None` for fewer than two different points.
 pub(super) fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
     let steps: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
     let whole: f64 = steps.iter().sum();
@@ -241,13 +242,13 @@ mod tests {
     #[test]
     fn a_body_that_was_turned_scaled_and_shifted_is_found_again() {
         let body = body();
-        // Far from where the search begins, a face that looks up by 25 degrees in an image's frame.
+        // Far from the start of the search: a face that looks up by 25 degrees in an image's frame.
         let truth = Similarity::new(1.08, -0.43, Point::new(0.09, -0.05));
         let seen = |bone: &str| Some(truth.place(mark_of(&body, bone).unwrap()));
         for count in [11, 100] {
             let drawn: Vec<Point> = contour(&body, count).iter().map(|p| truth.place(*p)).collect();
             let found = Sight::drawn(&drawn, seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
-            // The priors of turn and scale draw it back a little.
+            // The priors of turn and scale shrink the result a little.
             assert!(apart(&found.similarity, &truth, &body) < 1.5e-3, "{found:?}");
             assert!(found.rms_m < 0.5e-3);
             let alone = Sight::drawn(&drawn, None, None).place(&body).unwrap();
@@ -260,7 +261,7 @@ mod tests {
     fn a_hyoid_that_is_elsewhere_does_not_turn_the_tongue() {
         let body = body();
         let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
-        // Another neck: the hyoid 12 mm lower. Two landmarks alone would turn the body by 17 degrees.
+        // A different neck: the hyoid 12 mm lower. Two landmarks alone would turn the body by 17 degrees.
         let low = hyoid - Point::new(0.0, 12e-3);
         let found = Sight::drawn(&contour(&body, 11), Some(spine), Some(low)).place(&body).unwrap();
         assert!(found.similarity.angle().abs() < 0.1, "{}", found.similarity.angle());

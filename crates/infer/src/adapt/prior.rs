@@ -1,14 +1,14 @@
-//! What a speaker's own frames say of tensions to expect.
+//! The prior of tensions learned from a speaker's own frames.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::track::Prior;
 
-/// Frames of the half-normal prior to which the learned one is drawn: few frames know little.
+/// Weight of the previous prior, in frames, because few frames carry little information.
 const DRAWN_BY: f64 = 4.0;
 
-/// The prior of tensions learned from frames: mean and covariance of the scores, the posterior covariance of each frame included,
-/// drawn towards `before` as if by four frames of it.
+/// The prior of tensions learned from frames: mean and covariance of the scores, including the posterior covariance of each frame, shrunk
+/// towards `before` with the weight of four frames.
 pub fn learned(before: &Prior, scores: &[DVector<f64>], covariances: &[DMatrix<f64>]) -> Prior {
     let weight = scores.len() as f64 + DRAWN_BY;
     let mean = (scores.iter().sum::<DVector<f64>>() + &before.mean * DRAWN_BY) / weight;

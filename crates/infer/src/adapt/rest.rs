@@ -1,4 +1,4 @@
-//! A body whose rest shape is changed by the displacements of control points.
+//! A body whose rest shape is changed by displacements of control points.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -28,21 +28,20 @@ const CONTROLS_MM: [[f64; 2]; 13] = [
     [16.1, -2.1],
     [20.0, 22.0],
 ];
-/// Distance between the mental spine and the hyoid's mark in the built-in tongue, m, by which other bodies are measured.
+/// Distance between the mental spine and the hyoid's mark in the built-in tongue, m; the size of other bodies is relative to it.
 const SPINE_TO_HYOID_M: f64 = 37.75e-3;
-/// Prior of a displacement: standard deviation, that of bones, length over which neighbours move together, and what each point does by
-/// itself, m.
+/// Prior of a displacement, m: standard deviation, that of bones, correlation length, and standard deviation of each point by itself.
 const SD_M: f64 = 5e-3;
 const BONE_SD_M: f64 = 2e-3;
 const TOGETHER_M: f64 = 15e-3;
 const ALONE_M: f64 = 0.7e-3;
-/// Displacements below this are none, m.
+/// Displacements below this count as zero, m.
 const NOTHING_M: f64 = 1e-9;
 
 /// Why a body cannot be adapted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RestError {
-    /// No outline, no bones, or control points in one line.
+    /// The body has no outline or no bones, or the control points lie on one line.
     #[error("this body cannot be adapted: {0}")]
     Body(String),
     /// Cells would fold.
@@ -55,17 +54,17 @@ pub enum RestError {
     },
 }
 
-/// Control points, and how sure it is that they stay.
+/// Control points with the prior of their displacements.
 #[derive(Debug, Clone)]
 pub struct ControlPoints {
-    /// Where they are at rest, m.
+    /// Their places at rest, m.
     pub points: Vec<Point>,
     /// The inverse of the covariance of their displacements along an axis, 1/m².
     pub precision: DMatrix<f64>,
 }
 
 impl ControlPoints {
-    /// Those of a tongue: the built-in ones, brought to the body by its spine and hyoid.
+    /// The control points of a tongue: the built-in ones, moved to the body by its spine and hyoid.
     ///
     /// # Errors
     /// [`RestError::Body`] for a body without these bones.
@@ -76,7 +75,7 @@ impl ControlPoints {
         let built_in: Vec<Point> = CONTROLS_MM.iter().map(|p| Point::from(*p) * 1e-3).collect();
         let place = Similarity::between(&[built_in[0], built_in[10]], &[spine, hyoid])
             .ok_or_else(|| RestError::Body("its spine and hyoid coincide".to_owned()))?;
-        // The built-in points to a tenth of a millimetre are the built-in tongue's own.
+        // A body within a tenth of a millimetre of the built-in points gets exactly these.
         let near = (spine - built_in[0]).norm() < 1e-4 && (hyoid - built_in[10]).norm() < 1e-4;
         let points: Vec<Point> =
             if near { built_in } else { built_in.iter().map(|p| place.place(*p)).collect() };
@@ -93,24 +92,24 @@ impl ControlPoints {
     }
 }
 
-/// A body that can be changed at rest.
+/// A body whose shape at rest can be changed.
 #[derive(Debug, Clone)]
 pub struct Rest<'a> {
     body: &'a Body<2>,
     controls: ControlPoints,
-    /// Of every node, with which weights the displacements carry it.
+    /// For every node, the weights of the control points' displacements.
     weights: Vec<Vec<f64>>,
-    /// Where the changed body is brought.
+    /// The similarity that places the changed body.
     pub similarity: Similarity,
-    /// Bones far from the tissue, such as the styloid, and where their marks are brought after that, m.
+    /// Bones far from the tissue, such as the styloid, and the places of their marks after the similarity, m.
     pub far: Vec<(String, Point)>,
 }
 
 impl<'a> Rest<'a> {
-    /// Of a body, which is changed first and brought to its place after.
+    /// Prepares a body, which is first changed and then placed.
     ///
     /// # Errors
-    /// [`RestError::Body`].
+    /// [`RestError::Body`] for a body without the bones of a tongue.
     pub fn new(body: &'a Body<2>, similarity: Similarity) -> Result<Self, RestError> {
         let controls = ControlPoints::of(body)?;
         let plate = ThinPlate::new(&controls.points)
@@ -119,23 +118,23 @@ impl<'a> Rest<'a> {
         Ok(Self { body, controls, weights, similarity, far: Vec::new() })
     }
 
-    /// Number of unknowns: two a control point, x and y in turn.
+    /// Number of unknowns: two for each control point, x and y in turn.
     pub fn unknowns(&self) -> usize {
         2 * self.controls.points.len()
     }
 
-    /// Where displacements (m, in the frame of the body before the similarity) bring a point.
+    /// Place of a point after displacements (m, in the frame of the body before the similarity) and the similarity.
     pub fn place(&self, p: Point, displacements: &DVector<f64>) -> Point {
         let Some(plate) = ThinPlate::new(&self.controls.points) else { return self.similarity.place(p) };
         self.similarity.place(moved(p, &plate.weights(p), displacements))
     }
 
-    /// The nodes before the similarity, m.
+    /// The nodes after the displacements and before the similarity, m.
     fn changed(&self, displacements: &DVector<f64>) -> Vec<Point> {
         self.body.mesh.nodes.iter().zip(&self.weights).map(|(p, w)| moved(*p, w, displacements)).collect()
     }
 
-    /// The body with these displacements, m.
+    /// The changed and placed body; displacements in m.
     pub fn body(&self, displacements: &DVector<f64>) -> Body<2> {
         let mut body = self.body.clone();
         body.mesh.nodes = self.changed(displacements).iter().map(|p| self.similarity.place(*p)).collect();
@@ -150,7 +149,7 @@ impl<'a> Rest<'a> {
         body
     }
 
-    /// Prior and price of cells, as weighted residuals.
+    /// The prior and the cost of cells, as weighted residuals.
     pub fn price(&self, displacements: &DVector<f64>) -> DVector<f64> {
         let n = self.controls.points.len();
         let factor = self.controls.precision.clone().cholesky().map(|c| c.l().transpose());
@@ -163,12 +162,12 @@ impl<'a> Rest<'a> {
         DVector::from_vec(out)
     }
 
-    /// Smallest ratio of a cell's area to that before.
+    /// Smallest ratio of a cell's area after the change to that before.
     pub fn least_area_ratio(&self, displacements: &DVector<f64>) -> f64 {
         area_ratios(&self.body.mesh, &self.changed(displacements)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Displacements without what is none.
+    /// The displacements, with negligible ones set to zero.
     pub fn cleaned(displacements: &DVector<f64>) -> DVector<f64> {
         displacements.map(|d| if d.abs() < NOTHING_M { 0.0 } else { d })
     }
@@ -179,11 +178,11 @@ fn moved(p: Point, weights: &[f64], displacements: &DVector<f64>) -> Point {
     for (i, w) in weights.iter().enumerate() {
         d += Point::new(displacements[2 * i], displacements[2 * i + 1]) * *w;
     }
-    // Where nothing moves not even the sign of a zero does.
+    // Without a displacement not even the sign of a zero changes.
     if d == Point::zeros() { p } else { p + d }
 }
 
-/// Puts the nodes of muscles outside the tissue on straight lines again, parted as they were.
+/// Puts the nodes of muscles outside the tissue back on straight lines, with the same spacing as before.
 fn straighten(body: &mut Body<2>, before: &[Point]) {
     let inside = body.mesh.in_tissue();
     let fixed = body.mesh.fixed.clone();
@@ -205,10 +204,10 @@ fn straighten(body: &mut Body<2>, before: &[Point]) {
     }
 }
 
-/// The displacements with which the body at rest, with nothing pulling, best meets contour points and the marks of bones (m).
+/// The displacements (m) with which the body at rest, without tensions, best fits contour points and the marks of bones.
 ///
 /// # Errors
-/// [`RestError::Folds`].
+/// [`RestError::Folds`] where the cells would fold.
 pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Result<DVector<f64>, RestError> {
     let residuals = |d: &DVector<f64>| {
         let body = rest.body(d);

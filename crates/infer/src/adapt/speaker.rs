@@ -15,29 +15,29 @@ use super::{
     followed, joint, learned, resting,
 };
 
-/// How the rest shape is found.
+/// Method by which the rest shape is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum How {
     /// Turned, scaled and shifted only.
     Similarity,
-    /// The shape that one frame shows: of several the one with which all frames cost least.
+    /// The shape in one frame: of several frames the one for which all frames have the smallest cost.
     Frame,
     /// The shape that explains many frames at once.
     Joint,
-    /// The shape of a contour that was drawn at rest.
+    /// The shape of a contour that was drawn in a rest posture.
     Contour,
 }
 
-/// Frames that the joint rest shape is made of.
+/// Number of frames for the joint rest shape.
 const JOINT_FRAMES: usize = 20;
-/// Frames that are tried as the one rest frame.
+/// Number of frames that are tried as the single rest frame.
 const REST_FRAMES: usize = 8;
-/// Most rounds of a joint fit.
+/// Largest number of rounds of a joint fit.
 const ROUNDS: usize = 14;
-/// A frame counts as whole with this part of its points.
+/// A frame counts as complete with this part of its points.
 const WHOLE: f64 = 0.8;
-/// Contour points that lie nearer to the outline than this say nothing new, m.
+/// Contour points nearer to the outline than this carry no information, m.
 const ON_OUTLINE_M: f64 = 1e-6;
 
 /// A body adapted to a speaker.
@@ -45,32 +45,32 @@ const ON_OUTLINE_M: f64 = 1e-6;
 pub struct Speaker {
     /// The body.
     pub body: Body<2>,
-    /// The bones that follow what is seen of them.
+    /// The bones that follow their observed places.
     pub followed: Vec<Followed>,
-    /// The prior of tensions, learned from the frames where there were some.
+    /// The prior of tensions, learned from the frames if there were any.
     pub prior: Prior,
     /// How the rest shape was found.
     pub how: How,
-    /// Where the body was brought before its shape was changed.
+    /// The placement of the body before its shape was changed.
     pub similarity: Similarity,
-    /// Smallest ratio of a cell's area to that of the similar body.
+    /// Smallest ratio of a cell's area to that in the placed body before the change.
     pub least_area_ratio: f64,
-    /// Root mean square distance of the contours that it was made of, m.
+    /// Root mean square distance of the contours from which it was made, m.
     pub rms_m: Option<f64>,
-    /// What is known of where the body lies, where coils placed it.
+    /// The uncertainty of the placement, if coils placed the body.
     pub placement: Option<Placement>,
-    /// What has to be known: what was refused, what is missing.
+    /// Notes for the user: rejected changes and missing data.
     pub notes: Vec<String>,
 }
 
-/// A cell that keeps less of its area, a muscle that becomes longer or shorter by more, a contour that is missed by more (m): such a
-/// body is not to be trusted.
+/// Limits of a trustworthy body: smallest part of its area that a cell keeps, largest factor by which a muscle becomes longer or shorter,
+/// and largest root mean square distance of a contour, m.
 const TRUSTED_AREA: f64 = 0.5;
 const TRUSTED_STRETCH: f64 = 1.35;
 const TRUSTED_RMS_M: f64 = 1.5e-3;
 
 impl Speaker {
-    /// Why this body is not to be trusted; empty where nothing speaks against it. `before` is the body that it was made of.
+    /// Reasons not to trust this body; empty if there are none. `before` is the body from which it was made.
     pub fn doubts(&self, before: &Body<2>) -> Vec<String> {
         let mut out = Vec::new();
         if self.least_area_ratio < TRUSTED_AREA {
@@ -80,7 +80,7 @@ impl Speaker {
                 100.0 * TRUSTED_AREA
             ));
         }
-        // Against the body turned and scaled only.
+        // Relative to the body that is only turned and scaled.
         let scale = self.similarity.scale();
         let changes = before.mesh.muscles.iter().zip(&self.body.mesh.muscles).map(|(a, b)| {
             let ratio = self.body.mesh.distance(b.ends()) / (scale * before.mesh.distance(a.ends()));
@@ -99,12 +99,12 @@ impl Speaker {
     }
 }
 
-/// What is adapted, and on what assumptions.
+/// A body to be adapted, and assumptions of the adaptation.
 #[derive(Debug, Clone)]
 pub struct Basis<'a> {
-    /// The body to begin with.
+    /// The body to be adapted.
     pub body: &'a Body<2>,
-    /// The anatomy that it was meshed of, if it was.
+    /// The anatomy from which it was meshed, if there was one.
     pub anatomy: Option<&'a Anatomy>,
     /// The material.
     pub model: Model,
@@ -112,16 +112,16 @@ pub struct Basis<'a> {
     pub contracting: Vec<usize>,
     /// The prior of their tensions.
     pub prior: Prior,
-    /// A trace of the palate in the frame of the recordings, m, which helps to place coils.
+    /// A trace of the palate in the frame of the recordings, m, used in a placement by coils.
     pub palate: Option<&'a [Point]>,
 }
 
 impl Basis<'_> {
-    /// Where the body is brought so that it lies best where recordings show the contour, the spine and the hyoid ([`Sight`]); `hide` are
-    /// points that are not looked at.
+    /// Places the body where the contour, the spine and the hyoid of recordings fit best ([`Sight`]); `hide` are points that are not
+    /// used.
     ///
     /// # Errors
-    /// [`RestError::Body`]: recordings that show too little.
+    /// [`RestError::Body`] for recordings that contain too little.
     pub fn place(&self, seen: &[&Seen], hide: &[String]) -> Result<Placed, RestError> {
         Sight::of(seen, hide).under(self.palate).place(self.body).map_err(|why| {
             RestError::Body(format!(
@@ -131,10 +131,10 @@ impl Basis<'_> {
         })
     }
 
-    /// Adapts the body to recordings; `hide` are points that are not looked at.
+    /// Adapts the body to recordings; `hide` are points that are not used.
     ///
     /// # Errors
-    /// [`RestError`]: recordings that do not show the mental spine and the hyoid, and as [`joint`].
+    /// [`RestError`] for recordings without the mental spine and the hyoid, and as [`joint`].
     pub fn to_recordings(
         &self,
         seen: &[&Seen],
@@ -143,7 +143,7 @@ impl Basis<'_> {
         progress: &dyn Fn(usize, usize),
     ) -> Result<Speaker, RestError> {
         let Placed { similarity, by_coils, .. } = self.place(seen, hide)?;
-        // A few coils say nothing of the shape at rest.
+        // A few coils carry no information about the shape at rest.
         let how = if by_coils.is_some() { How::Similarity } else { how };
         let rest = Rest::new(self.body, similarity)?;
         let none = nalgebra::DVector::zeros(rest.unknowns());
@@ -152,7 +152,7 @@ impl Basis<'_> {
         bones.sort();
         bones.dedup();
         let mut followed = followed(&similar, &bones);
-        // A bone that is placed a little off is not displaced from where it is at rest.
+        // A small error of a bone's placement must not count as a displacement of the bone from rest.
         for bone in &mut followed {
             bone.mark = median(seen, &bone.name).unwrap_or(bone.mark);
         }
@@ -166,7 +166,7 @@ impl Basis<'_> {
         let fit = match how {
             How::Similarity | How::Contour => None,
             How::Joint => {
-                // Once with the prior that is given, and once more with what these frames say of their tensions.
+                // First with the given prior, then with the prior learned from these frames.
                 let taken = chosen(seen, hide, JOINT_FRAMES);
                 let first =
                     joint(&rest, &taken, &followed, hide, &settings, &|round| progress(round, 2 * ROUNDS))?;
@@ -193,10 +193,10 @@ impl Basis<'_> {
         Ok(Speaker { placement: by_coils, ..speaker })
     }
 
-    /// Adapts the body to landmarks of one posture at rest, and to the contour there.
+    /// Adapts the body to landmarks of one posture at rest, and to its contour.
     ///
     /// # Errors
-    /// [`RestError::Body`]: the mental spine or the hyoid is missing.
+    /// [`RestError::Body`] if the mental spine or the hyoid is missing.
     pub fn to_landmarks(&self, landmarks: &Landmarks) -> Result<Speaker, RestError> {
         let at = |bone: &str| landmarks.named.get(bone).copied();
         let by_landmarks = by_bones(self.body, at);
@@ -207,7 +207,7 @@ impl Basis<'_> {
                 if known.is_empty() { "none".to_owned() } else { known.join(", ") }
             )));
         }
-        // A contour that is the body's own changes nothing, not even by the rounding of a curve through nodes.
+        // A contour that is the body's own changes nothing, not even by rounding of a curve through nodes.
         let own = by_landmarks.as_ref().is_some_and(|similarity| {
             let anatomy = self.anatomy.map(|a| a.outline());
             let is_on = |p: &Point| anatomy.is_some_and(|o| o.nearest(similarity.back(*p)).1 < ON_OUTLINE_M);
@@ -289,7 +289,7 @@ impl Basis<'_> {
         }
     }
 
-    /// The rest shape of one frame, of some frames tried the one with which all frames cost least.
+    /// The rest shape of one frame: of several candidates the one for which all frames have the smallest cost.
     fn best_frame(
         &self,
         rest: &Rest<'_>,
@@ -316,7 +316,7 @@ impl Basis<'_> {
             .ok_or_else(|| RestError::Body("no frame of the recordings can be its rest shape".to_owned()))
     }
 
-    /// What frames cost on a body, all together.
+    /// Total cost of frames on a body.
     fn cost(
         &self,
         body: &Body<2>,
@@ -332,7 +332,7 @@ impl Basis<'_> {
         for (seen, taken) in judged {
             let frames = track::frames(seen, &surface, followed, hide);
             for &t in taken {
-                // A frame without an equilibrium costs what no other does.
+                // Cost of a frame without an equilibrium, larger than any other.
                 const UNREACHED: f64 = 1e4;
                 let found = solver.settle(
                     frames.get(t)?,
@@ -349,8 +349,8 @@ impl Basis<'_> {
     }
 }
 
-/// Standard deviation of a drawn contour, and of landmarks on bones that are there at rest: the mental spine, and the hyoid, which is
-/// carried about by the neck, m.
+/// Standard deviations of a drawn contour, and of landmarks on bones at rest: the mental spine, and the hyoid, which moves with the neck,
+/// m.
 const CONTOUR_SD_M: f64 = 0.5e-3;
 const LANDMARK_SD_M: [(&str, f64); 2] = [(MANDIBLE, 1e-3), (HYOID, 5e-3)];
 
@@ -365,7 +365,7 @@ pub(super) fn median(seen: &[&Seen], bone: &str) -> Option<Point> {
     Some(Point::new(middle(0)?, middle(1)?))
 }
 
-/// About `most` whole frames of all recordings together, evenly chosen.
+/// About `most` complete frames of all recordings together, evenly spaced.
 fn chosen(seen: &[&Seen], hide: &[String], most: usize) -> Vec<(Seen, Vec<usize>)> {
     let shown = |s: &Seen| s.contour.iter().filter(|n| !hide.contains(n)).count() + s.sensors.len();
     let whole: Vec<Vec<usize>> = seen
@@ -401,7 +401,7 @@ fn chosen(seen: &[&Seen], hide: &[String], most: usize) -> Vec<(Seen, Vec<usize>
 }
 
 impl Speaker {
-    /// What a file of the body says of the adaptation.
+    /// Data about the adaptation for the file of the body.
     pub fn adaptation(&self, muscles: &[String]) -> Adaptation {
         let n = self.prior.mean.len();
         Adaptation {
