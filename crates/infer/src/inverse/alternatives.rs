@@ -1,5 +1,4 @@
-//! Other answers: the ends of the other starts, and other choices of contracting muscles that meet the same
-//! target.
+//! Other answers: local optima from other starts, and other choices of contracting muscles that meet the same target.
 
 use tongue_core::body::Mesh;
 use tongue_core::system::{Model, System};

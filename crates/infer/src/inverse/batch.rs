@@ -19,7 +19,7 @@ use super::rounding::{self, RoundingSegment};
 use super::uncertainty::{self, Intervals};
 use super::{Fit, FitError, FitSettings, Matched, Setup};
 
-/// The baseline of a subject without /ɯ/: rest in other published models.
+/// The baseline of a subject without /ɯ/: other published models use it as the rest posture.
 pub const SUBSTITUTE_BASELINE: &str = "e";
 
 /// Rows to be fitted, and their baselines.
@@ -101,7 +101,7 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, lengths:
     }
     let is_selected = |s: &String| selection.subjects.as_ref().is_none_or(|subjects| subjects.contains(s));
     let rows = || data.rows().iter().map(|r| &r.lengths).filter(|l| is_selected(&l.subject));
-    // A `u` that a table does not have means its `ɯ`.
+    // If a table has no `u`, `u` means its `ɯ`.
     let is_of = |asked: &Vowel, subject: &str, vowel: &Vowel| {
         let exact = rows().any(|l| l.subject == subject && l.vowel == *asked);
         asked == vowel || (!exact && asked.is_like(vowel))

@@ -207,7 +207,7 @@ pub struct Fit<const D: usize = 2> {
     pub evaluations: usize,
     /// The end of each start, in order.
     pub starts: Vec<Start>,
-    /// What the data determine.
+    /// Directions of the tensions that the data determine, and those that they leave undetermined.
     pub identifiability: Option<Identifiability>,
     /// The answer solved again from rest.
     pub replay: Replay,
@@ -279,7 +279,7 @@ impl<const D: usize> Fit<D> {
     }
 }
 
-/// Fits the tensions of the target's active muscles. The result has the same bits for any number of threads.
+/// Fits the tensions of the target's active muscles. The result is bitwise the same for any number of threads.
 ///
 /// # Errors
 /// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].

@@ -210,13 +210,13 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.known.remember(x, f64::INFINITY, positions);
     }
 
-    /// Positions of all nodes, m, at the last candidate, if it is `x` and keeping them is worth while.
+    /// Positions of all nodes, m, at the last candidate, if that is `x` and shapes are kept.
     pub(super) fn kept_shape(&self, x: &[f64]) -> Option<Vec<SVector<f64, D>>> {
         (self.is_dear() && self.last.as_deref() == Some(x)).then(|| self.positions().to_vec())
     }
 
-    /// Whether an equilibrium is so expensive that shapes of other candidates are used although they change
-    /// the last digits.
+    /// Whether an equilibrium is so expensive that candidates are solved from the shapes of others, although this changes the last
+    /// digits.
     pub(super) fn is_dear(&self) -> bool {
         matches!(self.inverse.system.tissue(), TissueModel::Continuum | TissueModel::Hexahedra)
     }
@@ -304,7 +304,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             return false;
         }
         let Some(nearest) = self.known.nearest(x) else { return false };
-        // With the factor of the last equilibrium the first step is the linear response to the change.
+        // The first step from the last equilibrium is the linear response to the change, because its factorisation is known.
         let is_nearer = |last: &[f64]| distance_squared(last, x) <= distance_squared(&nearest.x, x);
         if !(self.is_dear() && self.last.as_deref().is_some_and(is_nearer)) {
             self.workspace.start_from(&nearest.positions);
@@ -440,7 +440,7 @@ impl<const D: usize> Problem for Forward<'_, D> {
         Some(Linearised { jacobian, residuals, other_jacobian, other_residuals })
     }
 
-    /// Solves each from rest in its own workspace and keeps it as a start.
+    /// Solves each candidate from rest in its own workspace and keeps it as a start.
     fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
         let solved: Vec<(Option<DVector<f64>>, usize, Option<Known<D>>)> = parallel::map(candidates, |x| {
             let mut own = Forward::new(self.inverse, self.settings);

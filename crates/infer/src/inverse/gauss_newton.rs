@@ -83,7 +83,7 @@ pub(super) fn run(problem: &mut dyn Problem, settings: &FitSettings, number: usi
     start
 }
 
-/// Whether the candidate has an answer from rest, and its cost.
+/// Whether the candidate has an equilibrium when solved from rest, and its cost.
 fn from_rest(problem: &mut dyn Problem, here: &Point) -> (bool, f64) {
     let residuals = problem.residuals_from_rest(here.x.as_slice());
     (residuals.is_some(), problem.cost(here.x.as_slice(), residuals.as_ref()))

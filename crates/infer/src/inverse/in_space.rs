@@ -1,8 +1,7 @@
-//! Activations of a body in space from places of its nodes, by the search of every other inverse.
+//! Activations of a body in space from observed places of its nodes, by the same search as for every other inverse problem.
 //!
-//! Residuals are counted in standard deviations of the places, activations in hundredths. A weak prior
-//! (mean 0) holds what the places leave open; which combinations these are is said with the answer
-//! ([`Combination`]).
+//! Residuals are in standard deviations of the places, activations in hundredths. A weak prior (mean 0) determines the combinations of
+//! activations that the places leave open; the answer lists these ([`Combination`]).
 
 use nalgebra::Vector3;
 
@@ -17,14 +16,14 @@ use super::problem::Problem;
 use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
 pub use tongue_input::measured::SeenNode;
 
-/// How activations are searched for.
+/// Settings of the search for activations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceSearch {
-    /// Whether the sides of a muscle are activated apart; else alike.
+    /// Whether both sides of a muscle have activations of their own; otherwise these are equal.
     pub sides_apart: bool,
     /// Standard deviation of the prior of every activation, whose mean is 0. Default 0.5.
     pub prior_sd: f64,
-    /// What a combination of activations may be uncertain by before it counts as open. Default 0.1.
+    /// Standard deviation above which a combination of activations counts as open. Default 0.1.
     pub open_above: f64,
     /// The search. Default: Gauss-Newton from four starts.
     pub settings: FitSettings,
@@ -44,32 +43,32 @@ impl Default for SpaceSearch {
     }
 }
 
-/// A combination of activations, and how sure the places alone make it.
+/// A combination of activations, and its uncertainty from the places alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Combination {
     /// Unit vector over the activations searched for, in their order; its largest entry is positive.
     pub direction: Vec<f64>,
-    /// Standard deviation along it; infinite where no place answers to it.
+    /// Standard deviation along it; infinite if no place depends on it.
     pub sd: f64,
 }
 
-/// Where one start ended.
+/// The end of one start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ended {
-    /// Activations searched for.
+    /// Activations of the unknowns.
     pub activations: Vec<f64>,
     /// Root of the mean squared distance from the places, in standard deviations of a coordinate.
     pub misfit: f64,
-    /// Factorisations of a stiffness.
+    /// Number of factorisations of a stiffness.
     pub factorisations: usize,
-    /// Whether its steps converged, to an equilibrium that is reached from rest.
+    /// Whether its steps converged to an equilibrium that is reached from rest.
     pub converged: bool,
 }
 
-/// What was found.
+/// Result of a search for activations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceFit {
-    /// Names of what was searched for: muscles, or both sides of them by their common name.
+    /// Names of the unknowns: muscles, or the common name of both sides of a muscle.
     pub names: Vec<String>,
     /// Activations of all muscles of the body.
     pub activations: Vec<f64>,
@@ -79,29 +78,28 @@ pub struct SpaceFit {
     pub distances_m: Vec<f64>,
     /// Standard deviation of the prior of every activation.
     pub prior_sd: f64,
-    /// Combinations of activations, the surest first; those above [`SpaceSearch::open_above`] are open.
+    /// Combinations of activations, the most certain first; those above [`SpaceSearch::open_above`] are open.
     pub combinations: Vec<Combination>,
-    /// Where each start ended.
+    /// The end of each start.
     pub starts: Vec<Ended>,
-    /// Factorisations of a stiffness, over all starts and the answer.
+    /// Number of factorisations of a stiffness, over all starts and the answer.
     pub factorisations: usize,
-    /// The answer as every inverse has it, its unknowns in hundredths.
+    /// The answer in the form of every inverse problem, with its unknowns in hundredths.
     pub answer: Answer<3>,
 }
 
-/// Activations of unknowns in hundredths.
+/// Activations from unknowns in hundredths.
 fn activations_of(hundredths: &[f64]) -> Vec<f64> {
     hundredths.iter().map(|x| 0.01 * x).collect()
 }
 
 impl SpaceFit {
-    /// The activations that were searched for, in the order of [`Self::names`].
+    /// The activations of the unknowns, in the order of [`Self::names`].
     pub fn found(&self) -> Vec<f64> {
         activations_of(&self.answer.x)
     }
 
-    /// Standard deviation of each activation that was searched for, from the places and the prior; `None`
-    /// where the stiffness is singular.
+    /// Standard deviation of the activation of each unknown, from the places and the prior; `None` where the stiffness is singular.
     pub fn sds(&self) -> Vec<Option<f64>> {
         let prior = self.prior_sd.powi(-2);
         let variance = |i: usize| {
@@ -111,8 +109,8 @@ impl SpaceFit {
         (0..self.names.len()).map(|i| (!self.combinations.is_empty()).then(|| variance(i).sqrt())).collect()
     }
 
-    /// Starts that ended elsewhere with a misfit that is at most this part larger than the answer's: an
-    /// activation differs by more than 0.05.
+    /// Starts that ended at another answer (an activation differs by more than 0.05) with a misfit that is larger than the answer's by at
+    /// most this part.
     pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &Ended> {
         let found = self.found();
         let elsewhere = move |e: &&Ended| e.activations.iter().zip(&found).any(|(a, b)| (a - b).abs() > 0.05);
@@ -121,7 +119,7 @@ impl SpaceFit {
     }
 }
 
-/// The muscles of a body that are activated as one: their common name and their numbers.
+/// The muscles of a body that share an activation: their common name and their numbers.
 fn searched(body: &SpaceBody, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     for (number, muscle) in body.muscles.iter().enumerate() {
@@ -135,11 +133,11 @@ fn searched(body: &SpaceBody, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
 }
 
 impl SpaceSearch {
-    /// Finds the activations that bring nodes to the places where they were seen. `begin` is an answer at
-    /// which the only start begins (the frame before); without one there are several starts.
+    /// Finds the activations that move nodes to their observed places. `begin` is an answer at which the only start begins (that of the
+    /// frame before); without it there are several starts.
     ///
     /// # Errors
-    /// [`FitError`] when it cannot begin; whatever happens later is a status of the answer.
+    /// [`FitError`] if the search cannot begin; later failures are a status of the answer.
     pub fn fit(
         &self,
         body: &SpaceBody,

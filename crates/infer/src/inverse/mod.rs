@@ -4,11 +4,10 @@
 //! minimise over 0 <= F <= F_max:  sum over fitted muscles (simulated - measured)²  +  effort * sum F
 //! ```
 //!
-//! by Nelder-Mead from several starts (or, with [`Method::GaussNewton`], with the derivatives of the
-//! equilibrium). The effort term is used only if there are fewer equations than tensions (ratios of n muscles
-//! are n - 1 equations): of all tensions that fit equally well it selects those with the smallest sum.
-//! Afterwards the answer is moved onto the target, from which the effort term kept it by a small distance.
-//! [`identifiability`] gives the range of the other tensions.
+//! by Nelder-Mead from several starts (or, with [`Method::GaussNewton`], with the derivatives of the equilibrium). The effort term is
+//! used only if there are fewer equations than tensions (ratios of n muscles are n - 1 equations): of all tensions that fit equally well
+//! it selects those with the smallest sum. It keeps the answer at a small distance from the target, so the answer is moved onto the
+//! target afterwards. [`identifiability`] gives the range of the other tensions.
 //!
 //! Candidates start from solved neighbours. The answer of a search is solved again from rest; if that gives
 //! another equilibrium, the search begins again with every candidate from rest.

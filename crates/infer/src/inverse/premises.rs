@@ -1,17 +1,16 @@
 //! Premises of a fit: the baseline, and unknowns beside the tensions.
 //!
-//! The thesis takes the baseline vowel for rest. But it is a posture itself: muscles pull in it too, with a
-//! **tone** `F0`. A stretch is then `L(F) / L(F0)`. Muscles that are shorter than in the baseline have an
-//! unknown tension, longer ones have none, and unmeasured muscles keep their tone. A free **bone** is
-//! displaced by `d`. Then
+//! The thesis takes the baseline vowel as rest. But the baseline is a posture too, in which muscles pull with a **tone** `F0`. A stretch
+//! is then `L(F) / L(F0)`. Muscles that are shorter than in the baseline have an unknown tension, longer ones have none, and unmeasured
+//! muscles keep their tone. A free **bone** is displaced by `d`. Then
 //!
 //! ```text
 //! minimise  sum over shorter (s - s_measured)²  +  sum over the others max(0, 1 - s)²
 //!           +  sum over shorter (σ/σ_F)² (F - F0)²  +  (σ/σ_d)² |d|²           σ = 0.01, σ_F = 17 N/m, σ_d = 5 mm
 //! ```
 //!
-//! The second sum is the signs of the changes, which constrain `d`, and the last two are priors. Their
-//! strengths were found on the data of Takano and Honda (2007): `tongue-fit validate`.
+//! The second sum uses the signs of the changes, which constrain `d`; the last two sums are priors. Their strengths were found on the
+//! data of Takano and Honda (2007): `tongue-fit validate`.
 
 use std::sync::Arc;
 
@@ -36,7 +35,7 @@ pub enum Tone {
 }
 
 impl Tone {
-    /// The tension of a muscle; case does not count.
+    /// The tension of a muscle, N (2D: per metre of thickness); upper and lower case are the same.
     pub fn of(&self, muscle: &str) -> f64 {
         match self {
             Self::Uniform(tone) => *tone,

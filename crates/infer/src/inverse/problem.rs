@@ -22,7 +22,7 @@ pub struct Linearised {
     pub other_residuals: DVector<f64>,
 }
 
-/// Amount of work.
+/// Number of operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SearchCounts {
     /// Number of candidates solved.
@@ -35,13 +35,13 @@ pub struct SearchCounts {
 
 /// A problem of nonlinear least squares in bounded unknowns.
 ///
-/// A candidate may be solved from its solved neighbours. This can give another result than from the beginning
+/// A candidate may be solved from its solved neighbours. The result can differ from that of a solution from rest
 /// ([`Problem::residuals_from_rest`]), so a search compares the two.
 pub trait Problem {
     /// The unknowns, with their bounds.
     fn unknowns(&self) -> &[Unknown];
 
-    /// Where start number `number` begins.
+    /// The starting point of start number `number`.
     fn start(&mut self, number: usize) -> Vec<f64> {
         starting_point(number, self.unknowns())
     }
@@ -52,7 +52,7 @@ pub trait Problem {
     /// Residuals and their derivative; `None` if there is no answer or it is singular.
     fn linearise(&mut self, x: &[f64]) -> Option<Linearised>;
 
-    /// As [`Problem::residuals`], solved from the beginning.
+    /// As [`Problem::residuals`], solved from rest.
     fn residuals_from_rest(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         self.residuals(x)
     }
@@ -62,7 +62,7 @@ pub trait Problem {
         candidates.iter().map(|x| self.residuals(x)).collect()
     }
 
-    /// Makes every later candidate start from the beginning.
+    /// Makes every later candidate start from rest.
     fn forget_neighbours(&mut self) {}
 
     /// Sets whether every later candidate is the equilibrium to which its tensions lead from rest as they

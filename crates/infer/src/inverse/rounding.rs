@@ -47,8 +47,8 @@ pub fn segments<const D: usize>(
     Some(out.collect())
 }
 
-/// The last point along `direction` within bounds and rounding: from the end by the linear model outwards
-/// until it is passed, then by false position. The targets are assumed to leave their ranges only once.
+/// The last point along `direction` within bounds and rounding. The search begins at the end given by the linear model and moves outwards
+/// until a limit is exceeded; then it uses false position. The targets are assumed to leave their ranges only once.
 fn end<const D: usize>(
     forward: &mut Forward<'_, D>,
     jacobian: &DMatrix<f64>,
@@ -85,7 +85,7 @@ fn end<const D: usize>(
         }
         way = match outside {
             None => (2.0 * way).min(room),
-            // Without an equilibrium there is nothing to interpolate.
+            // Without an equilibrium no interpolation is possible.
             Some((far, by)) if by.is_finite() => {
                 let part = (AT_EDGE / 2.0 + inside.1) / (inside.1 - by);
                 inside.0 + (far - inside.0) * part.clamp(0.05, 0.95)

@@ -54,7 +54,7 @@ pub struct Answer<const D: usize> {
     pub evaluations: usize,
     /// The end of each start, in order.
     pub starts: Vec<Start>,
-    /// What the data determine.
+    /// Directions of the tensions that the data determine, and those that they leave undetermined.
     pub identifiability: Option<Identifiability>,
     /// The answer solved again from rest.
     pub replay: Replay,
@@ -62,7 +62,7 @@ pub struct Answer<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
 }
 
-/// Searches for the best fit of the observations. The result has the same bits for any number of threads.
+/// Searches for the best fit of the observations. The result is bitwise the same for any number of threads.
 ///
 /// # Errors
 /// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
@@ -81,7 +81,7 @@ pub fn solve<const D: usize>(
 /// A pointer to [`solve`] for one dimension, compiled in this crate; see [`tongue_core::compiled`].
 type Search<const D: usize> = fn(&Inverse<'_, D>, &FitSettings) -> Result<Answer<D>, FitError>;
 
-// Not inlined, because a crate into which these are inlined compiles the whole search once more.
+// Not inlined, because every crate into which these were inlined would compile the whole search again.
 
 #[inline(never)]
 fn search_in_plane() -> Search<2> {
@@ -110,7 +110,7 @@ fn solve_here<const D: usize>(
     });
     let (shapes, starts): (Vec<_>, Vec<Start>) =
         searched.into_iter().collect::<Result<Vec<_>, FitError>>()?.into_iter().unzip();
-    // The first of equals, independent of the order in which they finished.
+    // The first of equally good starts, independent of the order in which they finished.
     let (best, shape) = starts
         .iter()
         .zip(&shapes)
@@ -127,7 +127,7 @@ fn solve_here<const D: usize>(
         (x, followed) = settle(&mut forward, settings, &x);
     }
     for (x, unknown) in x.iter_mut().zip(&inverse.unknowns) {
-        // A slack muscle's tension from rounding is zero.
+        // The tension of a slack muscle is set to zero; otherwise it would be a rounding error.
         if unknown.is_tension() && *x < unknown.lower + ON_BOUND {
             *x = unknown.lower;
         }

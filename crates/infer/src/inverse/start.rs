@@ -1,4 +1,4 @@
-//! Beginning and end of searches.
+//! Starting points and results of searches.
 
 use serde::Serialize;
 

@@ -123,7 +123,7 @@ fn fit_draw<const D: usize>(
     forward.begin_at(start, positions);
     let (mut tensions, mut residuals) = refit(&mut forward, settings, start)?;
     if inverse.is_undetermined() {
-        // As for the answer itself.
+        // The draw is moved onto the target like the answer itself.
         tensions = onto_target(&mut forward, &tensions);
         if settings.among == Among::Others {
             tensions = nearest_to_others(&mut forward, &tensions);

@@ -33,8 +33,8 @@ pub enum Constant {
 pub struct Prior {
     /// Mean, in units of the unknown.
     pub mean: f64,
-    /// Factor from the distance to the mean to a residual, one over the unit: the inverse standard deviation,
-    /// times the standard deviation of a residual if residuals are not in standard deviations.
+    /// Factor from the distance to the mean to a residual, in one over the unit: the inverse standard deviation, times the standard
+    /// deviation of a residual if residuals are not in standard deviations.
     pub weight: f64,
 }
 
@@ -43,7 +43,7 @@ pub struct Prior {
 pub struct Unknown {
     /// Its meaning.
     pub quantity: Quantity,
-    /// The unit in SI: the quantity is this times the number.
+    /// Size of the unit in SI: the quantity is the number times this.
     pub unit: f64,
     /// Lower bound, in units.
     pub lower: f64,
@@ -59,7 +59,7 @@ impl Unknown {
         Self { quantity: Quantity::Tension { muscle }, unit: 1.0, lower: 0.0, upper, prior: None }
     }
 
-    /// The activation of muscle number `muscle` of a body in space, in hundredths, from 0 to 100 of them.
+    /// The activation of muscle number `muscle` of a body in space, in hundredths, from 0 to 100 hundredths.
     pub fn activation(muscle: usize) -> Self {
         Self { unit: 0.01, ..Self::tension(muscle, 100.0) }
     }
@@ -69,12 +69,12 @@ impl Unknown {
         Self { quantity: Quantity::Bone { bone, axis }, unit: 1e-3, lower: -most, upper: most, prior: None }
     }
 
-    /// Young's modulus in units of 100 Pa, from `lower` to `upper` of them.
+    /// Young's modulus in units of 100 Pa, from `lower` to `upper` units.
     pub fn young_modulus(lower: f64, upper: f64) -> Self {
         Self { quantity: Quantity::Constant(Constant::YoungModulus), unit: 100.0, lower, upper, prior: None }
     }
 
-    /// Poisson's ratio in hundredths, from `lower` to `upper` of them.
+    /// Poisson's ratio in hundredths, from `lower` to `upper` hundredths.
     pub fn poisson_ratio(lower: f64, upper: f64) -> Self {
         Self { quantity: Quantity::Constant(Constant::PoissonRatio), unit: 0.01, lower, upper, prior: None }
     }

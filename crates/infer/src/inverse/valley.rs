@@ -182,7 +182,7 @@ fn one_way(
     (way.points, end)
 }
 
-/// One side of a curve while it is followed.
+/// One side of a curve during the search.
 struct Way {
     here: DVector<f64>,
     /// Unit vector along the curve.
