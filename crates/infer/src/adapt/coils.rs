@@ -6,9 +6,9 @@
 //! ```
 //! over shift, turn, scale and the distance of each coil behind the tip. The mean posture differs from rest by a Gaussian process along
 //! the tongue (5 mm, correlated over 20 mm, and 1 mm for each coil independently: `L L'`). The hard palate of a speaker differs from that
-//! of the body by another one (3 mm, correlated over 15 mm, and a tilt of 4°, the variation of the palatal plane in cephalometry: `M
-//! M'`). Three coils determine the turn to about 9°, the shift to 5 mm and the scale to a tenth, so the intervals of the tensions include
-//! the uncertainty of the placement ([`Placement`]).
+//! of the body by another one (3 mm, correlated over 15 mm, and a tilt of 4°, the variation of the palatal plane in cephalometry:
+//! `M M'`). Three coils determine the turn to about 9°, the shift to 5 mm and the scale to a tenth, so the intervals of the tensions
+//! include the uncertainty of the placement ([`Placement`]).
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! Premises of a fit: the baseline, and unknowns beside the tensions.
+//! Premises of a fit: the baseline, and unknowns other than the tensions.
 //!
 //! The thesis takes the baseline vowel as rest. But the baseline is a posture too, in which muscles pull with a **tone** `F0`. A stretch
 //! is then `L(F) / L(F0)`. Muscles that are shorter than in the baseline have an unknown tension, longer ones have none, and unmeasured

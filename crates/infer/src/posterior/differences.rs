@@ -189,7 +189,7 @@ pub struct Answers {
     pub ends: DMatrix<f64>,
     /// To the outline.
     pub outline: DMatrix<f64>,
-    /// To kappa, the coefficient that keeps areas.
+    /// To kappa, the stiffness against changes of area.
     pub kappa: DMatrix<f64>,
     /// To the width of muscles.
     pub width: DMatrix<f64>,

@@ -23,7 +23,7 @@ pub struct Geometry {
     pub ends: DMatrix<f64>,
     /// Due to the outline.
     pub outline: DMatrix<f64>,
-    /// Due to kappa, the coefficient that keeps areas.
+    /// Due to kappa, the stiffness against changes of area.
     pub kappa: DMatrix<f64>,
     /// Due to the width of muscles.
     pub width: DMatrix<f64>,

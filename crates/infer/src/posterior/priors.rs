@@ -113,7 +113,7 @@ pub struct OutlinePrior {
     pub off: bool,
 }
 
-/// Log-normal kappa, the coefficient that keeps areas.
+/// Log-normal kappa, the stiffness against changes of area.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CompressibilityPrior {

@@ -2,10 +2,10 @@
 //!
 //! At equilibrium the forces are functions of the positions, of the rest lengths `l0` of springs, of the rest areas `S0` of cells and of
 //! kappa. Let `u` be the adjoint of a length, its response to a force on every node. The derivative of the length by any of these is the
-//! product of `u` with the change of the forces: for a spring along `n` from a to b `-k n·(u_a - u_b)`, for a cell of strain `e = (S -
-//! S0)/S0` with gradient `g` of its area `kappa (1 + 2 e)/S0² sum g·u`, for the logarithm of kappa the product with the forces of the
-//! cells. Rest lengths and areas are functions of the node positions at rest, and kappa is proportional to the square of the mean length
-//! of a connection; so every length has a derivative by the rest position of every node.
+//! product of `u` with the change of the forces: for a spring along `n` from a to b `-k n·(u_a - u_b)`, for a cell of strain
+//! `e = (S - S0)/S0` with gradient `g` of its area `kappa (1 + 2 e)/S0² sum g·u`, for the logarithm of kappa the product with the forces
+//! of the cells. Rest lengths and areas are functions of the node positions at rest, and kappa is proportional to the square of the mean
+//! length of a connection; so every length has a derivative by the rest position of every node.
 
 use nalgebra::{DMatrix, SVector};
 

@@ -85,7 +85,7 @@ pub struct Said {
     pub mostly_prior: bool,
 }
 
-/// The draws behind a verdict.
+/// The draws from which a verdict is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum VerdictFrom {
@@ -98,7 +98,7 @@ pub enum VerdictFrom {
 /// The first statement about a fit, from the posterior of its row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The draws behind it.
+    /// The draws from which it is computed.
     #[serde(rename = "verdict_from")]
     pub from: VerdictFrom,
     /// In the order of the body's muscles.

@@ -1,5 +1,6 @@
 //! The search for the most probable states of all frames: the Gauss-Newton method with a separate damping for every frame (Levenberg
-//! 1944, Marquardt 1963). A frame that responds nonlinearly takes a part of its step or none, and the other frames take theirs.
+//! 1944, Marquardt 1963). A frame that responds nonlinearly takes a part of its step or none; this does not shorten the steps of other
+//! frames.
 
 use nalgebra::DVector;
 

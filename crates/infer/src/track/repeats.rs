@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn what_repeats_is_told_from_what_does_not() {
         let times: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
-        // A movement that is the same in every word of half a second, slower in the second, and one that goes on by itself.
+        // One movement repeats in every word, at a speed that depends on the word's length; the other does not depend on words.
         let labels: Vec<Label> = [(0.1, 0.5), (0.6, 1.0), (1.1, 1.7)]
             .into_iter()
             .map(|(from_s, to_s)| Label { tier: "word".into(), name: "pa".into(), from_s, to_s })
