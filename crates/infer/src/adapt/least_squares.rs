@@ -13,7 +13,7 @@ const MOST_DAMPING: f64 = 1e6;
 /// A minimum of the sum of squares.
 #[derive(Debug, Clone)]
 pub(super) struct Minimum {
-    /// Where it is.
+    /// The unknowns there.
     pub x: DVector<f64>,
     /// The residuals there.
     pub residuals: DVector<f64>,

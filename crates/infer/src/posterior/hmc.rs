@@ -322,7 +322,7 @@ impl<'a, T: Target> Group<'a, T> {
     }
 }
 
-/// How a trajectory ended.
+/// End of a trajectory.
 struct End {
     probability: f64,
     diverged: bool,

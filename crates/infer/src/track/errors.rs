@@ -1,4 +1,4 @@
-//! The covariance of the distances between a contour and the surface of a body.
+//! Covariance of the errors, which are the distances between a contour and the surface of a body.
 //!
 //! ```text
 //! slow² exp(-dq²/2/15²) exp(-|dt|/memory) + [same frame] (sd_i sd_j exp(-|dq|/4) + 0.1² [same point])

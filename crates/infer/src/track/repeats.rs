@@ -28,7 +28,7 @@ pub struct Repeatable<'a> {
     pub labels: &'a [Label],
 }
 
-/// How well the course of one muscle repeats.
+/// Repeatability of the course of one muscle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Repeated {
     /// ICC(1) over repetitions.
