@@ -536,6 +536,8 @@ const OUT_OF_REACH: &str = "(() => {
 fn every_control_is_within_reach_on_any_screen_and_a_scroll_pulls_no_muscle() {
     let Some(mut browser) = Browser::start() else { return };
     let page = browser.open(&kept(), "");
+    // The sentences of the verdict move what stands below them when they come.
+    browser.wait(&page, "settled() && rises !== null");
     for (width, height, phone) in [(1280, 900, false), (640, 400, false), (390, 800, true)] {
         browser.size(&page, width, height, phone);
         let found = browser.run(&page, OUT_OF_REACH);
