@@ -101,10 +101,13 @@ pub fn contradictions(density: &Density<'_>, mode: &Mode) -> Vec<Contradiction> 
     tests.into_iter().filter(|test| test.p < least).collect()
 }
 
-/// Probability that a chi-squared number of so many degrees of freedom is larger (Wilson and Hilferty 1931; exact for one).
+/// Probability that a chi-squared number of so many degrees of freedom is larger (Wilson and Hilferty 1931; exact for one and two).
 fn beyond(value: f64, freedom: f64) -> f64 {
     if freedom == 1.0 {
         return 2.0 * scores::upper_tail(value.max(0.0).sqrt());
+    }
+    if freedom == 2.0 {
+        return (-0.5 * value).exp();
     }
     let part = 2.0 / (9.0 * freedom);
     scores::upper_tail(((value / freedom).cbrt() - (1.0 - part)) / part.sqrt())
