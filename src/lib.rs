@@ -282,12 +282,13 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[doc(inline)]
     pub use tongue_files::report::{
-        AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord,
-        History, Json, Markdown, Msh, OperationRecord, Panel, PlacementRecord, PriorRecord, Provenance, Pvd,
-        RepeatsRecord, ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord,
-        SpaceTrackRecord, SpaceVtu, Sto, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture,
-        Vtu, Wav, animation, animation_of_seen, changes, courses, frame_records, gesture_records, outlines,
-        pairs, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel,
+        AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FormantsRecord,
+        FrameRecord, History, Json, Markdown, Msh, OperationRecord, Panel, PlacementRecord, PriorRecord,
+        Provenance, Pvd, RepeatsRecord, ReportError, Rows, SectionPicture, Series, SimulationRecord,
+        SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Sto, Svg, Table, Timeline, TrackRecord,
+        TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen, changes, courses,
+        frame_records, gesture_records, outlines, pairs, panels, ridges, solid, status_name, timelines,
+        tongue, valley, views, vowel,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]

@@ -35,6 +35,7 @@ mod table;
 mod track;
 mod track_files;
 mod track_kept;
+mod track_sound;
 mod track_table;
 mod trajectory;
 mod validate;

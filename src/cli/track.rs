@@ -25,6 +25,7 @@ use tongue_fit::track::{
 use super::recordings::{self, Given, PriorArguments, RestName, Screened};
 use super::track_files::Found;
 use super::track_kept::{self, KeptRecording};
+use super::track_sound::{self, Sound};
 use super::{Global, Outcome, body, interrupt, output, space_track, track_files, track_table};
 
 const DEFAULT_OUT: &str = "results/track";
@@ -72,6 +73,8 @@ pub struct Arguments {
     body: body::Arguments,
     #[command(flatten)]
     space: space_track::Arguments,
+    #[command(flatten)]
+    sound: track_sound::Arguments,
 }
 
 /// Distance from the palate at which it begins to act, m.
@@ -150,6 +153,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut found: Vec<Found> = Vec::with_capacity(seen.len());
     let speaker = run.speaker(&seen, &hide)?;
     let shape = run.shape(&speaker, &seen)?;
+    let sound = arguments.sound.around(&speaker.body, wall)?;
     // What is shared by all frames is learned from so many at once; the next sitting learns anew.
     for sitting in sittings(&seen) {
         let kept: Option<Vec<KeptRecording>> = sitting
@@ -161,7 +165,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             continue;
         }
         let clock = Instant::now();
-        let tracked = run.track(&speaker, &shape, &seen[sitting.clone()], &hide)?;
+        let tracked = run.track(&speaker, &shape, sound.as_ref(), &seen[sitting.clone()], &hide)?;
         for (nth, recording) in sitting.zip(tracked) {
             let is_kept = journal.read(nth).into_diagnostic()?.is_some();
             if recording.frames.len() <= track_kept::MOST_FRAMES && !is_kept {
@@ -207,6 +211,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         gestures,
         segments: Vec::new(),
         repeats: None,
+        formants: None,
         held_out,
         notes,
         frames,
@@ -215,6 +220,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     speaker.placement.iter().for_each(|placement| record.add_placement(placement));
     seen.iter().zip(&found).for_each(|(s, f)| record.add_segments(s, &f.segments, &names));
     repeats(&seen, &found, names.len()).into_iter().for_each(|found| record.add_repeats(found, &names));
+    sound.iter().for_each(|sound| sound.tell(&mut record));
     record.notes.iter().for_each(|n| output::note(n));
     let written = track_files::write(
         &out,
@@ -341,6 +347,7 @@ impl Run<'_> {
         &self,
         speaker: &Speaker,
         shape: &Option<Shape>,
+        sound: Option<&Sound>,
         seen: &[&Seen],
         hide: &[String],
     ) -> miette::Result<Vec<TrackedRecording>> {
@@ -353,10 +360,11 @@ impl Run<'_> {
         let freed = freed.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
         let surface = Surface::of(body)
             .ok_or_else(|| miette!("{} has no outline of tissue to compare with", body.what))?;
-        let frames: Vec<_> = seen
+        let mut frames: Vec<_> = seen
             .iter()
             .map(|s| track::frames(&speaker.seated(s), &surface, &speaker.followed, hide))
             .collect();
+        frames.iter_mut().for_each(|f| sound.iter().for_each(|s| s.listen(f, &speaker.followed)));
         let bar = output::bar(1, "{bar:40} {percent:>3} % of the tensions, {eta} left")?;
         let progress = |done: usize, of: usize| {
             bar.set_length(of as u64);

@@ -59,6 +59,9 @@ pub fn write(
     if !record.segments.is_empty() {
         files.push(("segments.csv".to_owned(), Box::new(record.segments_table())));
     }
+    if record.formants.is_some() {
+        files.push(("formants.csv".to_owned(), Box::new(record.formants_table())));
+    }
     let repeated = record.repeats.as_ref().map(|found| found.picture());
     if let (Some(found), Some(picture)) = (&record.repeats, &repeated) {
         files.push(("repeats.csv".to_owned(), Box::new(found.table())));

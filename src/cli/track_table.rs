@@ -62,6 +62,9 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
         }
         let _ = writeln!(text, "\n{}\n{t}", repeats.said());
     }
+    if let Some(formants) = &record.formants {
+        let _ = writeln!(text, "{}", formants.said(record.frames.len()));
+    }
     for (bone, end) in freed(record) {
         let _ = writeln!(
             text,

@@ -1,14 +1,19 @@
 //! Tensions over time are found again in recordings of a tongue that was simulated with known ones; what is
 //! no recording is told.
 
+use std::sync::Arc;
+
 use tongue_fit::adapt::followed;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
+use tongue_fit::heard::{Airway, Articulation};
 use tongue_fit::inverse::FreedBone;
 use tongue_fit::measured::recording::{FaultKind, Seen, screen};
 use tongue_fit::parallel;
 use tongue_fit::system::Model;
-use tongue_fit::track::{Errors, FrameStatus, Ranged, Settings, Shape, Stage, Tracked, frames, track};
+use tongue_fit::track::{
+    Errors, FrameStatus, Ranged, Settings, Shape, Stage, Tracked, frames, listen, track,
+};
 
 use crate::synthetic::{Kind, Speaker};
 
@@ -77,6 +82,33 @@ fn courses_are_found_again_as_far_as_a_contour_tells() {
     let vague = tracked(&speaker, &seen);
     let resolved = |all: &[Tracked]| all.iter().map(|f| f.resolved).sum::<usize>();
     assert!(resolved(&vague) < resolved(&found));
+}
+
+#[test]
+fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
+    let speaker = speaker();
+    let seen = recorded(&speaker, 40, 0.5e-3);
+    let followed = &followed(&speaker.body, &seen.bones);
+    let mut ready = frames(&seen, &speaker.surface, followed, &[]);
+    let airway = Arc::new(Airway::round(&speaker.body, Airway::drawn().unwrap()).unwrap());
+    listen(&mut ready, &airway, followed, &Articulation::default(), 2);
+    let settings = Settings { errors: Errors::INDEPENDENT, ..Settings::new(20.0, 0.1) };
+    let stage = Stage { system: &speaker.system, followed, freed: &[], shape: None };
+    let found = track(&stage, vec![ready], &settings, &|_, _| {}).unwrap().pop().unwrap().frames;
+    let mut squares = [Vec::new(), Vec::new()];
+    for frame in &found {
+        let shape = speaker.shape(&course(frame.time_s), Point::zeros()).unwrap();
+        let Ok(truth) = airway.sound(&shape, &Articulation::default()) else { continue };
+        for (i, told) in frame.formants.iter().enumerate() {
+            assert!(told.sd_hz > 1.0 && told.sd_hz < 0.3 * told.hz, "{told:?}");
+            squares[i].push(((told.hz - truth.formants[i].frequency_hz) / told.sd_hz).powi(2));
+        }
+    }
+    for all in squares {
+        let ratio = (all.iter().sum::<f64>() / all.len() as f64).sqrt();
+        eprintln!("{} frames: error over standard deviation {ratio:.2} (RMS)", all.len());
+        assert!(all.len() > 20 && (0.5..1.6).contains(&ratio), "{ratio} of {}", all.len());
+    }
 }
 
 #[test]

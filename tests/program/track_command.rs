@@ -39,7 +39,7 @@ fn truth(muscle: &str) -> Vec<f64> {
 #[test]
 fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     let folder = tempfile::tempdir().unwrap();
-    let output = run(folder.path(), &["track", RECORDING, "--json", "--frames", "10"]);
+    let output = run(folder.path(), &["track", RECORDING, "--json", "--frames", "10", "--formants"]);
     let found = json(&output);
     let frames = found["frames"].as_array().unwrap();
     assert_eq!((frames.len(), found["recordings"].as_array().unwrap().len()), (90, 2));
@@ -108,6 +108,15 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
         assert!(ab / (aa * bb).sqrt() > 0.8, "{muscle}: {}", ab / (aa * bb).sqrt());
     }
     // Every file is there, and is what it says.
+    // Formants of most frames; the others touch the drawn palate.
+    let heard: Vec<&Value> = frames.iter().filter_map(|f| f.get("formants")).collect();
+    assert_eq!(found["formants"]["frames"], heard.len());
+    assert!(heard.len() > 45, "{}", found["formants"]);
+    for formants in heard {
+        let [f1, f2] = [0, 1].map(|i| ["hz", "sd_hz"].map(|key| formants[i][key].as_f64().unwrap()));
+        assert!(f1[0] > 200.0 && f1[0] < f2[0] && f2[0] < 3500.0, "{formants}");
+        assert!([f1, f2].iter().all(|[hz, sd]| *sd > 0.0 && sd < hz), "{formants}");
+    }
     let out = folder.path().join("results/track");
     let read = |name: &str| fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert_eq!(read("track.csv").lines().count(), 1 + 90 * 8);

@@ -34,6 +34,7 @@ mod told;
 #[cfg(feature = "files")]
 mod tongue_page;
 mod track;
+mod track_formants;
 #[cfg(feature = "files")]
 mod track_page;
 mod trajectory;
@@ -73,6 +74,7 @@ pub use track::{
     CourseRecord, FrameRecord, GestureRecord, HiddenRecord, PlacementRecord, PriorRecord, RepeatsRecord,
     SegmentRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
 };
+pub use track_formants::FormantsRecord;
 #[cfg(feature = "files")]
 pub use track_page::{TrackPage, TrackPicture};
 pub use trajectory::{History, TrajectoryRecord};

@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::svg::{self, Svg};
-use super::{BoneRecord, ByMuscle, StoTable, Table};
+use super::{BoneRecord, ByMuscle, FormantsRecord, StoTable, Table};
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
     Displacement, Foretold, FrameStatus, Gesture, HeldOut, Link, Ranged, Repeated, Repeats, Segment,
-    Settings, Tracked,
+    Settings, Tracked, TrackedFormant,
 };
 use tongue_input::measured::recording::{Fault, Label, Seen};
 
@@ -54,6 +54,9 @@ pub struct FrameRecord {
     /// Of a shape that no way was found to: the root mean square distance from the shape that is reached at the same tensions, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reached_rms_mm: Option<f64>,
+    /// Its lowest formants, if they are wanted.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub formants: Vec<TrackedFormant>,
     /// Faults of the measured points.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
@@ -317,6 +320,9 @@ pub struct TrackRecord {
     /// How well courses repeat, where labels do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeats: Option<RepeatsRecord>,
+    /// What its formants are those of, if they are wanted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub formants: Option<FormantsRecord>,
     /// The points that were kept back: this model and its opponents.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
@@ -373,6 +379,7 @@ pub fn frame_records<'a>(
             resolved: frame.resolved,
             other_way: frame.other_way,
             reached_rms_mm: frame.reached_rms_m.map(|r| r * 1e3),
+            formants: frame.formants.clone(),
             faults: all,
         }
     };

@@ -7,8 +7,9 @@ use tongue_sound::formants::{self, Formant, FormantError};
 use tongue_sound::profile::{Articulation, Point, Profile, ProfileError, Tract};
 use tongue_sound::{Acoustics, Section, transfer};
 
+use crate::adapt::{by_bones, mark_of};
 use crate::track::Surface;
-use tongue_core::body::Body;
+use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_core::statics::Response;
 
 /// The tract of the reference tongue.
@@ -38,6 +39,15 @@ pub enum AirwayError {
         "a tract needs the outline of a tongue in the midsagittal plane; take the reference tongue or a mesh in the plane"
     )]
     NoSurface,
+    /// The body has no bones by which the drawn tract could be placed.
+    #[error(
+        "{what} has no mental spine and hyoid (bones \"mandible\" and \"hyoid\") by which the drawn tract could be placed; name a tract of \
+         its own with --tract"
+    )]
+    NoBones {
+        /// The body.
+        what: String,
+    },
     /// The part of the surface that should be a wall is empty.
     #[error(
         "tongue.root_mm and tongue.tip_mm of the tract \"{tract}\" lie nearest to the same place of the body's surface; \
@@ -103,6 +113,19 @@ impl Airway {
     /// As [`Airway::read`]; a test checks that there is no error.
     pub fn drawn() -> Result<Tract, AirwayError> {
         Self::read(DRAWN, "targets/tract.toml")
+    }
+
+    /// The tract of the reference tongue, moved by the similarity that carries the mental spine and the hyoid of that tongue to those
+    /// of a body.
+    ///
+    /// # Errors
+    /// [`AirwayError::NoBones`]; otherwise as [`Airway::read`].
+    pub fn drawn_for(body: &Body<2>) -> Result<Tract, AirwayError> {
+        let missing = || AirwayError::NoBones { what: body.what.clone() };
+        let reference = Body::tongue(DEFAULT_SPACING_M).map_err(|_| missing())?;
+        let to = by_bones(&reference, |bone| mark_of(body, bone)).ok_or_else(missing)?;
+        let place = |[x, y]: [f64; 2]| <[f64; 2]>::from(to.place(SVector::from([1e-3 * x, 1e-3 * y])) * 1e3);
+        Ok(Self::drawn()?.placed(to.scale(), place))
     }
 
     /// The tract around a body.

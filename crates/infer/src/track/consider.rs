@@ -15,6 +15,7 @@ use tongue_core::parallel;
 use tongue_core::random;
 
 use super::errors::{FrameErrors, Kriging};
+use super::listen;
 use super::mode::{CHUNK, Course, Eliminated, Mode};
 use super::shape::Shape;
 
@@ -29,6 +30,8 @@ pub(super) struct Draws {
     pub bones: Vec<Vec<Vec<f32>>>,
     /// For every frame and hidden point, its expected distance from the surface of the most probable shape, mm.
     pub hidden: Vec<Vec<Vec<f32>>>,
+    /// For every frame and formant that is told, its change from the most probable one, Hz.
+    pub heard: Vec<Vec<Vec<f32>>>,
 }
 
 /// Derivatives of the observations of a frame and of its hidden points by the shape, mm.
@@ -53,7 +56,11 @@ pub(super) fn draws(
     let judged = Judged::of(mode, &linear, shape)?;
     let shared = judged.draws(mode)?;
     let each = courses.iter().zip(&linear).enumerate();
-    let draws = each.map(|(number, (course, linear))| drawn(mode, course, linear, &shared, number)).collect();
+    let draws = each.map(|(number, (course, linear))| {
+        let heard = listen::rates(mode, course, shape);
+        drawn(mode, course, linear, &heard, &shared, number)
+    });
+    let draws = draws.collect();
     Some((draws, judged.step(mode)))
 }
 
@@ -190,6 +197,7 @@ fn drawn(
     mode: &Mode<'_, '_>,
     course: &Course,
     linear: &Linear,
+    heard: &[Option<DMatrix<f64>>],
     shared: &DMatrix<f64>,
     number: usize,
 ) -> Draws {
@@ -215,6 +223,7 @@ fn drawn(
         let theta = shared.columns(batch * BATCH, BATCH);
         let mut tensions = Vec::with_capacity(frames);
         let (mut moved, mut foretold) = (Vec::with_capacity(frames), Vec::with_capacity(frames));
+        let mut sounds = Vec::with_capacity(frames);
         for (t, noise) in noise.into_iter().enumerate() {
             let step = &linear.eliminated.steps[t];
             let mut by = noise - &linear.eliminated.answers[t] * theta;
@@ -224,6 +233,7 @@ fn drawn(
             tensions.push((0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect());
             let bone = |i: usize| (0..BATCH).map(|d| (x[m + i] + by[(m + i, d)]) as f32).collect();
             moved.push((0..bones).map(bone).collect());
+            sounds.push(sound(mode, heard[t].as_ref(), &by, &theta.into_owned()));
             foretold.push(hidden(
                 mode,
                 course,
@@ -234,20 +244,39 @@ fn drawn(
                 &mut random,
             ));
         }
-        [tensions, moved, foretold]
+        [tensions, moved, foretold, sounds]
     };
     let mut all = Draws {
         tensions: vec![vec![Vec::new(); m]; frames],
         bones: vec![vec![Vec::new(); bones]; frames],
         hidden: course.frames.iter().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),
+        heard: course.frames.iter().map(|f| vec![Vec::new(); f.heard.len()]).collect(),
     };
     for part in parallel::map(&batches, one) {
-        for (all, part) in [&mut all.tensions, &mut all.bones, &mut all.hidden].into_iter().zip(part) {
+        for (all, part) in
+            [&mut all.tensions, &mut all.bones, &mut all.hidden, &mut all.heard].into_iter().zip(part)
+        {
             let pairs = all.iter_mut().zip(part).flat_map(|(a, b)| a.iter_mut().zip(b));
             pairs.for_each(|(a, b)| a.extend(b));
         }
     }
     all
+}
+
+/// Draws of the changes of a frame's formants, Hz: by its tensions and displaced bones, and by the shape at rest.
+fn sound(
+    mode: &Mode<'_, '_>,
+    rates: Option<&DMatrix<f64>>,
+    by: &DMatrix<f64>,
+    theta: &DMatrix<f64>,
+) -> Vec<Vec<f32>> {
+    let (m, b, k) = (mode.sizes.muscles, mode.sizes.bones, mode.sizes.knots);
+    let Some(rates) = rates else { return Vec::new() };
+    let mut changes = by.rows(0, m + b).into_owned().resize_vertically(rates.ncols(), 0.0);
+    let mut levels = changes.rows_mut(0, m);
+    levels += theta.rows(0, m);
+    changes.rows_mut(m + b, rates.ncols() - m - b).copy_from(&theta.rows(m + k, rates.ncols() - m - b));
+    (rates * changes).row_iter().map(|row| row.iter().map(|v| *v as f32).collect()).collect()
 }
 
 /// Draws of the expected distances of a frame's hidden points: the motion of the surface less the expected error there.

@@ -11,6 +11,7 @@ use super::consider::Draws;
 use super::frame::{self, Frame, Linear, Solver};
 use super::gesture::{Gesture, Segment};
 use super::link::Link;
+use super::listen::{self, TrackedFormant};
 use super::settings::Settings;
 
 /// A frame is out of reach if the root mean square distance of its points from the surface is larger than this, in standard deviations.
@@ -148,6 +149,9 @@ pub struct Tracked {
     pub reached_rms_m: Option<f64>,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, 2>>,
+    /// Its lowest formants, if they are wanted ([`listen`](super::listen)); empty where there is no airway or the frame has no data.
+    #[serde(default)]
+    pub formants: Vec<TrackedFormant>,
     /// Faults that the fit found in the observations of the frame.
     pub faults: Vec<Fault>,
 }
@@ -280,6 +284,7 @@ pub(super) fn tracked(
         hidden: frame.hidden.iter().enumerate().map(foretold).collect(),
         resolved,
         levels,
+        formants: listen::told(frame, &positions, &draws.heard[number]),
         positions,
         faults,
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
+use crate::heard::Heard;
 use crate::inverse::{BONE_SD_M, FreedBone};
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
@@ -88,6 +89,8 @@ pub struct Frame {
     pub along: Vec<Along>,
     /// Held-out contour points and coordinates of coils; the fit predicts their distances from the simulated places.
     pub hidden: Vec<Hidden>,
+    /// Formants that are told with the results ([`listen`](super::listen)).
+    pub heard: Vec<Heard>,
     /// For every followed bone, its shift from rest, m.
     pub shifts: Vec<SVector<f64, 2>>,
     /// Numbers of the labels that apply at this time.
@@ -164,6 +167,7 @@ fn one(
         names: Vec::new(),
         along: Vec::new(),
         hidden: Vec::new(),
+        heard: Vec::new(),
         shifts,
         labels: (0..seen.labels.len()).filter(|&l| seen.labels[l].holds(frame.time_s)).collect(),
     };

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::ProfileError;
+use super::{ProfileError, cross, minus};
 use crate::Section;
 
 /// The walls around a tongue. Lengths in mm, as in the file.
@@ -177,6 +177,53 @@ impl Tract {
             return bad("larynx.follows_hyoid must be a finite number".to_owned());
         }
         Ok(())
+    }
+
+    /// The tract in another frame: `place` moves points, mm, by a similarity that multiplies lengths by `scale`.
+    #[must_use]
+    pub fn placed(mut self, scale: f64, place: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
+        for row in self.wall.iter_mut().flat_map(|w| &mut w.points_mm) {
+            let ([x, y], [toward_x, toward_y]) = (place([row[0], row[1]]), place([row[2], row[3]]));
+            *row = [x, y, toward_x, toward_y];
+        }
+        self.larynx.front_mm.iter_mut().chain(&mut self.jaw.floor_mm).for_each(|p| *p = place(*p));
+        for p in [&mut self.tongue.root_mm, &mut self.tongue.tip_mm, &mut self.jaw.joint_mm] {
+            *p = place(*p);
+        }
+        for length in [&mut self.grid.step_mm, &mut self.lips.length_mm, &mut self.lips.width_mm] {
+            *length *= scale;
+        }
+        self
+    }
+
+    /// The tract with the points of its wall on a traced palate (points from front to back, mm) where a line to the wall crosses the
+    /// trace not farther than `reach_mm` from the wall.
+    #[must_use]
+    pub fn under(mut self, palate: &[[f64; 2]], reach_mm: f64) -> Self {
+        for row in self.wall.iter_mut().flat_map(|w| &mut w.points_mm) {
+            let (from, to) = ([row[2], row[3]], [row[0], row[1]]);
+            let way = minus(to, from);
+            let crossings = palate.windows(2).filter_map(|pair| {
+                let side = minus(pair[1], pair[0]);
+                let (across, start) = (cross(way, side), minus(pair[0], from));
+                let (along, part) = (cross(start, side) / across, cross(start, way) / across);
+                ((0.0..=1.0).contains(&part) && along > 0.0).then_some(along)
+            });
+            let beside = |along: &f64| (along - 1.0).abs() * way[0].hypot(way[1]);
+            let nearest = crossings.min_by(|a, b| beside(a).total_cmp(&beside(b)));
+            if let Some(along) = nearest.filter(|a| beside(a) < reach_mm) {
+                (row[0], row[1]) = (from[0] + along * way[0], from[1] + along * way[1]);
+            }
+        }
+        self
+    }
+
+    /// Checks that the lips are open in a posture.
+    ///
+    /// # Errors
+    /// [`ProfileError::Bad`].
+    pub fn check_lips(&self, posture: &Articulation) -> Result<(), ProfileError> {
+        self.lip_sections(posture).map(|_| ())
     }
 
     /// The two sections between the lips.

@@ -1,0 +1,81 @@
+//! Formants of tracked frames as records.
+
+use serde::Serialize;
+
+use super::{FrameRecord, Table, TrackRecord};
+use tongue_core::statistics::upper_median;
+use tongue_infer::heard::{Articulation, TRACT_SD, Tract};
+
+/// What the formants of a run are those of, and how far they are known.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FormantsRecord {
+    /// Name of the tract.
+    pub tract: String,
+    /// Height of the opening between the lips, mm.
+    pub lip_opening_mm: f64,
+    /// Protrusion of the lips, mm.
+    pub lip_protrusion_mm: f64,
+    /// Number of frames that have formants: the others have no data, or their tongue touches a wall.
+    pub frames: usize,
+    /// What `sd_hz` of a formant contains.
+    pub sd_hz_is: &'static str,
+    /// Standard deviation by the errors of estimated walls, as a part of the frequency; it is not in `sd_hz`.
+    pub tract_sd_part: f64,
+    /// Medians over the frames: frequency and `sd_hz` of each formant, Hz.
+    pub medians_hz: Vec<[f64; 2]>,
+}
+
+impl FormantsRecord {
+    /// Of frames with formants.
+    pub fn new(tract: &Tract, lips: &Articulation, frames: &[FrameRecord]) -> Self {
+        let told: Vec<_> = frames.iter().filter(|f| !f.formants.is_empty()).collect();
+        let count = told.first().map_or(0, |f| f.formants.len());
+        let median =
+            |of: &dyn Fn(&FrameRecord) -> f64| upper_median(told.iter().map(|f| of(f))).unwrap_or(f64::NAN);
+        Self {
+            tract: tract.name.clone(),
+            lip_opening_mm: lips.lip_opening_mm,
+            lip_protrusion_mm: lips.lip_protrusion_mm,
+            frames: told.len(),
+            sd_hz_is: "spread of the draws between walls that count as known",
+            tract_sd_part: TRACT_SD,
+            medians_hz: (0..count)
+                .map(|i| [median(&|f| f.formants[i].hz), median(&|f| f.formants[i].sd_hz)])
+                .collect(),
+        }
+    }
+
+    /// In a sentence.
+    pub fn said(&self, of: usize) -> String {
+        let one = |(i, [hz, sd]): (usize, &[f64; 2])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1);
+        let all: Vec<String> = self.medians_hz.iter().enumerate().map(one).collect();
+        format!(
+            "formants of {} of {of} frames, medians {}; sd is the spread of the draws, to which errors of the walls ({}) add {:.0} %",
+            self.frames,
+            if all.is_empty() { "none".to_owned() } else { all.join(", ") },
+            self.tract,
+            100.0 * self.tract_sd_part
+        )
+    }
+}
+
+impl TrackRecord {
+    /// A row for each frame and formant.
+    pub fn formants_table(&self) -> Table {
+        let columns = ["recording", "time_s", "formant", "hz", "sd_hz"].map(str::to_owned).to_vec();
+        let rows = self.frames.iter().flat_map(|f| {
+            let row = |(i, formant): (usize, &tongue_infer::track::TrackedFormant)| {
+                let name = format!("F{}", i + 1);
+                vec![
+                    f.recording.clone(),
+                    f.time_s.to_string(),
+                    name,
+                    formant.hz.to_string(),
+                    formant.sd_hz.to_string(),
+                ]
+            };
+            f.formants.iter().enumerate().map(row).collect::<Vec<_>>()
+        });
+        Table { columns, rows: rows.collect() }
+    }
+}

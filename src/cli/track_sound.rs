@@ -1,0 +1,81 @@
+//! Formants of tracked frames.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use miette::{IntoDiagnostic, WrapErr};
+use tongue_fit::body::Body;
+use tongue_fit::geometry::Point;
+use tongue_fit::heard::{Airway, Articulation};
+use tongue_fit::report::{FormantsRecord, TrackRecord};
+use tongue_fit::track::{Followed, Frame, listen};
+
+/// Number of formants that are told.
+const FORMANTS: usize = 2;
+/// A traced palate replaces the drawn one where they are nearer to each other than this, mm.
+const PALATE_REACH_MM: f64 = 12.0;
+
+/// Options of the sound.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Sound")]
+pub struct Arguments {
+    /// Compute F1 and F2 of every frame: the drawn tract, placed by the mental spine and the hyoid, around the tongue
+    #[arg(long)]
+    formants: bool,
+    /// Tract (TOML) in the frame of the recordings instead of the drawn one
+    #[arg(long, value_name = "FILE", requires = "formants")]
+    tract: Option<PathBuf>,
+    /// Height of the opening between the lips in all frames, mm
+    #[arg(long, value_name = "MM", requires = "formants", default_value_t = Articulation::default().lip_opening_mm)]
+    lip_opening: f64,
+    /// Protrusion of the lips in all frames, mm
+    #[arg(long, value_name = "MM", requires = "formants", default_value_t = 0.0, allow_hyphen_values = true)]
+    lip_protrusion: f64,
+}
+
+/// A tract around a speaker's tongue.
+pub struct Sound {
+    airway: Arc<Airway>,
+    lips: Articulation,
+}
+
+impl Arguments {
+    /// The tract around a body, with the traced palate of the recordings; `None` if no formants are wanted.
+    pub fn around(&self, body: &Body<2>, palate: Option<&[Point]>) -> miette::Result<Option<Sound>> {
+        if !self.formants {
+            return Ok(None);
+        }
+        let mut tract = match &self.tract {
+            None => Airway::drawn_for(body).into_diagnostic()?,
+            Some(path) => {
+                let text = tongue_fit::files::read_text(path).into_diagnostic();
+                let text = text.wrap_err_with(|| format!("cannot read the tract \"{}\"", path.display()))?;
+                Airway::read(&text, &path.display().to_string()).into_diagnostic()?
+            }
+        };
+        if let Some(palate) = palate {
+            let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
+            tract = tract.under(&palate, PALATE_REACH_MM);
+        }
+        let lips = Articulation {
+            lip_opening_mm: self.lip_opening,
+            lip_protrusion_mm: self.lip_protrusion,
+            ..Articulation::default()
+        };
+        tract.check_lips(&lips).into_diagnostic()?;
+        Ok(Some(Sound { airway: Arc::new(Airway::round(body, tract).into_diagnostic()?), lips }))
+    }
+}
+
+impl Sound {
+    /// Makes formants a part of the results of frames.
+    pub fn listen(&self, frames: &mut [Frame], followed: &[Followed]) {
+        listen(frames, &self.airway, followed, &self.lips, FORMANTS);
+    }
+
+    /// Adds to the record what the formants are those of.
+    pub fn tell(&self, record: &mut TrackRecord) {
+        record.formants = Some(FormantsRecord::new(self.airway.tract(), &self.lips, &record.frames));
+    }
+}
