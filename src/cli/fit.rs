@@ -137,6 +137,11 @@ impl Arguments {
         self.vowel.is_some()
     }
 
+    /// Whether points were given without a posterior that takes them.
+    pub fn has_points_alone(&self) -> bool {
+        self.others.has_points() && !self.posterior.is_given()
+    }
+
     fn fit(
         &self,
         body: &Body<2>,

@@ -88,10 +88,6 @@ struct Cli {
     command: Option<Command>,
     #[command(flatten)]
     fit: fit::Arguments,
-    /// Find the tensions of one posture from points on the tongue (CSV point,x_mm,y_mm): short for
-    /// `tongue-fit track FILE`, with its options
-    #[arg(long, value_name = "FILE", conflicts_with = "vowel")]
-    points: Option<PathBuf>,
     #[command(flatten)]
     global: Global,
 }
@@ -195,8 +191,9 @@ pub fn run(words: Vec<OsString>) -> u8 {
         );
         Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
     }
-    if cli.points.is_some() {
-        let message = "--points must come before all other options, as in tongue-fit --points my.csv --as-is";
+    if cli.fit.has_points_alone() {
+        let message = "--points needs --posterior N (points beside the lengths), or comes before all other options (points \
+                       alone), as in tongue-fit --points my.csv --as-is";
         Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
     }
     if cli.command.is_none() && !cli.fit.is_given() {
@@ -240,9 +237,10 @@ pub fn run(words: Vec<OsString>) -> u8 {
     }
 }
 
-/// `--points FILE` as the first option means `track FILE`.
+/// `--points FILE` as the first option and without `--posterior` means `track FILE`.
 fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
-    if words.get(1).is_some_and(|w| w == "--points") && words.len() > 2 {
+    let is_posterior = |w: &OsString| w.to_string_lossy().starts_with("--posterior");
+    if words.get(1).is_some_and(|w| w == "--points") && words.len() > 2 && !words.iter().any(is_posterior) {
         words[1] = "track".into();
     }
     words

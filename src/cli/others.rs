@@ -1,4 +1,4 @@
-//! What was seen of a posture beside the lengths: options of a posterior.
+//! Options of a posterior: what was measured of postures beside the lengths.
 
 use std::path::{Path, PathBuf};
 
@@ -10,9 +10,11 @@ use tongue_fit::heard::{Airway, Formants};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
+use tongue_fit::measured::recording::{self, Map, Recording};
 use tongue_fit::measured::{Target, Vowel};
-use tongue_fit::posterior::{Beside, Density, Ground, Mode, Of, Seen};
+use tongue_fit::posterior::{Beside, Density, Ground, Mode, Seen};
 use tongue_fit::statistics::upper_median;
+use tongue_fit::track::Surface;
 
 use super::output;
 
@@ -22,6 +24,8 @@ const FORMANT_SD: f64 = 0.03;
 const MOST_POINTS: usize = 40;
 /// A contour further from the surface at rest is in another frame, m.
 const FARTHEST_M: f64 = 30e-3;
+/// Axes of points that are in the frame of the body.
+const OF_THE_BODY: &str = "back = \"x\"\nup = \"y\"\n";
 /// Formants that may be given.
 const MOST_FORMANTS: usize = 4;
 
@@ -39,11 +43,16 @@ pub struct Arguments {
     /// the vocal tract are a drawing, not this speaker's, so that each computed formant is trusted to 17 % only
     #[arg(long, value_name = "HZ,HZ", value_delimiter = ',', num_args = 1, requires = "posterior")]
     formants: Option<Vec<f64>>,
-    /// Contour of the fitted vowel in the body's own millimetres (as `tongue-fit mesh` draws it, or `adapt` writes it), in the formats of `adapt
-    /// --contour`; its place may be
-    /// wrong by 5 mm, its angle by 9 degrees and its size by 10 % (standard deviations)
-    #[arg(long, value_name = "FILE", requires = "posterior")]
-    contour: Option<PathBuf>,
+    /// Contour of the fitted vowel, or of another one that is sampled or the baseline where its name stands before it (ɯ=FILE), in the body's
+    /// own millimetres (as `tongue-fit mesh` draws it, or `adapt` writes it), in the formats of `adapt --contour`. Contours of several
+    /// postures say most: they share the error of their place (5 mm), angle (9 degrees) and size (10 %; standard deviations)
+    #[arg(long, value_name = "[VOWEL=]FILE", requires = "posterior")]
+    contour: Vec<String>,
+    /// With --posterior: coils, or other named points of the tongue, in the same way as --contour, each file with one frame (CSV
+    /// point,x_mm,y_mm). As the first option and without --posterior: finds the tensions of one posture from points alone, short for
+    /// `tongue-fit track FILE`, with its options
+    #[arg(long, value_name = "[VOWEL=]FILE")]
+    points: Vec<String>,
 }
 
 impl Arguments {
@@ -60,11 +69,89 @@ impl Arguments {
         if let Some(hz) = &self.formants {
             out.push(formants(hz, ground, targets, posture)?);
         }
-        if let Some(path) = &self.contour {
-            out.push(contour(path, body, posture)?);
+        let sampled = Sampled { targets, fitted: posture };
+        if !self.contour.is_empty() {
+            out.push(sampled.points(("--contour", "contour"), &self.contour, body, contour)?);
+        }
+        if !self.points.is_empty() {
+            out.push(sampled.points(("--points", "coils"), &self.points, body, coils)?);
         }
         Ok(out)
     }
+
+    /// Whether there are points of postures.
+    pub fn has_points(&self) -> bool {
+        !self.points.is_empty()
+    }
+}
+
+/// The targets that are sampled together, and the number of the fitted one.
+struct Sampled<'a> {
+    targets: &'a [Target],
+    fitted: usize,
+}
+
+impl Sampled<'_> {
+    /// The posture of a file (`None`: the baseline) and its path.
+    fn posture<'t>(&self, option: &str, text: &'t str) -> miette::Result<(Option<usize>, &'t Path)> {
+        let Some((name, path)) = text.split_once('=').filter(|_| !Path::new(text).exists()) else {
+            return Ok((Some(self.fitted), Path::new(text)));
+        };
+        let vowel = Vowel::new(name).into_diagnostic().wrap_err_with(|| format!("{option} {text}"))?;
+        let baseline = &self.targets[0].baseline;
+        let posture = self.targets.iter().position(|t| t.vowel == vowel);
+        if posture.is_none() && vowel != *baseline {
+            let sampled: Vec<String> = self.targets.iter().map(|t| format!("/{}/", t.vowel)).collect();
+            return Err(miette!(
+                "{option} {text}: /{vowel}/ is not sampled; sampled are {} and the baseline /{baseline}/ (--joint samples all vowels of the subject)",
+                sampled.join(", ")
+            ));
+        }
+        Ok((posture, Path::new(path)))
+    }
+
+    /// Points of the tongue in files, each of another posture.
+    fn points(
+        &self,
+        (option, kind): (&str, &str),
+        files: &[String],
+        body: &Body<2>,
+        read: impl Fn(&Path) -> miette::Result<recording::Seen>,
+    ) -> miette::Result<Beside> {
+        let mut seen: Vec<(Option<usize>, recording::Seen)> = Vec::new();
+        for file in files {
+            let (posture, path) = self.posture(option, file)?;
+            if seen.iter().any(|(p, _)| *p == posture) {
+                return Err(miette!(
+                    "{option} {file}: there is another file of the same posture; give one of each"
+                ));
+            }
+            let own = read(path).wrap_err_with(|| format!("{option} {}", path.display()))?;
+            near_the_body(body, &own).wrap_err_with(|| format!("{option} {}", path.display()))?;
+            seen.push((posture, own));
+        }
+        let seen: Vec<_> = seen.iter().map(|(posture, own)| (*posture, own)).collect();
+        Beside::points(kind, body, &seen).ok_or_else(|| {
+            miette!("{option}: this body has no outline of a tongue; take the built-in one or an adapted one")
+        })
+    }
+}
+
+/// # Errors
+/// For points that are far from the surface of the body at rest.
+fn near_the_body(body: &Body<2>, seen: &recording::Seen) -> miette::Result<()> {
+    let Some(surface) = Surface::of(body) else { return Ok(()) };
+    let marks = seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
+    let away = marks.map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
+    let away_m = upper_median(away).unwrap_or(0.0);
+    if away_m > FARTHEST_M {
+        return Err(miette!(
+            "its points lie {:.0} mm from the surface of the body at rest (median); give them in the body's own millimetres, x to the back of \
+             the head and y up, as `tongue-fit adapt` writes a body",
+            1e3 * away_m
+        ));
+    }
+    Ok(())
 }
 
 fn emg(path: &Path, ground: &Ground, targets: &[Target], fitted: usize) -> miette::Result<Beside> {
@@ -127,33 +214,28 @@ fn formants(hz: &[f64], ground: &Ground, targets: &[Target], posture: usize) -> 
     Ok(formants.into_diagnostic().wrap_err("--formants")?.measured(posture, hz, FORMANT_SD))
 }
 
-fn contour(path: &Path, body: &Body<2>, posture: usize) -> miette::Result<Beside> {
-    let origin = path.display().to_string();
-    let bytes = files::read(path)
-        .map_err(|e| miette!("cannot read --contour {origin}: {e}; {}", files::advice(&e)))?;
-    let read = Landmarks::from_bytes(&bytes, &origin, &Default::default()).into_diagnostic()?;
+fn contour(path: &Path) -> miette::Result<recording::Seen> {
+    let bytes = files::read(path).map_err(|e| miette!("cannot be read: {e}; {}", files::advice(&e)))?;
+    let read = Landmarks::from_bytes(&bytes, &path.display().to_string(), &Default::default());
     // The option says that the points are in the frame of the body, so a contour that seems to face the other way is not turned round.
-    let mut read = Landmarks::default().with_contour(read);
+    let mut read = Landmarks::default().with_contour(read.into_diagnostic()?);
     let every = read.contour.len().div_ceil(MOST_POINTS).max(1);
     read.contour = read.contour.into_iter().step_by(every).collect();
-    if read.contour.len() < 3 {
-        return Err(miette!("--contour {origin}: it has {} points; three are needed", read.contour.len()));
+    match read.contour.len() {
+        count @ 0..3 => Err(miette!("it has {count} points; three are needed")),
+        _ => Ok(recording::Seen::of_contour(&read.contour)),
     }
-    let beside = Beside::contour(body, posture, &read.contour).ok_or_else(|| {
-        miette!("--contour: this body has no outline of a tongue; take the built-in one or an adapted one")
-    })?;
-    let away_m = match &beside.of {
-        Of::Shape(_, sight) => {
-            upper_median(sight.values(&body.mesh.nodes).into_iter().map(f64::abs)).unwrap_or(0.0)
-        }
-        Of::Activity(_) => 0.0,
+}
+
+fn coils(path: &Path) -> miette::Result<recording::Seen> {
+    let found = Recording::from_path(path, None).into_diagnostic()?;
+    let [one] = found.as_slice() else {
+        return Err(miette!("it has {} recordings; give a file of one frame for each posture", found.len()));
     };
-    if away_m > FARTHEST_M {
-        return Err(miette!(
-            "--contour {origin}: its points lie {:.0} mm from the surface of the body at rest (median); give them in the body's own millimetres, \
-             x to the back of the head and y up, as `tongue-fit adapt` writes a body",
-            1e3 * away_m
-        ));
+    if one.samples.len() != 1 {
+        return Err(miette!("it has {} frames; give the one of this posture", one.samples.len()));
     }
-    Ok(beside)
+    let map = Map::from_toml(OF_THE_BODY, "the axes of the body").into_diagnostic()?;
+    let seen = recording::Seen::new(one, &map).into_diagnostic();
+    seen.wrap_err("coils have usual names, such as T1, TT, TB and TD; a contour is read with --contour")
 }

@@ -114,6 +114,11 @@ impl Arguments {
         ground.map(Some)
     }
 
+    /// Whether a posterior was asked for.
+    pub fn is_given(&self) -> bool {
+        self.posterior.is_some()
+    }
+
     /// Whether the vowels of a subject are sampled together.
     pub fn is_joint(&self) -> bool {
         self.joint

@@ -8,13 +8,16 @@ use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::heard::{Airway, Articulation, Formants};
 use tongue_fit::inverse::Matched;
+use tongue_fit::measured::recording::{self, Format, Map, Recording};
 use tongue_fit::measured::{Dataset, Target};
-use tongue_fit::posterior::hmc::Target as Sampled;
 use tongue_fit::posterior::{
-    Beside, Density, Evaluator, Ground, Mode, Of, Place, Priors, Seen, Settings, Sight as _, Status,
+    Beside, Density, Draw, Evaluator, Ground, Mode, Priors, Seen, Settings, Sight as _, Status,
     contradictions, gains, sample,
 };
 use tongue_fit::system::{Model, System, TissueModel};
+use tongue_fit::track::Surface;
+
+use crate::posterior::{derivatives, solved};
 
 const LIPS: Articulation =
     Articulation { jaw_deg: 0.0, hyoid_mm: [0.0, 0.0], lip_opening_mm: 8.0, lip_protrusion_mm: 0.0 };
@@ -52,18 +55,44 @@ fn emg(active: [f64; 2]) -> Beside {
 
 /// Points of the surface where the nodes are at `positions`, m.
 fn points_of(ground: &Ground, positions: &[Point]) -> Vec<Point> {
-    let curve = tongue_fit::track::Surface::of(&ground.body).unwrap().curve;
+    let curve = Surface::of(&ground.body).unwrap().curve;
     let place = |i: usize| curve.weights(curve.length() * (0.2 + 0.06 * f64::from(i as u32)));
     (0..11).map(|i| place(i).iter().map(|(node, w)| positions[*node] * *w).sum()).collect()
 }
 
+/// Contours of the posture and, if there is one, of the baseline.
+fn contours(ground: &Ground, posture: &[Point], baseline: Option<&[Point]>) -> Beside {
+    let posture = recording::Seen::of_contour(posture);
+    let baseline = baseline.map(recording::Seen::of_contour);
+    let seen: Vec<_> = [(Some(0), &posture)].into_iter().chain(baseline.iter().map(|b| (None, b))).collect();
+    Beside::points("contour", &ground.body, &seen).unwrap()
+}
+
+/// Three coils in the posture where they are glued to nodes at `positions`, m.
+fn coils(ground: &Ground, positions: &[Point]) -> Beside {
+    let surface = Surface::of(&ground.body).unwrap();
+    let behind = [8e-3, 24e-3, 42e-3];
+    let place = |behind: &f64| {
+        let weights = surface.curve.weights(surface.tip - behind);
+        weights.iter().map(|(node, w)| positions[*node] * *w).sum::<Point>()
+    };
+    let row = |(number, at): (usize, Point)| format!("T{number},{},{}\n", 1e3 * at.x, 1e3 * at.y);
+    let rows: String = (1..).zip(behind.iter().map(place)).map(row).collect();
+    let table = format!("point,x_mm,y_mm\n{rows}");
+    let read = Recording::from_bytes(table.as_bytes(), "coils.csv", Some(Format::Tidy)).unwrap();
+    let seen = recording::Seen::new(&read[0], &Map::default()).unwrap();
+    Beside::points("coils", &ground.body, &[(Some(0), &seen)]).unwrap()
+}
+
 fn with_all(ground: &Ground) -> Seen {
-    let points: Vec<Point> =
-        points_of(ground, ground.system.rest()).iter().map(|p| p + Point::new(1e-3, 2e-3)).collect();
+    let rest = ground.system.rest();
+    let points: Vec<Point> = points_of(ground, rest).iter().map(|p| p + Point::new(1e-3, 2e-3)).collect();
+    let baseline = points_of(ground, rest);
     let beside = vec![
         formants(ground, &[600.0, 1300.0]),
         emg([0.8, 0.1]),
-        Beside::contour(&ground.body, 0, &points).unwrap(),
+        contours(ground, &points, Some(&baseline)),
+        coils(ground, rest),
     ];
     Seen { beside, ..stretches() }
 }
@@ -76,30 +105,25 @@ fn the_gradient_is_the_derivative_of_the_density() {
         let n = density.parameters.len();
         let mut evaluator = Evaluator::new(&density);
         let at = &mode.scores + normals(n, &mut fastrand::Rng::with_seed(1)) * 0.2;
-        let one = |e: &mut Evaluator<'_>, x: &DVector<f64>, p: &Place| {
-            e.evaluate(&[(x, p)]).pop().flatten().unwrap()
-        };
-        let here = one(&mut evaluator, &at, &mode.place);
         let h = 1e-3;
-        for i in 0..n {
-            let mut side = |by: f64| {
-                let mut x = at.clone();
-                x[i] += by;
-                one(&mut evaluator, &x, &here.place).log
-            };
-            let difference = (8.0 * (side(h) - side(-h)) - side(2.0 * h) + side(-2.0 * h)) / (12.0 * h);
-            let error = (here.gradient[i] - difference).abs();
-            assert!(error < 2e-6 * (1.0 + difference.abs()), "{i}: {} {difference}", here.gradient[i]);
+        for (i, (exact, difference)) in
+            derivatives(&mut evaluator, &at, &mode.place, h).into_iter().enumerate()
+        {
+            assert!(
+                (exact - difference).abs() < 2e-6 * (1.0 + difference.abs()),
+                "{i}: {exact} {difference}"
+            );
         }
         // The rates at the mode, by which it was found, are those of the values too.
+        let here = solved(&mut evaluator, &at, &mode.place);
         let (linear, _) = evaluator.linearise(&at, &here.place).unwrap();
         let rows = density.rows().len() - density.seen.len();
-        assert_eq!(rows, 2 + 4 + 11, "activity in one posture says nothing");
+        assert_eq!(rows, 2 + 4 + 22 + 6, "activity in one posture says nothing");
         for i in 0..n {
             let mut side = |by: f64| {
                 let mut x = at.clone();
                 x[i] += by;
-                DVector::from_vec(one(&mut evaluator, &x, &here.place).place.beside)
+                DVector::from_vec(solved(&mut evaluator, &x, &here.place).place.beside)
             };
             let difference = (side(h) - side(-h)) / (2.0 * h);
             for row in 0..rows {
@@ -124,12 +148,10 @@ fn what_geometry_does_to_formants_and_contours_is_what_bodies_that_are_moved_sho
         let (linear, _) = Evaluator::new(&density).linearise(&mode.scores, &mode.place).unwrap();
         let of_muscles = ground.muscles.len();
         let all: Vec<usize> = (0..of_muscles).collect();
-        let values = |shape: &Equilibrium<2>| -> DVector<f64> {
-            let of = |b: &Beside| match &b.of {
-                Of::Shape(_, sight) => sight.values(&shape.positions),
-                Of::Activity(all) => vec![0.0; all.len()],
-            };
-            DVector::from_vec(density.seen.beside.iter().flat_map(of).collect())
+        // Of the posture and of the baseline.
+        let values = |shapes: &[Equilibrium<2>]| -> DVector<f64> {
+            let shape = |posture: Option<usize>| shapes[posture.unwrap_or(1)].positions.as_slice();
+            DVector::from_vec(density.seen.beside.iter().flat_map(|b| b.of_shapes(shape)).collect())
         };
         let h = 1e-3;
         let mut largest: f64 = 0.0;
@@ -140,8 +162,10 @@ fn what_geometry_does_to_formants_and_contours_is_what_bodies_that_are_moved_sho
                     fields[which][f] = by;
                     let body = ground.displaced(&fields[0], &fields[1]).unwrap();
                     let system = System::new(&body.mesh, &ground.model, &all).unwrap();
-                    let load = ground.load(&meaning, 0, Some(&mode.place.postures[0])).in_body(&system);
-                    values(&density.lanes().solve(&[load], density.settings())[0])
+                    let loads: Vec<_> = (0..2)
+                        .map(|s| ground.load(&meaning, s, Some(mode.place.shape(s).0)).in_body(&system))
+                        .collect();
+                    values(&density.lanes().solve(&loads, density.settings()))
                 };
                 let difference = (side(h) - side(-h)) / (2.0 * h);
                 for (row, difference) in difference.iter().enumerate() {
@@ -182,18 +206,17 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     assert!(count > 100.0 && rms < 0.07, "{rms}");
     // What was seen beside the stretches fits the posterior's own mean.
     let shape: Vec<SVector<f64, 2>> = alone.mode.place.postures[0].to_vec();
-    let own = |b: Beside| match &b.of {
-        Of::Shape(_, sight) => Beside { measured: sight.values(&shape), ..b.clone() },
-        Of::Activity(_) => b,
-    };
-    let heard = own(formants(ground, &[600.0, 1300.0]));
-    let drawn = Beside::contour(&ground.body, 0, &points_of(ground, &shape)).unwrap();
-    let beside = vec![heard, emg([0.9, 0.3]), drawn];
+    let heard = formants(ground, &[600.0, 1300.0]);
+    let heard = Beside { measured: heard.of_shapes(|_| &shape), ..heard };
+    let baseline = points_of(ground, &alone.mode.place.baseline);
+    let drawn = contours(ground, &points_of(ground, &shape), Some(&baseline));
+    let beside = vec![heard, emg([0.9, 0.3]), drawn, coils(ground, &shape)];
     let all = sample(ground, Seen { beside, ..stretches() }, &settings).unwrap();
     assert_eq!(all.status, Status::Mixed, "{}", all.why);
     assert!(contradictions(&all.density, &all.mode).is_empty());
     let gains = gains(&all, 0, &settings);
-    assert_eq!(gains.iter().map(|g| g.kind.as_str()).collect::<Vec<_>>(), ["formants", "EMG", "contour"]);
+    let kinds: Vec<&str> = gains.iter().map(|g| g.kind.as_str()).collect();
+    assert_eq!(kinds, ["formants", "EMG", "contour", "coils"]);
     for gain in &gains {
         let without = gain.sd_without_n.as_ref().unwrap();
         let parts: Vec<f64> = without.0.iter().zip(&gain.sd_with_n.0).map(|((_, a), (_, b))| b / a).collect();
@@ -206,9 +229,29 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
         |g: usize, m: usize| gains[g].sd_with_n.0[m].1 / gains[g].sd_without_n.as_ref().unwrap().0[m].1;
     assert!((0..8).any(|m| ratio(2, m) < 0.95), "{gains:?}");
     assert!(ratio(1, 0) < 0.9 && ratio(1, 6) < 1.0, "{} {}", ratio(1, 0), ratio(1, 6));
+    // A contour of the baseline too tells more: the errors of the placement and of the body are those of both.
+    let mean_sd = |draws: &[Draw]| {
+        let variance = |m: usize| {
+            let changes = || draws.iter().map(|d| d.change(0, m));
+            let mean = changes().sum::<f64>() / draws.len() as f64;
+            changes().map(|c| (c - mean).powi(2)).sum::<f64>() / draws.len() as f64
+        };
+        (0..8).map(|m| variance(m).sqrt()).sum::<f64>() / 8.0
+    };
+    let part = |baseline: Option<&[Point]>| {
+        let beside = vec![contours(ground, &points_of(ground, &shape), baseline)];
+        let with = sample(ground, Seen { beside, ..stretches() }, &settings).unwrap();
+        assert_eq!(with.status, Status::Mixed, "{}", with.why);
+        mean_sd(&with.draws) / mean_sd(&alone.draws)
+    };
+    let [one, both] = [None, Some(baseline.as_slice())].map(part);
+    eprintln!(
+        "sd of F - F0 over that of lengths alone: with the posture's contour {one:.3}, with the baseline's too {both:.3}"
+    );
+    assert!((0.93..1.0).contains(&one) && (0.85..0.95).contains(&both), "{one} {both}");
     // A contour that is nowhere near is told as a whole, though its points agree with each other.
     let away: Vec<Point> = points_of(ground, &shape).iter().map(|p| p + Point::new(0.0, 45e-3)).collect();
-    let beside = vec![Beside::contour(&ground.body, 0, &away).unwrap()];
+    let beside = vec![contours(ground, &away, None)];
     let mut density = Density::new(ground, Seen { beside, ..stretches() }).unwrap();
     let mode = Mode::find(&mut density).unwrap();
     let told = contradictions(&density, &mode);

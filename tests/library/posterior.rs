@@ -63,20 +63,35 @@ fn the_gradient_is_right(ground: &Ground, seen: Seen, parameters: usize, h: f64)
     let mut evaluator = Evaluator::new(&density);
     for _ in 0..3 {
         let at = &mode.scores + normals(n, &mut random) * 0.3;
-        let one = |e: &mut Evaluator<'_>, x: &DVector<f64>, p: &Place| {
-            e.evaluate(&[(x, p)]).pop().flatten().unwrap()
-        };
-        let here = one(&mut evaluator, &at, &mode.place);
-        for i in 0..n {
-            let mut side = |by: f64| {
-                let mut x = at.clone();
-                x[i] += by;
-                one(&mut evaluator, &x, &here.place).log
-            };
-            let difference = (8.0 * (side(h) - side(-h)) - side(2.0 * h) + side(-2.0 * h)) / (12.0 * h);
-            assert!((here.gradient[i] - difference).abs() < 1e-6, "{i}: {} {difference}", here.gradient[i]);
+        for (i, (exact, difference)) in
+            derivatives(&mut evaluator, &at, &mode.place, h).into_iter().enumerate()
+        {
+            assert!((exact - difference).abs() < 1e-6, "{i}: {exact} {difference}");
         }
     }
+}
+
+/// A solved point of a density.
+pub fn solved(evaluator: &mut Evaluator<'_>, at: &DVector<f64>, begin: &Place) -> Point<Place> {
+    evaluator.evaluate(&[(at, begin)]).pop().flatten().unwrap()
+}
+
+/// The derivatives of the logarithm of a density at a point, each with its difference of the fourth order over steps `h`.
+pub fn derivatives(
+    evaluator: &mut Evaluator<'_>,
+    at: &DVector<f64>,
+    begin: &Place,
+    h: f64,
+) -> Vec<(f64, f64)> {
+    let here = solved(evaluator, at, begin);
+    let mut side = |i: usize, by: f64| {
+        let mut x = at.clone();
+        x[i] += by;
+        solved(evaluator, &x, &here.place).log
+    };
+    let mut difference =
+        |i| (8.0 * (side(i, h) - side(i, -h)) - side(i, 2.0 * h) + side(i, -2.0 * h)) / (12.0 * h);
+    (0..at.len()).map(|i| (here.gradient[i], difference(i))).collect()
 }
 
 /// How the stretches answer at a mode, to the geometry too.

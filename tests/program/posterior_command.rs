@@ -198,6 +198,20 @@ fn the_priors_that_are_printed_are_read_back_and_have_a_schema() {
 fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("emg.csv"), "muscle,a,ɯ\nGGa,0.9,0.3\nHG,0.8,0.1\nSGm,1,\n").unwrap();
+    // The contour of the baseline is that of the body at rest, 2 mm away.
+    let body = tongue_fit::body::Body::tongue(5.5e-3).unwrap();
+    let curve = tongue_fit::track::Surface::of(&body).unwrap().curve;
+    let point = |i: u32| -> tongue_fit::geometry::Point {
+        curve.weights(0.02 + 5e-3 * f64::from(i)).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
+    };
+    let row = |i: u32| format!("{i},{},{}\n", 1e3 * point(i).x + 2.0, 1e3 * point(i).y);
+    let rows: String = (1..=12).map(row).collect();
+    std::fs::write(folder.path().join("rest.csv"), format!("point,x_mm,y_mm\n{rows}")).unwrap();
+    let output = run(folder.path(), "--vowel a --posterior 1000 --contour ɯ=rest.csv --json --out out");
+    let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let gain = &fit["posterior"]["gains"][0];
+    assert!(gain["kind"] == "contour" && gain["sd_without_n"]["GGa"].as_f64().unwrap() > 1.0, "{gain}");
+
     let line = "--vowel a --posterior 1000 --formants 2500 --emg emg.csv --json --out out";
     let output = run(folder.path(), line);
     let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -214,6 +228,9 @@ fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
         ("--emg one.csv", "no muscle has activity in both /a/ and /ɯ/"),
         ("--emg none.csv", "--emg none.csv"),
         ("--contour two.csv", "it has 2 points; three are needed"),
+        ("--contour i=rest.csv", "/i/ is not sampled; sampled are /a/ and the baseline /ɯ/"),
+        ("--contour rest.csv --contour a=rest.csv", "there is another file of the same posture"),
+        ("--points two.csv", "a contour is read with --contour"),
     ] {
         let output = run(folder.path(), &format!("--vowel a --posterior 600 {options}"));
         assert_eq!(output.status.code(), Some(1), "{options}");

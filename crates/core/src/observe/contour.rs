@@ -44,6 +44,12 @@ impl Curve {
         self.knots[self.knots.len() - 1]
     }
 
+    /// The parameter, m, of the place that is nearest to `point` where the nodes are at `positions`.
+    pub fn nearest_place(&self, point: &SVector<f64, 2>, positions: &[SVector<f64, 2>]) -> f64 {
+        let (piece, part) = self.nearest(point, positions);
+        self.knots[piece] + part * (self.knots[piece + 1] - self.knots[piece])
+    }
+
     /// The nodes and weights whose mean is the place at parameter `at`, m; beyond the ends, the end.
     pub fn weights(&self, at: f64) -> Vec<(usize, f64)> {
         let last = self.knots.len() - 2;

@@ -29,12 +29,13 @@ const LN_SCALE_SD: f64 = 0.10;
 /// Standard deviation of the prior of the shift, m; so large that the prior has no effect.
 const SHIFT_SD_M: f64 = 0.1;
 /// Distance of the first coil behind the tip, and its standard deviation, m.
-const FIRST_M: [f64; 2] = [8e-3, 4e-3];
+const FIRST_COIL_M: f64 = 8e-3;
+pub(crate) const FIRST_COIL_SD_M: f64 = 4e-3;
 /// Ratio of the distance of neighbouring coils along the tongue to their straight distance, and standard deviation of the former, m.
 const LONGER: f64 = 1.03;
-const GAP_SD_M: f64 = 2e-3;
+pub(crate) const GAP_SD_M: f64 = 2e-3;
 /// Standard deviation of a measured distance, m.
-const MEASURED_SD_M: f64 = 1e-3;
+pub(crate) const MEASURED_COIL_SD_M: f64 = 1e-3;
 /// Difference of the mean posture from rest, and of the palate from that of the body: standard deviation, correlation length, and
 /// standard deviation of each point by itself, m.
 const POSTURE_M: [f64; 3] = [5e-3, 20e-3, 1e-3];
@@ -198,8 +199,8 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         let mut out = vec![x[2], x[3]];
         for (i, coil) in coils.iter().enumerate() {
             out.push(match (coil.behind, i.checked_sub(1)) {
-                (Some(measured), _) => (behind(i) - measured) / MEASURED_SD_M,
-                (None, None) => (behind(i) - FIRST_M[0]) / FIRST_M[1],
+                (Some(measured), _) => (behind(i) - measured) / MEASURED_COIL_SD_M,
+                (None, None) => (behind(i) - FIRST_COIL_M) / FIRST_COIL_SD_M,
                 (None, Some(before)) => {
                     let chord = (places[i] - places[before]).norm();
                     (behind(i) - behind(before) - LONGER * chord) / GAP_SD_M
@@ -222,7 +223,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let mut along = 0.0;
     let usual: Vec<f64> = (0..coils.len())
         .map(|i| {
-            along += i.checked_sub(1).map_or(FIRST_M[0], |b| LONGER * (places[i] - places[b]).norm());
+            along += i.checked_sub(1).map_or(FIRST_COIL_M, |b| LONGER * (places[i] - places[b]).norm());
             coils[i].behind.unwrap_or(along)
         })
         .collect();

@@ -17,6 +17,7 @@ mod speaker;
 
 pub(crate) use areas::{LEAST_AREA_RATIO, area_ratios, area_residuals};
 pub use coils::{Coil, FEWEST_COILS, Placement};
+pub(crate) use coils::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
 pub use joint::{JointFit, JointSettings, joint};
 pub use landmarks::Landmarks;
 pub use place::{Placed, Sight};

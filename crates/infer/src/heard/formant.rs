@@ -8,7 +8,7 @@ use tongue_sound::profile::Articulation;
 use tongue_core::observe::{Observable, Observation};
 
 use super::{Airway, AirwayError, Rates};
-use crate::posterior::{Beside, Of, Sight};
+use crate::posterior::{Beside, Of, Sight, View};
 
 /// Standard deviation of a formant by the errors of an estimated tract, as a part of its frequency. Walls
 /// moved by 2 mm, areas 20 % larger, lips 2 mm wider and a larynx 5 mm lower change formants by 1 to 7 %
@@ -80,7 +80,7 @@ impl Formants {
         Beside {
             kind: "formants".to_owned(),
             names: (1..=hz.len()).map(|i| format!("F{i}")).collect(),
-            of: Of::Shape(number, Arc::new(self)),
+            of: Of::Shapes(vec![View { posture: Some(number), count: hz.len(), sight: Arc::new(self) }]),
             measured: hz.to_vec(),
             errors,
         }

@@ -2,6 +2,7 @@
 //! contour points from the surface, and muscle activity (EMG).
 
 use std::fmt::Debug;
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, SVector};
@@ -65,11 +66,22 @@ impl Active {
     }
 }
 
+/// Numbers that follow from the shape of one posture.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Number of the posture; `None` for the baseline.
+    pub posture: Option<usize>,
+    /// How many numbers these are.
+    pub count: usize,
+    /// How they follow from the shape.
+    pub sight: Arc<dyn Sight>,
+}
+
 /// The quantity from which measured numbers follow.
 #[derive(Debug, Clone)]
 pub enum Of {
-    /// The shape of a posture, by the number of the posture.
-    Shape(usize, Arc<dyn Sight>),
+    /// Shapes: first all numbers that follow from one, then those that follow from the next.
+    Shapes(Vec<View>),
     /// Tensions. Their logarithms are used, so that an unknown gain is a summand.
     Activity(Vec<Active>),
 }
@@ -77,7 +89,7 @@ pub enum Of {
 /// Measured numbers of one kind with their errors.
 #[derive(Debug, Clone)]
 pub struct Beside {
-    /// The kind as reports name it: "formants", "EMG".
+    /// The kind as reports name it: "formants", "EMG", "contour", "coils".
     pub kind: String,
     /// A name for each number.
     pub names: Vec<String>,
@@ -144,18 +156,66 @@ impl Beside {
         self.measured.is_empty()
     }
 
-    /// The posture that all numbers are of; `None` where they are of several.
-    pub fn posture(&self) -> Option<usize> {
-        match self.of {
-            Of::Shape(posture, _) => Some(posture),
-            Of::Activity(_) => None,
+    /// The shapes from which numbers follow, each with the range of its numbers.
+    pub fn views(&self) -> impl Iterator<Item = (Range<usize>, &View)> {
+        let views = match &self.of {
+            Of::Shapes(views) => views.as_slice(),
+            Of::Activity(_) => &[],
+        };
+        views.iter().scan(0, |from, view| {
+            let own = *from..*from + view.count;
+            *from = own.end;
+            Some((own, view))
+        })
+    }
+
+    /// The posture whose shape a number follows from (`Some(None)`: the baseline); `None` where it follows from tensions.
+    pub fn posture(&self, number: usize) -> Option<Option<usize>> {
+        self.views().find(|(own, _)| own.contains(&number)).map(|(_, view)| view.posture)
+    }
+
+    /// The posture that all numbers are of; `None` where they are of several or of the baseline.
+    pub fn only_posture(&self) -> Option<usize> {
+        let first = self.posture(0)??;
+        self.views().all(|(_, view)| view.posture == Some(first)).then_some(first)
+    }
+
+    /// The numbers that follow from shapes, given by posture (`None`: the baseline) as positions of all nodes, m; zero for those that follow
+    /// from tensions.
+    pub fn of_shapes<'p>(&self, shape: impl Fn(Option<usize>) -> &'p [SVector<f64, 2>]) -> Vec<f64> {
+        match &self.of {
+            Of::Shapes(views) => views.iter().flat_map(|v| v.sight.values(shape(v.posture))).collect(),
+            Of::Activity(all) => vec![0.0; all.len()],
         }
+    }
+
+    /// The numbers that follow from the shape of one posture.
+    pub(super) fn of_shape(&self, posture: Option<usize>, positions: &[SVector<f64, 2>]) -> Vec<f64> {
+        let own = self.views().filter(|(_, view)| view.posture == posture);
+        own.flat_map(|(_, view)| view.sight.values(positions)).collect()
+    }
+
+    /// Adds to `by_node` the derivatives of the sum of the numbers times `weights` by the positions in one posture.
+    pub(super) fn gradient(
+        &self,
+        (posture, positions): (Option<usize>, &[SVector<f64, 2>]),
+        weights: &[f64],
+        by_node: &mut [SVector<f64, 2>],
+    ) {
+        for (own, view) in self.views().filter(|(_, view)| view.posture == posture) {
+            view.sight.gradient(positions, &weights[own], by_node);
+        }
+    }
+
+    /// Weights that pick one number.
+    pub(super) fn only(&self, number: usize) -> Vec<f64> {
+        (0..self.len()).map(|n| f64::from(u8::from(n == number))).collect()
     }
 
     /// The numbers at tensions and the shapes to which they lead.
     pub(super) fn values(&self, meaning: &Meaning, place: &Place) -> Vec<f64> {
         match &self.of {
-            Of::Shape(posture, sight) => sight.values(&place.postures[*posture]),
+            Of::Shapes(_) => self.of_shapes(|p| place.shape(p.unwrap_or(place.postures.len())).0),
             Of::Activity(all) => all.iter().map(|active| active.value(meaning)).collect(),
         }
     }
@@ -163,7 +223,7 @@ impl Beside {
     /// Derivative of the sum of the computed numbers times `weights` by a tension on which they depend directly, not through a shape.
     pub(super) fn slope(&self, meaning: &Meaning, weights: &[f64], parameter: Parameter) -> f64 {
         match &self.of {
-            Of::Shape(..) => 0.0,
+            Of::Shapes(_) => 0.0,
             Of::Activity(all) => {
                 all.iter().zip(weights).map(|(active, w)| w * active.slope(meaning, parameter)).sum()
             }

@@ -18,7 +18,7 @@ use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::{Model, System};
 
 use super::PosteriorError;
-use super::beside::{Beside, Of};
+use super::beside::Beside;
 use super::density::{Meaning, Place};
 use super::ground::{Field, Ground, laid_anew, turn};
 
@@ -171,10 +171,8 @@ pub fn by_kappa(ground: &Ground, point: &Solid<'_>) -> Option<DMatrix<f64>> {
         let stretches =
             (0..of_muscles).map(|row| lengths[row / count][row % count] / lengths[base][row % count]);
         // Activity follows from tensions, which kappa does not change.
-        let others = beside.iter().flat_map(|b| match &b.of {
-            Of::Shape(posture, sight) => sight.values(&found[*posture].positions),
-            Of::Activity(all) => vec![0.0; all.len()],
-        });
+        let of_shape = |posture: Option<usize>| found[posture.unwrap_or(base)].positions.as_slice();
+        let others = beside.iter().flat_map(|b| b.of_shapes(of_shape));
         let all = DVector::from_iterator(rows, stretches.chain(others));
         (converged && all.iter().all(|v| v.is_finite())).then_some(all)
     };
@@ -209,8 +207,8 @@ impl Answers {
 pub struct Adjoints {
     /// Of all lengths, shape by shape.
     pub lengths: Vec<Vec<Adjoint<2>>>,
-    /// Adjoints of all other measurements that follow from a shape, each with the number of its posture.
-    pub sights: Vec<(usize, Adjoint<2>)>,
+    /// For every other measurement that follows from a shape, the number of the shape and its adjoint; `None` for the rest of them.
+    pub sights: Vec<Option<(usize, Adjoint<2>)>>,
 }
 
 /// A solved point with its adjoints.
@@ -223,15 +221,6 @@ pub struct Solid<'a> {
     pub rates: &'a Adjoints,
     /// The other measurements.
     pub beside: &'a [Beside],
-}
-
-impl Solid<'_> {
-    /// For every other measurement, the number of its posture and its adjoint, if it follows from a shape.
-    pub fn sights(&self) -> impl Iterator<Item = Option<&(usize, Adjoint<2>)>> {
-        let of_shape = self.beside.iter().flat_map(|b| vec![matches!(b.of, Of::Shape(..)); b.len()]);
-        let mut sights = self.rates.sights.iter();
-        of_shape.map(move |is| if is { sights.next() } else { None })
-    }
 }
 
 /// Responses of all measurements at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
@@ -248,15 +237,15 @@ pub fn answers(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
             let over = place.baseline_lengths[row % count];
             (slopes[row / count][row % count] - place.lengths[row] / over * slopes[base][row % count]) / over
         });
-        // The other measurements of a posture follow its lengths.
-        let mut next = vec![count; base];
-        let others = point.sights().map(|sight| {
-            sight.map_or(0.0, |(posture, _)| {
-                next[*posture] += 1;
-                slopes[*posture][next[*posture] - 1]
+        // The other measurements of a shape follow its lengths.
+        let mut next = vec![count; base + 1];
+        let others = rates.sights.iter().map(|sight| {
+            sight.as_ref().map_or(0.0, |&(shape, _)| {
+                next[shape] += 1;
+                slopes[shape][next[shape] - 1]
             })
         });
-        Some(DVector::from_iterator(rows, stretches.chain(others.collect::<Vec<_>>())))
+        Some(DVector::from_iterator(rows, stretches.chain(others)))
     };
     let hyoid = |shape: usize| {
         let own = meaning.postures.get(shape);
@@ -269,13 +258,10 @@ pub fn answers(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
                 tensions: tensions(shape),
                 hyoid: hyoid(shape),
                 lengths: &rates.lengths[shape],
-                sights: rates.sights.iter().filter(|(p, _)| *p == shape).map(|(_, a)| a).collect(),
+                sights: rates.sights.iter().flatten().filter(|(s, _)| *s == shape).map(|(_, a)| a).collect(),
                 values: &|x| {
-                    let own = point.beside.iter().filter_map(|b| match &b.of {
-                        Of::Shape(posture, sight) if *posture == shape => Some(sight.values(x)),
-                        _ => None,
-                    });
-                    own.flatten().collect()
+                    let posture = (shape < base).then_some(shape);
+                    point.beside.iter().flat_map(|b| b.of_shape(posture, x)).collect()
                 },
             };
             Some(slopes_of(ground, [low, high], &at)? / (2.0 * step))

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::statics::lanes::{Adjoint, Equilibrium, Group, length_gradient};
 
-use super::beside::{Beside, Of};
+use super::beside::Beside;
 use super::branch::on_branch;
 use super::density::{Density, Meaning, Parameter, Place, is_found};
 use super::differences::{self, Adjoints, Answers, Solid};
@@ -51,6 +51,9 @@ pub struct Evaluator<'a> {
 
 /// Physical quantities and derivatives of the points, and the solved shapes.
 type Solved = (Vec<(Meaning, Vec<f64>)>, Vec<Option<Place>>);
+
+/// The number of the shape that a measurement follows from and its adjoint at each point; `None` where it follows from tensions.
+type Sighted = Option<(usize, Vec<Option<Adjoint<2>>>)>;
 
 /// The adjoints of all lengths of one shape at each point.
 type Rates = Vec<Option<Vec<Adjoint<2>>>>;
@@ -118,8 +121,14 @@ impl<'a> Evaluator<'a> {
         let mut out = Vec::with_capacity(points.len());
         for (i, place) in places.into_iter().enumerate() {
             let lengths: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
-            let sights: Option<Vec<(usize, Adjoint<2>)>> =
-                sights.iter_mut().map(|(posture, all)| Some((*posture, all[i].take()?))).collect();
+            // `None` where the adjoint of a measurement that follows from a shape was not found.
+            let sights: Option<Vec<_>> = sights
+                .iter_mut()
+                .map(|sight| match sight {
+                    Some((shape, all)) => Some(Some((*shape, all[i].take()?))),
+                    None => Some(None),
+                })
+                .collect();
             out.push(place.zip(lengths).zip(sights).and_then(|((place, lengths), sights)| {
                 let linear = self.linear(&meanings[i], &place, &Adjoints { lengths, sights }, geometry)?;
                 Some((linear, place))
@@ -128,27 +137,24 @@ impl<'a> Evaluator<'a> {
         out
     }
 
-    /// For every other measurement that follows from a shape, the number of its posture and its adjoint at every point.
-    fn sights(&mut self, places: &[Option<Place>]) -> Vec<(usize, Vec<Option<Adjoint<2>>>)> {
+    /// For every other measurement that follows from a shape, the number of the shape and its adjoint at every point.
+    fn sights(&mut self, places: &[Option<Place>]) -> Vec<Sighted> {
         let nodes = self.density.ground.system.rest().len();
-        let mut out = Vec::new();
-        for beside in &self.density.seen.beside {
-            let Of::Shape(posture, sight) = &beside.of else { continue };
-            for number in 0..beside.len() {
-                let mut weights = vec![0.0; beside.len()];
-                weights[number] = 1.0;
-                let gradient = |place: &Option<Place>| {
-                    let mut gradient = vec![SVector::zeros(); nodes];
-                    if let Some(place) = place {
-                        sight.gradient(&place.postures[*posture], &weights, &mut gradient);
-                    }
-                    gradient
-                };
-                let gradients: Vec<_> = places.iter().map(gradient).collect();
-                out.push((*posture, self.shapes[*posture].adjoint(&gradients)));
-            }
-        }
-        out
+        let mut sight = |(beside, number): (&Beside, usize)| {
+            let posture = beside.posture(number)?;
+            let shape = posture.unwrap_or(self.shapes.len() - 1);
+            let gradient = |place: &Option<Place>| {
+                let mut gradient = vec![SVector::zeros(); nodes];
+                if let Some(place) = place {
+                    let at = (posture, place.shape(shape).0);
+                    beside.gradient(at, &beside.only(number), &mut gradient);
+                }
+                gradient
+            };
+            let gradients: Vec<_> = places.iter().map(gradient).collect();
+            Some((shape, self.shapes[shape].adjoint(&gradients)))
+        };
+        self.density.seen.numbers().map(&mut sight).collect()
     }
 
     /// The linearisation at a solved point with known adjoints.
@@ -180,19 +186,15 @@ impl<'a> Evaluator<'a> {
             let (own, base) = (length(posture, m, parameter), length(postures, m, parameter));
             slopes[p] * (own - values[row] * base) / over[m]
         });
-        let (mut row, mut sights) = (of_muscles, rates.sights.iter());
-        for beside in &self.density.seen.beside {
-            for number in 0..beside.len() {
-                let mut weights = vec![0.0; beside.len()];
-                weights[number] = 1.0;
-                let sight = if matches!(beside.of, Of::Shape(..)) { sights.next() } else { None };
-                for (p, &parameter) in self.density.parameters.iter().enumerate() {
-                    let by_shape = sight.map_or(0.0, |(posture, adjoint)| {
-                        by_parameter(ground, meaning, (*posture, postures), adjoint, parameter)
-                    });
-                    jacobian[(row, p)] = slopes[p] * (by_shape + beside.slope(meaning, &weights, parameter));
-                }
-                row += 1;
+        let numbers = self.density.seen.numbers().zip(&rates.sights);
+        for (row, ((beside, number), sight)) in numbers.enumerate() {
+            let weights = beside.only(number);
+            for (p, &parameter) in self.density.parameters.iter().enumerate() {
+                let by_shape = sight.as_ref().map_or(0.0, |(shape, adjoint)| {
+                    by_parameter(ground, meaning, (*shape, postures), adjoint, parameter)
+                });
+                let by = by_shape + beside.slope(meaning, &weights, parameter);
+                jacobian[(of_muscles + row, p)] = slopes[p] * by;
             }
         }
         let point = Solid { place, meaning, rates, beside: &self.density.seen.beside };
@@ -279,13 +281,9 @@ impl Target for Evaluator<'_> {
                     };
                     length_gradient(system, place.shape(shape).0, m, weights[i] * part, &mut gradient);
                 }
+                let at = ((shape < postures).then_some(shape), place.shape(shape).0);
                 for (beside, weights) in seen.weighed(&weights.as_slice()[seen.len()..]) {
-                    match &beside.of {
-                        Of::Shape(posture, sight) if *posture == shape => {
-                            sight.gradient(place.shape(shape).0, weights, &mut gradient);
-                        }
-                        _ => {}
-                    }
+                    beside.gradient(at, weights, &mut gradient);
                 }
                 gradient
             };

@@ -59,7 +59,7 @@ const CONTRADICTS: f64 = 1e-3;
 pub struct Contradiction {
     /// Name of the measured number.
     pub name: String,
-    /// Number of its posture; null for the baseline.
+    /// Number of its posture; null for the baseline and where it is of several.
     pub posture: Option<usize>,
     /// The probability of being so far away or further.
     pub p: f64,
@@ -88,7 +88,7 @@ pub fn contradictions(density: &Density<'_>, mode: &Mode) -> Vec<Contradiction> 
     let mut from = seen.len();
     for beside in seen.beside.iter() {
         if beside.len() > 1 {
-            let posture = beside.posture();
+            let posture = beside.only_posture();
             tests.push(Contradiction {
                 name: format!("{} as a whole", beside.kind),
                 posture,

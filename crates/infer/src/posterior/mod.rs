@@ -21,7 +21,6 @@
 
 mod beside;
 mod branch;
-mod contour;
 mod contrast;
 mod density;
 pub mod diagnostics;
@@ -32,6 +31,7 @@ mod ground;
 pub mod hmc;
 mod leave_out;
 mod map;
+mod marks;
 mod priors;
 mod run;
 mod score;
@@ -43,7 +43,7 @@ mod spread;
 mod summary;
 mod verdict;
 
-pub use beside::{Active, Beside, Electrode, Of, Sight};
+pub use beside::{Active, Beside, Electrode, Of, Sight, View};
 pub use contrast::{Contrast, DECIDED};
 pub use density::{Density, Meaning, Parameter, Place, Posture};
 pub use differences::Answers;

@@ -109,14 +109,19 @@ impl Seen {
         stretches.chain(from..from + self.beside_len()).collect()
     }
 
-    /// A name for each measured number, in the order of [`Seen::rows`], and its posture (`None` for activity, which is of several).
+    /// A name for each measured number, in the order of [`Seen::rows`], and its posture (`None` for the baseline, and for activity).
     pub fn measured_names(&self) -> Vec<(String, Option<usize>)> {
         let stretches = self.names.iter().zip(&self.postures);
         let stretches =
             stretches.map(|(name, &p)| (format!("stretch of {name} in /{}/", self.labels[p]), Some(p)));
-        let beside = self.beside.iter().flat_map(|b| {
-            let place = b.posture().map_or_else(String::new, |p| format!(" in /{}/", self.labels[p]));
-            b.names.iter().map(move |name| (format!("{} {name}{place}", b.kind), b.posture()))
+        let beside = self.numbers().map(|(b, number)| {
+            let posture = b.posture(number);
+            let place = match posture {
+                Some(Some(p)) => format!(" in /{}/", self.labels[p]),
+                Some(None) => " in the baseline".to_owned(),
+                None => String::new(),
+            };
+            (format!("{} {}{place}", b.kind, b.names[number]), posture.flatten())
         });
         stretches.chain(beside).collect()
     }
@@ -124,6 +129,11 @@ impl Seen {
     /// Number of the other measurements.
     pub fn beside_len(&self) -> usize {
         self.beside.iter().map(Beside::len).sum()
+    }
+
+    /// The other measurements one by one: each with its kind and its number in it.
+    pub fn numbers(&self) -> impl Iterator<Item = (&Beside, usize)> {
+        self.beside.iter().flat_map(|b| (0..b.len()).map(move |number| (b, number)))
     }
 
     /// Each kind of the other measurements with its part of `weights`, which run over all of them.

@@ -78,10 +78,9 @@ pub(super) fn of_springs(ground: &Ground, point: &Solid<'_>) -> Option<Answers> 
         .map(|(s, all)| all.iter().map(|a| slope(ground, place.shape(s).0, a)).collect())
         .collect();
     let base = of_muscles / count;
-    let beside: Vec<Option<Vec<_>>> = point
-        .sights()
-        .map(|sight| sight.map(|(posture, adjoint)| slope(ground, place.shape(*posture).0, adjoint)))
-        .collect();
+    let of_sight = |(shape, adjoint): &(usize, Adjoint<2>)| slope(ground, place.shape(*shape).0, adjoint);
+    let beside: Vec<Option<Vec<_>>> =
+        point.rates.sights.iter().map(|sight| sight.as_ref().map(of_sight)).collect();
     let rows = of_muscles + beside.len();
     // d(L/L0) = dL/L0 - s dL0/L0.
     let of_fields = |fields: &[Field]| {

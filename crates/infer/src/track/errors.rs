@@ -37,13 +37,20 @@ impl Errors {
     pub const INDEPENDENT: Self =
         Self { slow_mm: 0.0, static_mm: 0.0, far_mm: 15.0, near_mm: 1e-3, alone_mm: 0.0 };
 
-    /// Covariance of the errors of two points of one contour, mm²; each is given by its place along the contour and its own standard
-    /// deviation, mm. `same`: both are the same point.
-    pub fn of_pair(&self, a: (f64, f64), b: (f64, f64), same: bool) -> f64 {
-        let apart = (a.0 - b.0).abs();
-        let lasting = (self.slow_mm.powi(2) + self.static_mm.powi(2)) * alike(apart, self.far_mm);
+    /// Covariance of the errors of two observations, mm². `same`: whether they are of one frame (frames are otherwise too far apart to
+    /// remember), and whether they are one and the same observation.
+    pub fn of_observations(&self, a: &Along, b: &Along, (same_frame, same): (bool, bool)) -> f64 {
+        if a.channel != b.channel {
+            return 0.0;
+        }
+        let apart = (a.at_mm - b.at_mm).abs();
+        let of_body = self.static_mm.powi(2) * alike(apart, self.far_mm);
+        if !same_frame {
+            return of_body;
+        }
         let own = if same { self.alone_mm.powi(2) } else { 0.0 };
-        lasting + a.1 * b.1 * (-apart / self.near_mm).exp() + own
+        let of_frame = self.slow_mm.powi(2) * alike(apart, self.far_mm);
+        of_body + of_frame + a.sd_mm * b.sd_mm * (-apart / self.near_mm).exp() + own
     }
 
     /// Total standard deviation of an observation, mm.

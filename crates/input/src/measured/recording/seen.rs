@@ -3,7 +3,7 @@
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::upper_median;
 
-use super::map::Axis;
+use super::map::{Axis, CONTOUR_SD_M};
 use super::{Format, Label, Map, Recording, RecordingError, Role, names};
 
 /// A measured point and its standard deviation.
@@ -29,7 +29,7 @@ pub struct SeenFrame {
 }
 
 /// A recording in the frame of a body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Seen {
     /// Name of the recording.
     pub name: String,
@@ -57,6 +57,20 @@ pub struct Seen {
 }
 
 impl Seen {
+    /// One frame of a contour in the frame of a body, m; the points are in the order of the contour.
+    pub fn of_contour(points: &[Point]) -> Self {
+        let name = |(i, p): (usize, &Point)| {
+            let mm = (p - points[0]).norm() * 1e3;
+            format!("point {} ({mm:.0} mm from the first)", i + 1)
+        };
+        let marks = points.iter().map(|&at| Some(Mark { at, sd: CONTOUR_SD_M })).collect();
+        Self {
+            contour: points.iter().enumerate().map(name).collect(),
+            frames: vec![SeenFrame { contour: marks, ..SeenFrame::default() }],
+            ..Self::default()
+        }
+    }
+
     /// Interprets a recording with its map.
     ///
     /// If no map gives the axis to the back of the head, it is x, reversed if the mental spine lies at larger
