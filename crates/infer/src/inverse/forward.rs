@@ -152,6 +152,19 @@ pub struct Shape<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
 }
 
+/// The shape from which a candidate is solved.
+#[derive(Debug, Clone, PartialEq)]
+enum Begin<const D: usize> {
+    /// That of its nearest solved neighbour; rest if there is none or it fails.
+    Neighbour,
+    /// Rest.
+    Rest,
+    /// Rest, and the equilibria are followed as its tensions grow together.
+    Branch,
+    /// This one on the branch from rest (positions of all nodes, m).
+    OnBranch(Vec<SVector<f64, D>>),
+}
+
 /// Solves candidates one after another, each from the nearest of the best earlier ones.
 #[derive(Debug)]
 pub struct Forward<'a, const D: usize> {
@@ -164,14 +177,9 @@ pub struct Forward<'a, const D: usize> {
     tensions: Vec<f64>,
     effort: f64,
     known: BestKnown<D>,
-    /// Whether candidates start from their nearest solved neighbour, or all from rest.
-    from_neighbours: bool,
-    /// Whether candidates are followed from rest.
-    traced: bool,
+    begin: Begin<D>,
     /// The candidate whose equilibrium is in the workspace.
     last: Option<Vec<f64>>,
-    /// The only shape (positions of all nodes, m) from which candidates are solved, if there is one.
-    held: Option<Vec<SVector<f64, D>>>,
     counts: SearchCounts,
 }
 
@@ -186,10 +194,8 @@ impl<'a, const D: usize> Forward<'a, D> {
             tensions: inverse.tensions.clone(),
             effort: if inverse.is_undetermined() { settings.effort } else { 0.0 },
             known: BestKnown::new(inverse.unknowns.len()),
-            from_neighbours: settings.warm_start,
-            traced: false,
+            begin: if settings.warm_start { Begin::Neighbour } else { Begin::Rest },
             last: None,
-            held: None,
             counts: SearchCounts::default(),
         }
     }
@@ -231,7 +237,7 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// Makes every later candidate the equilibrium to which its tensions lead from rest, as they grow
     /// together.
     pub fn traced(mut self) -> Self {
-        self.traced = true;
+        self.begin = Begin::Branch;
         self
     }
 
@@ -293,16 +299,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         all.iter().all(|r| r.is_finite()).then(|| DVector::from_vec(all))
     }
 
-    fn solve_from_held(&mut self) -> bool {
-        let Some(positions) = &self.held else { return false };
-        self.workspace.start_from(positions);
-        self.solve()
-    }
-
     fn solve_from_nearest(&mut self, x: &[f64]) -> bool {
-        if self.traced {
-            return false;
-        }
         let Some(nearest) = self.known.nearest(x) else { return false };
         // The first step from the last equilibrium is the linear response to the change, because its factorisation is known.
         let is_nearer = |last: &[f64]| distance_squared(last, x) <= distance_squared(&nearest.x, x);
@@ -314,7 +311,7 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     fn solve_from_rest(&mut self) -> bool {
         self.workspace.start_from_rest(self.inverse.system);
-        if !self.traced {
+        if matches!(self.begin, Begin::Neighbour | Begin::Rest) {
             return self.solve();
         }
         let system = self.own.as_ref().unwrap_or(self.inverse.system);
@@ -409,11 +406,12 @@ impl<const D: usize> Problem for Forward<'_, D> {
 
     fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let possible = self.set(x).is_ok();
-        if self.held.is_some() {
-            let solved = possible && self.solve_from_held();
+        if let Begin::OnBranch(positions) = &self.begin {
+            self.workspace.start_from(positions);
+            let solved = possible && self.solve();
             return self.outcome(x, solved);
         }
-        let warm = possible && self.settings.warm_start && self.from_neighbours;
+        let warm = possible && self.begin == Begin::Neighbour;
         let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_from_rest());
         let residuals = self.outcome(x, solved)?;
         let cost = self.cost(x, Some(&residuals));
@@ -460,16 +458,26 @@ impl<const D: usize> Problem for Forward<'_, D> {
         out
     }
 
-    fn trace(&mut self, trace: bool) -> bool {
-        std::mem::replace(&mut self.traced, trace)
+    fn on_branch(&self) -> Option<Box<dyn Problem + '_>> {
+        let is_on_it = matches!(self.begin, Begin::Branch | Begin::OnBranch(_));
+        (!is_on_it)
+            .then(|| Box::new(Forward::new(self.inverse, self.settings).traced()) as Box<dyn Problem + '_>)
     }
 
-    fn hold(&mut self, hold: bool) {
-        self.held = hold.then(|| self.workspace.positions().to_vec());
+    fn move_on(&mut self) {
+        self.begin = Begin::OnBranch(self.workspace.positions().to_vec());
+    }
+
+    fn count(&mut self, more: SearchCounts) {
+        self.counts.evaluations += more.evaluations;
+        self.counts.failures += more.failures;
+        self.counts.factorisations += more.factorisations;
     }
 
     fn forget_neighbours(&mut self) {
-        self.from_neighbours = false;
+        if self.begin == Begin::Neighbour {
+            self.begin = Begin::Rest;
+        }
         self.known.clear();
     }
 

@@ -65,15 +65,17 @@ pub trait Problem {
     /// Makes every later candidate start from rest.
     fn forget_neighbours(&mut self) {}
 
-    /// Sets whether every later candidate is the equilibrium to which its tensions lead from rest as they
-    /// grow together, which takes many times as long; returns the previous setting. Problems without such a
-    /// path always return `true`.
-    fn trace(&mut self, _trace: bool) -> bool {
-        true
+    /// The same problem on the branch of equilibria that leads from rest: every candidate is the equilibrium to which its tensions lead
+    /// from rest as they grow together, which takes many times as long. `None` for a problem that is on it already or has no such path.
+    fn on_branch(&self) -> Option<Box<dyn Problem + '_>> {
+        None
     }
 
-    /// Sets whether later candidates are solved only from the shape of the last one.
-    fn hold(&mut self, _hold: bool) {}
+    /// On the branch from rest: moves to the shape of the last candidate, from which alone later candidates are solved.
+    fn move_on(&mut self) {}
+
+    /// Adds work that was done for this problem elsewhere.
+    fn count(&mut self, _more: SearchCounts) {}
 
     /// Removes all candidates but the best, so that [`Problem::spread`] is that of new ones.
     fn keep_best(&mut self) {}

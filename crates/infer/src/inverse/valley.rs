@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::FitSettings;
 use super::directions::decompose;
 use super::on_target::{ON_BOUND, correct, room};
-use super::problem::Problem;
+use super::problem::{Problem, SearchCounts};
 use super::unknown::Unknown;
 
 /// First and longest step, in units of the unknowns (N).
@@ -165,19 +165,21 @@ fn one_way(
     let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(first.misfit * 1.01);
     let here = DVector::from_column_slice(start);
     let mut way =
-        Way { here, along: direction.clone(), last: first, points: Vec::new(), tolerance, held: false };
+        Way { here, along: direction.clone(), last: first, points: Vec::new(), tolerance, moves_on: false };
     let mut end = way.go_on(problem, STRIDE);
     if !matches!(end, End::Zero { .. } | End::UpperBound { .. } | End::StepLimit) {
         // Solved from the best neighbours or directly, tensions can lead to another shape than as they grow
         // together from rest, so that the curve would end too early.
-        let was_traced = problem.trace(true);
-        if !was_traced && problem.residuals_from_rest(way.here.as_slice()).is_some() {
-            way.held = true;
-            problem.hold(true);
-            end = way.go_on(problem, SHORTEST_STRIDE);
-            problem.hold(false);
+        let mut spent = SearchCounts::default();
+        if let Some(mut branch) = problem.on_branch() {
+            if branch.residuals_from_rest(way.here.as_slice()).is_some() {
+                way.moves_on = true;
+                branch.move_on();
+                end = way.go_on(&mut *branch, SHORTEST_STRIDE);
+            }
+            spent = branch.counts();
         }
-        problem.trace(was_traced);
+        problem.count(spent);
     }
     (way.points, end)
 }
@@ -191,7 +193,7 @@ struct Way {
     points: Vec<ValleyPoint>,
     tolerance: f64,
     /// Whether each step begins at the shape to which the last point leads from rest.
-    held: bool,
+    moves_on: bool,
 }
 
 impl Way {
@@ -245,8 +247,8 @@ impl Way {
         if problem.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
             return Err(End::Jump);
         }
-        if self.held {
-            problem.hold(true);
+        if self.moves_on {
+            problem.move_on();
         }
         let (_, directions) = decompose(&jacobian.ok_or(End::Fold)?).ok_or(End::Fold)?;
         let alike = |d: &DVector<f64>| d.dot(&self.along);
