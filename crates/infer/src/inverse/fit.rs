@@ -9,11 +9,12 @@ use tongue_core::statics::Connection;
 use tongue_core::system::{Model, System, SystemError};
 use tongue_input::measured::{Target, TargetKind};
 
-use super::forward::{Forward, Inverse};
+use super::forward::Forward;
 use super::premises::{MovedBone, Premises, STRETCH_SD, Setup, standard_deviations};
 use super::problem::Problem;
 use super::solve::{Replay, solve};
 use super::start::Start;
+use super::statement::Inverse;
 use super::unknown::{Quantity, Unknown};
 use super::valley::Valley;
 use super::{AT_BOUND, Answer, FitError, FitSettings, FitStatus, Identifiability, Tone};

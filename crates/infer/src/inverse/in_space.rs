@@ -11,8 +11,9 @@ use tongue_core::observe::{NodePosition, Observation};
 use tongue_core::system::System;
 
 use super::directions::decompose;
-use super::forward::{Forward, Inverse};
+use super::forward::Forward;
 use super::problem::Problem;
+use super::statement::Inverse;
 use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
 pub use tongue_input::measured::SeenNode;
 

@@ -31,6 +31,7 @@ mod problem;
 pub mod rounding;
 mod solve;
 mod start;
+mod statement;
 pub mod uncertainty;
 mod unknown;
 pub mod valley;
@@ -42,7 +43,7 @@ use tongue_core::system::SystemError;
 
 pub use constants::TissueUnknown;
 pub use fit::{Fit, Matched, fit, fit_in, fit_under};
-pub use forward::{Forward, Inverse};
+pub use forward::Forward;
 pub use freed::FreedBone;
 pub use gauss_newton::refit;
 pub use identifiability::Identifiability;
@@ -52,6 +53,7 @@ pub use premises::{
 pub use problem::{Linearised, Problem, SearchCounts};
 pub use solve::{Answer, Replay, solve};
 pub use start::Start;
+pub use statement::Inverse;
 pub use unknown::{Constant, Prior, Quantity, Unknown};
 
 /// Search method.

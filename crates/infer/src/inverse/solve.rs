@@ -9,11 +9,12 @@ use tongue_core::parallel;
 use tongue_core::statics::{self, Critical, Solution};
 use tongue_core::system::SystemError;
 
-use super::forward::{Forward, Inverse};
+use super::forward::Forward;
 use super::identifiability::{self, Identifiability};
 use super::on_target::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
 use super::problem::Problem;
 use super::start::Start;
+use super::statement::Inverse;
 use super::unknown::Unknown;
 use super::valley::Valley;
 use super::{AT_BOUND, Among, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead, valley};

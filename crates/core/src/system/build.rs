@@ -1,0 +1,261 @@
+//! How systems are made of meshes.
+
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use nalgebra::SVector;
+
+use crate::body::{Continuum, Mesh};
+use crate::compiled::Entries;
+use crate::effect::{
+    Attachment, Effect, Fibres, FiniteElements, Incompressibility, QuadraticElements, Upright,
+};
+use crate::material::Coefficients;
+use crate::sparse::Pattern;
+
+use super::{
+    Additions, Model, OutsidePath, StraightPath, System, SystemError, TissueModel, cell_measure,
+    coefficients, connection_stiffness, connections, path,
+};
+
+/// The width that is assumed for muscles without a width, m.
+const LEAST_WIDTH_M: f64 = 1e-3;
+
+/// Number of systems that were made, from which each gets its own number.
+static MADE: AtomicU64 = AtomicU64::new(0);
+
+impl<const D: usize> System<D> {
+    /// A system in which the muscles `contracting` (numbers into `mesh.muscles`) can pull. Every other
+    /// connection is plain tissue.
+    ///
+    /// # Errors
+    /// [`SystemError`] for bad constants, muscles that do not exist, faulty meshes ([`Mesh::check`]), bodies
+    /// given in millimetres, and parts without bone.
+    pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
+        Self::with(mesh, model, contracting, Additions::default())
+    }
+
+    /// As [`System::new`], with a scene's additions to the plain model and removals from it.
+    ///
+    /// # Errors
+    /// As [`System::new`], and [`SystemError::NotOnBone`] for a node to be carried that no bone holds.
+    pub fn with(
+        mesh: &Mesh<D>,
+        model: &Model,
+        contracting: &[usize],
+        additions: Additions<D>,
+    ) -> Result<Self, SystemError> {
+        match Entries::of_dimension() {
+            Some(entries) => (entries.build)(mesh, model, contracting, additions),
+            None => Err(SystemError::Dimension { dimension: D }),
+        }
+    }
+
+    /// As [`System::with`], compiled for the dimension where it is called; see [`crate::compiled`].
+    pub(crate) fn build(
+        mesh: &Mesh<D>,
+        model: &Model,
+        contracting: &[usize],
+        additions: Additions<D>,
+    ) -> Result<Self, SystemError> {
+        mesh.check()?;
+        if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
+            return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
+        }
+        mesh.check_size()?;
+        let coefficients = coefficients(mesh, model)?;
+        // At exactly 1/4 the matching gives rounding error in place of zero.
+        let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
+        if let Some(continuum) = &mesh.continuum {
+            let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting)
+                .chain(additions.effects)
+                .collect();
+            let tissue = TissueModel::Continuum;
+            return Self::assemble(
+                mesh,
+                tissue,
+                coefficients,
+                effects,
+                &additions.carried,
+                Vec::new(),
+                contracting,
+            );
+        }
+        let incompressible = model.tissue == TissueModel::MassSpring && additions.incompressible;
+        if incompressible && coefficients.kappa < -rounding {
+            let poisson_ratio = model.constants.poisson_ratio;
+            return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
+        }
+        let stiffness = connection_stiffness(mesh, &coefficients);
+        let paths = match model.outside {
+            OutsidePath::Straight => path::find(mesh, &stiffness),
+            OutsidePath::Chain => Vec::new(),
+        };
+        // Connections whose springs the continuum replaces.
+        let continuum = match model.tissue {
+            TissueModel::MassSpring => BTreeMap::new(),
+            TissueModel::FiniteElement => mesh.cells.edges(),
+            TissueModel::Continuum | TissueModel::Hexahedra => return Err(SystemError::NotAContinuum),
+        };
+        let replaced = |nodes: &[usize; 2]| continuum.contains_key(nodes);
+        let mut effects =
+            connections::effects(mesh, contracting, &coefficients, &stiffness, &paths, replaced);
+        match model.tissue {
+            _ if mesh.cells.is_empty() => {}
+            // At exactly 1/4 the coefficient of the area term is rounding error of either sign.
+            TissueModel::MassSpring if !incompressible || coefficients.kappa <= rounding => {}
+            TissueModel::MassSpring => {
+                effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
+            }
+            TissueModel::FiniteElement => {
+                effects.push(Box::new(FiniteElements::new(
+                    (&model.constants).into(),
+                    model.constants.viscosity,
+                    &mesh.cells,
+                    &mesh.nodes,
+                )));
+            }
+            TissueModel::Continuum | TissueModel::Hexahedra => {}
+        }
+        effects.extend(additions.effects);
+        Self::assemble(mesh, model.tissue, coefficients, effects, &additions.carried, paths, contracting)
+    }
+
+    /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that
+    /// [`System::new`] cannot describe: uneven stiffness, other laws. `coefficients` are only carried along.
+    ///
+    /// # Errors
+    /// [`SystemError::Loose`] for parts without bone.
+    pub fn from_effects(
+        mesh: &Mesh<D>,
+        coefficients: Coefficients,
+        effects: Vec<Box<dyn Effect<D>>>,
+        contracting: &[usize],
+    ) -> Result<Self, SystemError> {
+        match Entries::of_dimension() {
+            Some(entries) => (entries.build_from_effects)(mesh, coefficients, effects, contracting),
+            None => Err(SystemError::Dimension { dimension: D }),
+        }
+    }
+
+    /// As [`System::from_effects`], compiled where it is called; see [`crate::compiled`].
+    pub(crate) fn build_from_effects(
+        mesh: &Mesh<D>,
+        coefficients: Coefficients,
+        effects: Vec<Box<dyn Effect<D>>>,
+        contracting: &[usize],
+    ) -> Result<Self, SystemError> {
+        let tissue = TissueModel::MassSpring;
+        Self::assemble(mesh, tissue, coefficients, effects, &[], Vec::new(), contracting)
+    }
+
+    pub(super) fn assemble(
+        mesh: &Mesh<D>,
+        tissue: TissueModel,
+        coefficients: Coefficients,
+        mut effects: Vec<Box<dyn Effect<D>>>,
+        carried: &[(usize, SVector<f64, D>)],
+        paths: Vec<StraightPath>,
+        contracting: &[usize],
+    ) -> Result<Self, SystemError> {
+        let rest = mesh.nodes.clone();
+        let all = mesh.cells.iter().chain(mesh.hexahedra.iter().map(|corners| &corners[..]));
+        let cells = all.map(|cell| (cell.to_vec(), cell_measure(&rest, cell))).collect();
+        let mut held: BTreeMap<usize, SVector<f64, D>> = mesh.fixed.iter().map(|&n| (n, rest[n])).collect();
+        for &(node, position) in carried {
+            *held.get_mut(&node).ok_or(SystemError::NotOnBone { node })? = position;
+        }
+        let mut is_unknown = vec![true; rest.len()];
+        let followers = mesh.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
+        paths
+            .iter()
+            .flat_map(StraightPath::inner_nodes)
+            .chain(followers)
+            .chain(held.keys().copied())
+            .for_each(|n| is_unknown[n] = false);
+        let carried = held.iter().map(|(&n, &x)| (n, x)).filter(|&(n, x)| x != rest[n]).collect();
+        let mut cliques = Vec::new();
+        for effect in &effects {
+            effect.stencils(&mut |nodes| cliques.push(nodes.to_vec()));
+        }
+        if let Some(node) = loose_node(rest.len(), &cliques, &is_unknown, &mesh.fixed) {
+            return Err(SystemError::Loose { node });
+        }
+        let pattern = Pattern::new(rest.len(), &is_unknown, cliques);
+        effects.iter_mut().for_each(|e| e.bind(&pattern));
+        Ok(Self {
+            tissue,
+            coefficients,
+            rest,
+            carried,
+            effects,
+            pattern,
+            paths,
+            continuum: mesh.continuum.clone(),
+            muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
+            contracting: contracting.to_vec(),
+            cells,
+            number: MADE.fetch_add(1, Ordering::Relaxed),
+            entries: Entries::here(),
+            elements: OnceLock::new(),
+            at_rest: OnceLock::new(),
+        })
+    }
+}
+
+/// The effects of a continuum: the tissue, the attachment to bones, and the muscles that contract.
+fn continuum_effects<const D: usize>(
+    mesh: &Mesh<D>,
+    continuum: &Continuum<D>,
+    model: &Model,
+    coefficients: &Coefficients,
+    contracting: &[usize],
+) -> impl Iterator<Item = Box<dyn Effect<D>>> {
+    let tissue = QuadraticElements::new(
+        (&model.constants).into(),
+        model.constants.viscosity,
+        continuum.elements(),
+        &mesh.nodes,
+    );
+    let (settings, (lambda, mu)) = (&continuum.settings, model.constants.lame());
+    let upright = Upright::new(lambda, continuum.elements(), &mesh.nodes);
+    let mut effects: Vec<Box<dyn Effect<D>>> = vec![Box::new(tissue), Box::new(upright)];
+    if !continuum.ties.is_empty() {
+        let stiffness = settings.patch_stiffness * mu / settings.patch_radius_m;
+        effects.push(Box::new(Attachment::new(&continuum.ties, stiffness, &mesh.nodes)));
+    }
+    let contraction_time = coefficients.contractile_damping / coefficients.muscle_series_stiffness;
+    // The barrier against collapsing strands is scaled by the force that the tissue bears over the width of
+    // a muscle.
+    let bar = mu * settings.bundle_width_m.max(LEAST_WIDTH_M).powi(D as i32 - 1);
+    for &muscle in contracting {
+        let bundle = &continuum.bundles[muscle];
+        effects.push(Box::new(Fibres::new(muscle, bundle, &mesh.nodes, contraction_time, bar)));
+    }
+    effects.into_iter()
+}
+
+/// A node of a part of the body that is joined to no held node, if there is one.
+fn loose_node(nodes: usize, cliques: &[Vec<usize>], is_unknown: &[bool], held: &[usize]) -> Option<usize> {
+    let mut leader: Vec<usize> = (0..nodes).collect();
+    fn find(leader: &mut [usize], mut i: usize) -> usize {
+        while leader[i] != i {
+            leader[i] = leader[leader[i]];
+            i = leader[i];
+        }
+        i
+    }
+    for clique in cliques {
+        for pair in clique.windows(2) {
+            let (a, b) = (find(&mut leader, pair[0]), find(&mut leader, pair[1]));
+            leader[a.max(b)] = a.min(b);
+        }
+    }
+    let mut safe = vec![false; nodes];
+    for &i in held {
+        let l = find(&mut leader, i);
+        safe[l] = true;
+    }
+    (0..nodes).find(|&i| is_unknown[i] && !safe[find(&mut leader, i)])
+}
