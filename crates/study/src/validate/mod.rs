@@ -13,6 +13,7 @@ mod page;
 mod posterior;
 mod record;
 mod robustness;
+mod scored;
 mod statistics;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -32,10 +33,11 @@ use levers::{Bench, Levers, best_column, errors};
 use statistics::{best_shrunk, bootstraps, constant, correlation, gaussian, middle, root_mean, vowel_means};
 
 pub use page::{files, page};
-pub use posterior::{Evidence, PosteriorStudy, Scored, ScoredBaseline, Told};
+pub use posterior::{Evidence, PosteriorStudy, ScoredBaseline};
 pub use record::{
     OtherBaseline, Permuted, Prediction, Score, ScoredOpponent, ValidationStudy, WithoutMuscle,
 };
+pub use scored::{Scored, Told};
 
 /// Poisson's ratio above which predictions no longer depend on it.
 const NEARLY_INCOMPRESSIBLE: f64 = 0.499;

@@ -1,0 +1,167 @@
+//! Scores of predicted distributions, and what they say in words.
+
+use serde::Serialize;
+
+use tongue_infer::posterior::{How, LeftOut};
+use tongue_input::measured::Vowel;
+
+use super::cases::Case;
+
+/// The opponents in the order in which they are told.
+pub const OPPONENTS: [&str; 6] = [
+    "no_change",
+    "gaussian",
+    "posterior",
+    "posterior_joint",
+    "posterior_joint_tilt",
+    "control_other_speakers",
+];
+/// Where the posteriors begin among them.
+pub const FIRST_POSTERIOR: usize = 2;
+/// The posterior of a speaker's rows with a hyoid that tilts.
+const JOINT_TILT: usize = 4;
+
+/// What each opponent says of every muscle of a case; `None` of who was not asked.
+pub type Predicted = Vec<Vec<Option<LeftOut>>>;
+
+/// Scores of predicted distributions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scored {
+    /// Name of the opponent.
+    pub name: String,
+    /// Root mean square error of the means.
+    pub rms: f64,
+    /// Mean continuous ranked probability score.
+    pub crps: f64,
+    /// Mean logarithm of the density of what was measured.
+    pub log_score: f64,
+    /// Part of the measured stretches inside the 50 % intervals.
+    pub coverage_50: f64,
+    /// Part of them inside the 95 % intervals.
+    pub coverage_95: f64,
+    /// Number of predictions.
+    pub predictions: usize,
+    /// Predictions that were sampled by themselves, since too few draws of the run for all of them counted.
+    pub sampled: usize,
+}
+
+/// What the opponents say of one muscle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Told {
+    /// The baseline.
+    pub baseline: Vowel,
+    /// The subject.
+    pub subject: String,
+    /// The vowel.
+    pub vowel: Vowel,
+    /// The muscle.
+    pub muscle: String,
+    /// Its measured stretch.
+    pub measured: f64,
+    /// Who predicts.
+    pub opponent: String,
+    /// Mean of the prediction.
+    pub mean: f64,
+    /// Lower end of its middle 95 %.
+    pub low_95: f64,
+    /// Upper end.
+    pub high_95: f64,
+    /// Logarithm of the density of what was measured.
+    pub log_score: f64,
+    /// Effective draws.
+    pub effective: f64,
+}
+
+/// Scores of one of the opponents over cases.
+pub fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Scored {
+    let rows = all.iter().zip(predicted).filter(|(case, _)| is_in(case));
+    let each: Vec<(f64, &LeftOut)> = rows
+        .flat_map(|(case, row)| {
+            row.iter().enumerate().filter_map(|(m, p)| Some((case.target().values[m], p[which].as_ref()?)))
+        })
+        .collect();
+    let mean =
+        |of: &dyn Fn(&(f64, &LeftOut)) -> f64| each.iter().map(of).sum::<f64>() / each.len().max(1) as f64;
+    Scored {
+        name: OPPONENTS[which].to_owned(),
+        rms: mean(&|(y, p)| (p.spread.mean - y).powi(2)).sqrt(),
+        crps: mean(&|(_, p)| p.crps),
+        log_score: mean(&|(_, p)| p.log_score),
+        coverage_50: mean(&|(y, p)| f64::from(u8::from(p.spread.holds_in_half(*y)))),
+        coverage_95: mean(&|(y, p)| f64::from(u8::from(p.spread.holds(*y)))),
+        predictions: each.len(),
+        sampled: each.iter().filter(|(_, p)| p.how == How::Sampled).count(),
+    }
+}
+
+/// The scores of those that were asked.
+pub fn all_scored(all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Vec<Scored> {
+    let each = (0..OPPONENTS.len()).map(|which| scored(which, all, predicted, &is_in));
+    each.filter(|s| s.predictions > 0).collect()
+}
+
+/// Every prediction of every opponent.
+pub fn told(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<Told> {
+    let mut out = Vec::new();
+    for (case, row) in all.iter().zip(predicted) {
+        for (m, of_muscle) in row.iter().enumerate() {
+            for (which, found) in of_muscle.iter().enumerate() {
+                let Some(found) = found else { continue };
+                out.push(Told {
+                    baseline: baseline.clone(),
+                    subject: case.subject.clone(),
+                    vowel: case.vowel.clone(),
+                    muscle: case.target().muscles[m].clone(),
+                    measured: case.target().values[m],
+                    opponent: OPPONENTS[which].to_owned(),
+                    mean: found.spread.mean,
+                    low_95: found.spread.interval_95[0],
+                    high_95: found.spread.interval_95[1],
+                    log_score: found.log_score,
+                    effective: found.effective,
+                });
+            }
+        }
+    }
+    out
+}
+
+/// Who wins by log score, by how much before the best that is no posterior, and whether the control stays behind.
+pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
+    let best = |all: &mut dyn Iterator<Item = &Scored>| -> Option<Scored> {
+        all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)).cloned()
+    };
+    let is_control = |s: &&Scored| s.name.starts_with("control");
+    let Some(first) = best(&mut scores.iter().filter(|s| !is_control(s))) else { return String::new() };
+    let control = scores.iter().find(is_control).map_or_else(String::new, |c| {
+        let row = scores.iter().find(|s| s.name == OPPONENTS[FIRST_POSTERIOR]);
+        let is_behind = row.is_some_and(|row| c.log_score < row.log_score && c.rms > row.rms);
+        let word = if is_behind { "behind" } else { "not behind" };
+        format!(
+            "; the control with other speakers' vowels ({:.3}, {:.2}) is {word} single rows",
+            c.rms, c.log_score
+        )
+    });
+    format!(
+        "Of all muscles left out, `{}` predicts best: RMS {:.3}, log score {:.2}, {:.0} % in its 95 % intervals; the best posterior is {gain:+.2} ± {error:.2} before the normal distribution of the other speakers in log score{control}.",
+        first.name,
+        first.rms,
+        first.log_score,
+        100.0 * first.coverage_95
+    )
+}
+
+/// What says that the best posterior is not to be believed; empty where nothing does.
+pub fn warning(scores: &[Scored]) -> String {
+    let of = |name: &str| scores.iter().find(|s| s.name == name);
+    let (Some(normal), Some(joint)) = (of(OPPONENTS[1]), of(OPPONENTS[JOINT_TILT])) else {
+        return String::new();
+    };
+    match () {
+        () if joint.coverage_95 < 0.9 => {
+            format!("its 95 % intervals hold {:.0} %", 100.0 * joint.coverage_95)
+        }
+        () if joint.rms > normal.rms => "the normal distribution errs less".to_owned(),
+        () => String::new(),
+    }
+}
