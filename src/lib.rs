@@ -70,7 +70,7 @@ pub mod cli;
 #[doc(inline)]
 pub use tongue_files::VERSION;
 #[doc(inline)]
-pub use tongue_infer::{adapt, posterior, track};
+pub use tongue_infer::{adapt, track};
 
 pub mod body {
     //! Bodies: meshes with named muscles and bones, from an anatomy, from a file, or of your own.
@@ -276,6 +276,16 @@ pub mod parallel {
     //! Work on several threads, with the same bits as on one.
     #[doc(inline)]
     pub use tongue_core::parallel::{map, with_threads};
+}
+
+pub mod posterior {
+    //! The posterior of tensions: which tensions data and model allow, with every unknown included.
+    #[doc(inline)]
+    pub use tongue_infer::posterior::{
+        Beside, Contradiction, Contrast, Density, Draw, Gain, Ground, Measurements, Mode, Posterior,
+        PosteriorError, Priors, Quantiles, Report, Sampling, Shares, Status, StretchSummary, Summary,
+        Verdict, VerdictFrom, contradictions, gains, sample,
+    };
 }
 
 pub mod report {

@@ -12,7 +12,7 @@ use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::recording::{self, Map, Recording};
 use tongue_fit::measured::{Target, Vowel};
-use tongue_fit::posterior::{Beside, Density, Ground, Mode, Seen};
+use tongue_fit::posterior::{Beside, Density, Ground, Measurements, Mode};
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::Surface;
 
@@ -208,7 +208,7 @@ fn formants(hz: &[f64], ground: &Ground, targets: &[Target], posture: usize) -> 
     let airway = Airway::round(&ground.body, tract).into_diagnostic().wrap_err("--formants")?;
     // Formants are linear about the shape that the lengths lead to.
     let matched = Matched::new(&ground.body.mesh, &targets[posture]).into_diagnostic()?;
-    let mut density = Density::new(ground, Seen::of(&matched)).into_diagnostic()?;
+    let mut density = Density::new(ground, Measurements::of(&matched)).into_diagnostic()?;
     let shape = Mode::find(&mut density).into_diagnostic()?.place.postures.swap_remove(0);
     let formants = Formants::about(&airway, &articulation, hz.len(), &shape);
     Ok(formants.into_diagnostic().wrap_err("--formants")?.measured(posture, hz, FORMANT_SD))

@@ -9,8 +9,8 @@ use tongue_fit::body::{Body, Mesh};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
-    self, Beside, Contrast, Gain, Ground, Posterior, Priors, Report, Seen, Settings, Shares, Spread, Stretch,
-    Summary,
+    self, Beside, Contrast, Gain, Ground, Measurements, Posterior, Priors, Quantiles, Report, Sampling,
+    Shares, StretchSummary, Summary,
 };
 use tongue_fit::report::{self, Draws, Export, Svg};
 use tongue_fit::system::Model;
@@ -124,8 +124,8 @@ impl Arguments {
         self.joint
     }
 
-    fn settings(&self) -> Settings {
-        Settings { draws: self.posterior.unwrap_or_default(), seed: self.posterior_seed }
+    fn settings(&self) -> Sampling {
+        Sampling { draws: self.posterior.unwrap_or_default(), seed: self.posterior_seed }
     }
 
     /// Samples the posterior of a speaker's targets, which share a baseline, together; with what else was seen of them and the number of the
@@ -141,12 +141,12 @@ impl Arguments {
     ) -> miette::Result<Sampled<'a>> {
         let clock = Instant::now();
         let settings = self.settings();
-        let Settings { draws, seed } = settings;
+        let Sampling { draws, seed } = settings;
         let matched = targets.iter().map(|target| Matched::new(&ground.body.mesh, target));
         let matched: Vec<Matched> = matched.collect::<Result<_, _>>().into_diagnostic()?;
         let first =
             targets.first().ok_or_else(|| miette::miette!("--posterior: there is nothing measured"))?;
-        let seen = Seen { beside, ..Seen::together(&matched.iter().collect::<Vec<_>>()) };
+        let seen = Measurements { beside, ..Measurements::together(&matched.iter().collect::<Vec<_>>()) };
         output::step(|| {
             let vowels = seen.labels.join(", ");
             format!("{draws} draws of the posterior of {} {vowels}, seed {seed}", first.subject)
@@ -329,7 +329,7 @@ fn changes(summary: &Summary) -> String {
     for (i, (muscle, change)) in summary.changes_n.0.iter().enumerate() {
         let tension = &summary.tensions_n.0[i].1;
         let mark = |is: bool| if is { "°" } else { "" };
-        let of = |s: &Spread| range(s.interval_95, 0);
+        let of = |s: &Quantiles| range(s.interval_95, 0);
         t.add_row([
             muscle.clone(),
             rounded(change.spread.median, 0),
@@ -395,7 +395,7 @@ fn details(summary: &Summary, moves_hyoid: bool) -> String {
         t.add_row([muscle.clone(), format!("{:.3}", s.measured), range(s.fitted.interval_95, 2), left_out]);
     }
     let _ = writeln!(text, "\n{t}");
-    let any = |is: &dyn Fn(&Stretch) -> bool| summary.stretches.0.iter().any(|(_, s)| is(s));
+    let any = |is: &dyn Fn(&StretchSummary) -> bool| summary.stretches.0.iter().any(|(_, s)| is(s));
     if any(&|s| s.left_out.as_ref().is_some_and(|l| !l.spread.holds(s.measured))) {
         text += "! measured outside\n";
     }

@@ -10,12 +10,12 @@ use tongue_fit::heard::{Airway, Articulation, Formants};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::recording::{self, Format, Map, Recording};
 use tongue_fit::measured::{Dataset, Target};
-use tongue_fit::posterior::{
-    Beside, Density, Draw, Evaluator, Ground, Mode, Priors, Seen, Settings, Sight as _, Status,
-    contradictions, gains, sample,
-};
 use tongue_fit::system::{Model, System, TissueModel};
 use tongue_fit::track::Surface;
+use tongue_infer::posterior::{
+    Beside, Density, Draw, Evaluator, Ground, Measurements, Mode, Priors, Sampling, Sight as _, Status,
+    contradictions, gains, sample,
+};
 
 use crate::posterior::{derivatives, solved};
 
@@ -29,9 +29,9 @@ fn grounds() -> Vec<Ground> {
     vec![make(5.5e-3, &Model::default()), make(8e-3, &elements)]
 }
 
-fn stretches() -> Seen {
+fn stretches() -> Measurements {
     let target: Target = Dataset::reference().unwrap().stretches("S2", "a").unwrap();
-    Seen::of(&Matched::new(&Body::tongue(5.5e-3).unwrap().mesh, &target).unwrap())
+    Measurements::of(&Matched::new(&Body::tongue(5.5e-3).unwrap().mesh, &target).unwrap())
 }
 
 fn formants(ground: &Ground, hz: &[f64]) -> Beside {
@@ -84,7 +84,7 @@ fn coils(ground: &Ground, positions: &[Point]) -> Beside {
     Beside::points("coils", &ground.body, &[(Some(0), &seen)]).unwrap()
 }
 
-fn with_all(ground: &Ground) -> Seen {
+fn with_all(ground: &Ground) -> Measurements {
     let rest = ground.system.rest();
     let points: Vec<Point> = points_of(ground, rest).iter().map(|p| p + Point::new(1e-3, 2e-3)).collect();
     let baseline = points_of(ground, rest);
@@ -94,7 +94,7 @@ fn with_all(ground: &Ground) -> Seen {
         contours(ground, &points, Some(&baseline)),
         coils(ground, rest),
     ];
-    Seen { beside, ..stretches() }
+    Measurements { beside, ..stretches() }
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn what_geometry_does_to_formants_and_contours_is_what_bodies_that_are_moved_sho
 #[test]
 fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     let ground = &grounds()[0];
-    let settings = Settings { draws: 1000, seed: 1 };
+    let settings = Sampling { draws: 1000, seed: 1 };
     let alone = sample(ground, stretches(), &settings).unwrap();
     assert_eq!(alone.status, Status::Mixed, "{}", alone.why);
     // Formants that are linear about the mode differ from the exact ones over the draws by the 7 % that are counted as their error.
@@ -211,7 +211,7 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     let baseline = points_of(ground, &alone.mode.place.baseline);
     let drawn = contours(ground, &points_of(ground, &shape), Some(&baseline));
     let beside = vec![heard, emg([0.9, 0.3]), drawn, coils(ground, &shape)];
-    let all = sample(ground, Seen { beside, ..stretches() }, &settings).unwrap();
+    let all = sample(ground, Measurements { beside, ..stretches() }, &settings).unwrap();
     assert_eq!(all.status, Status::Mixed, "{}", all.why);
     assert!(contradictions(&all.density, &all.mode).is_empty());
     let gains = gains(&all, 0, &settings);
@@ -240,7 +240,7 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     };
     let part = |baseline: Option<&[Point]>| {
         let beside = vec![contours(ground, &points_of(ground, &shape), baseline)];
-        let with = sample(ground, Seen { beside, ..stretches() }, &settings).unwrap();
+        let with = sample(ground, Measurements { beside, ..stretches() }, &settings).unwrap();
         assert_eq!(with.status, Status::Mixed, "{}", with.why);
         mean_sd(&with.draws) / mean_sd(&alone.draws)
     };
@@ -252,7 +252,7 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     // A contour that is nowhere near is told as a whole, though its points agree with each other.
     let away: Vec<Point> = points_of(ground, &shape).iter().map(|p| p + Point::new(0.0, 45e-3)).collect();
     let beside = vec![contours(ground, &away, None)];
-    let mut density = Density::new(ground, Seen { beside, ..stretches() }).unwrap();
+    let mut density = Density::new(ground, Measurements { beside, ..stretches() }).unwrap();
     let mode = Mode::find(&mut density).unwrap();
     let told = contradictions(&density, &mode);
     assert!(told.iter().any(|c| c.name == "contour as a whole"), "{told:?}");
@@ -260,12 +260,12 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     let mode_with = |times: f64| {
         let mut beside = emg([0.8, 0.1]);
         beside.measured.iter_mut().take(2).for_each(|ln| *ln += times.ln());
-        let mut density = Density::new(ground, Seen { beside: vec![beside], ..stretches() }).unwrap();
+        let mut density = Density::new(ground, Measurements { beside: vec![beside], ..stretches() }).unwrap();
         Mode::find(&mut density).unwrap().scores
     };
     assert!((mode_with(1.0) - mode_with(5.0)).amax() < 0.01);
     // A formant twice as high as any shape has it.
-    let wrong = Seen { beside: vec![formants(ground, &[2400.0])], ..stretches() };
+    let wrong = Measurements { beside: vec![formants(ground, &[2400.0])], ..stretches() };
     let mut density = Density::new(ground, wrong).unwrap();
     let mode = Mode::find(&mut density).unwrap();
     let told = contradictions(&density, &mode);

@@ -8,13 +8,13 @@ use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::parallel;
-use tongue_fit::posterior::hmc::{self, Point, Target as Sampled, Whitened};
-use tongue_fit::posterior::{
-    Contrast, Density, Evaluator, Ground, Linear, Mode, Place, Priors, Report, Seen, Settings, Verdict,
-    sample, without_each,
-};
 use tongue_fit::statics::{self, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
+use tongue_infer::posterior::hmc::{self, Point, Target as Sampled, Whitened};
+use tongue_infer::posterior::{
+    Contrast, Density, Evaluator, Ground, Linear, Measurements, Mode, Place, Priors, Report, Sampling,
+    Verdict, sample, without_each,
+};
 
 fn ground(priors: &Priors) -> Ground {
     Ground::new(&Body::tongue(5.5 * MM).unwrap(), &Model::default(), priors).unwrap()
@@ -36,13 +36,13 @@ fn matched(subject: &str, vowel: &str) -> Matched {
     Matched::new(&Body::tongue(5.5 * MM).unwrap().mesh, &target).unwrap()
 }
 
-fn seen(subject: &str, vowel: &str) -> Seen {
-    Seen::of(&matched(subject, vowel))
+fn seen(subject: &str, vowel: &str) -> Measurements {
+    Measurements::of(&matched(subject, vowel))
 }
 
-fn together(subject: &str, vowels: &[&str]) -> Seen {
+fn together(subject: &str, vowels: &[&str]) -> Measurements {
     let all: Vec<Matched> = vowels.iter().map(|vowel| matched(subject, vowel)).collect();
-    Seen::together(&all.iter().collect::<Vec<_>>())
+    Measurements::together(&all.iter().collect::<Vec<_>>())
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
     grounds_without_lanes().iter().for_each(of);
 }
 
-fn the_gradient_is_right(ground: &Ground, seen: Seen, parameters: usize, h: f64) {
+fn the_gradient_is_right(ground: &Ground, seen: Measurements, parameters: usize, h: f64) {
     let mut density = Density::new(ground, seen).unwrap();
     let mode = Mode::find(&mut density).unwrap();
     let mut random = fastrand::Rng::with_seed(1);
@@ -120,7 +120,7 @@ fn answers_to_the_shape_are_right(ground: &Ground) {
             [0, 1].map(|i| lanes.solve(&loads[i..=i], density.settings()).remove(0).positions);
         DVector::from_fn(all.len(), |m, _| system.length(&vowel, m) / system.length(&base, m))
     };
-    let zeros = |fields: &[tongue_fit::posterior::Field]| vec![0.0; fields.len()];
+    let zeros = |fields: &[tongue_infer::posterior::Field]| vec![0.0; fields.len()];
     let h = 1e-3;
     let mut largest = 0.0_f64;
     let answers = at_mode(&density, &mode).geometry;
@@ -245,7 +245,7 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     let moved: Vec<Option<DVector<f64>>> = parallel::map(&draws, |(number, scores)| {
         let mut random = fastrand::Rng::with_seed(1000 + number);
         let (meaning, _) = density.meaning(scores);
-        let by = |fields: &[tongue_fit::posterior::Field], random: &mut fastrand::Rng| {
+        let by = |fields: &[tongue_infer::posterior::Field], random: &mut fastrand::Rng| {
             normals(fields.len(), random)
         };
         let (ends, outline) = (by(&ground.ends, &mut random), by(&ground.outline, &mut random));
@@ -283,12 +283,12 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
     assert!(found.iter().all(|f| f.effective > 50.0), "{found:?}");
     let mut leaning = Vec::new();
     for (position, found) in found.iter().enumerate() {
-        let settings = Settings { draws: 800, seed: 11 };
+        let settings = Sampling { draws: 800, seed: 11 };
         let own = sample(&ground, density.seen.without(position), &settings).unwrap();
         let row = density.rows()[position];
         // The conditional mean moves with the residuals by what geometry has in common, as it does in the run for all.
-        let (gain, _) = tongue_fit::posterior::about(&density, &own.density, position);
-        let mean = |d: &tongue_fit::posterior::Draw| {
+        let (gain, _) = tongue_infer::posterior::about(&density, &own.density, position);
+        let mean = |d: &tongue_infer::posterior::Draw| {
             d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.baseline_lengths, &d.beside))
         };
         let exact = own.draws.iter().map(mean).sum::<f64>() / own.draws.len() as f64;
@@ -315,7 +315,7 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
         let shares = seen.muscles[i] == seen.muscles[j];
         assert_eq!(seen.rounding[(i, j)] > 0.0, shares, "{i} {j}");
     }
-    let posterior = sample(&ground, seen, &Settings { draws: 2000, seed: 1 }).unwrap();
+    let posterior = sample(&ground, seen, &Sampling { draws: 2000, seed: 1 }).unwrap();
     assert!(posterior.why.is_empty(), "{}", posterior.why);
     let reports = Report::of_each(&posterior, false, 1).unwrap();
     let contrasts = Contrast::all(&posterior);
@@ -331,7 +331,7 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do() {
     let mut same = 0;
     for (subject, vowel) in [("S1", "i"), ("S2", "a"), ("S3", "o")] {
         let quick = Verdict::quick(&ground, seen(subject, vowel)).unwrap();
-        let posterior = sample(&ground, seen(subject, vowel), &Settings { draws: 1000, seed: 1 }).unwrap();
+        let posterior = sample(&ground, seen(subject, vowel), &Sampling { draws: 1000, seed: 1 }).unwrap();
         let whole = Verdict::of(&Report::of_each(&posterior, false, 1).unwrap()[0]).unwrap();
         for (quick, whole) in quick.muscles.iter().zip(&whole.muscles) {
             // Four standard deviations of a probability of about a hundred effective draws.
@@ -407,7 +407,7 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
 fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
     let ground = ground(&Priors::default());
     let run = |threads: usize| {
-        let settings = Settings { draws: 104, seed: 3 };
+        let settings = Sampling { draws: 104, seed: 3 };
         parallel::with_threads(threads, || sample(&ground, seen("S1", "i"), &settings).unwrap().draws)
             .unwrap()
     };
@@ -420,7 +420,7 @@ fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
 fn every_draw_is_where_its_tensions_lead_from_rest() {
     // In /i/ of S1 there is another branch not far away.
     let ground = ground(&Priors::default());
-    let posterior = sample(&ground, seen("S1", "i"), &Settings { draws: 400, seed: 1 }).unwrap();
+    let posterior = sample(&ground, seen("S1", "i"), &Sampling { draws: 400, seed: 1 }).unwrap();
     let settings = statics::SolveSettings::default();
     for draw in posterior.draws.iter().step_by(4) {
         let mut w = Workspace::new(&ground.system);
@@ -444,7 +444,7 @@ fn shares_of_variance_are_those_of_the_linear_problem_and_draws_agree_with_it() 
     // Small errors: the posterior is nearly linear.
     let priors = "tension.scale_n_per_m = 2.0\nbaseline.scale_n_per_m = 2.0\nhyoid.sd_mm = 0.3\ncompressibility.off = true\nmuscle_ends.sd_mm = 0.5\noutline.sd_mm = 0.3\n";
     let ground = ground(&Priors::from_toml(priors, "test").unwrap());
-    let posterior = sample(&ground, seen("S1", "e"), &Settings { draws: 1000, seed: 1 }).unwrap();
+    let posterior = sample(&ground, seen("S1", "e"), &Sampling { draws: 1000, seed: 1 }).unwrap();
     let report = Report::of_each(&posterior, false, 1).unwrap().remove(0);
     let shares = report.variance_share.unwrap();
     for s in shares.tensions.0.iter().map(|(_, s)| s).chain([&shares.change, &shares.left_out_stretch]) {

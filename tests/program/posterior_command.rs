@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
-use tongue_fit::posterior::{Said, Verdict, VerdictFrom};
+use tongue_infer::posterior::{Said, Verdict, VerdictFrom};
 
 fn run(folder: &Path, arguments: &str) -> Output {
     Command::new(cargo_bin("tongue-fit")).args(arguments.split(' ')).current_dir(folder).output().unwrap()
@@ -188,8 +188,8 @@ fn a_continuum_has_a_posterior_with_its_widths_and_patches_in_it() {
 fn the_priors_that_are_printed_are_read_back_and_have_a_schema() {
     let folder = tempfile::tempdir().unwrap();
     let priors = text(&run(folder.path(), "priors").stdout);
-    let read = tongue_fit::posterior::Priors::from_toml(&priors, "printed").unwrap();
-    assert_eq!(read, tongue_fit::posterior::Priors::default());
+    let read = tongue_infer::posterior::Priors::from_toml(&priors, "printed").unwrap();
+    assert_eq!(read, tongue_infer::posterior::Priors::default());
     let schema: Value = serde_json::from_slice(&run(folder.path(), "priors --schema").stdout).unwrap();
     assert_eq!(schema["properties"].as_object().unwrap().len(), 12);
 }

@@ -12,9 +12,9 @@ use tongue_fit::inverse::{FitSettings, Matched, Method};
 use tongue_fit::material::Constants;
 use tongue_fit::measured::TargetKind;
 use tongue_fit::parallel;
-use tongue_fit::posterior::{Density, Draw, Ground, Meaning, Priors, Seen, Settings, sample};
 use tongue_fit::statics::{self, SolveStatus};
 use tongue_fit::system::{Model, System};
+use tongue_infer::posterior::{Density, Draw, Ground, Meaning, Measurements, Priors, Sampling, sample};
 
 use crate::cases;
 use crate::fixtures::{target, tongue};
@@ -46,7 +46,7 @@ fn stretches(density: &Density<'_>, truth: &Meaning, system: &System<2>) -> Opti
 }
 
 /// Of so many postures, with errors that are zero.
-fn exact(ground: &Ground, postures: usize, stretches: &[f64]) -> Seen {
+fn exact(ground: &Ground, postures: usize, stretches: &[f64]) -> Measurements {
     let count = ground.muscles.len();
     let n = stretches.len();
     let rounding = DMatrix::from_fn(n, n, |i, j| {
@@ -54,19 +54,19 @@ fn exact(ground: &Ground, postures: usize, stretches: &[f64]) -> Seen {
         let of_baseline = if i % count == j % count { 0.5 * ROUNDING } else { 0.0 };
         of_baseline + if i == j { 0.5 * ROUNDING } else { 0.0 }
     });
-    Seen {
+    Measurements {
         names: (0..n).map(|i| ground.muscles[i % count].clone()).collect(),
         muscles: (0..n).map(|i| i % count).collect(),
         postures: (0..n).map(|i| i / count).collect(),
         stretches: stretches.to_vec(),
         rounding,
         labels: (0..postures).map(|p| format!("v{p}")).collect(),
-        ..Seen::nothing()
+        ..Measurements::nothing()
     }
 }
 
 /// What was seen of true stretches.
-fn seen(ground: &Ground, postures: usize, stretches: &[f64], random: &mut fastrand::Rng) -> Seen {
+fn seen(ground: &Ground, postures: usize, stretches: &[f64], random: &mut fastrand::Rng) -> Measurements {
     let mut seen = exact(ground, postures, stretches);
     let n = stretches.len();
     let errors = &seen.rounding + DMatrix::identity(n, n) * ground.priors.discrepancy.sd.powi(2);
@@ -139,7 +139,7 @@ fn ranks_of_the_truth_among_draws_are_uniform() {
                 }
             };
             let seen = seen(&ground, postures, &measured, &mut random);
-            let posterior = sample(&ground, seen, &Settings { draws: 160, seed: number as u64 }).unwrap();
+            let posterior = sample(&ground, seen, &Sampling { draws: 160, seed: number as u64 }).unwrap();
             if posterior.draws.is_empty() {
                 return None;
             }
@@ -197,7 +197,7 @@ fn coverage(truth: &Ground, fitted: &Ground, postures: usize, count: usize) -> [
             }
         };
         let seen = seen(truth, postures, &measured, &mut random);
-        let posterior = sample(fitted, seen, &Settings { draws: 400, seed: number as u64 }).unwrap();
+        let posterior = sample(fitted, seen, &Sampling { draws: 400, seed: number as u64 }).unwrap();
         if posterior.draws.is_empty() {
             // The most probable point is not where its tensions lead from rest: not mixed, and nothing is
             // told.
@@ -281,11 +281,11 @@ fn with_everything_but_rounding_off_intervals_are_as_wide_as_those_of_the_bootst
     let off: String = off.iter().map(|name| format!("[{name}]\noff = true\n")).collect();
     let passive = ["GGm", "GGp", "SGp", "SGa", "HGp"].map(|name| format!("{name} = 0.0\n")).concat();
     let ground = ground(&format!("{off}[tension]\nscale_n_per_m = 1e3\n[tension.fixed_n_per_m]\n{passive}"));
-    let mut seen = Seen::of(&Matched::new(&mesh, &target).unwrap());
+    let mut seen = Measurements::of(&Matched::new(&mesh, &target).unwrap());
     for position in (0..seen.names.len()).rev().filter(|m| !target.active.contains(m)) {
         seen = seen.without(position);
     }
-    let posterior = sample(&ground, seen, &Settings { draws: 16_000, seed: 3 }).unwrap();
+    let posterior = sample(&ground, seen, &Sampling { draws: 16_000, seed: 3 }).unwrap();
     for (&muscle, bootstrap) in target.active.iter().zip(&drawn.tensions) {
         let mut all: Vec<f64> = posterior.draws.iter().map(|d| d.tension(0, muscle)).collect();
         all.sort_by(f64::total_cmp);

@@ -7,8 +7,8 @@ use tongue_fit::body::Body;
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::{Dataset, TargetKind, Vowel};
 use tongue_fit::parallel;
-use tongue_fit::posterior::{Density, Ground, LeftOut, Mode, Priors, Seen, without_each};
 use tongue_fit::system::Model;
+use tongue_infer::posterior::{Density, Ground, LeftOut, Measurements, Mode, Priors, without_each};
 use tongue_study::validate::{self, ValidationPlan};
 
 use crate::fixtures::target;
@@ -69,7 +69,7 @@ fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
         ["S1", "S2", "S3"].iter().flat_map(|s| ["i", "e", "a", "o"].map(|v| (*s, v))).collect();
     let told: Vec<Vec<(f64, LeftOut)>> = parallel::map(&rows, |&(subject, vowel)| {
         let target = target(subject, vowel, TargetKind::Stretch);
-        let seen = Seen::of(&Matched::new(&body.mesh, &target).unwrap());
+        let seen = Measurements::of(&Matched::new(&body.mesh, &target).unwrap());
         let mut density = Density::new(&ground, seen).unwrap();
         let mode = Mode::find(&mut density).unwrap();
         target.values.iter().copied().zip(without_each(&density, &mode).unwrap()).collect()

@@ -19,7 +19,7 @@ use tongue_core::statics::{SolveSettings, SolveStatus};
 
 use super::PosteriorError;
 use super::ground::Ground;
-use super::seen::Seen;
+use super::seen::Measurements;
 
 /// A sampled unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,7 +85,7 @@ pub struct Density<'a> {
     /// The body.
     pub ground: &'a Ground,
     /// The measurements.
-    pub seen: Seen,
+    pub seen: Measurements,
     /// The sampled unknowns.
     pub parameters: Vec<Parameter>,
     lanes: Lanes<'a, 2>,
@@ -94,7 +94,7 @@ pub struct Density<'a> {
     /// measurements; zero at first.
     pub geometry: DMatrix<f64>,
     factor: Cholesky<f64, Dyn>,
-    /// [`Seen::rows`] of the measurements.
+    /// [`Measurements::rows`] of the measurements.
     rows: Vec<usize>,
 }
 
@@ -144,7 +144,7 @@ impl<'a> Density<'a> {
     ///
     /// # Errors
     /// [`PosteriorError::Body`] where the body has no hyoid to displace, [`PosteriorError::Priors`] where nothing is left to sample.
-    pub fn new(ground: &'a Ground, seen: Seen) -> Result<Self, PosteriorError> {
+    pub fn new(ground: &'a Ground, seen: Measurements) -> Result<Self, PosteriorError> {
         let (fixed, parameters) = parameters(ground, seen.labels.len());
         let is_of_muscles =
             |p: &Parameter| matches!(p, Parameter::Tension(..) | Parameter::Tone(_) | Parameter::Hyoid(..));
@@ -165,7 +165,7 @@ impl<'a> Density<'a> {
 
     fn made(
         ground: &'a Ground,
-        seen: Seen,
+        seen: Measurements,
         (fixed, parameters): (Meaning, Vec<Parameter>),
         geometry: DMatrix<f64>,
     ) -> Result<Self, PosteriorError> {
@@ -182,7 +182,7 @@ impl<'a> Density<'a> {
     ///
     /// # Errors
     /// [`PosteriorError::Covariance`] where the covariance is not positive definite.
-    pub fn of(&self, seen: Seen) -> Result<Self, PosteriorError> {
+    pub fn of(&self, seen: Measurements) -> Result<Self, PosteriorError> {
         let sampled = (self.fixed.clone(), self.parameters.clone());
         Self::made(self.ground, seen, sampled, self.geometry.clone())
     }
@@ -202,7 +202,7 @@ impl<'a> Density<'a> {
         self.seen.labels.len()
     }
 
-    /// [`Seen::rows`] of the measurements.
+    /// [`Measurements::rows`] of the measurements.
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }

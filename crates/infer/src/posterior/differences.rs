@@ -324,14 +324,14 @@ mod tests {
     use nalgebra::DVector;
 
     use super::*;
-    use crate::posterior::{Density, Evaluator, Mode, Priors, Seen};
+    use crate::posterior::{Density, Evaluator, Measurements, Mode, Priors};
 
     #[test]
     fn bodies_of_springs_get_what_their_formulas_say() {
         let body = Body::tongue(8e-3).unwrap();
         let mut ground = Ground::new(&body, &Model::default(), &Priors::default()).unwrap();
         let at = |ground: &Ground| {
-            let mut density = Density::new(ground, Seen::nothing()).unwrap();
+            let mut density = Density::new(ground, Measurements::nothing()).unwrap();
             let mode = Mode::find(&mut density).unwrap();
             let n = density.parameters.len();
             let scores = DVector::from_fn(n, |i, _| 0.3 * (i as f64).sin());

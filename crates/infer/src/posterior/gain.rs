@@ -8,7 +8,7 @@ use tongue_input::measured::ByMuscle;
 
 use super::density::Density;
 use super::map::Mode;
-use super::run::{Posterior, Settings, Status, sample};
+use super::run::{Posterior, Sampling, Status, sample};
 
 /// Standard deviations of the changes of tensions in a posture without one kind of data and with it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,7 +23,7 @@ pub struct Gain {
 
 /// Of every kind of data beside the stretches what it adds in a posture: the posterior is sampled once more without it. None where the chains
 /// of the whole posterior have not mixed.
-pub fn gains(posterior: &Posterior<'_>, posture: usize, settings: &Settings) -> Vec<Gain> {
+pub fn gains(posterior: &Posterior<'_>, posture: usize, settings: &Sampling) -> Vec<Gain> {
     let density = &posterior.density;
     if posterior.status != Status::Mixed {
         return Vec::new();

@@ -21,9 +21,9 @@ use super::density::Density;
 use super::evaluator::Errors;
 use super::hmc::Whitened;
 use super::map::Mode;
-use super::run::{Draw, Posterior, Settings, chains, numbered, sample_at};
+use super::run::{Draw, Posterior, Sampling, chains, numbered, sample_at};
 use super::score::{How, LeftOut, Part, about, left_out};
-use super::spread::Spread;
+use super::spread::Quantiles;
 
 /// Draws of the mixture for each stretch, and draws of a posterior that is sampled separately.
 const DRAWS_EACH: usize = 200;
@@ -98,7 +98,7 @@ pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, 
     let n = centre.len();
     let precision = modes().fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
     let whitened = Whitened::new(centre, precision).ok_or(PosteriorError::Covariance)?;
-    let settings = Settings { draws: DRAWS_EACH * positions.len(), seed: SEED };
+    let settings = Sampling { draws: DRAWS_EACH * positions.len(), seed: SEED };
     let draws = numbered(chains(density, &mixture, &whitened, &mode.place, &settings, 1));
     let weights: Vec<Vec<f64>> = draws
         .iter()
@@ -118,7 +118,7 @@ pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, 
         if found.effective >= LEAST_EFFECTIVE * DRAWS_EACH as f64 {
             return Ok(found);
         }
-        let settings = Settings { draws: OWN_DRAWS, seed: SEED };
+        let settings = Sampling { draws: OWN_DRAWS, seed: SEED };
         let own = sample_at(without.density, without.mode, &settings)?;
         let weights = vec![1.0; own.draws.len()];
         let found = predicted(density, position, &own.density, (&own.draws, &weights), How::Sampled);
@@ -146,7 +146,7 @@ fn predicted(
 }
 
 /// The stretches of the model, corrected by the error of its geometry given the measurements; one spread for every measured stretch.
-pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Spread> {
+pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
     let density = &posterior.density;
     let rows = density.rows();
     let stretches = &rows[..density.seen.len()];
@@ -169,5 +169,5 @@ pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Spread> {
             all[i].push(d.stretch(row) + error[i]);
         }
     }
-    all.into_iter().map(Spread::of).collect()
+    all.into_iter().map(Quantiles::of).collect()
 }

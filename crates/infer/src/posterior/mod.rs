@@ -53,13 +53,13 @@ pub use ground::{Field, Ground};
 pub use leave_out::without_each;
 pub use map::{Geometry, Mode};
 pub use priors::*;
-pub use run::{Draw, Posterior, Settings, Status, sample};
+pub use run::{Draw, Posterior, Sampling, Status, sample};
 pub use score::{How, LeftOut, Part, about, left_out};
-pub use seen::Seen;
+pub use seen::Measurements;
 pub use sensitivity::{SENSITIVE, Sensitivity};
 pub use share::Shares;
-pub use spread::Spread;
-pub use summary::{Change, Direction, Effective, Report, Stretch, Summary, Tension, VarianceShare};
+pub use spread::Quantiles;
+pub use summary::{Change, Direction, Effective, Report, StretchSummary, Summary, Tension, VarianceShare};
 pub use verdict::{PROBABLE, Said, Verdict, VerdictFrom, Word};
 
 use tongue_core::system::SystemError;

@@ -11,7 +11,7 @@ use super::evaluator::{Errors, Evaluator};
 use super::ground::Ground;
 use super::hmc::{self, Whitened};
 use super::map::Mode;
-use super::seen::Seen;
+use super::seen::Measurements;
 
 /// Number of chains: two groups of four.
 const CHAINS: usize = 8;
@@ -36,14 +36,14 @@ const FEWEST_EFFECTIVE: f64 = 400.0;
 
 /// Size and seed of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct Sampling {
     /// Number of kept draws.
     pub draws: usize,
     /// Seed.
     pub seed: u64,
 }
 
-impl Settings {
+impl Sampling {
     /// Checks the number of draws.
     ///
     /// # Errors
@@ -155,8 +155,8 @@ impl Posterior<'_> {
 /// [`PosteriorError`] where sampling cannot begin.
 pub fn sample<'a>(
     ground: &'a Ground,
-    seen: Seen,
-    settings: &Settings,
+    seen: Measurements,
+    settings: &Sampling,
 ) -> Result<Posterior<'a>, PosteriorError> {
     let mut density = Density::new(ground, seen)?;
     let mode = Mode::find(&mut density)?;
@@ -170,7 +170,7 @@ pub fn sample<'a>(
 pub fn sample_at<'a>(
     density: Density<'a>,
     mode: Mode,
-    settings: &Settings,
+    settings: &Sampling,
 ) -> Result<Posterior<'a>, PosteriorError> {
     settings.check()?;
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
@@ -222,7 +222,7 @@ pub(super) fn chains(
     errors: &dyn Errors,
     whitened: &Whitened,
     place: &Place,
-    settings: &Settings,
+    settings: &Sampling,
     thin: usize,
 ) -> Vec<hmc::Chain<Draw>> {
     let settings = hmc::Settings {

@@ -6,7 +6,7 @@ use serde::Serialize;
 use tongue_core::random::normal;
 
 use super::density::Density;
-use super::spread::{Spread, effective};
+use super::spread::{Quantiles, effective};
 
 /// Method of a prediction without the muscle's own measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -22,7 +22,7 @@ pub enum How {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
     /// Distribution of the measured stretch, with all errors.
-    pub spread: Spread,
+    pub spread: Quantiles,
     /// Logarithm of the density at the measured value.
     pub log_score: f64,
     /// Continuous ranked probability score (Gneiting and Raftery 2007).
@@ -56,7 +56,7 @@ pub fn left_out(parts: &[Part], sd: f64, measured: f64, how: How, seed: u64) -> 
     let weights: Vec<f64> = parts.iter().map(|p| p.weight).collect();
     LeftOut {
         crps: crps(&draws, measured),
-        spread: Spread::weighted(draws),
+        spread: Quantiles::weighted(draws),
         log_score: density.max(f64::MIN_POSITIVE).ln(),
         how,
         effective: effective(&weights),

@@ -8,7 +8,7 @@ use super::beside::Beside;
 
 /// Stretches of a speaker's postures against one baseline. The first four lists run over the stretches.
 #[derive(Debug, Clone)]
-pub struct Seen {
+pub struct Measurements {
     /// Names of their muscles.
     pub names: Vec<String>,
     /// Numbers of the muscles in the body.
@@ -25,7 +25,7 @@ pub struct Seen {
     pub beside: Vec<Beside>,
 }
 
-impl Seen {
+impl Measurements {
     /// No measurements of one posture: the posterior is then the prior.
     pub fn nothing() -> Self {
         Self {
@@ -109,7 +109,7 @@ impl Seen {
         stretches.chain(from..from + self.beside_len()).collect()
     }
 
-    /// A name for each measured number, in the order of [`Seen::rows`], and its posture (`None` for the baseline, and for activity).
+    /// A name for each measured number, in the order of [`Measurements::rows`], and its posture (`None` for the baseline, and for activity).
     pub fn measured_names(&self) -> Vec<(String, Option<usize>)> {
         let stretches = self.names.iter().zip(&self.postures);
         let stretches =

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// Centre and intervals of draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Spread {
+pub struct Quantiles {
     /// Mean.
     pub mean: f64,
     /// Median.
@@ -29,7 +29,7 @@ pub(super) fn part_above_zero(values: &[f64]) -> f64 {
     values.iter().map(|v| part(*v)).sum::<f64>() / values.len().max(1) as f64
 }
 
-impl Spread {
+impl Quantiles {
     /// The summary of draws of equal weight; not finite without draws.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         Self::weighted(values.into_iter().map(|v| (v, 1.0)).collect())
@@ -86,15 +86,15 @@ mod tests {
 
     #[test]
     fn weights_count_as_repetitions_do() {
-        let repeated = Spread::of([1.0, 2.0, 2.0, 2.0, 5.0, 7.0, 7.0]);
-        let weighted = Spread::weighted(vec![(5.0, 1.0), (2.0, 3.0), (7.0, 2.0), (1.0, 1.0)]);
+        let repeated = Quantiles::of([1.0, 2.0, 2.0, 2.0, 5.0, 7.0, 7.0]);
+        let weighted = Quantiles::weighted(vec![(5.0, 1.0), (2.0, 3.0), (7.0, 2.0), (1.0, 1.0)]);
         assert!((repeated.mean - weighted.mean).abs() < 1e-15);
-        let many = Spread::of((0..10_001).map(|i| f64::from(i) / 10_000.0));
+        let many = Quantiles::of((0..10_001).map(|i| f64::from(i) / 10_000.0));
         for (found, exact) in [(many.median, 0.5), (many.interval_95[0], 0.025), (many.interval_50[1], 0.75)]
         {
             assert!((found - exact).abs() < 1e-4, "{found} {exact}");
         }
-        let heavy = Spread::weighted((0..1000).map(|i| (f64::from(i), f64::from(i))).collect());
+        let heavy = Quantiles::weighted((0..1000).map(|i| (f64::from(i), f64::from(i))).collect());
         // Density 2x on (0, 1): half lies below the root of a half.
         assert!((heavy.median / 1000.0 - 0.5f64.sqrt()).abs() < 2e-3, "{heavy:?}");
         assert!((effective(&[1.0; 8]) - 8.0).abs() < 1e-12 && effective(&[1.0, 0.0, 0.0]) == 1.0);

@@ -17,7 +17,7 @@ use super::run::{Draw, Posterior, Status};
 use super::score::LeftOut;
 use super::sensitivity::{Scaled, Sensitivity};
 use super::share::{Parts, Shares};
-use super::spread::{Spread, part_above_zero};
+use super::spread::{Quantiles, part_above_zero};
 
 /// A direction is resolved where its standard deviation, in scores, is below this part of the prior's.
 const RESOLVED: f64 = 0.5;
@@ -30,7 +30,7 @@ const MOST_MOVED: f64 = 0.15;
 pub struct Change {
     /// N per metre of thickness.
     #[serde(flatten)]
-    pub spread: Spread,
+    pub spread: Quantiles,
     /// Probability that the muscle pulls harder than in the baseline.
     pub probability_rises: f64,
     /// Sensitivity to the prior of tensions and to the measurements.
@@ -47,9 +47,9 @@ pub struct Change {
 pub struct Tension {
     /// N per metre of thickness.
     #[serde(flatten)]
-    pub spread: Spread,
+    pub spread: Quantiles,
     /// The same with the uncertainty of Young's modulus in its prior.
-    pub with_young_modulus: Spread,
+    pub with_young_modulus: Quantiles,
     /// The part by which the upper end of the 95 % interval moves if the scale of the prior is half as large again.
     pub moved_by_prior: f64,
     /// Sensitivity to the prior of tensions and to the measurements.
@@ -60,11 +60,11 @@ pub struct Tension {
 
 /// Measured, fitted and predicted stretch of a muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Stretch {
+pub struct StretchSummary {
     /// Measured stretch, dimensionless.
     pub measured: f64,
     /// Stretch of the model fitted to all measurements.
-    pub fitted: Spread,
+    pub fitted: Quantiles,
     /// Prediction without its own measurement; null if it was not requested or no chain could begin.
     pub left_out: Option<LeftOut>,
 }
@@ -88,15 +88,15 @@ pub struct Summary {
     /// Tensions.
     pub tensions_n: ByMuscle<Tension>,
     /// Tensions in the baseline.
-    pub baseline_tensions_n: ByMuscle<Spread>,
+    pub baseline_tensions_n: ByMuscle<Quantiles>,
     /// Displacement of the hyoid, x and y, mm.
-    pub hyoid_mm: [Spread; 2],
+    pub hyoid_mm: [Quantiles; 2],
     /// The speaker's tilt of the hyoid for every metre that it moves back, rad/m.
-    pub hyoid_tilt_rad_per_m: Spread,
+    pub hyoid_tilt_rad_per_m: Quantiles,
     /// Directions of tensions, tones and the hyoid's place, the most resolved first.
     pub directions: Vec<Direction>,
     /// Stretches.
-    pub stretches: ByMuscle<Stretch>,
+    pub stretches: ByMuscle<StretchSummary>,
 }
 
 /// Shares of the sources in variances.
@@ -236,7 +236,7 @@ impl Report {
 struct All<'a> {
     posterior: &'a Posterior<'a>,
     left_out: Vec<Option<LeftOut>>,
-    fitted: Vec<Spread>,
+    fitted: Vec<Quantiles>,
     scaled: Scaled,
     contradictions: Vec<Contradiction>,
     seed: u64,
@@ -260,7 +260,7 @@ impl Change {
         let surer = rises.max(1.0 - rises);
         let moved = sensitivity.probability_by_scale.abs();
         Self {
-            spread: Spread::of(values.iter().copied()),
+            spread: Quantiles::of(values.iter().copied()),
             probability_rises: rises,
             sensitivity,
             depends_on_prior: sensitivity.is_of_prior(),
@@ -276,7 +276,7 @@ impl Summary {
         let (ground, draws) = (density.ground, &posterior.draws);
         let muscles = &ground.muscles;
         let values = |of: &dyn Fn(&Draw) -> f64| draws.iter().map(of).collect::<Vec<f64>>();
-        let spread = |of: &dyn Fn(&Draw) -> f64| Spread::of(draws.iter().map(of));
+        let spread = |of: &dyn Fn(&Draw) -> f64| Quantiles::of(draws.iter().map(of));
         let change = |m: usize| Change::new(&values(&|d| d.change(posture, m)), &all.scaled);
         let modulus = &ground.priors.young_modulus;
         let mut random = fastrand::Rng::with_seed(seed_of(all.seed, 1 << 21));
@@ -286,12 +286,12 @@ impl Summary {
             .collect();
         let tension = |m: usize| {
             let own = values(&|d| d.tension(posture, m));
-            let spread = Spread::of(own.iter().copied());
+            let spread = Quantiles::of(own.iter().copied());
             let sensitivity = all.scaled.of(&own);
             let moved_by_prior = moved_by_prior(ground, m, &own, spread.interval_95[1]);
             Tension {
                 spread,
-                with_young_modulus: Spread::of(own.iter().zip(&factors).map(|(t, f)| t * f)),
+                with_young_modulus: Quantiles::of(own.iter().zip(&factors).map(|(t, f)| t * f)),
                 moved_by_prior,
                 sensitivity,
                 depends_on_prior: is_of_prior(moved_by_prior, &sensitivity),
@@ -299,7 +299,7 @@ impl Summary {
         };
         let own = density.seen.of_posture(posture);
         let names: Vec<String> = own.iter().map(|&i| density.seen.names[i].clone()).collect();
-        let stretches = own.iter().map(|&i| Stretch {
+        let stretches = own.iter().map(|&i| StretchSummary {
             measured: density.seen.stretches[i],
             fitted: all.fitted[i],
             left_out: all.left_out[i].clone(),
@@ -326,7 +326,7 @@ pub(super) fn moved_by_prior(ground: &Ground, muscle: usize, tensions: &[f64], u
     let scale = ground.priors.tension.scale_n_per_m;
     let more = 0.5 * (1.0 - OTHER_SCALE.powi(-2)) / (scale * scale);
     let weighed = tensions.iter().map(|&tension| (tension, (tension * tension * more).min(50.0).exp()));
-    Spread::weighted(weighed.collect()).interval_95[1] / upper - 1.0
+    Quantiles::weighted(weighed.collect()).interval_95[1] / upper - 1.0
 }
 
 /// Whether the upper end of a tension's interval depends on the prior more than on the data.

@@ -12,9 +12,9 @@ use super::ground::Ground;
 use super::map::Mode;
 use super::priors::Priors;
 use super::run::short_run;
-use super::seen::Seen;
+use super::seen::Measurements;
 use super::sensitivity::Scaled;
-use super::spread::{Spread, part_above_zero};
+use super::spread::{Quantiles, part_above_zero};
 use super::summary::{Report, is_of_prior, moved_by_prior};
 use super::{DECIDED, PosteriorError};
 
@@ -119,21 +119,21 @@ impl Verdict {
         let mut priors = Priors::default();
         priors.hyoid.off = body.bone(HYOID).is_empty();
         let ground = Ground::new(body, model, &priors).map_err(|e| e.to_string())?;
-        Self::quick(&ground, Seen::of(&matched)).map_err(|e| e.to_string())
+        Self::quick(&ground, Measurements::of(&matched)).map_err(|e| e.to_string())
     }
 
     /// The verdict on measurements of a single posture, from a short run.
     ///
     /// # Errors
     /// [`PosteriorError`] where sampling cannot begin.
-    pub fn quick(ground: &Ground, seen: Seen) -> Result<Self, PosteriorError> {
+    pub fn quick(ground: &Ground, seen: Measurements) -> Result<Self, PosteriorError> {
         let mut density = Density::new(ground, seen)?;
         let mode = Mode::find(&mut density)?;
         let draws = short_run(&density, &mode)?;
         let scaled = Scaled::new(&density, &draws);
         let said = ground.muscles.iter().enumerate().map(|(m, muscle)| {
             let tensions: Vec<f64> = draws.iter().map(|d| d.tension(0, m)).collect();
-            let interval = Spread::of(tensions.iter().copied()).interval_95;
+            let interval = Quantiles::of(tensions.iter().copied()).interval_95;
             let moved = moved_by_prior(ground, m, &tensions, interval[1]);
             let changes: Vec<f64> = draws.iter().map(|d| d.change(0, m)).collect();
             let p_rises = part_above_zero(&changes);

@@ -11,7 +11,7 @@ use tongue_core::parallel;
 use tongue_core::system::Model;
 use tongue_infer::inverse::Matched;
 use tongue_infer::posterior::{
-    Density, Ground, How, LeftOut, Mode, Part, PosteriorError, Priors, Seen, left_out, without_each,
+    Density, Ground, How, LeftOut, Measurements, Mode, Part, PosteriorError, Priors, left_out, without_each,
 };
 use tongue_input::measured::{Dataset, Vowel};
 
@@ -128,7 +128,7 @@ impl Judge {
         let groups = way.groups(all);
         let found = parallel::map(&groups, |group| {
             let matched: Vec<&Matched> = group.iter().map(|&i| &all[i].matched).collect();
-            let mut density = Density::new(ground, Seen::together(&matched))?;
+            let mut density = Density::new(ground, Measurements::together(&matched))?;
             let mode = Mode::find(&mut density)?;
             let told = without_each(&density, &mode)?;
             let of_case = |posture: usize| {
@@ -278,7 +278,7 @@ fn discrepancies(judge: &Judge, all: &[Case]) -> Result<Vec<Evidence>, StudyErro
     };
     let grounds = DISCREPANCIES.into_iter().map(ground).collect::<Result<Vec<_>, _>>()?;
     let logs = parallel::map(all, |case| -> Result<Vec<f64>, PosteriorError> {
-        let seen = Seen::of(&case.matched);
+        let seen = Measurements::of(&case.matched);
         let near = Mode::find(&mut Density::new(&judge.straight, seen.clone())?)?;
         let evidence = |ground: &Ground| {
             let mut density = Density::new(ground, seen.clone())?;

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::axes::{BELOW, Bounds, LEFT, View, ticks};
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, WIDTH, closed};
 use tongue_core::body::Mesh;
-use tongue_infer::posterior::{Posterior, Spread};
+use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
 
 /// Height of a ridge, px, and the part that the next one leaves free.
@@ -38,7 +38,7 @@ fn rises(changes: &[f64]) -> f64 {
 pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let names = &posterior.density.ground.muscles;
     let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, posture, m)).collect();
-    let spreads: Vec<Spread> = all.iter().map(|c| Spread::of(c.iter().copied())).collect();
+    let spreads: Vec<Quantiles> = all.iter().map(|c| Quantiles::of(c.iter().copied())).collect();
     let told = names
         .iter()
         .zip(&spreads)
@@ -144,7 +144,7 @@ pub fn pairs(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let (left, gap) = (LEFT, 12.0);
     let side = (WIDTH - left - MARGIN - gap * (count - 1) as f64) / count as f64;
     let range = |m: usize| {
-        let s = Spread::of(all[m].iter().copied());
+        let s = Quantiles::of(all[m].iter().copied());
         let room = 0.35 * (s.interval_95[1] - s.interval_95[0]).max(1.0);
         [s.interval_95[0] - room, s.interval_95[1] + room]
     };
