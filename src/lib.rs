@@ -119,8 +119,8 @@ pub mod dynamics {
     //! Motion: masses, dampers and three-element muscles over time.
     #[doc(inline)]
     pub use tongue_core::dynamics::{
-        Control, IntegrationMethod, Integrator, Motion, MotionError, MotionOutcome, MotionStatus, Observer,
-        SHORTEST_S, State, StepCounts, Tensions, cost_per_step, run, sample_times,
+        Control, IntegrationMethod, Integrator, Motion, MotionError, MotionStatus, Observer, SHORTEST_S,
+        State, Tensions, cost_per_step, run, sample_times,
     };
     #[doc(inline)]
     pub use tongue_input::curves::Curves;
@@ -129,9 +129,7 @@ pub mod dynamics {
 pub mod effect {
     //! Effects: what pulls and pushes at the nodes of a body.
     #[doc(inline)]
-    pub use tongue_core::effect::{
-        Configuration, Contact, Effect, FiniteElements, Gravity, Part, Tangent, lumped_masses,
-    };
+    pub use tongue_core::effect::{Configuration, Contact, Effect, FiniteElements, Gravity, Part, Tangent};
 }
 
 pub mod files {
@@ -167,9 +165,8 @@ pub mod inverse {
     //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
     #[doc(inline)]
     pub use tongue_infer::inverse::{
-        Among, Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, HyoidMotion, LooseBone, Matched,
-        Method, MovedBone, Premises, Prior, Problem, Said, Setup, TissueUnknown, Tone, Unknown, fit, fit_in,
-        fit_under, solve,
+        Among, Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, HyoidMotion, Matched, Method,
+        Premises, Prior, Said, Setup, Tone, Unknown, fit, fit_under, solve,
     };
 
     pub mod alarms {
@@ -184,7 +181,7 @@ pub mod inverse {
         //! Every subject and vowel of a table.
         #[doc(inline)]
         pub use tongue_infer::inverse::batch::{
-            Assessment, BatchPlan, Job, Known, SUBSTITUTE_BASELINE, Selection, Thoroughness, assess, plan,
+            BatchPlan, Job, Known, SUBSTITUTE_BASELINE, Selection, Thoroughness, assess, plan,
         };
     }
 
@@ -225,8 +222,7 @@ pub mod measured {
         //! Tables of lengths, and how they were read.
         #[doc(inline)]
         pub use tongue_input::measured::lengths::{
-            BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LengthsError, LineEnds, Malformed, Reading,
-            Row,
+            BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LengthsError, LineEnds, Reading, Row,
         };
 
         pub mod rest_distance {
@@ -293,12 +289,11 @@ pub mod report {
     #[doc(inline)]
     pub use tongue_files::report::{
         AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FormantsRecord,
-        FrameRecord, History, Json, Markdown, Msh, OperationRecord, Panel, PlacementRecord, PriorRecord,
-        Provenance, Pvd, RepeatsRecord, ReportError, Rows, SectionPicture, Series, SimulationRecord,
-        SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Sto, Svg, Table, Timeline, TrackRecord,
-        TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen, changes, courses,
-        frame_records, gesture_records, outlines, pairs, panels, ridges, solid, status_name, timelines,
-        tongue, valley, views, vowel,
+        FrameRecord, History, Json, Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd,
+        ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord,
+        SpaceTrackRecord, SpaceVtu, Sto, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture,
+        Vtu, Wav, animation, animation_of_seen, changes, courses, frame_records, gesture_records, outlines,
+        pairs, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]
@@ -318,7 +313,7 @@ pub mod report {
         pub mod contrasts {
             //! Differences of tensions between vowels.
             #[doc(inline)]
-            pub use tongue_files::report::batch::contrasts::{SubjectContrast, all, by_subject};
+            pub use tongue_files::report::batch::contrasts::{SubjectContrast, all};
         }
 
         pub mod journal {
@@ -377,8 +372,8 @@ pub mod simulation {
     //! The whole library by names of muscles and bones.
     #[doc(inline)]
     pub use tongue_files::simulation::{
-        Assemble, Assembly, Estimate, EstimateRecord, InverseProblem, Observations, Shape, SimulationError,
-        Solver, Trajectory, read_tensions,
+        Assemble, Assembly, Estimate, InverseProblem, Observations, Shape, SimulationError, Solver,
+        Trajectory, read_tensions,
     };
 }
 
@@ -386,8 +381,8 @@ pub mod statics {
     //! Equilibria: Newton's method, the branch from rest.
     #[doc(inline)]
     pub use tongue_core::statics::{
-        Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, TRACE_STEPS, Trace,
-        Workspace, solve, solve_and_trace, trace,
+        Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, TRACE_STEPS, Workspace,
+        solve, solve_and_trace, trace,
     };
 }
 

@@ -3,7 +3,7 @@
 use crate::fixtures::{target, tongue};
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::{Alarm, alarms};
-use tongue_fit::inverse::batch::{Assessment, Known, Thoroughness, assess};
+use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
 use tongue_fit::inverse::{Among, FitSettings, Method};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::measured::muscles::Muscles;
@@ -14,7 +14,12 @@ fn how() -> Thoroughness {
     Thoroughness { settings, draws: 0, subset_changes: 0, ..Thoroughness::default() }
 }
 
-fn assessed(mesh: &Mesh<2>, subject: &str, kind: TargetKind, how: &Thoroughness) -> Assessment {
+fn assessed(
+    mesh: &Mesh<2>,
+    subject: &str,
+    kind: TargetKind,
+    how: &Thoroughness,
+) -> tongue_infer::inverse::batch::Assessment {
     assess(mesh, &Model::default(), None, &target(subject, "a", kind), &Known::reference().unwrap(), how)
         .unwrap()
 }

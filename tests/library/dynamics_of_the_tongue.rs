@@ -5,8 +5,7 @@ use nalgebra::SVector;
 use tongue_core::dynamics::Spectrum;
 use tongue_fit::body::Body;
 use tongue_fit::dynamics::{
-    Control, IntegrationMethod, Motion, MotionError, MotionStatus, Observer, StepCounts, Tensions, run,
-    sample_times,
+    Control, IntegrationMethod, Motion, MotionError, MotionStatus, Observer, Tensions, run, sample_times,
 };
 use tongue_fit::material::{Constants, Preset};
 use tongue_fit::statics::{self, Workspace};
@@ -86,7 +85,7 @@ fn energy_never_grows_without_tension() {
         let mut integrator = method.checked(&motion, Control::Fixed(dt)).unwrap();
         let mut state = motion.at_rest();
         state.positions = fixtures::shaken(&mesh, 4e-4);
-        let (start, mut counts) = (motion.energy(&state), StepCounts::default());
+        let (start, mut counts) = (motion.energy(&state), tongue_core::dynamics::StepCounts::default());
         let mut energy = start;
         for step in 0..400 {
             integrator.step(&motion, &mut state, f64::INFINITY, &mut counts).unwrap();

@@ -12,9 +12,10 @@ use std::path::Path;
 use crate::fixtures;
 use nalgebra::{DMatrix, SVector, Vector2};
 use tongue_core::effect::Mirror;
+use tongue_core::effect::lumped_masses;
 use tongue_core::sparse::BlockMatrix;
 use tongue_fit::body::Mesh;
-use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Tangent, lumped_masses};
+use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Tangent};
 use tongue_fit::system::{Additions, Model, MusclesAs, SpaceModel, System, TissueModel};
 
 fn stiffness<const D: usize>(

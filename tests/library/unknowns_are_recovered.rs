@@ -3,13 +3,12 @@
 
 use nalgebra::{SVector, Vector3};
 use tongue_fit::body::{AnyBody, Body, Mesh, MuscleChain};
-use tongue_fit::inverse::{
-    self, Answer, FitSettings, FitStatus, FreedBone, Method, Problem, TissueUnknown, Unknown,
-};
+use tongue_fit::inverse::{self, Answer, FitSettings, FitStatus, FreedBone, Method, Unknown};
 use tongue_fit::observe::{Length, NodePosition, Observation, Stretch, Surface};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
 use tongue_infer::inverse::{Forward, Inverse};
+use tongue_infer::inverse::{Problem, TissueUnknown};
 use tongue_input::bodies::gmsh;
 
 use crate::fixtures::block;

@@ -2,8 +2,9 @@
 
 use crate::fixtures;
 use nalgebra::{SVector, Vector2, Vector3};
+use tongue_core::effect::lumped_masses;
 use tongue_fit::body::{Cells, Mesh, solid};
-use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, lumped_masses};
+use tongue_fit::effect::{Configuration, Contact, Effect, Gravity};
 use tongue_fit::material::Constants;
 use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Workspace, solve};
 use tongue_fit::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
