@@ -164,9 +164,6 @@ impl Arguments {
     }
 
     /// The anatomy of the mesh; `None` for a mesh file.
-    ///
-    /// # Errors
-    /// As [`Arguments::body`].
     pub fn anatomy(&self) -> miette::Result<Option<Anatomy>> {
         match (&self.mesh, &self.anatomy) {
             (Some(_), _) => Ok(None),
@@ -176,10 +173,6 @@ impl Arguments {
     }
 
     /// The body.
-    ///
-    /// # Errors
-    /// For a spacing that is not a length or out of range; for an anatomy or mesh file that cannot be read or
-    /// is wrong; for a mesh in space, or one far larger than any tongue.
     pub fn body(&self) -> miette::Result<Body<2>> {
         self.check()?;
         let h = match (&self.h, &self.body) {
@@ -240,9 +233,6 @@ impl Arguments {
     }
 
     /// The body for a page, which builds it again.
-    ///
-    /// # Errors
-    /// As [`Arguments::body`].
     pub fn page_body(&self) -> miette::Result<PageBody> {
         self.check()?;
         let flat = Self { body: BodyName::Springs, ..self.clone() };
@@ -274,9 +264,6 @@ impl Arguments {
     }
 
     /// The body in space, if one was given.
-    ///
-    /// # Errors
-    /// For options that describe a body in the plane.
     pub fn space(&self) -> miette::Result<Option<&SpaceSource>> {
         let BodyName::Space(source) = &self.body else { return Ok(None) };
         let of_the_plane = [

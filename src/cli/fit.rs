@@ -96,9 +96,6 @@ impl From<AmongName> for Among {
 }
 
 /// The given thickness, m.
-///
-/// # Errors
-/// When it is not positive and finite.
 pub fn thickness_m(mm: Option<f64>) -> miette::Result<Option<f64>> {
     match mm {
         Some(mm) if !(mm.is_finite() && mm > 0.0) => {

@@ -57,9 +57,6 @@ pub struct Arguments {
 
 impl Arguments {
     /// What was seen of targets that are sampled together, of which number `posture` is the fitted one.
-    ///
-    /// # Errors
-    /// For files and values that cannot be used.
     pub fn read(&self, ground: &Ground, targets: &[Target], posture: usize) -> miette::Result<Vec<Beside>> {
         let body = &ground.body;
         let mut out = Vec::new();
@@ -137,8 +134,6 @@ impl Sampled<'_> {
     }
 }
 
-/// # Errors
-/// For points that are far from the surface of the body at rest.
 fn near_the_body(body: &Body<2>, seen: &recording::Seen) -> miette::Result<()> {
     let Some(surface) = Surface::of(body) else { return Ok(()) };
     let marks = seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();

@@ -42,25 +42,16 @@ pub fn is_verbose() -> bool {
 
 /// Writes to stdout at every volume. A closed pipe (`| head`) is not an error: the run goes on and ends
 /// normally.
-///
-/// # Errors
-/// As the operating system, except for a closed pipe.
 pub fn print(text: &str) -> miette::Result<()> {
     stream(|out| out.write_all(text.as_bytes()))
 }
 
 /// As [`print`], but not with `-q` if the files contain the same.
-///
-/// # Errors
-/// As [`print`].
 pub fn summary(text: &str, files: &[PathBuf]) -> miette::Result<()> {
     if volume() == Volume::Quiet && !files.is_empty() { Ok(()) } else { print(text) }
 }
 
 /// As [`print`], for output that is too large for memory: `write` writes it.
-///
-/// # Errors
-/// As [`print`].
 pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::Result<()> {
     let mut out = Clean::new(io::BufWriter::new(io::stdout().lock()));
     match write(&mut out).and_then(|()| out.flush()) {
@@ -70,9 +61,6 @@ pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::R
 }
 
 /// Indented JSON with a line end.
-///
-/// # Errors
-/// If the value cannot be serialised.
 pub fn json(value: &impl Serialize) -> miette::Result<String> {
     Ok(serde_json::to_string_pretty(value).into_diagnostic()? + "\n")
 }
@@ -119,9 +107,6 @@ pub fn step(what: impl FnOnce() -> String) {
 }
 
 /// A progress bar on stderr: on a terminal, and neither with `-q` nor with `-v`.
-///
-/// # Errors
-/// If the template is not one of indicatif's.
 pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
     // Indicatif draws to stderr only if it is a terminal.
     let target = match volume() {

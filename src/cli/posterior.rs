@@ -60,9 +60,6 @@ pub struct PriorsArguments {
 }
 
 /// Prints the built-in priors.
-///
-/// # Errors
-/// As stdout.
 pub fn priors(arguments: &PriorsArguments, global: &Global) -> miette::Result<()> {
     if arguments.schema {
         return output::print(&output::json(&Priors::schema())?);
@@ -88,9 +85,6 @@ pub struct Sampled<'a> {
 
 impl Arguments {
     /// The body under its priors; `None` if no posterior was asked for.
-    ///
-    /// # Errors
-    /// For priors or a body that cannot be used.
     pub fn ground(&self, body: &Body<2>, model: &Model) -> miette::Result<Option<Ground>> {
         if self.posterior.is_none() {
             return Ok(None);
@@ -130,9 +124,6 @@ impl Arguments {
 
     /// Samples the posterior of a speaker's targets, which share a baseline, together; with what else was seen of them and the number of the
     /// posture in which it is told what that adds.
-    ///
-    /// # Errors
-    /// As [`posterior::sample`], and where nothing was measured.
     pub fn sample<'a>(
         &self,
         ground: &'a Ground,

@@ -51,9 +51,6 @@ impl From<HyoidName> for HyoidMotion {
 
 impl Arguments {
     /// The premises of a fit of a quantity; `thesis`: whether the thesis's assumptions are the default.
-    ///
-    /// # Errors
-    /// For an invalid tone.
     pub fn premises(&self, kind: TargetKind, body: &Body<2>, thesis: bool) -> miette::Result<Premises> {
         let tone = self.tone.as_deref().map(read_tone).transpose()?;
         let active = kind == TargetKind::Stretch && !thesis;
@@ -66,9 +63,6 @@ impl Arguments {
     }
 
     /// The body under its premises; `None` if these are the thesis's.
-    ///
-    /// # Errors
-    /// As [`Arguments::premises`] and [`Setup::new`].
     pub fn setup(
         &self,
         kind: TargetKind,

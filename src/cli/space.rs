@@ -68,9 +68,6 @@ impl ModelArguments {
     }
 
     /// The body.
-    ///
-    /// # Errors
-    /// Files that are missing or wrong; lines from node to node in the built-in body, which has none.
     pub fn body(&self, source: &SpaceSource) -> miette::Result<SpaceBody> {
         match source {
             SpaceSource::BuiltIn if self.muscles_as == MusclesName::Lines => Err(miette!(
@@ -85,9 +82,6 @@ impl ModelArguments {
     }
 
     /// What it is made of.
-    ///
-    /// # Errors
-    /// A stiffening out of range.
     pub fn model(&self) -> miette::Result<SpaceModel> {
         if !(0.0..=1000.0).contains(&self.stiffening) {
             return Err(miette!("--stiffening {}: it must lie between 0 and 1000", self.stiffening));

@@ -59,9 +59,6 @@ impl Arguments {
     }
 
     /// The body after surgery.
-    ///
-    /// # Errors
-    /// Regions that cannot be read, hold nothing or remove bone; a scar that is not stiff.
     pub fn operate(&self, body: &SpaceBody) -> miette::Result<Operated> {
         let filling = match self.filling {
             Some(FillingName::Scar) if !(self.scar.is_finite() && self.scar > 0.0 && self.scar <= 1e6) => {
@@ -82,9 +79,6 @@ impl Arguments {
     }
 
     /// What surgery changed: positions of all nodes before and after.
-    ///
-    /// # Errors
-    /// A search that cannot begin.
     pub fn compare(
         &self,
         body: &SpaceBody,

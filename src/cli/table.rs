@@ -235,9 +235,6 @@ pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> 
 const MOST_LISTED: usize = 60;
 
 /// A batch.
-///
-/// # Errors
-/// When the journal cannot be read.
 pub fn batch(
     batch: &Batch<'_>,
     journal: &BatchJournal,

@@ -28,10 +28,6 @@ pub fn read_text(path: impl AsRef<Path>) -> io::Result<String> {
 }
 
 /// Reads all bytes of the file at `path`.
-///
-/// # Errors
-/// As the operating system; for a folder, pipe or device; for more than `limit` bytes; always without the
-/// feature `files`.
 #[cfg(feature = "files")]
 pub fn read_up_to(limit: u64, path: &Path) -> io::Result<Vec<u8>> {
     // The kind is checked before opening, because opening a pipe waits for a writer.
@@ -53,9 +49,6 @@ pub fn read_up_to(_: u64, _: &Path) -> io::Result<Vec<u8>> {
 }
 
 /// Reads all bytes of `reader`.
-///
-/// # Errors
-/// As the reader; for more than `limit` bytes.
 pub fn take_up_to(limit: u64, reader: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.take(limit + 1).read_to_end(&mut bytes)?;

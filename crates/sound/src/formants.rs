@@ -61,9 +61,6 @@ impl std::fmt::Display for FormantError {
 impl std::error::Error for FormantError {}
 
 /// The lowest `count` formants of a tract whose glottis is closed, in rising order.
-///
-/// # Errors
-/// [`FormantError`].
 pub fn formants(
     sections: &[Section],
     acoustics: &Acoustics,

@@ -103,9 +103,6 @@ pub struct Profile {
 
 impl Profile {
     /// The areas of a tract with a tongue (`tongue`: surface points from root to tip, m) in a posture.
-    ///
-    /// # Errors
-    /// [`ProfileError`].
     pub fn new(tract: &Tract, tongue: &[Point], posture: &Articulation) -> Result<Self, ProfileError> {
         let walls = walls::Walls::new(tract, tongue, posture)?;
         let across = walls.across()?;

@@ -381,9 +381,6 @@ pub fn verdict(spacings: &[Spacing]) -> String {
 }
 
 /// The page.
-///
-/// # Errors
-/// [`StudyError::Csv`] if a table cannot be written; not expected.
 pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, StudyError> {
     let mut p = format!(
         "# The continuum: accuracy, time, and what was chosen\n\n{made}\n\n{}\n\n",

@@ -123,9 +123,6 @@ impl Section {
 }
 
 /// The same body in which no node moves sideways.
-///
-/// # Errors
-/// As [`System::in_space`].
 pub fn in_plane(body: &SpaceBody, model: &SpaceModel) -> Result<System<3>, StudyError> {
     let free: Vec<usize> =
         (0..body.mesh.nodes.len()).filter(|n| body.mesh.fixed.binary_search(n).is_err()).collect();
@@ -164,9 +161,6 @@ pub struct Both<'a> {
 
 impl<'a> Both<'a> {
     /// Prepares both.
-    ///
-    /// # Errors
-    /// [`StudyError`] for a faulty body.
     pub fn new(body: &'a SpaceBody, model: &SpaceModel) -> Result<Self, StudyError> {
         let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
         Ok(Self { body, section: Section::new(body), space, plane })
@@ -226,9 +220,6 @@ impl<'a> Both<'a> {
 }
 
 /// The page.
-///
-/// # Errors
-/// [`StudyError::Csv`], which is not expected.
 pub fn page(study: &PlaneStudy, made: &str) -> Result<String, StudyError> {
     let middle = upper_median(study.alone.iter().map(|r| r.error)).unwrap_or(f64::NAN);
     Ok(format!(

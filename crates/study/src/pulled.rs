@@ -22,9 +22,6 @@ pub struct Pulled {
 }
 
 /// Numbers of the muscles with tension, and the tensions of all muscles of a mesh, N/m.
-///
-/// # Errors
-/// [`FitError::MissingMuscle`] for a muscle that the mesh does not have.
 pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<f64>), FitError> {
     let mut tensions = vec![0.0; mesh.muscles.len()];
     let mut numbers = Vec::with_capacity(pull.len());
@@ -39,18 +36,12 @@ pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<
 
 impl Pulled {
     /// `mesh` with tensions in some of its muscles, N per metre of thickness.
-    ///
-    /// # Errors
-    /// [`StudyError`] for a muscle that the mesh does not have, or if the system cannot be made.
     pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, StudyError> {
         let (contracting, tensions) = pulling(mesh, pull)?;
         Ok(Self { system: System::new(mesh, model, &contracting)?, tensions, muscles: mesh.muscle_names() })
     }
 
     /// Its motion from rest with the tensions applied at once.
-    ///
-    /// # Errors
-    /// As [`Motion::new`].
     pub fn motion(&self) -> Result<Motion<'_, 2>, MotionError> {
         Motion::new(&self.system, Tensions::Constant(self.tensions.clone()))
     }

@@ -3,9 +3,6 @@
 use serde::Serialize;
 
 /// Markdown with a column for each field except those in `without`; unknown values are a dash.
-///
-/// # Errors
-/// As the CSV writer's, which formats the cells; writing into memory has none.
 pub fn markdown<'a, T: Serialize + 'a>(
     rows: impl IntoIterator<Item = &'a T>,
     without: &[&str],

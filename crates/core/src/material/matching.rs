@@ -77,9 +77,6 @@ pub struct MatchedCell {
 /// fit is exact. In space the cell is a regular tetrahedron of the mesh's mean connection length, which
 /// cubes cut into tetrahedra are not made of: a block of them is stiffer than asked for, by 4 % in E and
 /// half in the bulk modulus, and softer, by 29 %, in shear (ν = 0.49).
-///
-/// # Errors
-/// [`SystemError`] for constants out of range or a cell without positive measure.
 pub fn match_stiffness<const D: usize>(
     constants: &Constants,
     cell: &Corners<D>,

@@ -69,11 +69,8 @@ impl<const D: usize> Factor<D> {
         }
     }
 
-    /// Factorises `matrix`.
-    ///
-    /// # Errors
-    /// [`NotPositiveDefinite`] where a pivot is below 1e-13 of the largest diagonal entry (or is not a
-    /// number); the factor is then not to be used.
+    /// Factorises `matrix`. Where a pivot is below 1e-13 of the largest diagonal entry this fails, and the
+    /// factor is not to be used.
     pub fn factorise(
         &mut self,
         pattern: &Pattern,

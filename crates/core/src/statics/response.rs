@@ -20,9 +20,6 @@ pub struct Response<'a, const D: usize> {
 
 impl<'a, const D: usize> Response<'a, D> {
     /// Factorises the exact stiffness at the positions and tensions of the last solve.
-    ///
-    /// # Errors
-    /// [`NotPositiveDefinite`] where the equilibrium is not a stable one, or singular (a slack free chain).
     pub fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Result<Self, NotPositiveDefinite> {
         let at = Configuration { positions: &w.positions, tensions: &w.tensions };
         w.stiffness.clear();
@@ -103,9 +100,6 @@ impl<'a, const D: usize> Response<'a, D> {
 
 /// `d length / d tension`, m/N: a row for every muscle of the mesh, a column for each of the system's
 /// contracting muscles, at the equilibrium that the last solve left in `workspace`.
-///
-/// # Errors
-/// As [`Response::new`].
 pub fn length_sensitivities<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,

@@ -15,9 +15,6 @@ const RADIUS: f64 = 1e3;
 /// it is bent: the exact energy of pure bending, `E/2 ∫ (z/R)²`, over that of the elements at the same
 /// displacements of the corners. `None` where the model has no such elements, or where Poisson's ratio is
 /// at most [`TOLD_ABOVE`].
-///
-/// # Errors
-/// [`SystemError`] for constants out of range.
 pub fn bending_kept(model: &Model, side: f64) -> Result<Option<f64>, SystemError> {
     let nu = model.constants.poisson_ratio;
     let linear = matches!(model.tissue, TissueModel::MassSpring | TissueModel::FiniteElement);

@@ -51,9 +51,6 @@ pub fn table<R>(columns: &[Column<'_, R>], rows: &[R]) -> Table {
 }
 
 /// Lines of CSV; the header is a line too.
-///
-/// # Errors
-/// As `out`.
 #[cfg(feature = "files")]
 pub fn lines(out: &mut dyn io::Write, lines: impl IntoIterator<Item = Vec<String>>) -> io::Result<()> {
     let mut writer = cells::writer(out);

@@ -91,9 +91,6 @@ impl Drop for Staged {
 }
 
 /// Gives a set of written files their names.
-///
-/// # Errors
-/// [`ReportError::File`] if a file cannot be renamed; the files before it are renamed already.
 pub(super) fn persist(mut ready: Vec<(Staged, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
     // Held until the end, so that an interruption cannot separate the files of a set.
     let mut unfinished = unfinished();

@@ -10,9 +10,6 @@ pub struct Told(Value);
 
 impl Told {
     /// The JSON object of a record.
-    ///
-    /// # Errors
-    /// None in practice: every record is an object.
     pub fn new(record: &impl Serialize) -> serde_json::Result<Self> {
         serde_json::to_value(record).map(Self)
     }

@@ -29,9 +29,6 @@ pub struct PointsFit {
 }
 
 /// The points of a scene as observations of its body; `None` if it has none.
-///
-/// # Errors
-/// [`SceneError::Contradiction`] with a body in space or without an outline.
 pub(super) fn frame<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Frame>, SceneError> {
     let Some(points) = &scene.points else { return Ok(None) };
     let flat = (body as &dyn Any).downcast_ref::<Body<2>>();

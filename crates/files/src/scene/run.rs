@@ -251,9 +251,6 @@ fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> 
 
 /// Follows the motion from rest. Carried bones are moved before it begins, and the body follows them to an
 /// equilibrium without weight.
-///
-/// # Errors
-/// [`SceneError::NotCarried`] if the bones cannot be moved to their places; the errors of motion and method.
 pub(super) fn follow<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,

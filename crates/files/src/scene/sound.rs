@@ -57,10 +57,6 @@ pub(super) fn posture(scene: &Scene) -> Articulation {
 }
 
 /// The tract around the body of a scene; `None` if no sound is wanted.
-///
-/// # Errors
-/// [`SceneError::Contradiction`] for a body without a tongue's outline, [`SceneError::Airway`], and if the
-/// file cannot be read.
 pub(super) fn airway<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Airway>, SceneError> {
     let Some(wanted) =
         scene.tract.as_ref().filter(|_| scene.want != Want::Shape && scene.want != Want::Lengths)
@@ -88,9 +84,6 @@ pub(super) fn airway<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Op
 }
 
 /// The sound of the last equilibrium in a workspace.
-///
-/// # Errors
-/// [`SceneError::Airway`] if walls meet.
 pub(super) fn hear<const D: usize>(
     prepared: &Prepared<D>,
     posture: Articulation,

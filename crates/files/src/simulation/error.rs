@@ -71,9 +71,6 @@ pub(super) fn checked(
 }
 
 /// Checks the tension of a muscle, N (2D: per metre of thickness).
-///
-/// # Errors
-/// [`SimulationError::Value`] for a tension that is negative or not finite.
 pub fn check_tension(muscle: &str, tension: f64) -> Result<(), SimulationError> {
     let good = tension.is_finite() && tension >= 0.0;
     let must = "finite and not negative: muscles pull, they do not push";

@@ -63,9 +63,6 @@ pub struct Subset {
 /// the same values. Order: those within rounding first, by the number of muscles and then by the residual of
 /// the whole row; then the others by misfit. A subset in which a muscle ends without tension is left out,
 /// because a smaller one gives the same answer.
-///
-/// # Errors
-/// [`FitError`] if a system cannot be made.
 pub fn subsets<const D: usize>(
     mesh: &Mesh<D>,
     model: &Model,

@@ -39,9 +39,6 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
     }
 
     /// The system of a candidate.
-    ///
-    /// # Errors
-    /// As [`System::new`].
     pub(super) fn system(&self, unknowns: &[Unknown], x: &[f64]) -> Result<System<D>, SystemError> {
         self.with(self.constants(unknowns, x))
     }

@@ -315,9 +315,6 @@ pub fn fit<const D: usize>(
 
 /// As [`fit`], in a prepared body in which all of the target's active muscles can contract, under its
 /// premises.
-///
-/// # Errors
-/// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
 pub fn fit_in<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,

@@ -96,9 +96,6 @@ impl<'a, 'b> Solver<Folded<'a, 'b>, NmState> for Search<'a, 'b> {
 }
 
 /// Searches from start number `number` until a restart confirms the answer.
-///
-/// # Errors
-/// [`FitError::Search`] if argmin refuses a setting.
 pub(super) fn run(
     problem: &mut dyn LeastSquares,
     settings: &FitSettings,

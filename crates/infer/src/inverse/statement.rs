@@ -80,9 +80,6 @@ impl<'a, const D: usize> Inverse<'a, D> {
     }
 
     /// Checks that unknowns, bones and observations are consistent.
-    ///
-    /// # Errors
-    /// [`FitError::Unknown`] with the inconsistency.
     pub fn check(&self) -> Result<(), FitError> {
         let wrong = |what: String| Err(FitError::Unknown { what });
         if self.observations.is_empty() || self.unknowns.is_empty() {

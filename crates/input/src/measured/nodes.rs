@@ -48,9 +48,6 @@ pub fn read_nodes(path: &Path, usual_sd_m: f64) -> Result<Vec<NodeFrame>, TableE
 }
 
 /// As [`read_nodes`], from the bytes of a file; `origin` is its name in messages.
-///
-/// # Errors
-/// [`TableError`], with the line.
 pub fn nodes_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<Vec<NodeFrame>, TableError> {
     let whole = |problem: String| TableError::malformed(origin, None, problem);
     let text = String::from_utf8_lossy(bytes);

@@ -39,9 +39,6 @@ pub struct PatternCheck {
 impl Patterns {
     /// The patterns of the Japanese vowels by Fang, Fujita, Lu and Dang (2009). Transversus and verticalis
     /// are not among the measured muscles; GGm is in none of the patterns.
-    ///
-    /// # Errors
-    /// As the CSV reader; a test checks that the built-in table has no error.
     pub fn reference() -> Result<Self, csv::Error> {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }

@@ -32,9 +32,6 @@ pub struct Stopped {
 }
 
 /// Compares the shape at each of the times with the equilibrium; integrated by TR-BDF2 at a tight tolerance.
-///
-/// # Errors
-/// [`StudyError`] if the reference or the trajectory cannot be computed.
 pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<Vec<Stopped>, StudyError> {
     let (reference, _) = scene.reference()?;
     let motion = scene.motion()?;

@@ -35,9 +35,6 @@ type Answer = (Vec<SVector<f64, 2>>, StepCounts, Option<String>);
 type Way<'a> = (&'a str, &'a str, &'a mut dyn FnMut(f64) -> Answer);
 
 /// Runs of every method, and the residual force of the reference, N.
-///
-/// # Errors
-/// [`StudyError`] if the reference cannot be computed.
 pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
     let (reference, residual) = scene.reference()?;
     let (system, tensions) = (&scene.system, &scene.tensions);

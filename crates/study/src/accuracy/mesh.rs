@@ -67,9 +67,6 @@ pub struct RatioRow {
 }
 
 /// Every scene, tissue and spacing, coarsest first.
-///
-/// # Errors
-/// [`StudyError`] if a mesh or a model cannot be made.
 pub fn ladder(
     effort: &Effort,
     progress: &mut dyn FnMut(&str),

@@ -27,9 +27,6 @@ pub struct Circumstances {
 const ONE_PER_CENT: f64 = 0.01;
 
 /// Writes the page.
-///
-/// # Errors
-/// [`StudyError::Csv`] if a table cannot be written; not expected.
 pub fn page(study: &AccuracyStudy, made: &Circumstances) -> Result<String, StudyError> {
     let mut p = format!(
         "# What accuracy costs in time\n\n\

@@ -12,9 +12,6 @@ const TO_THE_END: SolveSettings =
 
 impl Pulled {
     /// The equilibrium of Newton's method when only rounding stops it, and its residual force, N.
-    ///
-    /// # Errors
-    /// [`StudyError::Reference`] if the residual force is too large.
     pub fn reference(&self) -> Result<(Vec<SVector<f64, 2>>, f64), StudyError> {
         let mut workspace = Workspace::new(&self.system);
         let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &TO_THE_END);

@@ -57,9 +57,6 @@ fn kind_name<S: Serializer>(kind: &TargetKind, serializer: S) -> Result<S::Ok, S
 ///
 /// The reference is Gauss-Newton with the tightest tolerances; the difference of Nelder-Mead at its tightest
 /// from it is a row.
-///
-/// # Errors
-/// [`StudyError`] if a fit cannot begin.
 pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, StudyError> {
     let data = Dataset::reference()?;
     let vowel = Vowel::new("a")?;

@@ -38,9 +38,6 @@ pub fn model(tissue: &str) -> Model {
 
 /// Moves the outline and the nodes outside it by a homogeneous deformation and solves for the inner nodes;
 /// `h` is the spacing, m.
-///
-/// # Errors
-/// [`StudyError`] if the model cannot be made.
 pub fn patch(mesh: &Mesh<2>, h: f64, tissue: &str) -> Result<f64, StudyError> {
     let deformation = Matrix2::new(1.1, 0.05, 0.0, 0.95);
     let mut inner = mesh.in_tissue();

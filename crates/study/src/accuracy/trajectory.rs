@@ -20,9 +20,6 @@ const REFERENCE: [f64; 2] = [1e-12, 1e-11];
 const PARTS: [f64; 3] = [2.0, 0.99, 0.05];
 
 /// Runs of every method, and the distance of the reference from one of ten times its tolerance, mm.
-///
-/// # Errors
-/// [`StudyError`] if the reference cannot be computed.
 pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
     let motion = scene.motion()?;
     let once = Effort { repeats: 1, longest_run_s: f64::INFINITY, ..*effort };

@@ -31,9 +31,6 @@ const IN_CSV_ALONE: [&str; 6] =
 const LONG: [u8; 2] = [2, 11];
 
 /// A summary of all cases, and all rows; of the `LONG` cases only the exceptional rows.
-///
-/// # Errors
-/// As the CSV writer's, which formats the cells; writing into memory has none.
 pub fn markdown(rows: &[HardCase], command: &str) -> Result<String, csv::Error> {
     let mut out = String::from("# Hard cases\n\n");
     let _ = writeln!(

@@ -51,9 +51,6 @@ fn ask<'a>(chains: &[NestedChain<'a>], setups: &[Setup]) -> Vec<(Vec<Vec<f64>>, 
 /// Finds levers with a tone for each muscle that predict the training cases best. Its logarithm has the prior
 /// mean of the one tone of `levers` and the standard deviation `spread`. Gauss-Newton with finite
 /// differences.
-///
-/// # Errors
-/// As [`Bench::setup`].
 pub fn tune(bench: &Bench, training: &[&Case], levers: &Levers, spread: f64) -> Result<Levers, FitError> {
     let names = &bench.setup.muscles;
     let n = names.len();
@@ -102,9 +99,6 @@ pub fn tune(bench: &Bench, training: &[&Case], levers: &Levers, spread: f64) -> 
 
 /// The spread with which each training subject is predicted best from the others; the middle one if there is
 /// one subject.
-///
-/// # Errors
-/// As [`tune`].
 pub fn best_spread(bench: &Bench, training: &[&Case], levers: &Levers) -> Result<f64, FitError> {
     let owned: Vec<Case> = training.iter().map(|c| (*c).clone()).collect();
     let names = subjects(&owned);

@@ -28,18 +28,12 @@ pub struct Bench {
 
 impl Bench {
     /// A bench for a body.
-    ///
-    /// # Errors
-    /// As [`Setup::new`] for a body without a hyoid.
     pub fn new(body: &Body<2>, model: &Model) -> Result<Self, FitError> {
         let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
         Ok(Self { setup: Setup::new(body, model, Premises::active_baseline(2))?, settings })
     }
 
     /// The setup for these levers.
-    ///
-    /// # Errors
-    /// [`FitError::Unknown`] for a tone without an equilibrium.
     pub fn setup(&self, levers: &Levers) -> Result<Setup, FitError> {
         let hyoid = LooseBone { name: HYOID.to_owned(), axes: vec![0, 1] };
         let bones = if levers.hyoid { vec![hyoid] } else { Vec::new() };

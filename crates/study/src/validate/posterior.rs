@@ -186,9 +186,6 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
 }
 
 /// Validates the posterior.
-///
-/// # Errors
-/// [`StudyError::Posterior`] if the posterior cannot be made.
 pub fn study(
     body: &Body<2>,
     model: &Model,

@@ -9,9 +9,6 @@ use crate::geometry::plane::Point;
 /// The triangles inside a closed outline, counter-clockwise; every node is used and every segment is an edge.
 ///
 /// `segments` are the edges to keep, those of the outline among them.
-///
-/// # Errors
-/// Two segments cross, a node lies on a segment, or two nodes coincide.
 pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Vec<[usize; 3]>, MeshError> {
     let points = nodes.iter().map(|p| Point2::new(p.x, p.y)).collect();
     // Conflicts are found below, together with segments that were split because a node lies on them.

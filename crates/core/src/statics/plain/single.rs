@@ -31,10 +31,8 @@ impl Single {
     }
 }
 
-/// Solves as [`crate::statics::solve`] does, and leaves the result in the workspace.
-///
-/// # Errors
-/// The work done, if the body is not plain or the solve needs a safeguard; the workspace is then unchanged.
+/// Solves as [`crate::statics::solve`] does, and leaves the result in the workspace. An error holds the work
+/// done before it was clear that the body is not plain or needs a safeguard; the workspace is then unchanged.
 pub(in crate::statics) fn solve_single<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,

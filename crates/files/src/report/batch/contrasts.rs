@@ -60,9 +60,6 @@ struct Row<'a> {
 }
 
 /// Writes `contrasts.csv`.
-///
-/// # Errors
-/// As the operating system.
 pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(w);
     for SubjectContrast { subject, baseline, contrast: c } in batch.contrasts {
@@ -99,9 +96,6 @@ pub fn by_subject(all: &[SubjectContrast]) -> Vec<(&str, Vec<Contrast>)> {
 }
 
 /// Writes `contrasts.md`: for every subject a table of the probabilities that a muscle pulls harder in the first vowel than in the other one.
-///
-/// # Errors
-/// As the operating system.
 pub fn write_page(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let all = batch.contrasts;
     let decided = all.iter().filter(|c| c.contrast.is_decided()).count();
@@ -140,9 +134,6 @@ pub fn write_page(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
 }
 
 /// Writes `contrasts.svg`.
-///
-/// # Errors
-/// As the operating system.
 pub fn write_picture(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let by = crate::report::Provenance::new(&batch.provenance.command);
     svg::contrasts(&by_subject(batch.contrasts), "Differences of tensions between vowels")

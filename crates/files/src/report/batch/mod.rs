@@ -171,9 +171,6 @@ pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
 }
 
 /// Puts a finished fit into its record, with the thesis's simulation and the posterior of the row if there are any.
-///
-/// # Errors
-/// [`ReportError`] for a figure that cannot be drawn or a record that cannot be written.
 pub fn fitted(
     number: usize,
     job: &Job,

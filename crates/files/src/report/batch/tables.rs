@@ -259,17 +259,11 @@ pub fn muscle_lines(record: &Told, by: &BatchProvenance, with_header: bool) -> s
 }
 
 /// The rows of `posterior.csv` for one fit; none where it has no posterior.
-///
-/// # Errors
-/// As [`csv::Writer`]; none when writing to memory.
 pub fn posterior_lines(record: &Told, by: &BatchProvenance, with_header: bool) -> std::io::Result<String> {
     rows(&posterior_columns(by), &of_muscles(record, "/posterior/shrinkage"), with_header)
 }
 
 /// The row of `fits.csv` for a fit, a baseline or a row that could not be fitted, with the header in front where that is asked for.
-///
-/// # Errors
-/// As [`csv::Writer`]; none when writing to memory.
 pub fn fit_line(
     muscles: &[String],
     record: &Told,

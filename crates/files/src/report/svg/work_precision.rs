@@ -29,9 +29,6 @@ pub struct PrecisionCurve {
 }
 
 /// Draws the curves as SVG text. `x` and `y` are the names of the axes with units.
-///
-/// # Errors
-/// [`ReportError::Curves`] without a point to draw or with more than ten curves.
 pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) -> Result<Svg, ReportError> {
     let curves: Vec<PrecisionCurve> = curves.iter().map(visible).filter(|c| !c.points.is_empty()).collect();
     if curves.is_empty() || curves.len() > MOST_CURVES {

@@ -22,9 +22,6 @@ const CHANNEL: usize = 4;
 const FRAME: usize = 2;
 
 /// The text of a file, none of whose lines has more fields than two of every frame.
-///
-/// # Errors
-/// [`Malformed`] for such a line, and as [`decode`].
 pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Malformed> {
     const MOST_FIELDS: usize = 2 * MOST_FRAMES;
     let text = decode(bytes, origin)?.text;

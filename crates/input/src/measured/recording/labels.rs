@@ -50,9 +50,6 @@ pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), Re
 }
 
 /// The intervals that say something in a TextGrid (Boersma and Weenink, Praat's manual: "TextGrid file formats"), long or short.
-///
-/// # Errors
-/// [`Malformed`] with the line.
 pub fn text_grid(bytes: &[u8], origin: &str) -> Result<Vec<Label>, Malformed> {
     let text = budget::text(bytes, origin)?;
     let mut words = Words { text: &text, line: 1, origin };

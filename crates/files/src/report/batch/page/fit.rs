@@ -59,9 +59,6 @@ pub fn micrometres(metres: f64) -> i64 {
 
 impl PageFit {
     /// Of a record; `muscles` are those of the mesh in the order of columns.
-    ///
-    /// # Errors
-    /// [`ReportError`] for a figure that cannot be drawn.
     pub fn new(number: usize, r: &Told, shown: Shown, muscles: &[String]) -> Result<Self, ReportError> {
         let mark = if r.is("/substitute_baseline") { "†" } else { "" };
         let label = format!("{}{mark} /{}/ {}", r.text("/subject"), r.text("/vowel"), r.text("/target_kind"));

@@ -48,9 +48,6 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io
 }
 
 /// Writes the picture of the tensions as a file of its own.
-///
-/// # Errors
-/// As the operating system.
 pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
     let p = batch.provenance;
     let by = crate::report::Provenance::new(&p.command).with_inputs(&p.inputs_sha256);
