@@ -42,212 +42,140 @@ pub struct Priors {
     pub young_modulus: YoungModulusPrior,
 }
 
-/// Half-normal, independently for each muscle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct TensionPrior {
-    /// Scale of the half-normal distribution, N per metre of thickness.
-    pub scale_n_per_m: f64,
-    /// Known tensions, N per metre of thickness, by muscle; "*" is every muscle not named.
-    pub fixed_n_per_m: BTreeMap<String, f64>,
+/// Structs of priors: `field: type = default`.
+macro_rules! priors {
+    ($($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty = $default:expr,)* })*) => {$(
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name { $($(#[$field_doc])* pub $field: $kind,)* }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+    )*};
 }
 
-/// Half-normal, independently for each muscle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct BaselinePrior {
-    /// Scale of the half-normal distribution, N per metre of thickness.
-    pub scale_n_per_m: f64,
-    /// Known tensions, N per metre of thickness, by muscle; "*" is every muscle not named.
-    pub fixed_n_per_m: BTreeMap<String, f64>,
-    /// Whether the baseline is rest, as in the thesis.
-    pub off: bool,
-}
-
-/// Normal about the hyoid's place in the body, independently for each axis.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct HyoidPrior {
-    /// Standard deviation along an axis, mm.
-    pub sd_mm: f64,
-    /// A known displacement, x and y, mm.
-    pub fixed_mm: Option<[f64; 2]>,
-    /// Whether the hyoid stays at its place in the body.
-    pub off: bool,
-}
-
-/// Normal with mean zero, one number for each speaker: the greater horn goes down by this angle for every metre that the hyoid moves
-/// back. The tilt was found on the four speakers of Takano and Honda (2007) and has not been tested on a fifth.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct HyoidTiltPrior {
-    /// Standard deviation, rad/m.
-    pub sd_rad_per_m: f64,
-    /// A known value, rad/m.
-    pub fixed_rad_per_m: Option<f64>,
-    /// Whether the hyoid moves without tilting.
-    pub off: bool,
-}
-
-/// Normal, independently for each end and axis; the tissue around an end moves with it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct MuscleEndsPrior {
-    /// Standard deviation along an axis, mm.
-    pub sd_mm: f64,
-    /// Distance around an end over which the tissue moves with it, mm (the standard deviation of a bell curve).
-    pub reach_mm: f64,
-    /// Whether the ends stay at their places in the body.
-    pub off: bool,
-}
-
-/// A smooth random displacement of the outline and of the tissue with it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct OutlinePrior {
-    /// Standard deviation along an axis, mm.
-    pub sd_mm: f64,
-    /// Distance over which neighbours move together, mm (the standard deviation of a bell curve).
-    pub reach_mm: f64,
-    /// Whether the outline stays at its place in the body.
-    pub off: bool,
-}
-
-/// Log-normal kappa, the stiffness against changes of area.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct CompressibilityPrior {
-    /// Poisson's ratio at the median; the body gets it.
-    pub poisson_ratio: f64,
-    /// Standard deviation of the logarithm of kappa.
-    pub sd_ln_kappa: f64,
-    /// Whether the body's own Poisson's ratio is kept and taken as exact.
-    pub off: bool,
-}
-
-/// Log-normal, with one width for all muscles. Chosen, not measured: 4 to 9 mm.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct BundleWidthPrior {
-    /// Median, mm; the body gets it.
-    pub median_mm: f64,
-    /// Standard deviation of its logarithm.
-    pub sd_ln: f64,
-    /// A known width, mm.
-    pub fixed_mm: Option<f64>,
-    /// Whether the body's own width is kept and taken as exact.
-    pub off: bool,
-}
-
-/// Log-normal radius of the patch around a point of bone, the same for all bones. Chosen, not measured: 7 to 14 mm.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct BonePatchPrior {
-    /// Median, mm; the body gets it.
-    pub median_mm: f64,
-    /// Standard deviation of its logarithm.
-    pub sd_ln: f64,
-    /// A known radius, mm.
-    pub fixed_mm: Option<f64>,
-    /// Whether the body's own radius is kept and taken as exact.
-    pub off: bool,
-}
-
-/// Normal, independently for each stretch.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct DiscrepancyPrior {
-    /// Standard deviation of a stretch, dimensionless.
-    pub sd: f64,
-    /// Whether the model is taken as exact.
-    pub off: bool,
-}
-
-/// Uniform within half a unit of the last digit, or within the half width that the table gives; approximated by a normal distribution of
-/// the same variance.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct RoundingPrior {
-    /// Whether the lengths are taken as exact.
-    pub off: bool,
-}
-
-/// Log-normal. Young's modulus scales all tensions and the measurements say nothing about it, so it is reported separately.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct YoungModulusPrior {
-    /// Standard deviation of its logarithm.
-    pub sd_ln: f64,
-    /// Whether the body's own Young's modulus is taken as exact.
-    pub off: bool,
-}
-
-impl Default for TensionPrior {
-    fn default() -> Self {
-        Self { scale_n_per_m: 20.0, fixed_n_per_m: BTreeMap::new() }
+priors! {
+    /// Half-normal, independently for each muscle.
+    TensionPrior {
+        /// Scale of the half-normal distribution, N per metre of thickness.
+        scale_n_per_m: f64 = 20.0,
+        /// Known tensions, N per metre of thickness, by muscle; "*" is every muscle not named.
+        fixed_n_per_m: BTreeMap<String, f64> = BTreeMap::new(),
     }
-}
 
-impl Default for BaselinePrior {
-    fn default() -> Self {
+    /// Half-normal, independently for each muscle.
+    BaselinePrior {
+        /// Scale of the half-normal distribution, N per metre of thickness.
         // The scale of the vowel's tensions, so that without data either tension is equally likely to be the larger one.
-        Self { scale_n_per_m: 20.0, fixed_n_per_m: BTreeMap::new(), off: false }
+        scale_n_per_m: f64 = 20.0,
+        /// Known tensions, N per metre of thickness, by muscle; "*" is every muscle not named.
+        fixed_n_per_m: BTreeMap<String, f64> = BTreeMap::new(),
+        /// Whether the baseline is rest, as in the thesis.
+        off: bool = false,
     }
-}
 
-impl Default for HyoidPrior {
-    fn default() -> Self {
-        Self { sd_mm: 5.0, fixed_mm: None, off: false }
+    /// Normal about the hyoid's place in the body, independently for each axis.
+    HyoidPrior {
+        /// Standard deviation along an axis, mm.
+        sd_mm: f64 = 5.0,
+        /// A known displacement, x and y, mm.
+        fixed_mm: Option<[f64; 2]> = None,
+        /// Whether the hyoid stays at its place in the body.
+        off: bool = false,
     }
-}
 
-impl Default for HyoidTiltPrior {
-    fn default() -> Self {
-        Self { sd_rad_per_m: 40.0, fixed_rad_per_m: None, off: false }
+    /// Normal with mean zero, one number for each speaker: the greater horn goes down by this angle for every metre that the hyoid moves
+    /// back. The tilt was found on the four speakers of Takano and Honda (2007) and has not been tested on a fifth.
+    HyoidTiltPrior {
+        /// Standard deviation, rad/m.
+        sd_rad_per_m: f64 = 40.0,
+        /// A known value, rad/m.
+        fixed_rad_per_m: Option<f64> = None,
+        /// Whether the hyoid moves without tilting.
+        off: bool = false,
     }
-}
 
-impl Default for MuscleEndsPrior {
-    fn default() -> Self {
-        Self { sd_mm: 3.0, reach_mm: 8.0, off: false }
+    /// Normal, independently for each end and axis; the tissue around an end moves with it.
+    MuscleEndsPrior {
+        /// Standard deviation along an axis, mm.
+        sd_mm: f64 = 3.0,
+        /// Distance around an end over which the tissue moves with it, mm (the standard deviation of a bell curve).
+        reach_mm: f64 = 8.0,
+        /// Whether the ends stay at their places in the body.
+        off: bool = false,
     }
-}
 
-impl Default for OutlinePrior {
-    fn default() -> Self {
-        Self { sd_mm: 1.5, reach_mm: 15.0, off: false }
+    /// A smooth random displacement of the outline and of the tissue with it.
+    OutlinePrior {
+        /// Standard deviation along an axis, mm.
+        sd_mm: f64 = 1.5,
+        /// Distance over which neighbours move together, mm (the standard deviation of a bell curve).
+        reach_mm: f64 = 15.0,
+        /// Whether the outline stays at its place in the body.
+        off: bool = false,
     }
-}
 
-impl Default for CompressibilityPrior {
-    fn default() -> Self {
+    /// Log-normal kappa, the stiffness against changes of area.
+    CompressibilityPrior {
+        /// Poisson's ratio at the median; the body gets it.
+        poisson_ratio: f64 = 0.499,
+        /// Standard deviation of the logarithm of kappa.
         // One and a half times the logarithm of 5.
-        Self { poisson_ratio: 0.499, sd_ln_kappa: 2.414, off: false }
+        sd_ln_kappa: f64 = 2.414,
+        /// Whether the body's own Poisson's ratio is kept and taken as exact.
+        off: bool = false,
     }
-}
 
-impl Default for BundleWidthPrior {
-    fn default() -> Self {
-        Self { median_mm: 6.0, sd_ln: 0.2, fixed_mm: None, off: false }
+    /// Log-normal, with one width for all muscles. Chosen, not measured: 4 to 9 mm.
+    BundleWidthPrior {
+        /// Median, mm; the body gets it.
+        median_mm: f64 = 6.0,
+        /// Standard deviation of its logarithm.
+        sd_ln: f64 = 0.2,
+        /// A known width, mm.
+        fixed_mm: Option<f64> = None,
+        /// Whether the body's own width is kept and taken as exact.
+        off: bool = false,
     }
-}
 
-impl Default for BonePatchPrior {
-    fn default() -> Self {
-        Self { median_mm: 10.0, sd_ln: 0.18, fixed_mm: None, off: false }
+    /// Log-normal radius of the patch around a point of bone, the same for all bones. Chosen, not measured: 7 to 14 mm.
+    BonePatchPrior {
+        /// Median, mm; the body gets it.
+        median_mm: f64 = 10.0,
+        /// Standard deviation of its logarithm.
+        sd_ln: f64 = 0.18,
+        /// A known radius, mm.
+        fixed_mm: Option<f64> = None,
+        /// Whether the body's own radius is kept and taken as exact.
+        off: bool = false,
     }
-}
 
-impl Default for DiscrepancyPrior {
-    fn default() -> Self {
-        Self { sd: 0.03, off: false }
+    /// Normal, independently for each stretch.
+    DiscrepancyPrior {
+        /// Standard deviation of a stretch, dimensionless.
+        sd: f64 = 0.03,
+        /// Whether the model is taken as exact.
+        off: bool = false,
     }
-}
 
-impl Default for YoungModulusPrior {
-    fn default() -> Self {
+    /// Uniform within half a unit of the last digit, or within the half width that the table gives; approximated by a normal distribution of
+    /// the same variance.
+    RoundingPrior {
+        /// Whether the lengths are taken as exact.
+        off: bool = false,
+    }
+
+    /// Log-normal. Young's modulus scales all tensions and the measurements say nothing about it, so it is reported separately.
+    YoungModulusPrior {
+        /// Standard deviation of its logarithm.
         // A factor of 1.5 either way.
-        Self { sd_ln: 0.405, off: false }
+        sd_ln: f64 = 0.405,
+        /// Whether the body's own Young's modulus is taken as exact.
+        off: bool = false,
     }
 }
 

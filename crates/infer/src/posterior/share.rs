@@ -12,101 +12,62 @@ use serde::Serialize;
 use super::density::{Density, Parameter};
 use super::map::Mode;
 
-/// A source of uncertainty.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
-    /// Tensions that the stretches do not resolve.
-    Unresolved,
-    /// Tensions in the baseline.
-    BaselineTone,
-    /// Place of the hyoid.
-    Hyoid,
-    /// Tilt of the hyoid.
-    HyoidTilt,
-    /// Ends of the muscles.
-    MuscleEnds,
-    /// Outline.
-    Outline,
-    /// Compressibility of the tissue.
-    Compressibility,
-    /// Width of muscles.
-    BundleWidth,
-    /// Radius of the patches in which bones hold the tissue.
-    BonePatch,
-    /// The model's own error.
-    Discrepancy,
-    /// Rounding of the lengths.
-    Rounding,
-    /// Errors of the other measurements.
-    OtherData,
+/// The sources, each with its field of [`Shares`] and its name.
+macro_rules! sources {
+    ($($(#[$doc:meta])* $source:ident, $field:ident, $name:literal;)*) => {
+        /// A source of uncertainty.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Source { $($(#[$doc])* $source,)* }
+
+        /// All sources.
+        const SOURCES: [Source; 12] = [$(Source::$source),*];
+
+        /// A number for every source: its share of a variance, or the part by which a standard deviation would shrink if the source were known.
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+        pub struct Shares { $($(#[$doc])* pub $field: f64,)* }
+
+        impl Shares {
+            /// The numbers that a function gives for the sources.
+            fn of(mut part: impl FnMut(Source) -> f64) -> Self {
+                Self { $($field: part(Source::$source),)* }
+            }
+
+            /// Name and value for each source.
+            pub fn each(&self) -> [(&'static str, f64); 12] {
+                [$(($name, self.$field)),*]
+            }
+        }
+    };
 }
 
-/// A number for every source: its share of a variance, or the part by which a standard deviation would shrink if the source were known.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Shares {
+sources! {
     /// Tensions that the stretches do not resolve, even if everything else is known.
-    pub unresolved: f64,
+    Unresolved, unresolved, "unresolved";
     /// Tensions in the baseline.
-    pub baseline_tone: f64,
+    BaselineTone, baseline_tone, "baseline tone";
     /// Place of the hyoid.
-    pub hyoid: f64,
+    Hyoid, hyoid, "hyoid";
     /// Tilt of the hyoid.
-    pub hyoid_tilt: f64,
+    HyoidTilt, hyoid_tilt, "hyoid's tilt";
     /// Ends of the muscles.
-    pub muscle_ends: f64,
+    MuscleEnds, muscle_ends, "muscle ends";
     /// Outline.
-    pub outline: f64,
+    Outline, outline, "outline";
     /// Compressibility of the tissue.
-    pub compressibility: f64,
+    Compressibility, compressibility, "compressibility";
     /// Width of muscles; zero except in a continuum.
-    pub bundle_width: f64,
+    BundleWidth, bundle_width, "width of muscles";
     /// Radius of the patches in which bones hold the tissue; zero except in a continuum.
-    pub bone_patch: f64,
+    BonePatch, bone_patch, "hold of bones";
     /// The model's own error.
-    pub discrepancy: f64,
+    Discrepancy, discrepancy, "discrepancy";
     /// Rounding of the lengths.
-    pub rounding: f64,
+    Rounding, rounding, "rounding";
     /// Errors of the other measurements.
-    pub other_data: f64,
+    OtherData, other_data, "errors of other data";
 }
 
 impl Shares {
-    /// The numbers that a function gives for the sources.
-    fn of(mut part: impl FnMut(Source) -> f64) -> Self {
-        Self {
-            unresolved: part(Source::Unresolved),
-            baseline_tone: part(Source::BaselineTone),
-            hyoid: part(Source::Hyoid),
-            hyoid_tilt: part(Source::HyoidTilt),
-            muscle_ends: part(Source::MuscleEnds),
-            outline: part(Source::Outline),
-            compressibility: part(Source::Compressibility),
-            bundle_width: part(Source::BundleWidth),
-            bone_patch: part(Source::BonePatch),
-            discrepancy: part(Source::Discrepancy),
-            rounding: part(Source::Rounding),
-            other_data: part(Source::OtherData),
-        }
-    }
-
-    /// Name and value for each source.
-    pub fn each(&self) -> [(&'static str, f64); 12] {
-        [
-            ("unresolved", self.unresolved),
-            ("baseline tone", self.baseline_tone),
-            ("hyoid", self.hyoid),
-            ("hyoid's tilt", self.hyoid_tilt),
-            ("muscle ends", self.muscle_ends),
-            ("outline", self.outline),
-            ("compressibility", self.compressibility),
-            ("width of muscles", self.bundle_width),
-            ("hold of bones", self.bone_patch),
-            ("discrepancy", self.discrepancy),
-            ("rounding", self.rounding),
-            ("errors of other data", self.other_data),
-        ]
-    }
-
     fn get(&self, source: Source) -> f64 {
         self.each()[source as usize].1
     }
@@ -149,21 +110,8 @@ impl<'a> Parts<'a> {
         let jacobian = mode.linear.jacobian.select_rows(density.rows());
         let before = &jacobian * jacobian.transpose() + density.covariance();
         let mut parts = Self { density, mode, jacobian, before, known: Vec::new() };
-        let sources = [
-            Source::BaselineTone,
-            Source::Hyoid,
-            Source::HyoidTilt,
-            Source::MuscleEnds,
-            Source::Outline,
-            Source::Compressibility,
-            Source::BundleWidth,
-            Source::BonePatch,
-            Source::Discrepancy,
-            Source::Rounding,
-            Source::OtherData,
-        ];
-        let known =
-            sources.into_iter().filter_map(|source| Some((source, parts.covariance_if_known(source)?)));
+        let others = SOURCES.into_iter().filter(|source| *source != Source::Unresolved);
+        let known = others.filter_map(|source| Some((source, parts.covariance_if_known(source)?)));
         parts.known = known.collect();
         parts
     }
