@@ -335,12 +335,6 @@ pub mod scene {
         pub use tongue_files::scene::body::build;
     }
 
-    pub mod compare {
-        //! A scene on two kinds of body.
-        #[doc(inline)]
-        pub use tongue_files::scene::compare::{Compared, compare};
-    }
-
     pub mod file {
         //! What stands in a scene file.
         #[doc(inline)]

@@ -7,11 +7,8 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::SVector;
 use serde::Serialize;
 use tongue_fit::body::{AnyBody, Mesh};
-use tongue_fit::report::{
-    self, Export, Json, OutputDir, Provenance, ReportError, Rows, SectionPicture, Svg, Vtu,
-};
+use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu};
 use tongue_fit::scene::body;
-use tongue_fit::scene::compare::{Compared, compare};
 use tongue_fit::scene::file::SceneBody;
 use tongue_fit::scene::prepare::{Prepared, SceneExtent, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
@@ -46,10 +43,6 @@ enum Action {
         tongue-fit scene run vowel-i-palate --out results/scenes\n  \
         tongue-fit scene run my-scene.toml")]
     Run(Which),
-    /// Run scenes as planned and with everything simulated, and compare times and shapes; with --out also
-    /// write a CSV file
-    #[command(after_help = "Example:\n  tongue-fit scene compare vowel-a supine --out results/scenes")]
-    Compare(Several),
     /// Print the JSON schema of scene files, with which editors complete them
     #[command(after_help = "Example:\n  tongue-fit scene schema > scene.schema.json")]
     Schema,
@@ -60,13 +53,6 @@ struct Which {
     /// A built-in scene, or the path of a scene file (TOML)
     #[arg(value_name = "NAME")]
     name: PathBuf,
-}
-
-#[derive(Debug, Clone, clap::Args)]
-struct Several {
-    /// Built-in scenes, or paths of scene files [default: all built-in scenes]
-    #[arg(value_name = "NAME")]
-    names: Vec<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -90,7 +76,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             explain(&plan, global)
         }
         Action::Run(which) => run_one(&which.name, global),
-        Action::Compare(several) => compare_all(&several.names, global),
     }
 }
 
@@ -173,10 +158,7 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
             answered(&scene, p, to, |mesh, shape, _| report::solid(mesh, shape, &scene.title))?
         }
     };
-    match global.json {
-        true => output::print(&Json(&result).text(&by).into_diagnostic()?)?,
-        false => output::summary(&scene_table::outcome(&result, &written), &written)?,
-    }
+    output::answer(global, &Json(&result), &by, &written, || scene_table::outcome(&result, &written))?;
     Ok(outcome(&result))
 }
 
@@ -238,34 +220,4 @@ fn outcome(result: &Answer) -> Outcome {
     } else {
         Outcome::Untrustworthy
     }
-}
-
-fn compare_all(names: &[PathBuf], global: &Global) -> miette::Result<Outcome> {
-    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
-    let names: Vec<PathBuf> = match names {
-        [] => scene::names().map(PathBuf::from).collect(),
-        given => given.to_vec(),
-    };
-    let mut all: Vec<Compared> = Vec::new();
-    for name in &names {
-        output::progress(&format!("comparing {}", name.display()));
-        let scene = load(name)?;
-        scene.check().into_diagnostic()?;
-        all.push(match body::build(&scene.body).into_diagnostic()? {
-            AnyBody::Flat(b) => compare(&name.to_string_lossy(), &scene, &b).into_diagnostic()?,
-            AnyBody::Solid(b) => compare(&name.to_string_lossy(), &scene, &b).into_diagnostic()?,
-        });
-    }
-    let written = match &out {
-        Some(out) => {
-            let files: [(&str, &dyn Export); 1] = [("pruning.csv", &Rows(&all))];
-            out.export(&files, &super::provenance()).into_diagnostic()?
-        }
-        None => Vec::new(),
-    };
-    match global.json {
-        true => output::print(&output::json(&serde_json::json!({ "scenes": all }))?)?,
-        false => output::summary(&scene_table::pruning(&all, &written), &written)?,
-    }
-    Ok(if all.iter().all(|c| c.converged) { Outcome::Good } else { Outcome::Untrustworthy })
 }

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use tongue_fit::inverse::alarms;
 use tongue_fit::report;
 use tongue_fit::scene::ScenePlan;
-use tongue_fit::scene::compare::Compared;
 use tongue_fit::scene::run::{Moment, SceneOutcome};
 
 use super::table::{self, files, table};
@@ -201,27 +200,4 @@ fn wrapped(text: &str) -> Vec<String> {
         }
     }
     lines
-}
-
-/// Times as planned and with everything simulated, one row for each scene.
-pub fn pruning(all: &[Compared], written: &[PathBuf]) -> String {
-    let mut t = table(&["scene", "pruned ms", "all static ms", "all in time ms", "differ mm", "in time mm"]);
-    for c in all {
-        let some =
-            |v: Option<f64>, digits: usize| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
-        let small = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.1e}"));
-        t.add_row([
-            format!("{}{}", c.scene, if c.converged { "" } else { " (NOT CONVERGED)" }),
-            format!("{:.3}", c.pruned_ms),
-            some(c.full_static_ms, 3),
-            some(c.full_dynamic_ms, 1),
-            small(c.static_difference_mm),
-            small(c.dynamic_difference_mm),
-        ]);
-    }
-    let text = format!(
-        "{t}\n\nall static: every muscle with the three-element model, weight and wall of zero strength; the same shape.\n\
-         all in time: that, with mass, dampers and muscle dynamics, followed from rest until nothing moves.\n"
-    );
-    text + &files(written)
 }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use assert_cmd::cargo::cargo_bin;
 
 /// Every command in a quick form, with its exit status.
-const COMMANDS: [(&str, i32); 20] = [
+const COMMANDS: [(&str, i32); 19] = [
     ("--vowel a", 0),
     ("--vowel a --json", 0),
     ("batch --vowels a,u --subjects S2 --draws 0 --subsets 0", 0),
@@ -20,7 +20,6 @@ const COMMANDS: [(&str, i32); 20] = [
     ("scene list", 0),
     ("scene explain vowel-a", 0),
     ("scene run vowel-a", 0),
-    ("scene compare vowel-a", 0),
     ("scene schema", 0),
     ("mesh", 0),
     ("stability --case 9", 0),

@@ -6,7 +6,6 @@
 
 pub mod body;
 mod check;
-pub mod compare;
 pub mod file;
 pub mod plan;
 pub mod points;

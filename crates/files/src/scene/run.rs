@@ -251,7 +251,7 @@ fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> 
 
 /// Follows the motion from rest. Carried bones are moved before it begins, and the body follows them to an
 /// equilibrium without weight.
-pub(super) fn follow<const D: usize>(
+fn follow<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,
 ) -> Result<(Way, Vec<SVector<f64, D>>), SceneError> {

@@ -1,6 +1,5 @@
-//! Differences of tensions between the vowels of a subject, as rows of `contrasts.csv` and as the page `contrasts.md`.
+//! Differences of tensions between the vowels of a subject, as rows of `contrasts.csv` and as the picture `contrasts.svg`.
 
-use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use serde::Serialize;
@@ -93,44 +92,6 @@ pub fn by_subject(all: &[SubjectContrast]) -> Vec<(&str, Vec<Contrast>)> {
         }
     }
     subjects
-}
-
-/// Writes `contrasts.md`: for every subject a table of the probabilities that a muscle pulls harder in the first vowel than in the other one.
-pub fn write_page(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
-    let all = batch.contrasts;
-    let decided = all.iter().filter(|c| c.contrast.is_decided()).count();
-    let mut p = format!(
-        "# Contrasts between vowels\n\nMade by `{}`. By how much more a muscle pulls in one vowel of a subject than in another, from the posterior of all \
-         vowels of the subject together: the probability that it is more, and the 95 % interval of the difference, N per metre of \
-         thickness. Bold: the sign is sure to 95 % ({decided} of {}). °: the prior of tensions says how large the difference is; ‡: its \
-         scale has a part in the sign.\n\n",
-        batch.provenance.command,
-        all.len()
-    );
-    p += "![Differences of tensions between vowels](contrasts.svg)\n\n";
-    for (subject, own) in by_subject(all) {
-        let _ = writeln!(p, "## {subject}\n");
-        let mut muscles: Vec<&str> = Vec::new();
-        for c in &own {
-            if !muscles.contains(&c.muscle.as_str()) {
-                muscles.push(&c.muscle);
-            }
-        }
-        let _ = writeln!(p, "| vowels | {} |\n|---|{}", muscles.join(" | "), "---|".repeat(muscles.len()));
-        for row in own.chunks(muscles.len()) {
-            let cell = |c: &Contrast| {
-                let bold = if c.is_decided() { "**" } else { "" };
-                let marks = [(c.depends_on_prior, "°"), (c.sign_depends_on_prior, "‡")];
-                let marks: String = marks.iter().filter(|(is, _)| *is).map(|(_, m)| *m).collect();
-                let [low, high] = c.interval_95.map(|v| format!("{:.0}", v.round() + 0.0));
-                format!("{bold}{:.2}{bold} ({low} to {high}{marks})", c.probability_more)
-            };
-            let cells: Vec<String> = row.iter().map(cell).collect();
-            let _ = writeln!(p, "| /{}/ − /{}/ | {} |", row[0].posture, row[0].other, cells.join(" | "));
-        }
-        p += "\n";
-    }
-    w.write_all(p.as_bytes())
 }
 
 /// Writes `contrasts.svg`.

@@ -218,7 +218,7 @@ pub fn write_files(
         Ok(())
     })
     .map_err(|e| ReportError::Record { reason: e.to_string() })?;
-    let files: [(&str, &Writes<'_>); 10] = [
+    let files: [(&str, &Writes<'_>); 9] = [
         ("batch.json", &|w| write_json(w, batch, journal, false)),
         ("fits.csv", &|w| write_fits(w, batch, journal)),
         ("muscles.csv", &|w| write_rows(w, batch, journal, muscle_lines)),
@@ -227,11 +227,10 @@ pub fn write_files(
         ("tensions.svg", &|w| page::write_tensions(w, batch, journal)),
         ("posterior.csv", &|w| write_rows(w, batch, journal, tables::posterior_lines)),
         ("contrasts.csv", &|w| contrasts::write_csv(w, batch)),
-        ("contrasts.md", &|w| contrasts::write_page(w, batch)),
         ("contrasts.svg", &|w| contrasts::write_picture(w, batch)),
     ];
     let count = match (has_posterior, !batch.contrasts.is_empty()) {
-        (_, true) => 10,
+        (_, true) => 9,
         (true, false) => 7,
         (false, false) => 6,
     };
