@@ -9,8 +9,6 @@ use tongue_study::{continuum, plane};
 
 use super::{Global, Outcome, output, table};
 
-const DEFAULT_OUT: &str = "results/accuracy";
-
 /// Options of `tongue-fit accuracy`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -35,8 +33,7 @@ pub struct Arguments {
 const LEVELS: usize = 4;
 
 fn continuum(global: &Global) -> miette::Result<Outcome> {
-    let folder = global.out.clone().unwrap_or_else(|| "results/continuum".into());
-    let out = OutputDir::prepare(folder).into_diagnostic()?;
+    let out = global.folder("results/continuum")?;
     let before = busy();
     let study = continuum::run(LEVELS, &mut |what| output::progress(what)).into_diagnostic()?;
     let mut made = format!("Made by `{}` on {}.", super::command_line(), machine());
@@ -58,12 +55,11 @@ fn continuum(global: &Global) -> miette::Result<Outcome> {
 }
 
 fn plane(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let folder = global.out.clone().unwrap_or_else(|| "results/plane".into());
     let body = match &arguments.space {
         Some(folder) => artisynth::read(folder).into_diagnostic()?,
         None => SpaceBody::tongue(1).into_diagnostic()?,
     };
-    let out = OutputDir::prepare(folder).into_diagnostic()?;
+    let out = global.folder("results/plane")?;
     let model = SpaceModel::default();
     let study = plane::run(&body, &model, &mut |what| output::progress(what)).into_diagnostic()?;
     let made = format!("Made by `{}`.", super::command_line());
@@ -88,8 +84,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if arguments.continuum {
         return continuum(global);
     }
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder("results/accuracy")?;
     let effort = if arguments.quick { Effort::QUICK } else { Effort::FULL };
     let study = accuracy::run(&effort, &mut |what| output::progress(what)).into_diagnostic()?;
     let made = Circumstances { command: super::command_line(), machine: machine() };

@@ -16,7 +16,6 @@ use tongue_fit::system;
 use super::recordings::{self, Given, PriorArguments, RestName};
 use super::{Global, Outcome, body, output, table};
 
-const DEFAULT_OUT: &str = "results/speaker";
 /// Most frames of recordings in the picture.
 const DRAWN_FRAMES: usize = 20;
 
@@ -117,16 +116,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         }
     };
     recordings::check_scale(speaker.similarity.scale())?;
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder("results/speaker")?;
     let doubts = speaker.doubts(&given.body);
     let record = Record { doubts: doubts.clone(), ..record(&speaker, &given.body) };
     let written = write(&out, &speaker, &given.body, &seen, &record, arguments)?;
-    if global.json {
-        output::print(&Json(&record).text(&super::provenance()).into_diagnostic()?)?;
-    } else {
-        output::summary(&(text(&record) + &table::files(&written)), &written)?;
-    }
+    let text = || text(&record) + &table::files(&written);
+    output::answer(global, &Json(&record), &super::provenance(), &written, text)?;
     if doubts.is_empty() {
         return Ok(Outcome::Good);
     }

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use clap::Parser;
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::report::OutputDir;
 use tongue_fit::report::batch::journal::{self, NAME};
 use tongue_fit::report::batch::{BatchJournal, Shard};
 
@@ -71,8 +70,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ));
     }
 
-    let out = global.out.clone().unwrap_or_else(|| batch::DEFAULT_OUT.into());
-    let out = OutputDir::prepare(out).into_diagnostic()?;
+    let out = global.folder(batch::DEFAULT_OUT)?;
     prepared.tell_what_is_left_out();
     let mut whole =
         BatchJournal::open(out.path().join(NAME), &prepared.key, &words, jobs).into_diagnostic()?;

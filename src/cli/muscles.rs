@@ -5,13 +5,12 @@ use nalgebra::SVector;
 use serde::Serialize;
 use tongue_fit::body::{Body, Mesh};
 use tongue_fit::inverse::alarms::{self, Alarm};
-use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
+use tongue_fit::report::{self, Export, Json, Panel, Rows};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 
 use super::{Global, Outcome, body, output, table};
 
-const DEFAULT_OUT: &str = "results/muscles";
 /// Options of `tongue-fit muscles`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -59,8 +58,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let body = arguments.body.body()?;
     let model = arguments.body.model();
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder("results/muscles")?;
     let mut names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
     names.dedup();
     if names.is_empty() {
@@ -79,11 +77,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
     let written = out.export(&files, &by).into_diagnostic()?;
     let good = rows.iter().all(|r| r.status == SolveStatus::Converged && r.alarms.is_empty());
-    if global.json {
-        output::print(&Json(&Record { muscles: rows }).text(&by).into_diagnostic()?)?;
-    } else {
-        output::summary(&(text(&rows, &title) + &table::files(&written)), &written)?;
-    }
+    let record = Record { muscles: rows };
+    output::answer(global, &Json(&record), &by, &written, || {
+        text(&record.muscles, &title) + &table::files(&written)
+    })?;
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 

@@ -2,14 +2,16 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
+use tongue_fit::report::{Export, OutputDir, Provenance};
 
+use super::Global;
 use super::clean::Clean;
 
 /// Amount of output.
@@ -49,6 +51,24 @@ pub fn print(text: &str) -> miette::Result<()> {
 /// As [`print`], but not with `-q` if the files contain the same.
 pub fn summary(text: &str, files: &[PathBuf]) -> miette::Result<()> {
     if volume() == Volume::Quiet && !files.is_empty() { Ok(()) } else { print(text) }
+}
+
+/// Answers a command: prints the record as JSON with `--json`, and otherwise the text, as [`summary`].
+pub fn answer(
+    global: &Global,
+    record: &dyn Export,
+    by: &Provenance,
+    files: &[PathBuf],
+    text: impl FnOnce() -> String,
+) -> miette::Result<()> {
+    if global.json { print(&record.text(by).into_diagnostic()?) } else { summary(&text(), files) }
+}
+
+impl Global {
+    /// Prepares the folder for the output files: that of `--out`, or else this one.
+    pub fn folder(&self, default: &str) -> miette::Result<OutputDir> {
+        OutputDir::prepare(self.out.as_deref().unwrap_or(Path::new(default))).into_diagnostic()
+    }
 }
 
 /// As [`print`], for output that is too large for memory: `write` writes it.

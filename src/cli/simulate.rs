@@ -120,11 +120,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ];
         written = out.export(&files, &by).into_diagnostic()?;
     }
-    if global.json {
-        output::print(&json.text(&by).into_diagnostic()?)?;
-    } else {
-        output::summary(&table::simulation(&record, &alarms, &written), &written)?;
-    }
+    output::answer(global, &json, &by, &written, || table::simulation(&record, &alarms, &written))?;
     let good = solution.status == SolveStatus::Converged && alarms.is_empty();
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }

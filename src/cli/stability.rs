@@ -1,9 +1,7 @@
 //! `tongue-fit stability`: the hard cases.
 
-use std::path::Path;
-
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::report::{Export, Markdown, OutputDir, Rows};
+use tongue_fit::report::{Export, Markdown, Rows};
 use tongue_study::hard_cases::{self, CASES, HowMany};
 
 use super::{Global, Outcome, command_line, output, table};
@@ -29,8 +27,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let known: Vec<String> = CASES.iter().map(u8::to_string).collect();
         return Err(miette!("--case {unknown}: there is no such case; there are {}", known.join(", ")));
     }
-    let folder = global.out.clone().unwrap_or_else(|| Path::new("results").join("stability"));
-    let out = OutputDir::prepare(folder).into_diagnostic()?;
+    let out = global.folder("results/stability")?;
     let mut rows = Vec::new();
     for case in CASES.into_iter().filter(|c| arguments.case.is_empty() || arguments.case.contains(c)) {
         let found = hard_cases::run(case, extent).into_diagnostic()?;

@@ -22,8 +22,6 @@ use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, pulls, table};
 
-/// The default folder for outputs.
-const DEFAULT_OUT: &str = "results";
 /// Default step of explicit methods, as a part of the stability limit.
 const PART_OF_LIMIT: f64 = 0.9;
 /// Default step of implicit methods without error control, s.
@@ -208,8 +206,7 @@ pub fn run(
     let motion = Motion::new(&system, tensions).into_diagnostic()?;
     let control = arguments.control(method, &motion);
     let mut integrator = arguments.integrator(method, control, &motion)?;
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder("results")?;
 
     output::step(|| format!("{method} with {control:?} over {} s", arguments.t_end));
     let clock = Instant::now();
@@ -233,11 +230,7 @@ pub fn run(
     );
     let by = super::provenance().with_tissue(system.tissue());
     let written = write(&out, &record, &by, (&mesh, &palate), &motion, watch)?;
-    if global.json {
-        output::print(&Json(&record).text(&by).into_diagnostic()?)?;
-    } else {
-        output::summary(&table::trajectory(&record, &written), &written)?;
-    }
+    output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record, &written))?;
     let good = outcome.status == MotionStatus::Completed && record.guarded == 0;
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }

@@ -5,12 +5,10 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 use tongue_fit::measured::{Dataset, Vowel};
-use tongue_fit::report::{Export, Json, Markdown, OutputDir};
+use tongue_fit::report::{Export, Json, Markdown};
 use tongue_study::validate::{self, ValidationPlan};
 
 use super::{Global, Outcome, body, output, table};
-
-const DEFAULT_OUT: &str = "results/validate";
 
 /// Options of `tongue-fit validate`.
 #[derive(Debug, Clone, clap::Args)]
@@ -53,8 +51,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let (permutations, seed) = (u64::from(arguments.permutations), arguments.seed);
     let plan = ValidationPlan { baseline, permutations, seed, posterior: arguments.posterior, repeats: true };
     let (body, model) = (arguments.body.body()?, arguments.body.model());
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder("results/validate")?;
     let bar = output::bar(1, "{wide_bar} {percent} %, {msg}, {eta} left")?;
     let tell = |done: usize, total: usize, what: &str| {
         bar.set_length(total as u64);
@@ -71,11 +68,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut files: Vec<(&str, &dyn Export)> = vec![("README.md", &page), ("validate.json", &json)];
     files.extend(made.iter().map(|(name, file)| (*name, file.as_ref())));
     let written = out.export(&files, &by).into_diagnostic()?;
-    if global.json {
-        output::print(&json.text(&by).into_diagnostic()?)?;
-    } else {
-        let text = table::validation(&study, &written, clock.elapsed().as_secs_f64());
-        output::summary(&text, &written)?;
-    }
+    let text = || table::validation(&study, &written, clock.elapsed().as_secs_f64());
+    output::answer(global, &json, &by, &written, text)?;
     Ok(Outcome::Good)
 }

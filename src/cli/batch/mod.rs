@@ -13,9 +13,9 @@ use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
 use tongue_fit::inverse::batch::{Job, Selection, Thoroughness};
 use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::measured::{Target, TargetKind, Vowel};
+use tongue_fit::report::ReportError;
 use tongue_fit::report::batch::journal::{Entry, NAME};
 use tongue_fit::report::batch::{BatchJournal, Fitted, Shard};
-use tongue_fit::report::{OutputDir, ReportError};
 
 use super::fit::MethodName;
 use super::{Global, Outcome, body, interrupt, output, posterior, premises};
@@ -153,8 +153,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ));
     }
     let mut prepared = Prepared::new(arguments, &words)?;
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder(DEFAULT_OUT)?;
     prepared.tell_what_is_left_out();
     let path = out.path().join(arguments.shard.map_or_else(|| NAME.to_owned(), Shard::journal));
     let count = prepared.plan.jobs.len();
