@@ -9,7 +9,7 @@ use tongue_fit::system::{SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
 
 use crate::fixtures::space_block::space_block;
-use crate::tongue_in_space::{RECORDED, folder};
+use crate::tongue_in_space::{RECORDED, folder, recording};
 
 /// Where these nodes are at activations by name, known to 0.5 mm.
 fn seen(body: &SpaceBody, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SeenNode> {
@@ -98,9 +98,9 @@ fn places_that_make_no_sense_are_refused() {
 fn artisynths_target_is_met_as_well_as_by_artisynth() {
     let Some(folder) = folder() else { return };
     let body = artisynth::read(&folder).unwrap();
-    let wanted = artisynth::read_probe(&folder.join("protrude_ref_target_position.txt")).unwrap();
+    let wanted = recording(&folder.join("protrude_ref_target_position.txt"));
     // The turning point: the tip is wanted 10 mm to the front, the sides at rest.
-    let row = &wanted.rows[wanted.rows.len() / 2].1;
+    let row = &wanted[wanted.len() / 2].1;
     let place = |i: usize| Vector3::from_column_slice(&row[3 * i..3 * i + 3]);
     let target: Vec<SeenNode> = RECORDED
         .iter()

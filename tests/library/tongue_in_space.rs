@@ -2,7 +2,7 @@
 //! its files are beside the repository (`../shared/reference/artisynth_tongue3d`); tests without these files
 //! are in [`super::bodies_in_space`].
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
@@ -38,6 +38,14 @@ const TIPS_MM: [(&str, [[f64; 2]; 3]); 11] = [
 /// The same for lines with the stiffening of ArtiSynth.
 const STIFFENED_MM: [(&str, [f64; 2]); 4] =
     [("GGP", [-3.50, -4.60]), ("TRANS", [-1.88, -0.53]), ("HG", [12.96, 11.12]), ("SL", [13.56, 15.33])];
+
+/// A recording of ArtiSynth: times, s, and the numbers at each. Two lines before them tell its form.
+pub fn recording(path: &Path) -> Vec<(f64, Vec<f64>)> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let numbers = lines.skip(2).map(|line| line.split_whitespace().map(|word| word.parse().unwrap()));
+    numbers.map(|mut row| (row.next().unwrap(), row.collect())).collect()
+}
 
 pub fn folder() -> Option<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/reference/artisynth_tongue3d");
@@ -153,21 +161,21 @@ fn stress_along_fibres_moves_the_tip_nearly_as_much() {
 #[test]
 fn excitations_that_artisynth_recorded_bring_its_points_where_it_recorded_them() {
     let Some((body, folder)) = tongue().zip(folder()) else { return };
-    let excited = artisynth::read_probe(&folder.join("protrude_excitations.txt")).unwrap();
-    let reached = artisynth::read_probe(&folder.join("protrude_model_target_position.txt")).unwrap();
+    let excited = recording(&folder.join("protrude_excitations.txt"));
+    let reached = recording(&folder.join("protrude_model_target_position.txt"));
     let model = SpaceModel { muscles: MusclesAs::Lines, stiffening: 9.0, ..SpaceModel::default() };
     let system = System::in_space(&body, &model).unwrap();
     let mut w = Workspace::new(&system);
     // The turning point, where its own points are farthest from their start.
     let at = |row: &[f64], i: usize| Vector3::new(row[3 * i], row[3 * i + 1], row[3 * i + 2]);
-    let first = &reached.rows[0].1;
+    let first = &reached[0].1;
     let rms = |difference: &dyn Fn(usize) -> Vector3<f64>| {
         ((0..22).map(|i| difference(i).norm_squared()).sum::<f64>() / 22.0).sqrt() * 1e3
     };
     let moved = |row: &[f64]| rms(&|i| at(row, i) - at(first, i));
     let (turn, row) =
-        reached.rows.iter().enumerate().max_by(|a, b| moved(&a.1.1).total_cmp(&moved(&b.1.1))).unwrap();
-    let excitations = &excited.rows[turn].1;
+        reached.iter().enumerate().max_by(|a, b| moved(&a.1.1).total_cmp(&moved(&b.1.1))).unwrap();
+    let excitations = &excited[turn].1;
     let given: Vec<_> = EXCITED.into_iter().zip(excitations.iter().map(|a| a.clamp(0.0, 1.0))).collect();
     let found = equilibrium(&body, &system, &mut w, &given);
     let apart = rms(&|i| w.positions()[RECORDED[i]] - at(&row.1, i));

@@ -219,17 +219,6 @@ impl Hexahedra {
         }
         force
     }
-
-    /// How much larger or smaller each element is than at rest, and the least ratio of volumes at a point of
-    /// it.
-    pub fn volume_ratios(&self, positions: &[Vector3<f64>]) -> Vec<(f64, f64)> {
-        let of = |e: &Element| {
-            let points = self.at_points(e, positions);
-            let least = points.iter().map(|p| 1.0 + p.growth).fold(f64::INFINITY, f64::min);
-            (1.0 + e.growth(&points), least)
-        };
-        self.elements.iter().map(of).collect()
-    }
 }
 
 impl Element {

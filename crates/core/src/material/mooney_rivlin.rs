@@ -20,11 +20,6 @@ impl MooneyRivlin {
     /// The tongue of Buchaillard, Perrier and Payan (2009) as ArtiSynth has it: `K = 482 C10`.
     pub const TONGUE: Self = Self { c10: 1037.0, c20: 486.0, bulk: 482.0 * 1037.0 };
 
-    /// A neo-Hookean solid of a shear modulus and a bulk modulus, Pa: `C20 = 0`.
-    pub const fn neo_hookean(shear: f64, bulk: f64) -> Self {
-        Self { c10: 0.5 * shear, c20: 0.0, bulk }
-    }
-
     /// Poisson's ratio at small strain.
     pub fn poisson_ratio(&self) -> f64 {
         let shear = 2.0 * self.c10;

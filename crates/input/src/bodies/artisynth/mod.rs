@@ -31,7 +31,6 @@ use tables::{Table, elements, fibres, nodes, numbers, regions, strengths};
 pub use error::ArtiSynthProblem;
 
 use super::{BodyFileError, FilePlace};
-pub use tables::Probe;
 
 /// The styloid processes, which ArtiSynth's program places and its mesh lacks: ids in `Fibers.mac` and
 /// positions, m.
@@ -68,11 +67,6 @@ pub struct Text {
     pub text: String,
 }
 
-/// Whether a folder contains files that end in `.node` and `.elem`.
-pub fn is_folder(path: &Path) -> bool {
-    find(path, "node").is_ok() && find(path, "elem").is_ok()
-}
-
 /// Reads a folder.
 ///
 /// # Errors
@@ -89,14 +83,6 @@ pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
         hyoid: named("hyoidAttachments.txt")?,
     };
     body(&files, &folder.display().to_string())
-}
-
-/// Reads a probe of ArtiSynth: excitations or positions over time.
-///
-/// # Errors
-/// [`BodyFileError::ArtiSynth`] for a file that cannot be read or is wrong, with its line.
-pub fn read_probe(path: &Path) -> Result<Probe, BodyFileError> {
-    tables::probe(&text(path)?)
 }
 
 /// The name of the only file in a folder with this ending.

@@ -23,13 +23,6 @@ pub(super) struct Regions {
     pub of: BTreeMap<String, Vec<usize>>,
 }
 
-/// A recording of ArtiSynth: numbers over time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Probe {
-    /// Times, s, and the values at each time.
-    pub rows: Vec<(f64, Vec<f64>)>,
-}
-
 /// Lines that are neither empty nor comments, with their numbers from 1.
 fn lines(text: &Text) -> impl Iterator<Item = (usize, &str)> {
     let whole = text.text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
@@ -226,35 +219,4 @@ pub(super) fn strengths(text: &Text) -> Result<BTreeMap<String, f64>, BodyFileEr
         strengths.insert(name.to_owned(), force);
     }
     Ok(strengths)
-}
-
-pub(super) fn probe(text: &Text) -> Result<Probe, BodyFileError> {
-    let mut all = lines(text);
-    let head = |found: Option<(usize, &str)>, what| {
-        let (line, found) = found.unwrap_or((1, "nothing"));
-        fail(text, Some(line), ArtiSynthProblem::Expected { what, found: found.to_owned() })
-    };
-    let times = all.next();
-    if times.is_none_or(|(_, row)| row.split_whitespace().count() != 3) {
-        return Err(head(times, "begin, end and scale of the probe"));
-    }
-    let form = all.next();
-    let mut words = form.map_or("", |(_, row)| row).split_whitespace();
-    let is_explicit = words.clone().nth(2).is_some_and(|w| w.eq_ignore_ascii_case("explicit"));
-    let size: usize = match words.nth(1).and_then(|w| w.parse().ok()).filter(|_| is_explicit) {
-        Some(size) => size,
-        None => return Err(head(form, "an interpolation, a number of columns and the word explicit")),
-    };
-    let mut rows = Vec::new();
-    for (line, row) in all {
-        let mut words = row.split_whitespace();
-        let time = finite(text, line, words.next(), "a time")?;
-        let values: Vec<f64> =
-            (0..size).map(|_| finite(text, line, words.next(), "a number")).collect::<Result<_, _>>()?;
-        rows.push((time, values));
-    }
-    match rows.is_empty() {
-        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "rows" })),
-        false => Ok(Probe { rows }),
-    }
 }
