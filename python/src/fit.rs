@@ -92,18 +92,10 @@ fn picture(body: &body::Body<2>, fit: &inverse::Fit) -> PyResult<Svg> {
     let title = format!("{} /{}/: {posture} (grey) and at the tensions found", target.subject, target.vowel);
     // The grey shape is the one that changes are counted from.
     let grey = Mesh { nodes: fit.baseline_positions.clone(), ..body.mesh.clone() };
-    let section = SectionPicture {
-        mesh: &grey,
-        positions: &fit.positions,
-        tensions: &fit.body_tensions,
-        palate: body.palate.as_deref().unwrap_or_default(),
-        seen: &[],
-        contact: false,
-        stretch: false,
-        grey: if fit.tone.is_none() { "rest" } else { "baseline" },
-        title: &title,
-    };
-    report::tongue(&section).map_err(refused)
+    let palate = body.palate.as_deref().unwrap_or_default();
+    let section = SectionPicture::new(&grey, &fit.positions, &fit.body_tensions, palate, &title);
+    let grey = if fit.tone.is_none() { "rest" } else { "baseline" };
+    report::tongue(&SectionPicture { grey, ..section }).map_err(refused)
 }
 
 /// Fits one row: the implementation of `tongue_fit.fit`, with the picture of the fitted shape (SVG).

@@ -190,18 +190,8 @@ fn write(
         "The speaker's tongue at rest over what was seen (dots; grey: turned and scaled only)",
         "turned and scaled only",
     );
-    let section = SectionPicture {
-        mesh: &similar,
-        positions: &mesh.nodes,
-        tensions: &at_rest,
-        palate,
-        seen,
-        contact: false,
-        stretch: false,
-        grey,
-        title,
-    };
-    let picture = report::tongue(&section).into_diagnostic()?;
+    let section = SectionPicture::new(&similar, &mesh.nodes, &at_rest, palate, title);
+    let picture = report::tongue(&SectionPicture { seen, grey, ..section }).into_diagnostic()?;
     let by = super::provenance();
     let (json, said) = (Json(&file), Json(record));
     let files: [(&str, &dyn Export); 3] =

@@ -140,18 +140,8 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
             let wall = p.wall.as_ref().map(|w| w.outline().to_vec());
             let wall = wall.or_else(|| p.body.palate.clone()).unwrap_or_default();
             answered(&scene, p, to, |mesh, positions, tensions| {
-                let title = &scene.title;
-                report::tongue(&SectionPicture {
-                    mesh,
-                    positions,
-                    tensions,
-                    palate: &wall,
-                    seen: &[],
-                    contact,
-                    stretch: false,
-                    grey: "rest",
-                    title,
-                })
+                let section = SectionPicture::new(mesh, positions, tensions, &wall, &scene.title);
+                report::tongue(&SectionPicture { contact, ..section })
             })?
         }
         Ready::Solid(p) => {

@@ -22,7 +22,7 @@ pub fn plan(plan: &ScenePlan) -> String {
             true => ("on", e.elements.to_string(), format!("{:.1}", e.estimated_us)),
             false => ("-", String::new(), String::new()),
         };
-        for (i, line) in wrapped(&e.why).into_iter().enumerate() {
+        for (i, line) in report::wrapped(&e.why, REASON).into_iter().enumerate() {
             match i {
                 0 => t.add_row([e.effect, mark, &elements, &cost, &line]),
                 _ => t.add_row(["", "", "", "", &line]),
@@ -181,23 +181,4 @@ pub(super) fn left(t: &mut comfy_table::Table, column: usize) {
     if let Some(c) = t.column_mut(column) {
         c.set_cell_alignment(comfy_table::CellAlignment::Left);
     }
-}
-
-fn wrapped(text: &str) -> Vec<String> {
-    let mut lines: Vec<String> = vec![String::new()];
-    for word in text.split_whitespace() {
-        let full = lines
-            .last()
-            .is_some_and(|l| !l.is_empty() && l.chars().count() + 1 + word.chars().count() > REASON);
-        if full {
-            lines.push(String::new());
-        }
-        if let Some(line) = lines.last_mut() {
-            if !line.is_empty() {
-                line.push(' ');
-            }
-            line.push_str(word);
-        }
-    }
-    lines
 }

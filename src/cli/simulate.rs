@@ -97,17 +97,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(out) = &out {
         let title = "Tongue at rest (grey) and deformed";
         let stretch = arguments.colour_stretch;
-        let section = SectionPicture {
-            mesh,
-            positions,
-            tensions: &all,
-            palate,
-            seen: &[],
-            contact: false,
-            stretch,
-            grey: "rest",
-            title,
-        };
+        let section = SectionPicture { stretch, ..SectionPicture::new(mesh, positions, &all, palate, title) };
         let picture = report::tongue(&section).into_diagnostic()?;
         let stresses = system.stresses(positions);
         let vtu = Vtu::new(mesh, positions, &all).into_diagnostic()?.with_stresses(stresses.clone());

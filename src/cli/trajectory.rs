@@ -15,8 +15,8 @@ use tongue_fit::effect::Configuration;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::{
-    self, AnimationFrame, Export, History, Json, OutputDir, Provenance, Pvd, ReportError, Sto,
-    TrajectoryRecord, Vtu,
+    self, AnimationFrame, Export, History, Json, OutputDir, Provenance, Pvd, ReportError, TrajectoryRecord,
+    Vtu,
 };
 use tongue_fit::system::System;
 
@@ -268,7 +268,7 @@ fn write(
     let shapes = shapes.collect::<Result<Vec<_>, ReportError>>().into_diagnostic()?;
     let moments: Vec<(f64, String)> =
         frames.iter().enumerate().map(|(nth, f)| (f.time, format!("trajectory_{nth:04}.vtu"))).collect();
-    let (json, table, sto, pvd) = (Json(record), history.table(), Sto(&history), Pvd(&moments));
+    let (json, table, sto, pvd) = (Json(record), history.table(), history.sto(), Pvd(&moments));
     let mut files: Vec<(&str, &dyn Export)> = vec![
         ("trajectory.json", &json),
         ("trajectory.csv", &table),

@@ -119,19 +119,7 @@ fn moved(mesh: &Mesh<2>) -> Vec<SVector<f64, 2>> {
 
 /// The picture of a shape whose muscles have these tensions.
 fn drawn(mesh: &Mesh<2>, positions: &[SVector<f64, 2>], tensions: &[f64], title: &str) -> String {
-    tongue(&SectionPicture {
-        mesh,
-        positions,
-        tensions,
-        palate: &[],
-        seen: &[],
-        contact: false,
-        stretch: false,
-        grey: "rest",
-        title,
-    })
-    .unwrap()
-    .to_string()
+    tongue(&SectionPicture::new(mesh, positions, tensions, &[], title)).unwrap().to_string()
 }
 
 fn picture() -> String {
@@ -221,17 +209,8 @@ fn the_palate_is_a_band_on_the_far_side_and_stretch_has_a_scale() {
     let mesh = patch();
     let palate = [[-0.004, 0.022], [0.01, 0.023], [0.024, 0.022]].map(SVector::from);
     let positions = moved(&mesh);
-    let section = SectionPicture {
-        mesh: &mesh,
-        positions: &positions,
-        tensions: &[0.0, 1.0],
-        palate: &palate,
-        seen: &[],
-        contact: true,
-        stretch: true,
-        grey: "rest",
-        title: "palate",
-    };
+    let section = SectionPicture::new(&mesh, &positions, &[0.0, 1.0], &palate, "palate");
+    let section = SectionPicture { contact: true, stretch: true, ..section };
     let svg = tongue(&section).unwrap().to_string();
     check_figure(&svg);
     let document = Document::parse(&svg).unwrap();
@@ -282,18 +261,7 @@ fn a_picture_of_inconsistent_data_is_refused() {
     let mesh = patch();
     let good = moved(&mesh);
     let refused = |mesh: &Mesh<2>, positions: &[_], tensions: &[f64]| {
-        let section = SectionPicture {
-            mesh,
-            positions,
-            tensions,
-            palate: &[],
-            seen: &[],
-            contact: false,
-            stretch: false,
-            grey: "rest",
-            title: "",
-        };
-        tongue(&section).unwrap_err()
+        tongue(&SectionPicture::new(mesh, positions, tensions, &[], "")).unwrap_err()
     };
     let slack = [0.0, 0.0];
 

@@ -44,7 +44,6 @@ impl Provenance {
     }
 
     /// Adds the tissue that the results are of.
-    #[must_use]
     pub fn with_tissue(mut self, tissue: TissueModel) -> Self {
         self.tissue = Some(match tissue {
             TissueModel::MassSpring => "springs",
@@ -63,13 +62,11 @@ impl Provenance {
     }
 
     /// Adds the settings of the continuum that the results are of.
-    #[must_use]
     pub fn with_chosen(self, settings: Option<&ContinuumSettings>) -> Self {
         Self { chosen: settings.map(ContinuumSettings::to_string), ..self }
     }
 
     /// Adds the hash of the inputs.
-    #[must_use]
     pub fn with_inputs(mut self, sha256: &str) -> Self {
         self.inputs_sha256 = Some(sha256.to_owned());
         self

@@ -55,15 +55,6 @@ impl OutputDir {
         &self.path
     }
 
-    /// Writes one file, replacing an earlier one of that name, and returns its path.
-    ///
-    /// # Errors
-    /// As [`OutputDir::write_all`].
-    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf, ReportError> {
-        self.write_all(&[(name, bytes.as_ref())])?;
-        Ok(self.path.join(name))
-    }
-
     /// Writes a set of files, given as name and content, and returns their paths in the same order.
     ///
     /// All are written in full under temporary names before the first takes its place, so that a full disk
@@ -73,11 +64,9 @@ impl OutputDir {
     /// # Errors
     /// [`ReportError::Name`] if a name contains a folder; [`ReportError::File`] if a file cannot be written.
     pub fn write_all(&self, files: &[(&str, &[u8])]) -> Result<Vec<PathBuf>, ReportError> {
-        let writers: Vec<_> =
-            files.iter().map(|&(_, bytes)| move |w: &mut dyn Write| w.write_all(bytes)).collect();
-        let streams: Vec<(&str, &Writes<'_>)> =
-            files.iter().zip(&writers).map(|(&(name, _), w)| (name, w as &Writes<'_>)).collect();
-        self.write_streams(&streams)
+        self.write_streams(
+            files.iter().map(|&(name, bytes)| (name, move |w: &mut dyn Write| w.write_all(bytes))),
+        )
     }
 
     /// As [`OutputDir::write_all`], for files that are too large for memory: each is given by a function
@@ -85,9 +74,12 @@ impl OutputDir {
     ///
     /// # Errors
     /// As [`OutputDir::write_all`], and whatever the writers report.
-    pub fn write_streams(&self, files: &[(&str, &Writes<'_>)]) -> Result<Vec<PathBuf>, ReportError> {
-        let mut ready = Vec::with_capacity(files.len());
-        for &(name, write) in files {
+    pub fn write_streams<'a, W: Fn(&mut dyn Write) -> io::Result<()>>(
+        &self,
+        files: impl Iterator<Item = (&'a str, W)>,
+    ) -> Result<Vec<PathBuf>, ReportError> {
+        let mut ready = Vec::new();
+        for (name, write) in files {
             let path = self.place(name)?;
             let fail = |source| ReportError::File { path: path.clone(), source };
             // A rename onto a folder fails, and other files of the set would be renamed already.
@@ -107,16 +99,15 @@ impl OutputDir {
     ///
     /// # Errors
     /// As [`OutputDir::write_all`].
-    pub fn export(
+    pub fn export<'f>(
         &self,
-        files: &[(&str, &dyn Export)],
+        files: &[(&'f str, &'f dyn Export)],
         by: &Provenance,
     ) -> Result<Vec<PathBuf>, ReportError> {
-        let writers: Vec<_> =
-            files.iter().map(|&(_, content)| move |w: &mut dyn Write| content.write(w, by)).collect();
-        let streams: Vec<(&str, &Writes<'_>)> =
-            files.iter().zip(&writers).map(|(&(name, _), w)| (name, w as &Writes<'_>)).collect();
-        self.write_streams(&streams)
+        let write = |&(name, content): &(&'f str, &'f dyn Export)| {
+            (name, move |w: &mut dyn Write| content.write(w, by))
+        };
+        self.write_streams(files.iter().map(write))
     }
 
     fn place(&self, name: &str) -> Result<PathBuf, ReportError> {
@@ -148,6 +139,10 @@ pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 mod tests {
     use super::*;
 
+    fn write(out: &OutputDir, name: &str, text: &str) -> Result<PathBuf, ReportError> {
+        out.write_all(&[(name, text.as_bytes())]).map(|mut written| written.remove(0))
+    }
+
     fn names(folder: &Path) -> Vec<String> {
         let mut names: Vec<_> = fs::read_dir(folder)
             .unwrap()
@@ -162,8 +157,8 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let out = OutputDir::prepare(root.path().join("a/b")).unwrap();
         assert!(names(out.path()).is_empty());
-        assert_eq!(out.write("fit.csv", "x\n1\n").unwrap(), root.path().join("a/b/fit.csv"));
-        out.write("fit.csv", "x\n2\n").unwrap();
+        assert_eq!(write(&out, "fit.csv", "x\n1\n").unwrap(), root.path().join("a/b/fit.csv"));
+        write(&out, "fit.csv", "x\n2\n").unwrap();
         assert_eq!(names(out.path()), ["fit.csv"]);
         assert_eq!(fs::read_to_string(out.path().join("fit.csv")).unwrap(), "x\n2\n");
     }
@@ -172,7 +167,7 @@ mod tests {
     fn one_bad_file_of_a_set_changes_nothing() {
         let root = tempfile::tempdir().unwrap();
         let out = OutputDir::prepare(root.path()).unwrap();
-        out.write("fit.csv", "old").unwrap();
+        write(&out, "fit.csv", "old").unwrap();
         fs::create_dir(root.path().join("taken")).unwrap();
         for bad in ["taken", "../fit.csv", "a/b.csv", "", "..", "/etc/x"] {
             let error =
@@ -188,7 +183,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let out = OutputDir::prepare(root.path().join("out")).unwrap();
         fs::remove_dir(out.path()).unwrap();
-        let error = out.write("fit.csv", "x").unwrap_err();
+        let error = write(&out, "fit.csv", "x").unwrap_err();
         assert!(matches!(&error, ReportError::File { path, .. } if path.ends_with("out/fit.csv")), "{error}");
     }
 
@@ -221,6 +216,6 @@ mod tests {
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
         let ordinary = root.path().join("ordinary");
         fs::write(&ordinary, "").unwrap();
-        assert_eq!(mode(&out.write("fit.csv", "").unwrap()), mode(&ordinary));
+        assert_eq!(mode(&write(&out, "fit.csv", "").unwrap()), mode(&ordinary));
     }
 }

@@ -60,11 +60,11 @@ pub use space::{OperationRecord, SpaceRecord, SpaceVtu};
 pub use space_fit::{OpenRecord, SpaceFitRecord, SpaceTrackRecord, StartRecord};
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
-pub use sto::{Sto, StoTable};
+pub use sto::StoTable;
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, Timeline, VowelPicture,
     animation, animation_of_seen, changes, outlines, pairs, panels, ridges, scatter, solid, timelines,
-    tongue, valley, views, vowel, work_precision,
+    tongue, valley, views, vowel, work_precision, wrapped,
 };
 pub use told::Told;
 pub use tongue_input::measured::ByMuscle;

@@ -44,7 +44,6 @@ impl<'a, const D: usize> Msh<'a, D> {
     }
 
     /// As [`super::Vtu::with_stresses`].
-    #[must_use]
     pub fn with_stresses(mut self, stresses: Vec<Stress<D>>) -> Self {
         if let Some(fields) = &mut self.fields {
             fields.stresses = stresses;

@@ -13,7 +13,7 @@ use tongue_core::system::System;
 use super::by_muscle::{by, mm};
 use super::export::{Export, Provenance};
 use super::record::{AlarmRecord, BranchRecord};
-use super::vtu::{array, begin};
+use super::vtu::{END_OF_GRID, array, begin, grid, point};
 use tongue_input::measured::ByMuscle;
 
 /// One equilibrium in space: `tongue-fit simulate --body FOLDER --json`.
@@ -180,7 +180,7 @@ pub struct SpaceVtu<'a> {
 }
 
 /// VTK's cell type of a hexahedron.
-const HEXAHEDRON: &str = "12";
+const HEXAHEDRON: u8 = 12;
 
 /// The fibres of the most active muscle in an element.
 struct Fibre {
@@ -221,27 +221,14 @@ impl Export for SpaceVtu<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let mesh = &self.body.mesh;
         let cells = &mesh.hexahedra;
-        let point = |p: &Vector3<f64>| format!("{} {} {}", p.x, p.y, p.z);
         let muscles = most_active(self.body, self.activations);
         let fibres: Vec<Option<Fibre>> =
             muscles.iter().enumerate().map(|(e, m)| m.and_then(|m| self.fibre(e, m))).collect();
         let volume = |x: &[Vector3<f64>], c| hexahedron::volume(&hexahedron::corners(x, c));
         begin(out, "UnstructuredGrid", by)?;
-        let (nodes, count) = (mesh.nodes.len(), cells.len());
-        writeln!(
-            out,
-            "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">\n<Points>"
-        )?;
-        array(out, "position", "Float64", 3, self.positions.iter().map(point))?;
-        out.write_all(b"</Points>\n<Cells>\n")?;
-        let join = |c: &[usize; 8]| c.map(|n| n.to_string()).join(" ");
-        array(out, "connectivity", "Int64", 1, cells.iter().map(join))?;
-        array(out, "offsets", "Int64", 1, (1..=count).map(|i| (8 * i).to_string()))?;
-        array(out, "types", "UInt8", 1, cells.iter().map(|_| HEXAHEDRON.to_owned()))?;
-        out.write_all(b"</Cells>\n<PointData Vectors=\"displacement_m\">\n")?;
-        let moved = self.positions.iter().zip(&mesh.nodes).map(|(x, rest)| point(&(x - rest)));
-        array(out, "displacement_m", "Float64", 3, moved)?;
-        out.write_all(b"</PointData>\n<CellData Scalars=\"volume_ratio\">\n")?;
+        let of_grid: Vec<_> = cells.iter().map(|c| (c.as_slice(), HEXAHEDRON)).collect();
+        grid(out, &mesh.nodes, self.positions, &of_grid)?;
+        out.write_all(b"<CellData Scalars=\"volume_ratio\">\n")?;
         let ratios = cells.iter().map(|c| (volume(self.positions, c) / volume(&mesh.nodes, c)).to_string());
         array(out, "volume_ratio", "Float64", 1, ratios)?;
         let of = |f: &Option<Fibre>| f.as_ref().map_or(0.0, |f| self.activations[f.muscle]).to_string();
@@ -252,6 +239,6 @@ impl Export for SpaceVtu<'_> {
         array(out, "fibre", "Float64", 3, fibres.iter().map(direction))?;
         let number = |m: &Option<usize>| m.map_or_else(|| "-1".to_owned(), |m| m.to_string());
         array(out, "muscle", "Int64", 1, muscles.iter().map(number))?;
-        out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
+        out.write_all(END_OF_GRID)
     }
 }

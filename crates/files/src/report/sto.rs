@@ -1,33 +1,11 @@
-//! Lengths and tensions over time as OpenSim's storage file (`.sto`), for OpenSim, its plotter and Moco.
+//! Tables over time as OpenSim's storage file (`.sto`), for OpenSim, its plotter and Moco.
 
 use std::io::{self, Write};
 
-use super::History;
 use super::export::{Export, Provenance};
 
-/// A row for each time, in SI units as usual in OpenSim: `time` (s), the lengths `GGa_length_m` .. and
-/// tensions `GGa_tension_n_per_m` .. (per metre of thickness).
-///
-/// The format is that of the OpenSim documentation, "Storage (.sto) Files": a name, keys up to `endheader`,
-/// labels, numbers, separated by tabs.
-#[derive(Debug, Clone, Copy)]
-pub struct Sto<'a>(pub &'a History);
-
-impl Export for Sto<'_> {
-    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let row = |(time, lengths, tensions): &(f64, Vec<f64>, Vec<f64>)| {
-            std::iter::once(time).chain(lengths).chain(tensions).copied().collect()
-        };
-        let table = StoTable {
-            title: "tongue-fit: muscle lengths and tensions over time".to_owned(),
-            labels: self.0.columns("time", ["length_m", "tension_n_per_m"]),
-            rows: self.0.rows.iter().map(row).collect(),
-        };
-        table.write(out, by)
-    }
-}
-
-/// A table over time in this format; its first column is `time`, s.
+/// A table over time; its first column is `time`, s. The format is that of the OpenSim documentation, "Storage
+/// (.sto) Files": a name, keys up to `endheader`, labels, numbers, separated by tabs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoTable {
     /// The first line.
@@ -61,13 +39,14 @@ impl Export for StoTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::History;
 
     #[test]
     fn the_header_counts_what_follows() {
         let row = |time: f64| (time, vec![0.04; 8], vec![0.0, 12.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let muscles = ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"].map(String::from).to_vec();
         let history = History { muscles, rows: vec![row(0.0), row(0.5)] };
-        let text = Sto(&history).text(&Provenance::new("two\nlines")).unwrap();
+        let text = history.sto().text(&Provenance::new("two\nlines")).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!((lines[1], lines[3]), ("version=1", "tongue_fit_command=two lines"));
         assert_eq!(lines[4..8], ["nRows=2", "nColumns=17", "inDegrees=no", "endheader"]);

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{ByMuscle, Table};
+use super::{ByMuscle, StoTable, Table};
 use tongue_core::dynamics::{Control, IntegrationMethod, MotionOutcome, MotionStatus, StepCounts};
 
 /// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.
@@ -71,7 +71,7 @@ impl TrajectoryRecord {
     }
 }
 
-/// Lengths and tensions of a body's muscles over time, for [`Table`] and [`super::Sto`].
+/// Lengths and tensions of a body's muscles over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct History {
     /// Names of the muscles.
@@ -95,6 +95,19 @@ impl History {
         };
         Table {
             columns: self.columns("time_s", ["mm", "n_per_m"]),
+            rows: self.rows.iter().map(row).collect(),
+        }
+    }
+
+    /// For OpenSim, in SI units as usual there: `time` (s), the lengths `GGa_length_m` .. and tensions
+    /// `GGa_tension_n_per_m` .. (per metre of thickness).
+    pub fn sto(&self) -> StoTable {
+        let row = |(time, lengths, tensions): &(f64, Vec<f64>, Vec<f64>)| {
+            std::iter::once(time).chain(lengths).chain(tensions).copied().collect()
+        };
+        StoTable {
+            title: "tongue-fit: muscle lengths and tensions over time".to_owned(),
+            labels: self.columns("time", ["length_m", "tension_n_per_m"]),
             rows: self.rows.iter().map(row).collect(),
         }
     }

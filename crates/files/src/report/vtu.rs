@@ -44,7 +44,6 @@ impl<'a, const D: usize> Vtu<'a, D> {
     /// Adds strain and stress of every cell if they are known, as for finite elements
     /// ([`tongue_core::system::System::stresses`]): `strain` (Green's), `cauchy_stress_pa`, `von_mises_pa`,
     /// `pressure_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 if there is none.
-    #[must_use]
     pub fn with_stresses(mut self, stresses: Vec<Stress<D>>) -> Self {
         self.0.stresses = stresses;
         self
@@ -56,40 +55,57 @@ impl<const D: usize> Export for Vtu<'_, D> {
         let fields = &self.0;
         let (mesh, positions) = (fields.mesh, fields.positions);
         let arrays = fields.arrays();
-        let lines = || fields.pairs().map(|(_, pair)| pair);
-        let cells = || mesh.elements().chain(lines());
-        let mut end = 0;
-        let ends = cells().map(|c| {
-            end += c.len();
-            end.to_string()
-        });
-        let point = |p: &SVector<f64, D>| format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0));
         let kind = (if mesh.continuum.is_some() { QUADRATIC } else { CELL })[D - 2];
+        let lines = fields.pairs().map(|(_, pair)| (pair, LINE));
+        let cells: Vec<_> = mesh.elements().map(|cell| (cell, kind)).chain(lines).collect();
         begin(out, "UnstructuredGrid", by)?;
-        writeln!(
-            out,
-            "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>",
-            mesh.nodes.len(),
-            cells().count()
-        )?;
-        array(out, "position", "Float64", 3, positions.iter().map(point))?;
-        out.write_all(b"</Points>\n<Cells>\n")?;
-        let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
-        array(out, "connectivity", "Int64", 1, cells().map(join))?;
-        array(out, "offsets", "Int64", 1, ends)?;
-        let types = mesh.elements().map(|_| kind).chain(lines().map(|_| LINE));
-        array(out, "types", "UInt8", 1, types.map(|t| t.to_string()))?;
-        writeln!(out, "</Cells>\n<PointData Vectors=\"{DISPLACEMENT}\">")?;
-        array(out, DISPLACEMENT, "Float64", 3, fields.displacements().map(|d| point(&d)))?;
-        writeln!(out, "</PointData>\n<CellData Scalars=\"{}\">", arrays[0].name)?;
+        grid(out, &mesh.nodes, positions, &cells)?;
+        writeln!(out, "<CellData Scalars=\"{}\">", arrays[0].name)?;
         for a in arrays {
             array(out, a.name, "Float64", a.components, a.cells.into_iter().chain(a.lines))?;
         }
         let numbers =
             mesh.elements().map(|_| "-1".to_owned()).chain(fields.pairs().map(|(m, _)| m.to_string()));
         array(out, "muscle", "Int64", 1, numbers)?;
-        out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
+        out.write_all(END_OF_GRID)
     }
+}
+
+/// What follows the last array of the cells.
+pub(super) const END_OF_GRID: &[u8] = b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+
+/// The coordinates of a point; the third is zero in the plane.
+pub(super) fn point<const D: usize>(p: &SVector<f64, D>) -> String {
+    format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0))
+}
+
+/// Points with their displacement from rest, and cells with their nodes and VTK's type.
+pub(super) fn grid<const D: usize>(
+    out: &mut dyn Write,
+    rest: &[SVector<f64, D>],
+    positions: &[SVector<f64, D>],
+    cells: &[(&[usize], u8)],
+) -> io::Result<()> {
+    let (nodes, count) = (rest.len(), cells.len());
+    writeln!(
+        out,
+        "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">\n<Points>"
+    )?;
+    array(out, "position", "Float64", 3, positions.iter().map(point))?;
+    out.write_all(b"</Points>\n<Cells>\n")?;
+    let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
+    array(out, "connectivity", "Int64", 1, cells.iter().map(|(c, _)| join(c)))?;
+    let mut end = 0;
+    let ends = cells.iter().map(|(c, _)| {
+        end += c.len();
+        end.to_string()
+    });
+    array(out, "offsets", "Int64", 1, ends)?;
+    array(out, "types", "UInt8", 1, cells.iter().map(|(_, kind)| kind.to_string()))?;
+    writeln!(out, "</Cells>\n<PointData Vectors=\"{DISPLACEMENT}\">")?;
+    let moved = positions.iter().zip(rest).map(|(x, rest)| point(&(x - rest)));
+    array(out, DISPLACEMENT, "Float64", 3, moved)?;
+    out.write_all(b"</PointData>\n")
 }
 
 /// The head of a file. The provenance is a processing instruction, which readers ignore and which, unlike a

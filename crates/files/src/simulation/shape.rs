@@ -147,17 +147,8 @@ impl Shape<2> {
     /// [`ReportError`] for a shape that is not finite.
     pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
         let body = self.assembly.body();
-        report::tongue(&SectionPicture {
-            mesh: &body.mesh,
-            positions: &self.positions,
-            tensions: &self.tensions,
-            palate: body.palate.as_deref().unwrap_or(&[]),
-            seen: &[],
-            contact: false,
-            stretch: false,
-            grey: "rest",
-            title,
-        })
+        let palate = body.palate.as_deref().unwrap_or_default();
+        report::tongue(&SectionPicture::new(&body.mesh, &self.positions, &self.tensions, palate, title))
     }
 }
 

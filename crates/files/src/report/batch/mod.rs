@@ -234,7 +234,7 @@ pub fn write_files(
         (true, false) => 7,
         (false, false) => 6,
     };
-    out.write_streams(&files[..count])
+    out.write_streams(files[..count].iter().copied())
 }
 
 /// Writes the JSON document; `with_times` adds the durations, which differ from run to run.

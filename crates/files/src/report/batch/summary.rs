@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::record::AssessedRecord;
 use super::tables::name;
+use tongue_core::statistics::distinct;
 use tongue_input::measured::Vowel;
 use tongue_input::measured::lengths::rest_distance::NearestRow;
 
@@ -135,12 +136,7 @@ pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> 
     kinds.sort_unstable();
     kinds.dedup();
     // Vowels in the order of the rows.
-    let mut vowels: Vec<&Vowel> = Vec::new();
-    for digest in digests.clone() {
-        if !vowels.contains(&&digest.vowel) {
-            vowels.push(&digest.vowel);
-        }
-    }
+    let vowels: Vec<&Vowel> = distinct(digests.clone().map(|digest| &digest.vowel));
     for kind in kinds {
         for substitute in [false, true] {
             for vowel in vowels.iter().copied().map(Some).chain([None]) {

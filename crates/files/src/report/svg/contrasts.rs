@@ -1,6 +1,7 @@
 //! Differences of tensions between a subject's vowels: a column for every pair of vowels, a row for every muscle.
 
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, WIDTH};
+use tongue_core::statistics::distinct;
 use tongue_infer::posterior::Contrast;
 
 /// A row and the names of the muscles, px.
@@ -46,15 +47,8 @@ pub fn contrasts(subjects: &[(&str, Vec<Contrast>)], title: &str) -> Svg {
 
 /// Draws one subject's panel below `top`, px, and returns its lower edge.
 fn panel(svg: &mut Svg, subject: &str, all: &[Contrast], top: f64) -> f64 {
-    let (mut muscles, mut pairs): (Vec<&str>, Vec<(&str, &str)>) = (Vec::new(), Vec::new());
-    for c in all {
-        if !muscles.contains(&c.muscle.as_str()) {
-            muscles.push(&c.muscle);
-        }
-        if !pairs.contains(&(&c.posture, &c.other)) {
-            pairs.push((&c.posture, &c.other));
-        }
-    }
+    let muscles: Vec<&str> = distinct(all.iter().map(|c| c.muscle.as_str()));
+    let pairs: Vec<(&str, &str)> = distinct(all.iter().map(|c| (c.posture.as_str(), c.other.as_str())));
     let left = MARGIN + NAMES;
     let width = (WIDTH - left - MARGIN) / pairs.len().max(1) as f64;
     let head = top + 40.0;

@@ -283,7 +283,7 @@ pub(super) fn escaped(text: &str) -> String {
 }
 
 /// The words of `text` in lines of at most `most` letters; a longer word gets a line of its own.
-fn wrapped(text: &str, most: usize) -> Vec<String> {
+pub fn wrapped(text: &str, most: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {

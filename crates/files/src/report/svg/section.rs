@@ -56,6 +56,20 @@ pub struct SectionPicture<'a> {
     pub title: &'a str,
 }
 
+impl<'a> SectionPicture<'a> {
+    /// A shape over that at rest, without points that were seen, contact or colours of stretch.
+    pub fn new(
+        mesh: &'a Mesh<2>,
+        positions: &'a [SVector<f64, 2>],
+        tensions: &'a [f64],
+        palate: &'a [SVector<f64, 2>],
+        title: &'a str,
+    ) -> Self {
+        let (contact, stretch, grey) = (false, false, REST_NAME);
+        Self { mesh, positions, tensions, palate, seen: &[], contact, stretch, grey, title }
+    }
+}
+
 /// Draws the tissue at rest (light grey) and deformed (dark), muscles in colour with their names, bones, and
 /// the palate in grey.
 ///
