@@ -291,9 +291,9 @@ pub mod report {
         AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FormantsRecord,
         FrameRecord, History, Json, Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd,
         ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord,
-        SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture,
-        Vtu, Wav, animation, animation_of_seen, changes, courses, frame_records, gesture_records, outlines,
-        pairs, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
+        SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu,
+        Wav, animation, animation_of_seen, changes, courses, frame_records, gesture_records, outlines, pairs,
+        panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]

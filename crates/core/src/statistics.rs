@@ -1,4 +1,4 @@
-//! Statistics of lists of numbers.
+//! Statistics of lists.
 
 /// The middle value; the larger one of two middle values. `None` of an empty list.
 pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
@@ -13,6 +13,17 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     all.sort_by(f64::total_cmp);
     let upper = *all.get(all.len() / 2)?;
     Some(if all.len() % 2 == 1 { upper } else { 0.5 * (all[all.len() / 2 - 1] + upper) })
+}
+
+/// Each item once, in the order in which they come first.
+pub fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut all = Vec::new();
+    for item in items {
+        if !all.contains(&item) {
+            all.push(item);
+        }
+    }
+    all
 }
 
 #[cfg(test)]

@@ -48,7 +48,6 @@ impl NaturalSpline {
     }
 
     /// The curve, extended at both ends by straight pieces of this length along its tangents.
-    #[must_use]
     pub fn extended(mut self, length: f64) -> Self {
         let n = self.samples.len();
         let beyond = |end: Point, before: Point| end + (end - before).normalize() * length;

@@ -6,6 +6,7 @@ use nalgebra::SVector;
 
 use tongue_core::body::Body;
 use tongue_core::observe::{Contour, Curve, Length, Ratio, Stretch, Surface};
+use tongue_core::statistics::distinct;
 use tongue_core::system::{Model, System};
 use tongue_infer::inverse::Matched;
 use tongue_input::measured::Target;
@@ -81,14 +82,7 @@ impl<const D: usize> Assembly<D> {
 
     /// Names of the muscles that can contract, each once, in the given order.
     pub fn contracting(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = Vec::new();
-        for &muscle in self.system().contracting() {
-            let name = self.body().mesh.muscles[muscle].name.as_str();
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        names
+        distinct(self.system().contracting().iter().map(|&m| self.body().mesh.muscles[m].name.as_str()))
     }
 
     /// A solver of it; each thread needs its own.

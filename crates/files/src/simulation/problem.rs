@@ -58,7 +58,6 @@ impl<const D: usize> InverseProblem<D> {
     }
 
     /// The problem with other settings.
-    #[must_use]
     pub fn with_settings(self, settings: FitSettings) -> Self {
         Self { settings, ..self }
     }
@@ -147,14 +146,12 @@ impl<const D: usize> InverseProblem<D> {
     }
 
     /// The problem with Young's modulus as an unknown between these values, Pa.
-    #[must_use]
     pub fn free_young_modulus(mut self, lower: f64, upper: f64) -> Self {
         self.unknowns.push(Unknown::young_modulus(lower / 100.0, upper / 100.0));
         self
     }
 
     /// The problem with Poisson's ratio as an unknown between these values.
-    #[must_use]
     pub fn free_poisson_ratio(mut self, lower: f64, upper: f64) -> Self {
         self.unknowns.push(Unknown::poisson_ratio(lower * 100.0, upper * 100.0));
         self

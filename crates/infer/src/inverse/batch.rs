@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use tongue_core::body::Mesh;
+use tongue_core::statistics::distinct;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::lengths::rest_distance::{self, RestDistance};
 use tongue_input::measured::lengths::{self, Lengths};
@@ -108,12 +109,7 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, lengths:
     };
     for asked in selection.vowels.iter().flatten() {
         if !rows().any(|l| is_of(asked, &l.subject, &l.vowel)) {
-            let mut has: Vec<Vowel> = Vec::new();
-            for lengths in rows() {
-                if !has.contains(&lengths.vowel) {
-                    has.push(lengths.vowel.clone());
-                }
-            }
+            let has = distinct(rows().map(|lengths| lengths.vowel.clone()));
             let (origin, vowel) = (data.origin().to_owned(), asked.clone());
             return Err(lengths::LengthsError::UnknownVowel { origin, vowel, has });
         }

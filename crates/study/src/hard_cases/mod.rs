@@ -37,7 +37,7 @@ pub enum HowMany {
 }
 
 /// Result of one solver in one variant of a case.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct HardCase {
     /// Number of the case.
     pub case: u8,
@@ -75,23 +75,8 @@ pub struct HardCase {
 
 impl HardCase {
     fn new(case: u8, variant: impl Into<String>, solver: &'static str, status: impl Into<String>) -> Self {
-        Self {
-            case,
-            variant: variant.into(),
-            solver,
-            status: status.into(),
-            converged: false,
-            kept: false,
-            iterations: 0,
-            load_reached: 1.0,
-            min_area_ratio: None,
-            smallest_eigenvalue_n_per_m: None,
-            guarded: 0,
-            branch_ends_at: None,
-            apart_from_branch_m: None,
-            wall_s: 0.0,
-            note: String::new(),
-        }
+        let (variant, status) = (variant.into(), status.into());
+        Self { case, variant, solver, status, load_reached: 1.0, ..Self::default() }
     }
 
     /// A row for refused input: the promise is kept if there was a message.

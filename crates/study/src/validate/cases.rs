@@ -1,6 +1,7 @@
 //! Validation cases: the muscles of a vowel that do not contract are predicted from those that do.
 
 use tongue_core::body::Mesh;
+use tongue_core::statistics::distinct;
 use tongue_infer::inverse::Matched;
 use tongue_input::measured::{Dataset, Lengths, Target, TargetKind, Vowel};
 
@@ -73,11 +74,5 @@ pub fn of_rows(
 
 /// The subjects of cases, each once, in their order.
 pub fn subjects(cases: &[Case]) -> Vec<&str> {
-    let mut all: Vec<&str> = Vec::new();
-    for case in cases {
-        if !all.contains(&case.subject.as_str()) {
-            all.push(&case.subject);
-        }
-    }
-    all
+    distinct(cases.iter().map(|case| case.subject.as_str()))
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use tongue_core::statistics::distinct;
 use tongue_files::report::{Export, Rows, Scatter, Table, scatter};
 
 use crate::StudyError;
@@ -95,12 +96,7 @@ impl<T: serde::Serialize> Export for Owned<T> {
 }
 
 fn picture(study: &ValidationStudy) -> tongue_files::report::Svg {
-    let mut muscles: Vec<String> = Vec::new();
-    for p in &study.predictions {
-        if !muscles.contains(&p.muscle) {
-            muscles.push(p.muscle.clone());
-        }
-    }
+    let mut muscles: Vec<String> = distinct(study.predictions.iter().map(|p| p.muscle.clone()));
     let order = |m: &String| study.tone_by_muscle_n_per_m.0.iter().position(|(name, _)| name == m);
     muscles.sort_by_key(order);
     let panel = |o: &ScoredOpponent| Scatter {

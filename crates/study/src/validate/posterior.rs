@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use tongue_core::body::Body;
 use tongue_core::parallel;
+use tongue_core::statistics::distinct;
 use tongue_core::system::Model;
 use tongue_infer::inverse::Matched;
 use tongue_infer::posterior::{
@@ -218,12 +219,7 @@ pub fn study(
     let mean = gains.iter().sum::<f64>() / gains.len().max(1) as f64;
     let spread = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>();
     let error = (spread / (gains.len().max(2) - 1) as f64 / gains.len().max(1) as f64).sqrt();
-    let mut vowels: Vec<Vowel> = Vec::new();
-    for row in data.rows() {
-        if !vowels.contains(&row.lengths.vowel) {
-            vowels.push(row.lengths.vowel.clone());
-        }
-    }
+    let vowels: Vec<Vowel> = distinct(data.rows().iter().map(|row| row.lengths.vowel.clone()));
     let mut other_baselines = Vec::new();
     for vowel in vowels {
         let all = cases(data, &body.mesh, &vowel);

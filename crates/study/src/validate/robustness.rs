@@ -2,6 +2,7 @@
 
 use tongue_core::body::Mesh;
 use tongue_core::parallel;
+use tongue_core::statistics::distinct;
 use tongue_infer::inverse::{FitError, FitSettings, Matched, Setup};
 use tongue_input::measured::{Dataset, Lengths, Target, Vowel};
 
@@ -90,12 +91,7 @@ pub fn other_baselines(
     mesh: &Mesh<2>,
     progress: &Progress<'_>,
 ) -> Result<Vec<OtherBaseline>, StudyError> {
-    let mut vowels: Vec<Vowel> = Vec::new();
-    for row in data.rows() {
-        if !vowels.contains(&row.lengths.vowel) {
-            vowels.push(row.lengths.vowel.clone());
-        }
-    }
+    let vowels: Vec<Vowel> = distinct(data.rows().iter().map(|row| row.lengths.vowel.clone()));
     let setups = untuned(bench)?;
     let mut out = Vec::new();
     for baseline in vowels {
