@@ -47,9 +47,6 @@ pub struct Arguments {
     /// makes its assumptions in a fit: a baseline without tone, and fixed bones
     #[arg(long, value_enum, default_value = "consistent")]
     preset: PresetName,
-    /// Stiffness of every connection counted once (as in the thesis), or once for each of its triangles
-    #[arg(long, value_enum, default_value = "per-connection")]
-    spread: SpreadName,
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
     #[arg(long, value_name = "NU", default_value_t = Constants::TONGUE.poisson_ratio)]
     poisson_ratio: f64,
@@ -71,12 +68,6 @@ enum PresetName {
     Consistent,
     Thesis,
     AsPrinted,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum SpreadName {
-    PerConnection,
-    Assembled,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -273,7 +264,6 @@ impl Arguments {
             ("--poisson-ratio", self.poisson_ratio != Constants::TONGUE.poisson_ratio),
             ("--tissue fe", self.tissue == TissueName::Fe),
             ("--preset", !matches!(self.preset, PresetName::Consistent)),
-            ("--spread assembled", matches!(self.spread, SpreadName::Assembled)),
             ("--outside chain", matches!(self.outside, OutsideName::Chain)),
         ];
         match of_the_plane.iter().find(|(_, given)| *given) {
@@ -295,7 +285,6 @@ impl Arguments {
         let of_springs = [
             ("--tissue fe", self.tissue == TissueName::Fe),
             ("--preset as-printed", matches!(self.preset, PresetName::AsPrinted)),
-            ("--spread assembled", matches!(self.spread, SpreadName::Assembled)),
             ("--outside chain", matches!(self.outside, OutsideName::Chain)),
         ];
         match of_springs.iter().find(|(_, given)| self.body == BodyName::Continuum && *given) {
@@ -319,10 +308,7 @@ impl Arguments {
                 PresetName::Consistent | PresetName::Thesis => Preset::Consistent,
                 PresetName::AsPrinted => Preset::AsPrinted,
             },
-            spread: match self.spread {
-                SpreadName::PerConnection => Spread::PerConnection,
-                SpreadName::Assembled => Spread::Assembled,
-            },
+            spread: Spread::PerConnection,
             outside: match self.outside {
                 OutsideName::Straight => OutsidePath::Straight,
                 OutsideName::Chain => OutsidePath::Chain,
