@@ -12,15 +12,13 @@ use tongue_fit::inverse::{self, Among, Fit, FitSettings, Method};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
-use tongue_fit::report::{self, Export, FitRecord, OutputDir, SectionPicture, Series, Svg};
+use tongue_fit::report::{self, Export, FitRecord, SectionPicture, Series, Svg};
 use tongue_fit::system::Model;
 
 use super::fit_table::Shown;
 use super::published::{self, Published};
 use super::{Global, Outcome, body, others, output, posterior, premises};
 
-/// The default folder for outputs.
-const DEFAULT_OUT: &str = "results";
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
 
@@ -212,8 +210,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let tongue = arguments.body.body()?;
     let mesh = &tongue.mesh;
     let palate = tongue.palate.as_deref().unwrap_or_default();
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder("results")?;
     let model = arguments.body.model();
     let ground = arguments.posterior.ground(&tongue, &model)?;
     let (seen, posture) = arguments.seen(&target)?;

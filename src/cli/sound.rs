@@ -10,7 +10,7 @@ use serde::Serialize;
 use tongue_fit::body::AnyBody;
 use tongue_fit::heard::{Airway, Articulation, Formant, MeanVowel, Tract, mean_vowels};
 use tongue_fit::measured::Vowel;
-use tongue_fit::report::{self, Export, Json, OutputDir, Rows, SoundRecord, VowelPicture, Wav};
+use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
 use tongue_fit::scene::file::{Effects, FitTarget, Hyoid, Jaw, Material, SceneBody, SceneTongue, Want};
 use tongue_fit::scene::prepare::{SceneExtent, prepare};
 use tongue_fit::scene::{Scene, body, run, sound};
@@ -18,7 +18,6 @@ use tongue_sound::voice::{self, Voice};
 
 use super::{Global, Outcome, output, table};
 
-const DEFAULT_OUT: &str = "results/sound";
 /// The baseline vowel.
 const BASELINE: &str = "ɯ";
 
@@ -167,8 +166,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let tract = arguments.read_tract()?;
     let scene = arguments.scene(&tract, vowel.as_ref())?;
     scene.check().into_diagnostic()?;
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder("results/sound")?;
     let AnyBody::Flat(body) = body::build(&scene.body).into_diagnostic()? else {
         return Err(miette!("only a body in the plane has a tract"));
     };
@@ -209,10 +207,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let files: [(&str, &dyn Export); 4] =
         [(&names[0], &json), (&names[1], &wav), (&names[2], &picture), (&names[3], &areas)];
     let written = out.export(&files, &by).into_diagnostic()?;
-    match global.json {
-        true => output::print(&json.text(&by).into_diagnostic()?)?,
-        false => output::summary(&(text(&record, &scene.title) + &table::files(&written)), &written)?,
-    }
+    output::answer(global, &json, &by, &written, || text(&record, &scene.title) + &table::files(&written))?;
     Ok(if record.converged { Outcome::Good } else { Outcome::Untrustworthy })
 }
 

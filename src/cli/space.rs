@@ -213,11 +213,7 @@ pub fn run(
             [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
         written = out.export(&files, &by).into_diagnostic()?;
     }
-    if global.json {
-        output::print(&json.text(&by).into_diagnostic()?)?;
-    } else {
-        output::summary(&text(&record, &alarms, &written), &written)?;
-    }
+    output::answer(global, &json, &by, &written, || text(&record, &alarms, &written))?;
     let good = solution.status == SolveStatus::Converged && alarms.is_empty();
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }

@@ -10,14 +10,13 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::inverse::in_space::SpaceSearch;
 use tongue_fit::inverse::{FitSettings, FitStatus};
 use tongue_fit::measured::read_nodes;
-use tongue_fit::report::{self, Export, Json, OutputDir, SpaceTrackRecord, SpaceVtu};
+use tongue_fit::report::{self, Export, Json, SpaceTrackRecord, SpaceVtu};
 use tongue_fit::system::System;
 
 use super::body::SpaceSource;
 use super::space::ModelArguments;
 use super::{Global, Outcome, output, table};
 
-const DEFAULT_OUT: &str = "results/space-track";
 /// A share of a combination below this is not worth a word.
 const SHARE: f64 = 0.2;
 
@@ -78,8 +77,7 @@ pub fn run(
         last = Some(fit.answer);
     }
     record.wall_s = clock.elapsed().as_secs_f64();
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder("results/space-track")?;
     let Some(answer) = last else { return Err(miette!("{}: no frame was found", file.display())) };
     let title = "Tongue in space: at rest (light) and as it was seen";
     let picture = report::views(&body, &answer.positions, &answer.tensions, title);
@@ -89,11 +87,7 @@ pub fn run(
     let files: [(&str, &dyn Export); 3] =
         [("track.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
     let written = out.export(&files, &by).into_diagnostic()?;
-    if global.json {
-        output::print(&json.text(&by).into_diagnostic()?)?;
-    } else {
-        output::summary(&(text(&record) + &table::files(&written)), &written)?;
-    }
+    output::answer(global, &json, &by, &written, || text(&record) + &table::files(&written))?;
     let good = record.frames.iter().all(|f| f.status == FitStatus::Converged && f.alarms.is_empty());
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }

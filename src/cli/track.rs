@@ -13,7 +13,7 @@ use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::batch;
 use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::{
-    Export, Json, OutputDir, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
+    Json, OutputDir, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
 };
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{self, Additions, Model, System};
@@ -27,8 +27,6 @@ use super::track_files::Found;
 use super::track_kept::{self, KeptRecording};
 use super::track_sound::{self, Sound};
 use super::{Global, Outcome, body, interrupt, output, space_track, track_files, track_table};
-
-const DEFAULT_OUT: &str = "results/track";
 
 /// Options of `tongue-fit track`.
 #[derive(Debug, Clone, clap::Args)]
@@ -147,8 +145,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             run.basis.place(&seen, &hide).into_diagnostic()?;
         }
     }
-    let out =
-        OutputDir::prepare(global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into())).into_diagnostic()?;
+    let out = global.folder("results/track")?;
     let mut journal = run.journal(&out, &seen)?;
     let mut found: Vec<Found> = Vec::with_capacity(seen.len());
     let speaker = run.speaker(&seen, &hide)?;
@@ -232,13 +229,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         &arguments.files,
     )?;
     journal.remove().into_diagnostic()?;
-    if global.json {
-        output::print(
-            &Json(&record).text(&super::provenance().with_tissue(run.model().tissue)).into_diagnostic()?,
-        )?;
-    } else {
-        output::summary(&track_table::track(&record, &written), &written)?;
-    }
+    let by = super::provenance().with_tissue(run.model().tissue);
+    output::answer(global, &Json(&record), &by, &written, || track_table::track(&record, &written))?;
     // The intervals of an unresolved frame are wide, and can be trusted.
     let is_good = |s| matches!(s, FrameStatus::Converged | FrameStatus::Unresolved);
     let good = record.frames.iter().all(|f| is_good(f.status));

@@ -100,7 +100,7 @@ pub fn write(
                 moments.push((shape.time, name.clone()));
                 others.push((name, Box::new(vtu)));
             }
-            others.push((format!("shapes_{number}.pvd"), Box::new(Moments(moments))));
+            others.push((format!("shapes_{number}.pvd"), Box::new(Pvd(moments))));
         }
         pictures.push(TrackPicture { recording: one.name.clone(), courses, animation });
     }
@@ -112,19 +112,6 @@ pub fn write(
     let mut written = out.export(&all, &by).into_diagnostic()?;
     written.truncate(shown);
     Ok(written)
-}
-
-/// A collection of frames with names of its own.
-struct Moments(Vec<(f64, String)>);
-
-impl Export for Moments {
-    fn write(
-        &self,
-        out: &mut dyn std::io::Write,
-        by: &tongue_fit::report::Provenance,
-    ) -> std::io::Result<()> {
-        Pvd(&self.0).write(out, by)
-    }
 }
 
 /// Numbers of at most `most` frames, equally spaced.

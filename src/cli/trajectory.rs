@@ -266,9 +266,9 @@ fn write(
     let shapes =
         frames.iter().map(|f| Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(stresses(f))));
     let shapes = shapes.collect::<Result<Vec<_>, ReportError>>().into_diagnostic()?;
-    let moments: Vec<(f64, String)> =
-        frames.iter().enumerate().map(|(nth, f)| (f.time, format!("trajectory_{nth:04}.vtu"))).collect();
-    let (json, table, sto, pvd) = (Json(record), history.table(), history.sto(), Pvd(&moments));
+    let moment = |(nth, f): (usize, &AnimationFrame)| (f.time, format!("trajectory_{nth:04}.vtu"));
+    let pvd = Pvd(frames.iter().enumerate().map(moment).collect());
+    let (json, table, sto) = (Json(record), history.table(), history.sto());
     let mut files: Vec<(&str, &dyn Export)> = vec![
         ("trajectory.json", &json),
         ("trajectory.csv", &table),
@@ -276,7 +276,7 @@ fn write(
         ("trajectory.svg", &svg),
         ("trajectory.pvd", &pvd),
     ];
-    files.extend(moments.iter().zip(&shapes).map(|((_, name), vtu)| (name.as_str(), vtu as &dyn Export)));
+    files.extend(pvd.0.iter().zip(&shapes).map(|((_, name), vtu)| (name.as_str(), vtu as &dyn Export)));
     let mut written = out.export(&files, by).into_diagnostic()?;
     written.truncate(5);
     Ok(written)

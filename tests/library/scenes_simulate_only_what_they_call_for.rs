@@ -53,12 +53,12 @@ fn compare_with_everything<const D: usize>(name: &str, scene: &Scene, body: &Bod
         return;
     }
     let (solution, planned) = solved(&pruned);
-    assert_eq!(solution.status, Status::Converged, "{name}");
+    assert_eq!(solution.status, SolveStatus::Converged, "{name}");
     // On the way passive muscles with three elements move differently from tissue, so a trajectory is compared
     // by its equilibrium.
     if scene.want != Want::Trajectory {
         let (solution, everything) = solved(&full);
-        assert_eq!(solution.status, Status::Converged, "{name}");
+        assert_eq!(solution.status, SolveStatus::Converged, "{name}");
         let apart = planned.positions().iter().zip(everything.positions()).map(|(p, q)| (p - q).norm());
         assert!(apart.fold(0.0, f64::max) < 1e-9, "{name}");
     }

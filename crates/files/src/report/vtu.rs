@@ -136,14 +136,14 @@ pub(super) fn array(
 }
 
 /// The PVD file with the time (s) and the plain file name of every frame.
-#[derive(Debug, Clone, Copy)]
-pub struct Pvd<'a>(pub &'a [(f64, String)]);
+#[derive(Debug, Clone)]
+pub struct Pvd(pub Vec<(f64, String)>);
 
-impl Export for Pvd<'_> {
+impl Export for Pvd {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         begin(out, "Collection", by)?;
         out.write_all(b"<Collection>\n")?;
-        for (time, file) in self.0 {
+        for (time, file) in &self.0 {
             writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escaped(file))?;
         }
         out.write_all(b"</Collection>\n</VTKFile>\n")
@@ -230,7 +230,8 @@ mod tests {
 
     #[test]
     fn the_collection_names_every_frame_with_its_time() {
-        let text = Pvd(&[(0.0, "a.vtu".into()), (0.5, "b.vtu".into())]).text(&Provenance::new("")).unwrap();
+        let text =
+            Pvd(vec![(0.0, "a.vtu".into()), (0.5, "b.vtu".into())]).text(&Provenance::new("")).unwrap();
         let document = roxmltree::Document::parse(&text).unwrap();
         let sets: Vec<_> = document
             .descendants()

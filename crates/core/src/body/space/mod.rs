@@ -13,6 +13,7 @@ use nalgebra::Vector3;
 
 use super::{Bone, Mesh};
 use crate::geometry::hexahedron;
+use crate::statistics::distinct;
 use crate::suggest;
 
 pub use half::Half;
@@ -181,13 +182,7 @@ impl SpaceBody {
 
     /// The names of the muscles without their sides, each once, in the order of the body.
     pub fn groups(&self) -> Vec<String> {
-        let mut groups: Vec<String> = Vec::new();
-        for m in &self.muscles {
-            if !groups.contains(&m.group) {
-                groups.push(m.group.clone());
-            }
-        }
-        groups
+        distinct(self.muscles.iter().map(|m| m.group.clone()))
     }
 
     /// The numbers of the muscles that a name stands for: of one side, or of both where the name has none.
