@@ -34,7 +34,6 @@ mod stability;
 mod table;
 mod track;
 mod track_files;
-mod track_kept;
 mod track_sound;
 mod track_table;
 mod trajectory;

@@ -24,9 +24,11 @@ use tongue_fit::track::{
 
 use super::recordings::{self, Given, PriorArguments, RestName, Screened};
 use super::track_files::Found;
-use super::track_kept::{self, KeptRecording};
 use super::track_sound::{self, Sound};
 use super::{Global, Outcome, body, interrupt, output, space_track, track_files, track_table};
+
+/// Recordings with more frames are not kept, because their entry would be too large for a journal.
+const MOST_KEPT: usize = 5000;
 
 /// Options of `tongue-fit track`.
 #[derive(Debug, Clone, clap::Args)]
@@ -153,21 +155,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let sound = arguments.sound.around(&speaker.body, wall)?;
     // What is shared by all frames is learned from so many at once; the next sitting learns anew.
     for sitting in sittings(&seen) {
-        let kept: Option<Vec<KeptRecording>> = sitting
+        let kept: Option<Vec<TrackedRecording>> = sitting
             .clone()
             .map(|nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok())))
             .collect::<miette::Result<_>>()?;
         if let Some(kept) = kept {
-            found.extend(kept.into_iter().map(|k| run.found(speaker.body.clone(), k.recording)));
+            found.extend(kept.into_iter().map(|kept| run.found(speaker.body.clone(), kept)));
             continue;
         }
         let clock = Instant::now();
         let tracked = run.track(&speaker, &shape, sound.as_ref(), &seen[sitting.clone()], &hide)?;
         for (nth, recording) in sitting.zip(tracked) {
             let is_kept = journal.read(nth).into_diagnostic()?.is_some();
-            if recording.frames.len() <= track_kept::MOST_FRAMES && !is_kept {
-                let result = Ok(KeptRecording { recording: recording.clone() });
-                let entry = Entry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result };
+            if recording.frames.len() <= MOST_KEPT && !is_kept {
+                let wall_s = clock.elapsed().as_secs_f64();
+                let entry = Entry { job: nth, wall_s, result: Ok(recording.clone()) };
                 journal.append(&entry).into_diagnostic()?;
             }
             found.push(run.found(speaker.body.clone(), recording));
@@ -312,7 +314,7 @@ impl Run<'_> {
     }
 
     /// The journal of this run, with the recordings that an earlier run of the same inputs has finished.
-    fn journal(&self, out: &OutputDir, seen: &[&Seen]) -> miette::Result<Journal<KeptRecording>> {
+    fn journal(&self, out: &OutputDir, seen: &[&Seen]) -> miette::Result<Journal<TrackedRecording>> {
         let words = super::words_of_the_result();
         let (mesh, model) = (&self.given.body.mesh, self.model());
         let key = batch::sha256(&[

@@ -81,9 +81,6 @@ pub struct Sides {
 
 impl Sides {
     /// The changed bodies for a body under priors.
-    ///
-    /// # Errors
-    /// As [`Ground::new`], and where the ends of muscles or the outline cannot be moved by the least amount without folding a cell.
     pub fn new(ground: &Ground) -> Result<Self, PosteriorError> {
         type Make<'a> = &'a dyn Fn(f64) -> Result<Side, PosteriorError>;
         let (body, model, priors) = (&ground.body, &ground.model, &ground.priors);
@@ -124,9 +121,6 @@ impl Sides {
 }
 
 /// Bodies with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
-///
-/// # Errors
-/// [`PosteriorError::System`] of constants that are out of range.
 pub fn beside_in_kappa(ground: &Ground) -> Result<Option<[System<2>; 2]>, PosteriorError> {
     let prior = &ground.priors.compressibility;
     if prior.off {

@@ -82,9 +82,6 @@ impl Errors for Mixture<'_> {
 }
 
 /// Predictions of every measured stretch without its own measurement; `mode` is the mode of the whole posterior.
-///
-/// # Errors
-/// [`PosteriorError`] where a chain cannot begin.
 pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, PosteriorError> {
     let positions: Vec<usize> = (0..density.seen.len()).collect();
     if positions.is_empty() {

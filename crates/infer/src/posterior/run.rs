@@ -164,9 +164,6 @@ pub fn sample<'a>(
 }
 
 /// Samples the posterior at a known mode.
-///
-/// # Errors
-/// [`PosteriorError::Draws`] for too few or too many draws.
 pub fn sample_at<'a>(
     density: Density<'a>,
     mode: Mode,
@@ -236,9 +233,6 @@ pub(super) fn chains(
 }
 
 /// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed.
-///
-/// # Errors
-/// [`PosteriorError::NoMode`] where no chain can begin.
 pub(super) fn short_run(density: &Density<'_>, mode: &Mode) -> Result<Vec<Draw>, PosteriorError> {
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
     let settings = hmc::Settings {
